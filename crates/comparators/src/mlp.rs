@@ -1,0 +1,45 @@
+//! MLP: the flattened recording through one hidden layer.
+//!
+//! # Reference
+//! Paper 000 (Hybrid-CNN hardness recognition), Tables 1 and 5: input 1×250, 0.12 MB, 0.00006 GFLOPs.
+//!
+//! # Departures
+//! The paper gives no widths: 250–128–classes with ReLU is what its size and GFLOPs leave.
+
+use serde::{Deserialize, Serialize};
+use taxel_graph::{Architecture, Error, Graph, Network, Result};
+
+/// `signal` [1, in_features] → logits [classes].
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MlpConfig {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Readings of a recording: sensors × samples in time, at least 1.
+    pub in_features: usize,
+    /// Hidden units, at least 1.
+    pub hidden: usize,
+}
+
+impl Default for MlpConfig {
+    fn default() -> Self {
+        MlpConfig { classes: 3, in_features: 250, hidden: 128 }
+    }
+}
+
+impl Architecture for MlpConfig {
+    fn graph(&self) -> Result<Graph> {
+        let MlpConfig { classes, in_features, hidden } = *self;
+        for (key, value, least) in
+            [("classes", classes, 2), ("in_features", in_features, 1), ("hidden", hidden, 1)]
+        {
+            if !(least..=16_777_216).contains(&value) {
+                return Err(Error::config(key, value, &format!("must be in {least}..=16777216")));
+            }
+        }
+        let net = Network::new("mlp");
+        let x = net.input("signal", &[1, in_features]).flatten();
+        let logits = x.linear("fc1", hidden).relu().linear("fc2", classes);
+        net.finish(&[("logits", logits)])
+    }
+}

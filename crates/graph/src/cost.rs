@@ -1,0 +1,84 @@
+//! What a network costs, independent of any machine.
+//!
+//! A MAC is one multiply–accumulate of a convolution or linear layer; batch norm, activations and
+//! pools are not counted. FLOPs are `2 · MAC` plus one addition per bias and output value.
+
+use crate::graph::{Graph, Kind, Node, Param};
+use crate::op::Op;
+
+/// Cost of one node, or of a whole network, for one sample.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// Trained values.
+    pub parameters: u64,
+    /// Values kept by the network: running statistics.
+    pub buffers: u64,
+    /// Multiply–accumulates.
+    pub macs: u64,
+    /// Floating point operations: `2 · macs` + bias additions.
+    pub flops: u64,
+    /// Values of the output.
+    pub activations: u64,
+}
+
+impl Cost {
+    /// Bytes of the tensors on disk, all in f32.
+    pub fn bytes(&self) -> u64 {
+        4 * (self.parameters + self.buffers)
+    }
+
+    /// Bytes of the output of one sample in f32.
+    pub fn activation_bytes(&self) -> u64 {
+        4 * self.activations
+    }
+}
+
+impl std::ops::Add for Cost {
+    type Output = Cost;
+
+    fn add(self, other: Cost) -> Cost {
+        Cost {
+            parameters: self.parameters + other.parameters,
+            buffers: self.buffers + other.buffers,
+            macs: self.macs + other.macs,
+            flops: self.flops + other.flops,
+            activations: self.activations + other.activations,
+        }
+    }
+}
+
+impl std::iter::Sum for Cost {
+    fn sum<I: Iterator<Item = Cost>>(costs: I) -> Cost {
+        costs.fold(Cost::default(), |a, b| a + b)
+    }
+}
+
+impl Node {
+    /// Cost of this node for one sample.
+    pub fn cost(&self) -> Cost {
+        let count = |kind| self.params.iter().filter(|p| p.kind == kind).map(|p| p.len() as u64).sum();
+        let outputs: u64 = self.shape.iter().product::<usize>() as u64;
+        let (macs, bias) = match &self.op {
+            // Every output value meets one row of the weight tensor.
+            Op::Conv { bias, .. } | Op::Linear { bias } => {
+                let row: usize = self.params.first().map_or(0, |w: &Param| w.shape[1..].iter().product());
+                (outputs * row as u64, if *bias { outputs } else { 0 })
+            }
+            _ => (0, 0),
+        };
+        Cost {
+            parameters: count(Kind::Parameter),
+            buffers: count(Kind::Buffer),
+            macs,
+            flops: 2 * macs + bias,
+            activations: outputs,
+        }
+    }
+}
+
+impl Graph {
+    /// Sum over all nodes.
+    pub fn cost(&self) -> Cost {
+        self.nodes().iter().map(Node::cost).sum()
+    }
+}

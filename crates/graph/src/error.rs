@@ -1,0 +1,68 @@
+//! What can be wrong with a network description or its tensors.
+
+/// A network that cannot be built, or tensors that do not fit it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// An operation does not fit its input.
+    #[error("{node}: {reason}")]
+    Node {
+        /// Name of the node, as in the checkpoint.
+        node: String,
+        /// What does not fit, with axis names.
+        reason: String,
+    },
+    /// A configuration value outside its range.
+    #[error("{key} = {value}: {reason}")]
+    Config {
+        /// Key as written in a config file or after `--set`.
+        key: String,
+        /// The value given.
+        value: String,
+        /// The allowed range.
+        reason: String,
+    },
+    /// The graph names a tensor that the weights lack.
+    #[error("{model}: tensor `{name}` is missing; expected shape {shape:?}")]
+    Missing {
+        /// Network name.
+        model: String,
+        /// Tensor name.
+        name: String,
+        /// Expected shape, PyTorch axis order.
+        shape: Vec<usize>,
+    },
+    /// The weights hold a tensor that the graph does not name.
+    #[error("{model}: tensor `{name}` is not part of this network")]
+    Extra {
+        /// Network name.
+        model: String,
+        /// Tensor name.
+        name: String,
+    },
+    /// A tensor has another shape than the graph says.
+    #[error("{model}: tensor `{name}` has shape {got:?}, expected {expected:?}")]
+    Misshaped {
+        /// Network name.
+        model: String,
+        /// Tensor name.
+        name: String,
+        /// Shape found.
+        got: Vec<usize>,
+        /// Shape expected.
+        expected: Vec<usize>,
+    },
+}
+
+/// Result with this crate's [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// A [`Error::Config`]: `key = value: reason`.
+    pub fn config(key: &str, value: impl ToString, reason: &str) -> Self {
+        Error::Config { key: key.into(), value: value.to_string(), reason: reason.into() }
+    }
+
+    pub(crate) fn node(node: &str, reason: impl Into<String>) -> Self {
+        Error::Node { node: node.into(), reason: reason.into() }
+    }
+}

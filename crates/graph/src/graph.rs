@@ -1,0 +1,120 @@
+//! The network as a value: nodes in the order they run, with shapes and named tensors.
+
+use crate::op::Op;
+
+/// Position of a node in [`Graph::nodes`].
+pub type NodeId = usize;
+
+/// Whether training moves a tensor by its gradient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Trained by gradient.
+    Parameter,
+    /// Kept by the network itself: running statistics.
+    Buffer,
+}
+
+/// How a fresh tensor is filled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Init {
+    /// Every value the same.
+    Constant(f32),
+    /// Uniform in ±`bound`.
+    Uniform {
+        /// Largest absolute value.
+        bound: f32,
+    },
+    /// Normal around zero.
+    Normal {
+        /// Standard deviation.
+        sd: f32,
+    },
+}
+
+/// One tensor of a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Param {
+    /// Full name as in a PyTorch `state_dict`: `stem.bn.running_mean`.
+    pub name: String,
+    /// Shape in PyTorch's axis order: out × in/groups × spatial axes.
+    pub shape: Vec<usize>,
+    /// Trained or kept.
+    pub kind: Kind,
+    /// PyTorch's default for this operation, unless the network says otherwise.
+    pub init: Init,
+    /// Inputs and outputs that meet in one weight (for Glorot and He); `None` for biases and norms.
+    pub fan: Option<(usize, usize)>,
+}
+
+impl Param {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Whether it holds no value; never true for a tensor of a built graph.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// One operation with its inputs, output shape and tensors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Unique name; nodes with tensors carry the prefix of their tensors (`stem.conv`).
+    pub name: String,
+    /// What it computes.
+    pub op: Op,
+    /// Where its inputs come from, always earlier nodes.
+    pub inputs: Vec<NodeId>,
+    /// Output shape without the batch axis.
+    pub shape: Vec<usize>,
+    /// Its tensors, in PyTorch's order.
+    pub params: Vec<Param>,
+}
+
+/// A network: nodes in topological order, inputs and outputs by name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Graph {
+    pub(crate) name: String,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) inputs: Vec<NodeId>,
+    pub(crate) outputs: Vec<(String, NodeId)>,
+}
+
+impl Graph {
+    /// Registry name of the network.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// All nodes; every node's inputs come before it.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Input nodes in the order in which callers pass tensors.
+    pub fn inputs(&self) -> impl ExactSizeIterator<Item = &Node> {
+        self.inputs.iter().map(|&id| &self.nodes[id])
+    }
+
+    /// Output names and the nodes that compute them.
+    pub fn outputs(&self) -> &[(String, NodeId)] {
+        &self.outputs
+    }
+
+    /// Every tensor, in order of the nodes: the names of a PyTorch `state_dict`.
+    pub fn params(&self) -> impl Iterator<Item = &Param> {
+        self.nodes.iter().flat_map(|node| &node.params)
+    }
+
+    /// Number of trained values.
+    pub fn parameter_count(&self) -> usize {
+        self.params().filter(|p| p.kind == Kind::Parameter).map(Param::len).sum()
+    }
+
+    /// Number of values kept by the network itself (running statistics).
+    pub fn buffer_count(&self) -> usize {
+        self.params().filter(|p| p.kind == Kind::Buffer).map(Param::len).sum()
+    }
+}

@@ -1,0 +1,39 @@
+//! A network as a value: described once, read by everything else.
+//!
+//! A [`Graph`] is a list of [`Node`]s: an [`Op`] with its attributes, the nodes it reads, its output
+//! shape and its named tensors. `engine` trains it, `devices` runs it on candle, [`Graph::cost`]
+//! counts it. Network files write it with [`Network`] and [`Flow`].
+//!
+//! Shapes leave the batch axis out and carry axis names in every error:
+//!
+//! ```
+//! use taxel_graph::{Conv, Network};
+//!
+//! let net = Network::new("too-small");
+//! let x = net.input("signal", &[5, 2]).conv("stem", Conv::new(8, 5));
+//! let error = net.finish(&[("logits", x)]).unwrap_err();
+//! assert_eq!(
+//!     error.to_string(),
+//!     "stem: kernel 5 along length is larger than the padded size 2; the input is channels 5 × length 2"
+//! );
+//! ```
+
+mod builder;
+mod cost;
+mod error;
+mod graph;
+mod op;
+mod weights;
+
+pub use builder::{BATCH_NORM_EPS, BATCH_NORM_MOMENTUM, Flow, Network};
+pub use cost::Cost;
+pub use error::{Error, Result};
+pub use graph::{Graph, Init, Kind, Node, NodeId, Param};
+pub use op::{Conv, Extent, Op, Padding, Pool, Window, axis_names, describe};
+pub use weights::{Scheme, Tensor, Weights};
+
+/// A network family's configuration: checked values that become a [`Graph`].
+pub trait Architecture {
+    /// The graph, or which value is out of range.
+    fn graph(&self) -> Result<Graph>;
+}

@@ -1,0 +1,143 @@
+//! Named tensors that belong to a graph.
+
+use std::collections::HashMap;
+
+use rand::distr::{Distribution, Uniform};
+use rand_distr::Normal;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::graph::{Graph, Init, Param};
+
+/// One tensor: shape in PyTorch's axis order, values in row-major order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tensor {
+    /// Axis sizes.
+    pub shape: Vec<usize>,
+    /// Values, last axis fastest.
+    pub data: Vec<f32>,
+}
+
+/// How fresh weights are drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// PyTorch's default: weights and biases uniform in ±1/√fan_in, unless the network says otherwise.
+    #[default]
+    Pytorch,
+    /// MATLAB's default: weights uniform in ±√(6 / (fan_in + fan_out)), biases zero.
+    Glorot,
+    /// He et al. 2015: weights normal with SD √(2 / fan_in), biases zero.
+    He,
+}
+
+/// Tensors by name, in the order of the graph they were made for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Weights {
+    names: Vec<String>,
+    tensors: HashMap<String, Tensor>,
+}
+
+impl Weights {
+    /// No tensors yet.
+    pub fn new() -> Self {
+        Weights::default()
+    }
+
+    /// Adds or replaces a tensor.
+    pub fn insert(&mut self, name: &str, tensor: Tensor) {
+        if self.tensors.insert(name.into(), tensor).is_none() {
+            self.names.push(name.into());
+        }
+    }
+
+    /// The tensor of that name.
+    pub fn get(&self, name: &str) -> Option<&Tensor> {
+        self.tensors.get(name)
+    }
+
+    /// Names and tensors in order of insertion.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Tensor)> {
+        self.names.iter().filter_map(|name| Some((name.as_str(), self.tensors.get(name)?)))
+    }
+
+    /// Number of tensors.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Whether there is no tensor.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// Fresh weights. Every tensor has its own stream, keyed by `purpose` and its name, so adding a
+    /// layer does not change the others.
+    pub fn init(graph: &Graph, scheme: Scheme, seed: u64, purpose: &str) -> Self {
+        let mut weights = Weights::new();
+        for param in graph.params() {
+            let data = draw(param, scheme, seed, purpose);
+            weights.insert(&param.name, Tensor { shape: param.shape.clone(), data });
+        }
+        weights
+    }
+
+    /// Refuses missing, extra and misshaped tensors by name. PyTorch's `num_batches_tracked` is let pass.
+    pub fn check(&self, graph: &Graph) -> Result<()> {
+        let model = graph.name().to_string();
+        let mut known = HashMap::new();
+        for param in graph.params() {
+            known.insert(param.name.as_str(), ());
+            match self.get(&param.name) {
+                None => {
+                    return Err(Error::Missing {
+                        model,
+                        name: param.name.clone(),
+                        shape: param.shape.clone(),
+                    });
+                }
+                Some(tensor) if tensor.shape != param.shape || tensor.data.len() != param.len() => {
+                    return Err(Error::Misshaped {
+                        model,
+                        name: param.name.clone(),
+                        got: tensor.shape.clone(),
+                        expected: param.shape.clone(),
+                    });
+                }
+                Some(_) => {}
+            }
+        }
+        let extra = self
+            .names
+            .iter()
+            .find(|n| !known.contains_key(n.as_str()) && !n.ends_with("num_batches_tracked"));
+        match extra {
+            Some(name) => Err(Error::Extra { model, name: name.clone() }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn draw(param: &Param, scheme: Scheme, seed: u64, purpose: &str) -> Vec<f32> {
+    let init = match (scheme, param.fan, param.init) {
+        (_, _, Init::Constant(_)) | (Scheme::Pytorch, ..) => param.init,
+        (Scheme::Glorot, Some((fan_in, fan_out)), _) => {
+            Init::Uniform { bound: (6.0 / (fan_in + fan_out) as f32).sqrt() }
+        }
+        (Scheme::He, Some((fan_in, _)), _) => Init::Normal { sd: (2.0 / fan_in as f32).sqrt() },
+        (_, None, _) => Init::Constant(0.0),
+    };
+    let mut rng = taxel_seed::rng(seed, &format!("{purpose}/{}", param.name));
+    let count = param.len();
+    match init {
+        Init::Constant(value) => vec![value; count],
+        Init::Uniform { bound } => match Uniform::new_inclusive(-bound, bound) {
+            Ok(uniform) => uniform.sample_iter(&mut rng).take(count).collect(),
+            Err(_) => vec![0.0; count],
+        },
+        Init::Normal { sd } => match Normal::new(0.0, sd) {
+            Ok(normal) => normal.sample_iter(&mut rng).take(count).collect(),
+            Err(_) => vec![0.0; count],
+        },
+    }
+}

@@ -1,0 +1,213 @@
+//! The registry: every network by name, with its configuration, inputs and paper.
+//!
+//! ```
+//! let entry = taxel_zoo::find("hybrid-resvgg")?;
+//! let graph = entry.graph(&taxel_zoo::Settings::new())?;
+//! assert_eq!(graph.parameter_count(), 116_547);
+//!
+//! let mut settings = taxel_zoo::Settings::new();
+//! settings.insert("clases".into(), 28.into());
+//! let error = entry.graph(&settings).unwrap_err();
+//! assert!(error.to_string().starts_with("hybrid-resvgg: unknown field `clases`"));
+//! # Ok::<(), taxel_zoo::Error>(())
+//! ```
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use taxel_comparators::MlpConfig;
+use taxel_graph::{Architecture, Graph};
+use taxel_hybrid_cnn::{Body, Fusion, Hybrid, HybridConfig, Light, Light1dConfig, Light2dConfig};
+
+/// Configuration values by key; what is left out keeps the paper's value.
+pub type Settings = serde_json::Map<String, Value>;
+
+/// A network that is not there or cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No network of that name.
+    #[error("no network is called `{name}`; known: {known}")]
+    Unknown {
+        /// Name asked for.
+        name: String,
+        /// All names, comma-separated.
+        known: String,
+    },
+    /// A setting has an unknown key or a value of the wrong type.
+    #[error("{model}: {source}")]
+    Settings {
+        /// Network name.
+        model: String,
+        /// What serde says.
+        source: serde_json::Error,
+    },
+    /// The network refuses its configuration.
+    #[error("{model}: {source}")]
+    Graph {
+        /// Network name.
+        model: String,
+        /// What the graph says.
+        source: taxel_graph::Error,
+    },
+    /// The data do not have what the network reads.
+    #[error("{model} reads `{input}` with {axes} axes; {reason}")]
+    Input {
+        /// Network name.
+        model: String,
+        /// Input name.
+        input: String,
+        /// Axes the network expects, batch left out.
+        axes: usize,
+        /// What is there instead.
+        reason: String,
+    },
+}
+
+/// Result with this crate's [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// One input of a network and the configuration keys that hold its axis sizes.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Input {
+    /// `signal` (channels × time) or `image` (channels × rows × columns).
+    pub name: &'static str,
+    /// Keys of the axes in order; a single key means that the whole sample is flattened into it.
+    pub keys: &'static [&'static str],
+}
+
+/// A registered network.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// Name in configs, on the command line and in run folders.
+    pub name: &'static str,
+    /// Family crate.
+    pub family: &'static str,
+    /// Where it is published.
+    pub paper: &'static str,
+    /// What it reads.
+    pub inputs: &'static [Input],
+    build: fn(&Settings) -> std::result::Result<Graph, BuildError>,
+}
+
+enum BuildError {
+    Settings(serde_json::Error),
+    Graph(taxel_graph::Error),
+}
+
+const SIGNAL: Input = Input { name: "signal", keys: &["in_channels", "length"] };
+const IMAGE: Input = Input { name: "image", keys: &["in_channels", "height", "width"] };
+const HYBRID: &[Input] = &[SIGNAL, Input { name: "image", keys: &["image_channels", "height", "width"] }];
+const FLAT: Input = Input { name: "signal", keys: &["in_features"] };
+
+/// Every network that taxel knows.
+pub const NETWORKS: &[Entry] = &[
+    Entry { name: "mlp", family: "comparators", paper: "000, Table 5", inputs: &[FLAT], build: mlp },
+    light("vgg6-lite-1d", "000, section 3.1.1", &[SIGNAL], |s| light_1d(Body::Vgg6, s)),
+    light("resnet8-lite-1d", "000, section 3.1.2", &[SIGNAL], |s| light_1d(Body::ResNet8, s)),
+    light("densenet6-lite-1d", "000, section 3.1.3", &[SIGNAL], |s| light_1d(Body::DenseNet6, s)),
+    light("vgg6-lite-2d", "000, section 3.1.1", &[IMAGE], |s| light_2d(Body::Vgg6, s)),
+    light("resnet8-lite-2d", "000, section 3.1.2", &[IMAGE], |s| light_2d(Body::ResNet8, s)),
+    light("densenet6-lite-2d", "000, section 3.1.3", &[IMAGE], |s| light_2d(Body::DenseNet6, s)),
+    light("hybrid-vgg", "000, section 3.2", HYBRID, |s| {
+        hybrid("hybrid-vgg", Body::Vgg6, Body::Vgg6, Fusion::FullyConnected, s)
+    }),
+    light("hybrid-resnet", "000, section 3.2", HYBRID, |s| {
+        hybrid("hybrid-resnet", Body::ResNet8, Body::ResNet8, Fusion::FullyConnected, s)
+    }),
+    light("hybrid-densenet", "000, section 3.2", HYBRID, |s| {
+        hybrid("hybrid-densenet", Body::DenseNet6, Body::DenseNet6, Fusion::FullyConnected, s)
+    }),
+    light("hybrid-resvgg", "000, section 3.2", HYBRID, |s| {
+        hybrid("hybrid-resvgg", Body::ResNet8, Body::Vgg6, Fusion::FullyConnected, s)
+    }),
+    light("hybrid-resvgg-nofc", "000, Table 4", HYBRID, |s| {
+        hybrid("hybrid-resvgg-nofc", Body::ResNet8, Body::Vgg6, Fusion::None, s)
+    }),
+];
+
+const fn light(
+    name: &'static str,
+    paper: &'static str,
+    inputs: &'static [Input],
+    build: fn(&Settings) -> std::result::Result<Graph, BuildError>,
+) -> Entry {
+    Entry { name, family: "hybrid-cnn", paper, inputs, build }
+}
+
+/// The network called `name`.
+pub fn find(name: &str) -> Result<&'static Entry> {
+    NETWORKS.iter().find(|entry| entry.name == name).ok_or_else(|| Error::Unknown {
+        name: name.into(),
+        known: NETWORKS.iter().map(|e| e.name).collect::<Vec<_>>().join(", "),
+    })
+}
+
+impl Entry {
+    /// The network with `settings` in place of the paper's values.
+    pub fn graph(&self, settings: &Settings) -> Result<Graph> {
+        let model = self.name.to_string();
+        (self.build)(settings).map_err(|error| match error {
+            BuildError::Settings(source) => Error::Settings { model, source },
+            BuildError::Graph(source) => Error::Graph { model, source },
+        })
+    }
+
+    /// Settings that fit the network to samples: `shape_of` tells the shape of an input by name.
+    ///
+    /// # Errors
+    /// An input that the data do not have, or with another number of axes.
+    pub fn fit(&self, classes: usize, shape_of: impl Fn(&str) -> Option<Vec<usize>>) -> Result<Settings> {
+        let mut settings = Settings::new();
+        settings.insert("classes".into(), classes.into());
+        for input in self.inputs {
+            let refuse = |reason: String| Error::Input {
+                model: self.name.into(),
+                input: input.name.into(),
+                axes: input.keys.len(),
+                reason,
+            };
+            let shape = shape_of(input.name)
+                .ok_or_else(|| refuse(format!("the experiment encodes no `{}`", input.name)))?;
+            if input.keys.len() == 1 {
+                settings.insert(input.keys[0].into(), shape.iter().product::<usize>().into());
+            } else if input.keys.len() == shape.len() {
+                for (key, size) in input.keys.iter().zip(&shape) {
+                    settings.insert((*key).into(), (*size).into());
+                }
+            } else {
+                return Err(refuse(format!("the samples are {shape:?}")));
+            }
+        }
+        Ok(settings)
+    }
+}
+
+fn parse<C: DeserializeOwned>(settings: &Settings) -> std::result::Result<C, BuildError> {
+    serde_json::from_value(Value::Object(settings.clone())).map_err(BuildError::Settings)
+}
+
+fn build(network: impl Architecture) -> std::result::Result<Graph, BuildError> {
+    network.graph().map_err(BuildError::Graph)
+}
+
+fn mlp(settings: &Settings) -> std::result::Result<Graph, BuildError> {
+    build(parse::<MlpConfig>(settings)?)
+}
+
+fn light_1d(body: Body, settings: &Settings) -> std::result::Result<Graph, BuildError> {
+    build(Light { body, config: parse::<Light1dConfig>(settings)? })
+}
+
+fn light_2d(body: Body, settings: &Settings) -> std::result::Result<Graph, BuildError> {
+    build(Light { body, config: parse::<Light2dConfig>(settings)? })
+}
+
+fn hybrid(
+    name: &'static str,
+    temporal: Body,
+    spatial: Body,
+    fusion: Fusion,
+    settings: &Settings,
+) -> std::result::Result<Graph, BuildError> {
+    build(Hybrid { name, temporal, spatial, fusion, config: parse::<HybridConfig>(settings)? })
+}

@@ -1,0 +1,79 @@
+//! Parameters, batch-norm statistics and MACs of every network, counted by an independent twin
+//! (PyTorch) of each.
+
+use taxel_zoo::{NETWORKS, Settings, find};
+
+/// Name, parameters, batch-norm statistics, MACs of one sample.
+const COUNTED: [(&str, u64, Option<u64>, u64); 12] = [
+    ("mlp", 32_515, Some(0), 32_384),
+    ("vgg6-lite-1d", 33_411, None, 449_952),
+    ("resnet8-lite-1d", 13_923, Some(416), 204_928),
+    ("densenet6-lite-1d", 10_419, None, 183_984),
+    ("vgg6-lite-2d", 98_115, Some(480), 19_535_232),
+    ("resnet8-lite-2d", 39_299, None, 11_417_888),
+    ("densenet6-lite-2d", 23_507, None, 11_022_160),
+    ("hybrid-vgg", 139_587, None, 19_993_184),
+    ("hybrid-resnet", 55_203, None, 11_624_768),
+    ("hybrid-densenet", 38_435, None, 11_210_608),
+    ("hybrid-resvgg", 116_547, Some(896), 19_744_624),
+    ("hybrid-resvgg-nofc", 112_035, None, 19_740_160),
+];
+
+#[test]
+fn counts_are_those_of_the_twin() {
+    for (name, parameters, statistics, macs) in COUNTED {
+        let cost = find(name).unwrap().graph(&Settings::new()).unwrap().cost();
+        assert_eq!((cost.parameters, cost.macs), (parameters, macs), "{name}");
+        if let Some(statistics) = statistics {
+            assert_eq!(cost.buffers, statistics, "{name}");
+        }
+    }
+    assert_eq!(COUNTED.len(), NETWORKS.len(), "every registered network has its counts here");
+}
+
+/// Paper 000, Table 5: megabytes within max(0.02, 2 %), and GFLOPs in the convention that fits each row.
+#[test]
+fn paper_000_table_5_sizes_and_gflops() {
+    let rows = [
+        ("mlp", 0.12, 0.00006, "2 MAC"),
+        ("resnet8-lite-1d", 0.06, 0.0002, "1 MAC"),
+        ("vgg6-lite-2d", 0.39, 0.0392, "2 MAC + bias"),
+    ];
+    for (name, megabytes, gflops, convention) in rows {
+        let cost = find(name).unwrap().graph(&Settings::new()).unwrap().cost();
+        let mib = cost.bytes() as f64 / (1024.0 * 1024.0);
+        assert!((mib - megabytes).abs() <= f64::max(0.02, 0.02 * megabytes), "{name}: {mib} MiB");
+        let ours = match convention {
+            "1 MAC" => cost.macs,
+            "2 MAC" => 2 * cost.macs,
+            _ => cost.flops,
+        } as f64
+            / 1e9;
+        let last_digit = 10f64.powi(-(format!("{gflops}").split('.').nth(1).unwrap().len() as i32));
+        assert!((ours - gflops).abs() <= last_digit / 2.0 + 1e-12, "{name}: {ours} GFLOPs, {convention}");
+    }
+}
+
+#[test]
+fn names_are_those_of_the_checkpoints() {
+    let graph = find("hybrid-resvgg").unwrap().graph(&Settings::new()).unwrap();
+    let names: Vec<&str> = graph.params().map(|p| p.name.as_str()).collect();
+    for name in ["temporal.downsample.shortcut.bn.running_var", "spatial.convs.4.conv.weight", "fuse.bias"] {
+        assert!(names.contains(&name), "{name}");
+    }
+}
+
+#[test]
+fn too_small_inputs_and_too_few_classes_are_refused_by_name() {
+    let refuse = |name: &str, key: &str, value: u64| {
+        let settings = Settings::from_iter([(key.to_string(), value.into())]);
+        find(name).unwrap().graph(&settings).unwrap_err().to_string()
+    };
+    assert_eq!(refuse("vgg6-lite-2d", "classes", 1), "vgg6-lite-2d: classes = 1: must be in 2..=65536");
+    assert_eq!(refuse("mlp", "in_features", 0), "mlp: in_features = 0: must be in 1..=16777216");
+    assert!(
+        refuse("densenet6-lite-1d", "length", 1).contains("kernel 2 along length"),
+        "{}",
+        refuse("densenet6-lite-1d", "length", 1)
+    );
+}
