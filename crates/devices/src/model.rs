@@ -1,0 +1,239 @@
+//! A graph with candle tensors.
+
+use std::collections::HashMap;
+
+use candle_core::{D, Device, Tensor, Var};
+use taxel_graph::{Graph, Kind, Node, Op, Weights, Window};
+
+use crate::error::{Error, Result};
+use crate::gather::Gather;
+
+/// A graph and its tensors on a device.
+pub struct Model {
+    graph: Graph,
+    device: Device,
+    tensors: HashMap<String, Var>,
+}
+
+impl Model {
+    /// Puts `weights` on `device`.
+    ///
+    /// # Errors
+    /// Missing, extra or misshaped tensors, by name.
+    pub fn new(graph: &Graph, weights: &Weights, device: &Device) -> Result<Self> {
+        weights.check(graph)?;
+        let mut tensors = HashMap::new();
+        for param in graph.params() {
+            let Some(tensor) = weights.get(&param.name) else { continue };
+            let var = Tensor::from_slice(&tensor.data, tensor.shape.as_slice(), device)
+                .and_then(|t| Var::from_tensor(&t))
+                .map_err(|source| Error::Node { node: param.name.clone(), source })?;
+            tensors.insert(param.name.clone(), var);
+        }
+        Ok(Model { graph: graph.clone(), device: device.clone(), tensors })
+    }
+
+    /// Outputs by name, each [n, …] row-major; batch statistics when `train`.
+    ///
+    /// `inputs` are the graph's inputs in order, each [n, …] in PyTorch's axis order, row-major.
+    ///
+    /// # Errors
+    /// Inputs of another length than `n` samples have.
+    pub fn forward(&self, inputs: &[&[f32]], n: usize, train: bool) -> Result<Vec<(String, Vec<f32>)>> {
+        let values = self.run(inputs, n, train)?;
+        let read = |(name, id): &(String, usize)| {
+            let flat = values[*id].flatten_all().and_then(|t| t.to_vec1());
+            flat.map(|v| (name.clone(), v)).map_err(|source| Error::Node { node: name.clone(), source })
+        };
+        self.graph.outputs().iter().map(read).collect()
+    }
+
+    /// Mean softmax cross-entropy of a training batch and the gradient of every parameter.
+    ///
+    /// # Errors
+    /// Inputs or labels that do not fit the batch.
+    pub fn loss_and_gradients(&self, inputs: &[&[f32]], labels: &[u32]) -> Result<(f32, Weights)> {
+        let n = labels.len();
+        let output = &self.graph.outputs()[0];
+        let at = |source| Error::Node { node: output.0.clone(), source };
+        let values = self.run(inputs, n, true)?;
+        let labels = Tensor::from_slice(labels, n, &self.device).map_err(at)?;
+        let loss = candle_nn::loss::cross_entropy(&values[output.1], &labels).map_err(at)?;
+        let store = loss.backward().map_err(at)?;
+        let mut gradients = Weights::new();
+        for param in self.graph.params().filter(|p| p.kind == Kind::Parameter) {
+            let at = |source| Error::Node { node: param.name.clone(), source };
+            let Some(gradient) = store.get(self.tensors[&param.name].as_tensor()) else { continue };
+            let data = gradient.flatten_all().and_then(|t| t.to_vec1()).map_err(at)?;
+            gradients.insert(&param.name, taxel_graph::Tensor { shape: param.shape.clone(), data });
+        }
+        Ok((loss.to_scalar().map_err(at)?, gradients))
+    }
+
+    fn run(&self, inputs: &[&[f32]], n: usize, train: bool) -> Result<Vec<Tensor>> {
+        let mut inputs = inputs.iter();
+        let mut values: Vec<Tensor> = Vec::with_capacity(self.graph.nodes().len());
+        for node in self.graph.nodes() {
+            let value = if node.op == Op::Input {
+                let x = inputs.next().copied().unwrap_or_default();
+                self.input(node, x, n)?
+            } else {
+                let xs: Vec<&Tensor> = node.inputs.iter().map(|&i| &values[i]).collect();
+                self.node(node, &xs, train)
+                    .map_err(|source| Error::Node { node: node.name.clone(), source })?
+            };
+            values.push(value);
+        }
+        if inputs.next().is_some() {
+            let reason = format!("more inputs given than the {} expected", self.graph.inputs().len());
+            return Err(Error::Batch { model: self.graph.name().into(), reason });
+        }
+        Ok(values)
+    }
+
+    fn input(&self, node: &Node, x: &[f32], n: usize) -> Result<Tensor> {
+        let len = n * node.shape.iter().product::<usize>();
+        if n == 0 || x.len() != len {
+            let shape = taxel_graph::describe(&node.shape);
+            let reason = format!(
+                "input `{}` holds {} values; {n} samples of {shape} have {len}, and a batch has at least one",
+                node.name,
+                x.len()
+            );
+            return Err(Error::Batch { model: self.graph.name().into(), reason });
+        }
+        let mut shape = vec![n];
+        shape.extend(&node.shape);
+        Tensor::from_slice(x, shape, &self.device)
+            .map_err(|source| Error::Node { node: node.name.clone(), source })
+    }
+
+    fn node(&self, node: &Node, xs: &[&Tensor], train: bool) -> candle_core::Result<Tensor> {
+        let x = xs[0];
+        let tensor = |i: usize| self.tensors[&node.params[i].name].as_tensor();
+        match &node.op {
+            Op::Input => Ok(x.clone()),
+            Op::Conv { window, groups, bias } => {
+                let y = self.conv(x, tensor(0), window, *groups, node)?;
+                if *bias { y.broadcast_add(&per_channel(tensor(1), y.rank())?) } else { Ok(y) }
+            }
+            Op::BatchNorm { eps, momentum } => {
+                let (mean, var) = if train {
+                    let (mean, var) = moments(x)?;
+                    self.move_running(node, x, &mean, &var, f64::from(*momentum))?;
+                    (mean, var)
+                } else {
+                    (tensor(2).clone(), tensor(3).clone())
+                };
+                let rank = x.rank();
+                let sd = (per_channel(&var, rank)? + f64::from(*eps))?.sqrt()?;
+                x.broadcast_sub(&per_channel(&mean, rank)?)?
+                    .broadcast_div(&sd)?
+                    .broadcast_mul(&per_channel(tensor(0), rank)?)?
+                    .broadcast_add(&per_channel(tensor(1), rank)?)
+            }
+            // candle's own relu passes the gradient at 0; PyTorch does not.
+            Op::Relu => x.le(0f32)?.where_cond(&x.zeros_like()?, x),
+            Op::MaxPool(window) => {
+                let gather = Gather::new(window, &x.dims()[2..]);
+                let patches = gather.patches(x, f32::NEG_INFINITY, &self.device)?;
+                // candle's own maximum gives every tie the gradient; PyTorch the first only.
+                let first = patches.detach().argmax_keepdim(2)?;
+                self.shaped(patches.contiguous()?.gather(&first, 2)?.squeeze(2)?, node)
+            }
+            Op::AveragePool { window, counted } => {
+                let size = &x.dims()[2..];
+                let sum = Gather::new(window, size).patches(x, 0.0, &self.device)?.sum(2)?;
+                let divisors = Gather::divisors(window, size, counted);
+                let divisors = Tensor::from_slice(&divisors, (1, 1, divisors.len()), &self.device)?;
+                self.shaped(sum.broadcast_div(&divisors)?, node)
+            }
+            Op::GlobalAveragePool => x.flatten_from(2)?.mean(2),
+            Op::Flatten => x.flatten_from(1),
+            Op::Linear { bias } => {
+                let y = x.matmul(&tensor(0).t()?)?;
+                if *bias { y.broadcast_add(tensor(1)) } else { Ok(y) }
+            }
+            Op::Add => xs[1..].iter().try_fold(x.clone(), |sum, x| sum + *x),
+            Op::Concat => Tensor::cat(xs, 1),
+        }
+    }
+
+    fn conv(
+        &self,
+        x: &Tensor,
+        weight: &Tensor,
+        window: &Window,
+        groups: usize,
+        node: &Node,
+    ) -> candle_core::Result<Tensor> {
+        let gather = Gather::new(window, &x.dims()[2..]);
+        let (n, filters) = (x.dim(0)?, node.shape[0]);
+        let patches = gather.patches(x, 0.0, &self.device)?;
+        let (_, channels, volume, positions) = patches.dims4()?;
+        let depth = channels / groups * volume;
+        let mut parts = Vec::with_capacity(groups);
+        for group in 0..groups {
+            let patch = patches.narrow(1, group * channels / groups, channels / groups)?;
+            let patch = patch.contiguous()?.reshape((n, depth, positions))?;
+            let weight = weight.narrow(0, group * filters / groups, filters / groups)?;
+            let weight = weight.reshape((1, filters / groups, depth))?;
+            parts.push(weight.broadcast_matmul(&patch)?);
+        }
+        self.shaped(Tensor::cat(&parts, 1)?, node)
+    }
+
+    /// [n, channels, positions] → [n, the node's shape].
+    fn shaped(&self, y: Tensor, node: &Node) -> candle_core::Result<Tensor> {
+        let mut shape = vec![y.dim(0)?];
+        shape.extend(&node.shape);
+        y.reshape(shape)
+    }
+
+    fn move_running(
+        &self,
+        node: &Node,
+        x: &Tensor,
+        mean: &Tensor,
+        var: &Tensor,
+        momentum: f64,
+    ) -> candle_core::Result<()> {
+        let count = x.elem_count() as f64 / mean.elem_count() as f64;
+        let unbiased = (var.detach() * (count / (count - 1.0).max(1.0)))?;
+        for (param, batch) in node.params[2..].iter().zip([&mean.detach(), &unbiased]) {
+            let running = &self.tensors[&param.name];
+            running.set(&((running.as_tensor() * (1.0 - momentum))? + (batch * momentum)?)?)?;
+        }
+        Ok(())
+    }
+
+    /// All tensors, with the running statistics as training passes left them.
+    ///
+    /// # Errors
+    /// The device fails to give its values back.
+    pub fn weights(&self) -> Result<Weights> {
+        let mut weights = Weights::new();
+        for param in self.graph.params() {
+            let data = self.tensors[&param.name].flatten_all().and_then(|t| t.to_vec1());
+            let data = data.map_err(|source| Error::Node { node: param.name.clone(), source })?;
+            weights.insert(&param.name, taxel_graph::Tensor { shape: param.shape.clone(), data });
+        }
+        Ok(weights)
+    }
+}
+
+/// [channels] → [1, channels, 1, …].
+fn per_channel(t: &Tensor, rank: usize) -> candle_core::Result<Tensor> {
+    let mut shape = vec![1; rank];
+    shape[1] = t.elem_count();
+    t.reshape(shape)
+}
+
+/// Batch mean and biased variance per channel.
+fn moments(x: &Tensor) -> candle_core::Result<(Tensor, Tensor)> {
+    let channels = x.dim(1)?;
+    let flat = x.transpose(0, 1)?.contiguous()?.reshape((channels, ()))?;
+    let mean = flat.mean_keepdim(D::Minus1)?;
+    let var = flat.broadcast_sub(&mean)?.sqr()?.mean(D::Minus1)?;
+    Ok((mean.squeeze(D::Minus1)?, var))
+}

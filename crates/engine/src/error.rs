@@ -1,0 +1,28 @@
+//! What the engine refuses.
+
+/// A batch, label or tensor that the engine cannot take.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The graph or its weights are not usable.
+    #[error(transparent)]
+    Graph(#[from] taxel_graph::Error),
+    /// The batch does not fit.
+    #[error("{model}: {reason}")]
+    Batch {
+        /// Network name.
+        model: String,
+        /// What does not fit.
+        reason: String,
+    },
+    /// The thread pool could not be started.
+    #[error("cannot start {threads} threads: {reason}; try a smaller --threads")]
+    Threads {
+        /// Number asked for.
+        threads: usize,
+        /// What the system says.
+        reason: String,
+    },
+}
+
+/// Result with this crate's [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,103 @@
+//! Every network against its PyTorch twin: logits, loss, every gradient, running statistics, five
+//! SGDM steps, population statistics. The reference is computed in float64.
+
+#[path = "../../../tests/support/twin.rs"]
+mod twin;
+
+use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_graph::{Graph, Weights};
+use twin::Twin;
+
+fn slices(inputs: &[Vec<f32>]) -> Vec<&[f32]> {
+    inputs.iter().map(Vec::as_slice).collect()
+}
+
+fn compile(twin: &Twin, threads: usize) -> (Graph, Engine) {
+    let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
+    let engine = Engine::new(&graph, &twin.weights(), Options { batch: 4, threads }).unwrap();
+    (graph, engine)
+}
+
+#[test]
+fn logits_loss_and_every_gradient() {
+    for twin in Twin::all() {
+        let (graph, mut engine) = compile(&twin, 1);
+        let inputs = twin.inputs(&graph, 500);
+        let xs = slices(&inputs);
+        let logits = engine.forward(&xs, twin.batch, Mode::Eval).unwrap();
+        twin.assert_values("eval_logits", logits, 1e-5);
+        let logits = engine.forward(&xs, twin.batch, Mode::Train).unwrap();
+        twin.assert_values("train_logits", logits, 1e-5);
+        twin.assert_loss(engine.backward(&twin.labels()).unwrap(), 1e-5);
+        let gradients = engine.gradients();
+        assert_eq!(gradients.len(), twin.count("gradients"), "{}", twin.name);
+        twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), 1e-4);
+        let weights = engine.weights();
+        twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+    }
+}
+
+#[test]
+fn five_steps_of_sgdm() {
+    for twin in Twin::all() {
+        let (graph, mut engine) = compile(&twin, 1);
+        let inputs = twin.inputs(&graph, 500);
+        let losses: Vec<f32> = (0..5)
+            .map(|_| {
+                engine.forward(&slices(&inputs), twin.batch, Mode::Train).unwrap();
+                let loss = engine.backward(&twin.labels()).unwrap();
+                engine.sgdm(&Sgdm { lr: 0.01, momentum: 0.9, weight_decay: 1e-3 });
+                loss
+            })
+            .collect();
+        twin.assert_values("steps", &losses, 1e-4);
+    }
+}
+
+#[test]
+fn population_statistics() {
+    for twin in Twin::all() {
+        let (graph, mut engine) = compile(&twin, 2);
+        let before = engine.weights();
+        engine.begin_population();
+        for salt in [500, 600] {
+            let inputs = twin.inputs(&graph, salt);
+            engine.forward(&slices(&inputs), twin.batch, Mode::Train).unwrap();
+        }
+        let during = engine.weights();
+        assert_eq!(during, before, "{}: gathering must not move anything", twin.name);
+        engine.end_population();
+        let weights = engine.weights();
+        twin.assert_digests("population", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    for twin in Twin::all() {
+        let run = |threads| -> (Vec<u32>, Weights) {
+            let (graph, mut engine) = compile(&twin, threads);
+            let inputs = twin.inputs(&graph, 500);
+            let logits = engine.forward(&slices(&inputs), twin.batch, Mode::Train).unwrap();
+            let bits = logits.iter().map(|v| v.to_bits()).collect();
+            engine.backward(&twin.labels()).unwrap();
+            engine.sgdm(&Sgdm { lr: 0.1, momentum: 0.9, weight_decay: 0.0 });
+            (bits, engine.weights())
+        };
+        assert_eq!(run(1), run(2), "{}", twin.name);
+        assert_eq!(run(1), run(3), "{}", twin.name);
+    }
+}
+
+#[test]
+fn a_smaller_batch_sees_only_itself() {
+    for twin in Twin::all() {
+        let (graph, mut engine) = compile(&twin, 1);
+        let inputs = twin.inputs(&graph, 500);
+        let all = engine.forward(&slices(&inputs), twin.batch, Mode::Eval).unwrap().to_vec();
+        let classes = all.len() / twin.batch;
+        let first: Vec<&[f32]> = inputs.iter().map(|x| &x[..x.len() / twin.batch]).collect();
+        let one = engine.forward(&first, 1, Mode::Eval).unwrap();
+        assert_eq!(one, &all[..classes], "{}", twin.name);
+    }
+}

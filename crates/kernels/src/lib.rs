@@ -1,0 +1,20 @@
+//! CPU loops behind safe functions.
+//!
+//! Everything here works on plain slices in channels-last order (positions × channels), on one image
+//! or one range of rows, in the calling thread. Threads, buffers and the order of operations are the
+//! engine's business. This is the one crate that may hold `unsafe`; each block says why it is sound.
+//!
+//! Sizes that do not fit the slices are programming errors of the caller and panic by slice bounds;
+//! no function reads or writes outside its slices.
+
+pub mod batch_norm;
+pub mod conv;
+pub mod layout;
+pub mod loss;
+pub mod matmul;
+pub mod optim;
+pub mod pointwise;
+pub mod pool;
+mod window;
+
+pub use window::Window3;

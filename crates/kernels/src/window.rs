@@ -1,0 +1,57 @@
+//! A sliding window over up to three spatial axes.
+
+/// Kernel, stride and padding over (depth, rows, columns); missing axes have size 1.
+///
+/// One-dimensional data live on the last axis, two-dimensional data on the last two, so that the
+/// innermost loop always runs along memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window3 {
+    /// Input size.
+    pub input: [usize; 3],
+    /// Number of window positions.
+    pub output: [usize; 3],
+    /// Window size.
+    pub kernel: [usize; 3],
+    /// Step.
+    pub stride: [usize; 3],
+    /// Padding before the first value.
+    pub before: [usize; 3],
+}
+
+impl Window3 {
+    /// Input positions.
+    pub fn input_len(&self) -> usize {
+        self.input.iter().product()
+    }
+
+    /// Window positions.
+    pub fn output_len(&self) -> usize {
+        self.output.iter().product()
+    }
+
+    /// Values under one window.
+    pub fn volume(&self) -> usize {
+        self.kernel.iter().product()
+    }
+
+    /// Whether every window is one value and every value has its window.
+    pub fn is_identity(&self) -> bool {
+        self.kernel == [1; 3] && self.stride == [1; 3] && self.before == [0; 3] && self.input == self.output
+    }
+
+    /// The (depth, row, column) of window position `at`.
+    pub(crate) fn unravel(&self, at: usize) -> [usize; 3] {
+        let [_, rows, columns] = self.output;
+        [at / (rows * columns), at / columns % rows, at % columns]
+    }
+
+    /// Along `axis`, the kernel offsets at output position `out` that fall inside the input, and the
+    /// input position of the first of them.
+    pub(crate) fn inside(&self, axis: usize, out: usize) -> (std::ops::Range<usize>, usize) {
+        let start = out * self.stride[axis];
+        let before = self.before[axis];
+        let low = before.saturating_sub(start).min(self.kernel[axis]);
+        let high = (self.input[axis] + before).saturating_sub(start).min(self.kernel[axis]).max(low);
+        (low..high, (start + low).saturating_sub(before))
+    }
+}

@@ -1,0 +1,164 @@
+//! Fixtures of the PyTorch twins, and the formula that both sides fill their tensors with.
+//!
+//! `scripts/fixtures/network_twins.py` writes the fixtures; `formula.py` beside it is the other half of
+//! [`hashed`], [`tensor`] and [`digest`].
+
+#![allow(dead_code)]
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use taxel_graph::{Graph, Tensor, Weights};
+
+/// Numbers in [-1, 1) from integers alone.
+pub fn hashed(count: usize, salt: u64) -> Vec<f64> {
+    let mask = 0xFFFF_FFFFu64;
+    (0..count as u64)
+        .map(|i| {
+            let mut h = (i.wrapping_mul(2_654_435_761) + salt * 40_503 + 12_345) & mask;
+            for (shift, factor) in [(15, 2_246_822_519u64), (13, 3_266_489_917)] {
+                h ^= h >> shift;
+                h = h.wrapping_mul(factor) & mask;
+            }
+            h ^= h >> 16;
+            h as f64 / 2_147_483_648.0 - 1.0
+        })
+        .collect()
+}
+
+fn tensor(name: &str, shape: &[usize], salt: u64) -> Tensor {
+    let values = hashed(shape.iter().product(), salt);
+    let fan_in: usize = shape[1..].iter().product();
+    let scaled = |v: f64| {
+        if name.ends_with("running_var") {
+            1.0 + 0.4 * v
+        } else if name.ends_with("running_mean") {
+            0.3 * v
+        } else if shape.len() > 1 {
+            v * (6.0 / fan_in as f64).sqrt()
+        } else if name.ends_with("weight") {
+            1.0 + 0.3 * v
+        } else {
+            0.2 * v
+        }
+    };
+    Tensor { shape: shape.to_vec(), data: values.into_iter().map(|v| scaled(v) as f32).collect() }
+}
+
+fn digest(values: &[f32], salt: u64) -> Vec<f64> {
+    let flat: Vec<f64> = values.iter().map(|&v| f64::from(v)).collect();
+    let dot = |salt| flat.iter().zip(hashed(flat.len(), salt)).map(|(a, b)| a * b).sum::<f64>();
+    let norm = flat.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let mut digest = vec![norm, dot(1000 + salt), dot(2000 + salt)];
+    digest.extend((0..6).map(|i| flat[i * flat.len() / 6]));
+    digest
+}
+
+/// One fixture.
+pub struct Twin {
+    pub name: String,
+    pub network: String,
+    pub settings: serde_json::Map<String, Value>,
+    pub batch: usize,
+    json: Value,
+}
+
+impl Twin {
+    /// Every fixture of the folder, in order of their names.
+    pub fn all() -> Vec<Twin> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/networks");
+        let mut paths: Vec<PathBuf> =
+            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        paths.sort();
+        assert!(paths.len() >= 12, "run scripts/fixtures/network_twins.py: only {} fixtures", paths.len());
+        paths.iter().map(|path| Twin::read(path)).collect()
+    }
+
+    fn read(path: &Path) -> Twin {
+        let json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        Twin {
+            name: path.file_stem().unwrap().to_str().unwrap().into(),
+            network: json["network"].as_str().unwrap().into(),
+            settings: json["settings"].as_object().unwrap().clone(),
+            batch: json["batch"].as_u64().unwrap() as usize,
+            json,
+        }
+    }
+
+    /// The formula's weights under the twin's own `state_dict` names.
+    pub fn weights(&self) -> Weights {
+        let mut weights = Weights::new();
+        for (salt, entry) in self.json["tensors"].as_array().unwrap().iter().enumerate() {
+            let name = entry[0].as_str().unwrap();
+            let shape: Vec<usize> =
+                entry[1].as_array().unwrap().iter().map(|s| s.as_u64().unwrap() as usize).collect();
+            weights.insert(name, tensor(name, &shape, salt as u64));
+        }
+        weights
+    }
+
+    /// The formula's inputs for one batch; `salt` is 500 or 600.
+    pub fn inputs(&self, graph: &Graph, salt: u64) -> Vec<Vec<f32>> {
+        let sizes = graph.inputs().map(|node| node.shape.iter().product::<usize>());
+        let values = |(i, size): (usize, usize)| hashed(self.batch * size, salt + i as u64);
+        sizes.enumerate().map(values).map(|v| v.into_iter().map(|v| v as f32).collect()).collect()
+    }
+
+    pub fn labels(&self) -> Vec<u32> {
+        let classes = self.settings.get("classes").map_or(3, |c| c.as_u64().unwrap()) as usize;
+        (0..self.batch).map(|i| (i % classes) as u32).collect()
+    }
+
+    /// Compares values with a list of the fixture, relative to its largest value.
+    pub fn assert_values(&self, key: &str, got: &[f32], relative: f64) {
+        let want: Vec<f64> = self.json[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        assert_eq!(got.len(), want.len(), "{}: {key}", self.name);
+        let scale = want.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+        for (i, (&got, want)) in got.iter().zip(&want).enumerate() {
+            let gap = (f64::from(got) - want).abs();
+            let bound = relative * scale;
+            assert!(
+                gap <= bound,
+                "{}: {key}[{i}]: got {got}, want {want}, gap {gap:e} > {bound:e}",
+                self.name
+            );
+        }
+    }
+
+    pub fn assert_loss(&self, got: f32, relative: f64) {
+        let want = self.json["loss"].as_f64().unwrap();
+        let gap = (f64::from(got) - want).abs();
+        assert!(gap <= relative * want.abs(), "{}: loss: got {got}, want {want}", self.name);
+    }
+
+    /// Compares every tensor of a group (`gradients`, `running`, `population`) by its digest. A tensor
+    /// that is zero but for rounding is held against the group's largest.
+    pub fn assert_digests(&self, key: &str, get: impl Fn(&str) -> Option<Vec<f32>>, relative: f64) {
+        let group = self.json[key].as_object().unwrap();
+        let numbers =
+            |v: &Value| v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect::<Vec<f64>>();
+        let largest = group.values().map(|v| numbers(v)[0]).fold(0.0f64, f64::max);
+        // Salts count the tensors in the twin's order; population pairs share one.
+        for (i, (name, want)) in group.iter().enumerate() {
+            let salt = if key == "population" { i / 2 } else { i };
+            let got = get(name).unwrap_or_else(|| panic!("{}: no {key} for {name}", self.name));
+            let (got, want) = (digest(&got, salt as u64), numbers(want));
+            // A bias before a batch norm has gradient zero: many terms that cancel, each rounded.
+            let share = if want[0] < 1e-12 * largest { 1.0 } else { 0.01 };
+            let bound = relative * (want[0] + share * largest);
+            for (part, (got, want)) in got.iter().zip(&want).enumerate() {
+                let gap = (got - want).abs();
+                assert!(
+                    gap <= bound,
+                    "{}: {key} {name}, part {part}: got {got}, want {want}, gap {gap:e} > {bound:e}",
+                    self.name
+                );
+            }
+        }
+    }
+
+    /// Number of entries of a group.
+    pub fn count(&self, key: &str) -> usize {
+        self.json[key].as_object().unwrap().len()
+    }
+}
