@@ -1,0 +1,94 @@
+//! Colour maps: a field of -1..1 as an image of one or three channels.
+//!
+//! # Reference
+//!
+//! Section 4.2 of paper 000 (Hybrid-CNN hardness recognition) turns the GADF into a colour image
+//! "using a colormap" and does not name it. The default here is [`Colormap::Jet`], MATLAB's classic
+//! one, with the breakpoints that matplotlib gives it; viridis is matplotlib's table (CC0).
+//! Both have 256 levels, as in matplotlib, so three channels hold 8 bits of the field, not more.
+
+use crate::viridis::VIRIDIS;
+use crate::{Error, Result};
+use ndarray::{Array2, Array3};
+use serde::{Deserialize, Serialize};
+
+/// The levels of [`Colormap::Jet`] and [`Colormap::Viridis`].
+const LEVELS: usize = 256;
+
+/// A colour over the unit interval as (position, intensity) corners, linear in between.
+type Ramp = &'static [(f64, f64)];
+
+/// Jet's red, green and blue.
+const JET: [Ramp; 3] = [
+    &[(0.0, 0.0), (0.35, 0.0), (0.66, 1.0), (0.89, 1.0), (1.0, 0.5)],
+    &[(0.0, 0.0), (0.125, 0.0), (0.375, 1.0), (0.64, 1.0), (0.91, 0.0), (1.0, 0.0)],
+    &[(0.0, 0.5), (0.11, 1.0), (0.34, 1.0), (0.65, 0.0), (1.0, 0.0)],
+];
+
+/// How a field becomes an image.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Colormap {
+    /// One channel, `(v + 1) / 2`: nothing is lost.
+    Grey,
+    /// Three channels, dark blue over green to dark red. The default; the paper names none.
+    #[default]
+    Jet,
+    /// Three channels, dark purple over green to yellow; lightness grows evenly.
+    Viridis,
+}
+
+impl Colormap {
+    /// Channels of the image: 1 or 3.
+    pub fn channels(self) -> usize {
+        match self {
+            Self::Grey => 1,
+            Self::Jet | Self::Viridis => 3,
+        }
+    }
+
+    /// Colours a field `[rows, columns]` with values -1..1 (clipped) as an image
+    /// `[channels, rows, columns]` with values 0..1; the channels are red, green, blue.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NonFinite`] naming the first pixel that is NaN or infinite.
+    pub fn apply(self, field: &Array2<f32>) -> Result<Array3<f32>> {
+        if let Some(((row, column), &value)) = field.indexed_iter().find(|(_, v)| !v.is_finite()) {
+            return Err(Error::NonFinite { place: format!("pixel [{row}, {column}]"), value });
+        }
+        let table = self.table();
+        let (rows, columns) = field.dim();
+        Ok(Array3::from_shape_fn((self.channels(), rows, columns), |(channel, row, column)| {
+            let unit = ((f64::from(field[[row, column]]) + 1.0) / 2.0).clamp(0.0, 1.0);
+            match table.get((unit * LEVELS as f64) as usize).or(table.last()) {
+                Some(colour) => colour[channel],
+                None => unit as f32,
+            }
+        }))
+    }
+
+    /// The colours of the levels; empty for grey.
+    fn table(self) -> Vec<[f32; 3]> {
+        match self {
+            Self::Grey => Vec::new(),
+            Self::Viridis => VIRIDIS.to_vec(),
+            Self::Jet => (0..LEVELS)
+                .map(|level| {
+                    let at = level as f64 / (LEVELS - 1) as f64;
+                    JET.map(|ramp| interpolate(ramp, at) as f32)
+                })
+                .collect(),
+        }
+    }
+}
+
+fn interpolate(ramp: Ramp, at: f64) -> f64 {
+    for pair in ramp.windows(2) {
+        let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+        if at <= x1 {
+            return y0 + (at - x0) / (x1 - x0) * (y1 - y0);
+        }
+    }
+    ramp[ramp.len() - 1].1
+}

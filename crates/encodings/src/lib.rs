@@ -1,0 +1,31 @@
+//! Readings to tensors: Gramian angular fields, colour maps, scaling.
+//!
+//! Everything here is a function of one sample, or is fitted on training data and carries what it
+//! has fitted ([`Scaling::ZScore`]). Bad readings are errors that name them, never NaN pixels.
+//!
+//! # Reference
+//!
+//! Paper 000 (Hybrid-CNN hardness recognition), section 4.2.
+//!
+//! ```
+//! use ndarray::Array3;
+//! use taxel_encodings::HardnessImage;
+//!
+//! let grasps = Array3::from_shape_fn((2, 5, 50), |(_, finger, t)| (finger * t) as f32);
+//! let images = HardnessImage::default().encode_batch(grasps.view())?;
+//! assert_eq!(images.shape(), [2, 3, 50, 50]);
+//! # Ok::<(), taxel_encodings::Error>(())
+//! ```
+
+mod colormap;
+mod error;
+mod gaf;
+mod hardness;
+mod scale;
+mod viridis;
+
+pub use colormap::Colormap;
+pub use error::{Error, Result};
+pub use gaf::{Constant, Gaf, Method, Range};
+pub use hardness::HardnessImage;
+pub use scale::Scaling;

@@ -1,0 +1,42 @@
+//! The one error type of the scenes.
+//!
+//! # Reference
+//!
+//! None: every message names the thing, its value and the way out.
+
+/// A scene that cannot be simulated as asked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// No scene has this name.
+    #[error("there is no scene `{name}`; known: {known}")]
+    UnknownScene {
+        /// The name asked for.
+        name: String,
+        /// All names.
+        known: String,
+    },
+    /// The scene has no such effect, or could not work without it.
+    #[error("scene {scene} has no removable effect `{name}`; known: {known}")]
+    UnknownEffect {
+        /// The scene.
+        scene: &'static str,
+        /// The effect asked for.
+        name: String,
+        /// All removable effects of the scene.
+        known: String,
+    },
+    /// A parameter is impossible.
+    #[error("{name} = {value}: {expected}")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The value given.
+        value: String,
+        /// The values that work.
+        expected: &'static str,
+    },
+}
+
+/// A result whose error is [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;

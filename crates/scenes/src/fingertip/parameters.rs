@@ -1,0 +1,98 @@
+//! The parameters of the fingertip scene: one table for the simulation and for `--explain`.
+//!
+//! # Reference
+//!
+//! Each row names its own; see [`fingertip`](super) for the equations.
+
+use crate::Effect;
+
+/// A row of the table that [`explain`](crate::explain) prints and the simulation computes with.
+pub(super) struct Parameter {
+    effect: &'static str,
+    name: &'static str,
+    /// One value, or one per finger.
+    pub(super) value: &'static [f64],
+    unit: &'static str,
+    source: &'static str,
+    why: &'static str,
+}
+
+impl Parameter {
+    /// The only value, or the thumb's.
+    pub(super) fn get(&self) -> f64 {
+        self.value[0]
+    }
+}
+
+/// Defines the constants of the table and the table in one go, so that none is forgotten.
+macro_rules! parameters {
+    ($($id:ident: $effect:literal, $name:literal, $value:expr, $unit:literal, $source:expr, $why:expr;)*) => {
+        $(pub(super) const $id: Parameter = Parameter {
+            effect: $effect, name: $name, value: &$value, unit: $unit, source: $source, why: $why,
+        };)*
+        const TABLE: &[Parameter] = &[$($id),*];
+    };
+}
+
+const ASSUMED: &str = "assumed";
+const PAPER: &str = "paper 000, section 4.2";
+
+parameters! {
+    START: "grasp", "start of the motion", [0.4], "s", ASSUMED, "readings begin before contact";
+    RAMP: "grasp", "duration of the motion", [2.0], "s", ASSUMED, "a steady ramp, then hold";
+    TRAVEL: "grasp", "commanded fingertip travel", [18.0], "mm", ASSUMED,
+        "the same predefined position in every grasp";
+    GAP: "grasp", "distance to the object", [13.0, 12.0, 11.5, 12.0, 13.0], "mm", ASSUMED,
+        "fingers touch one after the other; what is left of the travel squeezes";
+    TIP: "contact", "fingertip radius", [8.0], "mm", ASSUMED, "curvature in Hertz' law";
+    OBJECT: "contact", "cylinder radius", [25.0], "mm", PAPER, "curvature in Hertz' law";
+    POISSON: "contact", "Poisson's ratio", [0.5], "", "rubber is incompressible", "E* in Hertz' law";
+    CONDUCTANCE: "sensor", "conductance at 1 N", [0.16], "mS", "FSR 402, about 6 kohm at 100 g",
+        "more force, more counts";
+    EXPONENT: "sensor", "exponent of the force", [0.85], "", "FSR 402, 30 kohm at 20 g to 1 kohm at 1 kg",
+        "counts are not proportional to force";
+    RESISTOR: "sensor", "divider resistor", [10.0], "kohm", "usual with an FSR 402",
+        "counts saturate at high force";
+    STIFFNESS: "compliance", "servo, tendon and finger in series", [2.0], "N/mm", ASSUMED,
+        "force is a balance of object and finger: levels come closer, and differ in shape";
+    RELAXED: "relaxation", "share of the force lost", [0.3], "", ASSUMED,
+        "force decays under a held squeeze, more so on a soft object";
+    RELAXATION_TIME: "relaxation", "time constant", [1.0], "s", ASSUMED, "within the hold";
+    QUALITY: "contact-quality", "share of the force on the sensor", [0.5, 0.85, 0.9, 0.85, 0.45], "",
+        "paper 000, section 4.1: thumb and little finger vary; values assumed",
+        "scales the amplitude of a finger";
+    QUALITY_SPREAD: "contact-quality", "log spread per grasp", [0.25, 0.12, 0.12, 0.12, 0.25], "", ASSUMED,
+        "scales the amplitude of a finger";
+    SHIFT: "placement", "shift between thumb and fingers, SD", [0.6], "mm", ASSUMED,
+        "the thumb touches later and presses less when the fingers press more";
+    TILT: "placement", "tilt from finger to finger, SD", [0.3], "mm", ASSUMED,
+        "index and little finger press differently";
+    HOLD_ERROR: "servo", "error of the hold position, SD", [0.3], "mm", ASSUMED,
+        "all fingers press more or less together, as on another object";
+    START_ERROR: "servo", "error of the start, SD", [0.08], "s", ASSUMED, "the onset says little";
+    SESSION_QUALITY: "session", "log contact quality, SD", [0.15], "", ASSUMED,
+        "a session's own amplitudes: scores on unseen sessions are lower";
+    SESSION_SHIFT: "session", "shift, SD", [0.4], "mm", ASSUMED, "a session's own placement";
+    SESSION_PERIOD: "session", "period of the drift", [50.0], "grasps", ASSUMED,
+        "both wander to and fro within a session";
+    NOISE: "noise", "electronic noise, SD", [1.5], "counts", "assumed, 1 to 2 of 1023",
+        "readings are not exactly repeatable";
+}
+
+/// Effects that the scene works without.
+pub(super) const REMOVABLE: [&str; 7] =
+    ["compliance", "relaxation", "contact-quality", "placement", "servo", "session", "noise"];
+
+/// All parameters, as `taxel simulate fingertip --explain` prints them.
+pub(crate) fn explain() -> Vec<Effect> {
+    let row = |p: &Parameter| Effect {
+        name: p.effect.into(),
+        parameter: p.name.into(),
+        value: p.value.iter().map(f64::to_string).collect::<Vec<_>>().join(", "),
+        unit: p.unit.into(),
+        source: p.source.into(),
+        why: p.why.into(),
+        removable: REMOVABLE.contains(&p.effect),
+    };
+    TABLE.iter().map(row).collect()
+}

@@ -1,0 +1,103 @@
+//! Simulated tactile worlds: labelled recordings with the physical truth behind them.
+//!
+//! A scene has the few parameters that a paper's claims depend on. Each belongs to a named effect,
+//! [`explain`] lists them with their sources, and `without` takes an effect out again. Numbers
+//! measured on a scene are measured on simulated data and never a paper's own.
+//!
+//! Every random number comes from [`taxel_seed`] under a purpose that names scene, sample and
+//! effect: sample i is the same however many are asked for, and removing one effect leaves the
+//! random numbers of the others alone.
+//!
+//! # Reference
+//!
+//! See each scene: [`fingertip`].
+//!
+//! ```
+//! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
+//! assert_eq!(scene.x.shape(), [30, 5, 50]);
+//! assert_eq!(scene.class_names, ["shore-00", "shore-10", "shore-20"]);
+//! # Ok::<(), taxel_scenes::Error>(())
+//! ```
+
+mod error;
+pub mod fingertip;
+
+pub use error::{Error, Result};
+pub use fingertip::Fingertip;
+
+use ndarray::ArrayD;
+use serde::Serialize;
+
+/// A simulated data set of N samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Raw readings, `[N, ..]`, in `unit`.
+    pub x: ArrayD<f32>,
+    /// Class of each sample, an index into `class_names`.
+    pub y: Vec<u32>,
+    /// Session of each sample: what a fair split never tears apart.
+    pub group: Vec<u32>,
+    /// Names of the classes.
+    pub class_names: Vec<String>,
+    /// Names of the channels (axis 1 of `x`).
+    pub channel_names: Vec<String>,
+    /// Unit of the readings.
+    pub unit: &'static str,
+    /// The largest possible reading; the smallest is 0.
+    pub full_scale: f32,
+    /// True physical values by name, one per sample.
+    pub truth: Vec<(String, Vec<f32>)>,
+}
+
+/// One parameter of a scene and the effect that it is there for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Effect {
+    /// The effect, as `without` takes it; several parameters may share one.
+    pub name: String,
+    /// The parameter.
+    pub parameter: String,
+    /// Its value, or one value per finger.
+    pub value: String,
+    /// The unit of the value; empty for a ratio.
+    pub unit: String,
+    /// Where the value comes from; `assumed` where nothing is published.
+    pub source: String,
+    /// What the effect does to the readings.
+    pub why: String,
+    /// Whether `without` may name it.
+    pub removable: bool,
+}
+
+/// Names of all scenes.
+pub fn names() -> &'static [&'static str] {
+    &[fingertip::NAME]
+}
+
+/// Simulates `samples` recordings of the scene `name` with its default parameters.
+///
+/// # Errors
+///
+/// [`Error::UnknownScene`], [`Error::UnknownEffect`] for a name in `without` that is no removable
+/// effect of the scene, [`Error::Parameter`] for zero samples.
+pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+    match name {
+        fingertip::NAME => Fingertip::default().simulate(samples, seed, without),
+        _ => Err(unknown(name)),
+    }
+}
+
+/// All parameters of the scene `name`, effect by effect.
+///
+/// # Errors
+///
+/// [`Error::UnknownScene`].
+pub fn explain(name: &str) -> Result<Vec<Effect>> {
+    match name {
+        fingertip::NAME => Ok(fingertip::explain()),
+        _ => Err(unknown(name)),
+    }
+}
+
+fn unknown(name: &str) -> Error {
+    Error::UnknownScene { name: name.into(), known: names().join(", ") }
+}
