@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use taxel_graph::{Graph, Tensor, Weights};
+use taxel_graph::{Conv, Extent, Graph, Network, Pool, Tensor, Weights};
 
 /// Numbers in [-1, 1) from integers alone.
 pub fn hashed(count: usize, salt: u64) -> Vec<f64> {
@@ -74,10 +74,26 @@ impl Twin {
         paths.iter().map(|path| Twin::read(path)).collect()
     }
 
+    /// Every single operation on awkward shapes, with its graph.
+    pub fn operations() -> Vec<(Twin, Graph)> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/operations.json");
+        let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        assert!(cases.len() >= 30, "run scripts/fixtures/operations.py: only {} cases", cases.len());
+        let pair = |json: Value| {
+            let graph = operation(&json["operation"]);
+            (Twin::new(json["network"].as_str().unwrap().to_string(), json), graph)
+        };
+        cases.into_iter().map(pair).collect()
+    }
+
     fn read(path: &Path) -> Twin {
         let json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        Twin::new(path.file_stem().unwrap().to_str().unwrap().into(), json)
+    }
+
+    fn new(name: String, json: Value) -> Twin {
         Twin {
-            name: path.file_stem().unwrap().to_str().unwrap().into(),
+            name,
             network: json["network"].as_str().unwrap().into(),
             settings: json["settings"].as_object().unwrap().clone(),
             batch: json["batch"].as_u64().unwrap() as usize,
@@ -161,4 +177,35 @@ impl Twin {
     pub fn count(&self, key: &str) -> usize {
         self.json[key].as_object().unwrap().len()
     }
+}
+
+/// Input → 1×1 convolution `pre` → the operation `op` → flatten → linear `head`.
+fn operation(case: &Value) -> Graph {
+    let number = |key: &str| case[key].as_u64().unwrap() as usize;
+    let extent = |key: &str| match &case[key] {
+        Value::Array(sizes) => Extent::Each(sizes.iter().map(|s| s.as_u64().unwrap() as usize).collect()),
+        size => Extent::All(size.as_u64().unwrap() as usize),
+    };
+    let pool = || {
+        let pool = Pool::new(extent("kernel")).stride(extent("stride")).pad(extent("pad"));
+        let pool = if case["ceil"] == true { pool.round_up() } else { pool };
+        if case["count"] == true { pool } else { pool.ignore_padding() }
+    };
+    let shape: Vec<usize> =
+        case["shape"].as_array().unwrap().iter().map(|s| s.as_u64().unwrap() as usize).collect();
+    let net = Network::new(&case.to_string());
+    let x = net.input("x", &shape).conv("pre", Conv::new(shape[0], 1));
+    let y = match case["kind"].as_str().unwrap() {
+        "conv" => {
+            let conv = Conv::new(number("filters"), extent("kernel")).stride(extent("stride"));
+            let conv = conv.pad(extent("pad")).groups(number("groups"));
+            x.conv("op", if case["bias"] == true { conv } else { conv.no_bias() })
+        }
+        "max" => x.max_pool(pool()),
+        "mean" => x.average_pool(pool()),
+        "norm" => x.batch_norm("op"),
+        "global" => x.global_average_pool(),
+        other => panic!("unknown operation {other}"),
+    };
+    net.finish(&[("logits", y.flatten().linear("head", 3))]).unwrap()
 }

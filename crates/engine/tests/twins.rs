@@ -14,26 +14,41 @@ fn slices(inputs: &[Vec<f32>]) -> Vec<&[f32]> {
 
 fn compile(twin: &Twin, threads: usize) -> (Graph, Engine) {
     let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
-    let engine = Engine::new(&graph, &twin.weights(), Options { batch: 4, threads }).unwrap();
+    let engine = engine(twin, &graph, threads);
     (graph, engine)
 }
 
+fn engine(twin: &Twin, graph: &Graph, threads: usize) -> Engine {
+    Engine::new(graph, &twin.weights(), Options { batch: 4, threads }).unwrap()
+}
+
+fn compare(twin: &Twin, graph: &Graph) {
+    let mut engine = engine(twin, graph, 1);
+    let inputs = twin.inputs(graph, 500);
+    let xs = slices(&inputs);
+    let logits = engine.forward(&xs, twin.batch, Mode::Eval).unwrap();
+    twin.assert_values("eval_logits", logits, 1e-5);
+    let logits = engine.forward(&xs, twin.batch, Mode::Train).unwrap();
+    twin.assert_values("train_logits", logits, 1e-5);
+    twin.assert_loss(engine.backward(&twin.labels()).unwrap(), 1e-5);
+    let gradients = engine.gradients();
+    assert_eq!(gradients.len(), twin.count("gradients"), "{}", twin.name);
+    twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), 1e-4);
+    let weights = engine.weights();
+    twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+}
+
 #[test]
-fn logits_loss_and_every_gradient() {
+fn networks_logits_loss_and_every_gradient() {
     for twin in Twin::all() {
-        let (graph, mut engine) = compile(&twin, 1);
-        let inputs = twin.inputs(&graph, 500);
-        let xs = slices(&inputs);
-        let logits = engine.forward(&xs, twin.batch, Mode::Eval).unwrap();
-        twin.assert_values("eval_logits", logits, 1e-5);
-        let logits = engine.forward(&xs, twin.batch, Mode::Train).unwrap();
-        twin.assert_values("train_logits", logits, 1e-5);
-        twin.assert_loss(engine.backward(&twin.labels()).unwrap(), 1e-5);
-        let gradients = engine.gradients();
-        assert_eq!(gradients.len(), twin.count("gradients"), "{}", twin.name);
-        twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), 1e-4);
-        let weights = engine.weights();
-        twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+        compare(&twin, &compile(&twin, 1).0);
+    }
+}
+
+#[test]
+fn operations_on_awkward_shapes() {
+    for (twin, graph) in Twin::operations() {
+        compare(&twin, &graph);
     }
 }
 

@@ -102,3 +102,41 @@ fn divisor(window: &Window3, counted: &[(usize, usize); 3], position: usize) -> 
         })
         .product()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: Window3 = Window3 {
+        input: [1, 1, 6],
+        output: [1, 1, 3],
+        kernel: [1, 1, 3],
+        stride: [1, 1, 2],
+        before: [0, 0, 1],
+    };
+
+    /// ```python
+    /// x = torch.tensor([[[1., 1., 1., 0., 2., 2.]]], requires_grad=True)
+    /// y = torch.nn.functional.max_pool1d(x, 3, 2, padding=1)
+    /// (y * torch.tensor([1., 10., 100.])).sum().backward()
+    /// # y: 1 1 2, x.grad: 1 10 0 0 100 0
+    /// ```
+    #[test]
+    fn the_first_of_equals_gets_the_gradient() {
+        let (mut y, mut taken, mut dx) = ([0.0; 3], [0; 3], [0.0; 6]);
+        max_forward(&WINDOW, 1, &[1.0, 1.0, 1.0, 0.0, 2.0, 2.0], &mut y, &mut taken);
+        max_backward(1, &taken, &[1.0, 10.0, 100.0], &mut dx);
+        assert_eq!(y, [1.0, 1.0, 2.0]);
+        assert_eq!(dx, [1.0, 10.0, 0.0, 0.0, 100.0, 0.0]);
+    }
+
+    #[test]
+    fn nan_and_infinity_come_through() {
+        let (mut y, mut taken) = ([0.0; 3], [0; 3]);
+        let x = [f32::NEG_INFINITY, f32::NEG_INFINITY, 5.0, f32::NAN, 7.0, f32::INFINITY];
+        max_forward(&WINDOW, 1, &x, &mut y, &mut taken);
+        assert_eq!(y[0], f32::NEG_INFINITY);
+        assert!(y[1].is_nan() && taken[1] == 3, "NaN wins over 5");
+        assert!(y[2].is_nan() && taken[2] == 3, "NaN stays although larger values follow");
+    }
+}

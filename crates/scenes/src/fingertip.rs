@@ -127,7 +127,7 @@ impl Fingertip {
                 for (reading, force) in series.iter_mut().zip(forces) {
                     let counts = counts(force * grasp.quality[finger]);
                     let noise = world.unless("noise", NOISE.get() * normal(&mut noise), 0.0);
-                    *reading = (counts + noise).round().clamp(0.0, FULL_SCALE) as f32;
+                    *reading = ((counts + noise).round().clamp(0.0, FULL_SCALE) + 0.0) as f32;
                 }
             }
             y.push(class as u32);

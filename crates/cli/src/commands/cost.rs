@@ -1,0 +1,78 @@
+//! `taxel cost`: what a network costs, layer by layer.
+
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+use taxel_graph::Op;
+
+use crate::Outcome;
+use crate::text;
+
+/// Output shape, parameters, bytes, MACs, FLOPs and activation memory per layer and in total.
+///
+/// A MAC is one multiply-accumulate of a convolution or linear layer; FLOPs are 2 MACs plus one addition
+/// per bias and output value. Everything is for one sample in 32-bit floats.
+#[derive(Args)]
+#[command(after_help = "Example:  taxel cost hybrid-resvgg --set classes=28")]
+pub struct Cost {
+    /// Network name, see `taxel zoo`.
+    model: String,
+    /// A configuration value in place of the paper's: key=value.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// JSON instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Cost {
+    pub fn run(self) -> Outcome {
+        let graph = taxel_zoo::find(&self.model)?.graph(&super::settings(&self.set)?)?;
+        let total = graph.cost();
+        if self.json {
+            let object = |cost: taxel_graph::Cost| {
+                json!({
+                    "parameters": cost.parameters, "buffers": cost.buffers, "bytes": cost.bytes(),
+                    "macs": cost.macs, "flops": cost.flops, "activation_bytes": cost.activation_bytes(),
+                })
+            };
+            let layers = graph.nodes().iter().map(|node| {
+                json!({
+                    "name": node.name, "operation": node.op.kind(), "shape": node.shape,
+                    "cost": object(node.cost()),
+                })
+            });
+            let layers: Vec<_> = layers.collect();
+            let all = json!({"model": graph.name(), "layers": layers, "total": object(total)});
+            println!("{}", serde_json::to_string_pretty(&all)?);
+            return Ok(ExitCode::SUCCESS);
+        }
+        let row = |name: &str, kind: &str, shape: String, cost: taxel_graph::Cost| {
+            vec![
+                name.into(),
+                kind.into(),
+                shape,
+                text::thousands(cost.parameters),
+                text::thousands(cost.bytes()),
+                text::thousands(cost.macs),
+                text::thousands(cost.flops),
+                text::thousands(cost.activation_bytes()),
+            ]
+        };
+        let mut rows: Vec<Vec<String>> = vec![];
+        for node in graph.nodes() {
+            rows.push(row(&node.name, node.op.kind(), text::shape(&node.shape), node.cost()));
+        }
+        rows.push(row("total", "", String::new(), total));
+        let header =
+            ["layer", "operation", "output", "parameters", "bytes", "MACs", "FLOPs", "activation bytes"];
+        print!("{}", text::table(&header, &rows, &[3, 4, 5, 6, 7]));
+        let inputs = graph.nodes().iter().filter(|n| n.op == Op::Input).map(|n| n.name.as_str());
+        println!(
+            "\nBytes count parameters and batch-norm statistics. Inputs: {}.",
+            inputs.collect::<Vec<_>>().join(", ")
+        );
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,46 @@
+//! `taxel data`: a user's own recordings.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+
+use crate::Outcome;
+
+/// Looks at recordings on disk.
+#[derive(Subcommand)]
+pub enum Data {
+    Check(Check),
+}
+
+/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels.
+///
+/// A data set is a .npz with x [N, channels, time], [N, rows, columns] or [N, frames, rows, columns],
+/// y [N] and optionally group [N], with labels.json beside it; or a folder with one sub-folder per class
+/// holding CSV (rows = time), NPY, PNG or JPEG files. Ends with 1 if something keeps it from being used.
+#[derive(Args)]
+#[command(after_help = "Example:  taxel data check recordings/ --json")]
+pub struct Check {
+    /// A .npz file or a folder.
+    path: PathBuf,
+    /// The array that holds the groups, if it is not called `group`.
+    #[arg(long)]
+    group: Option<String>,
+    /// JSON instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Data {
+    pub fn run(self) -> Outcome {
+        let Data::Check(check) = self;
+        let options = taxel_data::Options { group: check.group, ..Default::default() };
+        let card = taxel_data::check_with(&check.path, &options)?;
+        if check.json {
+            println!("{}", serde_json::to_string_pretty(&card)?);
+        } else {
+            println!("{card}");
+        }
+        Ok(if card.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+}

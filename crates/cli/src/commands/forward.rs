@@ -1,0 +1,141 @@
+//! `taxel forward`: raw logits of a batch.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use ndarray::{ArrayD, IxDyn};
+use taxel_devices::{Device, Model, checkpoint};
+use taxel_engine::{Engine, Mode, Options};
+
+use crate::Outcome;
+use crate::arrays::write_npy;
+
+/// Evaluation-mode logits of a batch from named weights.
+///
+/// Inputs come in the order of the network's inputs (`taxel zoo`), batch axis first. Weights are
+/// `.safetensors` or a PyTorch `state_dict` (`.pth`); missing, extra and misshaped tensors are refused.
+#[derive(Args)]
+#[command(after_help = "Example:  taxel forward --model hybrid-resvgg --weights w.safetensors \\
+              --input signal.npy --input image.npy --output logits.npy")]
+pub struct Forward {
+    /// Network name, see `taxel zoo`.
+    #[arg(long)]
+    model: String,
+    /// Weights under the network's tensor names.
+    #[arg(long)]
+    weights: PathBuf,
+    /// One `.npy` per input, [N, ...].
+    #[arg(long, required = true)]
+    input: Vec<PathBuf>,
+    /// Where the logits [N, classes] go; with several outputs, each goes to NAME.<output>.npy.
+    #[arg(long)]
+    output: PathBuf,
+    /// What computes: taxel's own CPU engine or candle.
+    #[arg(long, value_enum, default_value = "native")]
+    backend: Backend,
+    /// A configuration value in place of the paper's: key=value.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Threads of the native backend [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Backend {
+    Native,
+    Candle,
+}
+
+/// Samples per pass: bounds the memory whatever the size of the batch.
+const CHUNK: usize = 64;
+
+impl Forward {
+    pub fn run(self) -> Outcome {
+        let graph = taxel_zoo::find(&self.model)?.graph(&super::settings(&self.set)?)?;
+        let (weights, _) = checkpoint::read(&self.weights)?;
+        weights.check(&graph).map_err(|e| format!("{}: {e}", self.weights.display()))?;
+        let shapes: Vec<_> = graph.inputs().collect();
+        if self.input.len() != shapes.len() {
+            let names: Vec<&str> = shapes.iter().map(|n| n.name.as_str()).collect();
+            let given = self.input.len();
+            return Err(format!("{} reads {} ({given} given)", self.model, names.join(" + ")).into());
+        }
+        let mut inputs = vec![];
+        for (path, node) in self.input.iter().zip(&shapes) {
+            inputs.push(read_input(path, &node.shape, &node.name)?);
+        }
+        let samples = inputs[0].shape()[0];
+        for (path, array) in self.input.iter().zip(&inputs) {
+            if array.shape()[0] != samples {
+                let first = self.input[0].display();
+                let (here, n) = (path.display(), array.shape()[0]);
+                return Err(format!("{here}: {n} samples, but {first} has {samples}").into());
+            }
+        }
+        let threads =
+            self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+        let mut outputs: Vec<(String, Vec<f32>)> = vec![];
+        let mut keep = |name: &str, values: &[f32]| match outputs.iter_mut().find(|(n, _)| n == name) {
+            Some((_, all)) => all.extend_from_slice(values),
+            None => outputs.push((name.into(), values.to_vec())),
+        };
+        let slices = |from: usize, n: usize| -> Vec<&[f32]> {
+            let part = |a: &'_ ArrayD<f32>| (a.len() / samples * from, a.len() / samples * (from + n));
+            inputs.iter().map(|a| &a.as_slice().unwrap_or_default()[part(a).0..part(a).1]).collect()
+        };
+        match self.backend {
+            Backend::Native => {
+                let batch = CHUNK.min(samples);
+                let mut engine = Engine::new(&graph, &weights, Options { batch, threads })?;
+                for from in (0..samples).step_by(CHUNK) {
+                    let n = CHUNK.min(samples - from);
+                    keep("logits", engine.forward(&slices(from, n), n, Mode::Eval)?);
+                }
+            }
+            Backend::Candle => {
+                let model = Model::new(&graph, &weights, &device()?)?;
+                for from in (0..samples).step_by(CHUNK) {
+                    let n = CHUNK.min(samples - from);
+                    for (name, values) in model.forward(&slices(from, n), n, false)? {
+                        keep(&name, &values);
+                    }
+                }
+            }
+        }
+        let several = outputs.len() > 1;
+        for (name, values) in outputs {
+            let path =
+                if several { self.output.with_extension(format!("{name}.npy")) } else { self.output.clone() };
+            let columns = values.len() / samples;
+            write_npy(&path, &ArrayD::from_shape_vec(IxDyn(&[samples, columns]), values)?)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn read_input(path: &Path, shape: &[usize], name: &str) -> Result<ArrayD<f32>, Box<dyn std::error::Error>> {
+    let array = taxel_data::read_npy(path)?;
+    if array.ndim() == 0 || array.shape()[1..] != *shape || array.shape()[0] == 0 {
+        let got = array.shape();
+        let expected = taxel_graph::describe(shape);
+        return Err(format!(
+            "{}: shape {got:?} does not fit input `{name}`; expected at least one sample of {expected}, batch first",
+            path.display()
+        )
+        .into());
+    }
+    Ok(array)
+}
+
+/// The accelerator this build knows, else the CPU.
+fn device() -> Result<Device, Box<dyn std::error::Error>> {
+    if cfg!(feature = "cuda") {
+        Ok(Device::new_cuda(0)?)
+    } else if cfg!(feature = "metal") {
+        Ok(Device::new_metal(0)?)
+    } else {
+        Ok(Device::Cpu)
+    }
+}

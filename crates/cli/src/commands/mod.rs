@@ -1,0 +1,24 @@
+//! One file per command: its arguments and what it does.
+
+pub mod cost;
+pub mod data;
+pub mod encode;
+pub mod forward;
+pub mod run;
+pub mod simulate;
+pub mod zoo;
+
+use taxel_zoo::Settings;
+
+/// `key=value` pairs of `--set`; a value that is not JSON is taken as text.
+pub fn settings(pairs: &[String]) -> Result<Settings, String> {
+    let mut settings = Settings::new();
+    for pair in pairs {
+        let (key, value) = pair
+            .split_once('=')
+            .ok_or_else(|| format!("--set {pair}: expected key=value, as in classes=5"))?;
+        let value = serde_json::from_str(value).unwrap_or_else(|_| value.into());
+        settings.insert(key.trim().into(), value);
+    }
+    Ok(settings)
+}

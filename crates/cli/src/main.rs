@@ -1,0 +1,53 @@
+//! `taxel`: the command line of the tactile model zoo.
+//!
+//! Exit codes: 0 done, 1 ran but a stated target was missed (or `data check` found problems), 2 could
+//! not run, 130 stopped by Ctrl-C. Messages on standard error name the file, key or sample and the way
+//! out.
+
+mod arrays;
+mod commands;
+mod text;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// What a command ends with: an exit code, or the one error to print.
+type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
+
+/// Which network is accurate enough on this tactile sensor, how fast is it, and where does it break.
+#[derive(Parser)]
+#[command(name = "taxel", version, arg_required_else_help = true)]
+#[command(after_help = "Start with:  taxel run configs/quickstart.toml")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Run(commands::run::Run),
+    Zoo(commands::zoo::Zoo),
+    Cost(commands::cost::Cost),
+    Forward(commands::forward::Forward),
+    Encode(commands::encode::Encode),
+    Simulate(commands::simulate::Simulate),
+    #[command(subcommand)]
+    Data(commands::data::Data),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Run(command) => command.run(),
+        Command::Zoo(command) => command.run(),
+        Command::Cost(command) => command.run(),
+        Command::Forward(command) => command.run(),
+        Command::Encode(command) => command.run(),
+        Command::Simulate(command) => command.run(),
+        Command::Data(command) => command.run(),
+    };
+    outcome.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        ExitCode::from(2)
+    })
+}

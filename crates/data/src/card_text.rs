@@ -1,0 +1,133 @@
+//! The card as text of at most 80 columns.
+
+use crate::card::Card;
+use std::fmt::{self, Display, Formatter, Write};
+
+const WIDTH: usize = 80;
+const KEY: usize = 12;
+/// Channels printed one per line; further ones are counted.
+const LINES: usize = 48;
+
+impl Display for Card {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let mut out = String::new();
+        self.write(&mut out)?;
+        f.write_str(out.trim_end())
+    }
+}
+
+impl Card {
+    fn write(&self, out: &mut String) -> fmt::Result {
+        let shape: Vec<String> = self.shape.iter().map(ToString::to_string).collect();
+        entry(out, "data", &self.name)?;
+        let shape = shape.join("×");
+        entry(out, "shape", &format!("{shape} ({}, stored as {})", self.axes, self.dtype))?;
+        entry(out, "digest", self.digest.get(..16).unwrap_or(&self.digest))?;
+        let share = self.majority_share * 100.0;
+        let classes: Vec<String> =
+            self.classes.iter().map(|class| format!("{} {}", class.name, class.samples)).collect();
+        let count = self.classes.len();
+        let head = format!("{count}; always answering the largest scores {share:.1} %");
+        entry(out, "classes", &head)?;
+        entry(out, "", &classes.join(", "))?;
+        match &self.groups {
+            None => entry(out, "groups", "none")?,
+            Some(groups) => entry(
+                out,
+                "groups",
+                &format!(
+                    "{} of {}: {} samples each, {} classes each",
+                    groups.groups,
+                    groups.name,
+                    span(groups.samples),
+                    span(groups.classes)
+                ),
+            )?,
+        }
+        if !self.other_arrays.is_empty() {
+            let names = self.other_arrays.join(", ");
+            entry(out, "also holds", &format!("{names} (group = \"...\" makes groups of one)"))?;
+        }
+        self.write_values(out)?;
+        if !self.dropped.is_empty() {
+            entry(out, "dropped", &format!("{} rows", self.dropped.len()))?;
+        }
+        for (i, warning) in self.warnings.iter().enumerate() {
+            entry(out, if i == 0 { "mind" } else { "" }, &format!("- {warning}"))?;
+        }
+        for (i, problem) in self.problems.iter().enumerate() {
+            entry(out, if i == 0 { "WRONG" } else { "" }, &format!("- {problem}"))?;
+        }
+        Ok(())
+    }
+
+    fn write_values(&self, out: &mut String) -> fmt::Result {
+        let Some([min, max]) = self.range else {
+            return entry(out, "values", "none is finite");
+        };
+        let [at_min, at_max] = self.saturation.map(|share| share * 100.0);
+        let finite = match (self.nan, self.infinite) {
+            (0, 0) => String::new(),
+            (nan, infinite) => format!("; {nan} NaN, {infinite} infinite"),
+        };
+        let text = format!("{min}..{max}; {at_min:.1} % at lowest, {at_max:.1} % at highest");
+        entry(out, "values", &format!("{text}{finite}"))?;
+        for channel in self.channels.iter().take(LINES) {
+            let key = if channel.channel == 0 { "channels" } else { "" };
+            let (Some(min), Some(max)) = (channel.min, channel.max) else {
+                entry(out, key, &format!("{:>4}  no finite value", channel.channel))?;
+                continue;
+            };
+            let note = if min == max {
+                "constant".into()
+            } else {
+                let [low, high] = [channel.at_min, channel.at_max].map(|share| share * 100.0);
+                format!("{low:5.1} % at lowest, {high:5.1} % at highest")
+            };
+            let range = format!("{}..{}", short(min), short(max));
+            writeln!(out, "{key:<KEY$}{:>4}  {range:<22}{note}", channel.channel)?;
+        }
+        if self.channels.len() > LINES {
+            let more = self.channels.len() - LINES;
+            entry(out, "", &format!("      and {more} more, see --json"))?;
+        }
+        Ok(())
+    }
+}
+
+/// Five significant digits.
+fn short(value: f32) -> String {
+    let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    if !(-4..7).contains(&digits) {
+        return format!("{value:.3e}");
+    }
+    let text = format!("{value:.*}", (4 - digits).max(0) as usize);
+    if text.contains('.') {
+        return text.trim_end_matches('0').trim_end_matches('.').into();
+    }
+    text
+}
+
+fn span([low, high]: [usize; 2]) -> String {
+    if low == high { low.to_string() } else { format!("{low}..{high}") }
+}
+
+/// A key and its text, wrapped at spaces under the first line.
+fn entry(out: &mut String, key: &str, text: &str) -> fmt::Result {
+    write!(out, "{key:<KEY$}")?;
+    let mut column = KEY;
+    for (i, word) in text.split(' ').enumerate() {
+        let width = word.chars().count();
+        if i > 0 && column + 1 + width > WIDTH {
+            write!(out, "\n{:KEY$}", "")?;
+            column = KEY;
+        } else if i > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += width;
+    }
+    out.push('\n');
+    Ok(())
+}

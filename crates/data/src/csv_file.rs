@@ -1,0 +1,127 @@
+//! One CSV recording: rows = time, columns = channels.
+
+use crate::{Error, Result};
+
+/// Reads `text` as one sample `[channels, time]`: its shape and values.
+///
+/// Columns are separated by commas. A first row without any number is a header. `file` is for
+/// messages, `limit` the most values allowed.
+pub(crate) fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let (mut first_line, mut width, mut rows) = (0, None, 0);
+    // Row after row as read; turned to one channel after the other below.
+    let mut values: Vec<f32> = Vec::new();
+    let mut record = csv::StringRecord::new();
+    loop {
+        let more = reader
+            .read_record(&mut record)
+            .map_err(|e| Error::Csv { file: file.into(), why: e.to_string().to_lowercase() })?;
+        if !more {
+            break;
+        }
+        let line = record.position().map_or(0, |start| line_of(text, start));
+        let want = *width.get_or_insert_with(|| {
+            first_line = line;
+            record.len()
+        });
+        if record.len() != want {
+            return Err(Error::RaggedCsv { file: file.into(), line, got: record.len(), first_line, want });
+        }
+        let is_header = line == first_line && record.iter().all(|f| f.parse::<f32>().is_err());
+        if is_header && !is_other_separator(&record) {
+            continue;
+        }
+        for (column, field) in record.iter().enumerate() {
+            let value = field.parse().map_err(|_| Error::CsvNumber {
+                file: file.into(),
+                line,
+                column: column + 1,
+                text: field.chars().take(40).collect(),
+                hint: if is_other_separator(&record) {
+                    "; separate columns with commas, decimals with points"
+                } else {
+                    ""
+                },
+            })?;
+            values.push(value);
+        }
+        rows += 1;
+        if values.len() as u64 > limit {
+            return Err(Error::TooLarge {
+                at: file.into(),
+                shape: vec![want as u64, rows as u64],
+                limit,
+                hint: "cut the recording or raise limits.max-values",
+            });
+        }
+    }
+    let channels = match width {
+        None => return Err(Error::EmptyFile { file: file.into() }),
+        Some(_) if rows == 0 => return Err(Error::CsvNoRows { file: file.into() }),
+        Some(channels) => channels,
+    };
+    let mut sample = Vec::with_capacity(values.len());
+    for channel in 0..channels {
+        sample.extend(values.iter().skip(channel).step_by(channels));
+    }
+    Ok((vec![channels, rows], sample))
+}
+
+/// The line a record is on; its position is that of the blank lines before it.
+fn line_of(text: &str, start: &csv::Position) -> u64 {
+    let rest = text.as_bytes().get(start.byte() as usize..).unwrap_or_default();
+    let blank = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    start.line() + blank.filter(|byte| **byte == b'\n').count() as u64
+}
+
+/// A row of numbers separated by semicolons, tabs or spaces is one unreadable field.
+fn is_other_separator(record: &csv::StringRecord) -> bool {
+    let numbers = |separator| {
+        let mut fields = record.iter().flat_map(|field| field.split(separator));
+        fields.clone().count() > record.len() && fields.all(|f| f.trim().parse::<f32>().is_ok())
+    };
+    numbers(';') || numbers('\t') || numbers(' ')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        read(text, "a.csv", 100).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn rows_are_time_and_columns_are_channels() {
+        let want = (vec![2, 3], vec![1.0, 3.0, 5.0, 2.0, 4.0, 6.5]);
+        for text in [
+            "1,2\n3,4\n5,6.5\n",
+            "1 , 2\r\n3,4\r\n\r\n5,6.5",
+            "thumb,index\n1,2\n3,4\n5,6.5",
+            "\u{feff}1,2\n3,4\n5,0.65e1",
+            "\"t,0\",i\n1,2\n3,4\n5,6.5",
+        ] {
+            assert_eq!(read(text, "a.csv", 6).unwrap(), want, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn a_broken_table_is_refused_by_line_and_column() {
+        assert_eq!(refused("1,2\n3\n"), "a.csv: line 2 has 1 columns, line 1 has 2");
+        assert_eq!(refused("a,b\n1,2\n\n3,4,5\n"), "a.csv: line 4 has 3 columns, line 1 has 2");
+        assert_eq!(refused("a,b\n1,2\n3,x\n"), "a.csv: line 3, column 2: \"x\" is not a number");
+        assert_eq!(refused("1,\n3,4\n"), "a.csv: line 1, column 2: \"\" is not a number");
+        for text in ["1;2\n3;4\n", "1,5;2,5\n", "1\t2\n", "1 2\n3 4\n"] {
+            let message = refused(text);
+            assert!(message.ends_with("commas, decimals with points"), "{message}");
+        }
+        assert_eq!(refused("a,b\n"), "a.csv: holds a header but no rows; one row per time step");
+        assert_eq!(refused("\n\n"), "a.csv: is empty (0 bytes); copy or record it again");
+        assert!(refused(&"1,2\n".repeat(51)).contains("more than the 100 values allowed"));
+    }
+}

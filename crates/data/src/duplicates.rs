@@ -1,0 +1,42 @@
+//! Exact copies of recordings.
+
+use crate::dataset::{Dataset, RowHash};
+use std::collections::{HashMap, HashSet};
+use std::hash::Hash;
+
+/// Sets of samples with equal hash, two or more each: indices ascending, sets by first index.
+pub fn duplicate_sets(row_hash: &[RowHash]) -> Vec<Vec<usize>> {
+    let mut rows: HashMap<&RowHash, Vec<usize>> = HashMap::new();
+    for (i, hash) in row_hash.iter().enumerate() {
+        rows.entry(hash).or_default().push(i);
+    }
+    let mut sets: Vec<_> = rows.into_values().filter(|set| set.len() > 1).collect();
+    sets.sort_unstable();
+    sets
+}
+
+/// The sets of copies that carry more than one of `labels` (one per sample).
+pub(crate) fn contradictory<L: Eq>(sets: &[Vec<usize>], labels: &[L]) -> Vec<Vec<usize>> {
+    let differs = |set: &&Vec<usize>| set.windows(2).any(|pair| labels[pair[0]] != labels[pair[1]]);
+    sets.iter().filter(differs).cloned().collect()
+}
+
+/// Rows that repeat an earlier row with the same one of `labels` (one per sample).
+pub(crate) fn later_copies<L: Eq + Hash>(sets: &[Vec<usize>], labels: &[L]) -> Vec<usize> {
+    let mut later = Vec::new();
+    for set in sets {
+        let mut seen = HashSet::new();
+        later.extend(set.iter().filter(|row| !seen.insert(&labels[**row])));
+    }
+    later
+}
+
+impl Dataset {
+    /// For each sample the index of the first sample that is an exact copy of it: its unit,
+    /// which [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold.
+    pub fn units(&self) -> Vec<u32> {
+        let mut first = HashMap::new();
+        let unit = |(i, hash)| *first.entry(hash).or_insert(i as u32);
+        self.row_hash.iter().enumerate().map(unit).collect()
+    }
+}

@@ -1,0 +1,160 @@
+//! Everything that can be wrong with a data set, in words a user can act on.
+
+/// The result of this crate's functions.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What is wrong, where, and what would do.
+///
+/// `file` is the path as the user gave it; `at` adds the array (`grasps.npz: x`).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what each field is")]
+#[non_exhaustive]
+pub enum Error {
+    // The path.
+    #[error(
+        "{file}: no such file or folder; give a .npz, a folder with data.npz, or a folder with \
+         one sub-folder per class"
+    )]
+    NotFound { file: String },
+    #[error("{file}: cannot be read: {kind}")]
+    Io { file: String, kind: std::io::ErrorKind },
+    #[error(
+        "{file}: not a data set; give a .npz with arrays x and y, or a folder with one \
+         sub-folder per class"
+    )]
+    NotADataset { file: String },
+    #[error("{file}: holds neither data.npz nor class folders{hint}")]
+    NoDatasetInFolder { file: String, hint: String },
+
+    // The archive and its arrays.
+    #[error("{file}: is empty (0 bytes); copy or record it again")]
+    EmptyFile { file: String },
+    #[error("{file}: is not a .npz archive ({why}); write it with numpy.savez")]
+    NotAnArchive { file: String, why: String },
+    #[error("{file}: is cut short or damaged ({why}); copy it again")]
+    DamagedArchive { file: String, why: String },
+    #[error("{file}: no array {array}: it holds {held}; name yours with {option} = \"...\"")]
+    MissingArray { file: String, array: String, held: String, option: &'static str },
+    #[error("{at}: is not a NumPy array ({why}); write it with numpy.save or numpy.savez")]
+    NotAnArray { at: String, why: String },
+    #[error("{at}: has dtype {dtype}; {wanted}")]
+    Dtype { at: String, dtype: String, wanted: &'static str },
+    #[error("{at}: data end after {got} of {want} bytes; the file is cut short, copy it again")]
+    Truncated { at: String, got: u64, want: u64 },
+    #[error("{at}: data are damaged ({why}); copy the file again")]
+    Damaged { at: String, why: String },
+    #[error("{at}: holds more than the {want} bytes that its shape {shape:?} takes; save it again")]
+    Excess { at: String, want: u64, shape: Vec<u64> },
+    #[error("{at}: shape {shape:?} is more than the {limit} values allowed; {hint}")]
+    TooLarge { at: String, shape: Vec<u64>, limit: u64, hint: &'static str },
+    #[error("{at}: {samples} samples are more than the {limit} allowed; raise limits.max-samples")]
+    TooManySamples { at: String, samples: u64, limit: u64 },
+    #[error("{at}: has {bytes} bytes, more than the {limit} allowed; raise limits.max-file-bytes")]
+    FileTooLarge { at: String, bytes: u64, limit: u64 },
+    #[error("{at}: has shape {shape:?}; {wanted}")]
+    Shape { at: String, shape: Vec<u64>, wanted: &'static str },
+    #[error("{at}: has shape {shape:?}: axis {axis} is empty; there is nothing to learn from")]
+    EmptyAxis { at: String, shape: Vec<u64>, axis: usize },
+    #[error("{at}: holds no samples")]
+    NoSamples { at: String },
+    #[error(
+        "{at}{index:?} = {value} does not fit f32 (integers to 2^24 = 16777216, floats to \
+         3.4e38); rescale it or save it as f32"
+    )]
+    NotF32 { at: String, index: Vec<usize>, value: String },
+    #[error("{at}{index:?} = {value} does not fit a signed 64-bit integer")]
+    NotI64 { at: String, index: Vec<usize>, value: u64 },
+
+    // The content.
+    #[error("{file}: {array} has {len} entries but {x} has {samples} samples; one per sample")]
+    Length { file: String, array: String, len: usize, x: String, samples: usize },
+    #[error("{file}: {at} = {value} is out of range: {names} names {classes} classes (0..{last})")]
+    LabelRange { file: String, at: String, value: i64, names: String, classes: usize, last: usize },
+    #[error("{file}: {at} = {value} is negative; number the classes from 0")]
+    NegativeLabel { file: String, at: String, value: i64 },
+    #[error("{file}: no sample in {at} has label {label}{name}; {hint}")]
+    EmptyClass { file: String, at: String, label: usize, name: String, hint: &'static str },
+    #[error("{file}: attribute = {attribute} is out of range: {y} has {columns} columns (0..{last})")]
+    Attribute { file: String, attribute: usize, y: String, columns: usize, last: usize },
+    #[error("{file}: {at} = {value} is not a group number (0..4294967295); use group-block")]
+    GroupRange { file: String, at: String, value: i64 },
+    #[error("{sample}: value at {index:?} is {value}; repair the recording or leave it out")]
+    NotFinite { sample: String, index: Vec<usize>, value: f32 },
+    #[error("{file}: channels: {channel} is out of range: axis 1 of {shape:?} has 0..{last}")]
+    ChannelRange { file: String, channel: usize, shape: Vec<usize>, last: usize },
+    #[error("{file}: channels: {channel} is listed twice; name each channel once")]
+    ChannelTwice { file: String, channel: usize },
+    #[error("{file}: channels = []: name at least one channel, or leave the key out")]
+    NoChannels { file: String },
+    #[error(
+        "{file}: {first} and {second} are the same recording, {rows} such rows; set drop = [\"contradictory\"]"
+    )]
+    Contradiction { file: String, first: String, second: String, rows: usize },
+    #[error("{file}: {option}: {why}")]
+    Option { file: String, option: &'static str, why: &'static str },
+
+    // Class names.
+    #[error("{file}: is not valid JSON ({why}); write {{\"classes\": [\"name of 0\", ...]}}")]
+    LabelsJson { file: String, why: String },
+    #[error("{file}: {why}; write {{\"classes\": [\"name of 0\", ...]}}")]
+    LabelsForm { file: String, why: String },
+    #[error("{file}: classes {first} and {second} are both named {name:?}; give each its own name")]
+    ClassNamedTwice { file: String, name: String, first: usize, second: usize },
+
+    // A folder per class.
+    #[error("{file}: class folder holds no files; fill or remove it")]
+    EmptyClassFolder { file: String },
+    #[error("{file}: a folder inside a class folder; put the recordings right into it")]
+    NestedFolder { file: String },
+    #[error("{file}: unknown kind of recording; use .csv, .npy, .png, .jpg or .jpeg")]
+    UnknownExtension { file: String },
+    #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
+    MixedKinds { file: String, kind: String, first: String, first_kind: String },
+    #[error("{file}: has shape {shape:?}, but {first} has {first_shape:?}; all must be equal{hint}")]
+    SampleShape {
+        file: String,
+        shape: Vec<usize>,
+        first: String,
+        first_shape: Vec<usize>,
+        hint: &'static str,
+    },
+    #[error("{file}: line {line} has {got} columns, line {first_line} has {want}")]
+    RaggedCsv { file: String, line: u64, got: usize, first_line: u64, want: usize },
+    #[error("{file}: line {line}, column {column}: {text:?} is not a number{hint}")]
+    CsvNumber { file: String, line: u64, column: usize, text: String, hint: &'static str },
+    #[error("{file}: holds a header but no rows; one row per time step")]
+    CsvNoRows { file: String },
+    #[error("{file}: is not readable as CSV ({why})")]
+    Csv { file: String, why: String },
+    #[error("{file}: byte {byte} is not UTF-8; save it as plain text")]
+    NotUtf8 { file: String, byte: usize },
+    #[error("{file}: is not readable as PNG or JPEG ({why})")]
+    Image { file: String, why: String },
+    #[error("{file}: has transparent pixels; save it as grey or RGB")]
+    Transparent { file: String },
+
+    // Splits.
+    #[error("folds = {k}: at least 2 are needed, one to test on and one to train on")]
+    TooFewFolds { k: usize },
+    #[error(
+        "class {class} has {}, too few for {k} folds; {}",
+        plural(*units, "distinct sample"),
+        if *units < 2 { "record more, or leave the class out".into() } else { format!("use at most {units} folds or record more") }
+    )]
+    ClassTooSmall { class: u32, units: usize, k: usize },
+    #[error(
+        "{} cannot fill {k} folds; {}",
+        plural(*groups, "group"),
+        if *groups < 2 { "split by samples instead".into() } else { format!("use at most {groups} folds") }
+    )]
+    TooFewGroups { groups: usize, k: usize },
+    #[error("there are no samples to split")]
+    NothingToSplit,
+    #[error("{what} has {len} entries for {samples} labels; one per sample")]
+    SplitLength { what: &'static str, len: usize, samples: usize },
+}
+
+/// A number and what it counts.
+pub(crate) fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}

@@ -1,0 +1,36 @@
+//! Recordings on disk: reading, checking, cards, splits.
+//!
+//! [`load`] turns a `.npz`, a folder with `data.npz`, or a folder with one sub-folder per class
+//! into a [`Dataset`]; [`check`] reads the same layouts tolerantly and returns a [`Card`] that
+//! says what is in them and what is wrong with them; [`stratified_k_fold`] and [`group_k_fold`]
+//! cut the samples into [`Fold`]s that no duplicate and no group straddles.
+//!
+//! Every message names the file, the array and the sample, the value, and the way out.
+
+mod array;
+mod card;
+mod card_text;
+mod csv_file;
+mod dataset;
+mod duplicates;
+mod error;
+mod folder;
+mod image_file;
+mod labels;
+mod load;
+mod npy;
+mod npz;
+mod options;
+mod raw;
+mod split;
+mod validate;
+mod values;
+
+pub use array::read_npy;
+pub use card::{Card, ChannelRange, ClassCount, Contradiction, GroupSummary};
+pub use dataset::{Axes, Dataset, RowHash};
+pub use duplicates::duplicate_sets;
+pub use error::{Error, Result};
+pub use load::{check, check_with, load};
+pub use options::{Drop, Limits, Options};
+pub use split::{Fold, group_k_fold, stratified_k_fold};

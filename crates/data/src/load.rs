@@ -1,0 +1,90 @@
+//! From a path to a data set, or to a card of what is wrong with it.
+
+use crate::card::Card;
+use crate::dataset::Dataset;
+use crate::options::Options;
+use crate::raw::Raw;
+use crate::validate::assemble;
+use crate::{Error, Result, folder, npz};
+use std::io;
+use std::path::Path;
+
+/// Reads the data set at `path`: a `.npz`, a folder with `data.npz`, or a folder with one
+/// sub-folder per class.
+///
+/// - `.npz`: samples `x` `[N, F]`, `[N, C, T]`, `[N, H, W]` or `[N, T, H, W]` of integers, f32 or
+///   f64; labels `y` `[N]` or `[N, k]` of integers or booleans; optional groups `[N]`. Class names
+///   come from `<name>.classes.json` or `labels.json` beside it, otherwise they are `0`, `1`, ...
+/// - folder per class: classes by name, files in counting order; CSV (rows = time, columns =
+///   channels) as `[C, T]`, NPY as stored, PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
+///
+/// # Errors
+///
+/// The first thing that is wrong: the path, the archive, types and shapes, labels out of range or
+/// missing, a value that is not finite, a class without samples, options that do not fit.
+/// [`check`] lists all of them.
+pub fn load(path: &Path, options: &Options) -> Result<Dataset> {
+    let checked = assemble(open(path, options)?, options)?;
+    match checked.problems.into_iter().next() {
+        Some(problem) => Err(problem.first),
+        None => Ok(checked.dataset),
+    }
+}
+
+/// Reads the data set at `path` with default options and describes it, problems included.
+///
+/// # Errors
+///
+/// Only what keeps the file from being read at all; everything else is in [`Card::problems`].
+pub fn check(path: &Path) -> Result<Card> {
+    check_with(path, &Options::default())
+}
+
+/// [`check`] with other than default options.
+///
+/// # Errors
+///
+/// As [`check`], and options that do not fit the file.
+pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
+    let raw = open(path, options)?;
+    let others = raw.others.clone();
+    let checked = assemble(raw, options)?;
+    let mut card = Card::new(&checked.dataset);
+    card.other_arrays = others;
+    card.problems = checked.problems.iter().map(ToString::to_string).collect();
+    Ok(card)
+}
+
+fn open(path: &Path, options: &Options) -> Result<Raw> {
+    let file = path.display().to_string();
+    let metadata = path.metadata().map_err(|e| match e.kind() {
+        io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
+        kind => Error::Io { file: file.clone(), kind },
+    })?;
+    if metadata.is_file() {
+        let is_npz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
+        return if is_npz { npz::read(path, options) } else { Err(Error::NotADataset { file }) };
+    }
+    if !metadata.is_dir() {
+        return Err(Error::NotADataset { file });
+    }
+    let data = path.join("data.npz");
+    if data.is_file() {
+        return npz::read(&data, options);
+    }
+    let entries = folder::entries(path)?;
+    let classes: Vec<_> = entries.iter().filter(|e| e.is_dir()).cloned().collect();
+    if !classes.is_empty() {
+        return folder::read(path, &classes, options);
+    }
+    let archives: Vec<String> = entries
+        .iter()
+        .filter(|e| e.extension().is_some_and(|x| x.eq_ignore_ascii_case("npz")))
+        .filter_map(|e| Some(e.file_name()?.to_string_lossy().into_owned()))
+        .collect();
+    let hint = match archives.as_slice() {
+        [] => String::new(),
+        names => format!("; give one of {}", names.join(", ")),
+    };
+    Err(Error::NoDatasetInFolder { file, hint })
+}

@@ -1,0 +1,339 @@
+//! One NumPy array from a stream: header, then values, never more than the header promises.
+
+use crate::options::Limits;
+use crate::{Error, Result};
+use ndarray::{ArrayD, IxDyn, ShapeBuilder};
+use std::io::{self, Read};
+
+/// A header is a line of text; more than this is not one.
+const MAX_HEADER: usize = 1 << 20;
+/// Values per read.
+const CHUNK: usize = 1 << 14;
+/// Capacity claimed on the header's word alone; beyond it memory grows with the data.
+const MAX_TRUST: u64 = 1 << 24;
+/// The largest integer up to which f32 holds every integer.
+const EXACT: u64 = 1 << 24;
+
+/// The most values an array may have, and what to do about more.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cap {
+    pub values: u64,
+    pub hint: &'static str,
+}
+
+impl Cap {
+    /// For samples.
+    pub(crate) fn of_samples(limits: &Limits) -> Self {
+        Self { values: limits.max_values, hint: "save fewer or smaller samples or raise limits.max-values" }
+    }
+
+    /// For labels and groups.
+    pub(crate) fn of_labels(limits: &Limits) -> Self {
+        Self { values: limits.max_samples, hint: "save fewer samples or raise limits.max-samples" }
+    }
+}
+
+/// The kinds of number an array may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Bool,
+    Int,
+    Uint,
+    Float,
+}
+
+/// A parsed header.
+#[derive(Debug, Clone)]
+pub(crate) struct Header {
+    /// As written, such as `<f4`.
+    pub dtype: String,
+    pub shape: Vec<u64>,
+    fortran: bool,
+    big: bool,
+    kind: Option<Kind>,
+    size: usize,
+}
+
+/// Reads the magic, version and dictionary of an array; `at` is for messages.
+pub(crate) fn read_header(reader: &mut dyn Read, at: &str) -> Result<Header> {
+    let bad = |why: &str| Error::NotAnArray { at: at.into(), why: why.into() };
+    let mut magic = [0; 8];
+    read_all(reader, &mut magic, at, "its header is cut short")?;
+    if &magic[..6] != b"\x93NUMPY" {
+        return Err(bad("it does not start with \\x93NUMPY"));
+    }
+    let len = if magic[6] == 1 {
+        let mut len = [0; 2];
+        read_all(reader, &mut len, at, "its header is cut short")?;
+        usize::from(u16::from_le_bytes(len))
+    } else if matches!(magic[6], 2 | 3) {
+        let mut len = [0; 4];
+        read_all(reader, &mut len, at, "its header is cut short")?;
+        u32::from_le_bytes(len) as usize
+    } else {
+        return Err(bad("its format version is not 1, 2 or 3"));
+    };
+    if len > MAX_HEADER {
+        return Err(bad("its header claims more than a megabyte"));
+    }
+    let mut text = vec![0; len];
+    read_all(reader, &mut text, at, "its header is cut short")?;
+    let text = String::from_utf8_lossy(&text);
+    parse_dict(&text).ok_or_else(|| bad("its header is not {'descr', 'fortran_order', 'shape'}"))
+}
+
+fn read_all(reader: &mut dyn Read, buffer: &mut [u8], at: &str, why: &str) -> Result<()> {
+    reader.read_exact(buffer).map_err(|e| Error::NotAnArray {
+        at: at.into(),
+        why: match e.kind() {
+            io::ErrorKind::UnexpectedEof => why.into(),
+            _ => e.to_string(),
+        },
+    })
+}
+
+/// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }` in any key order.
+fn parse_dict(text: &str) -> Option<Header> {
+    let (mut dtype, mut fortran, mut shape) = (None, None, None);
+    let mut rest = text.trim().strip_prefix('{')?.trim_start();
+    while !rest.starts_with('}') {
+        let (key, after) = quoted(rest)?;
+        rest = after.trim_start().strip_prefix(':')?.trim_start();
+        match key {
+            "descr" if rest.starts_with('[') => {
+                // A record's fields may hold any text, so the last bracket ends them.
+                let end = rest.rfind(']')?;
+                dtype = Some(rest[..=end].to_string());
+                rest = &rest[end + 1..];
+                // The other keys sort after `descr` and hold no bracket.
+            }
+            "descr" => {
+                let (value, after) = quoted(rest)?;
+                dtype = Some(value.to_string());
+                rest = after;
+            }
+            "fortran_order" => {
+                if let Some(after) = rest.strip_prefix("True") {
+                    (fortran, rest) = (Some(true), after);
+                } else {
+                    (fortran, rest) = (Some(false), rest.strip_prefix("False")?);
+                }
+            }
+            "shape" => {
+                let (inside, after) = rest.strip_prefix('(')?.split_once(')')?;
+                let axes: Option<Vec<u64>> = inside
+                    .split(',')
+                    .map(str::trim)
+                    .filter(|axis| !axis.is_empty())
+                    .map(|axis| axis.trim_end_matches('L').parse().ok())
+                    .collect();
+                (shape, rest) = (Some(axes?), after);
+            }
+            _ => return None,
+        }
+        rest = rest.trim_start();
+        rest = rest.strip_prefix(',').unwrap_or(rest).trim_start();
+    }
+    let dtype = dtype?;
+    let (kind, size, big) = number(&dtype);
+    Some(Header { shape: shape?, fortran: fortran?, big, kind, size, dtype })
+}
+
+fn quoted(text: &str) -> Option<(&str, &str)> {
+    let quote = text.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+    text[1..].split_once(quote)
+}
+
+/// Kind, bytes per value and whether big-endian; no kind for what this crate does not read.
+fn number(dtype: &str) -> (Option<Kind>, usize, bool) {
+    let mut chars = dtype.chars();
+    let order = chars.next();
+    let kind = match chars.next() {
+        Some('b') => Kind::Bool,
+        Some('i') => Kind::Int,
+        Some('u') => Kind::Uint,
+        Some('f') => Kind::Float,
+        _ => return (None, 0, false),
+    };
+    let size: usize = chars.as_str().parse().unwrap_or(0);
+    let known = match kind {
+        Kind::Bool => size == 1,
+        Kind::Int | Kind::Uint => matches!(size, 1 | 2 | 4 | 8),
+        Kind::Float => matches!(size, 4 | 8),
+    };
+    let ordered = matches!(order, Some('<' | '>')) || (order == Some('|') && size == 1);
+    ((known && ordered).then_some(kind), size, order == Some('>'))
+}
+
+impl Header {
+    /// Number of values, if it is within `limit`.
+    fn count(&self, at: &str, cap: Cap) -> Result<u64> {
+        self.shape
+            .iter()
+            .try_fold(1u64, |product, axis| product.checked_mul(*axis))
+            .filter(|count| *count <= cap.values)
+            .ok_or_else(|| Error::TooLarge {
+                at: at.into(),
+                shape: self.shape.clone(),
+                limit: cap.values,
+                hint: cap.hint,
+            })
+    }
+
+    /// The index along each axis of the `flat`-th stored value.
+    fn index(&self, mut flat: u64) -> Vec<usize> {
+        let mut index = vec![0; self.shape.len()];
+        let axes: Vec<usize> =
+            if self.fortran { (0..index.len()).collect() } else { (0..index.len()).rev().collect() };
+        for axis in axes {
+            let length = self.shape[axis].max(1);
+            index[axis] = (flat % length) as usize;
+            flat /= length;
+        }
+        index
+    }
+
+    fn unsupported(&self, at: &str, wanted: &'static str) -> Error {
+        Error::Dtype { at: at.into(), dtype: self.dtype.clone(), wanted }
+    }
+
+    /// Reads the values as f32 in C order; the stream must end with them.
+    pub(crate) fn read_f32(&self, reader: &mut dyn Read, at: &str, cap: Cap) -> Result<ArrayD<f32>> {
+        let big = self.big;
+        let not_f32 =
+            |flat: u64, value: String| Error::NotF32 { at: at.into(), index: self.index(flat), value };
+        let float = |flat, b: [u8; 8]| {
+            let value = if big { f64::from_be_bytes(b) } else { f64::from_le_bytes(b) };
+            let short = value as f32;
+            if value.is_finite() && short.is_infinite() {
+                return Err(not_f32(flat, format!("{value:e}")));
+            }
+            Ok(short)
+        };
+        let signed = |flat, v: i64| match v.unsigned_abs() {
+            0..=EXACT => Ok(v as f32),
+            _ => Err(not_f32(flat, v.to_string())),
+        };
+        let unsigned = |flat, v: u64| match v {
+            0..=EXACT => Ok(v as f32),
+            _ => Err(not_f32(flat, v.to_string())),
+        };
+        let wanted = "samples are u8..u64, i8..i64, f32 or f64: convert it, one array for all \
+                      samples";
+        let values = match (self.kind, self.size) {
+            (Some(Kind::Float), 4) => self.values(reader, at, cap, |_, b| {
+                Ok(if big { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
+            }),
+            (Some(Kind::Float), _) => self.values(reader, at, cap, float),
+            (Some(Kind::Int), _) => self.integers(reader, at, cap, signed, unsigned),
+            (Some(Kind::Uint), _) => self.integers(reader, at, cap, signed, unsigned),
+            _ => return Err(self.unsupported(at, wanted)),
+        }?;
+        let axes: Vec<usize> = self.shape.iter().map(|axis| *axis as usize).collect();
+        let shape = IxDyn(&axes).set_f(self.fortran);
+        let array = ArrayD::from_shape_vec(shape, values)
+            .map_err(|e| Error::NotAnArray { at: at.into(), why: e.to_string() })?;
+        Ok(if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() })
+    }
+
+    /// Reads integers or booleans as i64 in C order; the stream must end with them.
+    pub(crate) fn read_i64(
+        &self,
+        reader: &mut dyn Read,
+        at: &str,
+        cap: Cap,
+        wanted: &'static str,
+    ) -> Result<Vec<i64>> {
+        let signed = |_, v| Ok(v);
+        let unsigned = |flat, v: u64| {
+            i64::try_from(v).map_err(|_| Error::NotI64 { at: at.into(), index: self.index(flat), value: v })
+        };
+        let values = match self.kind {
+            Some(Kind::Bool) => self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(i64::from(b != 0))),
+            Some(Kind::Int | Kind::Uint) => self.integers(reader, at, cap, signed, unsigned),
+            _ => return Err(self.unsupported(at, wanted)),
+        }?;
+        if self.fortran && self.shape.len() == 2 {
+            let (rows, columns) = (self.shape[0] as usize, self.shape[1] as usize);
+            return Ok((0..values.len()).map(|i| values[(i % columns) * rows + i / columns]).collect());
+        }
+        Ok(values)
+    }
+
+    fn integers<T>(
+        &self,
+        reader: &mut dyn Read,
+        at: &str,
+        cap: Cap,
+        signed: impl Fn(u64, i64) -> Result<T>,
+        unsigned: impl Fn(u64, u64) -> Result<T>,
+    ) -> Result<Vec<T>> {
+        let big = self.big;
+        macro_rules! as_type {
+            ($type:ty, $convert:ident) => {
+                self.values(reader, at, cap, |flat, b| {
+                    let v = if big { <$type>::from_be_bytes(b) } else { <$type>::from_le_bytes(b) };
+                    $convert(flat, v.into())
+                })
+            };
+        }
+        match (self.kind == Some(Kind::Int), self.size) {
+            (true, 1) => as_type!(i8, signed),
+            (true, 2) => as_type!(i16, signed),
+            (true, 4) => as_type!(i32, signed),
+            (true, _) => as_type!(i64, signed),
+            (false, 1) => as_type!(u8, unsigned),
+            (false, 2) => as_type!(u16, unsigned),
+            (false, 4) => as_type!(u32, unsigned),
+            (false, _) => as_type!(u64, unsigned),
+        }
+    }
+
+    /// Reads every value of `B` bytes and makes sure that nothing follows.
+    fn values<T, const B: usize>(
+        &self,
+        reader: &mut dyn Read,
+        at: &str,
+        cap: Cap,
+        convert: impl Fn(u64, [u8; B]) -> Result<T>,
+    ) -> Result<Vec<T>> {
+        let count = self.count(at, cap)?;
+        let want = count.saturating_mul(B as u64);
+        let mut values = Vec::with_capacity(count.min(MAX_TRUST) as usize);
+        let mut buffer = vec![0; CHUNK * B];
+        let mut done = 0u64;
+        while done < count {
+            let now = (count - done).min(CHUNK as u64) as usize;
+            let got = fill(reader, &mut buffer[..now * B], at)?;
+            if got < now * B {
+                let got = done * B as u64 + got as u64;
+                return Err(Error::Truncated { at: at.into(), got, want });
+            }
+            for bytes in buffer[..now * B].as_chunks::<B>().0 {
+                values.push(convert(done, *bytes)?);
+                done += 1;
+            }
+        }
+        // The archive checks its sum only when read to the end.
+        if fill(reader, &mut [0], at)? != 0 {
+            return Err(Error::Excess { at: at.into(), want, shape: self.shape.clone() });
+        }
+        Ok(values)
+    }
+}
+
+/// Fills the buffer as far as the stream goes.
+fn fill(reader: &mut dyn Read, buffer: &mut [u8], at: &str) -> Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match reader.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(n) => filled += n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => {
+                return Err(Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() });
+            }
+        }
+    }
+    Ok(filled)
+}

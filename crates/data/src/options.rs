@@ -1,0 +1,100 @@
+//! What to read from a data set and what to leave out.
+
+use serde::{Deserialize, Serialize};
+
+/// Rows to leave out of a data set, decided on the full recorded sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Drop {
+    /// Every row of a set of exact copies that carries more than one label.
+    Contradictory,
+    /// The later copies of a row with the same label; the first stays.
+    Duplicates,
+}
+
+/// Ceilings that stop a damaged or hostile file before memory is claimed for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct Limits {
+    /// Most values in one array, and in all samples together. Default 2^28 (1 GiB as f32).
+    pub max_values: u64,
+    /// Most samples, and most labels (samples times attributes). Default 2^22 (4 million).
+    pub max_samples: u64,
+    /// Most bytes in one sample file or labels file. Default 2^28 (256 MiB).
+    pub max_file_bytes: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { max_values: 1 << 28, max_samples: 1 << 22, max_file_bytes: 1 << 28 }
+    }
+}
+
+/// How to read a data set; the default reads arrays `x`, `y` and, where present, `group`.
+///
+/// Unknown keys are refused when deserialized; keys are kebab-case (`group-block`).
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct Options {
+    /// Name of the array of samples in the `.npz`. Default `x`.
+    pub x: String,
+    /// Name of the array of labels in the `.npz`. Default `y`.
+    pub y: String,
+    /// Name of the array of groups in the `.npz` (`block`, `session`, `trial`, ...). By default
+    /// `group` where the file holds it, otherwise no groups.
+    pub group: Option<String>,
+    /// Turns consecutive group values into blocks: `(v - min) / group_block`, from 1 up. In a
+    /// folder per class the value is the position of the file in its class folder.
+    pub group_block: Option<u32>,
+    /// Indices to keep along axis 1 of `x`, in this order, each once. Default all.
+    pub channels: Option<Vec<usize>>,
+    /// Rows to leave out, after their copies were sought over all channels.
+    pub drop: Vec<Drop>,
+    /// Refuse the data set if exact copies carry different labels and are not dropped.
+    pub deny_contradictory: bool,
+    /// For labels `[N, k]`: the column that becomes `y`, 0..k-1. Default 0.
+    pub attribute: usize,
+    /// For image files: `[height, width]` in pixels to resample to (triangle filter).
+    pub resize: Option<[usize; 2]>,
+    /// Ceilings on sizes.
+    pub limits: Limits,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            x: "x".into(),
+            y: "y".into(),
+            group: None,
+            group_block: None,
+            channels: None,
+            drop: Vec::new(),
+            deny_contradictory: false,
+            attribute: 0,
+            resize: None,
+            limits: Limits::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_kebab_case_and_unknown_ones_are_refused() {
+        let text = r#"{"group": "trial", "group-block": 12, "drop": ["contradictory"],
+                       "limits": {"max-values": 9}}"#;
+        let options: Options = serde_json::from_str(text).unwrap();
+        assert_eq!(options.group_block, Some(12));
+        assert_eq!(options.drop, [Drop::Contradictory]);
+        assert_eq!(options.limits.max_values, 9);
+        assert_eq!(options.x, "x");
+        let back: Options = serde_json::from_str(&serde_json::to_string(&options).unwrap()).unwrap();
+        assert_eq!(back, options);
+        for bad in [r#"{"group_block": 12}"#, r#"{"drop": ["all"]}"#, r#"{"limits": {"values": 1}}"#] {
+            let message = serde_json::from_str::<Options>(bad).unwrap_err().to_string();
+            assert!(message.contains("expected"), "{message}");
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! What a reader brings home before anything about the content is judged.
+
+use crate::dataset::{Axes, RowHash};
+use ndarray::ArrayD;
+
+/// A data set as stored: structurally sound, content unchecked.
+#[derive(Debug)]
+pub(crate) struct Raw {
+    /// The last part of the path, without extension.
+    pub name: String,
+    /// The path of the archive or folder, for messages.
+    pub file: String,
+    /// Type of the stored values.
+    pub dtype: String,
+    pub axes: Axes,
+    /// Samples `[N, ...]`, all channels.
+    pub x: ArrayD<f32>,
+    /// Names of the arrays of samples and labels, for messages.
+    pub x_name: String,
+    pub y_name: String,
+    /// Labels row by row, `columns` each; may differ from N in number.
+    pub y: Vec<i64>,
+    pub columns: usize,
+    pub names: Option<Names>,
+    pub groups: Option<(String, Vec<i64>)>,
+    /// File of each sample, or `x[17]`.
+    pub sources: Vec<String>,
+    /// Hash of each full recorded sample.
+    pub row_hash: Vec<RowHash>,
+    /// Arrays of the archive that were not read, such as `trial`.
+    pub others: Vec<String>,
+    /// Whether `sources` are paths below `file`.
+    pub is_folder: bool,
+}
+
+/// Class names and the file they come from.
+#[derive(Debug, Clone)]
+pub(crate) struct Names {
+    /// Short, for messages: `labels.json`.
+    pub file: String,
+    /// Per label column the names of 0, 1, ...
+    pub columns: Vec<Vec<String>>,
+}
+
+/// The name of a path without its extension; `data.npz` goes by its folder.
+pub(crate) fn name_of(path: &std::path::Path) -> String {
+    let text = |name: Option<&std::ffi::OsStr>| name.map(|n| n.to_string_lossy().into_owned());
+    let absolute = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let named = if absolute.is_dir() {
+        text(absolute.file_name())
+    } else if absolute.file_name().is_some_and(|n| n == "data.npz") {
+        text(absolute.parent().and_then(|folder| folder.file_name()))
+    } else {
+        text(absolute.file_stem())
+    };
+    named.unwrap_or_else(|| "data".into())
+}

@@ -1,0 +1,366 @@
+//! From stored arrays to a data set: labels, groups, channels, rows to leave out.
+
+use crate::dataset::{Dataset, digest};
+use crate::duplicates::{contradictory, duplicate_sets, later_copies};
+use crate::options::{Drop, Options};
+use crate::raw::{Names, Raw};
+use crate::{Error, Result};
+use ndarray::{Array2, ArrayD, Axis, Dimension};
+
+/// Label of a row whose stored label is unusable; only inside a card.
+const NO_LABEL: u32 = u32::MAX;
+
+/// One kind of fault: its first occurrence and how often it occurs.
+#[derive(Debug)]
+pub(crate) struct Problem {
+    pub first: Error,
+    pub count: usize,
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.first)?;
+        match self.count {
+            0 | 1 => Ok(()),
+            count => write!(f, " (and {} more like it)", count - 1),
+        }
+    }
+}
+
+/// A data set with everything that keeps it from being used.
+#[derive(Debug)]
+pub(crate) struct Checked {
+    pub dataset: Dataset,
+    pub problems: Vec<Problem>,
+}
+
+/// Collects faults.
+#[derive(Default)]
+struct Faults(Vec<Problem>);
+
+impl Faults {
+    fn push(&mut self, first: Error) {
+        self.0.push(Problem { first, count: 1 });
+    }
+
+    /// Adds one more of the kind that `seen` remembers; only the first is written out.
+    fn more(&mut self, seen: &mut Option<usize>, error: impl FnOnce() -> Error) {
+        match *seen {
+            Some(at) => self.0[at].count += 1,
+            None => {
+                *seen = Some(self.0.len());
+                self.push(error());
+            }
+        }
+    }
+}
+
+/// Builds the data set; faults of the content are collected, faults of the options end it.
+pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
+    if options.attribute >= raw.columns {
+        return Err(Error::Attribute {
+            file: raw.file,
+            attribute: options.attribute,
+            y: raw.y_name,
+            columns: raw.columns,
+            last: raw.columns - 1,
+        });
+    }
+    let channels = channels(&raw, options)?;
+    let mut faults = Faults::default();
+    // Labels for fewer samples may have many columns: too many for all samples.
+    if (raw.x.shape()[0] as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples {
+        return Err(wrong_length(&raw));
+    }
+    let table = labels(&raw, &mut faults);
+    let classes = class_names(&raw, &table);
+    let groups = groups(&raw, options, &mut faults)?;
+
+    let columns = raw.columns;
+    let rows: Vec<&[u32]> = table.chunks(columns).collect();
+    let sets = duplicate_sets(&raw.row_hash);
+    let mut keep = vec![true; rows.len()];
+    let torn = contradictory(&sets, &rows);
+    if options.drop.contains(&Drop::Contradictory) {
+        torn.iter().flatten().for_each(|row| keep[*row] = false);
+    } else if options.deny_contradictory
+        && let Some(set) = torn.first()
+    {
+        let second = set.iter().find(|row| rows[**row] != rows[set[0]]);
+        let second = *second.unwrap_or(&set[0]);
+        let labelled = |row: usize| {
+            let label = rows[row][options.attribute];
+            let name = classes[options.attribute].get(label as usize);
+            let name = name.cloned().unwrap_or_else(|| label.to_string());
+            format!("{} ({name})", raw.sources[row])
+        };
+        faults.push(Error::Contradiction {
+            file: raw.file.clone(),
+            first: labelled(set[0]),
+            second: labelled(second),
+            rows: torn.iter().map(Vec::len).sum(),
+        });
+    }
+    if options.drop.contains(&Drop::Duplicates) {
+        for row in later_copies(&sets, &rows) {
+            keep[row] = false;
+        }
+    }
+    let kept: Vec<usize> = (0..keep.len()).filter(|row| keep[*row]).collect();
+    if kept.is_empty() {
+        return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
+    }
+    gaps(&raw, &table, &kept, &classes, &mut faults);
+
+    let take = |table: &[u32], column: usize, width: usize| -> Vec<u32> {
+        kept.iter().map(|row| table[row * width + column]).collect()
+    };
+    let y = take(&table, options.attribute, columns);
+    let attributes = (columns > 1)
+        .then(|| Array2::from_shape_fn((kept.len(), columns), |(i, j)| table[kept[i] * columns + j]));
+    let groups = groups.map(|(name, values)| (name, take(&values, 0, 1)));
+    let dropped = (0..keep.len()).filter(|row| !keep[*row]);
+    let dropped = dropped.map(|row| raw.sources[row].clone()).collect();
+    let mut x = raw.x;
+    if kept.len() < keep.len() {
+        x = x.select(Axis(0), &kept);
+    }
+    if let Some(channels) = &channels {
+        x = x.select(Axis(1), channels);
+    }
+    if !x.is_standard_layout() {
+        x = x.as_standard_layout().into_owned();
+    }
+    let sources: Vec<String> = kept.iter().map(|row| raw.sources[*row].clone()).collect();
+    let separator = if raw.is_folder { "/" } else { ": " };
+    not_finite(&x, channels.as_deref(), &mut faults, |row| {
+        format!("{}{separator}{}", raw.file, sources[row])
+    });
+    let (group_name, groups) = groups.unzip();
+    let dataset = Dataset {
+        name: raw.name,
+        digest: digest(&x, &y, attributes.as_ref(), groups.as_deref()),
+        axes: raw.axes,
+        dtype: raw.dtype,
+        y,
+        classes: classes[options.attribute].clone(),
+        attribute_classes: if columns > 1 { classes } else { Vec::new() },
+        attributes,
+        groups,
+        group_name,
+        sources,
+        dropped,
+        row_hash: kept.iter().map(|row| raw.row_hash[*row]).collect(),
+        x,
+    };
+    let problems = faults.0;
+    Ok(Checked { dataset, problems })
+}
+
+fn channels(raw: &Raw, options: &Options) -> Result<Option<Vec<usize>>> {
+    let Some(channels) = &options.channels else {
+        return Ok(None);
+    };
+    let file = raw.file.clone();
+    if channels.is_empty() {
+        return Err(Error::NoChannels { file });
+    }
+    let shape = raw.x.shape().to_vec();
+    let mut seen = vec![false; shape[1]];
+    for channel in channels {
+        match seen.get_mut(*channel) {
+            None => {
+                return Err(Error::ChannelRange { file, channel: *channel, last: shape[1] - 1, shape });
+            }
+            Some(true) => {
+                return Err(Error::ChannelTwice { file, channel: *channel });
+            }
+            Some(seen) => *seen = true,
+        }
+    }
+    Ok(Some(channels.clone()))
+}
+
+/// How a label is written in a message: `y[17]` or `y[17, 2]`.
+fn label_at(raw: &Raw, row: usize, column: usize) -> String {
+    match raw.columns {
+        1 => format!("{}[{row}]", raw.y_name),
+        _ => format!("{}[{row}, {column}]", raw.y_name),
+    }
+}
+
+/// The names of one column, if the file of names fits the labels.
+fn names_of(raw: &Raw, column: usize) -> Option<(&Names, &Vec<String>)> {
+    let names = raw.names.as_ref()?;
+    let fits = names.columns.len() == raw.columns;
+    names.columns.get(column).filter(|_| fits).map(|list| (names, list))
+}
+
+fn wrong_length(raw: &Raw) -> Error {
+    Error::Length {
+        file: raw.file.clone(),
+        array: raw.y_name.clone(),
+        len: raw.y.len() / raw.columns,
+        x: raw.x_name.clone(),
+        samples: raw.x.shape()[0],
+    }
+}
+
+/// All labels `[N * columns]`, unusable ones as [`NO_LABEL`].
+fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
+    let (samples, columns) = (raw.x.shape()[0], raw.columns);
+    if raw.y.len() != samples * columns {
+        faults.push(wrong_length(raw));
+    }
+    if let Some(names) = raw.names.as_ref().filter(|n| n.columns.len() != columns) {
+        faults.push(Error::LabelsForm {
+            file: names.file.clone(),
+            why: format!("names {} columns of labels, but {} has {columns}", names.columns.len(), raw.y_name),
+        });
+    }
+    let mut table = vec![NO_LABEL; samples * columns];
+    let (mut negative, mut range) = (None, None);
+    for (i, (label, value)) in table.iter_mut().zip(&raw.y).enumerate() {
+        let (row, column, value) = (i / columns, i % columns, *value);
+        let file = || raw.file.clone();
+        let named = names_of(raw, column);
+        // Without names there are at most as many classes as samples, or there is a gap.
+        let classes = named.map_or(samples, |(_, list)| list.len());
+        if value < 0 {
+            let error = || Error::NegativeLabel { file: file(), at: label_at(raw, row, column), value };
+            faults.more(&mut negative, error);
+        } else if value < classes as i64 {
+            *label = value as u32;
+        } else if let Some((names, list)) = named {
+            let error = || Error::LabelRange {
+                file: file(),
+                at: label_at(raw, row, column),
+                value,
+                names: names.file.clone(),
+                classes: list.len(),
+                last: list.len().saturating_sub(1),
+            };
+            faults.more(&mut range, error);
+        }
+    }
+    table
+}
+
+/// Names of each column's labels; numbers where no file names them.
+fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
+    let column_names = |column: usize| match names_of(raw, column) {
+        Some((_, list)) => list.clone(),
+        None => {
+            let samples = raw.x.shape()[0];
+            let stored = raw.y.iter().skip(column).step_by(raw.columns);
+            let beyond = stored.into_iter().any(|value| *value >= samples as i64);
+            let labels = table.iter().skip(column).step_by(raw.columns);
+            let usable = labels.filter(|label| **label != NO_LABEL).max();
+            let count = if beyond { samples } else { usable.map_or(0, |label| *label as usize + 1) };
+            (0..count).map(|label| label.to_string()).collect()
+        }
+    };
+    (0..raw.columns).map(column_names).collect()
+}
+
+/// Every class must have a sample, or its output is never trained.
+fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], faults: &mut Faults) {
+    for (column, names) in classes.iter().enumerate() {
+        let (mut stored, mut left) = (vec![false; names.len()], vec![false; names.len()]);
+        let label = |row: usize| table[row * raw.columns + column] as usize;
+        for row in 0..table.len() / raw.columns {
+            if let Some(seen) = stored.get_mut(label(row)) {
+                *seen = true;
+            }
+        }
+        for row in kept {
+            if let Some(seen) = left.get_mut(label(*row)) {
+                *seen = true;
+            }
+        }
+        let mut empty = None;
+        for (label, name) in names.iter().enumerate().filter(|(label, _)| !left[*label]) {
+            let named = names_of(raw, column).is_some();
+            let error = || Error::EmptyClass {
+                file: raw.file.clone(),
+                at: match raw.columns {
+                    1 => raw.y_name.clone(),
+                    _ => format!("{}[:, {column}]", raw.y_name),
+                },
+                label,
+                name: if named { format!(" ({name})") } else { String::new() },
+                hint: match (stored[label], named) {
+                    (true, _) => "all of them were dropped: drop less or remove the class",
+                    (false, true) => "record some or remove its name",
+                    (false, false) => "number the classes from 0 without gaps",
+                },
+            };
+            faults.more(&mut empty, error);
+        }
+    }
+}
+
+fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(String, Vec<u32>)>> {
+    if options.group_block == Some(0) {
+        return Err(Error::Option {
+            file: raw.file.clone(),
+            option: "group-block",
+            why: "is the number of consecutive values in a block, from 1",
+        });
+    }
+    let Some((name, values)) = &raw.groups else {
+        return Ok(None);
+    };
+    let samples = raw.x.shape()[0];
+    if values.len() != samples {
+        faults.push(Error::Length {
+            file: raw.file.clone(),
+            array: name.clone(),
+            len: values.len(),
+            x: raw.x_name.clone(),
+            samples,
+        });
+        return Ok(None);
+    }
+    let lowest = i128::from(values.iter().min().copied().unwrap_or(0));
+    let (mut groups, mut range) = (Vec::with_capacity(samples), None);
+    for (row, value) in values.iter().enumerate() {
+        let group = match options.group_block {
+            Some(block) => (i128::from(*value) - lowest) / i128::from(block),
+            None => i128::from(*value),
+        };
+        groups.push(u32::try_from(group).unwrap_or_else(|_| {
+            let error =
+                || Error::GroupRange { file: raw.file.clone(), at: format!("{name}[{row}]"), value: *value };
+            faults.more(&mut range, error);
+            u32::MAX
+        }));
+    }
+    let name = match options.group_block {
+        Some(block) => format!("{name}/{block}"),
+        None => name.clone(),
+    };
+    Ok(Some((name, groups)))
+}
+
+fn not_finite(
+    x: &ArrayD<f32>,
+    channels: Option<&[usize]>,
+    faults: &mut Faults,
+    sample: impl Fn(usize) -> String,
+) {
+    if x.iter().all(|value| value.is_finite()) {
+        return;
+    }
+    let mut at = None;
+    for (index, value) in x.indexed_iter().filter(|(_, value)| !value.is_finite()) {
+        let error = || {
+            let mut inside = index.slice()[1..].to_vec();
+            if let (Some(first), Some(channels)) = (inside.first_mut(), channels) {
+                *first = channels[*first];
+            }
+            Error::NotFinite { sample: sample(index[0]), index: inside, value: *value }
+        };
+        faults.more(&mut at, error);
+    }
+}

@@ -1,0 +1,123 @@
+//! One pass over all values for a card: ranges, saturation, constant taxels.
+
+use crate::card::ChannelRange;
+use crate::dataset::{Axes, Dataset};
+
+/// Lowest and highest finite value seen, and how often.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    min: f32,
+    max: f32,
+    at_min: usize,
+    at_max: usize,
+    count: usize,
+}
+
+impl Extent {
+    const EMPTY: Self = Self { min: f32::INFINITY, max: f32::NEG_INFINITY, at_min: 0, at_max: 0, count: 0 };
+
+    fn add(&mut self, value: f32) {
+        self.count += 1;
+        if value < self.min {
+            (self.min, self.at_min) = (value, 0);
+        }
+        if value > self.max {
+            (self.max, self.at_max) = (value, 0);
+        }
+        self.at_min += usize::from(value == self.min);
+        self.at_max += usize::from(value == self.max);
+    }
+
+    pub(crate) fn range(&self) -> Option<[f32; 2]> {
+        (self.count > 0).then_some([self.min, self.max])
+    }
+
+    pub(crate) fn shares(&self) -> [f64; 2] {
+        [self.at_min, self.at_max].map(|n| n as f64 / self.count.max(1) as f64)
+    }
+
+    fn is_constant(&self) -> bool {
+        self.count > 0 && self.min == self.max
+    }
+}
+
+/// One pass over all values.
+pub(crate) struct Values {
+    pub all: Extent,
+    pub taxels: Vec<Extent>,
+    channels: Vec<Extent>,
+    pub nan: usize,
+    pub infinite: usize,
+    pub constant_samples: Vec<usize>,
+}
+
+impl Values {
+    pub(crate) fn of(data: &Dataset) -> Self {
+        let shape = data.sample_shape();
+        let size: usize = shape.iter().product();
+        let last_two: usize = shape.iter().rev().take(2).product();
+        // Taxel and channel of the j-th value of a sample.
+        let taxel = |j: usize| match data.axes {
+            Axes::ChannelsTime => j / shape.last().copied().unwrap_or(1).max(1),
+            _ => j % last_two.max(1),
+        };
+        let channel = |j: usize| match data.axes {
+            Axes::ColourHeightWidth => Some(j / last_two.max(1)),
+            Axes::ChannelsTime | Axes::Features => Some(taxel(j)),
+            Axes::HeightWidth | Axes::TimeHeightWidth => None,
+        };
+        let taxel_of: Vec<usize> = (0..size).map(taxel).collect();
+        let channel_of: Vec<Option<usize>> = (0..size).map(channel).collect();
+        let length = |n: Option<usize>| n.map_or(0, |last| last + 1);
+        let mut values = Self {
+            all: Extent::EMPTY,
+            taxels: vec![Extent::EMPTY; length(taxel_of.iter().max().copied())],
+            channels: vec![Extent::EMPTY; length(channel_of.iter().flatten().max().copied())],
+            nan: 0,
+            infinite: 0,
+            constant_samples: Vec::new(),
+        };
+        for (row, sample) in data.x.outer_iter().enumerate() {
+            let mut extent = Extent::EMPTY;
+            for (j, value) in sample.iter().enumerate() {
+                values.nan += usize::from(value.is_nan());
+                values.infinite += usize::from(value.is_infinite());
+                if !value.is_finite() {
+                    continue;
+                }
+                extent.add(*value);
+                values.all.add(*value);
+                values.taxels[taxel_of[j]].add(*value);
+                if let Some(channel) = channel_of[j] {
+                    values.channels[channel].add(*value);
+                }
+            }
+            if extent.is_constant() {
+                values.constant_samples.push(row);
+            }
+        }
+        values
+    }
+
+    pub(crate) fn channels(&self) -> Vec<ChannelRange> {
+        let range = |(channel, extent): (usize, &Extent)| ChannelRange {
+            channel,
+            min: extent.range().map(|[min, _]| min),
+            max: extent.range().map(|[_, max]| max),
+            at_min: extent.shares()[0],
+            at_max: extent.shares()[1],
+        };
+        self.channels.iter().enumerate().map(range).collect()
+    }
+
+    pub(crate) fn constant_taxels(&self, data: &Dataset) -> Vec<Vec<usize>> {
+        let width = data.sample_shape().last().copied().unwrap_or(1).max(1);
+        let constant = self.taxels.iter().enumerate().filter(|(_, extent)| extent.is_constant());
+        constant
+            .map(|(taxel, _)| match data.axes {
+                Axes::ChannelsTime | Axes::Features => vec![taxel],
+                _ => vec![taxel / width, taxel % width],
+            })
+            .collect()
+    }
+}

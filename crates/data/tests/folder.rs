@@ -1,0 +1,222 @@
+//! Sound and broken folders with one sub-folder per class.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
+mod common;
+
+use common::{f32s, files, npy};
+use image::{DynamicImage, GrayImage, Luma, Rgb, RgbImage, RgbaImage};
+use std::path::Path;
+use taxel_data::{Axes, Limits, Options, check, load};
+use tempfile::{TempDir, tempdir};
+
+fn refused_with(root: &Path, options: &Options) -> String {
+    let message = load(root, options).unwrap_err().to_string();
+    message.replace(&format!("{}/", root.display()), "").replace(&root.display().to_string(), "FOLDER")
+}
+
+/// The message for a folder of text files.
+fn refused(list: &[(&str, &str)]) -> String {
+    let folder = tempdir().unwrap();
+    files(folder.path(), list);
+    refused_with(folder.path(), &Options::default())
+}
+
+fn png(root: &Path, name: &str, image: impl Into<DynamicImage>) {
+    let path = root.join(name);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    image.into().save(path).unwrap();
+}
+
+fn grey(width: u32, height: u32, value: u8) -> GrayImage {
+    GrayImage::from_fn(width, height, |x, y| Luma([value + (10 * y + x) as u8]))
+}
+
+fn csv_set() -> TempDir {
+    let folder = tempdir().unwrap();
+    files(
+        folder.path(),
+        &[
+            ("pear/take10.csv", "1,2\n3,4\n5,6\n"),
+            ("pear/take9.csv", "thumb,index\n7,8\n9,10\n11,12\n"),
+            ("apple/a.csv", "0,0\n0,1\n0,0\n"),
+            ("apple/.hidden", ""),
+            (".git/x", ""),
+            ("README.md", "notes"),
+        ],
+    );
+    folder
+}
+
+#[test]
+fn csv_files_are_channels_by_time() {
+    let folder = csv_set();
+    let data = load(folder.path(), &Options::default()).unwrap();
+    assert_eq!(data.x.shape(), [3, 2, 3]);
+    assert_eq!(data.x.as_slice().unwrap()[6..], [7., 9., 11., 8., 10., 12., 1., 3., 5., 2., 4., 6.]);
+    assert_eq!((data.classes, data.y), (vec!["apple".into(), "pear".into()], vec![0, 1, 1]));
+    assert_eq!(data.sources, ["apple/a.csv", "pear/take9.csv", "pear/take10.csv"]);
+    assert_eq!((data.axes, data.dtype.as_str()), (Axes::ChannelsTime, "csv"));
+    let blocks = Options { group_block: Some(1), channels: Some(vec![1]), ..Options::default() };
+    let data = load(folder.path(), &blocks).unwrap();
+    assert_eq!((data.groups, data.group_name.as_deref()), (Some(vec![0, 0, 1]), Some("position/1")));
+    assert_eq!(data.x.shape(), [3, 1, 3]);
+}
+
+#[test]
+fn npy_files_are_taken_as_stored() {
+    let folder = tempdir().unwrap();
+    files(folder.path(), &[("a/x.npy", ""), ("b/y.npy", "")]);
+    std::fs::write(folder.path().join("a/x.npy"), f32s(&[2, 3], &[0., 1., 2., 3., 4., 5.])).unwrap();
+    let write = |bytes: Vec<u8>| std::fs::write(folder.path().join("b/y.npy"), bytes).unwrap();
+    write(f32s(&[2, 3], &[9.; 6]));
+    let data = load(folder.path(), &Options::default()).unwrap();
+    assert_eq!((data.x.shape(), data.x[[0, 1, 0]]), ([2, 2, 3].as_slice(), 3.0));
+    let message = || refused_with(folder.path(), &Options::default());
+    write(f32s(&[3, 2], &[9.; 6]));
+    assert_eq!(message(), "b/y.npy: has shape [3, 2], but a/x.npy has [2, 3]; all must be equal");
+    write(f32s(&[6], &[9.; 6]));
+    assert_eq!(message(), "b/y.npy: has shape [6]; one recording is [C, T], [H, W] or [T, H, W]");
+    write(f32s(&[2, 0], &[]));
+    assert!(message().starts_with("b/y.npy: has shape [2, 0]: axis 1 is empty"));
+    write(npy("|u1", false, &[2, 3], &[1; 6]));
+    assert_eq!(message(), "b/y.npy: is |u1, but a/x.npy is <f4; use one kind in a data set");
+    write(f32s(&[2, 3], &[9.; 5]));
+    assert!(message().starts_with("b/y.npy: data end after 20 of 24 bytes"));
+    write(f32s(&[2, 3], &[9., 9., 9., 9., f32::INFINITY, 9.]));
+    assert_eq!(message(), "b/y.npy: value at [1, 1] is inf; repair the recording or leave it out");
+}
+
+#[test]
+fn images_are_planes_of_their_stored_values() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    png(root, "a/1.png", grey(4, 2, 0));
+    png(root, "b/1.png", grey(4, 2, 100));
+    let data = load(root, &Options::default()).unwrap();
+    assert_eq!((data.x.shape(), data.axes), ([2, 2, 4].as_slice(), Axes::HeightWidth));
+    assert_eq!(data.x.as_slice().unwrap()[..8], [0., 1., 2., 3., 10., 11., 12., 13.]);
+    assert_ne!(data.row_hash[0], data.row_hash[1]);
+    let halved = Options { resize: Some([1, 2]), ..Options::default() };
+    let small = load(root, &halved).unwrap();
+    assert_eq!(small.x.shape(), [2, 1, 2]);
+    // A triangle over the halved axis weighs 3:3:1 at the edge.
+    let edge = |row: f32| (3. * row + 3. * (row + 1.) + row + 2.) / 7.;
+    assert!((small.x[[0, 0, 0]] - (edge(0.) + edge(10.)) / 2.).abs() < 1e-4, "{}", small.x[[0, 0, 0]]);
+    assert_eq!(small.row_hash, data.row_hash);
+
+    let rgb = RgbImage::from_fn(3, 2, |x, y| Rgb([x as u8, 50 + y as u8, 200]));
+    png(root, "a/1.png", rgb.clone());
+    png(root, "b/1.png", DynamicImage::ImageRgb8(rgb).to_rgba8());
+    let data = load(root, &Options::default()).unwrap();
+    assert_eq!((data.x.shape(), data.axes), ([2, 3, 2, 3].as_slice(), Axes::ColourHeightWidth));
+    let plane = data.x.as_slice().unwrap();
+    assert_eq!(plane[..8], [0., 1., 2., 0., 1., 2., 50., 50.]);
+    assert_eq!(plane[12..24], [[200.; 6], [0., 1., 2., 0., 1., 2.]].concat());
+    assert_eq!(load(root, &halved).unwrap().x.shape(), [2, 3, 1, 2]);
+}
+
+#[test]
+fn a_broken_image_is_refused() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    png(root, "a/1.png", grey(4, 2, 0));
+    let message = || refused_with(root, &Options::default());
+    let form = "set resize = [height, width], or use grey or colour throughout";
+    png(root, "b/1.png", grey(2, 4, 0));
+    assert_eq!(
+        message(),
+        format!("b/1.png: has shape [4, 2], but a/1.png has [2, 4]; all must be equal: {form}")
+    );
+    png(root, "b/1.png", RgbImage::new(4, 2));
+    assert!(message().starts_with("b/1.png: has shape [3, 2, 4], but a/1.png has [2, 4]"));
+    png(root, "b/1.png", image::ImageBuffer::<Luma<u16>, _>::new(4, 2));
+    assert_eq!(message(), "b/1.png: is png/jpeg u16, but a/1.png is png/jpeg u8; use one kind in a data set");
+    png(root, "b/1.png", RgbaImage::new(4, 2));
+    assert_eq!(message(), "b/1.png: has transparent pixels; save it as grey or RGB");
+    let whole = std::fs::read(root.join("a/1.png")).unwrap();
+    for bytes in [&whole[..whole.len() / 2], b"not an image"] {
+        std::fs::write(root.join("b/1.png"), bytes).unwrap();
+        assert!(message().starts_with("b/1.png: is not readable as PNG or JPEG ("), "{}", message());
+    }
+    png(root, "b/1.png", grey(4, 2, 0));
+    let limits = Limits { max_values: 15, ..Limits::default() };
+    let message = refused_with(root, &Options { limits, ..Options::default() });
+    assert!(message.starts_with("FOLDER: shape [2, 2, 4] is more than the 15 values allowed; shrink"));
+    let limits = Limits { max_values: 7, ..Limits::default() };
+    let message = refused_with(root, &Options { limits, ..Options::default() });
+    assert!(message.starts_with("a/1.png: shape [1, 2, 4] is more than the 7 values allowed"), "{message}");
+    for size in [[0, 2], [2, 1 << 40]] {
+        let message = refused_with(root, &Options { resize: Some(size), ..Options::default() });
+        assert_eq!(message, "FOLDER: resize: is [height, width] in pixels, each 1..16384");
+    }
+}
+
+#[test]
+fn a_broken_layout_is_refused() {
+    let one = ("a/1.csv", "1,2\n");
+    assert_eq!(refused(&[]), "FOLDER: holds neither data.npz nor class folders");
+    assert_eq!(
+        refused(&[("z.npz", ""), ("y.npz", ""), ("notes.txt", "")]),
+        "FOLDER: holds neither data.npz nor class folders; give one of y.npz, z.npz"
+    );
+    assert_eq!(refused(&[one, ("b/.keep", "")]), "b: class folder holds no files; fill or remove it");
+    assert_eq!(
+        refused(&[("a/session1/1.csv", "1\n")]),
+        "a/session1: a folder inside a class folder; put the recordings right into it"
+    );
+    assert_eq!(
+        refused(&[one, ("b/notes.txt", "x")]),
+        "b/notes.txt: unknown kind of recording; use .csv, .npy, .png, .jpg or .jpeg"
+    );
+    assert_eq!(
+        refused(&[one, ("b/1.png", "x")]),
+        "b/1.png: is an image, but a/1.csv is CSV; use one kind in a data set"
+    );
+    assert_eq!(refused(&[one, ("b/1.csv", "")]), "b/1.csv: is empty (0 bytes); copy or record it again");
+    assert_eq!(
+        refused(&[one, ("b/1.csv", "1,2\n3,4\n"), ("c/1.csv", "1\n")]),
+        "b/1.csv: has shape [2, 2], but a/1.csv has [2, 1]; all must be equal (channels, time): cut or \
+         pad the recordings"
+    );
+    assert_eq!(refused(&[one, ("b/1.csv", "1,2\n3\n")]), "b/1.csv: line 2 has 1 columns, line 1 has 2");
+    assert_eq!(refused(&[one, ("b/1.csv", "1,?\n")]), "b/1.csv: line 1, column 2: \"?\" is not a number");
+    assert_eq!(
+        refused(&[one, ("b/1.csv", "1,nan\n")]),
+        "b/1.csv: value at [1, 0] is NaN; repair the recording or leave it out"
+    );
+}
+
+#[test]
+fn options_for_other_layouts_are_refused() {
+    let folder = csv_set();
+    let default = Options::default;
+    let arrays = "names an array of a .npz; a folder per class has none (group-block divides the \
+                  position of each file in its class folder)";
+    let cases = [
+        ("x", Options { x: "images".into(), ..default() }),
+        ("y", Options { y: "labels".into(), ..default() }),
+        ("group", Options { group: Some("session".into()), ..default() }),
+    ];
+    for (key, options) in cases {
+        assert_eq!(refused_with(folder.path(), &options), format!("FOLDER: {key}: {arrays}"));
+    }
+    assert_eq!(
+        refused_with(folder.path(), &Options { resize: Some([2, 2]), ..default() }),
+        "FOLDER: resize: applies to PNG and JPEG files only; leave it out"
+    );
+    let limits = Limits { max_file_bytes: 11, ..Limits::default() };
+    assert_eq!(
+        refused_with(folder.path(), &Options { limits, ..default() }),
+        "apple/a.csv: has 12 bytes, more than the 11 allowed; raise limits.max-file-bytes"
+    );
+}
+
+#[test]
+fn the_card_of_a_folder_names_files() {
+    let folder = csv_set();
+    files(folder.path(), &[("apple/b.csv", "4,4\n4,4\n4,4\n"), ("pear/z.csv", "4,4\n4,4\n4,4\n")]);
+    let card = check(folder.path()).unwrap();
+    assert_eq!(card.problems, [""; 0]);
+    assert_eq!(card.constant_samples, [1, 4]);
+    assert!(card.warnings[0].contains("apple/b.csv (apple) = pear/z.csv (pear)"), "{:?}", card.warnings);
+}

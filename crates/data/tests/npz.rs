@@ -1,0 +1,201 @@
+//! Sound `.npz` archives and what to read from them.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
+mod common;
+
+use common::{f32s, files, i64s, labels, npy, npz, refused, samples, stored};
+use taxel_data::{Drop, Options, check, load};
+use tempfile::tempdir;
+
+#[test]
+fn an_archive_is_read_deflated_and_stored() {
+    let folder = tempdir().unwrap();
+    let arrays = [("x", samples(4)), ("y", labels()), ("group", i64s(&[4], &[7, 7, 9, 9])), ("t", labels())];
+    let deflated = load(&npz(folder.path(), &arrays), &Options::default()).unwrap();
+    assert_eq!(deflated.x.shape(), [4, 2, 3]);
+    assert_eq!(deflated.x[[3, 1, 2]], 23.0);
+    assert_eq!(deflated.y, [0, 1, 1, 0]);
+    assert_eq!(deflated.classes, ["0", "1"]);
+    assert_eq!(deflated.groups, Some(vec![7, 7, 9, 9]));
+    assert_eq!(deflated.group_name.as_deref(), Some("group"));
+    assert_eq!((deflated.name.as_str(), deflated.sources[3].as_str()), ("grasps", "x[3]"));
+    std::fs::write(folder.path().join("grasps.npz"), stored(&arrays)).unwrap();
+    let plain = load(&folder.path().join("grasps.npz"), &Options::default()).unwrap();
+    assert_eq!(plain, deflated);
+    let card = check(&folder.path().join("grasps.npz")).unwrap();
+    assert_eq!(card.other_arrays, ["t"]);
+
+    // As data.npz it goes by its folder; the content and so the digest are the same.
+    std::fs::rename(folder.path().join("grasps.npz"), folder.path().join("data.npz")).unwrap();
+    let named = load(folder.path(), &Options::default()).unwrap();
+    assert_eq!(named.name, folder.path().file_name().unwrap().to_string_lossy());
+    assert_eq!(named.digest, deflated.digest);
+    let group = Options { group: Some("t".into()), ..Options::default() };
+    assert_ne!(load(folder.path(), &group).unwrap().digest, deflated.digest);
+}
+
+#[test]
+fn every_type_and_order_of_number_is_read() {
+    let integers: Vec<i64> = (0..24).collect();
+    macro_rules! bytes {
+        ($type:ty, $to:ident) => {
+            integers.iter().flat_map(|v| (*v as $type).$to()).collect::<Vec<u8>>()
+        };
+    }
+    let cases = [
+        ("|u1", bytes!(u8, to_le_bytes)),
+        ("|i1", bytes!(i8, to_le_bytes)),
+        ("<u2", bytes!(u16, to_le_bytes)),
+        (">i2", bytes!(i16, to_be_bytes)),
+        ("<u4", bytes!(u32, to_le_bytes)),
+        (">i4", bytes!(i32, to_be_bytes)),
+        (">u8", bytes!(u64, to_be_bytes)),
+        ("<i8", bytes!(i64, to_le_bytes)),
+        (">f4", bytes!(f32, to_be_bytes)),
+        ("<f8", bytes!(f64, to_le_bytes)),
+        (">f8", bytes!(f64, to_be_bytes)),
+    ];
+    let folder = tempdir().unwrap();
+    let want = load(&npz(folder.path(), &[("x", samples(4)), ("y", labels())]), &Options::default()).unwrap();
+    for (descr, data) in cases {
+        let path = npz(folder.path(), &[("x", npy(descr, false, &[4, 2, 3], &data)), ("y", labels())]);
+        let got = load(&path, &Options::default()).unwrap();
+        assert_eq!(got.x, want.x, "{descr}");
+        assert_eq!((&got.row_hash, &got.digest, got.dtype.as_str()), (&want.row_hash, &want.digest, descr));
+    }
+    // Fortran order: the first index runs fastest.
+    let mut fortran = Vec::new();
+    for k in 0..3 {
+        for j in 0..2 {
+            for i in 0..4 {
+                fortran.extend(((i * 6 + j * 3 + k) as f32).to_le_bytes());
+            }
+        }
+    }
+    let path = npz(folder.path(), &[("x", npy("<f4", true, &[4, 2, 3], &fortran)), ("y", labels())]);
+    assert_eq!(load(&path, &Options::default()).unwrap().x, want.x);
+    let negative = npy("|i1", false, &[1, 2], &[0xFF, 0x80]);
+    let path = npz(folder.path(), &[("x", negative), ("y", npy("|b1", false, &[1], &[0]))]);
+    assert_eq!(load(&path, &Options::default()).unwrap().x.as_slice().unwrap(), [-1.0, -128.0]);
+}
+
+#[test]
+fn class_names_come_from_the_nearer_file() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    files(folder.path(), &[("labels.json", r#"{"classes": ["apple", "pear"]}"#)]);
+    assert_eq!(load(&path, &Options::default()).unwrap().classes, ["apple", "pear"]);
+    files(folder.path(), &[("grasps.classes.json", r#"["soft", "stiff"]"#)]);
+    assert_eq!(load(&path, &Options::default()).unwrap().classes, ["soft", "stiff"]);
+}
+
+#[test]
+fn channels_are_selected_along_axis_1() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    let with = |channels: &[usize]| Options { channels: Some(channels.to_vec()), ..Options::default() };
+    let data = load(&path, &with(&[1])).unwrap();
+    assert_eq!(data.x.shape(), [4, 1, 3]);
+    assert_eq!(data.x[[3, 0, 2]], 23.0);
+    let swapped = load(&path, &with(&[1, 0])).unwrap();
+    assert_eq!((swapped.x[[0, 0, 0]], swapped.x.is_standard_layout()), (3.0, true));
+    assert_eq!(swapped.row_hash, data.row_hash);
+    assert_eq!(
+        refused(&path, &with(&[0, 2])),
+        "grasps.npz: channels: 2 is out of range: axis 1 of [4, 2, 3] has 0..1"
+    );
+    assert_eq!(
+        refused(&path, &with(&[1, 1])),
+        "grasps.npz: channels: 1 is listed twice; name each channel once"
+    );
+    assert_eq!(
+        refused(&path, &with(&[])),
+        "grasps.npz: channels = []: name at least one channel, or leave the key out"
+    );
+}
+
+#[test]
+fn group_values_are_divided_into_blocks() {
+    let folder = tempdir().unwrap();
+    let trials = i64s(&[6], &[1, 2, 12, 13, 24, 25]);
+    let path = npz(folder.path(), &[("x", samples(6)), ("y", i64s(&[6], &[0; 6])), ("trial", trials)]);
+    let mut options = Options { group: Some("trial".into()), group_block: Some(12), ..Options::default() };
+    let data = load(&path, &options).unwrap();
+    assert_eq!(data.groups, Some(vec![0, 0, 0, 1, 1, 2]));
+    assert_eq!(data.group_name.as_deref(), Some("trial/12"));
+    options.group_block = Some(0);
+    let why = "is the number of consecutive values in a block, from 1";
+    assert_eq!(refused(&path, &options), format!("grasps.npz: group-block: {why}"));
+    let far = i64s(&[6], &[i64::MIN, i64::MAX, 0, 0, 0, 0]);
+    let path = npz(folder.path(), &[("x", samples(6)), ("y", i64s(&[6], &[0; 6])), ("trial", far)]);
+    options.group_block = Some(1);
+    let message = refused(&path, &options);
+    assert!(message.starts_with("grasps.npz: trial[1] = 9223372036854775807 is not a group"), "{message}");
+}
+
+#[test]
+fn several_attributes_are_kept_and_one_is_the_label() {
+    let folder = tempdir().unwrap();
+    let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]);
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", y.clone())]);
+    let data = load(&path, &Options::default()).unwrap();
+    assert_eq!(data.y, [0, 1, 1, 0]);
+    assert_eq!(data.attributes.unwrap().column(1).to_vec(), [2, 0, 1, 2]);
+    assert_eq!(data.attribute_classes[1], ["0", "1", "2"]);
+    files(folder.path(), &[("labels.json", r#"{"classes": [["soft", "stiff"], ["a", "b", "c"]]}"#)]);
+    let mut options = Options { attribute: 1, ..Options::default() };
+    let data = load(&path, &options).unwrap();
+    assert_eq!((data.y, data.classes), (vec![2, 0, 1, 2], vec!["a".into(), "b".into(), "c".into()]));
+    options.attribute = 2;
+    assert_eq!(refused(&path, &options), "grasps.npz: attribute = 2 is out of range: y has 2 columns (0..1)");
+    let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 3, 0, 1]);
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
+    assert_eq!(
+        refused(&path, &Options::default()),
+        "grasps.npz: y[2, 1] = 3 is out of range: labels.json names 3 classes (0..2)"
+    );
+    // In Fortran order columns follow each other.
+    let bytes: Vec<u8> = [0i64, 1, 1, 0, 2, 0, 1, 2].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", npy("<i8", true, &[4, 2], &bytes))]);
+    assert_eq!(load(&path, &Options::default()).unwrap().attributes.unwrap().row(2).to_vec(), [1, 1]);
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 1], &[0, 1, 1, 0]))]);
+    std::fs::remove_file(folder.path().join("labels.json")).unwrap();
+    assert_eq!(load(&path, &Options::default()).unwrap().attributes, None);
+}
+
+#[test]
+fn copies_are_dropped_on_request() {
+    // Rows 0 and 2 contradict each other, 3 repeats 1, in all channels; 4 only in channel 0.
+    let rows = [[1.0, 9.0], [2.0, 9.0], [1.0, 9.0], [2.0, 9.0], [2.0, 0.0], [-0.0, 0.0], [0.0, 0.0]];
+    let x = f32s(&[7, 2, 1], rows.as_flattened());
+    let y = [0, 1, 1, 1, 0, 1, 1];
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", x.clone()), ("y", i64s(&[7], &y))]);
+    let with = |drop: &[Drop]| Options { drop: drop.to_vec(), channels: Some(vec![0]), ..Options::default() };
+    let all = load(&path, &with(&[])).unwrap();
+    assert_eq!(all.units(), [0, 1, 0, 1, 4, 5, 5]);
+    let kept = |drop: &[Drop]| load(&path, &with(drop)).unwrap().sources.join(" ");
+    assert_eq!(kept(&[Drop::Contradictory]), "x[1] x[3] x[4] x[5] x[6]");
+    assert_eq!(kept(&[Drop::Duplicates]), "x[0] x[1] x[2] x[4] x[5]");
+    let data = load(&path, &with(&[Drop::Duplicates, Drop::Contradictory])).unwrap();
+    assert_eq!(data.sources, ["x[1]", "x[4]", "x[5]"]);
+    assert_eq!(data.dropped, ["x[0]", "x[2]", "x[3]", "x[6]"]);
+    assert_eq!(data.x.as_slice().unwrap(), [2.0, 2.0, -0.0]);
+    assert_eq!((data.y.len(), data.row_hash.len()), (3, 3));
+
+    let deny = Options { deny_contradictory: true, ..Options::default() };
+    assert_eq!(
+        refused(&path, &deny),
+        "grasps.npz: x[0] (0) and x[2] (1) are the same recording, 2 such rows; set drop = \
+         [\"contradictory\"]"
+    );
+    let fixed = Options { drop: vec![Drop::Contradictory], ..deny };
+    load(&path, &fixed).unwrap();
+    let path = npz(folder.path(), &[("x", x), ("y", i64s(&[7], &[0, 1, 2, 1, 0, 1, 1]))]);
+    assert_eq!(
+        refused(&path, &fixed),
+        "grasps.npz: no sample in y has label 2; all of them were dropped: drop less or remove the class"
+    );
+    let path = npz(folder.path(), &[("x", f32s(&[2, 1], &[1.0; 2])), ("y", i64s(&[2], &[0, 1]))]);
+    assert_eq!(refused(&path, &fixed), "grasps.npz: after drop: holds no samples");
+}

@@ -1,0 +1,148 @@
+//! Real recordings, reached through `TAXEL_DATA`.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
+use ndarray::Axis;
+use std::path::PathBuf;
+use std::time::Instant;
+use taxel_data::{Axes, Drop, Options, check, check_with, group_k_fold, load, stratified_k_fold};
+
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(std::env::var_os("TAXEL_DATA").expect("TAXEL_DATA names the data folder")).join(name)
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn fsr_glove28() {
+    let path = path("fsr-glove28");
+    let start = Instant::now();
+    let all = load(&path, &Options::default()).unwrap();
+    let seconds = start.elapsed().as_secs_f64();
+    assert!(cfg!(debug_assertions) || seconds < 0.5, "{seconds} s");
+    assert_eq!(all.x.shape(), [1467, 35, 50]);
+    assert_eq!(all.classes.len(), 28);
+    assert_eq!(all.classes[27], "keyboard");
+    assert_eq!(all.class_counts()[0], 59);
+    assert_eq!(all.groups, None);
+    assert_eq!(all.name, "fsr-glove28");
+
+    let fsr = Options {
+        group: Some("block".into()),
+        channels: Some((30..35).collect()),
+        drop: vec![Drop::Contradictory],
+        ..Options::default()
+    };
+    let data = load(&path, &fsr).unwrap();
+    assert_eq!(data.x.shape(), [1449, 5, 50]);
+    assert!(data.x.iter().all(|v| (0.0..=5.01).contains(v)));
+    assert_eq!(data.dropped.len(), 18);
+    assert_eq!(data.dropped[..3], ["x[56]", "x[57]", "x[58]"]);
+    // 168 and 169 are one recording, six dropped rows before them.
+    assert_eq!(data.units()[163], 162);
+    let groups = data.groups.as_ref().unwrap();
+    let folds = group_k_fold(groups, &data.y, 5, 0, 0).unwrap();
+    assert!(folds.iter().all(|fold| fold.test.iter().all(|i| groups[*i] == groups[fold.test[0]])));
+    let folds = stratified_k_fold(&data.y, 5, 0, 0, Some(&data.units())).unwrap();
+    assert!(folds.iter().all(|fold| fold.test.contains(&162) == fold.test.contains(&163)));
+
+    let both = Options { drop: vec![Drop::Contradictory, Drop::Duplicates], ..fsr };
+    assert_eq!(load(&path, &both).unwrap().x.shape(), [1448, 5, 50]);
+    let deny = Options { deny_contradictory: true, ..Options::default() };
+    let message = load(&path, &deny).unwrap_err().to_string();
+    assert!(message.contains("x[56] (Agrapheuse Comb) and x[113] (Battery)"), "{message}");
+    assert!(message.contains("18 such rows"), "{message}");
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn fsr_glove28_card() {
+    let options = Options { group: Some("block".into()), ..Options::default() };
+    let card = check_with(&path("fsr-glove28"), &options).unwrap();
+    println!("{card}");
+    assert_eq!(card.problems, [""; 0]);
+    assert_eq!(card.axes, Axes::ChannelsTime);
+    assert_eq!((card.contradictions.len(), card.duplicates.len()), (9, 1));
+    assert_eq!(card.duplicates[0], [168, 169]);
+    assert_eq!(card.contradictions[8].rows, [882, 935]);
+    assert_eq!(card.contradictions[8].labels, ["Pepsi", "Phone Comb"]);
+    let groups = card.groups.unwrap();
+    assert_eq!((groups.groups, groups.classes), (5, [28, 28]));
+    assert_eq!(card.channels.len(), 35);
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn tekscan22_images() {
+    let data = load(&path("tekscan22-images"), &Options::default()).unwrap();
+    assert_eq!(data.x.shape(), [1100, 28, 50]);
+    assert_eq!(data.classes.len(), 22);
+    assert_eq!(data.class_counts(), [50; 22]);
+    let card = check(&path("tekscan22-images")).unwrap();
+    println!("{card}");
+    assert_eq!(card.axes, Axes::HeightWidth);
+    assert_eq!((card.contradictions.len(), card.duplicates.len()), (0, 5));
+    let class = |set: &Vec<usize>| data.classes[data.y[set[0]] as usize].as_str();
+    let classes: Vec<_> = card.duplicates.iter().map(class).collect();
+    assert_eq!(classes, ["bottle", "bottle", "bottle", "bottle", "caliper"]);
+
+    // The same images as files: grey JPEGs, one folder per class.
+    let files = load(&path("tekscan22-images/Images"), &Options::default()).unwrap();
+    assert_eq!(files.x.shape(), [1100, 28, 50]);
+    assert_eq!(files.classes, data.classes);
+    assert_eq!(files.sources[1], "adhesive/adhesive2.jpg");
+    // The archive has them in plain text order; decoders may round differently.
+    let mut order: Vec<usize> = (0..1100).collect();
+    order.sort_by_key(|i| &files.sources[*i]);
+    for (row, file) in order.iter().enumerate() {
+        let pair = data.x.index_axis(Axis(0), row).into_iter().zip(files.x.index_axis(Axis(0), *file));
+        let worst = pair.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst <= 4.0, "{}: {worst}", files.sources[*file]);
+    }
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn gelsight_materials10() {
+    let path = path("gelsight-materials10");
+    let message = load(&path, &Options::default()).unwrap_err().to_string();
+    assert!(message.contains("[1000, 3, 400, 300]"), "{message}");
+    assert!(message.contains("resize = [height, width]"), "{message}");
+    let options = Options { resize: Some([32, 24]), group_block: Some(20), ..Options::default() };
+    let data = load(&path, &options).unwrap();
+    assert_eq!(data.x.shape(), [1000, 3, 32, 24]);
+    assert_eq!(data.axes, Axes::ColourHeightWidth);
+    let mean = data.x.mean().unwrap();
+    assert!((60.0..200.0).contains(&mean), "{mean}");
+    assert_eq!(data.classes[9], "material_10");
+    assert_eq!(data.class_counts(), [100; 10]);
+    let groups = data.groups.as_ref().unwrap();
+    assert_eq!((groups[19], groups[20], groups[99], groups[100]), (0, 1, 4, 0));
+    assert_eq!(data.units(), (0..1000).collect::<Vec<u32>>());
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn neutouch_softness() {
+    let options = Options { group: Some("session".into()), ..Options::default() };
+    let data = load(&path("neutouch-softness/class_test.npz"), &options).unwrap();
+    assert_eq!(data.x.shape(), [160, 2, 80, 50]);
+    assert_eq!(data.classes, ["carton_box", "soft_block", "sponge", "stiff_block"]);
+    let folds = group_k_fold(data.groups.as_ref().unwrap(), &data.y, 2, 0, 0).unwrap();
+    assert_eq!(folds[0].test.len(), 80);
+    let message = load(&path("neutouch-softness"), &options).unwrap_err().to_string();
+    assert!(message.ends_with("class_test.npz, softness_test.npz, softness_test_bare.npz"), "{message}");
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn every_other_set_loads() {
+    let blocks = Options { group: Some("trial".into()), group_block: Some(12), ..Options::default() };
+    let data = load(&path("kinesthetic-gripper36"), &blocks).unwrap();
+    assert_eq!(data.x.shape(), [2160, 4, 41]);
+    assert_eq!(data.group_name.as_deref(), Some("trial/12"));
+    let groups = data.groups.as_ref().unwrap();
+    assert_eq!(groups.iter().max(), Some(&4));
+    for name in ["biotac-pr2-hold6", "biotac-slide20", "tekscan3d-fixtures24"] {
+        let card = check(&path(name)).unwrap();
+        assert_eq!(card.problems, [""; 0], "{name}");
+    }
+}

@@ -1,0 +1,188 @@
+//! Properties of folds.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
+use proptest::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+use taxel_data::{Fold, group_k_fold, stratified_k_fold};
+
+fn is_partition(folds: &[Fold], n: usize) -> bool {
+    let mut tested: Vec<usize> = folds.iter().flat_map(|fold| fold.test.clone()).collect();
+    tested.sort_unstable();
+    let complete = |fold: &Fold| {
+        let both: BTreeSet<usize> = fold.train.iter().chain(&fold.test).copied().collect();
+        fold.train.is_sorted()
+            && fold.test.is_sorted()
+            && !fold.test.is_empty()
+            && both.len() == n
+            && fold.train.len() + fold.test.len() == n
+    };
+    tested == (0..n).collect::<Vec<_>>() && folds.iter().all(complete)
+}
+
+/// Whether every unit is tested in one fold.
+fn is_whole(folds: &[Fold], units: &[u32]) -> bool {
+    let mut fold_of = BTreeMap::new();
+    folds
+        .iter()
+        .enumerate()
+        .all(|(i, fold)| fold.test.iter().all(|sample| *fold_of.entry(units[*sample]).or_insert(i) == i))
+}
+
+fn class_counts(fold: &Fold, y: &[u32]) -> BTreeMap<u32, usize> {
+    let mut counts = BTreeMap::new();
+    fold.test.iter().for_each(|sample| *counts.entry(y[*sample]).or_default() += 1);
+    counts
+}
+
+/// Most minus fewest.
+fn spread(counts: impl Iterator<Item = usize> + Clone) -> usize {
+    counts.clone().max().unwrap() - counts.min().unwrap()
+}
+
+/// Labels of 2 to 6 classes of 5 to 20 samples, shuffled.
+fn labels() -> impl Strategy<Value = Vec<u32>> {
+    prop::collection::vec(5usize..20, 2..6)
+        .prop_map(|sizes| {
+            sizes.iter().enumerate().flat_map(|(label, n)| vec![label as u32; *n]).collect::<Vec<_>>()
+        })
+        .prop_shuffle()
+}
+
+/// Groups of 2 to 9, at least `k` of them; a label per sample.
+fn grouped() -> impl Strategy<Value = (Vec<u32>, Vec<u32>)> {
+    prop::collection::vec(2usize..9, 6..20).prop_flat_map(|sizes| {
+        let groups: Vec<u32> =
+            sizes.iter().enumerate().flat_map(|(group, n)| vec![3 * group as u32; *n]).collect();
+        let n = groups.len();
+        (Just(groups).prop_shuffle(), prop::collection::vec(0u32..4, n))
+    })
+}
+
+proptest! {
+    #[test]
+    fn stratified_folds_are_even(y in labels(), k in 2usize..=5, seed: u64, repetition in 0u32..9) {
+        let folds = stratified_k_fold(&y, k, seed, repetition, None).unwrap();
+        prop_assert_eq!(folds.len(), k);
+        prop_assert!(is_partition(&folds, y.len()));
+        prop_assert!(spread(folds.iter().map(|fold| fold.test.len())) <= 1);
+        let counts: Vec<_> = folds.iter().map(|fold| class_counts(fold, &y)).collect();
+        for label in y.iter().collect::<BTreeSet<_>>() {
+            prop_assert!(spread(counts.iter().map(|c| c.get(label).copied().unwrap_or(0))) <= 1);
+        }
+        prop_assert_eq!(stratified_k_fold(&y, k, seed, repetition, None).unwrap(), folds);
+    }
+
+    #[test]
+    fn copies_stay_together(y in labels(), k in 2usize..=4, seed: u64, copies in prop::collection::vec((0usize..999, 0usize..999), 0..8)) {
+        let mut units: Vec<u32> = (0..y.len() as u32).collect();
+        for (a, b) in copies {
+            let (a, b) = (a % y.len(), b % y.len());
+            units[b] = units[a];
+        }
+        match stratified_k_fold(&y, k, seed, 0, Some(&units)) {
+            Ok(folds) => {
+                let n = y.len();
+                let mut tested: Vec<usize> = folds.iter().flat_map(|fold| fold.test.clone()).collect();
+                tested.sort_unstable();
+                prop_assert_eq!(tested, (0..n).collect::<Vec<_>>());
+                prop_assert!(is_whole(&folds, &units));
+                prop_assert!(folds.iter().all(|fold| fold.train.len() + fold.test.len() == n));
+            }
+            Err(error) => prop_assert!(error.to_string().contains("distinct samples, too few")),
+        }
+    }
+
+    #[test]
+    fn groups_stay_whole((groups, y) in grouped(), k in 2usize..=6, seed: u64, repetition in 0u32..9) {
+        let folds = group_k_fold(&groups, &y, k, seed, repetition).unwrap();
+        prop_assert_eq!(folds.len(), k);
+        prop_assert!(is_partition(&folds, y.len()));
+        prop_assert!(is_whole(&folds, &groups));
+        // Dealt evenly: no fold is a whole largest group and more above another, twice over.
+        prop_assert!(spread(folds.iter().map(|fold| fold.test.len())) <= 16);
+        prop_assert_eq!(group_k_fold(&groups, &y, k, seed, repetition).unwrap(), folds);
+    }
+}
+
+#[test]
+fn as_many_groups_as_folds_leave_one_out_in_order() {
+    let groups = [7, 3, 7, 9, 3];
+    let y = [0, 0, 1, 1, 1];
+    let folds = group_k_fold(&groups, &y, 3, 1, 0).unwrap();
+    assert_eq!(folds, group_k_fold(&groups, &y, 3, 2, 5).unwrap());
+    let tests: Vec<_> = folds.iter().map(|fold| fold.test.clone()).collect();
+    assert_eq!(tests, [vec![1, 4], vec![0, 2], vec![3]]);
+}
+
+#[test]
+fn copies_are_spread_class_by_class() {
+    // Four pairs of copies in each of three classes: each of two folds gets two of each.
+    let y: Vec<u32> = (0..24).map(|i| i / 8).collect();
+    let pairs: Vec<u32> = (0..24).map(|i| i / 2).collect();
+    for seed in 0..20 {
+        for fold in stratified_k_fold(&y, 2, seed, 0, Some(&pairs)).unwrap() {
+            assert_eq!(class_counts(&fold, &y).into_values().collect::<Vec<_>>(), [4; 3]);
+        }
+    }
+}
+
+#[test]
+fn groups_of_each_class_are_spread() {
+    // Twelve objects, two of each of six classes: each of two folds gets one of each.
+    let groups: Vec<u32> = (0..120).map(|i| i / 10).collect();
+    let y: Vec<u32> = groups.iter().map(|group| group / 2).collect();
+    for seed in 0..20 {
+        for fold in group_k_fold(&groups, &y, 2, seed, 0).unwrap() {
+            assert_eq!(class_counts(&fold, &y).into_values().collect::<Vec<_>>(), [10; 6]);
+        }
+    }
+}
+
+#[test]
+fn seed_and_repetition_choose_the_folds() {
+    let y: Vec<u32> = (0..60).map(|i| i % 3).collect();
+    let groups: Vec<u32> = (0..60).map(|i| i / 3).collect();
+    let stratified = |seed, repetition| stratified_k_fold(&y, 5, seed, repetition, None).unwrap();
+    let grouped = |seed, repetition| group_k_fold(&groups, &y, 5, seed, repetition).unwrap();
+    assert_ne!(stratified(0, 0), stratified(1, 0));
+    assert_ne!(stratified(0, 0), stratified(0, 1));
+    assert_ne!(grouped(0, 0), grouped(1, 0));
+    assert_ne!(grouped(0, 0), grouped(0, 1));
+}
+
+#[test]
+fn impossible_splits_are_refused() {
+    let message = |result: taxel_data::Result<Vec<Fold>>| result.unwrap_err().to_string();
+    let y = [0, 0, 1, 1, 1];
+    assert_eq!(
+        message(stratified_k_fold(&y, 3, 0, 0, None)),
+        "class 0 has 2 distinct samples, too few for 3 folds; use at most 2 folds or record more"
+    );
+    assert_eq!(
+        message(stratified_k_fold(&y, 2, 0, 0, Some(&[5, 5, 1, 2, 3]))),
+        "class 0 has 1 distinct sample, too few for 2 folds; record more, or leave the class out"
+    );
+    for k in [0, 1] {
+        let want = format!("folds = {k}: at least 2 are needed, one to test on and one to train on");
+        assert_eq!(message(stratified_k_fold(&y, k, 0, 0, None)), want);
+        assert_eq!(message(group_k_fold(&[0; 5], &y, k, 0, 0)), want);
+    }
+    assert_eq!(
+        message(group_k_fold(&[0, 0, 1, 1, 2], &y, 4, 0, 0)),
+        "3 groups cannot fill 4 folds; use at most 3 folds"
+    );
+    assert_eq!(
+        message(group_k_fold(&[4; 5], &y, 2, 0, 0)),
+        "1 group cannot fill 2 folds; split by samples instead"
+    );
+    assert!(message(stratified_k_fold(&y, usize::MAX, 0, 0, None)).starts_with("class 0 has 2"));
+    assert_eq!(message(stratified_k_fold(&[], 2, 0, 0, None)), "there are no samples to split");
+    assert_eq!(
+        message(group_k_fold(&[0, 1], &y, 2, 0, 0)),
+        "groups has 2 entries for 5 labels; one per sample"
+    );
+    assert_eq!(
+        message(stratified_k_fold(&y, 2, 0, 0, Some(&[0]))),
+        "units has 1 entries for 5 labels; one per sample"
+    );
+}

@@ -1,0 +1,313 @@
+//! The binary as a user runs it.
+
+#[path = "support/twin.rs"]
+mod twin;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use taxel_graph::{Graph, Weights};
+use tempfile::TempDir;
+use twin::Twin;
+
+fn taxel(arguments: &[&str]) -> Output {
+    Command::cargo_bin("taxel").unwrap().args(arguments).output().unwrap()
+}
+
+/// Runs and expects exit code 0; what was printed.
+fn good(arguments: &[&str]) -> String {
+    let output = taxel(arguments);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs and expects exit code 2 with one line on standard error; that line.
+fn refused(arguments: &[&str]) -> String {
+    let output = taxel(arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.starts_with("error: "), "{error}");
+    error.trim_end().trim_start_matches("error: ").to_string()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn write_npy(path: &Path, shape: &[u64], values: &[f32]) {
+    use npyz::WriterBuilder;
+    let file = fs::File::create(path).unwrap();
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(file).begin_nd().unwrap();
+    writer.extend(values.iter().copied()).unwrap();
+    writer.finish().unwrap();
+}
+
+struct Case {
+    folder: TempDir,
+    twin: Twin,
+    graph: Graph,
+}
+
+impl Case {
+    fn new(twin: Twin) -> Case {
+        let folder = tempfile::tempdir().unwrap();
+        let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
+        for (node, x) in graph.inputs().zip(twin.inputs(&graph, 500)) {
+            let mut shape = vec![twin.batch as u64];
+            shape.extend(node.shape.iter().map(|&s| s as u64));
+            write_npy(&folder.path().join(format!("{}.npy", node.name)), &shape, &x);
+        }
+        let case = Case { folder, twin, graph };
+        case.save(&case.twin.weights());
+        case
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn save(&self, weights: &Weights) {
+        taxel_devices::checkpoint::write(&self.path("w.safetensors"), weights, "").unwrap();
+    }
+
+    fn arguments(&self, backend: &str) -> Vec<String> {
+        let mut list = vec!["forward".to_string(), "--model".into(), self.twin.network.clone()];
+        list.extend(["--weights".into(), text(&self.path("w.safetensors")).into()]);
+        for node in self.graph.inputs() {
+            list.extend(["--input".into(), text(&self.path(&format!("{}.npy", node.name))).into()]);
+        }
+        list.extend([
+            "--output".into(),
+            text(&self.path("y.npy")).into(),
+            "--backend".into(),
+            backend.into(),
+        ]);
+        for (key, value) in &self.twin.settings {
+            list.extend(["--set".into(), format!("{key}={value}")]);
+        }
+        list
+    }
+
+    fn forward(&self, backend: &str) -> Output {
+        let arguments = self.arguments(backend);
+        taxel(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+    }
+}
+
+#[test]
+fn forward_gives_pytorchs_logits_on_both_backends() {
+    for twin in Twin::all() {
+        let case = Case::new(twin);
+        for backend in ["native", "candle"] {
+            let output = case.forward(backend);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let logits = taxel_data::read_npy(&case.path("y.npy")).unwrap();
+            assert_eq!(logits.shape()[0], case.twin.batch);
+            case.twin.assert_values("eval_logits", logits.as_slice().unwrap(), 1e-4);
+            fs::remove_file(case.path("y.npy")).unwrap();
+        }
+    }
+}
+
+#[test]
+fn forward_refuses_tensors_and_inputs_by_name() {
+    let case = Case::new(Twin::all().into_iter().find(|t| t.name == "hybrid-resvgg").unwrap());
+    let message = || {
+        let output = case.forward("native");
+        assert_eq!(output.status.code(), Some(2));
+        assert!(!case.path("y.npy").exists(), "no half-written file");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let mut weights = Weights::new();
+    for (name, tensor) in case.twin.weights().iter().filter(|(n, _)| *n != "fuse.bias") {
+        weights.insert(name, tensor.clone());
+    }
+    case.save(&weights);
+    assert!(message().contains("tensor `fuse.bias` is missing; expected shape [48]"), "{}", message());
+    weights = case.twin.weights();
+    weights.insert("head.bias", weights.get("fc.bias").unwrap().clone());
+    case.save(&weights);
+    assert!(message().contains("tensor `head.bias` is not part of this network"), "{}", message());
+    weights = case.twin.weights();
+    weights.insert("fuse.bias", weights.get("fc.bias").unwrap().clone());
+    case.save(&weights);
+    assert!(message().contains("tensor `fuse.bias` has shape [3], expected [48]"), "{}", message());
+    case.save(&case.twin.weights());
+    write_npy(&case.path("signal.npy"), &[3, 5, 49], &vec![0.0; 3 * 5 * 49]);
+    assert!(
+        message().contains("shape [3, 5, 49] does not fit input `signal`; expected at least one sample of channels 5 × length 50"),
+        "{}",
+        message()
+    );
+    let whole = fs::read(case.path("w.safetensors")).unwrap();
+    fs::write(case.path("w.safetensors"), &whole[..whole.len() / 2]).unwrap();
+    assert!(message().contains("w.safetensors: not a whole safetensors file"), "{}", message());
+}
+
+#[test]
+fn zoo_and_cost_count_alike() {
+    let zoo: serde_json::Value = serde_json::from_str(&good(&["zoo", "--json"])).unwrap();
+    let list = zoo.as_array().unwrap();
+    assert_eq!(list.len(), taxel_zoo::NETWORKS.len());
+    for entry in list {
+        let name = entry["name"].as_str().unwrap();
+        let cost: serde_json::Value = serde_json::from_str(&good(&["cost", name, "--json"])).unwrap();
+        assert_eq!(cost["total"]["parameters"], entry["parameters"]);
+        assert_eq!(cost["total"]["macs"], entry["macs"]);
+        let layers = cost["layers"].as_array().unwrap();
+        let sum: u64 = layers.iter().map(|l| l["cost"]["macs"].as_u64().unwrap()).sum();
+        assert_eq!(sum, entry["macs"].as_u64().unwrap());
+    }
+    assert!(good(&["zoo"]).contains("hybrid-resvgg"));
+    assert!(refused(&["cost", "resvgg"]).starts_with("no network is called `resvgg`; known: mlp, "));
+    assert!(refused(&["cost", "mlp", "--set", "clases=3"]).contains("unknown field `clases`"));
+}
+
+#[test]
+fn simulate_encode_and_check_go_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let simulate = |name: &str, seed: &str| {
+        good(&["simulate", "fingertip", "--samples", "60", "--seed", seed, "--output", text(&at(name))]);
+        fs::read(at(name)).unwrap()
+    };
+    assert_eq!(simulate("a.npz", "1"), simulate("b.npz", "1"), "same seed, same bytes");
+    assert_ne!(simulate("a.npz", "1"), simulate("b.npz", "2"));
+    let card: serde_json::Value =
+        serde_json::from_str(&good(&["data", "check", text(&at("a.npz")), "--json"])).unwrap();
+    assert_eq!(card["shape"], serde_json::json!([60, 5, 50]));
+    assert_eq!(card["classes"][1]["name"], "shore-10");
+    assert!(good(&["simulate", "fingertip", "--explain"]).contains("source:"));
+    assert!(
+        refused(&["simulate", "fingertip", "--without", "gravity", "--output", "x.npz"]).contains("gravity")
+    );
+
+    let ramp: Vec<f32> = (0..500).map(|i| (i % 250) as f32).collect();
+    write_npy(&at("x.npy"), &[2, 5, 50], &ramp);
+    let encode = |kind: &str, shape: &[usize]| {
+        good(&["encode", kind, "--input", text(&at("x.npy")), "--output", text(&at("y.npy"))]);
+        let images = taxel_data::read_npy(&at("y.npy")).unwrap();
+        assert_eq!(images.shape(), shape);
+        images
+    };
+    let field = encode("gadf", &[2, 50, 50]);
+    assert!((field[[0, 3, 40]] + field[[0, 40, 3]]).abs() < 1e-6, "a difference field is antisymmetric");
+    encode("hardness-image", &[2, 3, 50, 50]);
+    let mut broken = ramp;
+    broken[300] = f32::NAN;
+    write_npy(&at("x.npy"), &[2, 5, 50], &broken);
+    let error = refused(&["encode", "gadf", "--input", text(&at("x.npy")), "--output", text(&at("z.npy"))]);
+    assert!(error.contains("sample 1") && error.contains("NaN"), "{error}");
+    assert!(!at("z.npy").exists());
+}
+
+#[test]
+fn check_ends_with_1_where_a_data_set_cannot_be_used_and_2_where_it_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (class, line) in [("soft", "1,2\n3,4\n"), ("hard", "1,2\n3,NaN\n")] {
+        fs::create_dir(folder.path().join(class)).unwrap();
+        for take in 0..3 {
+            fs::write(folder.path().join(class).join(format!("{take}.csv")), line).unwrap();
+        }
+    }
+    let output = taxel(&["data", "check", text(folder.path())]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("NaN"));
+    assert!(refused(&["data", "check", text(&folder.path().join("none.npz"))]).contains("no such file"));
+}
+
+/// Every file of a run folder that equal runs share, by name.
+fn shared_files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = vec![];
+    for name in ["config.toml", "results.json", "metrics.jsonl", "predictions.npz"] {
+        files.push((name.to_string(), fs::read(folder.join(name)).unwrap()));
+    }
+    let mut models: Vec<PathBuf> =
+        fs::read_dir(folder.join("models")).unwrap().map(|e| e.unwrap().path()).collect();
+    models.sort();
+    assert!(!models.is_empty());
+    files.extend(
+        models
+            .into_iter()
+            .map(|p| (p.display().to_string(), p))
+            .map(|(n, p)| (n.rsplit('/').next().unwrap().to_string(), fs::read(p).unwrap())),
+    );
+    files
+}
+
+const QUICKSTART: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs/quickstart.toml");
+
+#[test]
+fn equal_runs_write_equal_bytes_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, threads: &str, seed: &str| {
+        let out = folder.path().join(name);
+        good(&["run", QUICKSTART, "--quick", "--threads", threads, "--seed", seed, "--out", text(&out)]);
+        shared_files(&out)
+    };
+    let first = run("first", "1", "3");
+    assert_eq!(first, run("second", "2", "3"));
+    assert_ne!(first, run("other", "1", "4"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {
+    use std::process::{Command as Process, Stdio};
+    use std::time::{Duration, Instant};
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, cut) = (folder.path().join("whole"), folder.path().join("cut"));
+    let arguments = |out: &Path| {
+        ["run", QUICKSTART, "--quick", "--set", "train.epochs=12", "--json", "--out", text(out)]
+            .map(String::from)
+    };
+    let wait = |child: &mut std::process::Child| {
+        let start = Instant::now();
+        loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                return status;
+            }
+            assert!(start.elapsed() < Duration::from_secs(120), "still running");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    let start = |out: &Path| {
+        let binary = assert_cmd::cargo::cargo_bin!("taxel");
+        Process::new(binary)
+            .args(arguments(out))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    assert!(wait(&mut start(&whole)).success());
+    let mut child = start(&cut);
+    let begun = Instant::now();
+    while !cut.join("folds").exists() || fs::read_dir(cut.join("folds")).unwrap().count() == 0 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no fold finished");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Process::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let status = wait(&mut child);
+    assert_eq!(status.code(), Some(130));
+    let results: serde_json::Value =
+        serde_json::from_slice(&fs::read(cut.join("results.json")).unwrap()).unwrap();
+    assert_eq!(results["complete"], false);
+    let mut resumed = arguments(&cut).to_vec();
+    assert!(refused(&resumed.iter().map(String::as_str).collect::<Vec<_>>()).contains("--resume"));
+    resumed.push("--resume".into());
+    good(&resumed.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(shared_files(&whole), shared_files(&cut));
+}
+
+#[test]
+fn help_teaches() {
+    for command in ["run", "zoo", "cost", "forward", "encode", "simulate", "data"] {
+        let help =
+            if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
+        assert!(help.contains("Example"), "{command} --help has no example");
+    }
+}

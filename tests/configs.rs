@@ -1,0 +1,49 @@
+//! Every file under `configs/` parses, fits its data and runs.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+
+fn configs(folder: &str) -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs").join(folder);
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(root).unwrap().map(|e| e.unwrap().path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "toml"));
+    paths.sort();
+    assert!(!paths.is_empty());
+    paths
+}
+
+fn run_quick(config: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let mut command = Command::cargo_bin("taxel").unwrap();
+    command.args(["run", config.to_str().unwrap(), "--quick", "--json", "--out", out.to_str().unwrap()]);
+    let output = command.output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{}: {error}", config.display());
+    let table: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(table["complete"], true, "{}", config.display());
+}
+
+#[test]
+fn simulated_ones_run() {
+    configs("").iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn real_ones_run() {
+    configs("real").iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+fn real_ones_say_what_is_missing() {
+    for config in configs("real") {
+        let mut command = Command::cargo_bin("taxel").unwrap();
+        let output =
+            command.env_remove("TAXEL_DATA").args(["run", config.to_str().unwrap()]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(error.contains("TAXEL_DATA") && error.contains(config.to_str().unwrap()), "{error}");
+    }
+}
