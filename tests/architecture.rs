@@ -1,5 +1,7 @@
 //! The walls of the house: which crate may depend on which, who knows candle, who may be unsafe.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 

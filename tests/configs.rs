@@ -1,5 +1,7 @@
 //! Every file under `configs/` parses, fits its data and runs.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;

@@ -25,6 +25,7 @@ mod raw;
 mod split;
 mod validate;
 mod values;
+mod write;
 
 pub use array::read_npy;
 pub use card::{Card, ChannelRange, ClassCount, Contradiction, GroupSummary};
@@ -34,3 +35,4 @@ pub use error::{Error, Result};
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};
 pub use split::{Fold, group_k_fold, stratified_k_fold};
+pub use write::{Npz, PART, npy_bytes, write_whole};

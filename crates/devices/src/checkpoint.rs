@@ -3,6 +3,7 @@
 //! The `.pth` reader understands a restricted pickle and runs none of it.
 
 use std::collections::HashMap;
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
@@ -105,11 +106,13 @@ pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
     }
     let metadata = HashMap::from([(KEY.to_string(), text.to_string())]);
     let bytes = serialize(views, Some(metadata)).map_err(|e| refuse(path, e))?;
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| refuse(path, e))?;
-    file.write_all(&bytes).and_then(|()| file.as_file().sync_all()).map_err(|e| refuse(path, e))?;
-    file.persist(path).map_err(|e| refuse(path, e.error))?;
-    Ok(())
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    let written = File::create(&part).and_then(|mut file| {
+        file.write_all(&bytes)?;
+        file.sync_all()
+    });
+    written.and_then(|()| std::fs::rename(&part, path)).map_err(|e| refuse(path, e))
 }
 
 fn refuse(path: &Path, reason: impl ToString) -> Error {

@@ -1,5 +1,7 @@
 //! Every network against its PyTorch twin on candle, and against the engine.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 #[path = "../../../tests/support/twin.rs"]
 mod twin;
 

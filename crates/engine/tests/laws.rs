@@ -1,5 +1,7 @@
 //! What holds for every network without a twin: finite differences, refusals, NaN.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 #[path = "../../../tests/support/twin.rs"]
 mod twin;
 

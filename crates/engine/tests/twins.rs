@@ -1,6 +1,8 @@
 //! Every network against its PyTorch twin: logits, loss, every gradient, running statistics, five
 //! SGDM steps, population statistics. The reference is computed in float64.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 #[path = "../../../tests/support/twin.rs"]
 mod twin;
 

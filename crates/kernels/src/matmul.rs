@@ -90,7 +90,7 @@ mod tests {
     fn transposed_and_strided_products_agree_with_plain_loops() {
         let a: Vec<f32> = (0..12).map(|v| v as f32 - 5.0).collect(); // 3×4
         let b: Vec<f32> = (0..20).map(|v| 0.5 * v as f32).collect(); // 4×5
-        let mut plain = vec![0.0; 15];
+        let mut plain = [0.0; 15];
         for i in 0..3 {
             for j in 0..5 {
                 plain[i * 5 + j] = (0..4).map(|k| a[i * 4 + k] * b[k * 5 + j]).sum();
@@ -104,7 +104,7 @@ mod tests {
             }
             assert_eq!(out[i * 7 + 5..(i * 7 + 7).min(out.len())], [1.0, 1.0], "outside the product");
         }
-        let mut transposed = vec![f32::NAN; 15];
+        let mut transposed = [f32::NAN; 15];
         matmul(&mut transposed, 3, Matrix::new(&b, 4, 5).t(), Matrix::new(&a, 3, 4).t(), false);
         for i in 0..3 {
             for j in 0..5 {

@@ -1,6 +1,8 @@
 //! Parameters, batch-norm statistics and MACs of every network, counted by an independent twin
 //! (PyTorch) of each.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use taxel_zoo::{NETWORKS, Settings, find};
 
 /// Name, parameters, batch-norm statistics, MACs of one sample.

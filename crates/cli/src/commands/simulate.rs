@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use ndarray::Array1;
+use taxel_data::Npz;
 
 use crate::Outcome;
-use crate::arrays::{Column, write_npz};
+use crate::arrays::write;
 use crate::text;
 
 /// Simulates recordings with labels, groups and true physical values.
@@ -62,25 +62,24 @@ impl Simulate {
         let Some(output) = self.output else { return Err("--output is missing".into()) };
         let scene = taxel_scenes::simulate(&self.scene, self.samples, self.seed, &self.without)?;
         let (shape, classes) = (scene.x.shape().to_vec(), scene.class_names.len());
-        let mut columns = vec![
-            ("x".into(), Column::Floats(scene.x)),
-            ("y".into(), Column::Integers(scene.y)),
-            ("group".into(), Column::Integers(scene.group)),
-        ];
-        columns.extend(
-            scene
-                .truth
-                .into_iter()
-                .map(|(n, values)| (n, Column::Floats(Array1::from_vec(values).into_dyn()))),
-        );
-        write_npz(&output, &columns)?;
+        let n = self.samples;
+        let fill = || -> std::io::Result<Vec<u8>> {
+            let mut npz = Npz::default();
+            npz.add("x", &shape, scene.x.as_standard_layout().as_slice().unwrap_or_default())?;
+            npz.add("y", &[n], &scene.y)?;
+            npz.add("group", &[n], &scene.group)?;
+            for (name, values) in &scene.truth {
+                npz.add(name, &[n], values)?;
+            }
+            npz.finish()
+        };
+        write(&output, fill())?;
         let names = serde_json::json!({
             "classes": scene.class_names, "channels": scene.channel_names, "unit": scene.unit,
             "full_scale": scene.full_scale, "source": format!("simulated: {}", self.scene),
         });
         let labels = output.with_extension("classes.json");
-        let write = std::fs::write(&labels, serde_json::to_string_pretty(&names)? + "\n");
-        write.map_err(|e| format!("{}: cannot be written: {e}", labels.display()))?;
+        write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;
         println!("{}: {} of {classes} classes, {}", output.display(), text::shape(&shape), scene.unit);
         Ok(ExitCode::SUCCESS)
     }

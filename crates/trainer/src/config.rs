@@ -1,0 +1,215 @@
+//! What an experiment is: the tables of its TOML file.
+//!
+//! Defaults are the recipe of paper 000 (Hybrid-CNN hardness recognition), Table 1 and section 5.1.
+//! Ranges are checked in [`Config::check`]; files, `[quick]` and `--set` are read by
+//! [`crate::Experiment`].
+
+mod check;
+pub(crate) mod lines;
+mod network;
+mod range;
+mod train;
+
+pub use check::Problem;
+pub use network::{Network, Published};
+pub use range::Range;
+pub use train::{
+    BatchNorm, Optimizer, OptimizerName, OptimizerOverride, Schedule, ScheduleKind, Train, TrainOverride,
+};
+
+use serde::{Deserialize, Serialize};
+use taxel_data::{Drop, Limits};
+use taxel_encodings::{Colormap, Constant};
+
+/// One experiment: data, encoding, protocol, training, networks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Name of the run folder: letters, digits, `.`, `_`, `-`.
+    pub name: String,
+    /// One line for tables and reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// What the author expects to come out, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expect: Option<String>,
+    /// Seed of every random choice, 0 to 2^63 - 1. Default 0.
+    #[serde(default)]
+    pub seed: u64,
+    /// Where the samples come from.
+    pub data: Data,
+    /// What the networks read.
+    #[serde(default)]
+    pub encoding: Encoding,
+    /// How samples are divided into training and test.
+    #[serde(default)]
+    pub protocol: Protocol,
+    /// How every network is trained.
+    #[serde(default)]
+    pub train: Train,
+    /// The networks, in the order of the table.
+    pub networks: Vec<Network>,
+    /// Values that replace the ones above under `--quick`; empty in a resolved config.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub quick: toml::Table,
+}
+
+/// The `[data]` table: a simulated scene, or recordings on disk with the options of their loader.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Data {
+    /// A scene of `taxel simulate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<String>,
+    /// Recordings to simulate, 1 to 10 million.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<usize>,
+    /// Effects of the scene to leave out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+    /// A `.npz` or folder of recordings; `${NAME}` is replaced by the environment variable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// The largest possible reading, for `scale = "full-scale"`; a scene knows its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full_scale: Option<f64>,
+    /// Name of the array of samples. Default `x`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<String>,
+    /// Name of the array of labels. Default `y`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<String>,
+    /// Name of the array of groups. Default `group` where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// Turns that many consecutive group values into one group.
+    #[serde(default, alias = "group-block", skip_serializing_if = "Option::is_none")]
+    pub group_block: Option<u32>,
+    /// Indices to keep along axis 1 of the samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<Vec<usize>>,
+    /// Rows to leave out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drop: Vec<Drop>,
+    /// Refuse exact copies with different labels that are not dropped. Default false.
+    #[serde(default, alias = "deny-contradictory", skip_serializing_if = "Option::is_none")]
+    pub deny_contradictory: Option<bool>,
+    /// For labels `[N, k]`: the column that becomes the class. Default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attribute: Option<usize>,
+    /// For image files: `[height, width]` in pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resize: Option<[usize; 2]>,
+    /// Ceilings on file sizes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
+}
+
+/// The `[encoding]` table: how samples become the inputs of networks.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoding {
+    /// `signal` [N, C, T], for 1D networks and the flattened MLP.
+    #[serde(default)]
+    pub signal: Signal,
+    /// `image` [N, C, H, W], for 2D networks; no image without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub image: Option<Image>,
+}
+
+/// How readings are scaled.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// `(v - mean) / sd` per channel, fitted on the training part of each fold.
+    #[default]
+    ZScore,
+    /// `v / full_scale`.
+    FullScale,
+    /// As they are.
+    Raw,
+}
+
+/// `encoding.signal`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Signal {
+    /// Scale of the readings. Default `z-score`; the paper names none.
+    #[serde(default)]
+    pub scale: Scale,
+}
+
+/// What an image is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ImageKind {
+    /// Gramian angular difference field of the raw readings, coloured. The paper's choice.
+    Gadf,
+    /// Gramian angular summation field of the raw readings, coloured.
+    Gasf,
+    /// The samples are images: [N, H, W] becomes [N, 1, H, W], [N, C, H, W] stays.
+    Raw,
+}
+
+/// `encoding.image`. A field is always made from raw readings, whatever `encoding.signal` says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Image {
+    /// Field or images as recorded.
+    pub kind: ImageKind,
+    /// Fields: rows and columns. Default 50.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<usize>,
+    /// Fields: `"per-sample"` (default; amplitude is lost) or `{ low, high }` in the unit of the readings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<Range>,
+    /// Fields: `jet` (default), `viridis` or `grey`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colormap: Option<Colormap>,
+    /// Fields: what a constant recording gives under `per-sample`: `error` (default) or `zero`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constant: Option<Constant>,
+    /// Images as recorded: scale of the pixels. Default `full-scale`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Scale>,
+}
+
+/// The kinds of protocol.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProtocolKind {
+    /// Every sample is tested once per repetition.
+    #[default]
+    KFold,
+}
+
+/// What a fold keeps even or together.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Split {
+    /// Classes are spread evenly; exact copies stay in one fold.
+    #[default]
+    Stratified,
+    /// No group (session, object, block) is in training and test.
+    Group,
+}
+
+/// The `[protocol]` table.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Protocol {
+    /// The kind of protocol.
+    pub kind: ProtocolKind,
+    /// Folds, 2 to 1000. Default 5.
+    pub folds: usize,
+    /// What a fold keeps even or together.
+    pub split: Split,
+    /// How often everything is repeated with other folds, 1 to 1000. Default 1.
+    pub repetitions: usize,
+}
+
+impl Default for Protocol {
+    fn default() -> Self {
+        Protocol { kind: ProtocolKind::KFold, folds: 5, split: Split::Stratified, repetitions: 1 }
+    }
+}

@@ -1,0 +1,74 @@
+//! `[[networks]]`: what is trained, what it does otherwise, what its authors report.
+
+use serde::{Deserialize, Serialize};
+
+use crate::config::train::{Optimizer, Train, TrainOverride};
+
+/// One of `[[networks]]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Network {
+    /// Name in the zoo.
+    pub name: String,
+    /// Name in tables and files, where one network is there twice. Default the zoo's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// Settings of the network other than its input and output sizes, which come from the data.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub set: toml::Table,
+    /// What this network does otherwise in training.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub train: TrainOverride,
+    /// What its authors report on their own data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published: Option<Published>,
+}
+
+/// Published scores in %, each `[mean, SD]`: never measured here, never on these data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// Where they stand: `paper 000, Table 5`.
+    pub table: String,
+    /// Accuracy.
+    pub accuracy: [f64; 2],
+    /// Macro precision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub precision: Option<[f64; 2]>,
+    /// Macro recall.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recall: Option<[f64; 2]>,
+    /// Macro F1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f1: Option<[f64; 2]>,
+}
+
+fn is_default(train: &TrainOverride) -> bool {
+    *train == TrainOverride::default()
+}
+
+impl Network {
+    /// Name in tables and files.
+    pub fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or(&self.name)
+    }
+
+    /// The experiment's training with this network's own values in it.
+    pub fn train(&self, all: &Train) -> Train {
+        let own = self.train.clone();
+        let optimizer = own.optimizer.unwrap_or_default();
+        Train {
+            epochs: own.epochs.unwrap_or(all.epochs),
+            batch_size: own.batch_size.unwrap_or(all.batch_size),
+            optimizer: Optimizer {
+                name: optimizer.name.unwrap_or(all.optimizer.name),
+                lr: optimizer.lr.unwrap_or(all.optimizer.lr),
+                momentum: optimizer.momentum.unwrap_or(all.optimizer.momentum),
+                weight_decay: optimizer.weight_decay.unwrap_or(all.optimizer.weight_decay),
+            },
+            schedule: own.schedule.unwrap_or_else(|| all.schedule.clone()),
+            batch_norm: own.batch_norm.unwrap_or(all.batch_norm),
+            init: own.init.unwrap_or(all.init),
+        }
+    }
+}

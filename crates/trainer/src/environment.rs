@@ -1,0 +1,78 @@
+//! `environment.json`: on what machine and with which code a run was made.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde::{Deserialize, Serialize};
+
+/// Machine, code and data of a run; what cannot be found out is left out.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Environment {
+    /// Version of taxel.
+    pub taxel: String,
+    /// Git commit of its source, with `-dirty` behind it if files were changed since.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// The compiler that built it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rustc: Option<String>,
+    /// Whether it was built with `--release`.
+    pub optimised: bool,
+    /// Operating system and architecture.
+    pub platform: String,
+    /// Processor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu: Option<String>,
+    /// Hardware threads that the process may use.
+    pub cores: usize,
+    /// Worker threads of the run.
+    pub threads: usize,
+    /// Seed of the experiment.
+    pub seed: u64,
+    /// What the scores were measured on.
+    pub source: String,
+    /// BLAKE3 of the samples.
+    pub data_digest: String,
+}
+
+impl Environment {
+    pub(crate) fn now(threads: usize, seed: u64, source: &str, data_digest: &str) -> Self {
+        Environment {
+            taxel: env!("CARGO_PKG_VERSION").into(),
+            commit: option_env!("TAXEL_COMMIT").map(String::from).or_else(commit),
+            rustc: option_env!("TAXEL_RUSTC").map(String::from),
+            optimised: !cfg!(debug_assertions),
+            platform: format!("{}-{}", std::env::consts::OS, std::env::consts::ARCH),
+            cpu: cpu(),
+            cores: cores(),
+            threads,
+            seed,
+            source: source.into(),
+            data_digest: data_digest.into(),
+        }
+    }
+}
+
+/// Hardware threads that the process may use; 1 where that is unknown.
+pub(crate) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, Into::into)
+}
+
+/// The commit of the source folder that built this, where it still is.
+fn commit() -> Option<String> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let output = Command::new("git")
+        .args(["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"])
+        .current_dir(source)
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?.trim().to_string();
+    (output.status.success() && !text.is_empty()).then_some(text)
+}
+
+fn cpu() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().into())
+}

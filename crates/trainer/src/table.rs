@@ -1,0 +1,202 @@
+//! The result table: aligned text, Markdown, JSON.
+//!
+//! What was measured here and what authors report on their own data never share a column.
+
+use std::fmt;
+
+use serde_json::{Value, json};
+
+use crate::config::Split;
+use crate::error::Result;
+use crate::folder::RunFolder;
+use crate::results::{NetworkResults, Results};
+use crate::train::Latency;
+
+/// The table of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    caption: Vec<String>,
+    head: Vec<String>,
+    rows: Vec<Vec<String>>,
+    json: Value,
+}
+
+impl Table {
+    /// The table of a run folder.
+    ///
+    /// # Errors
+    /// A damaged file in it.
+    pub fn of(folder: &RunFolder) -> Result<Self> {
+        let timings = folder.timings()?;
+        let latency = |network: &str| {
+            timings.iter().filter(|t| t.key.network == network).find_map(|timing| timing.latency)
+        };
+        Ok(Self::new(&folder.results()?, latency))
+    }
+
+    /// The table of `results`, with the latency of each network where it was measured.
+    pub fn new(results: &Results, latency: impl Fn(&str) -> Option<Latency>) -> Self {
+        let mut head: Vec<String> =
+            ["network", "parameters", "MACs", "accuracy", "precision", "recall", "F1", "latency ms"]
+                .map(String::from)
+                .to_vec();
+        let published = results.networks.iter().any(|n| n.published.is_some());
+        let papers = papers(results);
+        if published {
+            head.push(match papers.as_slice() {
+                [one] => format!("published ({one}, own data)"),
+                _ => "published (own data)".into(),
+            });
+        }
+        let mut rows = vec![];
+        let mut networks = vec![];
+        for network in &results.networks {
+            let latency = latency(&network.network);
+            let mut row = vec![
+                network.network.clone(),
+                thousands(network.costs.parameters),
+                thousands(network.costs.macs),
+            ];
+            row.extend((0..4).map(|i| score(network, i)));
+            row.push(latency.map_or("-".into(), |l| format!("{:.3}", l.p50_ms)));
+            if published {
+                row.push(published_cell(network, papers.len() > 1));
+            }
+            rows.push(row);
+            networks.push(json!({
+                "network": network.network,
+                "parameters": network.costs.parameters,
+                "bytes": network.costs.bytes,
+                "macs": network.costs.macs,
+                "flops": network.costs.flops,
+                "folds": network.folds.len(),
+                "measured": { "mean": network.mean, "sd": network.sd },
+                "latency_p50_ms": latency.map(|l| l.p50_ms),
+                "latency_p95_ms": latency.map(|l| l.p95_ms),
+                "published_on_own_data": network.published,
+            }));
+        }
+        let json = json!({
+            "name": results.name,
+            "complete": results.complete,
+            "missing_folds": results.missing.len(),
+            "source": results.source,
+            "samples": results.samples,
+            "classes": results.classes,
+            "protocol": results.protocol,
+            "seed": results.seed,
+            "unit": results.unit,
+            "networks": networks,
+        });
+        Table { caption: caption(results), head, rows, json }
+    }
+
+    /// The same numbers as one JSON object.
+    pub fn json(&self) -> &Value {
+        &self.json
+    }
+
+    /// The table in Markdown, with its caption above.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule: Vec<String> =
+            (0..self.head.len()).map(|i| if i == 0 { "---" } else { "---:" }.into()).collect();
+        let mut text = format!("{}\n\n{}{}", self.caption.join("  \n"), line(&self.head), line(&rule));
+        self.rows.iter().for_each(|row| text.push_str(&line(row)));
+        text
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for line in &self.caption {
+            writeln!(f, "{line}")?;
+        }
+        writeln!(f)?;
+        let lines: Vec<&Vec<String>> = std::iter::once(&self.head).chain(&self.rows).collect();
+        let width = |i: usize| lines.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
+        for row in lines {
+            let mut text = String::new();
+            for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                // Names to the left, numbers to the right.
+                let cell = if i == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") };
+                text.push_str(&cell);
+            }
+            writeln!(f, "{}", text.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+fn caption(results: &Results) -> Vec<String> {
+    let protocol = &results.protocol;
+    let split = match protocol.split {
+        Split::Stratified => "stratified",
+        Split::Group => "grouped",
+    };
+    let times = match protocol.repetitions {
+        1 => String::new(),
+        n => format!(", {n} repetitions"),
+    };
+    let title = results.title.as_ref().map_or(String::new(), |title| format!(": {title}"));
+    let mut lines = vec![
+        format!("{}{title}", results.name),
+        format!(
+            "measured on: {} ({} samples, {} classes), {split} {}-fold{times}, seed {}",
+            results.source,
+            results.samples,
+            results.classes.len(),
+            protocol.folds,
+            results.seed
+        ),
+        "scores in %, mean ± SD over folds (n - 1); latency: median of one sample, one thread".into(),
+    ];
+    if !results.complete {
+        lines.push(format!("INCOMPLETE: {} folds are missing; go on with --resume", results.missing.len()));
+    }
+    lines
+}
+
+/// Papers that published numbers come from, each once.
+fn papers(results: &Results) -> Vec<&str> {
+    let mut papers = vec![];
+    for published in results.networks.iter().filter_map(|n| n.published.as_ref()) {
+        let paper = published.table.split(',').next().unwrap_or_default().trim();
+        if !papers.contains(&paper) {
+            papers.push(paper);
+        }
+    }
+    papers
+}
+
+fn score(network: &NetworkResults, i: usize) -> String {
+    match (network.mean, network.sd) {
+        (Some(mean), Some(sd)) => format!("{:.2} ± {:.2}", mean.values()[i], sd.values()[i]),
+        (Some(mean), None) => format!("{:.2}", mean.values()[i]),
+        _ => "-".into(),
+    }
+}
+
+fn published_cell(network: &NetworkResults, name_paper: bool) -> String {
+    match &network.published {
+        None => "-".into(),
+        Some(published) => {
+            let [mean, sd] = published.accuracy;
+            let paper = if name_paper { format!(" [{}]", published.table) } else { String::new() };
+            format!("{mean:.2} ± {sd:.2}{paper}")
+        }
+    }
+}
+
+fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
