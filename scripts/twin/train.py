@@ -145,17 +145,18 @@ def main():
     image = torch.as_tensor(images(x, encoding["image"], config["data"].get("full_scale", 1.0))) if "image" in encoding else None
     labels = torch.as_tensor(y)
     classes = int(y.max()) + 1
-    ours = {n["network"]: n for n in results["networks"]}
+    ours = {n["network"]: n["mean"] for n in results["networks"]}
+    # All networks of a run share their folds; the first one is the first to have them all.
+    first = config["networks"][0]["name"]
+    index, fold, repetition = (predictions[f"{first}.{key}"] for key in ("index", "fold", "repetition"))
     for entry in config["networks"]:
         name = entry["name"]
         if args.networks and name not in args.networks.split(","):
             continue
         recipe = {**config.get("train", {}), **entry.get("train", {})}
-        index, fold = predictions[f"{name}.index"], predictions[f"{name}.fold"]
-        repetition = predictions[f"{name}.repetition"]
         accuracies, started = [], time.time()
         for key in sorted(set(zip(repetition.tolist(), fold.tolist()))):
-            test = np.sort(index[(repetition == key[0]) & (fold == key[1])])
+            test = np.sort(index[(repetition == key[0]) & (fold == key[1])]).astype(np.int64)
             train = np.setdiff1d(np.arange(len(x)), test)
             signal = torch.as_tensor(z_score(x, train)) if x.ndim == 3 and not name.endswith("2d") else None
             shapes = {"signal": x.shape[1:], "image": tuple(image.shape[1:]) if image is not None else None}
@@ -165,9 +166,9 @@ def main():
             generator = torch.Generator().manual_seed(7 + 1000 * args.seed + key[0] * 100 + key[1])
             accuracies.append(100 * train_fold(net, inputs, labels, train, test, recipe, generator))
         mean = float(np.mean(accuracies))
-        taxel = ours[name]["mean"]["accuracy"]
-        line = dict(network=name, seed=args.seed, twin=round(mean, 3), taxel=round(taxel, 3), gap=round(taxel - mean, 3),
-                    twin_folds=[round(a, 2) for a in accuracies], seconds=round(time.time() - started, 1), torch=torch.__version__)
+        taxel = ours[name]["accuracy"] if ours[name] else None
+        gap = round(taxel - mean, 3) if taxel is not None else None
+        line = dict(network=name, seed=args.seed, twin=round(mean, 3), taxel=taxel, gap=gap, twin_folds=[round(a, 2) for a in accuracies], seconds=round(time.time() - started, 1), torch=torch.__version__)
         print(json.dumps(line), flush=True)
         with open(args.run / "twin.jsonl", "a") as file:
             file.write(json.dumps(line) + "\n")

@@ -1,12 +1,15 @@
-//! The compiled graph: layers, buffers and the order of both passes.
+//! The compiled graph: parts of the batch, batch norms, parameters and both passes.
 
 use std::ops::Range;
 
-use taxel_graph::{Graph, Kind, NodeId, Op, Tensor, Weights};
-use taxel_kernels::{layout, loss, optim};
+use taxel_graph::{Graph, Kind, Op, Tensor, Weights};
+use taxel_kernels::{loss, optim};
 
 use crate::error::{Error, Result};
-use crate::layers::{self, Layer, Pass};
+use crate::layers::{self, BatchState, Linear, view};
+use crate::norm::Norm;
+use crate::part::{NodeState, Part, Shared};
+use crate::plan::{Phase, Plan};
 use crate::threads::Threads;
 
 /// How a graph is compiled.
@@ -38,32 +41,49 @@ pub struct Sgdm {
     pub weight_decay: f32,
 }
 
+/// The most parts that a batch is cut into.
+const PARTS: usize = 8;
+/// The most values that the parts' own parameter gradients take together, once there are two parts.
+const PARTIALS: usize = 1 << 24;
+
 /// A graph ready to train and to answer.
 pub struct Engine {
     graph: Graph,
     batch: usize,
     threads: Threads,
-    steps: Vec<Step>,
-    /// Outputs of all nodes, channels last.
-    values: Vec<Vec<f32>>,
-    /// Their gradients; empty where no parameter needs them.
-    gradients: Vec<Vec<f32>>,
+    plan: Plan,
+    nodes: Vec<NodeState>,
+    /// Where each node's running statistics are.
+    buffer_ranges: Vec<Range<usize>>,
+    linear: Vec<Option<(Linear, BatchState)>>,
+    norms: Vec<Norm>,
+    /// Values per sample of every node.
+    lens: Vec<usize>,
+    parts: Vec<Part>,
+    /// Parameters; those of sample-wise nodes come first.
     params: Vec<f32>,
+    sample_wise: usize,
     dparams: Vec<f32>,
     velocity: Vec<f32>,
     buffers: Vec<f32>,
+    logits: Vec<f32>,
+    dlogits: Vec<f32>,
     /// Size of the last batch if it ran in training mode.
     trained: Option<usize>,
 }
 
-struct Step {
-    layer: Option<Box<dyn Layer>>,
-    params: Range<usize>,
-    buffers: Range<usize>,
-    /// Values of one sample.
-    len: usize,
-    /// Per input: whether its gradient is wanted, and whether it is added to one already there.
-    backward: Vec<Option<bool>>,
+/// What parts read while they run: borrows of single fields, so that the parts themselves stay free.
+macro_rules! shared {
+    ($engine:ident, $train:expr) => {
+        Shared {
+            plan: &$engine.plan,
+            nodes: &$engine.nodes,
+            norms: &$engine.norms,
+            lens: &$engine.lens,
+            params: &$engine.params,
+            train: $train,
+        }
+    };
 }
 
 impl Engine {
@@ -82,46 +102,84 @@ impl Engine {
         if graph.nodes()[*output].shape.len() != 1 {
             return Err(refuse("the output must be features (logits)"));
         }
-        let backward = plan_backward(graph, *output);
-        let mut steps = Vec::with_capacity(graph.nodes().len());
-        let (mut params, mut buffers) = (0, 0);
-        for (node, backward) in graph.nodes().iter().zip(backward) {
+        weights.check(graph)?;
+        let plan = Plan::new(graph, *output);
+        let threads = Threads::new(options.threads)?;
+        let mut nodes: Vec<NodeState> = vec![];
+        let mut buffer_ranges = vec![];
+        let mut linear = vec![];
+        let (mut buffers, mut inputs) = (0, 0);
+        for node in graph.nodes() {
             let count = |kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum::<usize>();
-            let (first_param, first_buffer) = (params, buffers);
-            params += count(Kind::Parameter);
+            let input = (node.op == Op::Input).then_some(inputs);
+            inputs += usize::from(input.is_some());
+            nodes.push(NodeState {
+                layer: layers::build(graph, node),
+                channels: node.shape[0],
+                positions: node.shape[1..].iter().product(),
+                params: 0..count(Kind::Parameter),
+                input,
+                prepared: vec![],
+            });
+            buffer_ranges.push(buffers..buffers + count(Kind::Buffer));
             buffers += count(Kind::Buffer);
-            steps.push(Step {
-                layer: layers::build(graph, node, options.batch),
-                params: first_param..params,
-                buffers: first_buffer..buffers,
-                len: node.shape.iter().product(),
-                backward,
+            linear.push(match &node.op {
+                Op::Linear { bias } => {
+                    let inputs = graph.nodes()[node.inputs[0]].shape[0];
+                    let layer = Linear { inputs, outputs: node.shape[0], bias: *bias };
+                    Some((layer, layer.state(options.batch)))
+                }
+                _ => None,
             });
         }
-        let values = steps.iter().map(|s| vec![0.0; s.len * options.batch]).collect();
-        let mut wanted: Vec<bool> = vec![false; steps.len()];
-        for (node, step) in graph.nodes().iter().zip(&steps) {
-            for (&input, gradient) in node.inputs.iter().zip(&step.backward) {
-                wanted[input] |= gradient.is_some();
-            }
-        }
-        wanted[*output] = true;
-        let gradients = steps
+        // Sample-wise nodes first: every part keeps gradients for these alone.
+        let mut at = 0;
+        let mut place = |node: &mut NodeState| {
+            node.params = at..at + node.params.len();
+            at = node.params.end;
+        };
+        let is_norm = |id: usize| matches!(graph.nodes()[id].op, Op::BatchNorm { .. });
+        let whole: Vec<bool> = (0..nodes.len()).map(|id| linear[id].is_some() || is_norm(id)).collect();
+        nodes.iter_mut().zip(&whole).filter(|(_, w)| !**w).for_each(|(n, _)| place(n));
+        let sample_wise = nodes.iter().zip(&whole).filter(|(_, w)| !**w).map(|(n, _)| n.params.len()).sum();
+        nodes.iter_mut().zip(&whole).filter(|(_, w)| **w).for_each(|(n, _)| place(n));
+        let params = at;
+        let norms: Vec<Norm> = plan
+            .norms
             .iter()
-            .zip(wanted)
-            .map(|(s, w)| vec![0.0; if w { s.len * options.batch } else { 0 }])
+            .filter_map(|norm| {
+                let Op::BatchNorm { eps, momentum } = graph.nodes()[norm.node].op else { return None };
+                let node = &nodes[norm.node];
+                let (channels, positions) = (node.channels, node.positions);
+                let buffers = buffer_ranges[norm.node].clone();
+                Some(Norm::new(channels, positions, eps, momentum, node.params.clone(), buffers))
+            })
             .collect();
+        let lens: Vec<usize> = graph.nodes().iter().map(|n| n.shape.iter().product()).collect();
+        let most = (PARTIALS / usize::max(sample_wise, 1)).clamp(2, PARTS).min(options.batch);
+        let capacity = options.batch.div_ceil(most);
+        let parts = (0..options.batch.div_ceil(capacity))
+            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &lens, sample_wise))
+            .collect();
+        let logits = options.batch * lens[*output];
         let mut engine = Engine {
             graph: graph.clone(),
             batch: options.batch,
-            threads: Threads::new(options.threads)?,
-            steps,
-            values,
-            gradients,
+            threads,
+            plan,
+            nodes,
+            buffer_ranges,
+            linear,
+            norms,
+            lens,
+            parts,
             params: vec![0.0; params],
+            sample_wise,
             dparams: vec![0.0; params],
             velocity: vec![0.0; params],
             buffers: vec![0.0; buffers],
+            logits: vec![0.0; logits],
+            dlogits: vec![0.0; logits],
             trained: None,
         };
         engine.set_weights(weights)?;
@@ -139,8 +197,8 @@ impl Engine {
     /// Missing, extra or misshaped tensors, by name; nothing is replaced then.
     pub fn set_weights(&mut self, weights: &Weights) -> Result<()> {
         weights.check(&self.graph)?;
-        for (node, step) in self.graph.nodes().iter().zip(&self.steps) {
-            let (mut param_at, mut buffer_at) = (step.params.start, step.buffers.start);
+        for (id, node) in self.graph.nodes().iter().enumerate() {
+            let (mut param_at, mut buffer_at) = (self.nodes[id].params.start, self.buffer_ranges[id].start);
             for param in &node.params {
                 let Some(tensor) = weights.get(&param.name) else { continue };
                 let (arena, at) = match param.kind {
@@ -173,8 +231,8 @@ impl Engine {
 
     fn export(&self, arena: &[f32], with_buffers: bool) -> Weights {
         let mut weights = Weights::new();
-        for (node, step) in self.graph.nodes().iter().zip(&self.steps) {
-            let (mut param_at, mut buffer_at) = (step.params.start, step.buffers.start);
+        for (id, node) in self.graph.nodes().iter().enumerate() {
+            let (mut param_at, mut buffer_at) = (self.nodes[id].params.start, self.buffer_ranges[id].start);
             for param in &node.params {
                 let (arena, at) = match param.kind {
                     Kind::Parameter => (arena, &mut param_at),
@@ -197,27 +255,67 @@ impl Engine {
     /// An empty or too large batch, or inputs of another length than `n` samples have.
     pub fn forward(&mut self, inputs: &[&[f32]], n: usize, mode: Mode) -> Result<&[f32]> {
         self.trained = None;
-        self.fill_inputs(inputs, n)?;
-        let pass = Pass { n, mode, threads: &self.threads };
-        for (id, step) in self.steps.iter_mut().enumerate() {
-            let Some(layer) = &mut step.layer else { continue };
-            let (before, rest) = self.values.split_at_mut(id);
-            let node = &self.graph.nodes()[id];
-            let xs = inputs_of(node.inputs.as_slice(), before, n, &self.graph);
-            let y = &mut rest[0][..n * step.len];
-            layer.forward(
-                &pass,
-                &xs,
-                &self.params[step.params.clone()],
-                &mut self.buffers[step.buffers.clone()],
-                y,
-            );
+        self.check_inputs(inputs, n)?;
+        // Equal shares of this batch, whatever its size.
+        let each = n.div_ceil(self.parts.len());
+        for (number, part) in self.parts.iter_mut().enumerate() {
+            part.first = (number * each).min(n);
+            part.count = ((number + 1) * each).min(n) - part.first;
         }
-        if mode == Mode::Train {
+        let train = mode == Mode::Train;
+        if train {
+            self.parts.iter_mut().flat_map(|p| &mut p.moments).for_each(|m| m.clear());
+        } else {
+            self.norms.iter_mut().for_each(|norm| norm.evaluate(&self.params, &self.buffers));
+        }
+        for number in 0..if train { self.plan.train.len() } else { self.plan.eval.len() } {
+            let phase = if train { &self.plan.train[number] } else { &self.plan.eval[number] };
+            match phase {
+                Phase::Samples(steps) => {
+                    let shared = shared!(self, train);
+                    self.threads.each(&mut self.parts, 1, |_, part| part[0].forward(&shared, steps, inputs));
+                }
+                Phase::Norms(numbers) => {
+                    for &number in numbers {
+                        let moments = self.parts.iter().map(|p| &p.moments[number]);
+                        self.norms[number].train(moments, &self.params, &mut self.buffers);
+                    }
+                }
+                &Phase::Batch(id) => self.forward_batch(id, n, train),
+            }
+        }
+        let seen = self.plan.output;
+        let len = self.lens[seen.stored];
+        let view = view(&seen, &self.norms);
+        for part in self.parts.iter().filter(|p| p.count > 0) {
+            let x = &part.values[seen.stored][..part.count * len];
+            view.apply(len, x, &mut self.logits[part.first * len..][..part.count * len]);
+        }
+        if train {
             self.trained = Some(n);
         }
-        let output = self.output();
-        Ok(&self.values[output][..n * self.steps[output].len])
+        Ok(&self.logits[..n * len])
+    }
+
+    /// Gathers a node's input rows, multiplies, and gives the rows back to the parts.
+    fn forward_batch(&mut self, id: usize, n: usize, train: bool) {
+        let seen = self.plan.nodes[id].inputs[0];
+        let Some((layer, state)) = &mut self.linear[id] else { return };
+        let view = view(&seen, &self.norms);
+        for part in self.parts.iter().filter(|p| p.count > 0) {
+            let (from, len) = (part.first * layer.inputs, part.count * layer.inputs);
+            view.apply(layer.inputs, &part.values[seen.stored][..len], &mut state.x[from..from + len]);
+        }
+        layer.forward(&self.threads, n, &self.params[self.nodes[id].params.clone()], state);
+        let (y, outputs) = (&state.y, layer.outputs);
+        let shared = shared!(self, train);
+        for part in &mut self.parts {
+            let (from, len) = (part.first * outputs, part.count * outputs);
+            part.values[id][..len].copy_from_slice(&y[from..from + len]);
+            for sample in 0..if train { part.count } else { 0 } {
+                part.measure(&shared, id, sample);
+            }
+        }
     }
 
     /// Mean softmax cross-entropy of the last training pass, and the gradients of all parameters.
@@ -225,8 +323,7 @@ impl Engine {
     /// # Errors
     /// No training pass before it, or labels that are not one class number per sample.
     pub fn backward(&mut self, labels: &[u32]) -> Result<f32> {
-        let output = self.output();
-        let classes = self.steps[output].len;
+        let classes = self.lens[self.plan.output.stored];
         let model = self.graph.name().to_string();
         let refuse = |reason: String| Error::Batch { model: model.clone(), reason };
         let n =
@@ -237,29 +334,71 @@ impl Engine {
         if let Some(i) = labels.iter().position(|&l| l as usize >= classes) {
             return Err(refuse(format!("label {} of sample {i} is not one of {classes} classes", labels[i])));
         }
-        let logits = &self.values[output][..n * classes];
-        let gradient = &mut self.gradients[output][..n * classes];
-        let loss = loss::softmax_cross_entropy(logits, classes, labels, gradient);
-        let pass = Pass { n, mode: Mode::Train, threads: &self.threads };
-        for (id, step) in self.steps.iter_mut().enumerate().rev() {
-            let Some(layer) = &mut step.layer else { continue };
-            let node = &self.graph.nodes()[id];
-            let (before, rest) = self.gradients.split_at_mut(id);
-            if rest[0].is_empty() {
-                continue;
-            }
-            let dy = &rest[0][..n * step.len];
-            let y = &self.values[id][..n * step.len];
-            let xs = inputs_of(&node.inputs, &self.values, n, &self.graph);
-            let params = &self.params[step.params.clone()];
-            layer.backward_params(&pass, &xs, dy, params, &mut self.dparams[step.params.clone()]);
-            for (which, (&input, wanted)) in node.inputs.iter().zip(&step.backward).enumerate() {
-                let Some(accumulate) = *wanted else { continue };
-                let dx = &mut before[input][..xs[which].len()];
-                layer.backward_input(&pass, which, &xs, y, dy, params, dx, accumulate);
+        let dlogits = &mut self.dlogits[..n * classes];
+        let loss = loss::softmax_cross_entropy(&self.logits[..n * classes], classes, labels, dlogits);
+        for part in &mut self.parts {
+            let (from, len) = (part.first * classes, part.count * classes);
+            part.slots[self.plan.output_slot][..len].copy_from_slice(&dlogits[from..from + len]);
+            part.dparams.fill(0.0);
+            part.sums.iter_mut().for_each(|sums| sums.fill(0.0));
+        }
+        for node in &mut self.nodes {
+            if let Some(layer) = &node.layer {
+                layer.prepare(&self.params[node.params.clone()], &mut node.prepared);
             }
         }
+        for number in 0..self.plan.backward.len() {
+            match &self.plan.backward[number] {
+                Phase::Samples(steps) => {
+                    let shared = shared!(self, true);
+                    self.threads.each(&mut self.parts, 1, |_, part| part[0].backward(&shared, steps));
+                }
+                Phase::Norms(numbers) => {
+                    for &number in numbers {
+                        let mut sums = vec![0.0; 2 * self.norms[number].channels];
+                        for part in &self.parts {
+                            sums.iter_mut().zip(&part.sums[number]).for_each(|(sum, value)| *sum += value);
+                        }
+                        self.norms[number].backward(n, &sums, &self.params, &mut self.dparams);
+                    }
+                }
+                &Phase::Batch(id) => self.backward_batch(id, n),
+            }
+        }
+        let parts = &self.parts;
+        self.threads.each(&mut self.dparams[..self.sample_wise], 1 << 14, |piece, sums| {
+            let range = piece << 14..(piece << 14) + sums.len();
+            sums.copy_from_slice(&parts[0].dparams[range.clone()]);
+            for part in &parts[1..] {
+                taxel_kernels::pointwise::copy(&part.dparams[range.clone()], sums, true);
+            }
+        });
         Ok(loss)
+    }
+
+    fn backward_batch(&mut self, id: usize, n: usize) {
+        let target = self.plan.nodes[id].slots[0];
+        let shared = shared!(self, true);
+        let Some((layer, state)) = &mut self.linear[id] else { return };
+        for part in &mut self.parts {
+            for sample in 0..part.count {
+                let len = layer.outputs;
+                let to = (part.first + sample) * len;
+                let gradient = match part.collect(&shared, id, sample) {
+                    Some(slot) => &part.slots[slot][sample * len..][..len],
+                    None => part.collected(len),
+                };
+                state.dy[to..to + len].copy_from_slice(gradient);
+            }
+        }
+        let range = self.nodes[id].params.clone();
+        let (params, dparams) = (&self.params[range.clone()], &mut self.dparams[range]);
+        layer.backward(&self.threads, n, params, dparams, state, target.is_some());
+        let Some((slot, add)) = target else { return };
+        for part in &mut self.parts {
+            let (from, len) = (part.first * layer.inputs, part.count * layer.inputs);
+            taxel_kernels::pointwise::copy(&state.dx[from..from + len], &mut part.slots[slot][..len], add);
+        }
     }
 
     /// One optimiser step with the gradients of the last [`Engine::backward`].
@@ -270,28 +409,16 @@ impl Engine {
 
     /// From now on, training passes gather batch-norm statistics over everything they see.
     pub fn begin_population(&mut self) {
-        for step in &mut self.steps {
-            if let Some(norm) = step.layer.as_mut().and_then(|l| l.batch_norm()) {
-                norm.begin_population();
-            }
-        }
+        self.norms.iter_mut().for_each(Norm::begin_population);
     }
 
     /// Running statistics become mean and variance over all training passes since
     /// [`Engine::begin_population`]; without such a pass they stay.
     pub fn end_population(&mut self) {
-        for step in &mut self.steps {
-            if let Some(norm) = step.layer.as_mut().and_then(|l| l.batch_norm()) {
-                norm.end_population(&mut self.buffers[step.buffers.clone()]);
-            }
-        }
+        self.norms.iter_mut().for_each(|norm| norm.end_population(&mut self.buffers));
     }
 
-    fn output(&self) -> NodeId {
-        self.graph.outputs()[0].1
-    }
-
-    fn fill_inputs(&mut self, inputs: &[&[f32]], n: usize) -> Result<()> {
+    fn check_inputs(&self, inputs: &[&[f32]], n: usize) -> Result<()> {
         let model = self.graph.name().to_string();
         let refuse = |reason: String| Error::Batch { model: model.clone(), reason };
         if n == 0 || n > self.batch {
@@ -301,10 +428,8 @@ impl Engine {
         if inputs.len() != expected {
             return Err(refuse(format!("{} inputs given, {expected} expected", inputs.len())));
         }
-        let ids = (0..self.graph.nodes().len()).filter(|&id| self.graph.nodes()[id].op == Op::Input);
-        for (id, x) in ids.zip(inputs) {
-            let node = &self.graph.nodes()[id];
-            let len = self.steps[id].len;
+        for (node, x) in self.graph.inputs().zip(inputs) {
+            let len = node.shape.iter().product::<usize>();
             if x.len() != n * len {
                 return Err(refuse(format!(
                     "input `{}` holds {} values; {n} samples of {} have {}",
@@ -314,41 +439,7 @@ impl Engine {
                     n * len
                 )));
             }
-            let (channels, positions) = (node.shape[0], node.shape[1..].iter().product());
-            self.threads.each(&mut self.values[id][..n * len], len, |i, y| {
-                layout::transpose(channels, positions, &x[i * len..][..len], y, false);
-            });
         }
         Ok(())
     }
-}
-
-fn inputs_of<'a>(inputs: &[NodeId], values: &'a [Vec<f32>], n: usize, graph: &Graph) -> Vec<&'a [f32]> {
-    inputs.iter().map(|&i| &values[i][..n * graph.nodes()[i].shape.iter().product::<usize>()]).collect()
-}
-
-/// Per node and input: `None` where no gradient is needed, else whether it adds to an earlier one.
-///
-/// A gradient is needed where parameters lie before it, on the way to the output.
-fn plan_backward(graph: &Graph, output: NodeId) -> Vec<Vec<Option<bool>>> {
-    let nodes = graph.nodes();
-    let mut trains = vec![false; nodes.len()];
-    for (id, node) in nodes.iter().enumerate() {
-        let own = node.params.iter().any(|p| p.kind == Kind::Parameter);
-        trains[id] = own || node.inputs.iter().any(|&i| trains[i]);
-    }
-    let mut written = vec![false; nodes.len()];
-    written[output] = true;
-    let mut plan = vec![vec![]; nodes.len()];
-    for (id, node) in nodes.iter().enumerate().rev() {
-        plan[id] = node
-            .inputs
-            .iter()
-            .map(|&input| {
-                let wanted = written[id] && trains[input];
-                wanted.then(|| std::mem::replace(&mut written[input], true))
-            })
-            .collect();
-    }
-    plan
 }

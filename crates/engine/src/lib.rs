@@ -27,6 +27,9 @@
 mod engine;
 mod error;
 mod layers;
+mod norm;
+mod part;
+mod plan;
 mod threads;
 
 pub use engine::{Engine, Mode, Options, Sgdm};

@@ -1,45 +1,9 @@
-//! Batch normalisation over rows × channels.
-//!
-//! Reductions come as per-part sums in `f64`: the caller splits the rows, adds the parts in a fixed
-//! order and so gets the same bits from any number of threads.
+//! The gradient of stored values from the gradient of what was seen of them.
 
-/// Adds each channel's sum.
-pub fn sum(channels: usize, x: &[f32], sums: &mut [f64]) {
-    accumulate(channels, sums, x.chunks_exact(channels), |row, channel| row[channel]);
-}
+use crate::simd::{Simd, at_level};
+use crate::view::{View, load, store, vectors};
 
-/// Adds each channel's sum of squared deviations from `mean`.
-pub fn squared_deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f64]) {
-    accumulate(channels, sums, x.chunks_exact(channels), |row, channel| {
-        let deviation = row[channel] - mean[channel];
-        deviation * deviation
-    });
-}
-
-/// `y = x · scale + shift` per channel.
-pub fn affine(channels: usize, x: &[f32], scale: &[f32], shift: &[f32], y: &mut [f32]) {
-    for (y, x) in y.chunks_exact_mut(channels).zip(x.chunks_exact(channels)) {
-        for c in 0..channels {
-            y[c] = x[c] * scale[c] + shift[c];
-        }
-    }
-}
-
-/// Adds each channel's sum of `dy` and of `dy · (x - mean)`.
-pub fn backward_sums(
-    channels: usize,
-    x: &[f32],
-    dy: &[f32],
-    mean: &[f32],
-    dy_sums: &mut [f64],
-    deviation_sums: &mut [f64],
-) {
-    accumulate(channels, dy_sums, dy.chunks_exact(channels), |row, c| row[c]);
-    let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
-    accumulate(channels, deviation_sums, rows, |(x, dy), c| dy[c] * (x[c] - mean[c]));
-}
-
-/// Coefficients of the input gradient: `dx = a · dy + b · (x − mean) + c` per channel.
+/// Coefficients of a batch norm's input gradient: `dx = a · dy + b · (x − mean) + c` per channel.
 #[derive(Debug, Clone, Default)]
 pub struct InputGradient {
     /// Factor of `dy`.
@@ -52,52 +16,68 @@ pub struct InputGradient {
     pub constant: Vec<f32>,
 }
 
-/// `dx = a · dy + b · (x − mean) + c`, written or added.
-pub fn backward_input(
+/// Gradient of stored values `x` (rows × channels), written or added, from the gradient `dy` of their
+/// view; `norm` are the coefficients of the view's batch norm, if it has one.
+pub fn backward(
     channels: usize,
     x: &[f32],
+    view: &View,
+    norm: Option<&InputGradient>,
     dy: &[f32],
-    gradient: &InputGradient,
     dx: &mut [f32],
     accumulate: bool,
 ) {
-    let (a, b) = (&gradient.dy[..channels], &gradient.x[..channels]);
-    let (mean, constant) = (&gradient.mean[..channels], &gradient.constant[..channels]);
-    let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
-    for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
-        for c in 0..channels {
-            let value = a[c] * dy[c] + (b[c] * (x[c] - mean[c]) + constant[c]);
-            dx[c] = if accumulate { dx[c] + value } else { value };
+    assert!(x.len() == dx.len() && dy.len() == dx.len() && dx.len().is_multiple_of(channels));
+    match (view.affine, norm) {
+        (Some((scale, shift)), Some(norm)) => {
+            through_norm(channels, x, scale, shift, view.relu, norm, dy, dx, accumulate);
         }
+        _ if view.relu => crate::pointwise::relu_backward(x, dy, dx, accumulate),
+        _ => crate::pointwise::copy(dy, dx, accumulate),
     }
 }
 
-/// Sums in `f32` over short stretches of rows, then in `f64`: near the speed of the one, near the
-/// accuracy of the other.
-fn accumulate<R>(
+at_level! {
+    fn through_norm(
+        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, norm: &InputGradient, dy: &[f32],
+        dx: &mut [f32], accumulate: bool,
+    ) = through_norm_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`; slices of rows are equally long.
+#[allow(clippy::too_many_arguments)]
+#[inline(always)]
+unsafe fn through_norm_at<S: Simd>(
     channels: usize,
-    sums: &mut [f64],
-    rows: impl Iterator<Item = R>,
-    value: impl Fn(&R, usize) -> f32,
+    x: &[f32],
+    scale: &[f32],
+    shift: &[f32],
+    relu: bool,
+    norm: &InputGradient,
+    dy: &[f32],
+    dx: &mut [f32],
+    accumulate: bool,
 ) {
-    const STRETCH: usize = 64;
-    let mut partial = vec![0.0f32; channels];
-    let mut held = 0;
-    let mut flush = |partial: &mut [f32]| {
-        for (sum, partial) in sums.iter_mut().zip(partial.iter_mut()) {
-            *sum += f64::from(*partial);
-            *partial = 0.0;
-        }
-    };
-    for row in rows {
-        for (channel, partial) in partial.iter_mut().enumerate() {
-            *partial += value(&row, channel);
-        }
-        held += 1;
-        if held == STRETCH {
-            flush(&mut partial);
-            held = 0;
-        }
+    let coefficients =
+        [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()];
+    assert!(coefficients.iter().all(|l| *l == channels));
+    let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
+    for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
+        vectors!(S, channels, c, n, {
+            // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
+            unsafe {
+                let (x, dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
+                let seen = S::fma(x, load::<S>(scale, c, n), load::<S>(shift, c, n));
+                let dy = if relu { S::zero_unless_positive(seen, dy) } else { dy };
+                let mut value = load::<S>(&norm.constant, c, n);
+                value = S::fma(S::sub(x, load::<S>(&norm.mean, c, n)), load::<S>(&norm.x, c, n), value);
+                value = S::fma(dy, load::<S>(&norm.dy, c, n), value);
+                if accumulate {
+                    value = S::add(value, load::<S>(dx, c, n));
+                }
+                store::<S>(dx, c, n, value);
+            }
+        });
     }
-    flush(&mut partial);
 }

@@ -1,41 +1,94 @@
 //! Convolution over up to three spatial axes, one image at a time.
 //!
-//! The patch under a block of window positions is copied into a matrix (positions × kernel · channels)
-//! that stays in cache, and one matrix product does the rest. Weights lie as
-//! group × kernel × channels in × channels out.
+//! Channels lie innermost, so the input under one row of the kernel is one stretch of memory. A block of
+//! neighbouring outputs × filters is held in registers (`tile.rs`) and reads the halo-padded input where
+//! it lies. With a stride of 1 the input gradient is the same convolution with the kernel turned round;
+//! the weight gradient is the same loop over positions.
+//!
+//! Weights lie as group × kernel × channels in × channels out.
 
 use std::cell::RefCell;
 
 use crate::Window3;
 use crate::matmul::{Matrix, matmul};
+use crate::tile::{Start, Tile, even, kernels};
+use crate::view::View;
 
-/// Sizes of a convolution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A convolution with its plan.
+#[derive(Debug, Clone)]
 pub struct Conv {
-    /// Spatial sizes.
-    pub window: Window3,
-    /// Input channels of all groups.
-    pub channels: usize,
-    /// Output channels of all groups.
-    pub filters: usize,
-    /// Channel groups; divides both.
-    pub groups: usize,
+    window: Window3,
+    channels: usize,
+    filters: usize,
+    groups: usize,
+    /// Size of the input with its halo, as far as windows reach.
+    padded: [usize; 3],
+    /// Offsets (input, weights) of the stretches under one window.
+    taps: Vec<(usize, usize)>,
+    /// Length of such a stretch.
+    run: usize,
+    /// The input gradient as a convolution, where it is one.
+    turned: Option<Box<Conv>>,
 }
-
-/// Values of the copied patch, chosen to stay inside L2 beside weights and output.
-const PATCH: usize = 64 * 1024;
 
 thread_local! {
     static SCRATCH: RefCell<Vec<f32>> = const { RefCell::new(Vec::new()) };
 }
 
 impl Conv {
+    /// A convolution of `channels` into `filters`; `groups` divides both.
+    pub fn new(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        let mut conv = Self::forward_only(window, channels, filters, groups);
+        let Window3 { kernel, before, stride, input, output } = conv.window;
+        let turnable = stride == [1; 3] && (0..3).all(|a| before[a] < kernel[a]);
+        if turnable {
+            let before = std::array::from_fn(|a| kernel[a] - 1 - before[a]);
+            let window = Window3 { input: output, output: input, kernel, stride, before };
+            conv.turned = Some(Box::new(Self::forward_only(window, filters, channels, groups)));
+        }
+        conv
+    }
+
+    fn forward_only(mut window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        assert!(groups > 0 && channels.is_multiple_of(groups) && filters.is_multiple_of(groups));
+        if window.is_identity() {
+            // One long row makes longer blocks than many short ones.
+            let positions = window.input_len();
+            window.input = [1, 1, positions];
+            window.output = window.input;
+        }
+        let Window3 { output, kernel, stride, .. } = window;
+        let padded: [usize; 3] = std::array::from_fn(|a| (output[a] - 1) * stride[a] + kernel[a]);
+        let inner = channels / groups;
+        let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
+        let mut taps = vec![];
+        for kd in 0..kernel[0] {
+            for kr in 0..kernel[1] {
+                for kc in 0..steps {
+                    let position = (kd * padded[1] + kr) * padded[2] + kc;
+                    taps.push((position * channels, taps.len() * run * (filters / groups)));
+                }
+            }
+        }
+        Conv { window, channels, filters, groups, padded, taps, run, turned: None }
+    }
+
+    /// Values of one input image.
+    pub fn x_len(&self) -> usize {
+        self.window.input_len() * self.channels
+    }
+
+    /// Values of one output image.
+    pub fn y_len(&self) -> usize {
+        self.window.output_len() * self.filters
+    }
+
     /// Kernel values that meet in one output value.
-    pub fn depth(&self) -> usize {
+    fn depth(&self) -> usize {
         self.window.volume() * self.channels / self.groups
     }
 
-    /// Length of the weights.
+    /// Number of weights.
     pub fn weight_len(&self) -> usize {
         self.depth() * self.filters
     }
@@ -45,165 +98,251 @@ impl Conv {
         self.window.output_len() * self.weight_len()
     }
 
-    /// `y = conv(x) + bias`: x [input positions × channels], y [output positions × filters].
-    pub fn forward(&self, x: &[f32], weight: &[f32], bias: Option<&[f32]>, y: &mut [f32]) {
-        let y = &mut y[..self.window.output_len() * self.filters];
-        if let Some(bias) = bias {
-            for row in y.chunks_exact_mut(self.filters) {
-                row.copy_from_slice(bias);
+    /// Values of one input image with its halo; what [`Conv::pad`] fills.
+    pub fn padded_len(&self) -> usize {
+        self.padded.iter().product::<usize>() * self.channels
+    }
+
+    /// The input as the kernel reads it: seen through `view`, with a halo of zeros. Borrows `x` itself
+    /// where that is the same.
+    pub fn pad<'a>(&self, x: &'a [f32], view: &View, scratch: &'a mut [f32]) -> &'a [f32] {
+        let x = &x[..self.x_len()];
+        if view.is_plain() && self.padded == self.window.input && self.window.before == [0; 3] {
+            return x;
+        }
+        let scratch = &mut scratch[..self.padded_len()];
+        let Window3 { input, before, .. } = self.window;
+        let c = self.channels;
+        let row_len = self.padded[2] * c;
+        // Columns of the input that windows reach; a stride may leave some out at the end.
+        let left = before[2].min(self.padded[2]);
+        let kept = input[2].min(self.padded[2] - left);
+        let lines = scratch.chunks_exact_mut(row_len);
+        for (line, to) in lines.enumerate() {
+            let (d, r) = (line / self.padded[1], line % self.padded[1]);
+            let from = d.checked_sub(before[0]).zip(r.checked_sub(before[1]));
+            match from.filter(|&(d, r)| d < input[0] && r < input[1]) {
+                Some((d, r)) => {
+                    let from = (d * input[1] + r) * input[2] * c;
+                    to[..left * c].fill(0.0);
+                    view.apply(c, &x[from..from + kept * c], &mut to[left * c..(left + kept) * c]);
+                    to[(left + kept) * c..].fill(0.0);
+                }
+                None => to.fill(0.0),
             }
         }
-        let (depth, out) = (self.depth(), self.filters / self.groups);
-        self.blocks(|from, to, patch| {
-            for group in 0..self.groups {
-                let columns = self.patch(x, from, to, group, patch);
-                let weight = Matrix::new(&weight[group * depth * out..(group + 1) * depth * out], depth, out);
-                let y = &mut y[from * self.filters + group * out..to * self.filters];
-                matmul(y, self.filters, columns, weight, bias.is_some());
-            }
+        scratch
+    }
+
+    /// `y = conv(x) + bias`; `padded` comes from [`Conv::pad`].
+    pub fn forward(&self, padded: &[f32], weight: &[f32], bias: Option<&[f32]>, y: &mut [f32]) {
+        if let Some(bias) = bias {
+            assert_eq!(bias.len(), self.filters, "one bias per filter");
+        }
+        self.blocks(padded, weight, y, |f| match bias {
+            Some(bias) => Start::Bias(bias[f..].as_ptr()),
+            None => Start::Zero,
         });
     }
 
-    /// Gradient of the input, written to or added to `dx`.
-    pub fn backward_input(&self, dy: &[f32], weight: &[f32], dx: &mut [f32], accumulate: bool) {
-        let dx = &mut dx[..self.window.input_len() * self.channels];
-        let (depth, out) = (self.depth(), self.filters / self.groups);
-        if self.groups == 1 && self.window.is_identity() {
-            let rows = self.window.output_len();
-            let dy = Matrix::new(dy, rows, self.filters);
-            matmul(dx, self.channels, dy, Matrix::new(weight, depth, out).t(), accumulate);
+    /// Every block of outputs: positions along a row × filters.
+    fn blocks(&self, padded: &[f32], weight: &[f32], y: &mut [f32], start: impl Fn(usize) -> Start) {
+        assert!(padded.len() >= self.padded_len() && weight.len() >= self.weight_len());
+        assert!(y.len() >= self.y_len(), "an output image");
+        let Window3 { output, stride, .. } = self.window;
+        let kernels = kernels();
+        let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
+        for group in 0..self.groups {
+            let mut f = 0;
+            while f < out {
+                let vectors = if out - f > kernels.lanes { 2 } else { 1 };
+                let width = (out - f).min(vectors * kernels.lanes);
+                let last = width - (vectors - 1) * kernels.lanes;
+                let most = even(output[2], kernels.rows[vectors - 1]);
+                for line in 0..output[0] * output[1] {
+                    let (d, r) = (line / output[1], line % output[1]);
+                    let position = (d * stride[0] * self.padded[1] + r * stride[1]) * self.padded[2];
+                    let mut column = 0;
+                    while column < output[2] {
+                        let rows = most.min(output[2] - column);
+                        let a = (position + column * stride[2]) * self.channels + group * inner;
+                        let b = group * self.depth() * out + f;
+                        let c = (line * output[2] + column) * self.filters + group * out + f;
+                        let tile = Tile {
+                            a: padded[a..].as_ptr(),
+                            a_row: stride[2] * self.channels,
+                            a_step: 1,
+                            b: weight[b..].as_ptr(),
+                            b_row: out,
+                            c: y[c..].as_mut_ptr(),
+                            c_row: self.filters,
+                            segments: &self.taps,
+                            run: self.run,
+                            start: start(group * out + f),
+                            last,
+                        };
+                        // SAFETY: `a` + a window's last tap + (rows - 1) strides ends inside the padded
+                        // input, whose size was made from exactly these positions; `b` walks the weights
+                        // of this group; `c` covers `rows` outputs of `width` filters; the three slices
+                        // are as long as asserted, and `y` is borrowed exclusively.
+                        unsafe { kernels.get(rows, vectors)(&tile) };
+                        column += rows;
+                    }
+                }
+                f += width;
+            }
+        }
+    }
+
+    /// Weights as [`Conv::backward_input`] wants them: turned round, channels in and out exchanged.
+    /// Empty where it wants them as they are.
+    pub fn turn(&self, weight: &[f32], turned: &mut Vec<f32>) {
+        turned.clear();
+        if self.turned.is_none() {
             return;
         }
-        if !accumulate {
-            dx.fill(0.0);
+        turned.resize(self.weight_len(), 0.0);
+        let (volume, inner, out) =
+            (self.window.volume(), self.channels / self.groups, self.filters / self.groups);
+        let block = inner * out;
+        for (i, from) in weight[..self.weight_len()].chunks_exact(block).enumerate() {
+            let (group, k) = (i / volume, i % volume);
+            let to = (group * volume + volume - 1 - k) * block;
+            crate::layout::transpose(inner, out, from, &mut turned[to..to + block], false);
         }
-        self.blocks(|from, to, patch| {
-            for group in 0..self.groups {
-                patch.resize((to - from) * depth, 0.0);
-                let dy = &dy[from * self.filters + group * out..to * self.filters];
-                let dy = Matrix::strided(dy, to - from, out, self.filters);
-                let weight = Matrix::new(&weight[group * depth * out..(group + 1) * depth * out], depth, out);
-                matmul(patch, depth, dy, weight.t(), false);
-                self.scatter(patch, from, to, group, dx);
-            }
-        });
     }
 
-    /// Adds the gradients of weights and bias of one image.
-    pub fn backward_weight(&self, x: &[f32], dy: &[f32], dweight: &mut [f32], dbias: Option<&mut [f32]>) {
-        let (depth, out) = (self.depth(), self.filters / self.groups);
-        if let Some(dbias) = dbias {
-            for row in dy[..self.window.output_len() * self.filters].chunks_exact(self.filters) {
-                for (sum, value) in dbias.iter_mut().zip(row) {
-                    *sum += value;
-                }
-            }
-        }
-        self.blocks(|from, to, patch| {
-            for group in 0..self.groups {
-                let columns = self.patch(x, from, to, group, patch);
-                let dy = &dy[from * self.filters + group * out..to * self.filters];
-                let dy = Matrix::strided(dy, to - from, out, self.filters);
-                let dweight = &mut dweight[group * depth * out..(group + 1) * depth * out];
-                matmul(dweight, out, columns.t(), dy, true);
-            }
-        });
+    /// Values of scratch that [`Conv::backward_input`] needs.
+    pub fn backward_len(&self) -> usize {
+        self.turned.as_ref().map_or(0, |t| t.padded_len())
     }
 
-    /// Calls `body(from, to, scratch)` for blocks of window positions.
-    fn blocks(&self, mut body: impl FnMut(usize, usize, &mut Vec<f32>)) {
-        let positions = self.window.output_len();
-        let block = (PATCH / self.depth()).clamp(8, 1024);
-        SCRATCH.with_borrow_mut(|scratch| {
-            for from in (0..positions).step_by(block) {
-                body(from, (from + block).min(positions), scratch);
-            }
-        });
-    }
-
-    /// The matrix of input values under windows `from..to`: positions × depth.
-    fn patch<'a>(
+    /// Gradient of the input as it was seen, written to or added to `dx`.
+    pub fn backward_input(
         &self,
-        x: &'a [f32],
-        from: usize,
-        to: usize,
-        group: usize,
-        scratch: &'a mut Vec<f32>,
-    ) -> Matrix<'a> {
-        let depth = self.depth();
-        if self.groups == 1 && self.window.is_identity() {
-            return Matrix::new(&x[from * self.channels..to * self.channels], to - from, depth);
-        }
-        scratch.resize((to - from) * depth, 0.0);
-        let channels = self.channels / self.groups;
-        self.runs(from, to, |row, at, source, taps| {
-            let target = row * depth + at * channels;
-            if self.groups == 1 {
-                match source {
-                    Some(source) => scratch[target..target + taps * channels]
-                        .copy_from_slice(&x[source * channels..(source + taps) * channels]),
-                    None => scratch[target..target + taps * channels].fill(0.0),
+        dy: &[f32],
+        weight: &[f32],
+        turned: &[f32],
+        scratch: &mut [f32],
+        dx: &mut [f32],
+        accumulate: bool,
+    ) {
+        let dx = &mut dx[..self.x_len()];
+        match &self.turned {
+            Some(conv) => {
+                let padded = conv.pad(dy, &View::default(), scratch);
+                conv.blocks(padded, turned, dx, |_| if accumulate { Start::Add } else { Start::Zero });
+            }
+            None => {
+                if !accumulate {
+                    dx.fill(0.0);
                 }
-            } else {
-                for tap in 0..taps {
-                    let to = target + tap * channels;
-                    match source {
-                        Some(source) => {
-                            let from = (source + tap) * self.channels + group * channels;
-                            scratch[to..to + channels].copy_from_slice(&x[from..from + channels]);
-                        }
-                        None => scratch[to..to + channels].fill(0.0),
+                self.scatter(dy, weight, dx);
+            }
+        }
+    }
+
+    /// Adds the gradients of weights and bias of one image; `padded` comes from [`Conv::pad`].
+    pub fn backward_weight(
+        &self,
+        padded: &[f32],
+        dy: &[f32],
+        dweight: &mut [f32],
+        dbias: Option<&mut [f32]>,
+    ) {
+        assert!(padded.len() >= self.padded_len() && dweight.len() >= self.weight_len());
+        assert!(dy.len() >= self.y_len(), "a gradient image");
+        if let Some(dbias) = dbias {
+            crate::reduce::add_columns(self.filters, &dy[..self.y_len()], dbias);
+        }
+        let Window3 { output, stride, .. } = self.window;
+        let kernels = kernels();
+        let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
+        let lines: Vec<(usize, usize)> = (0..output[0] * output[1])
+            .map(|line| {
+                let (d, r) = (line / output[1], line % output[1]);
+                let position = (d * stride[0] * self.padded[1] + r * stride[1]) * self.padded[2];
+                (position * self.channels, line * output[2] * self.filters)
+            })
+            .collect();
+        for group in 0..self.groups {
+            let mut f = 0;
+            while f < out {
+                let vectors = if out - f > kernels.lanes { 2 } else { 1 };
+                let width = (out - f).min(vectors * kernels.lanes);
+                let last = width - (vectors - 1) * kernels.lanes;
+                let most = even(self.run, kernels.rows[vectors - 1]);
+                for &(tap, weights) in &self.taps {
+                    let mut m = 0;
+                    while m < self.run {
+                        let rows = most.min(self.run - m);
+                        let c = group * self.depth() * out + weights + m * out + f;
+                        let tile = Tile {
+                            a: padded[tap + group * inner + m..].as_ptr(),
+                            a_row: 1,
+                            a_step: stride[2] * self.channels,
+                            b: dy[group * out + f..].as_ptr(),
+                            b_row: self.filters,
+                            c: dweight[c..].as_mut_ptr(),
+                            c_row: out,
+                            segments: &lines,
+                            run: output[2],
+                            start: Start::Add,
+                            last,
+                        };
+                        // SAFETY: for every output position, tap + m + rows lies under its window and so
+                        // inside the padded input; `b` walks the rows of `dy`; `c` covers `rows` weights
+                        // of `width` filters; lengths are asserted, `dweight` is borrowed exclusively.
+                        unsafe { kernels.get(rows, vectors)(&tile) };
+                        m += rows;
                     }
                 }
+                f += width;
             }
-        });
-        Matrix::new(scratch, to - from, depth)
+        }
     }
 
-    /// Adds a patch matrix back to the input positions that it was taken from.
-    fn scatter(&self, patch: &[f32], from: usize, to: usize, group: usize, dx: &mut [f32]) {
-        let (depth, channels) = (self.depth(), self.channels / self.groups);
-        self.runs(from, to, |row, at, source, taps| {
-            let Some(source) = source else { return };
-            for tap in 0..taps {
-                let from = row * depth + (at + tap) * channels;
-                let to = (source + tap) * self.channels + group * channels;
-                for (sum, value) in dx[to..to + channels].iter_mut().zip(&patch[from..from + channels]) {
-                    *sum += value;
-                }
-            }
-        });
-    }
-
-    /// For every window in `from..to`: runs of kernel taps that are contiguous in the input, as
-    /// (window, first tap, first input position or `None` outside, number of taps).
-    fn runs(&self, from: usize, to: usize, mut run: impl FnMut(usize, usize, Option<usize>, usize)) {
+    /// Input gradient where windows do not overlap regularly: a patch of gradients per block of
+    /// positions, added back to where it was read.
+    fn scatter(&self, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
         let Window3 { input, kernel, .. } = self.window;
-        for position in from..to {
-            let row = position - from;
-            let [d, r, c] = self.window.unravel(position);
-            let (inside_d, first_d) = self.window.inside(0, d);
-            let (inside_r, first_r) = self.window.inside(1, r);
-            let (inside_c, first_c) = self.window.inside(2, c);
-            for kd in 0..kernel[0] {
-                for kr in 0..kernel[1] {
-                    let at = (kd * kernel[1] + kr) * kernel[2];
-                    if !inside_d.contains(&kd) || !inside_r.contains(&kr) || inside_c.is_empty() {
-                        run(row, at, None, kernel[2]);
-                        continue;
-                    }
-                    let depth = first_d + kd - inside_d.start;
-                    let line = first_r + kr - inside_r.start;
-                    let source = (depth * input[1] + line) * input[2] + first_c;
-                    if inside_c.start > 0 {
-                        run(row, at, None, inside_c.start);
-                    }
-                    run(row, at + inside_c.start, Some(source), inside_c.len());
-                    if inside_c.end < kernel[2] {
-                        run(row, at + inside_c.end, None, kernel[2] - inside_c.end);
+        let (depth, out, inner) = (self.depth(), self.filters / self.groups, self.channels / self.groups);
+        let positions = self.window.output_len();
+        let block = (64 * 1024 / depth).clamp(8, 1024);
+        SCRATCH.with_borrow_mut(|patch| {
+            for from in (0..positions).step_by(block) {
+                let to = (from + block).min(positions);
+                patch.resize((to - from) * depth, 0.0);
+                for group in 0..self.groups {
+                    let dy = &dy[from * self.filters + group * out..to * self.filters];
+                    let dy = Matrix::strided(dy, to - from, out, self.filters);
+                    let weight = &weight[group * depth * out..(group + 1) * depth * out];
+                    matmul(patch, depth, dy, Matrix::new(weight, depth, out).t(), false);
+                    for position in from..to {
+                        let [d, r, c] = self.window.unravel(position);
+                        let (depths, first_d) = self.window.inside(0, d);
+                        let (rows, first_r) = self.window.inside(1, r);
+                        let (columns, first_c) = self.window.inside(2, c);
+                        for kd in depths.clone() {
+                            for kr in rows.clone() {
+                                let line =
+                                    (first_d + kd - depths.start) * input[1] + first_r + kr - rows.start;
+                                let tap = (kd * kernel[1] + kr) * kernel[2] + columns.start;
+                                let mut from = (position - from) * depth + tap * inner;
+                                for column in first_c..first_c + columns.len() {
+                                    let to = (line * input[2] + column) * self.channels + group * inner;
+                                    crate::pointwise::copy(
+                                        &patch[from..from + inner],
+                                        &mut dx[to..to + inner],
+                                        true,
+                                    );
+                                    from += inner;
+                                }
+                            }
+                        }
                     }
                 }
             }
-        }
+        });
     }
 }

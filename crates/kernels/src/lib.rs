@@ -15,6 +15,11 @@ pub mod matmul;
 pub mod optim;
 pub mod pointwise;
 pub mod pool;
+pub mod reduce;
+pub mod simd;
+mod tile;
+mod view;
 mod window;
 
+pub use view::View;
 pub use window::Window3;

@@ -1,22 +1,49 @@
 //! Operations value by value, and the mean over positions.
 
-/// `y = max(x, 0)`; NaN stays NaN.
-pub fn relu(x: &[f32], y: &mut [f32]) {
+use crate::simd::{Simd, at_level};
+use crate::view::View;
+
+at_level! {
+    /// `y = max(x, 0)`; NaN stays NaN.
+    pub fn relu(x: &[f32], y: &mut [f32]) = relu_at
+}
+
+// The bodies below are plain loops: instantiated per level, the compiler makes vectors of them.
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn relu_at<S: Simd>(x: &[f32], y: &mut [f32]) {
     for (y, &x) in y.iter_mut().zip(x) {
         *y = if x <= 0.0 { 0.0 } else { x };
     }
 }
 
-/// Passes the gradient where the output is not zero (PyTorch: the gradient at 0 is 0; NaN lets it pass).
-pub fn relu_backward(y: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
-    for ((dx, &y), &dy) in dx.iter_mut().zip(y).zip(dy) {
-        let value = if y <= 0.0 { 0.0 } else { dy };
+at_level! {
+    /// Passes the gradient where `x` (or its ReLU) is not zero or below (PyTorch: the gradient at 0 is 0;
+    /// NaN lets it pass).
+    pub fn relu_backward(x: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) = relu_backward_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn relu_backward_at<S: Simd>(x: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
+    for ((dx, &x), &dy) in dx.iter_mut().zip(x).zip(dy) {
+        let value = if x <= 0.0 { 0.0 } else { dy };
         *dx = if accumulate { *dx + value } else { value };
     }
 }
 
-/// `y = x`, or `y += x` when `accumulate`.
-pub fn copy(x: &[f32], y: &mut [f32], accumulate: bool) {
+at_level! {
+    /// `y = x`, or `y += x` when `accumulate`.
+    pub fn copy(x: &[f32], y: &mut [f32], accumulate: bool) = copy_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn copy_at<S: Simd>(x: &[f32], y: &mut [f32], accumulate: bool) {
     if accumulate {
         for (y, x) in y.iter_mut().zip(x) {
             *y += x;
@@ -40,13 +67,21 @@ pub fn take_columns(y: &[f32], y_width: usize, at: usize, x: &mut [f32], width: 
     }
 }
 
-/// Mean over positions of one image: x (positions × channels) → y (channels).
-pub fn mean_positions(channels: usize, x: &[f32], y: &mut [f32]) {
-    let mut sums = vec![0.0f64; channels];
-    crate::batch_norm::sum(channels, x, &mut sums);
-    let positions = (x.len() / channels) as f64;
-    for (y, sum) in y.iter_mut().zip(sums) {
-        *y = (sum / positions) as f32;
+/// Mean over positions of one image as seen through `view`: x (positions × channels) → y (channels);
+/// `scratch` holds as many values as `x`.
+pub fn mean_positions(channels: usize, view: &View, x: &[f32], scratch: &mut [f32], y: &mut [f32]) {
+    let seen = if view.is_plain() {
+        x
+    } else {
+        let scratch = &mut scratch[..x.len()];
+        view.apply(channels, x, scratch);
+        scratch
+    };
+    y.fill(0.0);
+    crate::reduce::add_columns(channels, seen, y);
+    let share = 1.0 / (x.len() / channels) as f32;
+    for y in y {
+        *y *= share;
     }
 }
 

@@ -1,39 +1,164 @@
 //! Maximum and mean over windows, one image at a time, channels last.
 
 use crate::Window3;
+use crate::simd::{Simd, at_level};
+use crate::view::{View, load, store, vectors};
 
-/// Maximum per window and channel; `taken` remembers the input position for the gradient.
+/// Maximum per window and channel of `x` as seen through `view`; `taken` remembers which value of the
+/// window won, for the gradient.
 ///
 /// Padding never wins. Of equal values the first wins; NaN wins over everything, as in PyTorch.
-pub fn max_forward(window: &Window3, channels: usize, x: &[f32], y: &mut [f32], taken: &mut [u32]) {
+pub fn max_forward(
+    window: &Window3,
+    channels: usize,
+    view: &View,
+    x: &[f32],
+    y: &mut [f32],
+    taken: &mut [f32],
+) {
+    assert!(x.len() >= window.input_len() * channels, "an input image");
+    let len = window.output_len() * channels;
+    let (ones, zeros);
+    let (scale, shift) = match view.affine {
+        Some(affine) => affine,
+        None => {
+            (ones, zeros) = (vec![1.0; channels], vec![0.0; channels]);
+            (&ones[..], &zeros[..])
+        }
+    };
+    max_of_windows(window, channels, x, scale, shift, view.relu, &mut y[..len], &mut taken[..len]);
+}
+
+at_level! {
+    fn max_of_windows(
+        window: &Window3, channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, y: &mut [f32],
+        taken: &mut [f32],
+    ) = max_of_windows_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`; `x` holds an input image.
+#[allow(clippy::too_many_arguments)]
+#[inline(always)]
+unsafe fn max_of_windows_at<S: Simd>(
+    window: &Window3,
+    channels: usize,
+    x: &[f32],
+    scale: &[f32],
+    shift: &[f32],
+    relu: bool,
+    y: &mut [f32],
+    taken: &mut [f32],
+) {
+    assert!(scale.len() == channels && shift.len() == channels);
+    let mut under = vec![];
     let outputs = y.chunks_exact_mut(channels).zip(taken.chunks_exact_mut(channels));
-    for (position, (y, taken)) in outputs.enumerate().take(window.output_len()) {
-        y.fill(f32::NEG_INFINITY);
-        let mut first = true;
-        each_inside(window, position, |at| {
-            let x = &x[at * channels..(at + 1) * channels];
-            for ((y, taken), &x) in y.iter_mut().zip(taken.iter_mut()).zip(x) {
-                if first || x > *y || (x.is_nan() && !y.is_nan()) {
-                    *y = x;
-                    *taken = at as u32;
+    for (position, (y, taken)) in outputs.enumerate() {
+        positions(window, position, &mut under);
+        vectors!(S, channels, c, n, {
+            // SAFETY: `c + n <= channels`; positions lie inside the image.
+            unsafe {
+                let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
+                let (mut best, mut which) = (S::splat(f32::NEG_INFINITY), S::splat(0.0));
+                for (i, &(at, k)) in under.iter().enumerate() {
+                    let value = S::fma(load::<S>(x, at * channels + c, n), scale, shift);
+                    let value = if relu { S::zero_unless_positive(value, value) } else { value };
+                    if i == 0 {
+                        (best, which) = (value, S::splat(k));
+                    } else {
+                        which = S::where_beats(value, best, S::splat(k), which);
+                        best = S::where_beats(value, best, value, best);
+                    }
                 }
+                store::<S>(y, c, n, best);
+                store::<S>(taken, c, n, which);
             }
-            first = false;
         });
     }
 }
 
-/// Adds each output's gradient to the input position that won.
-pub fn max_backward(channels: usize, taken: &[u32], dy: &[f32], dx: &mut [f32]) {
-    for (taken, dy) in taken.chunks_exact(channels).zip(dy.chunks_exact(channels)) {
-        for (channel, (&at, &dy)) in taken.iter().zip(dy).enumerate() {
-            dx[at as usize * channels + channel] += dy;
+/// Gives each output's gradient to the input position that won, written to or added to `dx`.
+pub fn max_backward(
+    window: &Window3,
+    channels: usize,
+    taken: &[f32],
+    dy: &[f32],
+    dx: &mut [f32],
+    accumulate: bool,
+) {
+    let len = window.output_len() * channels;
+    let dx = &mut dx[..window.input_len() * channels];
+    // Where windows tile the input, every position is written exactly once.
+    let tiled = (0..3).all(|a| {
+        window.stride[a] == window.kernel[a]
+            && window.before[a] == 0
+            && window.output[a] * window.stride[a] >= window.input[a]
+    });
+    if !accumulate && !tiled {
+        dx.fill(0.0);
+    }
+    give_to_winners(window, channels, &taken[..len], &dy[..len], dx, accumulate || !tiled);
+}
+
+at_level! {
+    fn give_to_winners(
+        window: &Window3, channels: usize, taken: &[f32], dy: &[f32], dx: &mut [f32], add: bool,
+    ) = give_to_winners_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`; `dx` holds an input image.
+#[inline(always)]
+unsafe fn give_to_winners_at<S: Simd>(
+    window: &Window3,
+    channels: usize,
+    taken: &[f32],
+    dy: &[f32],
+    dx: &mut [f32],
+    add: bool,
+) {
+    let mut under = vec![];
+    let outputs = taken.chunks_exact(channels).zip(dy.chunks_exact(channels));
+    for (position, (taken, dy)) in outputs.enumerate() {
+        positions(window, position, &mut under);
+        vectors!(S, channels, c, n, {
+            // SAFETY: `c + n <= channels`; positions lie inside the image.
+            unsafe {
+                let (taken, dy) = (load::<S>(taken, c, n), load::<S>(dy, c, n));
+                for &(at, k) in &under {
+                    let mut value = S::where_equal(taken, S::splat(k), dy);
+                    if add {
+                        value = S::add(value, load::<S>(dx, at * channels + c, n));
+                    }
+                    store::<S>(dx, at * channels + c, n, value);
+                }
+            }
+        });
+    }
+}
+
+/// Input positions under a window, with their number inside it.
+fn positions(window: &Window3, position: usize, under: &mut Vec<(usize, f32)>) {
+    under.clear();
+    let [d, r, c] = window.unravel(position);
+    let (depths, first_d) = window.inside(0, d);
+    let (rows, first_r) = window.inside(1, r);
+    let (columns, first_c) = window.inside(2, c);
+    for kd in depths.clone() {
+        for kr in rows.clone() {
+            for kc in columns.clone() {
+                let line = (first_d + kd - depths.start) * window.input[1] + first_r + kr - rows.start;
+                let at = line * window.input[2] + first_c + kc - columns.start;
+                under.push((at, ((kd * window.kernel[1] + kr) * window.kernel[2] + kc) as f32));
+            }
         }
     }
 }
 
 /// Mean per window and channel. `counted` is the padding (before, after) per axis that the divisor
 /// counts as zeros.
+///
+/// `x` is what the pool sees: no view in between.
 pub fn average_forward(
     window: &Window3,
     counted: &[(usize, usize); 3],
@@ -123,20 +248,21 @@ mod tests {
     /// ```
     #[test]
     fn the_first_of_equals_gets_the_gradient() {
-        let (mut y, mut taken, mut dx) = ([0.0; 3], [0; 3], [0.0; 6]);
-        max_forward(&WINDOW, 1, &[1.0, 1.0, 1.0, 0.0, 2.0, 2.0], &mut y, &mut taken);
-        max_backward(1, &taken, &[1.0, 10.0, 100.0], &mut dx);
+        let (mut y, mut taken, mut dx) = ([0.0; 3], [0.0; 3], [0.0; 6]);
+        let x = [1.0, 1.0, 1.0, 0.0, 2.0, 2.0];
+        max_forward(&WINDOW, 1, &View::default(), &x, &mut y, &mut taken);
+        max_backward(&WINDOW, 1, &taken, &[1.0, 10.0, 100.0], &mut dx, false);
         assert_eq!(y, [1.0, 1.0, 2.0]);
         assert_eq!(dx, [1.0, 10.0, 0.0, 0.0, 100.0, 0.0]);
     }
 
     #[test]
     fn nan_and_infinity_come_through() {
-        let (mut y, mut taken) = ([0.0; 3], [0; 3]);
+        let (mut y, mut taken) = ([0.0; 3], [0.0; 3]);
         let x = [f32::NEG_INFINITY, f32::NEG_INFINITY, 5.0, f32::NAN, 7.0, f32::INFINITY];
-        max_forward(&WINDOW, 1, &x, &mut y, &mut taken);
+        max_forward(&WINDOW, 1, &View::default(), &x, &mut y, &mut taken);
         assert_eq!(y[0], f32::NEG_INFINITY);
-        assert!(y[1].is_nan() && taken[1] == 3, "NaN wins over 5");
-        assert!(y[2].is_nan() && taken[2] == 3, "NaN stays although larger values follow");
+        assert!(y[1].is_nan() && taken[1] == 2.0, "NaN wins over 5");
+        assert!(y[2].is_nan() && taken[2] == 0.0, "NaN stays although larger values follow");
     }
 }

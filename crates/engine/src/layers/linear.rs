@@ -1,75 +1,93 @@
-//! Fully connected layer: one matrix product per pass, cut by rows.
+//! Fully connected layer: matrix products over the whole batch, cut in fixed pieces.
 
-use taxel_kernels::batch_norm;
 use taxel_kernels::matmul::{Matrix, matmul};
+use taxel_kernels::reduce;
 
-use super::{Layer, Pass};
-use crate::threads::Parts;
+use crate::threads::Threads;
 
-pub(super) struct Linear {
+/// Pieces that a product is cut into, whatever the number of threads.
+const PIECES: usize = 4;
+
+/// Rows of a batch, gathered from the parts: inputs, outputs and their gradients.
+#[derive(Debug, Default)]
+pub(crate) struct BatchState {
+    pub x: Vec<f32>,
+    pub y: Vec<f32>,
+    pub dy: Vec<f32>,
+    pub dx: Vec<f32>,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Linear {
     pub inputs: usize,
     pub outputs: usize,
     pub bias: bool,
 }
 
 impl Linear {
+    pub fn state(&self, batch: usize) -> BatchState {
+        let (inputs, outputs) = (batch * self.inputs, batch * self.outputs);
+        BatchState {
+            x: vec![0.0; inputs],
+            y: vec![0.0; outputs],
+            dy: vec![0.0; outputs],
+            dx: vec![0.0; inputs],
+        }
+    }
+
     fn weight<'a>(&self, params: &'a [f32]) -> Matrix<'a> {
         Matrix::new(&params[..self.inputs * self.outputs], self.outputs, self.inputs)
     }
-}
 
-impl Layer for Linear {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], params: &[f32], _: &mut [f32], y: &mut [f32]) {
+    /// `y = x Wᵀ + b` over `n` rows.
+    pub fn forward(&self, threads: &Threads, n: usize, params: &[f32], state: &mut BatchState) {
         let bias = &params[self.inputs * self.outputs..];
-        let parts = Parts::of(pass.n, 4);
-        pass.threads.each(y, parts.each * self.outputs, |part, y| {
-            let rows = parts.range(part, pass.n);
+        let rows = n.div_ceil(PIECES);
+        let x = &state.x;
+        threads.each(&mut state.y[..n * self.outputs], rows * self.outputs, |piece, y| {
             if self.bias {
-                for row in y.chunks_exact_mut(self.outputs) {
-                    row.copy_from_slice(bias);
-                }
+                y.chunks_exact_mut(self.outputs).for_each(|row| row.copy_from_slice(bias));
             }
-            let x = &xs[0][rows.start * self.inputs..rows.end * self.inputs];
-            let x = Matrix::new(x, rows.len(), self.inputs);
+            let count = y.len() / self.outputs;
+            let x = Matrix::new(&x[piece * rows * self.inputs..][..count * self.inputs], count, self.inputs);
             matmul(y, self.outputs, x, self.weight(params).t(), self.bias);
         });
     }
 
-    fn backward_params(&mut self, pass: &Pass, xs: &[&[f32]], dy: &[f32], _: &[f32], dparams: &mut [f32]) {
+    /// Overwrites `dparams`, and `dx` where it is `wanted`.
+    pub fn backward(
+        &self,
+        threads: &Threads,
+        n: usize,
+        params: &[f32],
+        dparams: &mut [f32],
+        state: &mut BatchState,
+        wanted: bool,
+    ) {
         let (dweight, dbias) = dparams.split_at_mut(self.inputs * self.outputs);
+        let dy = &state.dy[..n * self.outputs];
         if self.bias {
-            let mut sums = vec![0.0; self.outputs];
-            batch_norm::sum(self.outputs, dy, &mut sums);
-            for (dbias, sum) in dbias.iter_mut().zip(sums) {
-                *dbias = sum as f32;
-            }
+            dbias.fill(0.0);
+            reduce::add_columns(self.outputs, dy, dbias);
         }
-        let parts = Parts::of(self.outputs, 4);
-        let x = Matrix::new(xs[0], pass.n, self.inputs);
-        pass.threads.each(dweight, parts.each * self.inputs, |part, dweight| {
-            let rows = parts.range(part, self.outputs);
-            let dy = Matrix::strided(&dy[rows.start..], pass.n, rows.len(), self.outputs);
+        let x = Matrix::new(&state.x[..n * self.inputs], n, self.inputs);
+        let columns = self.outputs.div_ceil(PIECES);
+        threads.each(dweight, columns * self.inputs, |piece, dweight| {
+            let count = dweight.len() / self.inputs;
+            let dy = Matrix::strided(&dy[piece * columns..], n, count, self.outputs);
             matmul(dweight, self.inputs, dy.t(), x, false);
         });
-    }
-
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        _: &[&[f32]],
-        _: &[f32],
-        dy: &[f32],
-        params: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        let parts = Parts::of(pass.n, 4);
-        pass.threads.each(dx, parts.each * self.inputs, |part, dx| {
-            let rows = parts.range(part, pass.n);
-            let dy = &dy[rows.start * self.outputs..rows.end * self.outputs];
-            let dy = Matrix::new(dy, rows.len(), self.outputs);
-            matmul(dx, self.inputs, dy, self.weight(params), accumulate);
-        });
+        if wanted {
+            let rows = n.div_ceil(PIECES);
+            threads.each(&mut state.dx[..n * self.inputs], rows * self.inputs, |piece, dx| {
+                let count = dx.len() / self.inputs;
+                let dy = Matrix::new(
+                    &dy[piece * rows * self.outputs..][..count * self.outputs],
+                    count,
+                    self.outputs,
+                );
+                matmul(dx, self.inputs, dy, self.weight(params), false);
+            });
+        }
     }
 }

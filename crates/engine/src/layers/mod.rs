@@ -1,104 +1,155 @@
-//! One file per operation: its forward and backward pass over a batch.
+//! One file per operation: its forward and backward pass on one sample, or on the whole batch.
 //!
-//! Values lie as batch × positions × channels. A layer keeps what its backward pass needs.
+//! A sample's values lie as positions × channels. A layer sees its inputs through their views; a layer
+//! itself holds no state that changes, so samples run in parallel.
 
-mod batch_norm;
 mod conv;
 mod linear;
 mod pool;
 mod simple;
 
 use taxel_graph::{Graph, Node, Op, Window};
-use taxel_kernels::Window3;
-
-use crate::Mode;
-use crate::threads::Threads;
-
-/// What every layer sees of the running pass.
-pub(crate) struct Pass<'a> {
-    /// Samples in this batch.
-    pub n: usize,
-    pub mode: Mode,
-    pub threads: &'a Threads,
-}
-
-/// Forward and backward pass of one node. All slices hold exactly `n` samples.
-pub(crate) trait Layer: Send {
-    /// `y` from the inputs. `params` are the node's parameters, `buffers` its running statistics.
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], params: &[f32], buffers: &mut [f32], y: &mut [f32]);
-
-    /// Gradient of the parameters, overwriting `dparams`; called before [`Layer::backward_input`].
-    fn backward_params(
-        &mut self,
-        _pass: &Pass,
-        _xs: &[&[f32]],
-        _dy: &[f32],
-        _params: &[f32],
-        _dparams: &mut [f32],
-    ) {
-    }
-
-    /// Gradient of input `which`, written to `dx` or added to it.
-    #[allow(clippy::too_many_arguments)]
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        which: usize,
-        xs: &[&[f32]],
-        y: &[f32],
-        dy: &[f32],
-        params: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    );
-
-    /// Population statistics, for the one layer that has them.
-    fn batch_norm(&mut self) -> Option<&mut batch_norm::BatchNorm> {
-        None
-    }
-}
+use taxel_kernels::{View, Window3};
 
 pub(crate) use conv::{read_tensor, write_tensor};
+pub(crate) use linear::{BatchState, Linear};
 
-/// The layer for `node` at batches of at most `batch` samples; inputs are none.
-pub(crate) fn build(graph: &Graph, node: &Node, batch: usize) -> Option<Box<dyn Layer>> {
+use crate::norm::Norm;
+use crate::plan::{NodePlan, Seen};
+
+/// The inputs of one node for one sample.
+#[derive(Clone, Copy)]
+pub(crate) struct Inputs<'a> {
+    pub plan: &'a NodePlan,
+    /// Stored values of all nodes before it.
+    pub values: &'a [Vec<f32>],
+    pub norms: &'a [Norm],
+    /// Number of the sample in its part.
+    pub sample: usize,
+    /// Values per sample of every node.
+    pub lens: &'a [usize],
+}
+
+impl<'a> Inputs<'a> {
+    /// Stored values of input `which`, and how this node sees them.
+    pub fn get(&self, which: usize) -> (&'a [f32], View<'a>) {
+        let seen = &self.plan.inputs[which];
+        let len = self.lens[seen.stored];
+        (&self.values[seen.stored][self.sample * len..][..len], view(seen, self.norms))
+    }
+
+    pub fn count(&self) -> usize {
+        self.plan.inputs.len()
+    }
+}
+
+/// The view that `seen` stands for.
+pub(crate) fn view<'a>(seen: &Seen, norms: &'a [Norm]) -> View<'a> {
+    let affine = seen.norm.map(|n| (norms[n].scale.as_slice(), norms[n].shift.as_slice()));
+    View { affine, relu: seen.relu }
+}
+
+/// Where the gradients of one node's inputs go, for one sample.
+pub(crate) struct Outputs<'a> {
+    pub plan: &'a NodePlan,
+    pub slots: &'a mut [Vec<f32>],
+    pub sample: usize,
+    pub lens: &'a [usize],
+}
+
+impl Outputs<'_> {
+    /// The gradient of input `which`, and whether to add to it; `None` where nobody needs it.
+    pub fn get(&mut self, which: usize) -> Option<(&mut [f32], bool)> {
+        let (slot, add) = self.plan.slots[which]?;
+        let len = self.lens[self.plan.inputs[which].stored];
+        Some((&mut self.slots[slot][self.sample * len..][..len], add))
+    }
+}
+
+/// Memory of one worker that no sample keeps.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    /// An input with its halo, or seen through its view.
+    pub x: Vec<f32>,
+    /// A gradient with its halo.
+    pub halo: Vec<f32>,
+}
+
+/// Forward and backward pass of a node on one sample.
+pub(crate) trait Layer: Send + Sync {
+    /// `y` from the inputs; `saved` is kept for the backward pass.
+    fn forward(
+        &self,
+        inputs: Inputs,
+        params: &[f32],
+        y: &mut [f32],
+        saved: &mut [f32],
+        scratch: &mut Scratch,
+    );
+
+    /// From the gradient `dy` of the output: adds to `dparams`, writes or adds to the inputs' gradients.
+    fn backward(
+        &self,
+        pass: Backward,
+        dy: &[f32],
+        dparams: &mut [f32],
+        outputs: Outputs,
+        scratch: &mut Scratch,
+    );
+
+    /// Values that a sample keeps between the passes.
+    fn saved_len(&self) -> usize {
+        0
+    }
+
+    /// Values of [`Scratch::x`] and [`Scratch::halo`] that it needs.
+    fn scratch_len(&self) -> [usize; 2];
+
+    /// What the backward pass of a batch shares, from the parameters.
+    fn prepare(&self, _params: &[f32], _prepared: &mut Vec<f32>) {}
+}
+
+/// What a backward pass reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Backward<'a> {
+    pub inputs: Inputs<'a>,
+    pub params: &'a [f32],
+    pub prepared: &'a [f32],
+    pub saved: &'a [f32],
+}
+
+/// The layer of `node`; `None` for inputs, and for what takes the whole batch.
+pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     Some(match &node.op {
-        Op::Input => return None,
+        Op::Input | Op::Linear { .. } => return None,
         Op::Conv { window, groups, bias } => {
-            Box::new(conv::Conv::new(window3(window, &input(0).shape), input(0), node, *groups, *bias, batch))
+            let window = window3(window, &input(0).shape);
+            Box::new(conv::Conv::new(window, input(0).shape[0], node.shape[0], *groups, *bias))
         }
-        Op::BatchNorm { eps, momentum } => Box::new(batch_norm::BatchNorm::new(
-            node.shape[0],
-            *eps,
-            *momentum,
-            node.shape[1..].iter().product(),
-        )),
-        Op::Relu => Box::new(simple::Relu),
+        // Stored only where the engine cannot leave them to their readers.
+        Op::BatchNorm { .. } | Op::Relu => Box::new(simple::Copy { channels: node.shape[0] }),
         Op::MaxPool(window) => {
-            Box::new(pool::MaxPool::new(window3(window, &input(0).shape), node.shape[0], batch))
+            Box::new(pool::MaxPool { window: window3(window, &input(0).shape), channels: node.shape[0] })
         }
         Op::AveragePool { window, counted } => {
             let mut all = [(0, 0); 3];
             all[3 - counted.len()..].copy_from_slice(counted);
-            Box::new(pool::AveragePool {
-                window: window3(window, &input(0).shape),
-                counted: all,
-                channels: node.shape[0],
-            })
+            let window = window3(window, &input(0).shape);
+            Box::new(pool::AveragePool { window, counted: all, channels: node.shape[0] })
         }
-        Op::GlobalAveragePool => Box::new(pool::GlobalAveragePool { channels: node.shape[0] }),
+        Op::GlobalAveragePool => {
+            let len = input(0).shape.iter().product();
+            Box::new(pool::GlobalAveragePool { channels: node.shape[0], len })
+        }
         Op::Flatten => {
             let shape = &input(0).shape;
             Box::new(simple::Flatten { channels: shape[0], positions: shape[1..].iter().product() })
         }
-        Op::Linear { bias } => {
-            Box::new(linear::Linear { inputs: input(0).shape[0], outputs: node.shape[0], bias: *bias })
-        }
-        Op::Add => Box::new(simple::Add),
+        Op::Add => Box::new(simple::Add { channels: node.shape[0], len: node.shape.iter().product() }),
         Op::Concat => {
             let widths = node.inputs.iter().map(|&i| graph.nodes()[i].shape[0]).collect();
-            Box::new(simple::Concat::new(widths))
+            Box::new(simple::Concat::new(widths, node.shape[1..].iter().product()))
         }
     })
 }

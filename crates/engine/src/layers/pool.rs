@@ -2,51 +2,31 @@
 
 use taxel_kernels::{Window3, pointwise, pool};
 
-use super::{Layer, Pass};
+use super::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct MaxPool {
-    window: Window3,
-    channels: usize,
-    /// Input position of every maximum.
-    taken: Vec<u32>,
-}
-
-impl MaxPool {
-    pub fn new(window: Window3, channels: usize, batch: usize) -> Self {
-        MaxPool { window, channels, taken: vec![0; batch * window.output_len() * channels] }
-    }
+    pub window: Window3,
+    pub channels: usize,
 }
 
 impl Layer for MaxPool {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        let (window, channels) = (&self.window, self.channels);
-        let (x_len, y_len) = (window.input_len() * channels, window.output_len() * channels);
-        let taken = &mut self.taken[..pass.n * y_len];
-        pass.threads.each2((y, y_len), (taken, y_len), |i, y, taken| {
-            pool::max_forward(window, channels, &xs[0][i * x_len..][..x_len], y, taken);
-        });
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], saved: &mut [f32], _: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        pool::max_forward(&self.window, self.channels, &view, x, y, saved);
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        _: &[&[f32]],
-        _: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        let (x_len, y_len) =
-            (self.window.input_len() * self.channels, self.window.output_len() * self.channels);
-        pass.threads.each(dx, x_len, |i, dx| {
-            if !accumulate {
-                dx.fill(0.0);
-            }
-            let (taken, dy) = (&self.taken[i * y_len..][..y_len], &dy[i * y_len..][..y_len]);
-            pool::max_backward(self.channels, taken, dy, dx);
-        });
+    fn backward(&self, pass: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        if let Some((dx, add)) = outputs.get(0) {
+            pool::max_backward(&self.window, self.channels, pass.saved, dy, dx, add);
+        }
+    }
+
+    fn saved_len(&self) -> usize {
+        self.window.output_len() * self.channels
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [0, 0]
     }
 }
 
@@ -57,69 +37,46 @@ pub(super) struct AveragePool {
 }
 
 impl Layer for AveragePool {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        let (x_len, y_len) =
-            (self.window.input_len() * self.channels, self.window.output_len() * self.channels);
-        pass.threads.each(y, y_len, |i, y| {
-            pool::average_forward(
-                &self.window,
-                &self.counted,
-                self.channels,
-                &xs[0][i * x_len..][..x_len],
-                y,
-            );
-        });
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        let seen = &mut scratch.x[..x.len()];
+        view.apply(self.channels, x, seen);
+        pool::average_forward(&self.window, &self.counted, self.channels, seen, y);
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        _: &[&[f32]],
-        _: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        let (x_len, y_len) =
-            (self.window.input_len() * self.channels, self.window.output_len() * self.channels);
-        pass.threads.each(dx, x_len, |i, dx| {
-            if !accumulate {
+    fn backward(&self, _: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        if let Some((dx, add)) = outputs.get(0) {
+            if !add {
                 dx.fill(0.0);
             }
-            pool::average_backward(&self.window, &self.counted, self.channels, &dy[i * y_len..][..y_len], dx);
-        });
+            pool::average_backward(&self.window, &self.counted, self.channels, dy, dx);
+        }
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [self.window.input_len() * self.channels, 0]
     }
 }
 
 pub(super) struct GlobalAveragePool {
     pub channels: usize,
+    /// Values of one input sample.
+    pub len: usize,
 }
 
 impl Layer for GlobalAveragePool {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        let x_len = xs[0].len() / pass.n;
-        pass.threads.each(y, self.channels, |i, y| {
-            pointwise::mean_positions(self.channels, &xs[0][i * x_len..][..x_len], y);
-        });
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        pointwise::mean_positions(self.channels, &view, x, &mut scratch.x, y);
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        xs: &[&[f32]],
-        _: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        let x_len = xs[0].len() / pass.n;
-        pass.threads.each(dx, x_len, |i, dx| {
-            let dy = &dy[i * self.channels..][..self.channels];
-            pointwise::mean_positions_backward(self.channels, dy, dx, accumulate);
-        });
+    fn backward(&self, _: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        if let Some((dx, add)) = outputs.get(0) {
+            pointwise::mean_positions_backward(self.channels, dy, dx, add);
+        }
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [self.len, 0]
     }
 }

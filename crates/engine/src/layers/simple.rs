@@ -1,34 +1,38 @@
-//! Layers without state: ReLU, flatten, sum and concatenation.
+//! Layers that only move values: copy, flatten, sum and concatenation.
 
-use taxel_kernels::{layout, pointwise};
+use taxel_kernels::{View, layout, pointwise};
 
-use super::{Layer, Pass};
+use super::{Backward, Inputs, Layer, Outputs, Scratch};
 
-/// Values per task of an operation that only moves memory.
-const STRETCH: usize = 1 << 15;
+/// `x` as seen through `view`, in `scratch` where that is not `x` itself.
+fn seen<'a>(channels: usize, x: &'a [f32], view: &View, scratch: &'a mut [f32]) -> &'a [f32] {
+    if view.is_plain() {
+        return x;
+    }
+    let scratch = &mut scratch[..x.len()];
+    view.apply(channels, x, scratch);
+    scratch
+}
 
-pub(super) struct Relu;
+/// Stores what is seen of the input.
+pub(super) struct Copy {
+    pub channels: usize,
+}
 
-impl Layer for Relu {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        pass.threads.each(y, STRETCH, |i, y| pointwise::relu(&xs[0][i * STRETCH..][..y.len()], y));
+impl Layer for Copy {
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], _: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        view.apply(self.channels, x, y);
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        _: &[&[f32]],
-        y: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        pass.threads.each(dx, STRETCH, |i, dx| {
-            let range = i * STRETCH..i * STRETCH + dx.len();
-            pointwise::relu_backward(&y[range.clone()], &dy[range], dx, accumulate);
-        });
+    fn backward(&self, _: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        if let Some((dx, add)) = outputs.get(0) {
+            pointwise::copy(dy, dx, add);
+        }
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [0, 0]
     }
 }
 
@@ -39,56 +43,49 @@ pub(super) struct Flatten {
 }
 
 impl Layer for Flatten {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        let len = self.channels * self.positions;
-        pass.threads.each(y, len, |i, y| {
-            layout::transpose(self.positions, self.channels, &xs[0][i * len..][..len], y, false);
-        });
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        let x = seen(self.channels, x, &view, &mut scratch.x);
+        layout::transpose(self.positions, self.channels, x, y, false);
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        _: &[&[f32]],
-        _: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        let len = self.channels * self.positions;
-        pass.threads.each(dx, len, |i, dx| {
-            layout::transpose(self.channels, self.positions, &dy[i * len..][..len], dx, accumulate);
-        });
+    fn backward(&self, _: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        if let Some((dx, add)) = outputs.get(0) {
+            layout::transpose(self.channels, self.positions, dy, dx, add);
+        }
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [self.channels * self.positions, 0]
     }
 }
 
-pub(super) struct Add;
+pub(super) struct Add {
+    pub channels: usize,
+    /// Values of one sample.
+    pub len: usize,
+}
 
 impl Layer for Add {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        pass.threads.each(y, STRETCH, |i, y| {
-            for (which, x) in xs.iter().enumerate() {
-                pointwise::copy(&x[i * STRETCH..][..y.len()], y, which > 0);
-            }
-        });
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        view.apply(self.channels, x, y);
+        for which in 1..inputs.count() {
+            let (x, view) = inputs.get(which);
+            pointwise::copy(seen(self.channels, x, &view, &mut scratch.x), y, true);
+        }
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        _: usize,
-        _: &[&[f32]],
-        _: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        pass.threads.each(dx, STRETCH, |i, dx| {
-            pointwise::copy(&dy[i * STRETCH..][..dx.len()], dx, accumulate);
-        });
+    fn backward(&self, pass: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        for which in 0..pass.inputs.count() {
+            if let Some((dx, add)) = outputs.get(which) {
+                pointwise::copy(dy, dx, add);
+            }
+        }
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [self.len, 0]
     }
 }
 
@@ -96,11 +93,12 @@ pub(super) struct Concat {
     /// Channels of every input.
     widths: Vec<usize>,
     width: usize,
+    positions: usize,
 }
 
 impl Concat {
-    pub fn new(widths: Vec<usize>) -> Self {
-        Concat { width: widths.iter().sum(), widths }
+    pub fn new(widths: Vec<usize>, positions: usize) -> Self {
+        Concat { width: widths.iter().sum(), widths, positions }
     }
 
     fn start(&self, which: usize) -> usize {
@@ -109,32 +107,23 @@ impl Concat {
 }
 
 impl Layer for Concat {
-    fn forward(&mut self, pass: &Pass, xs: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
-        let rows = y.len() / self.width / pass.n;
-        pass.threads.each(y, rows * self.width, |i, y| {
-            for (which, (x, &width)) in xs.iter().zip(&self.widths).enumerate() {
-                let x = &x[i * rows * width..][..rows * width];
-                pointwise::put_columns(x, width, y, self.width, self.start(which));
-            }
-        });
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
+        for (which, &width) in self.widths.iter().enumerate() {
+            let (x, view) = inputs.get(which);
+            let x = seen(width, x, &view, &mut scratch.x);
+            pointwise::put_columns(x, width, y, self.width, self.start(which));
+        }
     }
 
-    fn backward_input(
-        &mut self,
-        pass: &Pass,
-        which: usize,
-        _: &[&[f32]],
-        y: &[f32],
-        dy: &[f32],
-        _: &[f32],
-        dx: &mut [f32],
-        accumulate: bool,
-    ) {
-        let rows = y.len() / self.width / pass.n;
-        let width = self.widths[which];
-        pass.threads.each(dx, rows * width, |i, dx| {
-            let dy = &dy[i * rows * self.width..][..rows * self.width];
-            pointwise::take_columns(dy, self.width, self.start(which), dx, width, accumulate);
-        });
+    fn backward(&self, _: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
+        for (which, &width) in self.widths.iter().enumerate() {
+            if let Some((dx, add)) = outputs.get(which) {
+                pointwise::take_columns(dy, self.width, self.start(which), dx, width, add);
+            }
+        }
+    }
+
+    fn scratch_len(&self) -> [usize; 2] {
+        [self.widths.iter().max().unwrap_or(&0) * self.positions, 0]
     }
 }

@@ -1,0 +1,222 @@
+//! A fixed share of the batch with all its memory: what one worker runs on its own.
+
+use taxel_kernels::{batch_norm, layout, reduce};
+
+use crate::layers::{Backward, Inputs, Layer, Outputs, Scratch, view};
+use crate::norm::{Moments, Norm};
+use crate::plan::{Plan, Step};
+
+/// What all parts share while they run.
+pub(crate) struct Shared<'a> {
+    pub plan: &'a Plan,
+    pub nodes: &'a [NodeState],
+    pub norms: &'a [Norm],
+    pub lens: &'a [usize],
+    pub params: &'a [f32],
+    /// Whether batch statistics are measured and saved values kept.
+    pub train: bool,
+}
+
+/// What belongs to a node and does not change while samples run.
+#[derive(Default)]
+pub(crate) struct NodeState {
+    pub layer: Option<Box<dyn Layer>>,
+    /// Channels and positions of the output.
+    pub channels: usize,
+    pub positions: usize,
+    pub params: std::ops::Range<usize>,
+    /// Number among the inputs of the graph.
+    pub input: Option<usize>,
+    pub prepared: Vec<f32>,
+}
+
+/// Samples `first..first + count` of the batch.
+#[derive(Debug)]
+pub(crate) struct Part {
+    pub first: usize,
+    pub count: usize,
+    /// Stored output of every node, sample after sample.
+    pub values: Vec<Vec<f32>>,
+    /// Gradient of every slot.
+    pub slots: Vec<Vec<f32>>,
+    saved: Vec<Vec<f32>>,
+    /// Gradients of the parameters of sample-wise nodes.
+    pub dparams: Vec<f32>,
+    pub moments: Vec<Moments>,
+    /// Σ dy and Σ dy · (x − mean) of every batch norm.
+    pub sums: Vec<Vec<f64>>,
+    scratch: Scratch,
+    collected: Vec<f32>,
+    column: [Vec<f32>; 2],
+}
+
+impl Part {
+    /// Memory for up to `capacity` samples.
+    pub fn new(
+        capacity: usize,
+        plan: &Plan,
+        nodes: &[NodeState],
+        norms: &[Norm],
+        lens: &[usize],
+        dparams: usize,
+    ) -> Self {
+        let stored = |id: usize| if plan.nodes[id].stored { capacity * lens[id] } else { 0 };
+        let layers = || nodes.iter().filter_map(|n| n.layer.as_ref());
+        let most = |which: usize| layers().map(|l| l.scratch_len()[which]).max().unwrap_or(0);
+        let channels = norms.iter().map(|n| n.channels).max().unwrap_or(0);
+        Part {
+            first: 0,
+            count: 0,
+            values: (0..lens.len()).map(|id| vec![0.0; stored(id)]).collect(),
+            slots: plan.slots.iter().map(|slot| vec![0.0; capacity * slot.len]).collect(),
+            saved: nodes
+                .iter()
+                .map(|n| vec![0.0; n.layer.as_ref().map_or(0, |l| capacity * l.saved_len())])
+                .collect(),
+            dparams: vec![0.0; dparams],
+            moments: norms.iter().map(|n| Moments::new(n.channels)).collect(),
+            sums: norms.iter().map(|n| vec![0.0; 2 * n.channels]).collect(),
+            scratch: Scratch { x: vec![0.0; most(0)], halo: vec![0.0; most(1)] },
+            collected: vec![0.0; lens.iter().copied().max().unwrap_or(0)],
+            column: [vec![0.0; channels], vec![0.0; channels]],
+        }
+    }
+
+    pub fn forward(&mut self, shared: &Shared, steps: &[Step], inputs: &[&[f32]]) {
+        for sample in 0..self.count {
+            for step in steps {
+                let Step::Node(id) = *step else { continue };
+                let (node, len) = (&shared.nodes[id], shared.lens[id]);
+                let (before, rest) = self.values.split_at_mut(id);
+                let y = &mut rest[0][sample * len..][..len];
+                match (&node.layer, node.input) {
+                    (Some(layer), _) => {
+                        let plan = &shared.plan.nodes[id];
+                        let inputs =
+                            Inputs { plan, values: before, norms: shared.norms, sample, lens: shared.lens };
+                        let kept = layer.saved_len();
+                        let saved = &mut self.saved[id][sample * kept..][..kept];
+                        layer.forward(
+                            inputs,
+                            &shared.params[node.params.clone()],
+                            y,
+                            saved,
+                            &mut self.scratch,
+                        );
+                    }
+                    (None, Some(which)) => {
+                        let x = &inputs[which][(self.first + sample) * len..][..len];
+                        layout::transpose(node.channels, node.positions, x, y, false);
+                    }
+                    (None, None) => {}
+                }
+                if shared.train {
+                    self.measure(shared, id, sample);
+                }
+            }
+        }
+    }
+
+    /// Adds a sample's moments for the batch norms of node `id`.
+    pub fn measure(&mut self, shared: &Shared, id: usize, sample: usize) {
+        let [mean, deviations] = &mut self.column;
+        for &number in &shared.plan.nodes[id].norms {
+            let channels = shared.norms[number].channels;
+            let x = &self.values[id][sample * shared.lens[id]..][..shared.lens[id]];
+            let (mean, deviations) = (&mut mean[..channels], &mut deviations[..channels]);
+            mean.fill(0.0);
+            deviations.fill(0.0);
+            reduce::add_columns(channels, x, mean);
+            let count = shared.norms[number].positions as f32;
+            mean.iter_mut().for_each(|m| *m /= count);
+            reduce::add_squared_deviations(channels, x, mean, deviations);
+            let moments = &mut self.moments[number];
+            moments.add(f64::from(count), |c| f64::from(mean[c]), |c| f64::from(deviations[c]));
+        }
+    }
+
+    pub fn backward(&mut self, shared: &Shared, steps: &[Step]) {
+        for sample in 0..self.count {
+            for step in steps {
+                match *step {
+                    Step::Node(id) => self.backward_node(shared, id, sample),
+                    Step::Sums(slot) => self.add_sums(shared, slot, sample),
+                }
+            }
+        }
+    }
+
+    fn backward_node(&mut self, shared: &Shared, id: usize, sample: usize) {
+        let (node, plan) = (&shared.nodes[id], &shared.plan.nodes[id]);
+        let Some(layer) = &node.layer else { return };
+        let direct = self.collect(shared, id, sample);
+        let len = shared.lens[id];
+        // A slot's own gradient is lent out while the inputs' slots are written.
+        let lent = direct.map(|slot| (slot, std::mem::take(&mut self.slots[slot])));
+        let dy = match &lent {
+            Some((_, gradient)) => &gradient[sample * len..][..len],
+            None => &self.collected[..len],
+        };
+        let kept = layer.saved_len();
+        let pass = Backward {
+            inputs: Inputs { plan, values: &self.values, norms: shared.norms, sample, lens: shared.lens },
+            params: &shared.params[node.params.clone()],
+            prepared: &node.prepared,
+            saved: &self.saved[id][sample * kept..][..kept],
+        };
+        // Parameters of batch nodes and norms have no place here.
+        let dparams = self.dparams.get_mut(node.params.clone()).unwrap_or_default();
+        let outputs = Outputs { plan, slots: &mut self.slots, sample, lens: shared.lens };
+        layer.backward(pass, dy, dparams, outputs, &mut self.scratch);
+        if let Some((slot, gradient)) = lent {
+            self.slots[slot] = gradient;
+        }
+    }
+
+    /// The gradient of a stored value: that of its one slot as it is, or all of them through their views
+    /// into `collected`.
+    pub fn collect(&mut self, shared: &Shared, id: usize, sample: usize) -> Option<usize> {
+        let own = &shared.plan.nodes[id].own;
+        if let [slot] = own[..] {
+            let seen = &shared.plan.slots[slot].seen;
+            if seen.norm.is_none() && !seen.relu {
+                return Some(slot);
+            }
+        }
+        let len = shared.lens[id];
+        let x = &self.values[id][sample * len..][..len];
+        for (i, &slot) in own.iter().enumerate() {
+            let seen = &shared.plan.slots[slot].seen;
+            // What a batch norm takes from the whole batch counts once, however many views it has.
+            let first = !own[..i].iter().any(|&s| shared.plan.slots[s].seen.norm == seen.norm);
+            let gradient = seen.norm.map(|n| shared.norms[n].gradient(first));
+            let dy = &self.slots[slot][sample * len..][..len];
+            let dx = &mut self.collected[..len];
+            let channels = shared.nodes[id].channels;
+            batch_norm::backward(channels, x, &view(seen, shared.norms), gradient, dy, dx, i > 0);
+        }
+        None
+    }
+
+    /// The last collected gradient.
+    pub fn collected(&self, len: usize) -> &[f32] {
+        &self.collected[..len]
+    }
+
+    fn add_sums(&mut self, shared: &Shared, slot: usize, sample: usize) {
+        let seen = &shared.plan.slots[slot].seen;
+        let Some(number) = seen.norm else { return };
+        let (norm, len) = (&shared.norms[number], shared.lens[seen.stored]);
+        let channels = norm.channels;
+        let x = &self.values[seen.stored][sample * len..][..len];
+        let dy = &self.slots[slot][sample * len..][..len];
+        let [plain, weighted] = &mut self.column;
+        let (plain, weighted) = (&mut plain[..channels], &mut weighted[..channels]);
+        plain.fill(0.0);
+        weighted.fill(0.0);
+        reduce::add_gradient_sums(channels, x, &view(seen, shared.norms), dy, &norm.mean, plain, weighted);
+        for (sum, value) in self.sums[number].iter_mut().zip(plain.iter().chain(weighted.iter())) {
+            *sum += f64::from(*value);
+        }
+    }
+}

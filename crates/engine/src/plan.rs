@@ -1,0 +1,261 @@
+//! What runs when: which values are stored, who sees them how, and where the batch must meet.
+//!
+//! Batch norm and ReLU store nothing. A stored value is read through a [`Seen`]: the batch norm and ReLU
+//! between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
+//! only where a batch norm needs the statistics of the whole batch, or a matrix product the whole batch,
+//! do all samples wait for each other.
+
+use std::collections::HashMap;
+
+use taxel_graph::{Graph, Kind, NodeId, Op};
+
+/// How a reader sees a stored value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Seen {
+    /// The node whose output is stored.
+    pub stored: NodeId,
+    /// Number of the batch norm in between.
+    pub norm: Option<usize>,
+    pub relu: bool,
+}
+
+impl Seen {
+    fn plain(stored: NodeId) -> Self {
+        Seen { stored, norm: None, relu: false }
+    }
+}
+
+/// A value that gradients are gathered for.
+#[derive(Debug)]
+pub(crate) struct Slot {
+    pub seen: Seen,
+    pub len: usize,
+}
+
+/// A batch norm: its node and the stored value it normalises.
+#[derive(Debug)]
+pub(crate) struct NormPlan {
+    pub node: NodeId,
+    pub stored: NodeId,
+}
+
+/// A node as the engine runs it.
+#[derive(Debug, Default)]
+pub(crate) struct NodePlan {
+    /// Whether its output is stored (inputs and everything but batch norm and ReLU).
+    pub stored: bool,
+    /// Its inputs as it sees them.
+    pub inputs: Vec<Seen>,
+    /// Where their gradients go, and whether they are added to earlier ones.
+    pub slots: Vec<Option<(usize, bool)>>,
+    /// Slots of its own output, from which its gradient is collected.
+    pub own: Vec<usize>,
+    /// Batch norms that need statistics of its output.
+    pub norms: Vec<usize>,
+}
+
+/// A piece of a pass in which samples run on their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// One node, forward or backward.
+    Node(NodeId),
+    /// Sums for a batch norm's gradient over a slot that is complete.
+    Sums(usize),
+}
+
+/// The order of a pass.
+#[derive(Debug)]
+pub(crate) enum Phase {
+    Samples(Vec<Step>),
+    /// Batch norms whose statistics (forward) or sums (backward) are complete.
+    Norms(Vec<usize>),
+    /// A node that takes the whole batch at once.
+    Batch(NodeId),
+}
+
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub nodes: Vec<NodePlan>,
+    pub slots: Vec<Slot>,
+    pub norms: Vec<NormPlan>,
+    /// The output as the loss sees it, and its slot.
+    pub output: Seen,
+    pub output_slot: usize,
+    pub train: Vec<Phase>,
+    pub eval: Vec<Phase>,
+    pub backward: Vec<Phase>,
+}
+
+impl Plan {
+    pub fn new(graph: &Graph, output: NodeId) -> Self {
+        let stored = stored(graph);
+        let mut norms = vec![];
+        let mut seen: Vec<Seen> = vec![];
+        let mut nodes: Vec<NodePlan> = vec![];
+        for (id, node) in graph.nodes().iter().enumerate() {
+            let inputs: Vec<Seen> = node.inputs.iter().map(|&i| seen[i]).collect();
+            let lazy = match node.op {
+                Op::BatchNorm { .. } => {
+                    norms.push(NormPlan { node: id, stored: inputs[0].stored });
+                    Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
+                }
+                Op::Relu => Some(Seen { relu: true, ..inputs[0] }),
+                _ => None,
+            };
+            seen.push(lazy.filter(|_| !stored[id]).unwrap_or(Seen::plain(id)));
+            // A stored batch norm or ReLU copies what it makes others see.
+            let inputs = if stored[id] { lazy.map_or(inputs, |seen| vec![seen]) } else { vec![] };
+            nodes.push(NodePlan { stored: stored[id], inputs, ..NodePlan::default() });
+        }
+        for (number, norm) in norms.iter().enumerate() {
+            nodes[norm.stored].norms.push(number);
+        }
+        let len = |id: NodeId| graph.nodes()[id].shape.iter().product();
+        let mut plan = Plan {
+            output: seen[output],
+            output_slot: 0,
+            slots: vec![Slot { seen: seen[output], len: len(output) }],
+            nodes,
+            norms,
+            train: vec![],
+            eval: vec![],
+            backward: vec![],
+        };
+        plan.train = plan.forward(graph, true);
+        plan.eval = plan.forward(graph, false);
+        plan.backward = plan.backward(graph, &len);
+        plan
+    }
+
+    fn forward(&self, graph: &Graph, train: bool) -> Vec<Phase> {
+        let mut phases = vec![];
+        let mut steps = vec![];
+        let mut ready = vec![!train; self.norms.len()];
+        for (id, node) in self.nodes.iter().enumerate().filter(|(_, n)| n.stored) {
+            if node.inputs.iter().any(|seen| seen.norm.is_some_and(|n| !ready[n])) {
+                // All that can be known by now: every later wait is one less.
+                let known: Vec<usize> =
+                    (0..self.norms.len()).filter(|&n| !ready[n] && self.norms[n].stored < id).collect();
+                known.iter().for_each(|&n| ready[n] = true);
+                flush(&mut phases, &mut steps);
+                phases.push(Phase::Norms(known));
+            }
+            if is_batch(&graph.nodes()[id].op) {
+                flush(&mut phases, &mut steps);
+                phases.push(Phase::Batch(id));
+            } else {
+                steps.push(Step::Node(id));
+            }
+        }
+        flush(&mut phases, &mut steps);
+        // The output may itself be seen through a batch norm.
+        let rest: Vec<usize> = (0..self.norms.len()).filter(|&n| !ready[n]).collect();
+        if !rest.is_empty() {
+            phases.push(Phase::Norms(rest));
+        }
+        phases
+    }
+
+    fn backward(&mut self, graph: &Graph, len: &dyn Fn(NodeId) -> usize) -> Vec<Phase> {
+        // Whether parameters lie at or before a node; a batch norm's parameters count for its readers.
+        let mut trains = vec![false; self.nodes.len()];
+        for (id, node) in graph.nodes().iter().enumerate() {
+            let own = node.params.iter().any(|p| p.kind == Kind::Parameter);
+            trains[id] = own || node.inputs.iter().any(|&i| trains[i]);
+        }
+        let needs = |seen: &Seen, norms: &[NormPlan]| {
+            trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
+        };
+        let mut by_view: HashMap<Seen, usize> = HashMap::from([(self.output, 0)]);
+        let mut written = vec![true];
+        let mut readers = vec![0usize];
+        let mut reached = vec![false; self.nodes.len()];
+        reached[self.output.stored] = true;
+        for id in (0..self.nodes.len()).rev() {
+            if !self.nodes[id].stored || !reached[id] {
+                continue;
+            }
+            for which in 0..self.nodes[id].inputs.len() {
+                let seen = self.nodes[id].inputs[which];
+                let target = needs(&seen, &self.norms).then(|| {
+                    let slot = *by_view.entry(seen).or_insert_with(|| {
+                        self.slots.push(Slot { seen, len: len(seen.stored) });
+                        written.push(false);
+                        readers.push(0);
+                        self.slots.len() - 1
+                    });
+                    reached[seen.stored] = true;
+                    readers[slot] += 1;
+                    (slot, std::mem::replace(&mut written[slot], true))
+                });
+                self.nodes[id].slots.push(target);
+            }
+        }
+        for (number, slot) in self.slots.iter().enumerate() {
+            self.nodes[slot.seen.stored].own.push(number);
+        }
+        let mut phases = vec![];
+        let mut steps = vec![];
+        let mut summed = vec![false; self.norms.len()];
+        if self.output.norm.is_some() {
+            steps.push(Step::Sums(0));
+        }
+        for id in (0..self.nodes.len()).rev() {
+            let node = &self.nodes[id];
+            if !node.stored || !reached[id] {
+                continue;
+            }
+            let waits: Vec<usize> =
+                node.own.iter().filter_map(|&s| self.slots[s].seen.norm).filter(|&n| !summed[n]).collect();
+            if !waits.is_empty() {
+                flush(&mut phases, &mut steps);
+                waits.iter().for_each(|&n| summed[n] = true);
+                phases.push(Phase::Norms(waits));
+            }
+            if graph.nodes()[id].op == Op::Input {
+                continue;
+            }
+            if is_batch(&graph.nodes()[id].op) {
+                flush(&mut phases, &mut steps);
+                phases.push(Phase::Batch(id));
+            } else {
+                steps.push(Step::Node(id));
+            }
+            for &(slot, _) in node.slots.iter().flatten() {
+                readers[slot] -= 1;
+                if readers[slot] == 0 && self.slots[slot].seen.norm.is_some() {
+                    steps.push(Step::Sums(slot));
+                }
+            }
+        }
+        flush(&mut phases, &mut steps);
+        phases
+    }
+}
+
+fn flush(phases: &mut Vec<Phase>, steps: &mut Vec<Step>) {
+    if !steps.is_empty() {
+        phases.push(Phase::Samples(std::mem::take(steps)));
+    }
+}
+
+/// Whether a node wants all samples at once.
+fn is_batch(op: &Op) -> bool {
+    matches!(op, Op::Linear { .. })
+}
+
+/// Which outputs are stored: all but batch norm and ReLU, and those too where a batch norm or ReLU that
+/// is not the next in the chain "batch norm, ReLU" reads them.
+fn stored(graph: &Graph) -> Vec<bool> {
+    let lazy = |id: NodeId| matches!(graph.nodes()[id].op, Op::BatchNorm { .. } | Op::Relu);
+    let mut stored: Vec<bool> = (0..graph.nodes().len()).map(|id| !lazy(id)).collect();
+    for node in graph.nodes() {
+        for &input in &node.inputs {
+            let chained = matches!((&graph.nodes()[input].op, &node.op), (Op::BatchNorm { .. }, Op::Relu));
+            if lazy(input) && matches!(node.op, Op::BatchNorm { .. } | Op::Relu) && !chained {
+                stored[input] = true;
+            }
+        }
+    }
+    stored
+}

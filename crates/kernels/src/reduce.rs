@@ -1,0 +1,153 @@
+//! Sums over the rows of one image (rows × channels).
+
+use crate::simd::{Simd, at_level};
+use crate::view::{View, load, store};
+
+at_level! {
+    /// Adds each channel's sum.
+    pub fn add_columns(channels: usize, x: &[f32], sums: &mut [f32]) = add_columns_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn add_columns_at<S: Simd>(channels: usize, x: &[f32], sums: &mut [f32]) {
+    assert_eq!(sums.len(), channels);
+    let mut c = 0;
+    while c < channels {
+        let n = (channels - c).min(S::LANES);
+        // SAFETY: `c + n <= channels`, the length of every row and of `sums`.
+        unsafe {
+            // Four chains hide the latency of additions.
+            let mut part = [S::splat(0.0); 4];
+            let mut rows = x.chunks_exact(4 * channels);
+            for rows in &mut rows {
+                for (i, part) in part.iter_mut().enumerate() {
+                    *part = S::add(*part, load::<S>(rows, i * channels + c, n));
+                }
+            }
+            for row in rows.remainder().chunks_exact(channels) {
+                part[0] = S::add(part[0], load::<S>(row, c, n));
+            }
+            let sum = S::add(S::add(part[0], part[1]), S::add(part[2], part[3]));
+            store::<S>(sums, c, n, S::add(load::<S>(sums, c, n), sum));
+        }
+        c += n;
+    }
+}
+
+at_level! {
+    /// Adds each channel's sum of squared deviations from `mean`.
+    pub fn add_squared_deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) = deviations_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn deviations_at<S: Simd>(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) {
+    assert!(sums.len() == channels && mean.len() == channels);
+    let mut c = 0;
+    while c < channels {
+        let n = (channels - c).min(S::LANES);
+        // SAFETY: `c + n <= channels`, the length of every row, of `mean` and of `sums`.
+        unsafe {
+            let mean = load::<S>(mean, c, n);
+            let mut part = [S::splat(0.0); 4];
+            let mut rows = x.chunks_exact(4 * channels);
+            for rows in &mut rows {
+                for (i, part) in part.iter_mut().enumerate() {
+                    let d = S::sub(load::<S>(rows, i * channels + c, n), mean);
+                    *part = S::fma(d, d, *part);
+                }
+            }
+            for row in rows.remainder().chunks_exact(channels) {
+                let d = S::sub(load::<S>(row, c, n), mean);
+                part[0] = S::fma(d, d, part[0]);
+            }
+            let sum = S::add(S::add(part[0], part[1]), S::add(part[2], part[3]));
+            store::<S>(sums, c, n, S::add(load::<S>(sums, c, n), sum));
+        }
+        c += n;
+    }
+}
+
+/// Adds each channel's sum of `dy` and of `dy · (x − mean)`, where `dy` counts only where the view of `x`
+/// lets a gradient through.
+pub fn add_gradient_sums(
+    channels: usize,
+    x: &[f32],
+    view: &View,
+    dy: &[f32],
+    mean: &[f32],
+    sums: &mut [f32],
+    deviation_sums: &mut [f32],
+) {
+    let ones = [];
+    let (scale, shift) = view.affine.unwrap_or((&ones, &ones));
+    gradient_sums(channels, x, scale, shift, view.relu, dy, mean, sums, deviation_sums);
+}
+
+at_level! {
+    fn gradient_sums(
+        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, dy: &[f32], mean: &[f32],
+        sums: &mut [f32], deviation_sums: &mut [f32],
+    ) = gradient_sums_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[allow(clippy::too_many_arguments)]
+#[inline(always)]
+unsafe fn gradient_sums_at<S: Simd>(
+    channels: usize,
+    x: &[f32],
+    scale: &[f32],
+    shift: &[f32],
+    relu: bool,
+    dy: &[f32],
+    mean: &[f32],
+    sums: &mut [f32],
+    deviation_sums: &mut [f32],
+) {
+    assert!(
+        [scale.len(), shift.len(), mean.len(), sums.len(), deviation_sums.len()]
+            .iter()
+            .all(|l| *l == channels)
+    );
+    let mut c = 0;
+    while c < channels {
+        let n = (channels - c).min(S::LANES);
+        // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
+        unsafe {
+            let (scale, shift, mean) =
+                (load::<S>(scale, c, n), load::<S>(shift, c, n), load::<S>(mean, c, n));
+            let (mut plain, mut weighted) = ([S::splat(0.0); 4], [S::splat(0.0); 4]);
+            macro_rules! step {
+                ($x:expr, $dy:expr, $at:expr, $i:expr) => {
+                    let (x, mut dy) = (load::<S>($x, $at, n), load::<S>($dy, $at, n));
+                    if relu {
+                        dy = S::zero_unless_positive(S::fma(x, scale, shift), dy);
+                    }
+                    plain[$i] = S::add(plain[$i], dy);
+                    weighted[$i] = S::fma(dy, S::sub(x, mean), weighted[$i]);
+                };
+            }
+            let (mut xs, mut dys) = (x.chunks_exact(4 * channels), dy.chunks_exact(4 * channels));
+            for (x, dy) in (&mut xs).zip(&mut dys) {
+                for i in 0..4 {
+                    step!(x, dy, i * channels + c, i);
+                }
+            }
+            let rest = xs.remainder().chunks_exact(channels).zip(dys.remainder().chunks_exact(channels));
+            for (x, dy) in rest {
+                step!(x, dy, c, 0);
+            }
+            let plain = S::add(S::add(plain[0], plain[1]), S::add(plain[2], plain[3]));
+            let weighted = S::add(S::add(weighted[0], weighted[1]), S::add(weighted[2], weighted[3]));
+            store::<S>(sums, c, n, S::add(load::<S>(sums, c, n), plain));
+            let before = load::<S>(deviation_sums, c, n);
+            store::<S>(deviation_sums, c, n, S::add(before, weighted));
+        }
+        c += n;
+    }
+}

@@ -1,0 +1,189 @@
+//! The one inner loop of convolution: a block of outputs held in registers.
+//!
+//! `c[m][n] (+)= Σ over segments s, Σ over k: a[s + m · a_row + k · a_step] · b[s' + k · b_row + n]`.
+//! Forward, input gradient and weight gradient are this loop with other strides, on channels-last data
+//! as they lie: nothing is copied into panels.
+
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{Avx2, Avx512};
+use crate::simd::{Level, Portable, Simd, level};
+
+/// What the accumulators start from.
+#[derive(Clone, Copy)]
+pub(crate) enum Start {
+    Zero,
+    /// The values already in `c`.
+    Add,
+    /// One value per column, from this address.
+    Bias(*const f32),
+}
+
+/// One block of outputs: addresses and strides, in floats.
+pub(crate) struct Tile<'a> {
+    pub a: *const f32,
+    pub a_row: usize,
+    pub a_step: usize,
+    pub b: *const f32,
+    pub b_row: usize,
+    pub c: *mut f32,
+    pub c_row: usize,
+    /// Offsets into `a` and `b` where a stretch of `run` products begins.
+    pub segments: &'a [(usize, usize)],
+    pub run: usize,
+    pub start: Start,
+    /// Columns in the last vector, 1..=LANES.
+    pub last: usize,
+}
+
+/// # Safety
+/// The CPU has the features of `S`; all addresses that the strides of `t` form for `M` rows and
+/// `N` vectors (the last of `t.last` lanes) are valid, and `c` overlaps neither `a` nor `b`.
+#[inline(always)]
+unsafe fn tile<S: Simd, const M: usize, const N: usize>(t: &Tile) {
+    // SAFETY: the caller's contract; every access below is one of those addresses.
+    unsafe {
+        let full = t.last == S::LANES;
+        macro_rules! load {
+            ($at:expr, $n:expr) => {{
+                let at = $at.add($n * S::LANES);
+                if $n + 1 < N || full { S::load(at) } else { S::load_first(at, t.last) }
+            }};
+        }
+        let mut acc = [[S::splat(0.0); N]; M];
+        match t.start {
+            Start::Zero => {}
+            Start::Add => {
+                for (m, row) in acc.iter_mut().enumerate() {
+                    for (n, v) in row.iter_mut().enumerate() {
+                        *v = load!(t.c.add(m * t.c_row).cast_const(), n);
+                    }
+                }
+            }
+            Start::Bias(bias) => {
+                for row in &mut acc {
+                    for (n, v) in row.iter_mut().enumerate() {
+                        *v = load!(bias, n);
+                    }
+                }
+            }
+        }
+        if full {
+            products::<S, M, N, true>(t, &mut acc);
+        } else {
+            products::<S, M, N, false>(t, &mut acc);
+        }
+        for (m, row) in acc.iter().enumerate() {
+            for (n, &v) in row.iter().enumerate() {
+                let to = t.c.add(m * t.c_row + n * S::LANES);
+                if n + 1 < N || full { S::store(to, v) } else { S::store_first(to, v, t.last) }
+            }
+        }
+    }
+}
+
+/// # Safety
+/// As [`tile`].
+#[inline(always)]
+unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
+    t: &Tile,
+    acc: &mut [[S::V; N]; M],
+) {
+    // SAFETY: as in `tile`.
+    unsafe {
+        for &(from_a, from_b) in t.segments {
+            let mut a = t.a.add(from_a);
+            let mut b = t.b.add(from_b);
+            for _ in 0..t.run {
+                let mut bv = [S::splat(0.0); N];
+                for (n, v) in bv.iter_mut().enumerate() {
+                    let at = b.add(n * S::LANES);
+                    *v = if FULL || n + 1 < N { S::load(at) } else { S::load_first(at, t.last) };
+                }
+                for (m, row) in acc.iter_mut().enumerate() {
+                    let x = S::splat(*a.add(m * t.a_row));
+                    for (v, &b) in row.iter_mut().zip(&bv) {
+                        *v = S::fma(x, b, *v);
+                    }
+                }
+                a = a.wrapping_add(t.a_step);
+                b = b.wrapping_add(t.b_row);
+            }
+        }
+    }
+}
+
+/// A compiled block of `rows` × `vectors`.
+pub(crate) type Kernel = unsafe fn(&Tile);
+
+/// Kernels of one level: `[vectors - 1][rows - 1]`.
+pub(crate) struct Kernels {
+    pub lanes: usize,
+    pub rows: [usize; 2],
+    table: [&'static [Kernel]; 2],
+}
+
+impl Kernels {
+    pub fn get(&self, rows: usize, vectors: usize) -> Kernel {
+        self.table[vectors - 1][rows - 1]
+    }
+}
+
+macro_rules! kernels {
+    ($simd:ty, $vectors:literal, $attribute:meta, [$($rows:literal)*]) => {
+        &[$({
+            #[$attribute]
+            unsafe fn kernel(t: &Tile) {
+                // SAFETY: the caller of the kernel keeps the contract of `tile`.
+                unsafe { tile::<$simd, $rows, $vectors>(t) }
+            }
+            kernel as Kernel
+        }),*]
+    };
+}
+
+static PORTABLE: Kernels = Kernels {
+    lanes: Portable::LANES,
+    rows: Portable::ROWS,
+    table: [
+        kernels!(Portable, 1, inline(never), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Portable, 2, inline(never), [1 2 3 4 5 6]),
+    ],
+};
+
+#[cfg(target_arch = "x86_64")]
+static AVX2: Kernels = Kernels {
+    lanes: Avx2::LANES,
+    rows: Avx2::ROWS,
+    table: [
+        kernels!(Avx2, 1, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Avx2, 2, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6]),
+    ],
+};
+
+#[cfg(target_arch = "x86_64")]
+static AVX512: Kernels = Kernels {
+    lanes: Avx512::LANES,
+    rows: Avx512::ROWS,
+    table: [
+        kernels!(Avx512, 1, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28]),
+        kernels!(Avx512, 2, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14]),
+    ],
+};
+
+/// The kernels of this CPU.
+pub(crate) fn kernels() -> &'static Kernels {
+    match level() {
+        Level::Portable => &PORTABLE,
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx2 => &AVX2,
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512 => &AVX512,
+        #[cfg(not(target_arch = "x86_64"))]
+        _ => &PORTABLE,
+    }
+}
+
+/// The largest block of at most `most` rows that cuts `rows` into equal pieces (give or take one).
+pub(crate) fn even(rows: usize, most: usize) -> usize {
+    rows.div_ceil(rows.div_ceil(most).max(1)).max(1)
+}

@@ -1,0 +1,118 @@
+//! Convolution against plain loops over its definition.
+
+use proptest::prelude::*;
+use taxel_kernels::conv::Conv;
+use taxel_kernels::{View, Window3};
+
+/// Sizes of a convolution in one to three dimensions.
+#[derive(Debug, Clone)]
+struct Case {
+    window: Window3,
+    channels: usize,
+    filters: usize,
+    groups: usize,
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let axis = (1usize..12, 1usize..6, 1usize..4, 0usize..5, 0usize..5);
+    let sizes = (1usize..20, 1usize..36, 1usize..4);
+    ([axis.clone(), axis.clone(), axis], 0usize..3, sizes).prop_map(
+        |(axes, flat, (channels, filters, groups))| {
+            let mut window =
+                Window3 { input: [1; 3], output: [1; 3], kernel: [1; 3], stride: [1; 3], before: [0; 3] };
+            for (a, (input, kernel, stride, before, after)) in axes.into_iter().enumerate().skip(flat) {
+                let padding = (kernel.saturating_sub(input)).max(before + after);
+                window.input[a] = input;
+                window.kernel[a] = kernel;
+                window.stride[a] = stride;
+                window.before[a] = before;
+                window.output[a] = (input + padding - kernel) / stride + 1;
+            }
+            Case { window, channels: channels * groups, filters: filters * groups, groups }
+        },
+    )
+}
+
+fn values(count: usize, salt: usize) -> Vec<f32> {
+    (0..count).map(|i| (((i * 7919 + salt * 104_729) % 2003) as f32 - 1001.0) / 1000.0).collect()
+}
+
+impl Case {
+    /// Calls `body(input value, weight, output value)` for every product of the definition.
+    fn products(&self, mut body: impl FnMut(usize, usize, usize)) {
+        let Window3 { input, output, kernel, stride, before } = self.window;
+        let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
+        let at = |size: [usize; 3], p: [usize; 3]| (p[0] * size[1] + p[1]) * size[2] + p[2];
+        let all = |size: [usize; 3]| {
+            (0..size[0])
+                .flat_map(move |d| (0..size[1]).flat_map(move |r| (0..size[2]).map(move |c| [d, r, c])))
+        };
+        for o in all(output) {
+            for k in all(kernel) {
+                let position: Vec<Option<usize>> = (0..3)
+                    .map(|a| (o[a] * stride[a] + k[a]).checked_sub(before[a]).filter(|&i| i < input[a]))
+                    .collect();
+                let [Some(d), Some(r), Some(c)] = position[..] else { continue };
+                for group in 0..self.groups {
+                    for i in 0..inner {
+                        for f in 0..out {
+                            let x = at(input, [d, r, c]) * self.channels + group * inner + i;
+                            let kernels = kernel.iter().product::<usize>();
+                            let w = ((group * kernels + at(kernel, k)) * inner + i) * out + f;
+                            body(x, w, at(output, o) * self.filters + group * out + f);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn close(got: &[f32], want: &[f64], what: &str) {
+    assert_eq!(got.len(), want.len());
+    let scale = want.iter().fold(1e-3f64, |a, v| a.max(v.abs()));
+    for (i, (got, want)) in got.iter().zip(want).enumerate() {
+        assert!((f64::from(*got) - want).abs() <= 1e-5 * scale, "{what}[{i}]: {got} and {want}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn agrees_with_its_definition(case in cases(), accumulate in any::<bool>(), relu in any::<bool>()) {
+        let Case { window, channels, filters, groups } = case.clone();
+        let conv = Conv::new(window, channels, filters, groups);
+        let (x, dy) = (values(conv.x_len(), 1), values(conv.y_len(), 2));
+        let (weight, bias) = (values(conv.weight_len(), 3), values(filters, 4));
+        let view = View { affine: None, relu };
+        let seen: Vec<f64> = x.iter().map(|&v| f64::from(if relu { v.max(0.0) } else { v })).collect();
+
+        let mut y: Vec<f64> = bias.iter().cycle().take(conv.y_len()).map(|&b| f64::from(b)).collect();
+        let mut dx = vec![if accumulate { 0.5 } else { 0.0 }; conv.x_len()];
+        let mut dweight = vec![0.25; conv.weight_len()];
+        case.products(|i, w, o| {
+            y[o] += seen[i] * f64::from(weight[w]);
+            dx[i] += f64::from(weight[w]) * f64::from(dy[o]);
+            dweight[w] += seen[i] * f64::from(dy[o]);
+        });
+        let mut dbias = vec![0.25; filters];
+        dy.iter().enumerate().for_each(|(o, v)| dbias[o % filters] += f64::from(*v));
+
+        let mut scratch = vec![f32::NAN; conv.padded_len()];
+        let padded = conv.pad(&x, &view, &mut scratch);
+        let mut got = vec![f32::NAN; conv.y_len()];
+        conv.forward(padded, &weight, Some(&bias), &mut got);
+        close(&got, &y, "y");
+        let (mut got_weight, mut got_bias) = (vec![0.25; conv.weight_len()], vec![0.25; filters]);
+        conv.backward_weight(padded, &dy, &mut got_weight, Some(&mut got_bias));
+        close(&got_weight, &dweight, "dweight");
+        close(&got_bias, &dbias, "dbias");
+        let mut turned = vec![];
+        conv.turn(&weight, &mut turned);
+        let mut got = vec![if accumulate { 0.5 } else { f32::NAN }; conv.x_len()];
+        let mut scratch = vec![f32::NAN; conv.backward_len()];
+        conv.backward_input(&dy, &weight, &turned, &mut scratch, &mut got, accumulate);
+        close(&got, &dx, "dx");
+    }
+}
