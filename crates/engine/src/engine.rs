@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use taxel_graph::{Graph, Kind, Op, Tensor, Weights};
-use taxel_kernels::{loss, optim};
+use taxel_kernels::{Buffer, loss, optim};
 
 use crate::error::{Error, Result};
 use crate::layers::{self, BatchState, Linear, view};
@@ -61,10 +61,10 @@ pub struct Engine {
     lens: Vec<usize>,
     parts: Vec<Part>,
     /// Parameters; those of sample-wise nodes come first.
-    params: Vec<f32>,
+    params: Buffer,
     sample_wise: usize,
-    dparams: Vec<f32>,
-    velocity: Vec<f32>,
+    dparams: Buffer,
+    velocity: Buffer,
     buffers: Vec<f32>,
     logits: Vec<f32>,
     dlogits: Vec<f32>,
@@ -173,10 +173,10 @@ impl Engine {
             norms,
             lens,
             parts,
-            params: vec![0.0; params],
+            params: Buffer::zeros(params),
             sample_wise,
-            dparams: vec![0.0; params],
-            velocity: vec![0.0; params],
+            dparams: Buffer::zeros(params),
+            velocity: Buffer::zeros(params),
             buffers: vec![0.0; buffers],
             logits: vec![0.0; logits],
             dlogits: vec![0.0; logits],
@@ -202,8 +202,8 @@ impl Engine {
             for param in &node.params {
                 let Some(tensor) = weights.get(&param.name) else { continue };
                 let (arena, at) = match param.kind {
-                    Kind::Parameter => (&mut self.params, &mut param_at),
-                    Kind::Buffer => (&mut self.buffers, &mut buffer_at),
+                    Kind::Parameter => (&mut *self.params, &mut param_at),
+                    Kind::Buffer => (&mut *self.buffers, &mut buffer_at),
                 };
                 layers::read_tensor(node, param, &tensor.data, &mut arena[*at..*at + param.len()]);
                 *at += param.len();

@@ -1,6 +1,6 @@
 //! A fixed share of the batch with all its memory: what one worker runs on its own.
 
-use taxel_kernels::{batch_norm, layout, reduce};
+use taxel_kernels::{Buffer, batch_norm, layout, reduce};
 
 use crate::layers::{Backward, Inputs, Layer, Outputs, Scratch, view};
 use crate::norm::{Moments, Norm};
@@ -36,17 +36,17 @@ pub(crate) struct Part {
     pub first: usize,
     pub count: usize,
     /// Stored output of every node, sample after sample.
-    pub values: Vec<Vec<f32>>,
+    pub values: Vec<Buffer>,
     /// Gradient of every slot.
-    pub slots: Vec<Vec<f32>>,
-    saved: Vec<Vec<f32>>,
+    pub slots: Vec<Buffer>,
+    saved: Vec<Buffer>,
     /// Gradients of the parameters of sample-wise nodes.
-    pub dparams: Vec<f32>,
+    pub dparams: Buffer,
     pub moments: Vec<Moments>,
     /// Σ dy and Σ dy · (x − mean) of every batch norm.
     pub sums: Vec<Vec<f64>>,
     scratch: Scratch,
-    collected: Vec<f32>,
+    collected: Buffer,
     column: [Vec<f32>; 2],
 }
 
@@ -67,17 +67,17 @@ impl Part {
         Part {
             first: 0,
             count: 0,
-            values: (0..lens.len()).map(|id| vec![0.0; stored(id)]).collect(),
-            slots: plan.slots.iter().map(|slot| vec![0.0; capacity * slot.len]).collect(),
+            values: (0..lens.len()).map(|id| Buffer::zeros(stored(id))).collect(),
+            slots: plan.slots.iter().map(|slot| Buffer::zeros(capacity * slot.len)).collect(),
             saved: nodes
                 .iter()
-                .map(|n| vec![0.0; n.layer.as_ref().map_or(0, |l| capacity * l.saved_len())])
+                .map(|n| Buffer::zeros(n.layer.as_ref().map_or(0, |l| capacity * l.saved_len())))
                 .collect(),
-            dparams: vec![0.0; dparams],
+            dparams: Buffer::zeros(dparams),
             moments: norms.iter().map(|n| Moments::new(n.channels)).collect(),
             sums: norms.iter().map(|n| vec![0.0; 2 * n.channels]).collect(),
-            scratch: Scratch { x: vec![0.0; most(0)], halo: vec![0.0; most(1)] },
-            collected: vec![0.0; lens.iter().copied().max().unwrap_or(0)],
+            scratch: Scratch { x: Buffer::zeros(most(0)), halo: Buffer::zeros(most(1)) },
+            collected: Buffer::zeros(lens.iter().copied().max().unwrap_or(0)),
             column: [vec![0.0; channels], vec![0.0; channels]],
         }
     }

@@ -62,22 +62,25 @@ unsafe fn through_norm_at<S: Simd>(
     let coefficients =
         [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()];
     assert!(coefficients.iter().all(|l| *l == channels));
-    let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
-    for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
-        vectors!(S, channels, c, n, {
-            // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
-            unsafe {
-                let (x, dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
-                let seen = S::fma(x, load::<S>(scale, c, n), load::<S>(shift, c, n));
-                let dy = if relu { S::zero_unless_positive(seen, dy) } else { dy };
-                let mut value = load::<S>(&norm.constant, c, n);
-                value = S::fma(S::sub(x, load::<S>(&norm.mean, c, n)), load::<S>(&norm.x, c, n), value);
-                value = S::fma(dy, load::<S>(&norm.dy, c, n), value);
+    // Channel by channel block, so that the coefficients stay in registers.
+    vectors!(S, channels, c, n, {
+        // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
+        unsafe {
+            let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
+            let (of_dy, of_x) = (load::<S>(&norm.dy, c, n), load::<S>(&norm.x, c, n));
+            let (mean, constant) = (load::<S>(&norm.mean, c, n), load::<S>(&norm.constant, c, n));
+            let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
+            for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
+                let (x, mut dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
+                if relu {
+                    dy = S::zero_unless_positive(S::fma(x, scale, shift), dy);
+                }
+                let mut value = S::fma(dy, of_dy, S::fma(S::sub(x, mean), of_x, constant));
                 if accumulate {
                     value = S::add(value, load::<S>(dx, c, n));
                 }
                 store::<S>(dx, c, n, value);
             }
-        });
-    }
+        }
+    });
 }

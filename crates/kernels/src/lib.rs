@@ -8,6 +8,7 @@
 //! no function reads or writes outside its slices.
 
 pub mod batch_norm;
+mod buffer;
 pub mod conv;
 pub mod layout;
 pub mod loss;
@@ -21,5 +22,6 @@ mod tile;
 mod view;
 mod window;
 
+pub use buffer::Buffer;
 pub use view::View;
 pub use window::Window3;

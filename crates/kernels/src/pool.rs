@@ -51,16 +51,17 @@ unsafe fn max_of_windows_at<S: Simd>(
     taken: &mut [f32],
 ) {
     assert!(scale.len() == channels && shift.len() == channels);
-    let mut under = vec![];
+    let mut windows = Under::new(window);
     let outputs = y.chunks_exact_mut(channels).zip(taken.chunks_exact_mut(channels));
     for (position, (y, taken)) in outputs.enumerate() {
-        positions(window, position, &mut under);
+        let (base, under) = windows.at(position);
         vectors!(S, channels, c, n, {
             // SAFETY: `c + n <= channels`; positions lie inside the image.
             unsafe {
                 let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
                 let (mut best, mut which) = (S::splat(f32::NEG_INFINITY), S::splat(0.0));
-                for (i, &(at, k)) in under.iter().enumerate() {
+                for (i, &(offset, k)) in under.iter().enumerate() {
+                    let at = base + offset;
                     let value = S::fma(load::<S>(x, at * channels + c, n), scale, shift);
                     let value = if relu { S::zero_unless_positive(value, value) } else { value };
                     if i == 0 {
@@ -117,15 +118,16 @@ unsafe fn give_to_winners_at<S: Simd>(
     dx: &mut [f32],
     add: bool,
 ) {
-    let mut under = vec![];
+    let mut windows = Under::new(window);
     let outputs = taken.chunks_exact(channels).zip(dy.chunks_exact(channels));
     for (position, (taken, dy)) in outputs.enumerate() {
-        positions(window, position, &mut under);
+        let (base, under) = windows.at(position);
         vectors!(S, channels, c, n, {
             // SAFETY: `c + n <= channels`; positions lie inside the image.
             unsafe {
                 let (taken, dy) = (load::<S>(taken, c, n), load::<S>(dy, c, n));
-                for &(at, k) in &under {
+                for &(offset, k) in under {
+                    let at = base + offset;
                     let mut value = S::where_equal(taken, S::splat(k), dy);
                     if add {
                         value = S::add(value, load::<S>(dx, at * channels + c, n));
@@ -137,21 +139,50 @@ unsafe fn give_to_winners_at<S: Simd>(
     }
 }
 
-/// Input positions under a window, with their number inside it.
-fn positions(window: &Window3, position: usize, under: &mut Vec<(usize, f32)>) {
-    under.clear();
-    let [d, r, c] = window.unravel(position);
-    let (depths, first_d) = window.inside(0, d);
-    let (rows, first_r) = window.inside(1, r);
-    let (columns, first_c) = window.inside(2, c);
-    for kd in depths.clone() {
-        for kr in rows.clone() {
-            for kc in columns.clone() {
-                let line = (first_d + kd - depths.start) * window.input[1] + first_r + kr - rows.start;
-                let at = line * window.input[2] + first_c + kc - columns.start;
-                under.push((at, ((kd * window.kernel[1] + kr) * window.kernel[2] + kc) as f32));
+/// Input positions under windows, each with its number inside the window.
+struct Under<'a> {
+    window: &'a Window3,
+    /// Of a window that lies inside the input, from its first position.
+    whole: Vec<(usize, f32)>,
+    /// Of one that hangs over an edge.
+    cut: Vec<(usize, f32)>,
+}
+
+impl<'a> Under<'a> {
+    fn new(window: &'a Window3) -> Self {
+        let Window3 { input, kernel, .. } = *window;
+        let mut whole = vec![];
+        for kd in 0..kernel[0] {
+            for kr in 0..kernel[1] {
+                for kc in 0..kernel[2] {
+                    whole.push(((kd * input[1] + kr) * input[2] + kc, whole.len() as f32));
+                }
             }
         }
+        Under { window, whole, cut: vec![] }
+    }
+
+    /// The positions under a window: a first one, and offsets from it.
+    fn at(&mut self, position: usize) -> (usize, &[(usize, f32)]) {
+        let window = self.window;
+        let [d, r, c] = window.unravel(position);
+        let (depths, first_d) = window.inside(0, d);
+        let (rows, first_r) = window.inside(1, r);
+        let (columns, first_c) = window.inside(2, c);
+        if [depths.len(), rows.len(), columns.len()] == window.kernel {
+            return ((first_d * window.input[1] + first_r) * window.input[2] + first_c, &self.whole);
+        }
+        self.cut.clear();
+        for kd in depths.clone() {
+            for kr in rows.clone() {
+                for kc in columns.clone() {
+                    let line = (first_d + kd - depths.start) * window.input[1] + first_r + kr - rows.start;
+                    let at = line * window.input[2] + first_c + kc - columns.start;
+                    self.cut.push((at, ((kd * window.kernel[1] + kr) * window.kernel[2] + kc) as f32));
+                }
+            }
+        }
+        (0, &self.cut)
     }
 }
 

@@ -5,6 +5,25 @@
 
 use crate::simd::{Simd, at_level};
 
+/// Runs `$body` for the vectors of one row: `$c` is the first channel, `$n` the number of lanes. A macro,
+/// because a closure would not carry the target features.
+macro_rules! vectors {
+    ($simd:ty, $channels:expr, $c:ident, $n:ident, $body:block) => {
+        let channels: usize = $channels;
+        let mut $c = 0;
+        while $c + <$simd>::LANES <= channels {
+            let $n = <$simd>::LANES;
+            $body
+            $c += <$simd>::LANES;
+        }
+        if $c < channels {
+            let $n = channels - $c;
+            $body
+        }
+    };
+}
+pub(crate) use vectors;
+
 /// How a reader sees stored values (rows × channels).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct View<'a> {
@@ -56,35 +75,18 @@ unsafe fn affine_at<S: Simd>(
     relu: bool,
     y: &mut [f32],
 ) {
-    // SAFETY: `c + n <= channels` and rows lie inside both slices.
-    unsafe {
-        for (x, y) in x.chunks_exact(channels).zip(y.chunks_exact_mut(channels)) {
-            vectors!(S, channels, c, n, {
-                let v = S::fma(load::<S>(x, c, n), load::<S>(scale, c, n), load::<S>(shift, c, n));
+    // Channel by channel block, so that the coefficients stay in registers.
+    vectors!(S, channels, c, n, {
+        // SAFETY: `c + n <= channels`, the length of every row and of the coefficients.
+        unsafe {
+            let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
+            for (x, y) in x.chunks_exact(channels).zip(y.chunks_exact_mut(channels)) {
+                let v = S::fma(load::<S>(x, c, n), scale, shift);
                 store::<S>(y, c, n, if relu { S::zero_unless_positive(v, v) } else { v });
-            });
+            }
         }
-    }
+    });
 }
-
-/// Runs `$body` for the vectors of one row: `$c` is the first channel, `$n` the number of lanes. A macro,
-/// because a closure would not carry the target features.
-macro_rules! vectors {
-    ($simd:ty, $channels:expr, $c:ident, $n:ident, $body:block) => {
-        let channels: usize = $channels;
-        let mut $c = 0;
-        while $c + <$simd>::LANES <= channels {
-            let $n = <$simd>::LANES;
-            $body
-            $c += <$simd>::LANES;
-        }
-        if $c < channels {
-            let $n = channels - $c;
-            $body
-        }
-    };
-}
-pub(crate) use vectors;
 
 /// # Safety
 /// The CPU has the features of `S` and `at + n <= from.len()`.

@@ -9,7 +9,7 @@ mod pool;
 mod simple;
 
 use taxel_graph::{Graph, Node, Op, Window};
-use taxel_kernels::{View, Window3};
+use taxel_kernels::{Buffer, View, Window3};
 
 pub(crate) use conv::{read_tensor, write_tensor};
 pub(crate) use linear::{BatchState, Linear};
@@ -22,7 +22,7 @@ use crate::plan::{NodePlan, Seen};
 pub(crate) struct Inputs<'a> {
     pub plan: &'a NodePlan,
     /// Stored values of all nodes before it.
-    pub values: &'a [Vec<f32>],
+    pub values: &'a [Buffer],
     pub norms: &'a [Norm],
     /// Number of the sample in its part.
     pub sample: usize,
@@ -52,7 +52,7 @@ pub(crate) fn view<'a>(seen: &Seen, norms: &'a [Norm]) -> View<'a> {
 /// Where the gradients of one node's inputs go, for one sample.
 pub(crate) struct Outputs<'a> {
     pub plan: &'a NodePlan,
-    pub slots: &'a mut [Vec<f32>],
+    pub slots: &'a mut [Buffer],
     pub sample: usize,
     pub lens: &'a [usize],
 }
@@ -70,9 +70,9 @@ impl Outputs<'_> {
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     /// An input with its halo, or seen through its view.
-    pub x: Vec<f32>,
+    pub x: Buffer,
     /// A gradient with its halo.
-    pub halo: Vec<f32>,
+    pub halo: Buffer,
 }
 
 /// Forward and backward pass of a node on one sample.
