@@ -16,12 +16,14 @@ columns; bf16 computes something coarser and is shown for information.
 a short run of each (`--seconds`), the next round goes through them backwards, so that a machine that
 gets slower or warmer does so for all. A cell is the median over rounds.
 
-*Which clock.* Other programs hardly disturb CPU time, so it measures one thread. With more threads CPU time
-would hide waiting, so wall time counts; there, a core lost to another program costs PyTorch's fixed split
-more than it costs taxel, and a busy machine would flatter taxel. Wall times therefore count only from runs
-in which other programs took at most a tenth of the processors (`/proc/stat`); there are up to four times as
-many rounds to find enough of them, and where that fails, the row says `disturbed` in place of a ratio: with
-one of two cores lost, PyTorch's threads wait for each other and ratios of 100 and more are seen.
+*Which clock.* Other programs disturb CPU time less than wall time, so it measures one thread; they still
+share caches and memory, and on a busy machine PyTorch's times have come out a third too long. The page says
+how busy others were: publish what a quiet machine gave. With more threads CPU time would hide waiting, so
+wall time counts; there, a core lost to another program costs PyTorch's fixed split more than it costs
+taxel, and a busy machine would flatter taxel. Wall times therefore count only from runs in which other
+programs took at most a tenth of the processors (`/proc/stat`); there are up to four times as many rounds to
+find enough of them, and where that fails, the row says `disturbed` in place of a ratio: with one of two
+cores lost, PyTorch's threads wait for each other and ratios of 100 and more are seen.
 
 *Targets.* A network is met when it is at least `target` times as fast as the opponent; a group is met when
 its geometric mean is. Both tables are below; a new network is one row in `NETWORKS` and one twin.

@@ -182,6 +182,14 @@ fn simulate_encode_and_check_go_together() {
         serde_json::from_str(&good(&["data", "check", text(&at("a.npz")), "--json"])).unwrap();
     assert_eq!(card["shape"], serde_json::json!([60, 5, 50]));
     assert_eq!(card["classes"][1]["name"], "shore-10");
+    let out = at("run");
+    let (config, data) = (QUICKSTART, at("a.npz"));
+    let json = good(&["run", config, "--quick", "--data", text(&data), "--out", text(&out), "--json"]);
+    let table: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        table["source"], "simulated: fingertip (a)",
+        "what was saved and read again is still simulated"
+    );
     assert!(good(&["simulate", "fingertip", "--explain"]).contains("source:"));
     assert!(
         refused(&["simulate", "fingertip", "--without", "gravity", "--output", "x.npz"]).contains("gravity")

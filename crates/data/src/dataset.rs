@@ -61,6 +61,8 @@ pub struct Dataset {
     pub groups: Option<Vec<u32>>,
     /// What the groups are, such as `session` or `trial/12`.
     pub group_name: Option<String>,
+    /// What the samples are, if the file of class names says it: `simulated: fingertip`.
+    pub source: Option<String>,
     /// Where each sample comes from: its file, or `x[17]`.
     pub sources: Vec<String>,
     /// Sources of the rows left out by [`Options::drop`](crate::Options::drop).

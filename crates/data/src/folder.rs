@@ -143,7 +143,11 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
         y_name: "the class folders".into(),
         y,
         columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![classes.iter().map(name).collect()] }),
+        names: Some(Names {
+            file: file.clone(),
+            columns: vec![classes.iter().map(name).collect()],
+            source: None,
+        }),
         groups: options.group_block.map(|_| ("position".into(), positions)),
         sources,
         row_hash,

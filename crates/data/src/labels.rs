@@ -10,25 +10,27 @@ use std::path::Path;
 /// Looks for class names beside `npz`: first `<name>.classes.json`, then `labels.json`.
 ///
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
-/// a list of k such lists. Other keys are for people and not read.
+/// a list of k such lists. A text under `source` says what the samples are
+/// (`simulated: fingertip`). Other keys are for people and not read.
 pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<Option<Names>> {
     let stem = npz.file_stem().unwrap_or_default().to_string_lossy();
     for name in [format!("{stem}.classes.json"), "labels.json".to_string()] {
         let path = npz.with_file_name(&name);
         if path.exists() {
-            let columns = read(&path, limits)?;
-            return Ok(Some(Names { file: name, columns }));
+            let (columns, source) = read(&path, limits)?;
+            return Ok(Some(Names { file: name, columns, source }));
         }
     }
     Ok(None)
 }
 
-fn read(path: &Path, limits: &Limits) -> Result<Vec<Vec<String>>> {
+fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Option<String>)> {
     let file = path.display().to_string();
     let text = crate::folder::read_text(path, limits)?;
     let value: Value = serde_json::from_str(&text)
         .map_err(|e| Error::LabelsJson { file: file.clone(), why: e.to_string().to_lowercase() })?;
     let form = |why: String| Error::LabelsForm { file: file.clone(), why };
+    let source = value.get("source").and_then(Value::as_str).map(String::from);
     let list = match &value {
         Value::Object(map) => map.get("classes").ok_or_else(|| form("has no key \"classes\"".into()))?,
         other => other,
@@ -45,9 +47,10 @@ fn read(path: &Path, limits: &Limits) -> Result<Vec<Vec<String>>> {
             }
             strings(names, &format!("classes[{column}]"), &file)
         };
-        return list.iter().enumerate().map(nested).collect();
+        let columns = list.iter().enumerate().map(nested).collect::<Result<_>>()?;
+        return Ok((columns, source));
     }
-    Ok(vec![strings(list, "classes", &file)?])
+    Ok((vec![strings(list, "classes", &file)?], source))
 }
 
 fn strings(list: &[Value], at: &str, file: &str) -> Result<Vec<String>> {

@@ -40,6 +40,8 @@ pub(crate) struct Names {
     pub file: String,
     /// Per label column the names of 0, 1, ...
     pub columns: Vec<Vec<String>>,
+    /// What the samples are, in the words of the file: `simulated: fingertip`.
+    pub source: Option<String>,
 }
 
 /// The name of a path without its extension; `data.npz` goes by its folder.

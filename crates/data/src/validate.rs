@@ -138,6 +138,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
     });
     let (group_name, groups) = groups.unzip();
     let dataset = Dataset {
+        source: raw.names.as_ref().and_then(|names| names.source.clone()),
         name: raw.name,
         digest: digest(&x, &y, attributes.as_ref(), groups.as_deref()),
         axes: raw.axes,

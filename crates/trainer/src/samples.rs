@@ -60,7 +60,11 @@ impl Samples {
     pub fn from_dataset(dataset: taxel_data::Dataset) -> Self {
         let units = dataset.units();
         Samples {
-            source: format!("real: {}", dataset.name),
+            // A scene that was saved and read again is still simulated.
+            source: match dataset.source.filter(|source| source.starts_with("simulated: ")) {
+                Some(simulated) => format!("{simulated} ({})", dataset.name),
+                None => format!("real: {}", dataset.name),
+            },
             x: dataset.x,
             y: dataset.y,
             classes: dataset.classes,
