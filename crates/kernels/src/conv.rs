@@ -5,11 +5,13 @@
 //! it lies. With a stride of 1 the input gradient is the same convolution with the kernel turned round;
 //! the weight gradient is the same loop over positions.
 //!
-//! Weights lie as group × kernel × channels in × channels out.
+//! Weights lie as group × kernel × channels in × channels out. Where every channel is a group of its own
+//! (`depthwise.rs`), they lie as kernel × channels.
 
 use std::cell::RefCell;
 
 use crate::Window3;
+use crate::depthwise;
 use crate::matmul::{Matrix, matmul};
 use crate::tile::{Start, Tile, even, kernels};
 use crate::view::View;
@@ -71,6 +73,11 @@ impl Conv {
             }
         }
         Conv { window, channels, filters, groups, padded, taps, run, turned: None }
+    }
+
+    /// Whether every channel is a group of its own.
+    fn is_depthwise(&self) -> bool {
+        self.groups > 1 && self.groups == self.channels && self.groups == self.filters
     }
 
     /// Values of one input image.
@@ -139,6 +146,11 @@ impl Conv {
         if let Some(bias) = bias {
             assert_eq!(bias.len(), self.filters, "one bias per filter");
         }
+        if self.is_depthwise() {
+            let bias = bias.unwrap_or_default();
+            depthwise::forward(&self.window, self.padded, self.channels, padded, weight, bias, y, false);
+            return;
+        }
         self.blocks(padded, weight, y, |f| match bias {
             Some(bias) => Start::Bias(bias[f..].as_ptr()),
             None => Start::Zero,
@@ -202,6 +214,13 @@ impl Conv {
             return;
         }
         turned.resize(self.weight_len(), 0.0);
+        if self.is_depthwise() {
+            let taps = weight[..self.weight_len()].chunks_exact(self.channels);
+            for (to, from) in turned.chunks_exact_mut(self.channels).rev().zip(taps) {
+                to.copy_from_slice(from);
+            }
+            return;
+        }
         let (volume, inner, out) =
             (self.window.volume(), self.channels / self.groups, self.filters / self.groups);
         let block = inner * out;
@@ -231,13 +250,30 @@ impl Conv {
         match &self.turned {
             Some(conv) => {
                 let padded = conv.pad(dy, &View::default(), scratch);
-                conv.blocks(padded, turned, dx, |_| if accumulate { Start::Add } else { Start::Zero });
+                if self.is_depthwise() {
+                    depthwise::forward(
+                        &conv.window,
+                        conv.padded,
+                        self.channels,
+                        padded,
+                        turned,
+                        &[],
+                        dx,
+                        accumulate,
+                    );
+                } else {
+                    conv.blocks(padded, turned, dx, |_| if accumulate { Start::Add } else { Start::Zero });
+                }
             }
             None => {
                 if !accumulate {
                     dx.fill(0.0);
                 }
-                self.scatter(dy, weight, dx);
+                if self.is_depthwise() {
+                    depthwise::scatter(&self.window, self.channels, &dy[..self.y_len()], weight, dx);
+                } else {
+                    self.scatter(dy, weight, dx);
+                }
             }
         }
     }
@@ -254,6 +290,10 @@ impl Conv {
         assert!(dy.len() >= self.y_len(), "a gradient image");
         if let Some(dbias) = dbias {
             crate::reduce::add_columns(self.filters, &dy[..self.y_len()], dbias);
+        }
+        if self.is_depthwise() {
+            depthwise::backward_weight(&self.window, self.padded, self.channels, padded, dy, dweight);
+            return;
         }
         let Window3 { output, stride, .. } = self.window;
         let kernels = kernels();

@@ -17,7 +17,7 @@ pub fn transpose(rows: usize, columns: usize, x: &[f32], y: &mut [f32], accumula
 }
 
 /// Convolution weights from PyTorch's order (filters × channels/groups × kernel) to this crate's
-/// (group × kernel × channels/groups × filters/groups).
+/// (group × kernel × channels/groups × filters/groups; depthwise: kernel × filters).
 pub fn weights_in(
     filters: usize,
     channels: usize,
@@ -50,6 +50,12 @@ fn weights(
     mut pair: impl FnMut(usize, usize),
 ) {
     let out = filters / groups;
+    if channels == 1 && out == 1 {
+        for filter in 0..filters {
+            (0..volume).for_each(|k| pair(filter * volume + k, k * filters + filter));
+        }
+        return;
+    }
     for filter in 0..filters {
         let (group, o) = (filter / out, filter % out);
         for channel in 0..channels {

@@ -10,6 +10,7 @@
 pub mod batch_norm;
 mod buffer;
 pub mod conv;
+mod depthwise;
 pub mod layout;
 pub mod loss;
 pub mod matmul;

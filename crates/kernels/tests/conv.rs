@@ -15,7 +15,9 @@ struct Case {
 
 fn cases() -> impl Strategy<Value = Case> {
     let axis = (1usize..12, 1usize..6, 1usize..4, 0usize..5, 0usize..5);
-    let sizes = (1usize..20, 1usize..36, 1usize..4);
+    // Dense, grouped, and depthwise with up to 40 channels.
+    let dense = (1usize..20, 1usize..36, 1usize..4);
+    let sizes = prop_oneof![3 => dense, 1 => (Just(1usize), Just(1usize), 2usize..40)];
     ([axis.clone(), axis.clone(), axis], 0usize..3, sizes).prop_map(
         |(axes, flat, (channels, filters, groups))| {
             let mut window =
@@ -58,7 +60,11 @@ impl Case {
                         for f in 0..out {
                             let x = at(input, [d, r, c]) * self.channels + group * inner + i;
                             let kernels = kernel.iter().product::<usize>();
-                            let w = ((group * kernels + at(kernel, k)) * inner + i) * out + f;
+                            let w = if self.groups > 1 && inner == 1 && out == 1 {
+                                at(kernel, k) * self.filters + group
+                            } else {
+                                ((group * kernels + at(kernel, k)) * inner + i) * out + f
+                            };
                             body(x, w, at(output, o) * self.filters + group * out + f);
                         }
                     }
@@ -77,7 +83,7 @@ fn close(got: &[f32], want: &[f64], what: &str) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn agrees_with_its_definition(case in cases(), accumulate in any::<bool>(), relu in any::<bool>()) {
