@@ -4,6 +4,9 @@
 //! not run, 130 stopped by Ctrl-C. Messages on standard error name the file, key or sample and the way
 //! out.
 
+// Doc comments on arguments are what --help prints, not Markdown.
+#![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
+
 mod arrays;
 mod commands;
 mod text;

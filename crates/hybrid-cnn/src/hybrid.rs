@@ -12,7 +12,7 @@ use taxel_graph::{Architecture, Graph, Network, Result};
 
 use crate::{Body, positive};
 
-/// A hybrid: `signal` [in_channels, length] + `image` [image_channels, height, width] → logits [classes].
+/// A hybrid: `signal` [in_channels, length] + `image` [image_channels, height, width] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HybridConfig {

@@ -41,7 +41,7 @@ impl Body {
     }
 }
 
-/// A light 1D network: `signal` [in_channels, length] → logits [classes].
+/// A light 1D network: `signal` [in_channels, length] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Light1dConfig {
@@ -59,7 +59,7 @@ impl Default for Light1dConfig {
     }
 }
 
-/// A light 2D network: `image` [in_channels, height, width] → logits [classes].
+/// A light 2D network: `image` [in_channels, height, width] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Light2dConfig {
