@@ -1,7 +1,7 @@
 //! One set of vector operations, three widths: AVX-512, AVX2 with FMA, and whatever the compiler makes
 //! of four floats. Chosen once, at run time.
 //!
-//! Kernels are written once over [`Simd`] and instantiated per width inside a function that carries the
+//! Kernels are written once over the trait `Simd` and instantiated per width inside a function that carries the
 //! target features; everything between is inlined.
 
 use std::sync::OnceLock;
