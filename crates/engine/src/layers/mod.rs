@@ -100,7 +100,31 @@ pub(crate) fn build(graph: &Graph, node: &Node, batch: usize) -> Option<Box<dyn 
             let widths = node.inputs.iter().map(|&i| graph.nodes()[i].shape[0]).collect();
             Box::new(simple::Concat::new(widths))
         }
+        _ => Box::new(Missing),
     })
+}
+
+/// An operation that this version of the engine lacks: NaN, which no metric survives unseen.
+struct Missing;
+
+impl Layer for Missing {
+    fn forward(&mut self, _: &Pass, _: &[&[f32]], _: &[f32], _: &mut [f32], y: &mut [f32]) {
+        y.fill(f32::NAN);
+    }
+
+    fn backward_input(
+        &mut self,
+        _: &Pass,
+        _: usize,
+        _: &[&[f32]],
+        _: &[f32],
+        _: &[f32],
+        _: &[f32],
+        dx: &mut [f32],
+        _: bool,
+    ) {
+        dx.fill(f32::NAN);
+    }
 }
 
 /// A window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes.
