@@ -12,7 +12,7 @@ use taxel_graph::{Architecture, Graph, Network, Result};
 
 use crate::in_range;
 
-/// `signal` [in_channels, length] → logits [classes].
+/// `signal` `[in_channels, length]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LstmConfig {

@@ -27,7 +27,7 @@ pub enum TactNetDepth {
     Six,
 }
 
-/// `image` [in_channels, height, width] → logits [classes].
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TactNetConfig {

@@ -19,7 +19,7 @@ use crate::in_range;
 /// Name and filters of each residual block; where the filters grow, the shortcut is a convolution.
 const BLOCKS: [(&str, usize); 4] = [("res2", 64), ("res3", 64), ("res4", 128), ("res5", 128)];
 
-/// `image` [in_channels, height, width] → logits [classes].
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TactResNetConfig {

@@ -313,7 +313,7 @@ impl Flow {
         })
     }
 
-    /// The flow times one learned scalar, a tensor [1] called `name` that starts at `initial`.
+    /// The flow times one learned scalar, a tensor of one value called `name` that starts at `initial`.
     pub fn scale(&self, name: &str, initial: f32) -> Flow {
         let shape = self.shape();
         self.push(name, Op::Scale, vec![self.node], |node| {

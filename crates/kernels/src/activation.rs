@@ -5,15 +5,7 @@
 
 /// `y = min(max(x, 0), 6)`.
 pub fn relu6(x: &[f32], y: &mut [f32]) {
-    map(x, y, |x| {
-        if x <= 0.0 {
-            0.0
-        } else if x >= 6.0 {
-            6.0
-        } else {
-            x
-        }
-    });
+    map(x, y, |x| x.clamp(0.0, 6.0));
 }
 
 /// Gradient of [`relu6`] from its input: 0 at both corners.
@@ -107,8 +99,8 @@ pub(crate) fn sigmoid_of(x: f32) -> f32 {
 pub(crate) fn tanh_of(x: f32) -> f32 {
     let magnitude = x.abs();
     let z = x * x;
-    let near = ((((-5.704_988_7e-3 * z + 2.063_908_9e-2) * z - 5.373_971_6e-2) * z + 1.333_144_2e-1) * z
-        - 3.333_328_2e-1)
+    let near = ((((-5.704_988_7e-3 * z + 2.063_909e-2) * z - 5.373_971_6e-2) * z + 1.333_144_2e-1) * z
+        - 3.333_328e-1)
         * z
         * x
         + x;

@@ -30,6 +30,7 @@ fn close(what: &str, got: &[f32], want: &Value, relative: f32) {
     }
 }
 
+type Loss = fn(&[f32], &[f32], &mut [f32]) -> f32;
 type Forward = fn(&[f32], &mut [f32]);
 /// Whether the backward pass reads the output (true) or the input, and the pass.
 type Backward = (bool, fn(&[f32], &[f32], &mut [f32], bool));
@@ -145,7 +146,7 @@ fn adaptive_pools() {
 #[test]
 fn losses_and_their_gradients() {
     let cases = cases();
-    let functions: [(&str, fn(&[f32], &[f32], &mut [f32]) -> f32); 2] = [
+    let functions: [(&str, Loss); 2] = [
         ("multi_label_soft_margin", loss::multi_label_soft_margin),
         ("mean_squared_error", loss::mean_squared_error),
     ];
