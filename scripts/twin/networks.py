@@ -146,6 +146,66 @@ class Mlp(nn.Module):
         return self.fc2(torch.relu(self.fc1(signal.flatten(1))))
 
 
+class Lstm(nn.Module):
+    """Paper 000, Table 5: the last hidden state of one layer that reads the sensors step by step."""
+
+    def __init__(self, in_channels, hidden, classes):
+        super().__init__()
+        self.lstm = nn.LSTM(in_channels, hidden, batch_first=True)
+        self.fc = nn.Linear(hidden, classes)
+
+    def forward(self, signal):
+        outputs, _ = self.lstm(signal.transpose(1, 2))
+        return self.fc(outputs[:, -1])
+
+
+class TactNet(nn.Module):
+    """Gandarias et al. 2019: convolutions of 5, then 3, each followed by a pool."""
+
+    def __init__(self, inputs, widths, height, width, classes):
+        super().__init__()
+        self.convs = nn.ModuleList(ConvBn(2, a, b, 3 if i else 5) for i, (a, b) in enumerate(zip([inputs, *widths], widths)))
+        for _ in widths:
+            height, width = -(-height // 2), -(-width // 2)
+        self.fc = nn.Linear(widths[-1] * height * width, classes)
+
+    def forward(self, x):
+        for block in self.convs:
+            x = nn.functional.max_pool2d(block(x), 2, 2, ceil_mode=True)
+        return self.fc(x.flatten(1))
+
+
+class TactBlock(nn.Module):
+    def __init__(self, inputs, outputs):
+        super().__init__()
+        self.conv1 = ConvBn(2, inputs, outputs, 3)
+        self.conv2 = ConvBn(2, outputs, outputs, 3, relu=False)
+        if inputs != outputs:
+            self.shortcut = ConvBn(2, inputs, outputs, 3, relu=False)
+
+    def forward(self, x):
+        skip = self.shortcut(x) if hasattr(self, "shortcut") else x
+        return torch.relu(self.conv2(self.conv1(x)) + skip)
+
+
+class TactResNet(nn.Module):
+    """Gandarias et al. 2019: four residual blocks between two pools."""
+
+    def __init__(self, inputs, height, width, classes):
+        super().__init__()
+        self.stem = ConvBn(2, inputs, 64, 5, stride=2)
+        self.res2, self.res3 = TactBlock(64, 64), TactBlock(64, 64)
+        self.res4, self.res5 = TactBlock(64, 128), TactBlock(128, 128)
+        after = [((size - 1) // 2 + 1 - 3) // 2 + 1 - 4 for size in (height, width)]
+        self.fc = nn.Linear(128 * after[0] * after[1], classes)
+
+    def forward(self, x):
+        x = nn.functional.max_pool2d(self.stem(x), 3, 2)
+        x = self.res5(self.res4(self.res3(self.res2(x))))
+        return self.fc(nn.functional.avg_pool2d(x, 5, 1).flatten(1))
+
+
+TACTNETS = {"tactnet4": [8, 16, 32], "tactnet6": [8, 16, 32, 64, 128]}
 BODIES = {"vgg6-lite": Vgg6Lite, "resnet8-lite": ResNet8Lite, "densenet6-lite": DenseNet6Lite}
 HYBRIDS = {
     "hybrid-vgg": (Vgg6Lite, Vgg6Lite, True),
@@ -164,10 +224,16 @@ def add_classifier(body, classes):
     return body
 
 
-def build(name, classes=3, in_channels=None, image_channels=3, in_features=250, hidden=128, **_sizes):
-    """The network `name`; sizes of the inputs beyond their channels do not matter here."""
+def build(name, classes=3, in_channels=None, image_channels=3, in_features=250, hidden=128, height=50, width=50, **_sizes):
+    """The network `name`; where features are pooled globally, sizes beyond the channels do not matter."""
     if name == "mlp":
         return Mlp(in_features, hidden, classes)
+    if name == "lstm":
+        return Lstm(in_channels or 5, hidden, classes)
+    if name in TACTNETS:
+        return TactNet(in_channels or 3, TACTNETS[name], height, width, classes)
+    if name == "tactresnet":
+        return TactResNet(in_channels or 3, height, width, classes)
     if name in HYBRIDS:
         temporal, spatial, fuse = HYBRIDS[name]
         return Hybrid(temporal, spatial, fuse, in_channels or 5, image_channels, classes)
@@ -182,4 +248,4 @@ def input_shapes(name, classes=3, in_channels=None, image_channels=3, length=50,
         return [(1, in_features)]
     if name in HYBRIDS:
         return [(in_channels or 5, length), (image_channels, height, width)]
-    return [(in_channels or 5, length)] if name.endswith("1d") else [(in_channels or 3, height, width)]
+    return [(in_channels or 5, length)] if name.endswith("1d") or name == "lstm" else [(in_channels or 3, height, width)]

@@ -9,7 +9,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Error, Graph, Network, Result};
 
-/// `signal` [1, in_features] → logits `[classes]`.
+/// `signal` `[1, in_features]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MlpConfig {

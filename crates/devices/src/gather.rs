@@ -36,6 +36,36 @@ impl Gather {
         Gather { index, volume, positions }
     }
 
+    /// For means over windows that cut the spatial `size` into `output` parts, with the number of values
+    /// in each window. Windows differ in size; the rest of the smaller ones reads padding.
+    pub fn adaptive(size: &[usize], output: &[usize]) -> (Self, Vec<f32>) {
+        let part = |axis: usize, i: usize| {
+            i * size[axis] / output[axis]..((i + 1) * size[axis]).div_ceil(output[axis])
+        };
+        let largest = |axis: usize| (0..output[axis]).map(|i| part(axis, i).len()).max().unwrap_or(1);
+        let kernel: Vec<usize> = (0..size.len()).map(largest).collect();
+        let padding = size.iter().product::<usize>() as u32;
+        let (volume, positions) = (kernel.iter().product(), output.iter().product());
+        let mut index = Vec::with_capacity(volume * positions);
+        for offset in 0..volume {
+            let offset = unravel(offset, &kernel);
+            for position in 0..positions {
+                let position = unravel(position, output);
+                let at = (0..size.len()).try_fold(0, |at, axis| {
+                    let inside = part(axis, position[axis]).nth(offset[axis])?;
+                    Some(at * size[axis] as u32 + inside as u32)
+                });
+                index.push(at.unwrap_or(padding));
+            }
+        }
+        let count = |position: usize| {
+            let position = unravel(position, output);
+            (0..size.len()).map(|axis| part(axis, position[axis]).len()).product::<usize>() as f32
+        };
+        let divisors = (0..positions).map(count).collect();
+        (Gather { index, volume, positions }, divisors)
+    }
+
     /// Patches [n, channels, volume, positions] of `x` [n, channels, spatial…]; outside is `fill`.
     pub fn patches(&self, x: &Tensor, fill: f32, device: &Device) -> Result<Tensor> {
         let x = x.flatten_from(2)?;

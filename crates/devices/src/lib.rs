@@ -7,10 +7,13 @@
 //!
 //! [`checkpoint`] reads and writes `.safetensors` and reads PyTorch's `.pth` `state_dict`s.
 
+mod activation;
 pub mod checkpoint;
 mod error;
 mod gather;
+mod lstm;
 mod model;
+mod objective;
 
 pub use candle_core::Device;
 pub use error::{Error, Result};

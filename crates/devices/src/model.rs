@@ -3,16 +3,19 @@
 use std::collections::HashMap;
 
 use candle_core::{D, Device, Tensor, Var};
-use taxel_graph::{Graph, Kind, Node, Op, Weights, Window};
+use taxel_graph::{DropoutMask, Graph, Kind, Loss, Node, Op, Targets, Weights, Window};
 
 use crate::error::{Error, Result};
 use crate::gather::Gather;
+use crate::{activation, lstm, objective};
 
 /// A graph and its tensors on a device.
 pub struct Model {
     graph: Graph,
     device: Device,
     tensors: HashMap<String, Var>,
+    /// Seed and step of the dropout masks.
+    dropout: (u64, u64),
 }
 
 impl Model {
@@ -30,7 +33,13 @@ impl Model {
                 .map_err(|source| Error::Node { node: param.name.clone(), source })?;
             tensors.insert(param.name.clone(), var);
         }
-        Ok(Model { graph: graph.clone(), device: device.clone(), tensors })
+        Ok(Model { graph: graph.clone(), device: device.clone(), tensors, dropout: (0, 0) })
+    }
+
+    /// Which masks dropout draws in training passes from now on: those of `step` in a run with `seed`
+    /// (see [`DropoutMask`]); 0 and 0 at first.
+    pub fn set_dropout(&mut self, seed: u64, step: u64) {
+        self.dropout = (seed, step);
     }
 
     /// Outputs by name, each [n, …] row-major; batch statistics when `train`.
@@ -53,12 +62,28 @@ impl Model {
     /// # Errors
     /// Inputs or labels that do not fit the batch.
     pub fn loss_and_gradients(&self, inputs: &[&[f32]], labels: &[u32]) -> Result<(f32, Weights)> {
-        let n = labels.len();
-        let output = &self.graph.outputs()[0];
-        let at = |source| Error::Node { node: output.0.clone(), source };
+        let (loss, targets) = (Loss::SoftmaxCrossEntropy, Targets::Labels(labels));
+        self.loss_and_gradients_with(inputs, labels.len(), loss, targets)
+    }
+
+    /// `loss` of a training batch of `n` samples between the first output and `targets`, and the gradient
+    /// of every parameter.
+    ///
+    /// # Errors
+    /// Inputs or targets that do not fit the batch or the loss.
+    pub fn loss_and_gradients_with(
+        &self,
+        inputs: &[&[f32]],
+        n: usize,
+        loss: Loss,
+        targets: Targets,
+    ) -> Result<(f32, Weights)> {
+        let (name, id) = &self.graph.outputs()[0];
+        let at = |source| Error::Node { node: name.clone(), source };
+        let outputs = self.graph.nodes()[*id].shape.iter().product();
+        targets.check(self.graph.name(), loss, n, outputs)?;
         let values = self.run(inputs, n, true)?;
-        let labels = Tensor::from_slice(labels, n, &self.device).map_err(at)?;
-        let loss = candle_nn::loss::cross_entropy(&values[output.1], &labels).map_err(at)?;
+        let loss = objective::mean_loss(&values[*id], loss, targets).map_err(at)?;
         let store = loss.backward().map_err(at)?;
         let mut gradients = Weights::new();
         for param in self.graph.params().filter(|p| p.kind == Kind::Parameter) {
@@ -134,6 +159,14 @@ impl Model {
             }
             // candle's own relu passes the gradient at 0; PyTorch does not.
             Op::Relu => x.le(0f32)?.where_cond(&x.zeros_like()?, x),
+            Op::Activation(function) => activation::apply(*function, x),
+            Op::Dropout { probability } => {
+                if train {
+                    self.dropout(node, x, *probability)
+                } else {
+                    Ok(x.clone())
+                }
+            }
             Op::MaxPool(window) => {
                 let gather = Gather::new(window, &x.dims()[2..]);
                 let patches = gather.patches(x, f32::NEG_INFINITY, &self.device)?;
@@ -143,10 +176,12 @@ impl Model {
             }
             Op::AveragePool { window, counted } => {
                 let size = &x.dims()[2..];
-                let sum = Gather::new(window, size).patches(x, 0.0, &self.device)?.sum(2)?;
                 let divisors = Gather::divisors(window, size, counted);
-                let divisors = Tensor::from_slice(&divisors, (1, 1, divisors.len()), &self.device)?;
-                self.shaped(sum.broadcast_div(&divisors)?, node)
+                self.mean(&Gather::new(window, size), &divisors, x, node)
+            }
+            Op::AdaptiveAveragePool { output } => {
+                let (gather, divisors) = Gather::adaptive(&x.dims()[2..], output);
+                self.mean(&gather, &divisors, x, node)
             }
             Op::GlobalAveragePool => x.flatten_from(2)?.mean(2),
             Op::Flatten => x.flatten_from(1),
@@ -154,6 +189,14 @@ impl Model {
                 let y = x.matmul(&tensor(0).t()?)?;
                 if *bias { y.broadcast_add(tensor(1)) } else { Ok(y) }
             }
+            Op::Lstm { .. } => lstm::last_hidden(x, [0, 1, 2, 3].map(tensor)),
+            Op::Scale => x.broadcast_mul(tensor(0)),
+            Op::ChannelShuffle { groups } => {
+                let dims = x.dims();
+                let split = [&[dims[0], *groups, dims[1] / groups], &dims[2..]].concat();
+                x.reshape(split)?.transpose(1, 2)?.contiguous()?.reshape(dims)
+            }
+            Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),
             Op::Add => xs[1..].iter().try_fold(x.clone(), |sum, x| sum + *x),
             Op::Concat => Tensor::cat(xs, 1),
         }
@@ -181,6 +224,28 @@ impl Model {
             parts.push(weight.broadcast_matmul(&patch)?);
         }
         self.shaped(Tensor::cat(&parts, 1)?, node)
+    }
+
+    fn dropout(&self, node: &Node, x: &Tensor, probability: f32) -> candle_core::Result<Tensor> {
+        let mask = DropoutMask::new(self.dropout.0, &node.name, self.dropout.1, probability);
+        let scale = 1.0 / (1.0 - probability);
+        let len = x.elem_count() / x.dim(0)?;
+        let factor = |at: usize| if mask.keeps(at / len, at % len) { scale } else { 0.0 };
+        let factors: Vec<f32> = (0..x.elem_count()).map(factor).collect();
+        x * Tensor::from_vec(factors, x.shape(), &self.device)?
+    }
+
+    /// Sums under the windows of `gather`, each divided by its own divisor.
+    fn mean(
+        &self,
+        gather: &Gather,
+        divisors: &[f32],
+        x: &Tensor,
+        node: &Node,
+    ) -> candle_core::Result<Tensor> {
+        let sum = gather.patches(x, 0.0, &self.device)?.sum(2)?;
+        let divisors = Tensor::from_slice(divisors, (1, 1, divisors.len()), &self.device)?;
+        self.shaped(sum.broadcast_div(&divisors)?, node)
     }
 
     /// [n, channels, positions] → [n, the node's shape].

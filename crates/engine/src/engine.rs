@@ -103,6 +103,16 @@ impl Engine {
             return Err(refuse("the output must be features (logits)"));
         }
         weights.check(graph)?;
+        let lacking = graph.nodes().iter().find(|node| {
+            !matches!(node.op, Op::Input | Op::Linear { .. }) && layers::build(graph, node).is_none()
+        });
+        if let Some(node) = lacking {
+            return Err(refuse(&format!(
+                "{}: the CPU engine does not run {} yet; `taxel forward --backend candle` does",
+                node.name,
+                node.op.kind()
+            )));
+        }
         let plan = Plan::new(graph, *output);
         let threads = Threads::new(options.threads)?;
         let mut nodes: Vec<NodeState> = vec![];

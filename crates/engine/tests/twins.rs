@@ -67,7 +67,7 @@ fn five_steps_of_sgdm() {
                 loss
             })
             .collect();
-        twin.assert_values("steps", &losses, 1e-4);
+        twin.assert_steps(&losses);
     }
 }
 

@@ -23,8 +23,9 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use crate::error::{Error, Result};
+use crate::fill::Fill;
 use crate::graph::{Graph, Init, Kind, Node, NodeId, Param};
-use crate::op::{Conv, Op, Pool, Window, axis_names, describe};
+use crate::op::{Activation, Conv, Extent, Op, Pool, Window, axis_names, describe};
 
 /// PyTorch's default ε of batch normalisation.
 pub const BATCH_NORM_EPS: f32 = 1e-5;
@@ -37,6 +38,9 @@ struct State {
     nodes: Vec<Node>,
     inputs: Vec<NodeId>,
     error: Option<Error>,
+    /// Weight and bias of convolutions, then of linear layers.
+    conv: (Fill, Fill),
+    linear: (Fill, Fill),
 }
 
 /// A network under construction.
@@ -78,6 +82,18 @@ impl Network {
         });
         state.inputs.push(node);
         Flow { state: Rc::clone(&self.state), node, scope: String::new() }
+    }
+
+    /// How weights and biases of the convolutions that follow are drawn, in place of PyTorch's default.
+    ///
+    /// The run's [`crate::Scheme`] must leave the choice to the network (`pytorch`).
+    pub fn conv_init(&self, weight: Fill, bias: Fill) {
+        self.state.borrow_mut().conv = (weight, bias);
+    }
+
+    /// The same for the linear layers that follow.
+    pub fn linear_init(&self, weight: Fill, bias: Fill) {
+        self.state.borrow_mut().linear = (weight, bias);
     }
 
     /// Joins flows along channels (or features). All other axes must agree.
@@ -142,13 +158,14 @@ impl Flow {
         self
     }
 
-    /// Convolution `name` with PyTorch's default initialisation.
+    /// Convolution `name`, drawn as [`Network::conv_init`] says.
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
         let shape = self.shape();
         let Conv { filters, window, groups, bias } = conv;
         let resolved = window.resolve(&self.full(name), &shape);
         let placeholder = Window { kernel: vec![], stride: vec![], padding: vec![] };
         let op = Op::Conv { window: resolved.clone().unwrap_or(placeholder), groups, bias };
+        let fills = self.state.borrow().conv;
         self.push(name, op, vec![self.node], |node| {
             let window = resolved?;
             let channels = shape[0];
@@ -168,29 +185,50 @@ impl Flow {
             weight.extend(&window.kernel);
             let fan_in = channels / groups * window.volume();
             let fan_out = filters / groups * window.volume();
-            Ok((out, weight_and_bias(node, weight, (fan_in, fan_out), bias)))
+            Ok((out, weight_and_bias(node, weight, (fan_in, fan_out), bias, fills)?))
         })
     }
 
-    /// Fully connected layer `name` with PyTorch's default initialisation.
+    /// Fully connected layer `name`, drawn as [`Network::linear_init`] says.
     pub fn linear(&self, name: &str, outputs: usize) -> Flow {
+        self.dense(name, outputs, true)
+    }
+
+    /// Fully connected layer `name` without a bias.
+    pub fn linear_no_bias(&self, name: &str, outputs: usize) -> Flow {
+        self.dense(name, outputs, false)
+    }
+
+    fn dense(&self, name: &str, outputs: usize, bias: bool) -> Flow {
         let shape = self.shape();
-        self.push(name, Op::Linear { bias: true }, vec![self.node], |node| {
+        let fills = self.state.borrow().linear;
+        self.push(name, Op::Linear { bias }, vec![self.node], |node| {
             let &[inputs] = shape.as_slice() else {
                 return Err(Error::node(node, format!("needs features, the input is {}", describe(&shape))));
             };
             if outputs == 0 {
                 return Err(Error::node(node, "must have at least one output"));
             }
-            Ok((vec![outputs], weight_and_bias(node, vec![outputs, inputs], (inputs, outputs), true)))
+            let weight = vec![outputs, inputs];
+            Ok((vec![outputs], weight_and_bias(node, weight, (inputs, outputs), bias, fills)?))
         })
     }
 
     /// Batch normalisation `name` with PyTorch's ε and momentum.
     pub fn batch_norm(&self, name: &str) -> Flow {
+        self.batch_norm_with(name, BATCH_NORM_EPS, BATCH_NORM_MOMENTUM)
+    }
+
+    /// Batch normalisation `name`; ε above 0, momentum (weight of the new batch) in 0..=1.
+    pub fn batch_norm_with(&self, name: &str, eps: f32, momentum: f32) -> Flow {
         let shape = self.shape();
-        let op = Op::BatchNorm { eps: BATCH_NORM_EPS, momentum: BATCH_NORM_MOMENTUM };
-        self.push(name, op, vec![self.node], |node| {
+        self.push(name, Op::BatchNorm { eps, momentum }, vec![self.node], |node| {
+            if !(eps > 0.0 && eps.is_finite() && (0.0..=1.0).contains(&momentum)) {
+                return Err(Error::node(
+                    node,
+                    format!("ε {eps} must be above 0 and momentum {momentum} in 0..=1"),
+                ));
+            }
             let tensor = |suffix: &str, kind, value| Param {
                 name: format!("{node}.{suffix}"),
                 shape: vec![shape[0]],
@@ -212,6 +250,115 @@ impl Flow {
     pub fn relu(&self) -> Flow {
         let shape = self.shape();
         self.push_unnamed(Op::Relu, vec![self.node], |_| Ok((shape, vec![])))
+    }
+
+    /// A function of each value.
+    pub fn activation(&self, activation: Activation) -> Flow {
+        let shape = self.shape();
+        self.push_unnamed(Op::Activation(activation), vec![self.node], |node| match activation {
+            Activation::LeakyRelu { slope } if !slope.is_finite() => {
+                Err(Error::node(node, format!("slope {slope} must be finite")))
+            }
+            _ => Ok((shape, vec![])),
+        })
+    }
+
+    /// Dropout; `probability` is the share of values dropped, in 0..1.
+    pub fn dropout(&self, probability: f32) -> Flow {
+        let shape = self.shape();
+        self.push_unnamed(Op::Dropout { probability }, vec![self.node], |node| {
+            if !(0.0..1.0).contains(&probability) {
+                return Err(Error::node(
+                    node,
+                    format!("drop probability {probability} must be at least 0 and below 1"),
+                ));
+            }
+            Ok((shape, vec![]))
+        })
+    }
+
+    /// LSTM layer `name` over the length axis: channels × length → `hidden` features after the last step.
+    ///
+    /// All tensors start uniform in ±1/√hidden, as in PyTorch. Under [`crate::Scheme::Glorot`] and
+    /// [`crate::Scheme::He`] the four gates count as outputs and biases are zero; MATLAB's orthogonal
+    /// recurrent weights and forget bias of 1 are not among the schemes.
+    pub fn lstm(&self, name: &str, hidden: usize) -> Flow {
+        let shape = self.shape();
+        let op = Op::Lstm { hidden, steps: shape.get(1).copied().unwrap_or_default() };
+        self.push(name, op, vec![self.node], |node| {
+            let &[channels, _] = shape.as_slice() else {
+                return Err(Error::node(
+                    node,
+                    format!("needs channels × length, the input is {}", describe(&shape)),
+                ));
+            };
+            if hidden == 0 {
+                return Err(Error::node(node, "must have at least one hidden unit"));
+            }
+            let gates = 4 * hidden;
+            let tensor = |suffix: &str, shape, fan| Param {
+                name: format!("{node}.{suffix}"),
+                shape,
+                kind: Kind::Parameter,
+                init: Init::Uniform { bound: 1.0 / (hidden as f32).sqrt() },
+                fan,
+            };
+            let params = vec![
+                tensor("weight_ih_l0", vec![gates, channels], Some((channels, gates))),
+                tensor("weight_hh_l0", vec![gates, hidden], Some((hidden, gates))),
+                tensor("bias_ih_l0", vec![gates], None),
+                tensor("bias_hh_l0", vec![gates], None),
+            ];
+            Ok((vec![hidden], params))
+        })
+    }
+
+    /// The flow times one learned scalar, a tensor of one value called `name` that starts at `initial`.
+    pub fn scale(&self, name: &str, initial: f32) -> Flow {
+        let shape = self.shape();
+        self.push(name, Op::Scale, vec![self.node], |node| {
+            let scalar = Param {
+                name: node.into(),
+                shape: vec![1],
+                kind: Kind::Parameter,
+                init: Init::Constant(initial),
+                fan: None,
+            };
+            Ok((shape, vec![scalar]))
+        })
+    }
+
+    /// Channels of `groups` groups dealt out in turn, as in ShuffleNet.
+    pub fn channel_shuffle(&self, groups: usize) -> Flow {
+        let shape = self.shape();
+        self.push_unnamed(Op::ChannelShuffle { groups }, vec![self.node], |node| {
+            if groups == 0 || !shape[0].is_multiple_of(groups) {
+                let described = describe(&shape);
+                return Err(Error::node(
+                    node,
+                    format!("{groups} groups must divide the channels; the input is {described}"),
+                ));
+            }
+            Ok((shape, vec![]))
+        })
+    }
+
+    /// Channels (or features) `start..start + len`.
+    pub fn slice(&self, start: usize, len: usize) -> Flow {
+        let shape = self.shape();
+        self.push_unnamed(Op::Slice { start, len }, vec![self.node], |node| {
+            let end = start.checked_add(len).filter(|&end| len > 0 && end <= shape[0]);
+            if end.is_none() {
+                let described = describe(&shape);
+                return Err(Error::node(
+                    node,
+                    format!("cannot take {len} channels from channel {start} on; the input is {described}"),
+                ));
+            }
+            let mut out = shape.clone();
+            out[0] = len;
+            Ok((out, vec![]))
+        })
     }
 
     /// Convolution `prefix.conv`, batch norm `prefix.bn`, ReLU.
@@ -268,6 +415,26 @@ impl Flow {
                 ));
             }
             Ok((vec![shape[0]], vec![]))
+        })
+    }
+
+    /// Mean over windows that cut each spatial axis into `output` parts.
+    pub fn adaptive_average_pool(&self, output: impl Into<Extent>) -> Flow {
+        let shape = self.shape();
+        let name = self.fresh("adaptive_average_pool");
+        let resolved = match shape.len() {
+            0 | 1 => {
+                Err(Error::node(&name, format!("needs a spatial axis, the input is {}", describe(&shape))))
+            }
+            rank => output.into().resolve(&name, "output", rank - 1),
+        };
+        let op = Op::AdaptiveAveragePool { output: resolved.clone().unwrap_or_default() };
+        self.push_unnamed(op, vec![self.node], |node| {
+            let output = resolved?;
+            if output.contains(&0) {
+                return Err(Error::node(node, format!("output {output:?} must be at least 1")));
+            }
+            Ok(([&shape[..1], &output].concat(), vec![]))
         })
     }
 
@@ -349,20 +516,23 @@ impl Flow {
     }
 }
 
-/// The tensors of a convolution or linear layer, filled as `torch.nn` fills them: ±1/√fan_in.
-fn weight_and_bias(node: &str, shape: Vec<usize>, fan: (usize, usize), bias: bool) -> Vec<Param> {
-    let bound = 1.0 / (fan.0 as f32).sqrt();
-    let outputs = shape[0];
-    let tensor = |suffix: &str, shape, fan| Param {
-        name: format!("{node}.{suffix}"),
-        shape,
-        kind: Kind::Parameter,
-        init: Init::Uniform { bound },
-        fan,
+/// The tensors of a convolution or linear layer.
+fn weight_and_bias(
+    node: &str,
+    shape: Vec<usize>,
+    fan: (usize, usize),
+    bias: bool,
+    fills: (Fill, Fill),
+) -> Result<Vec<Param>> {
+    let (outputs, weight) = (shape[0], shape.clone());
+    let tensor = |suffix: &str, shape, fan, fill: Fill| {
+        let name = format!("{node}.{suffix}");
+        let init = fill.resolve(&name, &weight)?;
+        Ok(Param { name, shape, kind: Kind::Parameter, init, fan })
     };
-    let mut params = vec![tensor("weight", shape, Some(fan))];
+    let mut params = vec![tensor("weight", shape, Some(fan), fills.0)?];
     if bias {
-        params.push(tensor("bias", vec![outputs], None));
+        params.push(tensor("bias", vec![outputs], None, fills.1)?);
     }
-    params
+    Ok(params)
 }

@@ -1,7 +1,8 @@
 //! What a network costs, independent of any machine.
 //!
-//! A MAC is one multiply–accumulate of a convolution or linear layer; batch norm, activations and
-//! pools are not counted. FLOPs are `2 · MAC` plus one addition per bias and output value.
+//! A MAC is one multiply–accumulate of a convolution, linear or recurrent layer; batch norm,
+//! activations and pools are not counted. FLOPs are `2 · MAC` plus one addition per bias and output value
+//! (in an LSTM, per bias, gate and step).
 
 use crate::graph::{Graph, Kind, Node, Param};
 use crate::op::Op;
@@ -63,6 +64,11 @@ impl Node {
             Op::Conv { bias, .. } | Op::Linear { bias } => {
                 let row: usize = self.params.first().map_or(0, |w: &Param| w.shape[1..].iter().product());
                 (outputs * row as u64, if *bias { outputs } else { 0 })
+            }
+            // Every step meets both weight tensors and both biases once.
+            Op::Lstm { hidden, steps } => {
+                let weights: usize = self.params.iter().take(2).map(Param::len).sum();
+                ((steps * weights) as u64, (2 * 4 * hidden * steps) as u64)
             }
             _ => (0, 0),
         };

@@ -20,16 +20,22 @@
 
 mod builder;
 mod cost;
+mod dropout;
 mod error;
+mod fill;
 mod graph;
+mod loss;
 mod op;
 mod weights;
 
 pub use builder::{BATCH_NORM_EPS, BATCH_NORM_MOMENTUM, Flow, Network};
 pub use cost::Cost;
+pub use dropout::DropoutMask;
 pub use error::{Error, Result};
+pub use fill::Fill;
 pub use graph::{Graph, Init, Kind, Node, NodeId, Param};
-pub use op::{Conv, Extent, Op, Padding, Pool, Window, axis_names, describe};
+pub use loss::{Loss, Targets};
+pub use op::{Activation, Conv, Extent, Op, Padding, Pool, Window, axis_names, describe};
 pub use weights::{Scheme, Tensor, Weights};
 
 /// A network family's configuration: checked values that become a [`Graph`].

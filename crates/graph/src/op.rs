@@ -82,6 +82,15 @@ pub enum Op {
     },
     /// `max(x, 0)`; NaN stays NaN; the gradient at 0 is 0.
     Relu,
+    /// Any other function of one value.
+    Activation(Activation),
+    /// In training every value is zero with `probability`, else multiplied by 1 / (1 − `probability`);
+    /// in evaluation nothing happens (`torch.nn.Dropout`). Which are zero: [`crate::DropoutMask`]. A zero
+    /// is a product, so that NaN stays NaN.
+    Dropout {
+        /// Share of values dropped (PyTorch's and MATLAB's meaning, not the share kept), in 0..1.
+        probability: f32,
+    },
     /// Maximum per window; padding never wins; the first of equals gets the gradient; NaN wins.
     MaxPool(Window),
     /// Mean per window; of the padding, the `counted` part enters the mean as zeros.
@@ -94,6 +103,13 @@ pub enum Op {
     },
     /// Mean over all spatial axes: channels × … → features.
     GlobalAveragePool,
+    /// Mean over windows that cut each spatial axis into a given number of parts
+    /// (`torch.nn.AdaptiveAvgPool*d`): part i of n over a size s covers ⌊i·s/n⌋ to ⌈(i+1)·s/n⌉, so
+    /// neighbours may share values, and n may exceed s.
+    AdaptiveAveragePool {
+        /// Parts per spatial axis.
+        output: Vec<usize>,
+    },
     /// All axes to features, channels first (PyTorch's order).
     Flatten,
     /// `x Wᵀ + b` on features.
@@ -101,10 +117,66 @@ pub enum Op {
         /// Whether a bias is added.
         bias: bool,
     },
+    /// One LSTM layer over the length axis, from zero states: channels × length → features, the hidden
+    /// state after the last step (`torch.nn.LSTM`, one layer, one direction).
+    ///
+    /// Tensors `weight_ih_l0` [4·hidden, channels], `weight_hh_l0` [4·hidden, hidden], `bias_ih_l0`,
+    /// `bias_hh_l0` [4·hidden]; gates in the order i, f, g, o. Per step
+    /// `c ← σ(f)·c + σ(i)·tanh(g)`, `h ← σ(o)·tanh(c)`.
+    Lstm {
+        /// Hidden units.
+        hidden: usize,
+        /// Steps: the length of the input.
+        steps: usize,
+    },
+    /// The whole input times one learned scalar, whose tensor carries the node's own name.
+    Scale,
+    /// Channel `g · channels/groups + i` becomes channel `i · groups + g` (ShuffleNet).
+    ChannelShuffle {
+        /// Groups; divides the channels.
+        groups: usize,
+    },
+    /// Channels (or features) `start..start + len`.
+    Slice {
+        /// First channel.
+        start: usize,
+        /// Number of channels.
+        len: usize,
+    },
     /// Sum of inputs of one shape.
     Add,
     /// Inputs joined along channels (or features).
     Concat,
+}
+
+/// A function of one value. NaN stays NaN; gradients at the corners are PyTorch's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Activation {
+    /// `min(max(x, 0), 6)`; the gradient at 0 and 6 is 0.
+    Relu6,
+    /// `x` above 0, else `slope · x`; the gradient at 0 is `slope`.
+    LeakyRelu {
+        /// Factor of values up to 0.
+        slope: f32,
+    },
+    /// `1 / (1 + e⁻ˣ)`.
+    Sigmoid,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// `x · min(max(x + 3, 0), 6) / 6`; the gradient is 0 at −3 and 1 at 3.
+    HardSwish,
+}
+
+impl Activation {
+    fn kind(self) -> &'static str {
+        match self {
+            Activation::Relu6 => "relu6",
+            Activation::LeakyRelu { .. } => "leaky_relu",
+            Activation::Sigmoid => "sigmoid",
+            Activation::Tanh => "tanh",
+            Activation::HardSwish => "hard_swish",
+        }
+    }
 }
 
 impl Op {
@@ -115,11 +187,18 @@ impl Op {
             Op::Conv { .. } => "conv",
             Op::BatchNorm { .. } => "batch_norm",
             Op::Relu => "relu",
+            Op::Activation(activation) => activation.kind(),
+            Op::Dropout { .. } => "dropout",
             Op::MaxPool(_) => "max_pool",
             Op::AveragePool { .. } => "average_pool",
             Op::GlobalAveragePool => "global_average_pool",
+            Op::AdaptiveAveragePool { .. } => "adaptive_average_pool",
             Op::Flatten => "flatten",
             Op::Linear { .. } => "linear",
+            Op::Lstm { .. } => "lstm",
+            Op::Scale => "scale",
+            Op::ChannelShuffle { .. } => "channel_shuffle",
+            Op::Slice { .. } => "slice",
             Op::Add => "add",
             Op::Concat => "concat",
         }
@@ -148,7 +227,7 @@ impl<const N: usize> From<[usize; N]> for Extent {
 }
 
 impl Extent {
-    fn resolve(&self, node: &str, what: &str, axes: usize) -> Result<Vec<usize>> {
+    pub(crate) fn resolve(&self, node: &str, what: &str, axes: usize) -> Result<Vec<usize>> {
         match self {
             Extent::All(size) => Ok(vec![*size; axes]),
             Extent::Each(sizes) if sizes.len() == axes => Ok(sizes.clone()),

@@ -7,12 +7,16 @@
 //! Sizes that do not fit the slices are programming errors of the caller and panic by slice bounds;
 //! no function reads or writes outside its slices.
 
+pub mod activation;
+pub mod adaptive_pool;
 pub mod batch_norm;
 mod buffer;
 pub mod conv;
 mod depthwise;
+pub mod dropout;
 pub mod layout;
 pub mod loss;
+pub mod lstm;
 pub mod matmul;
 pub mod optim;
 pub mod pointwise;

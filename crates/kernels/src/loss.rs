@@ -31,3 +31,38 @@ pub fn softmax(logits: &[f32], probabilities: &mut [f32]) {
         *p = (f64::from(*p) / sum) as f32;
     }
 }
+
+/// Mean multi-label soft margin over all `logits` and its gradient; `targets` are 0 to 1.
+///
+/// −(t·log σ(x) + (1−t)·log σ(−x)), written so that no exponential overflows.
+pub fn multi_label_soft_margin(logits: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
+    mean(logits, targets, gradient, |x, t| {
+        // Not `max`, which would hide NaN.
+        let positive = if x < 0.0 { 0.0 } else { x };
+        let tail = (-x.abs()).exp();
+        let sigmoid = if x < 0.0 { tail / (1.0 + tail) } else { 1.0 / (1.0 + tail) };
+        (positive - x * t + tail.ln_1p(), sigmoid - t)
+    })
+}
+
+/// Mean of (output − target)² over all `outputs` and its gradient.
+pub fn mean_squared_error(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
+    mean(outputs, targets, gradient, |x, t| ((x - t) * (x - t), 2.0 * (x - t)))
+}
+
+/// Mean of a loss value by value; `term` gives the loss and its derivative.
+fn mean(
+    outputs: &[f32],
+    targets: &[f32],
+    gradient: &mut [f32],
+    term: impl Fn(f64, f64) -> (f64, f64),
+) -> f32 {
+    let share = 1.0 / outputs.len() as f64;
+    let mut total = 0.0;
+    for ((&output, &target), gradient) in outputs.iter().zip(targets).zip(gradient) {
+        let (loss, slope) = term(f64::from(output), f64::from(target));
+        total += loss;
+        *gradient = (slope * share) as f32;
+    }
+    (total * share) as f32
+}

@@ -15,7 +15,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use taxel_comparators::MlpConfig;
+use taxel_comparators::{LstmConfig, MlpConfig, TactNet, TactNetConfig, TactNetDepth, TactResNetConfig};
 use taxel_graph::{Architecture, Graph};
 use taxel_hybrid_cnn::{Body, Fusion, Hybrid, HybridConfig, Light, Light1dConfig, Light2dConfig};
 
@@ -101,7 +101,17 @@ const FLAT: Input = Input { name: "signal", keys: &["in_features"] };
 
 /// Every network that taxel knows.
 pub const NETWORKS: &[Entry] = &[
-    Entry { name: "mlp", family: "comparators", paper: "000, Table 5", inputs: &[FLAT], build: mlp },
+    comparator("mlp", "000, Table 5", &[FLAT], |s| build(parse::<MlpConfig>(s)?)),
+    comparator("lstm", "000, Table 5", &[SIGNAL], |s| build(parse::<LstmConfig>(s)?)),
+    comparator("tactnet4", "Gandarias et al. 2019; 000, Table 5", &[IMAGE], |s| {
+        tactnet(TactNetDepth::Four, s)
+    }),
+    comparator("tactnet6", "Gandarias et al. 2019; 000, Table 5", &[IMAGE], |s| {
+        tactnet(TactNetDepth::Six, s)
+    }),
+    comparator("tactresnet", "Gandarias et al. 2019; 000, Table 5", &[IMAGE], |s| {
+        build(parse::<TactResNetConfig>(s)?)
+    }),
     light("vgg6-lite-1d", "000, section 3.1.1", &[SIGNAL], |s| light_1d(Body::Vgg6, s)),
     light("resnet8-lite-1d", "000, section 3.1.2", &[SIGNAL], |s| light_1d(Body::ResNet8, s)),
     light("densenet6-lite-1d", "000, section 3.1.3", &[SIGNAL], |s| light_1d(Body::DenseNet6, s)),
@@ -124,6 +134,15 @@ pub const NETWORKS: &[Entry] = &[
         hybrid("hybrid-resvgg-nofc", Body::ResNet8, Body::Vgg6, Fusion::None, s)
     }),
 ];
+
+const fn comparator(
+    name: &'static str,
+    paper: &'static str,
+    inputs: &'static [Input],
+    build: fn(&Settings) -> std::result::Result<Graph, BuildError>,
+) -> Entry {
+    Entry { name, family: "comparators", paper, inputs, build }
+}
 
 const fn light(
     name: &'static str,
@@ -190,8 +209,8 @@ fn build(network: impl Architecture) -> std::result::Result<Graph, BuildError> {
     network.graph().map_err(BuildError::Graph)
 }
 
-fn mlp(settings: &Settings) -> std::result::Result<Graph, BuildError> {
-    build(parse::<MlpConfig>(settings)?)
+fn tactnet(depth: TactNetDepth, settings: &Settings) -> std::result::Result<Graph, BuildError> {
+    build(TactNet { depth, config: parse::<TactNetConfig>(settings)? })
 }
 
 fn light_1d(body: Body, settings: &Settings) -> std::result::Result<Graph, BuildError> {

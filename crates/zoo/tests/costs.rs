@@ -6,8 +6,12 @@
 use taxel_zoo::{NETWORKS, Settings, find};
 
 /// Name, parameters, batch-norm statistics, MACs of one sample.
-const COUNTED: [(&str, u64, Option<u64>, u64); 12] = [
+const COUNTED: [(&str, u64, Option<u64>, u64); 16] = [
     ("mlp", 32_515, Some(0), 32_384),
+    ("lstm", 69_507, Some(0), 3_405_184),
+    ("tactnet4", 11_235, Some(112), 3_003_456),
+    ("tactnet6", 100_803, Some(496), 5_083_104),
+    ("tactresnet", 769_539, Some(1_920), 109_192_896),
     ("vgg6-lite-1d", 33_411, None, 449_952),
     ("resnet8-lite-1d", 13_923, Some(416), 204_928),
     ("densenet6-lite-1d", 10_419, None, 183_984),
@@ -38,6 +42,9 @@ fn counts_are_those_of_the_twin() {
 fn paper_000_table_5_sizes_and_gflops() {
     let rows = [
         ("mlp", 0.12, 0.00006, "2 MAC"),
+        ("lstm", 0.27, 0.0068, "2 MAC"),
+        ("tactnet4", 0.04, 0.0060, "2 MAC + bias"),
+        ("tactnet6", 0.40, 0.0102, "2 MAC + bias"),
         ("resnet8-lite-1d", 0.06, 0.0002, "1 MAC"),
         ("vgg6-lite-2d", 0.39, 0.0392, "2 MAC + bias"),
     ];
@@ -56,6 +63,13 @@ fn paper_000_table_5_sizes_and_gflops() {
     }
 }
 
+/// Floating point operations as the paper counts them: 2·MAC, and in an LSTM both biases per gate and step.
+#[test]
+fn an_lstm_adds_two_biases_per_gate_and_step() {
+    let cost = find("lstm").unwrap().graph(&Settings::new()).unwrap().cost();
+    assert_eq!(cost.flops, 2 * 3_405_184 + 50 * 2 * 512 + 3);
+}
+
 #[test]
 fn names_are_those_of_the_checkpoints() {
     let graph = find("hybrid-resvgg").unwrap().graph(&Settings::new()).unwrap();
@@ -72,6 +86,8 @@ fn too_small_inputs_and_too_few_classes_are_refused_by_name() {
         find(name).unwrap().graph(&settings).unwrap_err().to_string()
     };
     assert_eq!(refuse("vgg6-lite-2d", "classes", 1), "vgg6-lite-2d: classes = 1: must be in 2..=65536");
+    assert_eq!(refuse("lstm", "hidden", 0), "lstm: hidden = 0: must be in 1..=65536");
+    assert_eq!(refuse("tactresnet", "height", 20), "tactresnet: height = 20: must be in 21..=65536");
     assert_eq!(refuse("mlp", "in_features", 0), "mlp: in_features = 0: must be in 1..=16777216");
     assert!(
         refuse("densenet6-lite-1d", "length", 1).contains("kernel 2 along length"),

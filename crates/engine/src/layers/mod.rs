@@ -118,7 +118,7 @@ pub(crate) struct Backward<'a> {
     pub saved: &'a [f32],
 }
 
-/// The layer of `node`; `None` for inputs, and for what takes the whole batch.
+/// The layer of `node`; `None` for inputs, for what takes the whole batch, and for what the engine lacks.
 pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     Some(match &node.op {
@@ -151,6 +151,7 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             let widths = node.inputs.iter().map(|&i| graph.nodes()[i].shape[0]).collect();
             Box::new(simple::Concat::new(widths, node.shape[1..].iter().product()))
         }
+        _ => return None,
     })
 }
 

@@ -1,0 +1,48 @@
+//! LSTM: the recording read step by step, the last hidden state classified.
+//!
+//! # Reference
+//! Paper 000 (Hybrid-CNN hardness recognition), Tables 1 and 5: input 5×50, 0.27 MB, 0.0068 GFLOPs.
+//!
+//! # Departures
+//! The paper gives no widths: one layer of 128 units over 50 steps of 5 readings, whose last hidden state
+//! goes to the classifier, is what its size and GFLOPs leave. Two bias vectors, as PyTorch has them.
+
+use serde::{Deserialize, Serialize};
+use taxel_graph::{Architecture, Graph, Network, Result};
+
+use crate::in_range;
+
+/// `signal` `[in_channels, length]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LstmConfig {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Sensors, rows of the recording, at least 1.
+    pub in_channels: usize,
+    /// Samples in time, at least 1.
+    pub length: usize,
+    /// Hidden units, at least 1.
+    pub hidden: usize,
+}
+
+impl Default for LstmConfig {
+    fn default() -> Self {
+        LstmConfig { classes: 3, in_channels: 5, length: 50, hidden: 128 }
+    }
+}
+
+impl Architecture for LstmConfig {
+    fn graph(&self) -> Result<Graph> {
+        let LstmConfig { classes, in_channels, length, hidden } = *self;
+        in_range(&[
+            ("classes", classes, 2),
+            ("in_channels", in_channels, 1),
+            ("length", length, 1),
+            ("hidden", hidden, 1),
+        ])?;
+        let net = Network::new("lstm");
+        let logits = net.input("signal", &[in_channels, length]).lstm("lstm", hidden).linear("fc", classes);
+        net.finish(&[("logits", logits)])
+    }
+}

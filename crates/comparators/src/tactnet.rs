@@ -1,0 +1,82 @@
+//! TactNet4 and TactNet6: plain convolutions on pressure images.
+//!
+//! # Reference
+//! Gandarias, García-Cerezo and Gómez-de-Gabriel 2019, "CNN-based methods for object recognition with
+//! high-resolution tactile sensors", in the layer lists the authors published; compared with in paper 000
+//! (Hybrid-CNN hardness recognition), Table 5: 0.04 MB and 0.0060 GFLOPs, 0.40 MB and 0.0102 GFLOPs.
+//!
+//! # Departures
+//! Input is paper 000's colour image of 50×50 in place of the authors' 28×50 pressure image. Read into
+//! the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
+
+use serde::{Deserialize, Serialize};
+use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result};
+
+use crate::in_range;
+
+/// Filters of TactNet6's convolutions, each followed by batch norm, ReLU and a 2/2 max-pool; the first has
+/// a kernel of 5, the others of 3. TactNet4 has the first three.
+const FILTERS: [usize; 5] = [8, 16, 32, 64, 128];
+
+/// Which of the two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TactNetDepth {
+    /// Three convolutions and the classifier.
+    Four,
+    /// Five convolutions and the classifier.
+    Six,
+}
+
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TactNetConfig {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Colour planes, at least 1.
+    pub in_channels: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// Columns, at least 1.
+    pub width: usize,
+}
+
+impl Default for TactNetConfig {
+    fn default() -> Self {
+        TactNetConfig { classes: 3, in_channels: 3, height: 50, width: 50 }
+    }
+}
+
+/// A TactNet with its configuration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TactNet {
+    /// Number of layers with weights.
+    pub depth: TactNetDepth,
+    /// Sizes.
+    pub config: TactNetConfig,
+}
+
+impl Architecture for TactNet {
+    fn graph(&self) -> Result<Graph> {
+        let TactNetConfig { classes, in_channels, height, width } = self.config;
+        in_range(&[
+            ("classes", classes, 2),
+            ("in_channels", in_channels, 1),
+            ("height", height, 1),
+            ("width", width, 1),
+        ])?;
+        let (name, filters) = match self.depth {
+            TactNetDepth::Four => ("tactnet4", &FILTERS[..3]),
+            TactNetDepth::Six => ("tactnet6", &FILTERS[..]),
+        };
+        let net = Network::new(name);
+        let mut x = net.input("image", &[in_channels, height, width]);
+        for (i, &filters) in filters.iter().enumerate() {
+            let kernel = if i == 0 { 5 } else { 3 };
+            x = x
+                .conv_bn_relu(&format!("convs.{i}"), Conv::new(filters, kernel).same())
+                .max_pool(Pool::new(2).round_up());
+        }
+        net.finish(&[("logits", x.flatten().linear("fc", classes))])
+    }
+}

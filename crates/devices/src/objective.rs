@@ -1,0 +1,28 @@
+//! Losses of a batch.
+
+use candle_core::{D, Result, Tensor};
+use candle_nn::ops::log_softmax;
+use taxel_graph::{Loss, Targets};
+
+/// `loss` between `outputs` [n, outputs] and targets that [`Targets::check`] let pass.
+pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Result<Tensor> {
+    let device = outputs.device();
+    match targets {
+        Targets::Labels(labels) => {
+            let labels = Tensor::from_slice(labels, labels.len(), device)?;
+            candle_nn::loss::cross_entropy(outputs, &labels)
+        }
+        Targets::Values(values) => {
+            let targets = Tensor::from_slice(values, outputs.shape(), device)?;
+            if loss == Loss::MeanSquaredError {
+                return (outputs - targets)?.sqr()?.mean_all();
+            }
+            // log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that
+            // candle gets right, which those of |x| and max(x, 0) at 0 are not.
+            let pair = Tensor::stack(&[outputs, &outputs.zeros_like()?], D::Minus1)?;
+            let pair = log_softmax(&pair, D::Minus1)?;
+            let likelihood = (pair * Tensor::stack(&[&targets, &(1.0 - &targets)?], D::Minus1)?)?;
+            likelihood.sum(D::Minus1)?.mean_all()?.neg()
+        }
+    }
+}

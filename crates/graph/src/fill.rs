@@ -1,0 +1,47 @@
+//! How a network wants its fresh weights drawn.
+
+use crate::error::{Error, Result};
+use crate::graph::Init;
+
+/// A rule for the tensors of a convolution or linear layer, by the shape of its weight.
+///
+/// "in" and "out" are counted as `torch.nn.init` counts them, which leaves groups out of sight: values of
+/// one filter, and filters × kernel size.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Fill {
+    /// PyTorch's default for weights and biases: uniform in ±1/√in.
+    #[default]
+    Pytorch,
+    /// Every value the same.
+    Constant(f32),
+    /// `normal_(0, sd)`.
+    Normal {
+        /// Standard deviation, at least 0.
+        sd: f32,
+    },
+    /// `kaiming_normal_(mode="fan_in")`: SD √(2/in).
+    KaimingNormalFanIn,
+    /// `kaiming_normal_(mode="fan_out", nonlinearity="relu")`: SD √(2/out).
+    KaimingNormalFanOut,
+    /// `kaiming_uniform_(mode="fan_out", nonlinearity="sigmoid")`: uniform in ±√(3/out).
+    KaimingUniformFanOut,
+}
+
+impl Fill {
+    /// What it says for tensor `name` of a layer whose weight has shape `weight` (out × in × kernel).
+    pub(crate) fn resolve(self, name: &str, weight: &[usize]) -> Result<Init> {
+        let fan_in = weight[1..].iter().product::<usize>() as f32;
+        let fan_out = (weight[0] * weight[2..].iter().product::<usize>()) as f32;
+        Ok(match self {
+            Fill::Pytorch => Init::Uniform { bound: 1.0 / fan_in.sqrt() },
+            Fill::Constant(value) => Init::Constant(value),
+            Fill::Normal { sd } if !(sd >= 0.0 && sd.is_finite()) => {
+                return Err(Error::node(name, format!("standard deviation {sd} must be at least 0")));
+            }
+            Fill::Normal { sd } => Init::Normal { sd },
+            Fill::KaimingNormalFanIn => Init::Normal { sd: (2.0 / fan_in).sqrt() },
+            Fill::KaimingNormalFanOut => Init::Normal { sd: (2.0 / fan_out).sqrt() },
+            Fill::KaimingUniformFanOut => Init::Uniform { bound: (3.0 / fan_out).sqrt() },
+        })
+    }
+}

@@ -1,0 +1,217 @@
+//! What the builder infers and what it refuses.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use taxel_graph::{Activation, Conv, Fill, Flow, Graph, Init, Network, Pool, Scheme, Weights};
+
+fn graph(input: &[usize], body: impl Fn(&Network, &Flow) -> Flow) -> Result<Graph, String> {
+    let net = Network::new("law");
+    let y = body(&net, &net.input("x", input));
+    net.finish(&[("y", y)]).map_err(|error| error.to_string())
+}
+
+fn shape_after(input: &[usize], body: impl Fn(&Flow) -> Flow) -> Vec<usize> {
+    graph(input, |_, x| body(x)).unwrap().nodes().last().unwrap().shape.clone()
+}
+
+fn refusal(input: &[usize], body: impl Fn(&Flow) -> Flow) -> String {
+    graph(input, |_, x| body(x)).unwrap_err()
+}
+
+#[test]
+fn pools_round_down_or_up() {
+    for (size, down, up) in [(50, 25, 25), (25, 12, 13), (13, 6, 7), (2, 1, 1), (3, 1, 2)] {
+        assert_eq!(shape_after(&[3, size], |x| x.max_pool(Pool::new(2))), [3, down]);
+        assert_eq!(shape_after(&[3, size], |x| x.max_pool(Pool::new(2).round_up())), [3, up]);
+    }
+    // A window that would start in the padding after the end is left out (PyTorch's rule).
+    assert_eq!(shape_after(&[1, 4], |x| x.max_pool(Pool::new(2).stride(3).pad(1).round_up())), [1, 2]);
+    assert_eq!(shape_after(&[1, 5], |x| x.max_pool(Pool::new(2).stride(6).pad(1).round_up())), [1, 1]);
+    assert_eq!(shape_after(&[2, 8, 9], |x| x.average_pool(Pool::new(2).stride(3).round_up())), [2, 3, 3]);
+}
+
+#[test]
+fn same_padding_divides_by_the_stride_rounding_up() {
+    for size in 1..20 {
+        for kernel in 1..8 {
+            for stride in 1..5 {
+                let conv = || Conv::new(4, kernel).same().stride(stride);
+                let shape = shape_after(&[2, size], |x| x.conv("c", conv()));
+                assert_eq!(shape, [4, size.div_ceil(stride)], "{size} {kernel} {stride}");
+            }
+        }
+    }
+}
+
+#[test]
+fn operations_keep_or_change_shapes() {
+    let image = [6, 4, 5];
+    assert_eq!(shape_after(&image, |x| x.activation(Activation::HardSwish).dropout(0.5)), image);
+    assert_eq!(shape_after(&image, |x| x.channel_shuffle(3).scale("k", 1.0)), image);
+    assert_eq!(shape_after(&image, |x| x.slice(2, 3)), [3, 4, 5]);
+    assert_eq!(shape_after(&image, |x| x.slice(0, 2).concat(&x.slice(2, 4))), image);
+    assert_eq!(shape_after(&image, |x| x.adaptive_average_pool(7)), [6, 7, 7]);
+    assert_eq!(shape_after(&image, |x| x.adaptive_average_pool([2, 1])), [6, 2, 1]);
+    assert_eq!(shape_after(&[5, 50], |x| x.lstm("lstm", 128)), [128]);
+    assert_eq!(shape_after(&[7], |x| x.batch_norm("bn").linear_no_bias("fc", 3)), [3]);
+}
+
+#[test]
+fn windows_joins_and_layers_that_do_not_fit() {
+    let same = |got: String, want: &str| assert_eq!(got, want);
+    same(
+        refusal(&[2, 4], |x| x.concat(&x.max_pool(Pool::new(2)))),
+        "x/concat: cannot join channels 2 × length 4 and channels 2 × length 2 along channels",
+    );
+    same(
+        refusal(&[2, 4], |x| x.add(&x.slice(0, 1))),
+        "x/add: cannot add channels 2 × length 4 and channels 1 × length 4",
+    );
+    same(refusal(&[2, 4], |x| x.linear("fc", 3)), "fc: needs features, the input is channels 2 × length 4");
+    same(refusal(&[2], |x| x.linear("fc", 0)), "fc: must have at least one output");
+    same(
+        refusal(&[3, 4], |x| x.conv("c", Conv::new(4, 1).groups(2))),
+        "c: 2 groups must divide 3 input and 4 output channels",
+    );
+    same(
+        refusal(&[3, 4], |x| x.conv("c", Conv::new(4, [1, 1]))),
+        "c: kernel [1, 1] has 2 axes, the input has 1 spatial axes",
+    );
+    same(
+        refusal(&[3, 4], |x| x.max_pool(Pool::new(2).pad(2))),
+        "x/max_pool: padding must be at most half of the kernel",
+    );
+    same(refusal(&[3, 0], Flow::relu), "x: an input needs 1 to 4 axes of at least 1, got [3, 0]");
+}
+
+#[test]
+fn operations_out_of_range_are_refused_with_axis_names() {
+    let same = |got: String, want: &str| assert_eq!(got, want);
+    same(refusal(&[4], |x| x.lstm("rnn", 3)), "rnn: needs channels × length, the input is features 4");
+    same(refusal(&[4, 2], |x| x.lstm("rnn", 0)), "rnn: must have at least one hidden unit");
+    same(
+        refusal(&[4], |x| x.adaptive_average_pool(1)),
+        "x/adaptive_average_pool: needs a spatial axis, the input is features 4",
+    );
+    same(
+        refusal(&[4, 2], |x| x.adaptive_average_pool(0)),
+        "x/adaptive_average_pool: output [0] must be at least 1",
+    );
+    same(
+        refusal(&[4, 2, 2], |x| x.adaptive_average_pool([1])),
+        "x/adaptive_average_pool: output [1] has 1 axes, the input has 2 spatial axes",
+    );
+    same(
+        refusal(&[4, 2], |x| x.channel_shuffle(3)),
+        "x/channel_shuffle: 3 groups must divide the channels; the input is channels 4 × length 2",
+    );
+    same(
+        refusal(&[4, 2], |x| x.slice(3, 2)),
+        "x/slice: cannot take 2 channels from channel 3 on; the input is channels 4 × length 2",
+    );
+    for probability in [1.0, -0.1, f32::NAN] {
+        same(
+            refusal(&[4, 2], |x| x.dropout(probability)),
+            &format!("x/dropout: drop probability {probability} must be at least 0 and below 1"),
+        );
+    }
+    for (eps, momentum) in [(0.0, 0.1), (f32::NAN, 0.1), (f32::INFINITY, 0.1), (0.1, 1.1), (0.1, f32::NAN)] {
+        same(
+            refusal(&[4, 2], |x| x.batch_norm_with("bn", eps, momentum)),
+            &format!("bn: ε {eps} must be above 0 and momentum {momentum} in 0..=1"),
+        );
+    }
+    same(
+        refusal(&[4, 2], |x| x.activation(Activation::LeakyRelu { slope: f32::INFINITY })),
+        "x/leaky_relu: slope inf must be finite",
+    );
+    assert!(refusal(&[4, 2], |x| x.slice(usize::MAX, 2)).starts_with("x/slice: cannot take"));
+    assert!(refusal(&[4, 2], |x| x.slice(1, 0)).starts_with("x/slice: cannot take"));
+    assert!(refusal(&[4, 2], |x| x.channel_shuffle(0)).starts_with("x/channel_shuffle: 0 groups"));
+}
+
+#[test]
+fn the_first_error_wins_and_names_its_scope() {
+    let error = refusal(&[2, 4], |x| {
+        let y = x.clone().within("block1").conv("a", Conv::new(3, 9));
+        y.linear("b", 0).concat(x).flatten().slice(9, 9).lstm("c", 0)
+    });
+    assert_eq!(
+        error,
+        "block1.a: kernel 9 along length is larger than the padded size 4; the input is channels 2 × length 4"
+    );
+}
+
+#[test]
+fn two_nodes_of_one_name_are_refused() {
+    let error = refusal(&[2, 4], |x| x.batch_norm("n").batch_norm("n"));
+    assert_eq!(error, "n: two nodes carry this name");
+    // Nodes without tensors are numbered.
+    assert_eq!(shape_after(&[2, 4], |x| x.relu().add(&x.relu())), [2, 4]);
+}
+
+#[test]
+fn lstm_and_scale_carry_the_names_of_their_checkpoints() {
+    let graph = graph(&[5, 50], |_, x| x.scale("k1", 0.5).lstm("lstm", 128)).unwrap();
+    let tensors: Vec<_> = graph.params().map(|p| (p.name.as_str(), p.shape.as_slice())).collect();
+    let want: [(&str, &[usize]); 5] = [
+        ("k1", &[1]),
+        ("lstm.weight_ih_l0", &[512, 5]),
+        ("lstm.weight_hh_l0", &[512, 128]),
+        ("lstm.bias_ih_l0", &[512]),
+        ("lstm.bias_hh_l0", &[512]),
+    ];
+    assert_eq!(tensors, want);
+    assert_eq!(graph.cost().macs, 50 * 512 * (5 + 128));
+    let bound = 1.0 / 128f32.sqrt();
+    let weights = Weights::init(&graph, Scheme::Pytorch, 1, "init");
+    assert_eq!(weights.get("k1").unwrap().data, [0.5]);
+    for name in ["lstm.weight_ih_l0", "lstm.weight_hh_l0", "lstm.bias_ih_l0", "lstm.bias_hh_l0"] {
+        let largest = weights.get(name).unwrap().data.iter().fold(0.0f32, |a, v| a.max(v.abs()));
+        assert!((0.95 * bound..=bound).contains(&largest), "{name}: {largest} of {bound}");
+    }
+}
+
+#[test]
+fn networks_choose_how_their_layers_are_drawn() {
+    let init_of = |conv: (Fill, Fill), linear: (Fill, Fill)| -> Vec<Init> {
+        let graph = graph(&[8, 6, 6], |net, x| {
+            net.conv_init(conv.0, conv.1);
+            net.linear_init(linear.0, linear.1);
+            x.conv("c", Conv::new(16, 3).groups(8)).global_average_pool().linear("fc", 10)
+        });
+        graph.unwrap().params().map(|p| p.init).collect()
+    };
+    let zero = Fill::Constant(0.0);
+    // torch.nn.init leaves groups out of sight: a weight 16×1×3×3 has 1·9 in and 16·9 out.
+    assert_eq!(
+        init_of((Fill::KaimingNormalFanOut, zero), (Fill::Normal { sd: 0.01 }, zero)),
+        [
+            Init::Normal { sd: (2.0f32 / 144.0).sqrt() },
+            Init::Constant(0.0),
+            Init::Normal { sd: 0.01 },
+            Init::Constant(0.0),
+        ]
+    );
+    assert_eq!(
+        init_of((Fill::KaimingNormalFanIn, Fill::Pytorch), (Fill::KaimingUniformFanOut, zero)),
+        [
+            Init::Normal { sd: (2.0f32 / 9.0).sqrt() },
+            Init::Uniform { bound: 1.0 / 3.0 },
+            Init::Uniform { bound: (3.0f32 / 10.0).sqrt() },
+            Init::Constant(0.0),
+        ]
+    );
+    let error = graph(&[2], |net, x| {
+        net.linear_init(Fill::Normal { sd: -1.0 }, Fill::Pytorch);
+        x.linear("fc", 2)
+    });
+    assert_eq!(error.unwrap_err(), "fc.weight: standard deviation -1 must be at least 0");
+}
+
+#[test]
+fn batch_norm_keeps_the_values_it_is_given() {
+    let graph = graph(&[2, 3], |_, x| x.batch_norm_with("a", 1e-3, 3e-4).batch_norm("b")).unwrap();
+    let ops: Vec<String> = graph.nodes().iter().skip(1).map(|n| format!("{:?}", n.op)).collect();
+    assert_eq!(ops, ["BatchNorm { eps: 0.001, momentum: 0.0003 }", "BatchNorm { eps: 1e-5, momentum: 0.1 }"]);
+}
