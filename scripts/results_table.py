@@ -23,8 +23,8 @@ def spread(scores, sd, key):
 def latency(folder, network):
     for line in (folder / "timings.jsonl").read_text().splitlines():
         entry = json.loads(line)
-        if entry.get("network") == network and entry.get("latency"):
-            return f"{entry['latency']['p50_ms']:.3f}"
+        if entry.get("network") == network and "latency_p50_ms" in entry:
+            return f"{entry['latency_p50_ms']:.3f}"
     return "–"
 
 
@@ -55,6 +55,12 @@ def table(folder, results):
     return "\n".join("| " + " | ".join(row) + " |" for row in lines)
 
 
+def commit(environment):
+    """Nine digits of the commit, and whether files had changed since."""
+    known = environment.get("commit", "unknown")
+    return known[:9] + ("-dirty" if known.endswith("-dirty") else "")
+
+
 def page(folder):
     results = json.loads((folder / "results.json").read_text())
     environment = json.loads((folder / "environment.json").read_text())
@@ -65,7 +71,7 @@ def page(folder):
         f"Measured on {results['source']}: {results['samples']} samples, {len(results['classes'])} classes, "
         f"{protocol['split']} {protocol['folds']}-fold, seed {results['seed']}; mean ± SD over folds. "
         f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
-        f"{environment['commit'][:9]}, {environment['cpu']}, {environment['cores']} cores."
+        f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
     )
     return results["name"], table(folder, results), caption, (folder / "config.toml").read_text()
 
