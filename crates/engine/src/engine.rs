@@ -102,17 +102,6 @@ impl Engine {
         if graph.nodes()[*output].shape.len() != 1 {
             return Err(refuse("the output must be features (logits)"));
         }
-        weights.check(graph)?;
-        let lacking = graph.nodes().iter().find(|node| {
-            !matches!(node.op, Op::Input | Op::Linear { .. }) && layers::build(graph, node).is_none()
-        });
-        if let Some(node) = lacking {
-            return Err(refuse(&format!(
-                "{}: the CPU engine does not run {} yet; `taxel forward --backend candle` does",
-                node.name,
-                node.op.kind()
-            )));
-        }
         let plan = Plan::new(graph, *output);
         let threads = Threads::new(options.threads)?;
         let mut nodes: Vec<NodeState> = vec![];
@@ -121,10 +110,18 @@ impl Engine {
         let (mut buffers, mut inputs) = (0, 0);
         for node in graph.nodes() {
             let count = |kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum::<usize>();
+            let layer = layers::build(graph, node);
+            if layer.is_none() && !matches!(node.op, Op::Input | Op::Linear { .. }) {
+                return Err(refuse(&format!(
+                    "{}: the CPU engine does not run {} yet; `taxel forward --backend candle` does",
+                    node.name,
+                    node.op.kind()
+                )));
+            }
             let input = (node.op == Op::Input).then_some(inputs);
             inputs += usize::from(input.is_some());
             nodes.push(NodeState {
-                layer: layers::build(graph, node),
+                layer,
                 channels: node.shape[0],
                 positions: node.shape[1..].iter().product(),
                 params: 0..count(Kind::Parameter),

@@ -70,15 +70,8 @@ pub fn take_columns(y: &[f32], y_width: usize, at: usize, x: &mut [f32], width: 
 /// Mean over positions of one image as seen through `view`: x (positions × channels) → y (channels);
 /// `scratch` holds as many values as `x`.
 pub fn mean_positions(channels: usize, view: &View, x: &[f32], scratch: &mut [f32], y: &mut [f32]) {
-    let seen = if view.is_plain() {
-        x
-    } else {
-        let scratch = &mut scratch[..x.len()];
-        view.apply(channels, x, scratch);
-        scratch
-    };
     y.fill(0.0);
-    crate::reduce::add_columns(channels, seen, y);
+    crate::reduce::add_columns(channels, view.seen(channels, x, scratch), y);
     let share = 1.0 / (x.len() / channels) as f32;
     for y in y {
         *y *= share;

@@ -49,6 +49,16 @@ impl View<'_> {
         }
     }
 
+    /// `x` as it is seen: itself where the view is plain, else in `scratch`.
+    pub fn seen<'b>(&self, channels: usize, x: &'b [f32], scratch: &'b mut [f32]) -> &'b [f32] {
+        if self.is_plain() {
+            return x;
+        }
+        let scratch = &mut scratch[..x.len()];
+        self.apply(channels, x, scratch);
+        scratch
+    }
+
     /// `y = view(x)`.
     pub fn apply(&self, channels: usize, x: &[f32], y: &mut [f32]) {
         self.check(channels, x, y);

@@ -39,8 +39,7 @@ pub(super) struct AveragePool {
 impl Layer for AveragePool {
     fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
         let (x, view) = inputs.get(0);
-        let seen = &mut scratch.x[..x.len()];
-        view.apply(self.channels, x, seen);
+        let seen = view.seen(self.channels, x, &mut scratch.x);
         pool::average_forward(&self.window, &self.counted, self.channels, seen, y);
     }
 

@@ -1,18 +1,8 @@
 //! Layers that only move values: copy, flatten, sum and concatenation.
 
-use taxel_kernels::{View, layout, pointwise};
+use taxel_kernels::{layout, pointwise};
 
 use super::{Backward, Inputs, Layer, Outputs, Scratch};
-
-/// `x` as seen through `view`, in `scratch` where that is not `x` itself.
-fn seen<'a>(channels: usize, x: &'a [f32], view: &View, scratch: &'a mut [f32]) -> &'a [f32] {
-    if view.is_plain() {
-        return x;
-    }
-    let scratch = &mut scratch[..x.len()];
-    view.apply(channels, x, scratch);
-    scratch
-}
 
 /// Stores what is seen of the input.
 pub(super) struct Copy {
@@ -45,7 +35,7 @@ pub(super) struct Flatten {
 impl Layer for Flatten {
     fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
         let (x, view) = inputs.get(0);
-        let x = seen(self.channels, x, &view, &mut scratch.x);
+        let x = view.seen(self.channels, x, &mut scratch.x);
         layout::transpose(self.positions, self.channels, x, y, false);
     }
 
@@ -72,7 +62,7 @@ impl Layer for Add {
         view.apply(self.channels, x, y);
         for which in 1..inputs.count() {
             let (x, view) = inputs.get(which);
-            pointwise::copy(seen(self.channels, x, &view, &mut scratch.x), y, true);
+            pointwise::copy(view.seen(self.channels, x, &mut scratch.x), y, true);
         }
     }
 
@@ -110,7 +100,7 @@ impl Layer for Concat {
     fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
         for (which, &width) in self.widths.iter().enumerate() {
             let (x, view) = inputs.get(which);
-            let x = seen(width, x, &view, &mut scratch.x);
+            let x = view.seen(width, x, &mut scratch.x);
             pointwise::put_columns(x, width, y, self.width, self.start(which));
         }
     }
