@@ -29,6 +29,8 @@ pub struct Conv {
     taps: Vec<(usize, usize)>,
     /// Length of such a stretch.
     run: usize,
+    /// Offsets (input, output) of every row of outputs.
+    lines: Vec<(usize, usize)>,
     /// The input gradient as a convolution, where it is one.
     turned: Option<Box<Conv>>,
 }
@@ -72,7 +74,14 @@ impl Conv {
                 }
             }
         }
-        Conv { window, channels, filters, groups, padded, taps, run, turned: None }
+        let lines = (0..output[0] * output[1])
+            .map(|line| {
+                let (d, r) = (line / output[1], line % output[1]);
+                let position = (d * stride[0] * padded[1] + r * stride[1]) * padded[2];
+                (position * channels, line * output[2] * filters)
+            })
+            .collect();
+        Conv { window, channels, filters, groups, padded, taps, run, lines, turned: None }
     }
 
     /// Whether every channel is a group of its own.
@@ -171,15 +180,13 @@ impl Conv {
                 let width = (out - f).min(vectors * kernels.lanes);
                 let last = width - (vectors - 1) * kernels.lanes;
                 let most = even(output[2], kernels.rows[vectors - 1]);
-                for line in 0..output[0] * output[1] {
-                    let (d, r) = (line / output[1], line % output[1]);
-                    let position = (d * stride[0] * self.padded[1] + r * stride[1]) * self.padded[2];
+                for &(from, to) in &self.lines {
                     let mut column = 0;
                     while column < output[2] {
                         let rows = most.min(output[2] - column);
-                        let a = (position + column * stride[2]) * self.channels + group * inner;
+                        let a = from + column * stride[2] * self.channels + group * inner;
                         let b = group * self.depth() * out + f;
-                        let c = (line * output[2] + column) * self.filters + group * out + f;
+                        let c = to + column * self.filters + group * out + f;
                         let tile = Tile {
                             a: padded[a..].as_ptr(),
                             a_row: stride[2] * self.channels,
@@ -298,13 +305,6 @@ impl Conv {
         let Window3 { output, stride, .. } = self.window;
         let kernels = kernels();
         let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
-        let lines: Vec<(usize, usize)> = (0..output[0] * output[1])
-            .map(|line| {
-                let (d, r) = (line / output[1], line % output[1]);
-                let position = (d * stride[0] * self.padded[1] + r * stride[1]) * self.padded[2];
-                (position * self.channels, line * output[2] * self.filters)
-            })
-            .collect();
         for group in 0..self.groups {
             let mut f = 0;
             while f < out {
@@ -325,7 +325,7 @@ impl Conv {
                             b_row: self.filters,
                             c: dweight[c..].as_mut_ptr(),
                             c_row: out,
-                            segments: &lines,
+                            segments: &self.lines,
                             run: output[2],
                             start: Start::Add,
                             last,

@@ -44,5 +44,5 @@ pub use progress::{IndicatifProgress, Progress, Silent};
 pub use results::{Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing};
 pub use run::{RunOptions, run, run_on};
 pub use samples::Samples;
-pub use table::Table;
+pub use table::{Table, thousands};
 pub use train::{Epoch, Latency, Task, Trained, shuffled};

@@ -189,7 +189,8 @@ fn published_cell(network: &NetworkResults, name_paper: bool) -> String {
     }
 }
 
-fn thousands(number: u64) -> String {
+/// Thousands apart: 1,234,567.
+pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 use taxel_graph::Op;
+use taxel_trainer::thousands;
 
 use crate::Outcome;
 use crate::text;
@@ -53,11 +54,11 @@ impl Cost {
                 name.into(),
                 kind.into(),
                 shape,
-                text::thousands(cost.parameters),
-                text::thousands(cost.bytes()),
-                text::thousands(cost.macs),
-                text::thousands(cost.flops),
-                text::thousands(cost.activation_bytes()),
+                thousands(cost.parameters),
+                thousands(cost.bytes()),
+                thousands(cost.macs),
+                thousands(cost.flops),
+                thousands(cost.activation_bytes()),
             ]
         };
         let mut rows: Vec<Vec<String>> = vec![];

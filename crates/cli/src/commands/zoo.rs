@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
+use taxel_trainer::thousands;
 use taxel_zoo::{NETWORKS, Settings};
 
 use crate::Outcome;
@@ -31,8 +32,8 @@ impl Zoo {
                 entry.family.into(),
                 entry.paper.into(),
                 inputs.join(" + "),
-                text::thousands(cost.parameters),
-                text::thousands(cost.macs),
+                thousands(cost.parameters),
+                thousands(cost.macs),
             ]);
             let shapes: Vec<_> = graph.inputs().map(|n| json!({"name": n.name, "shape": n.shape})).collect();
             list.push(json!({
