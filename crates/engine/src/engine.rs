@@ -60,9 +60,11 @@ pub struct Engine {
     /// Values per sample of every node.
     lens: Vec<usize>,
     parts: Vec<Part>,
-    /// Parameters; those of sample-wise nodes come first.
     params: Buffer,
-    sample_wise: usize,
+    /// Whether the layers have packed the parameters as they are.
+    packed: bool,
+    /// Over all parts.
+    gradient_sums: Buffer,
     dparams: Buffer,
     velocity: Buffer,
     buffers: Vec<f32>,
@@ -125,7 +127,9 @@ impl Engine {
                 channels: node.shape[0],
                 positions: node.shape[1..].iter().product(),
                 params: 0..count(Kind::Parameter),
+                sums: 0..0,
                 input,
+                packed: vec![],
                 prepared: vec![],
             });
             buffer_ranges.push(buffers..buffers + count(Kind::Buffer));
@@ -139,18 +143,17 @@ impl Engine {
                 _ => None,
             });
         }
-        // Sample-wise nodes first: every part keeps gradients for these alone.
-        let mut at = 0;
-        let mut place = |node: &mut NodeState| {
-            node.params = at..at + node.params.len();
-            at = node.params.end;
-        };
-        let is_norm = |id: usize| matches!(graph.nodes()[id].op, Op::BatchNorm { .. });
-        let whole: Vec<bool> = (0..nodes.len()).map(|id| linear[id].is_some() || is_norm(id)).collect();
-        nodes.iter_mut().zip(&whole).filter(|(_, w)| !**w).for_each(|(n, _)| place(n));
-        let sample_wise = nodes.iter().zip(&whole).filter(|(_, w)| !**w).map(|(n, _)| n.params.len()).sum();
-        nodes.iter_mut().zip(&whole).filter(|(_, w)| **w).for_each(|(n, _)| place(n));
-        let params = at;
+        let (mut params, mut sums) = (0, 0);
+        for (id, node) in nodes.iter_mut().enumerate() {
+            let len = node.params.len();
+            node.params = params..params + len;
+            params += len;
+            // Batch norms add up their own sums, and what takes the whole batch needs none.
+            let is_norm = matches!(graph.nodes()[id].op, Op::BatchNorm { .. });
+            let layer = node.layer.as_ref().filter(|_| !is_norm);
+            node.sums = sums..sums + layer.map_or(0, |layer| layer.sums_len(len));
+            sums = node.sums.end;
+        }
         let norms: Vec<Norm> = plan
             .norms
             .iter()
@@ -163,10 +166,10 @@ impl Engine {
             })
             .collect();
         let lens: Vec<usize> = graph.nodes().iter().map(|n| n.shape.iter().product()).collect();
-        let most = (PARTIALS / usize::max(sample_wise, 1)).clamp(2, PARTS).min(options.batch);
+        let most = (PARTIALS / usize::max(sums, 1)).clamp(2, PARTS).min(options.batch);
         let capacity = options.batch.div_ceil(most);
         let parts = (0..options.batch.div_ceil(capacity))
-            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &lens, sample_wise))
+            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &lens, sums))
             .collect();
         let logits = options.batch * lens[*output];
         let mut engine = Engine {
@@ -181,7 +184,8 @@ impl Engine {
             lens,
             parts,
             params: Buffer::zeros(params),
-            sample_wise,
+            packed: false,
+            gradient_sums: Buffer::zeros(sums),
             dparams: Buffer::zeros(params),
             velocity: Buffer::zeros(params),
             buffers: vec![0.0; buffers],
@@ -217,6 +221,7 @@ impl Engine {
             }
         }
         self.velocity.fill(0.0);
+        self.packed = false;
         self.trained = None;
         Ok(())
     }
@@ -269,6 +274,7 @@ impl Engine {
             part.first = (number * each).min(n);
             part.count = ((number + 1) * each).min(n) - part.first;
         }
+        self.pack();
         let train = mode == Mode::Train;
         if train {
             self.parts.iter_mut().flat_map(|p| &mut p.moments).for_each(|m| m.clear());
@@ -302,6 +308,19 @@ impl Engine {
             self.trained = Some(n);
         }
         Ok(&self.logits[..n * len])
+    }
+
+    fn pack(&mut self) {
+        if std::mem::replace(&mut self.packed, true) {
+            return;
+        }
+        let params = &self.params;
+        self.threads.each(&mut self.nodes, 1, |_, node| {
+            let node = &mut node[0];
+            if let Some(layer) = &node.layer {
+                layer.pack(&params[node.params.clone()], &mut node.packed);
+            }
+        });
     }
 
     /// Gathers a node's input rows, multiplies, and gives the rows back to the parts.
@@ -346,14 +365,16 @@ impl Engine {
         for part in &mut self.parts {
             let (from, len) = (part.first * classes, part.count * classes);
             part.slots[self.plan.output_slot][..len].copy_from_slice(&dlogits[from..from + len]);
-            part.dparams.fill(0.0);
+            part.gradient_sums.fill(0.0);
             part.sums.iter_mut().for_each(|sums| sums.fill(0.0));
         }
-        for node in &mut self.nodes {
+        let params = &self.params;
+        self.threads.each(&mut self.nodes, 1, |_, node| {
+            let node = &mut node[0];
             if let Some(layer) = &node.layer {
-                layer.prepare(&self.params[node.params.clone()], &mut node.prepared);
+                layer.prepare(&params[node.params.clone()], &mut node.prepared);
             }
-        }
+        });
         for number in 0..self.plan.backward.len() {
             match &self.plan.backward[number] {
                 Phase::Samples(steps) => {
@@ -373,13 +394,19 @@ impl Engine {
             }
         }
         let parts = &self.parts;
-        self.threads.each(&mut self.dparams[..self.sample_wise], 1 << 14, |piece, sums| {
+        self.threads.each(&mut self.gradient_sums, 1 << 14, |piece, sums| {
             let range = piece << 14..(piece << 14) + sums.len();
-            sums.copy_from_slice(&parts[0].dparams[range.clone()]);
+            sums.copy_from_slice(&parts[0].gradient_sums[range.clone()]);
             for part in &parts[1..] {
-                taxel_kernels::pointwise::copy(&part.dparams[range.clone()], sums, true);
+                taxel_kernels::pointwise::copy(&part.gradient_sums[range.clone()], sums, true);
             }
         });
+        for node in self.nodes.iter().filter(|node| !node.sums.is_empty()) {
+            if let Some(layer) = &node.layer {
+                let dparams = &mut self.dparams[node.params.clone()];
+                layer.finish(&self.gradient_sums[node.sums.clone()], dparams);
+            }
+        }
         Ok(loss)
     }
 
@@ -411,6 +438,7 @@ impl Engine {
     /// One optimiser step with the gradients of the last [`Engine::backward`].
     pub fn sgdm(&mut self, step: &Sgdm) {
         let Sgdm { lr, momentum, weight_decay } = *step;
+        self.packed = false;
         optim::sgdm(&mut self.params, &self.dparams, &mut self.velocity, lr, momentum, weight_decay);
     }
 

@@ -25,8 +25,11 @@ pub(crate) struct NodeState {
     pub channels: usize,
     pub positions: usize,
     pub params: std::ops::Range<usize>,
+    /// Where the parts add up what its gradients are made of.
+    pub sums: std::ops::Range<usize>,
     /// Number among the inputs of the graph.
     pub input: Option<usize>,
+    pub packed: Vec<f32>,
     pub prepared: Vec<f32>,
 }
 
@@ -40,8 +43,8 @@ pub(crate) struct Part {
     /// Gradient of every slot.
     pub slots: Vec<Buffer>,
     saved: Vec<Buffer>,
-    /// Gradients of the parameters of sample-wise nodes.
-    pub dparams: Buffer,
+    /// What the gradients of the sample-wise nodes' parameters are made of.
+    pub gradient_sums: Buffer,
     pub moments: Vec<Moments>,
     /// Σ dy and Σ dy · (x − mean) of every batch norm.
     pub sums: Vec<Vec<f64>>,
@@ -58,7 +61,7 @@ impl Part {
         nodes: &[NodeState],
         norms: &[Norm],
         lens: &[usize],
-        dparams: usize,
+        gradient_sums: usize,
     ) -> Self {
         let stored = |id: usize| if plan.nodes[id].stored { capacity * lens[id] } else { 0 };
         let layers = || nodes.iter().filter_map(|n| n.layer.as_ref());
@@ -73,7 +76,7 @@ impl Part {
                 .iter()
                 .map(|n| Buffer::zeros(n.layer.as_ref().map_or(0, |l| capacity * l.saved_len())))
                 .collect(),
-            dparams: Buffer::zeros(dparams),
+            gradient_sums: Buffer::zeros(gradient_sums),
             moments: norms.iter().map(|n| Moments::new(n.channels)).collect(),
             sums: norms.iter().map(|n| vec![0.0; 2 * n.channels]).collect(),
             scratch: Scratch { x: Buffer::zeros(most(0)), halo: Buffer::zeros(most(1)) },
@@ -92,8 +95,14 @@ impl Part {
                 match (&node.layer, node.input) {
                     (Some(layer), _) => {
                         let plan = &shared.plan.nodes[id];
-                        let inputs =
-                            Inputs { plan, values: before, norms: shared.norms, sample, lens: shared.lens };
+                        let inputs = Inputs {
+                            plan,
+                            values: before,
+                            norms: shared.norms,
+                            sample,
+                            lens: shared.lens,
+                            packed: &node.packed,
+                        };
                         let kept = layer.saved_len();
                         let saved = &mut self.saved[id][sample * kept..][..kept];
                         layer.forward(
@@ -159,15 +168,21 @@ impl Part {
         };
         let kept = layer.saved_len();
         let pass = Backward {
-            inputs: Inputs { plan, values: &self.values, norms: shared.norms, sample, lens: shared.lens },
+            inputs: Inputs {
+                plan,
+                values: &self.values,
+                norms: shared.norms,
+                sample,
+                lens: shared.lens,
+                packed: &[],
+            },
             params: &shared.params[node.params.clone()],
             prepared: &node.prepared,
             saved: &self.saved[id][sample * kept..][..kept],
         };
-        // Parameters of batch nodes and norms have no place here.
-        let dparams = self.dparams.get_mut(node.params.clone()).unwrap_or_default();
+        let sums = &mut self.gradient_sums[node.sums.clone()];
         let outputs = Outputs { plan, slots: &mut self.slots, sample, lens: shared.lens };
-        layer.backward(pass, dy, dparams, outputs, &mut self.scratch);
+        layer.backward(pass, dy, sums, outputs, &mut self.scratch);
         if let Some((slot, gradient)) = lent {
             self.slots[slot] = gradient;
         }

@@ -3,7 +3,8 @@
 //! Channels lie innermost, so the input under one row of the kernel is one stretch of memory. A block of
 //! neighbouring outputs × filters is held in registers (`tile.rs`) and reads the halo-padded input where
 //! it lies. With a stride of 1 the input gradient is the same convolution with the kernel turned round;
-//! the weight gradient is the same loop over positions.
+//! the weight gradient is the same loop over positions. Wide 3×3 kernels go through `winograd.rs`, which
+//! needs fewer products.
 //!
 //! Weights lie as group × kernel × channels in × channels out. Where every channel is a group of its own
 //! (`depthwise.rs`), they lie as kernel × channels.
@@ -15,6 +16,7 @@ use crate::depthwise;
 use crate::matmul::{Matrix, matmul};
 use crate::tile::{Start, Tile, even, kernels};
 use crate::view::View;
+use crate::winograd::{Begin, Winograd};
 
 /// A convolution with its plan.
 #[derive(Debug, Clone)]
@@ -33,7 +35,12 @@ pub struct Conv {
     lines: Vec<(usize, usize)>,
     /// The input gradient as a convolution, where it is one.
     turned: Option<Box<Conv>>,
+    /// The plan with fewer products, where it pays.
+    winograd: Option<Winograd>,
 }
+
+/// Channels and filters from which on fewer products outweigh the transforms.
+const WIDE: usize = 16;
 
 thread_local! {
     static SCRATCH: RefCell<Vec<f32>> = const { RefCell::new(Vec::new()) };
@@ -42,18 +49,38 @@ thread_local! {
 impl Conv {
     /// A convolution of `channels` into `filters`; `groups` divides both.
     pub fn new(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        let mut conv = Self::forward_only(window, channels, filters, groups);
+        Self::with(window, channels, filters, groups, channels.min(filters) >= WIDE)
+    }
+
+    /// The same by the definition's own products, whatever the sizes.
+    pub fn direct(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        Self::with(window, channels, filters, groups, false)
+    }
+
+    /// The same with fewer products wherever the window allows, even where that does not pay.
+    pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        Self::with(window, channels, filters, groups, true)
+    }
+
+    fn with(window: Window3, channels: usize, filters: usize, groups: usize, fewer: bool) -> Self {
+        let mut conv = Self::forward_only(window, channels, filters, groups, fewer);
         let Window3 { kernel, before, stride, input, output } = conv.window;
         let turnable = stride == [1; 3] && (0..3).all(|a| before[a] < kernel[a]);
         if turnable {
             let before = std::array::from_fn(|a| kernel[a] - 1 - before[a]);
             let window = Window3 { input: output, output: input, kernel, stride, before };
-            conv.turned = Some(Box::new(Self::forward_only(window, filters, channels, groups)));
+            conv.turned = Some(Box::new(Self::forward_only(window, filters, channels, groups, fewer)));
         }
         conv
     }
 
-    fn forward_only(mut window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+    fn forward_only(
+        mut window: Window3,
+        channels: usize,
+        filters: usize,
+        groups: usize,
+        fewer: bool,
+    ) -> Self {
         assert!(groups > 0 && channels.is_multiple_of(groups) && filters.is_multiple_of(groups));
         if window.is_identity() {
             // One long row makes longer blocks than many short ones.
@@ -62,7 +89,12 @@ impl Conv {
             window.output = window.input;
         }
         let Window3 { output, kernel, stride, .. } = window;
-        let padded: [usize; 3] = std::array::from_fn(|a| (output[a] - 1) * stride[a] + kernel[a]);
+        let mut padded: [usize; 3] = std::array::from_fn(|a| (output[a] - 1) * stride[a] + kernel[a]);
+        let fits = kernel == [1, 3, 3] && stride == [1; 3] && output[0] == 1 && groups == 1;
+        let winograd = (fewer && fits).then(|| Winograd::new([output[1], output[2]], channels, filters));
+        if let Some(winograd) = &winograd {
+            [padded[1], padded[2]] = winograd.padded();
+        }
         let inner = channels / groups;
         let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
         let mut taps = vec![];
@@ -81,7 +113,7 @@ impl Conv {
                 (position * channels, line * output[2] * filters)
             })
             .collect();
-        Conv { window, channels, filters, groups, padded, taps, run, lines, turned: None }
+        Conv { window, channels, filters, groups, padded, taps, run, lines, turned: None, winograd }
     }
 
     /// Whether every channel is a group of its own.
@@ -150,10 +182,36 @@ impl Conv {
         scratch
     }
 
-    /// `y = conv(x) + bias`; `padded` comes from [`Conv::pad`].
-    pub fn forward(&self, padded: &[f32], weight: &[f32], bias: Option<&[f32]>, y: &mut [f32]) {
+    /// Weights as [`Conv::forward`] wants them; empty where it wants them as they are.
+    pub fn pack(&self, weight: &[f32], packed: &mut Vec<f32>) {
+        packed.clear();
+        if let Some(winograd) = &self.winograd {
+            packed.resize(winograd.weight_len(), 0.0);
+            winograd.pack(weight, packed);
+        }
+    }
+
+    /// Values of scratch that the passes need besides [`Conv::padded_len`].
+    pub fn work_len(&self) -> usize {
+        self.winograd.as_ref().map_or(0, Winograd::work_len)
+    }
+
+    /// `y = conv(x) + bias`; `padded` comes from [`Conv::pad`], `packed` from [`Conv::pack`].
+    pub fn forward(
+        &self,
+        padded: &[f32],
+        weight: &[f32],
+        packed: &[f32],
+        bias: Option<&[f32]>,
+        y: &mut [f32],
+        work: &mut [f32],
+    ) {
         if let Some(bias) = bias {
             assert_eq!(bias.len(), self.filters, "one bias per filter");
+        }
+        if let Some(winograd) = &self.winograd {
+            winograd.forward(padded, packed, bias.map_or(Begin::Zero, Begin::Bias), y, work);
+            return;
         }
         if self.is_depthwise() {
             let bias = bias.unwrap_or_default();
@@ -217,10 +275,17 @@ impl Conv {
     /// Empty where it wants them as they are.
     pub fn turn(&self, weight: &[f32], turned: &mut Vec<f32>) {
         turned.clear();
-        if self.turned.is_none() {
-            return;
+        let Some(conv) = &self.turned else { return };
+        let packed = conv.winograd.as_ref().map_or(0, Winograd::weight_len);
+        turned.resize(packed + self.weight_len(), 0.0);
+        let (packed, turned) = turned.split_at_mut(packed);
+        self.turn_round(weight, turned);
+        if let Some(winograd) = &conv.winograd {
+            winograd.pack(turned, packed);
         }
-        turned.resize(self.weight_len(), 0.0);
+    }
+
+    fn turn_round(&self, weight: &[f32], turned: &mut [f32]) {
         if self.is_depthwise() {
             let taps = weight[..self.weight_len()].chunks_exact(self.channels);
             for (to, from) in turned.chunks_exact_mut(self.channels).rev().zip(taps) {
@@ -240,7 +305,7 @@ impl Conv {
 
     /// Values of scratch that [`Conv::backward_input`] needs.
     pub fn backward_len(&self) -> usize {
-        self.turned.as_ref().map_or(0, |t| t.padded_len())
+        self.turned.as_ref().map_or(0, |t| t.padded_len() + t.work_len())
     }
 
     /// Gradient of the input as it was seen, written to or added to `dx`.
@@ -256,8 +321,12 @@ impl Conv {
         let dx = &mut dx[..self.x_len()];
         match &self.turned {
             Some(conv) => {
+                let (scratch, work) = scratch.split_at_mut(conv.padded_len());
                 let padded = conv.pad(dy, &View::default(), scratch);
-                if self.is_depthwise() {
+                if let Some(winograd) = &conv.winograd {
+                    let start = if accumulate { Begin::Add } else { Begin::Zero };
+                    winograd.forward(padded, turned, start, dx, work);
+                } else if self.is_depthwise() {
                     depthwise::forward(
                         &conv.window,
                         conv.padded,
@@ -285,19 +354,39 @@ impl Conv {
         }
     }
 
-    /// Adds the gradients of weights and bias of one image; `padded` comes from [`Conv::pad`].
+    /// Values of the sums that [`Conv::backward_weight`] adds to, without the bias.
+    pub fn sums_len(&self) -> usize {
+        self.winograd.as_ref().map_or(self.weight_len(), Winograd::weight_len)
+    }
+
+    /// Adds the gradient of the weights, from the sums over all images.
+    pub fn finish(&self, sums: &[f32], dweight: &mut [f32]) {
+        match &self.winograd {
+            Some(winograd) => winograd.unpack(sums, dweight),
+            None => crate::pointwise::copy(&sums[..self.weight_len()], dweight, true),
+        }
+    }
+
+    /// Adds the gradients of weights (to `sums`, see [`Conv::finish`]) and bias of one image; `padded`
+    /// comes from [`Conv::pad`].
     pub fn backward_weight(
         &self,
         padded: &[f32],
         dy: &[f32],
-        dweight: &mut [f32],
+        sums: &mut [f32],
         dbias: Option<&mut [f32]>,
+        work: &mut [f32],
     ) {
-        assert!(padded.len() >= self.padded_len() && dweight.len() >= self.weight_len());
+        assert!(padded.len() >= self.padded_len() && sums.len() >= self.sums_len());
         assert!(dy.len() >= self.y_len(), "a gradient image");
         if let Some(dbias) = dbias {
             crate::reduce::add_columns(self.filters, &dy[..self.y_len()], dbias);
         }
+        if let Some(winograd) = &self.winograd {
+            winograd.backward_weight(padded, dy, sums, work);
+            return;
+        }
+        let dweight = sums;
         if self.is_depthwise() {
             depthwise::backward_weight(&self.window, self.padded, self.channels, padded, dy, dweight);
             return;

@@ -26,6 +26,7 @@ pub mod simd;
 mod tile;
 mod view;
 mod window;
+mod winograd;
 
 pub use buffer::Buffer;
 pub use view::View;

@@ -59,6 +59,7 @@ pub(crate) trait Simd: Copy {
     unsafe fn fma(a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
     /// `if x <= 0 { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
     unsafe fn zero_unless_positive(x: Self::V, value: Self::V) -> Self::V;
     /// `if x > best or x is NaN { yes } else { no }` per lane.
@@ -129,6 +130,10 @@ impl Simd for Portable {
     #[inline(always)]
     unsafe fn sub(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
         lanes!(i => a[i] - b[i])
+    }
+    #[inline(always)]
+    unsafe fn mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        lanes!(i => a[i] * b[i])
     }
     #[inline(always)]
     unsafe fn zero_unless_positive(x: [f32; 4], value: [f32; 4]) -> [f32; 4] {
@@ -211,6 +216,10 @@ mod x86 {
             unsafe { _mm256_sub_ps(a, b) }
         }
         #[inline(always)]
+        unsafe fn mul(a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_mul_ps(a, b) }
+        }
+        #[inline(always)]
         unsafe fn zero_unless_positive(x: __m256, value: __m256) -> __m256 {
             // "Not less or equal" is true for NaN.
             unsafe { _mm256_and_ps(value, _mm256_cmp_ps::<_CMP_NLE_UQ>(x, _mm256_setzero_ps())) }
@@ -277,6 +286,10 @@ mod x86 {
         #[inline(always)]
         unsafe fn sub(a: __m512, b: __m512) -> __m512 {
             unsafe { _mm512_sub_ps(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn mul(a: __m512, b: __m512) -> __m512 {
+            unsafe { _mm512_mul_ps(a, b) }
         }
         #[inline(always)]
         unsafe fn zero_unless_positive(x: __m512, value: __m512) -> __m512 {

@@ -28,6 +28,8 @@ pub(crate) struct Inputs<'a> {
     pub sample: usize,
     /// Values per sample of every node.
     pub lens: &'a [usize],
+    /// What [`Layer::pack`] made of the parameters.
+    pub packed: &'a [f32],
 }
 
 impl<'a> Inputs<'a> {
@@ -87,15 +89,8 @@ pub(crate) trait Layer: Send + Sync {
         scratch: &mut Scratch,
     );
 
-    /// From the gradient `dy` of the output: adds to `dparams`, writes or adds to the inputs' gradients.
-    fn backward(
-        &self,
-        pass: Backward,
-        dy: &[f32],
-        dparams: &mut [f32],
-        outputs: Outputs,
-        scratch: &mut Scratch,
-    );
+    /// From the gradient `dy` of the output: adds to `sums`, writes or adds to the inputs' gradients.
+    fn backward(&self, pass: Backward, dy: &[f32], sums: &mut [f32], outputs: Outputs, scratch: &mut Scratch);
 
     /// Values that a sample keeps between the passes.
     fn saved_len(&self) -> usize {
@@ -105,8 +100,21 @@ pub(crate) trait Layer: Send + Sync {
     /// Values of [`Scratch::x`] and [`Scratch::halo`] that it needs.
     fn scratch_len(&self) -> [usize; 2];
 
-    /// What the backward pass of a batch shares, from the parameters.
+    /// What all samples' forward passes share, from the parameters.
+    fn pack(&self, _params: &[f32], _packed: &mut Vec<f32>) {}
+
+    /// What all samples' backward passes share, from the parameters.
     fn prepare(&self, _params: &[f32], _prepared: &mut Vec<f32>) {}
+
+    /// Values that a layer with `params` parameters adds up over samples.
+    fn sums_len(&self, params: usize) -> usize {
+        params
+    }
+
+    /// The parameters' gradient from those sums.
+    fn finish(&self, sums: &[f32], dparams: &mut [f32]) {
+        dparams.copy_from_slice(sums);
+    }
 }
 
 /// What a backward pass reads.
