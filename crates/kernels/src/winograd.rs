@@ -303,6 +303,7 @@ at_level! {
 
 /// # Safety
 /// The CPU has the features of `S`.
+#[allow(clippy::needless_range_loop)]
 #[inline(always)]
 unsafe fn gather_output_at<S: Simd>(
     w: &Winograd,
@@ -367,6 +368,7 @@ at_level! {
 
 /// # Safety
 /// The CPU has the features of `S`; `weight` holds 9 and `u` 16 blocks of `len`.
+#[allow(clippy::needless_range_loop)]
 #[inline(always)]
 unsafe fn pack_at<S: Simd>(len: usize, weight: &[f32], u: &mut [f32]) {
     vectors!(S, len, c, n, {
@@ -403,6 +405,7 @@ at_level! {
 
 /// # Safety
 /// The CPU has the features of `S`; `du` holds 16 and `dweight` 9 blocks of `len`.
+#[allow(clippy::needless_range_loop)]
 #[inline(always)]
 unsafe fn unpack_at<S: Simd>(len: usize, du: &[f32], dweight: &mut [f32]) {
     vectors!(S, len, c, n, {

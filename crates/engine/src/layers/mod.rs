@@ -138,7 +138,8 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
         // Stored only where the engine cannot leave them to their readers.
         Op::BatchNorm { .. } | Op::Relu => Box::new(simple::Copy { channels: node.shape[0] }),
         Op::MaxPool(window) => {
-            Box::new(pool::MaxPool { window: window3(window, &input(0).shape), channels: node.shape[0] })
+            let window = window3(window, &input(0).shape);
+            Box::new(pool::MaxPool(taxel_kernels::pool::MaxPool::new(&window, node.shape[0])))
         }
         Op::AveragePool { window, counted } => {
             let mut all = [(0, 0); 3];
