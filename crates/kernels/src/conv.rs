@@ -10,11 +10,12 @@
 //! (`depthwise.rs`), they lie as kernel × channels.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use crate::Window3;
 use crate::depthwise;
 use crate::matmul::{Matrix, matmul};
-use crate::tile::{Start, Tile, even, kernels};
+use crate::tile::{Start, Tile, columns, even};
 use crate::view::View;
 use crate::winograd::{Begin, Winograd};
 
@@ -27,16 +28,30 @@ pub struct Conv {
     groups: usize,
     /// Size of the input with its halo, as far as windows reach.
     padded: [usize; 3],
-    /// Offsets (input, weights) of the stretches under one window.
-    taps: Vec<(usize, usize)>,
+    /// Offsets (input, weights) of the stretches under one window; first the whole window, then what is
+    /// left of it over an edge.
+    taps: Vec<Vec<(usize, usize)>>,
     /// Length of such a stretch.
     run: usize,
-    /// Offsets (input, output) of every row of outputs.
-    lines: Vec<(usize, usize)>,
+    /// Every row of outputs.
+    lines: Vec<Line>,
+    /// Where they start, in input and output.
+    starts: Vec<(usize, usize)>,
     /// The input gradient as a convolution, where it is one.
     turned: Option<Box<Conv>>,
     /// The plan with fewer products, where it pays.
     winograd: Option<Winograd>,
+}
+
+/// A row of outputs.
+#[derive(Debug, Clone)]
+struct Line {
+    /// Where its input starts.
+    from: usize,
+    /// Where it starts itself.
+    to: usize,
+    /// Number of its list of taps.
+    taps: usize,
 }
 
 /// Channels and filters from which on fewer products outweigh the transforms.
@@ -97,23 +112,36 @@ impl Conv {
         }
         let inner = channels / groups;
         let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
-        let mut taps = vec![];
-        for kd in 0..kernel[0] {
-            for kr in 0..kernel[1] {
-                for kc in 0..steps {
-                    let position = (kd * padded[1] + kr) * padded[2] + kc;
-                    taps.push((position * channels, taps.len() * run * (filters / groups)));
+        let under = |rows: &Range<usize>, depths: &Range<usize>| {
+            let mut taps = vec![];
+            for kd in depths.clone() {
+                for kr in rows.clone() {
+                    for kc in 0..steps {
+                        let position = (kd * padded[1] + kr) * padded[2] + kc;
+                        let number = (kd * kernel[1] + kr) * steps + kc;
+                        taps.push((position * channels, number * run * (filters / groups)));
+                    }
                 }
             }
-        }
-        let lines = (0..output[0] * output[1])
+            taps
+        };
+        // Rows of the kernel that lie in the halo for a whole line are left out.
+        let mut cuts = vec![[0..kernel[1], 0..kernel[0]]];
+        let lines: Vec<Line> = (0..output[0] * output[1])
             .map(|line| {
                 let (d, r) = (line / output[1], line % output[1]);
                 let position = (d * stride[0] * padded[1] + r * stride[1]) * padded[2];
-                (position * channels, line * output[2] * filters)
+                let cut = [window.inside(1, r).0, window.inside(0, d).0];
+                let taps = cuts.iter().position(|c| *c == cut).unwrap_or_else(|| {
+                    cuts.push(cut);
+                    cuts.len() - 1
+                });
+                Line { from: position * channels, to: line * output[2] * filters, taps }
             })
             .collect();
-        Conv { window, channels, filters, groups, padded, taps, run, lines, turned: None, winograd }
+        let taps = cuts.iter().map(|[rows, depths]| under(rows, depths)).collect();
+        let starts = lines.iter().map(|line| (line.from, line.to)).collect();
+        Conv { window, channels, filters, groups, padded, taps, run, lines, starts, turned: None, winograd }
     }
 
     /// Whether every channel is a group of its own.
@@ -229,22 +257,17 @@ impl Conv {
         assert!(padded.len() >= self.padded_len() && weight.len() >= self.weight_len());
         assert!(y.len() >= self.y_len(), "an output image");
         let Window3 { output, stride, .. } = self.window;
-        let kernels = kernels();
         let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
         for group in 0..self.groups {
-            let mut f = 0;
-            while f < out {
-                let vectors = if out - f > kernels.lanes { 2 } else { 1 };
-                let width = (out - f).min(vectors * kernels.lanes);
-                let last = width - (vectors - 1) * kernels.lanes;
-                let most = even(output[2], kernels.rows[vectors - 1]);
-                for &(from, to) in &self.lines {
-                    let mut column = 0;
-                    while column < output[2] {
+            for columns in columns(out) {
+                let f = columns.from;
+                let most = even(output[2], columns.rows());
+                for line in &self.lines {
+                    for column in (0..output[2]).step_by(most) {
                         let rows = most.min(output[2] - column);
-                        let a = from + column * stride[2] * self.channels + group * inner;
+                        let a = line.from + column * stride[2] * self.channels + group * inner;
                         let b = group * self.depth() * out + f;
-                        let c = to + column * self.filters + group * out + f;
+                        let c = line.to + column * self.filters + group * out + f;
                         let tile = Tile {
                             a: padded[a..].as_ptr(),
                             a_row: stride[2] * self.channels,
@@ -253,20 +276,18 @@ impl Conv {
                             b_row: out,
                             c: y[c..].as_mut_ptr(),
                             c_row: self.filters,
-                            segments: &self.taps,
+                            segments: &self.taps[line.taps],
                             run: self.run,
                             start: start(group * out + f),
-                            last,
+                            last: columns.last,
                         };
                         // SAFETY: `a` + a window's last tap + (rows - 1) strides ends inside the padded
                         // input, whose size was made from exactly these positions; `b` walks the weights
                         // of this group; `c` covers `rows` outputs of `width` filters; the three slices
                         // are as long as asserted, and `y` is borrowed exclusively.
-                        unsafe { kernels.get(rows, vectors)(&tile) };
-                        column += rows;
+                        unsafe { columns.kernel(rows)(&tile) };
                     }
                 }
-                f += width;
             }
         }
     }
@@ -392,41 +413,33 @@ impl Conv {
             return;
         }
         let Window3 { output, stride, .. } = self.window;
-        let kernels = kernels();
         let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
         for group in 0..self.groups {
-            let mut f = 0;
-            while f < out {
-                let vectors = if out - f > kernels.lanes { 2 } else { 1 };
-                let width = (out - f).min(vectors * kernels.lanes);
-                let last = width - (vectors - 1) * kernels.lanes;
-                let most = even(self.run, kernels.rows[vectors - 1]);
-                for &(tap, weights) in &self.taps {
-                    let mut m = 0;
-                    while m < self.run {
+            for columns in columns(out) {
+                let most = even(self.run, columns.rows());
+                for &(tap, weights) in &self.taps[0] {
+                    for m in (0..self.run).step_by(most) {
                         let rows = most.min(self.run - m);
-                        let c = group * self.depth() * out + weights + m * out + f;
+                        let c = group * self.depth() * out + weights + m * out + columns.from;
                         let tile = Tile {
                             a: padded[tap + group * inner + m..].as_ptr(),
                             a_row: 1,
                             a_step: stride[2] * self.channels,
-                            b: dy[group * out + f..].as_ptr(),
+                            b: dy[group * out + columns.from..].as_ptr(),
                             b_row: self.filters,
                             c: dweight[c..].as_mut_ptr(),
                             c_row: out,
-                            segments: &self.lines,
+                            segments: &self.starts,
                             run: output[2],
                             start: Start::Add,
-                            last,
+                            last: columns.last,
                         };
                         // SAFETY: for every output position, tap + m + rows lies under its window and so
                         // inside the padded input; `b` walks the rows of `dy`; `c` covers `rows` weights
                         // of `width` filters; lengths are asserted, `dweight` is borrowed exclusively.
-                        unsafe { kernels.get(rows, vectors)(&tile) };
-                        m += rows;
+                        unsafe { columns.kernel(rows)(&tile) };
                     }
                 }
-                f += width;
             }
         }
     }

@@ -13,7 +13,7 @@ pub enum Level {
     Portable,
     /// Eight floats with fused multiply–add.
     Avx2,
-    /// Sixteen floats with masks.
+    /// Sixteen floats with masks; eight where more would stay empty.
     Avx512,
 }
 
@@ -27,10 +27,11 @@ pub fn level() -> Level {
         }
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && asked != "avx2" {
+            let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            if avx2 && is_x86_feature_detected!("avx512f") && asked != "avx2" {
                 return Level::Avx512;
             }
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            if avx2 {
                 return Level::Avx2;
             }
         }

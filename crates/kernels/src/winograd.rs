@@ -7,7 +7,7 @@
 //! ½, so that little accuracy is lost; infinity in a tile may come out as NaN.
 
 use crate::simd::{Simd, at_level};
-use crate::tile::{Start, Tile, even, kernels};
+use crate::tile::{Start, Tile, columns, even, wide_rows};
 use crate::view::{load, store, vectors};
 
 /// Elements of a tile.
@@ -34,7 +34,7 @@ impl Winograd {
     pub fn new(output: [usize; 2], channels: usize, filters: usize) -> Self {
         let tiles = output.map(|size| size.div_ceil(2));
         // A multiple of the rows that a product holds in registers.
-        let rows = kernels().rows[1];
+        let rows = wide_rows();
         let most = (BLOCK / (TILE * (channels + filters)) / rows).max(1) * rows;
         let block = even(tiles[0] * tiles[1], most);
         Winograd { output, channels, filters, tiles, block }
@@ -82,36 +82,31 @@ impl Winograd {
         let (v, m) = work.split_at_mut(TILE * from_plane);
         let m = &mut m[..TILE * to_plane];
         let all = self.tiles[0] * self.tiles[1];
-        let kernels = kernels();
         for first in (0..all).step_by(self.block) {
             let count = self.block.min(all - first);
             spread_input(self, first, count, padded, v);
             for element in 0..TILE {
-                let mut f = 0;
-                while f < filters {
-                    let vectors = if filters - f > kernels.lanes { 2 } else { 1 };
-                    let width = (filters - f).min(vectors * kernels.lanes);
-                    let most = even(count, kernels.rows[vectors - 1]);
+                for columns in columns(filters) {
+                    let most = even(count, columns.rows());
                     for from in (0..count).step_by(most) {
                         let rows = most.min(count - from);
                         let tile = Tile {
                             a: v[element * from_plane + from * channels..].as_ptr(),
                             a_row: channels,
                             a_step: 1,
-                            b: u[element * channels * filters + f..].as_ptr(),
+                            b: u[element * channels * filters + columns.from..].as_ptr(),
                             b_row: filters,
-                            c: m[element * to_plane + from * filters + f..].as_mut_ptr(),
+                            c: m[element * to_plane + from * filters + columns.from..].as_mut_ptr(),
                             c_row: filters,
                             segments: &[(0, 0)],
                             run: channels,
                             start: Start::Zero,
-                            last: width - (vectors - 1) * kernels.lanes,
+                            last: columns.last,
                         };
                         // SAFETY: `a` walks `rows` of the `count` tiles of one plane, `b` one element's
                         // weights, `c` the same tiles of the other plane; lengths are asserted.
-                        unsafe { kernels.get(rows, vectors)(&tile) };
+                        unsafe { columns.kernel(rows)(&tile) };
                     }
-                    f += width;
                 }
             }
             gather_output(self, first, count, m, start, y);
@@ -128,37 +123,32 @@ impl Winograd {
         let (v, w) = work.split_at_mut(TILE * from_plane);
         let w = &mut w[..TILE * to_plane];
         let all = self.tiles[0] * self.tiles[1];
-        let kernels = kernels();
         for first in (0..all).step_by(self.block) {
             let count = self.block.min(all - first);
             spread_input(self, first, count, padded, v);
             spread_gradient(self, first, count, dy, w);
             for element in 0..TILE {
-                let mut f = 0;
-                while f < filters {
-                    let vectors = if filters - f > kernels.lanes { 2 } else { 1 };
-                    let width = (filters - f).min(vectors * kernels.lanes);
-                    let most = even(channels, kernels.rows[vectors - 1]);
+                for columns in columns(filters) {
+                    let most = even(channels, columns.rows());
                     for from in (0..channels).step_by(most) {
                         let rows = most.min(channels - from);
                         let tile = Tile {
                             a: v[element * from_plane + from..].as_ptr(),
                             a_row: 1,
                             a_step: channels,
-                            b: w[element * to_plane + f..].as_ptr(),
+                            b: w[element * to_plane + columns.from..].as_ptr(),
                             b_row: filters,
-                            c: du[(element * channels + from) * filters + f..].as_mut_ptr(),
+                            c: du[(element * channels + from) * filters + columns.from..].as_mut_ptr(),
                             c_row: filters,
                             segments: &[(0, 0)],
                             run: count,
                             start: Start::Add,
-                            last: width - (vectors - 1) * kernels.lanes,
+                            last: columns.last,
                         };
                         // SAFETY: `a` and `b` walk the `count` tiles of one plane each, `c` covers `rows`
                         // channels of one element; lengths are asserted.
-                        unsafe { kernels.get(rows, vectors)(&tile) };
+                        unsafe { columns.kernel(rows)(&tile) };
                     }
-                    f += width;
                 }
             }
         }
