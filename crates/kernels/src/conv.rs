@@ -3,8 +3,8 @@
 //! Channels lie innermost, so the input under one row of the kernel is one stretch of memory. A block of
 //! neighbouring outputs × filters is held in registers (`tile.rs`) and reads the halo-padded input where
 //! it lies. With a stride of 1 the input gradient is the same convolution with the kernel turned round;
-//! the weight gradient is the same loop over positions. Wide 3×3 kernels go through `winograd.rs`, which
-//! needs fewer products.
+//! the weight gradient is the same loop over positions. Kernels that are 3 long and see many channels need
+//! fewer products (`winograd`).
 //!
 //! Weights lie as group × kernel × channels in × channels out. Where every channel is a group of its own
 //! (`depthwise.rs`), they lie as kernel × channels.
@@ -54,9 +54,6 @@ struct Line {
     taps: usize,
 }
 
-/// Channels and filters from which on fewer products outweigh the transforms.
-const WIDE: usize = 16;
-
 thread_local! {
     static SCRATCH: RefCell<Vec<f32>> = const { RefCell::new(Vec::new()) };
 }
@@ -64,7 +61,8 @@ thread_local! {
 impl Conv {
     /// A convolution of `channels` into `filters`; `groups` divides both.
     pub fn new(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(window, channels, filters, groups, channels.min(filters) >= WIDE)
+        let pays = Winograd::pays(&window, channels, filters);
+        Self::with(window, channels, filters, groups, pays)
     }
 
     /// The same by the definition's own products, whatever the sizes.
@@ -105,10 +103,9 @@ impl Conv {
         }
         let Window3 { output, kernel, stride, .. } = window;
         let mut padded: [usize; 3] = std::array::from_fn(|a| (output[a] - 1) * stride[a] + kernel[a]);
-        let fits = kernel == [1, 3, 3] && stride == [1; 3] && output[0] == 1 && groups == 1;
-        let winograd = (fewer && fits).then(|| Winograd::new([output[1], output[2]], channels, filters));
+        let winograd = (fewer && groups == 1).then(|| Winograd::new(&window, channels, filters)).flatten();
         if let Some(winograd) = &winograd {
-            [padded[1], padded[2]] = winograd.padded();
+            padded = winograd.padded(padded);
         }
         let inner = channels / groups;
         let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
@@ -253,7 +250,13 @@ impl Conv {
     }
 
     /// Every block of outputs: positions along a row × filters.
-    fn blocks(&self, padded: &[f32], weight: &[f32], y: &mut [f32], start: impl Fn(usize) -> Start) {
+    pub(crate) fn blocks(
+        &self,
+        padded: &[f32],
+        weight: &[f32],
+        y: &mut [f32],
+        start: impl Fn(usize) -> Start,
+    ) {
         assert!(padded.len() >= self.padded_len() && weight.len() >= self.weight_len());
         assert!(y.len() >= self.y_len(), "an output image");
         let Window3 { output, stride, .. } = self.window;

@@ -1,11 +1,8 @@
-//! 3×3 convolution with 16 products in place of 36 for every 2×2 outputs.
+//! F(2×2, 3×3): 16 products in place of 36 for every 2×2 outputs, on overlapping 4×4 tiles of the input.
 //!
-//! Winograd's F(2×2, 3×3) (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016):
-//! `Y = Aᵀ [(G g Gᵀ) ⊙ (Bᵀ d B)] A` on overlapping 4×4 tiles `d` of the input. Summed over channels, the
-//! product ⊙ is one matrix product per element of the tile: tiles × channels by channels × filters. The
-//! weights' gradient is the same turned round: `Gᵀ [Σ (Bᵀ d B) ⊙ (A dY Aᵀ)] G`. All factors are 0, ±1 and
-//! ½, so that little accuracy is lost; infinity in a tile may come out as NaN.
+//! All factors of the transforms are 0, ±1 and ½, so that little accuracy is lost.
 
+use super::Begin;
 use crate::simd::{Simd, at_level};
 use crate::tile::{Start, Tile, columns, even, wide_rows};
 use crate::view::{load, store, vectors};
@@ -19,7 +16,7 @@ const BLOCK: usize = 96 * 1024;
 
 /// Sizes of a 3×3 convolution with stride 1 whose input lies in a halo that its tiles fill.
 #[derive(Debug, Clone)]
-pub(crate) struct Winograd {
+pub(crate) struct Square {
     /// Rows and columns of the output.
     output: [usize; 2],
     channels: usize,
@@ -30,27 +27,30 @@ pub(crate) struct Winograd {
     block: usize,
 }
 
-impl Winograd {
+impl Square {
     pub fn new(output: [usize; 2], channels: usize, filters: usize) -> Self {
         let tiles = output.map(|size| size.div_ceil(2));
         // A multiple of the rows that a product holds in registers.
         let rows = wide_rows();
         let most = (BLOCK / (TILE * (channels + filters)) / rows).max(1) * rows;
         let block = even(tiles[0] * tiles[1], most);
-        Winograd { output, channels, filters, tiles, block }
+        Square { output, channels, filters, tiles, block }
     }
 
     /// Rows and columns of the input with the halo that the tiles cover.
-    pub fn padded(&self) -> [usize; 2] {
+    fn halo(&self) -> [usize; 2] {
         self.tiles.map(|tiles| 2 * tiles + 2)
     }
 
-    /// Values of the transformed weights, and of their gradient.
+    pub fn padded(&self, padded: [usize; 3]) -> [usize; 3] {
+        let [rows, columns] = self.halo();
+        [padded[0], rows, columns]
+    }
+
     pub fn weight_len(&self) -> usize {
         TILE * self.channels * self.filters
     }
 
-    /// Values of scratch for any pass.
     pub fn work_len(&self) -> usize {
         TILE * (self.plane(self.channels) + self.plane(self.filters))
     }
@@ -72,11 +72,10 @@ impl Winograd {
         unpack(block, &du[..TILE * block], &mut dweight[..9 * block]);
     }
 
-    /// `y` from a padded input and packed weights.
-    pub fn forward(&self, padded: &[f32], u: &[f32], start: Begin, y: &mut [f32], work: &mut [f32]) {
+    pub fn forward(&self, padded: &[f32], u: &[f32], begin: Begin, y: &mut [f32], work: &mut [f32]) {
         let (channels, filters) = (self.channels, self.filters);
         assert!(u.len() >= self.weight_len() && work.len() >= self.work_len(), "packed weights and scratch");
-        assert!(padded.len() >= self.padded().iter().product::<usize>() * channels, "a padded image");
+        assert!(padded.len() >= self.halo().iter().product::<usize>() * channels, "a padded image");
         assert!(y.len() >= self.output.iter().product::<usize>() * filters, "an output image");
         let (from_plane, to_plane) = (self.plane(channels), self.plane(filters));
         let (v, m) = work.split_at_mut(TILE * from_plane);
@@ -109,15 +108,14 @@ impl Winograd {
                     }
                 }
             }
-            gather_output(self, first, count, m, start, y);
+            gather_output(self, first, count, m, begin, y);
         }
     }
 
-    /// Adds one image's gradient to `du`, to be unpacked when all images are in.
     pub fn backward_weight(&self, padded: &[f32], dy: &[f32], du: &mut [f32], work: &mut [f32]) {
         let (channels, filters) = (self.channels, self.filters);
         assert!(du.len() >= self.weight_len() && work.len() >= self.work_len(), "gradient and scratch");
-        assert!(padded.len() >= self.padded().iter().product::<usize>() * channels, "a padded image");
+        assert!(padded.len() >= self.halo().iter().product::<usize>() * channels, "a padded image");
         assert!(dy.len() >= self.output.iter().product::<usize>() * filters, "a gradient image");
         let (from_plane, to_plane) = (self.plane(channels), self.plane(filters));
         let (v, w) = work.split_at_mut(TILE * from_plane);
@@ -168,16 +166,6 @@ impl Winograd {
     }
 }
 
-/// What outputs start from.
-#[derive(Clone, Copy)]
-pub(crate) enum Begin<'a> {
-    Zero,
-    /// The values already there.
-    Add,
-    /// One value per filter.
-    Bias(&'a [f32]),
-}
-
 /// `Bᵀ d` of one column.
 ///
 /// # Safety
@@ -200,15 +188,15 @@ unsafe fn gather<S: Simd>(m: [S::V; 4]) -> [S::V; 2] {
 
 at_level! {
     /// `v = Bᵀ d B` of a block of tiles.
-    fn spread_input(w: &Winograd, first: usize, count: usize, x: &[f32], v: &mut [f32]) = spread_input_at
+    fn spread_input(w: &Square, first: usize, count: usize, x: &[f32], v: &mut [f32]) = spread_input_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn spread_input_at<S: Simd>(w: &Winograd, first: usize, count: usize, x: &[f32], v: &mut [f32]) {
+unsafe fn spread_input_at<S: Simd>(w: &Square, first: usize, count: usize, x: &[f32], v: &mut [f32]) {
     let (width, plane) = (w.channels, w.plane(w.channels));
-    let line = w.padded()[1] * width;
+    let line = w.halo()[1] * width;
     for (row, column, run, number) in w.rows(first, count) {
         let x = &x[2 * row * line + 2 * column * width..];
         let v = &mut v[number * width..];
@@ -245,13 +233,13 @@ unsafe fn spread_input_at<S: Simd>(w: &Winograd, first: usize, count: usize, x: 
 
 at_level! {
     /// `w = A dy Aᵀ` of a block of tiles; outputs beyond the edge count as zero.
-    fn spread_gradient(w: &Winograd, first: usize, count: usize, dy: &[f32], to: &mut [f32]) = spread_gradient_at
+    fn spread_gradient(w: &Square, first: usize, count: usize, dy: &[f32], to: &mut [f32]) = spread_gradient_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn spread_gradient_at<S: Simd>(w: &Winograd, first: usize, count: usize, dy: &[f32], to: &mut [f32]) {
+unsafe fn spread_gradient_at<S: Simd>(w: &Square, first: usize, count: usize, dy: &[f32], to: &mut [f32]) {
     let (width, plane) = (w.filters, w.plane(w.filters));
     let [rows, columns] = w.output;
     for (row, column, run, number) in w.rows(first, count) {
@@ -287,7 +275,7 @@ unsafe fn spread_gradient_at<S: Simd>(w: &Winograd, first: usize, count: usize, 
 at_level! {
     /// `y = Aᵀ m A` of a block of tiles.
     fn gather_output(
-        w: &Winograd, first: usize, count: usize, m: &[f32], start: Begin, y: &mut [f32],
+        w: &Square, first: usize, count: usize, m: &[f32], begin: Begin, y: &mut [f32],
     ) = gather_output_at
 }
 
@@ -296,11 +284,11 @@ at_level! {
 #[allow(clippy::needless_range_loop)]
 #[inline(always)]
 unsafe fn gather_output_at<S: Simd>(
-    w: &Winograd,
+    w: &Square,
     first: usize,
     count: usize,
     m: &[f32],
-    start: Begin,
+    begin: Begin,
     y: &mut [f32],
 ) {
     let (width, plane) = (w.filters, w.plane(w.filters));
@@ -312,7 +300,7 @@ unsafe fn gather_output_at<S: Simd>(
         vectors!(S, width, c, n, {
             // SAFETY: `c + n <= width`; positions beyond the edge are neither read nor written.
             unsafe {
-                let bias = if let Begin::Bias(bias) = start { load::<S>(bias, c, n) } else { S::splat(0.0) };
+                let bias = if let Begin::Bias(bias) = begin { load::<S>(bias, c, n) } else { S::splat(0.0) };
                 for tile in 0..run {
                     let right = 2 * (column + tile) + 1 < columns;
                     let mut halves = [[S::splat(0.0); 4]; 2];
@@ -332,7 +320,7 @@ unsafe fn gather_output_at<S: Simd>(
                         let at = i * columns * width + 2 * tile * width + c;
                         macro_rules! put {
                             ($at:expr, $value:expr) => {
-                                let value = match start {
+                                let value = match begin {
                                     Begin::Add => S::add($value, load::<S>(y, $at, n)),
                                     _ => S::add($value, bias),
                                 };
