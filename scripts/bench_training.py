@@ -26,7 +26,7 @@ find enough of them, and where that fails, the row says `disturbed` in place of 
 cores lost, PyTorch's threads wait for each other and ratios of 100 and more are seen.
 
 *Targets.* A network is met when it is at least `target` times as fast as the opponent; a group is met when
-its geometric mean is. Both tables are below; a new network is one row in `NETWORKS` and one twin.
+its geometric mean is. Both tables are below; a new network is one entry in `NETWORKS` and one twin.
 
 `--quick` is for trying this script out: few short rounds, numbers that mean little.
 """
@@ -60,19 +60,29 @@ class Row(NamedTuple):
 
 # Geometric mean over the networks of a group.
 GROUPS = {"light": 2.0}
+LIGHT = Row(64, 1.3, "light")
+# A network may stand here with several batches or sizes.
 NETWORKS = {
-    "mlp": Row(64, 1.3, "light"),
-    "vgg6-lite-1d": Row(64, 1.3, "light"),
-    "resnet8-lite-1d": Row(64, 1.3, "light"),
-    "densenet6-lite-1d": Row(64, 1.3, "light"),
-    "vgg6-lite-2d": Row(64, 1.3, "light"),
-    "resnet8-lite-2d": Row(64, 1.3, "light"),
-    "densenet6-lite-2d": Row(64, 1.3, "light"),
-    "hybrid-vgg": Row(64, 1.3, "light"),
-    "hybrid-resnet": Row(64, 1.3, "light"),
-    "hybrid-densenet": Row(64, 1.3, "light"),
-    "hybrid-resvgg": Row(64, 1.3, "light"),
-    "hybrid-resvgg-nofc": Row(64, 1.3, "light"),
+    "mlp": [LIGHT],
+    "lstm": [LIGHT],
+    "tactnet4": [LIGHT],
+    "tactnet6": [LIGHT],
+    "vgg6-lite-1d": [LIGHT],
+    "resnet8-lite-1d": [LIGHT],
+    "densenet6-lite-1d": [LIGHT],
+    "vgg6-lite-2d": [LIGHT],
+    "resnet8-lite-2d": [LIGHT],
+    "densenet6-lite-2d": [LIGHT],
+    "hybrid-vgg": [LIGHT],
+    "hybrid-resnet": [LIGHT],
+    "hybrid-densenet": [LIGHT],
+    "hybrid-resvgg": [LIGHT],
+    "hybrid-resvgg-nofc": [LIGHT],
+    "tactnet3d": [Row(10, 1.5), Row(32, 1.5)],
+    "tactnet3d-51": [Row(8, 1.5)],
+    "multiscale-cnn": [Row(32, 2.0)],
+    "mobilenet-v2": [Row(16, 1.5)],
+    "resnet18": [Row(8, 1.0)],
 }
 FORMATS = ["default", "channels_last", "bf16"]
 QUIET = 0.1  # share of the processors that other programs may take while a wall time is measured
@@ -241,7 +251,7 @@ def summaries(results):
         if not chosen:
             continue
         ratios = [r["ratio"] for r in chosen]
-        of = len(NETWORKS) if group is None else sum(row.group == group for row in NETWORKS.values())
+        of = sum(group in (None, row.group) for rows in NETWORKS.values() for row in rows)
         what = f"geometric mean, {group or 'all'}" + ("" if len(chosen) == of else f" ({len(chosen)} of {of})")
         disturbed = any(r["disturbed"] for r in chosen)
         lines.append(dict(what=what, ratio=geometric_mean(ratios), least=min(ratios), target=target, disturbed=disturbed))
@@ -366,12 +376,12 @@ def main():
     steps = args.steps or build_steps()
     facts, results = environment(args), []
     for threads in args.threads:
-        for name in args.networks:
-            result = measure(name, NETWORKS[name], threads, steps, args)
+        for name, row in ((name, row) for name in args.networks for row in NETWORKS[name]):
+            result = measure(name, row, threads, steps, args)
             results.append(result)
             columns = ", ".join(f"{column} {milliseconds(ms)}" for column, ms in result["ms"].items())
             note = ", disturbed" if result["disturbed"] else ""
-            print(f"{name}, {threads} threads: {columns} ms; {result['ratio']:.2f}x{note}", file=sys.stderr, flush=True)
+            print(f"{name}, batch {row.batch}, {threads} threads: {columns} ms; {result['ratio']:.2f}x{note}", file=sys.stderr, flush=True)
     text = page(facts, results)
     print(text)
     means = {str(t): summaries([r for r in results if r["threads"] == t]) for t in args.threads}

@@ -17,8 +17,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("kernels", &[]),
     ("data", &["encodings", "seed"]),
     ("hybrid-cnn", &["graph"]),
+    ("tactnet3d", &["graph"]),
+    ("multiscale-cnn", &["graph"]),
+    ("visuotactile", &["graph"]),
     ("comparators", &["graph"]),
-    ("zoo", &["graph", "hybrid-cnn", "comparators"]),
+    ("zoo", &["graph", "hybrid-cnn", "tactnet3d", "multiscale-cnn", "visuotactile", "comparators"]),
     ("engine", &["graph", "kernels"]),
     ("devices", &["graph"]),
     ("trainer", &["data", "devices", "encodings", "engine", "graph", "scenes", "seed", "zoo"]),
@@ -90,7 +93,7 @@ fn the_page_draws_the_same_table() {
 /// Each network file says where its network is published and where it departs from that.
 #[test]
 fn network_files_name_their_reference() {
-    for family in ["hybrid-cnn", "comparators"] {
+    for family in ["hybrid-cnn", "tactnet3d", "multiscale-cnn", "visuotactile", "comparators"] {
         for file in std::fs::read_dir(root().join("crates").join(family).join("src")).unwrap() {
             let path = file.unwrap().path();
             if path.file_name().unwrap() == "lib.rs" {

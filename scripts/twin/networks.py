@@ -7,6 +7,8 @@ whose `state_dict` names are taxel's.
 import torch
 from torch import nn
 
+import image_networks
+
 
 def conv(dims):
     return nn.Conv1d if dims == 1 else nn.Conv2d
@@ -205,6 +207,83 @@ class TactResNet(nn.Module):
         return self.fc(nn.functional.avg_pool2d(x, 5, 1).flatten(1))
 
 
+class TactNet3d(nn.Module):
+    """Papers 002 and 003: unpadded 3D convolutions, by default without a pool."""
+
+    def __init__(self, filters, kernels, classes, in_channels=1, height=28, width=50, frames=10, hidden=64, pool=1, dropout=0.2):
+        super().__init__()
+        kernels = [kernels[min(i, 1)] for i in range(len(filters))]
+        self.convs = nn.ModuleList(nn.Conv3d(a, b, k) for a, b, k in zip([in_channels, *filters], filters, kernels))
+        self.bns = nn.ModuleList(nn.BatchNorm3d(n, eps=1e-5) for n in filters)
+        size = [height, width, frames]
+        for kernel in kernels:
+            size = [(s - k + 1) // pool for s, k in zip(size, kernel)]
+        self.fc3 = nn.Linear(filters[-1] * size[0] * size[1] * size[2], hidden)
+        self.drop3 = nn.Dropout(dropout)
+        self.fc4 = nn.Linear(hidden, classes)
+        self.pool = pool
+
+    def forward(self, x):
+        for conv3d, bn in zip(self.convs, self.bns):
+            x = torch.relu(bn(conv3d(x)))
+            x = nn.functional.max_pool3d(x, self.pool) if self.pool > 1 else x
+        return self.fc4(self.drop3(torch.relu(self.fc3(x.flatten(1)))))
+
+
+class Scale(nn.Module):
+    """One scale of paper 004: convolution of 3, batch norm, pool."""
+
+    def __init__(self, inputs, outputs):
+        super().__init__()
+        self.conv = nn.Conv2d(inputs, outputs, 3, padding=1)
+        self.bn = nn.BatchNorm2d(outputs)
+
+    def forward(self, x):
+        return nn.functional.max_pool2d(self.bn(self.conv(x)), 2)
+
+
+class MultiscaleBlock(nn.Module):
+    def __init__(self, inputs, multi):
+        super().__init__()
+        self.k1 = nn.Parameter(torch.ones(1))
+        self.k2 = nn.Parameter(torch.ones(1))
+        self.single = Scale(inputs, 1)
+        self.multi = Scale(inputs, multi)
+
+    def forward(self, x):
+        return torch.cat([self.k1 * self.single(x), self.k2 * self.multi(x), nn.functional.max_pool2d(x, 2)], 1)
+
+
+class Multiscale(nn.Module):
+    """Paper 004, Table 1."""
+
+    def __init__(self, classes=20, in_channels=2, height=23, width=300, activation="leaky-relu"):
+        super().__init__()
+        self.activation = torch.sigmoid if activation == "sigmoid" else nn.functional.leaky_relu
+        channels = in_channels
+        for i, multi in enumerate([5, 15, 32]):
+            setattr(self, f"block{i + 1}", MultiscaleBlock(channels, multi))
+            channels += 1 + multi
+        self.fc1 = nn.Linear(channels * (height // 8) * (width // 8), 512)
+        self.bn1 = nn.BatchNorm1d(512)
+        self.fc2 = nn.Linear(512, classes)
+        self.bn2 = nn.BatchNorm1d(classes)
+
+    def forward(self, x):
+        for block in (self.block1, self.block2, self.block3):
+            x = self.activation(block(x))
+        return self.bn2(self.fc2(torch.sigmoid(self.bn1(self.fc1(x.flatten(1))))))
+
+
+ACTIVE_KERNELS, PALPATION_KERNELS = [(5, 5, 3), (5, 3, 3)], [(5, 3, 8), (5, 3, 8)]
+# Filters, kernels, and the settings that differ from paper 002's second row.
+TACTNETS_3D = {
+    "tactnet3d": ([8, 16], ACTIVE_KERNELS, dict(classes=9)),
+    "tactnet3d-4-8": ([4, 8], ACTIVE_KERNELS, dict(classes=9)),
+    "tactnet3d-fc32": ([8, 16], ACTIVE_KERNELS, dict(classes=9, hidden=32)),
+    "tactnet3d-8-16-32": ([8, 16, 32], ACTIVE_KERNELS, dict(classes=9)),
+    "tactnet3d-51": ([16, 32], PALPATION_KERNELS, dict(classes=24, frames=51, dropout=0.7)),
+}
 TACTNETS = {"tactnet4": [8, 16, 32], "tactnet6": [8, 16, 32, 64, 128]}
 BODIES = {"vgg6-lite": Vgg6Lite, "resnet8-lite": ResNet8Lite, "densenet6-lite": DenseNet6Lite}
 HYBRIDS = {
@@ -224,8 +303,20 @@ def add_classifier(body, classes):
     return body
 
 
-def build(name, classes=3, in_channels=None, image_channels=3, in_features=250, hidden=128, height=50, width=50, **_sizes):
-    """The network `name`; where features are pooled globally, sizes beyond the channels do not matter."""
+def build(name, **settings):
+    """The network `name` with `settings` in place of the paper's values."""
+    if name in image_networks.NETWORKS:
+        return image_networks.build(name, **settings)
+    if name in TACTNETS_3D:
+        filters, kernels, own = TACTNETS_3D[name]
+        return TactNet3d(filters, kernels, **{**own, **settings})
+    if name == "multiscale-cnn":
+        return Multiscale(**settings)
+    return light(name, **settings)
+
+
+def light(name, classes=3, in_channels=None, image_channels=3, in_features=250, hidden=128, height=50, width=50, **_sizes):
+    """Networks of paper 000; where features are pooled globally, sizes beyond the channels do not matter."""
     if name == "mlp":
         return Mlp(in_features, hidden, classes)
     if name == "lstm":
@@ -242,8 +333,19 @@ def build(name, classes=3, in_channels=None, image_channels=3, in_features=250, 
     return add_classifier(BODIES[body](dims, in_channels or (5 if dims == 1 else 3)), classes)
 
 
-def input_shapes(name, classes=3, in_channels=None, image_channels=3, length=50, height=50, width=50, in_features=250, **_):
+def input_shapes(name, **settings):
     """Shapes of the inputs in order, batch axis left out."""
+    if name in image_networks.NETWORKS:
+        return image_networks.input_shapes(name, **settings)
+    if name in TACTNETS_3D:
+        sizes = {"in_channels": 1, "height": 28, "width": 50, "frames": 10, **TACTNETS_3D[name][2], **settings}
+        return [tuple(sizes[key] for key in ("in_channels", "height", "width", "frames"))]
+    if name == "multiscale-cnn":
+        return [(settings.get("in_channels", 2), settings.get("height", 23), settings.get("width", 300))]
+    return light_input_shapes(name, **settings)
+
+
+def light_input_shapes(name, classes=3, in_channels=None, image_channels=3, length=50, height=50, width=50, in_features=250, **_):
     if name == "mlp":
         return [(1, in_features)]
     if name in HYBRIDS:

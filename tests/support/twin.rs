@@ -54,6 +54,15 @@ fn digest(values: &[f32], salt: u64) -> Vec<f64> {
     digest
 }
 
+/// How far float32 may be from the fixture's float64, relative.
+#[derive(Debug, Clone, Copy)]
+pub struct Tolerance {
+    /// Logits, loss, running statistics.
+    pub values: f64,
+    /// Digests of gradients.
+    pub gradients: f64,
+}
+
 /// One fixture.
 pub struct Twin {
     pub name: String,
@@ -71,7 +80,7 @@ impl Twin {
 
     /// Networks with an operation that only devices execute so far.
     pub fn on_devices() -> Vec<Twin> {
-        Twin::folder("networks-devices", 2)
+        Twin::folder("networks-devices", 15)
     }
 
     fn folder(name: &str, least: usize) -> Vec<Twin> {
@@ -153,6 +162,12 @@ impl Twin {
             Some(loss) => serde_json::from_value(loss.clone()).unwrap(),
             None => Loss::SoftmaxCrossEntropy,
         }
+    }
+
+    /// The fixture's own for deep networks, 1e-5 and 1e-4 for all others.
+    pub fn tolerance(&self) -> Tolerance {
+        let number = |key: &str, default| self.json["tolerance"][key].as_f64().unwrap_or(default);
+        Tolerance { values: number("values", 1e-5), gradients: number("gradients", 1e-4) }
     }
 
     /// Target values [batch, 3] for the losses that take them.

@@ -215,15 +215,9 @@ impl Model {
         let patches = gather.patches(x, 0.0, &self.device)?;
         let (_, channels, volume, positions) = patches.dims4()?;
         let depth = channels / groups * volume;
-        let mut parts = Vec::with_capacity(groups);
-        for group in 0..groups {
-            let patch = patches.narrow(1, group * channels / groups, channels / groups)?;
-            let patch = patch.contiguous()?.reshape((n, depth, positions))?;
-            let weight = weight.narrow(0, group * filters / groups, filters / groups)?;
-            let weight = weight.reshape((1, filters / groups, depth))?;
-            parts.push(weight.broadcast_matmul(&patch)?);
-        }
-        self.shaped(Tensor::cat(&parts, 1)?, node)
+        let patches = patches.reshape((n, groups, depth, positions))?;
+        let weight = weight.reshape((1, groups, filters / groups, depth))?;
+        self.shaped(weight.broadcast_matmul(&patches)?, node)
     }
 
     fn dropout(&self, node: &Node, x: &Tensor, probability: f32) -> candle_core::Result<Tensor> {

@@ -93,13 +93,14 @@ fn compare(twin: &Twin, graph: &Graph) -> Vec<f32> {
     let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let mut outputs = model.forward(&xs, twin.batch, false).unwrap();
     assert_eq!(outputs[0].0, "logits");
-    twin.assert_values("eval_logits", &outputs[0].1, 1e-5);
+    let tolerance = twin.tolerance();
+    twin.assert_values("eval_logits", &outputs[0].1, tolerance.values);
     let (loss, gradients) = loss_and_gradients(&model, twin, &xs);
-    twin.assert_loss(loss, 1e-5);
+    twin.assert_loss(loss, tolerance.values);
     assert_eq!(gradients.len(), twin.count("gradients"), "{}", twin.name);
-    twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), 1e-4);
+    twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), tolerance.gradients);
     let weights = model.weights().unwrap();
-    twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+    twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), tolerance.values);
     outputs.remove(0).1
 }
 

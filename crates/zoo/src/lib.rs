@@ -18,6 +18,9 @@ use serde_json::Value;
 use taxel_comparators::{LstmConfig, MlpConfig, TactNet, TactNetConfig, TactNetDepth, TactResNetConfig};
 use taxel_graph::{Architecture, Graph};
 use taxel_hybrid_cnn::{Body, Fusion, Hybrid, HybridConfig, Light, Light1dConfig, Light2dConfig};
+use taxel_multiscale_cnn::MultiscaleConfig;
+use taxel_tactnet3d::TactNet3d;
+use taxel_visuotactile::{ImageConfig, MobileNetV2Config, ResNet, ResNetDepth};
 
 /// Configuration values by key; what is left out keeps the paper's value.
 pub type Settings = serde_json::Map<String, Value>;
@@ -69,7 +72,8 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// One input of a network and the configuration keys that hold its axis sizes.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Input {
-    /// `signal` (channels × time) or `image` (channels × rows × columns).
+    /// `signal` (channels × time), `image` (channels × rows × columns) or `tensor` (channels × rows ×
+    /// columns × frames).
     pub name: &'static str,
     /// Keys of the axes in order; a single key means that the whole sample is flattened into it.
     pub keys: &'static [&'static str],
@@ -86,7 +90,7 @@ pub struct Entry {
     pub paper: &'static str,
     /// What it reads.
     pub inputs: &'static [Input],
-    build: fn(&Settings) -> std::result::Result<Graph, BuildError>,
+    build: Build,
 }
 
 enum BuildError {
@@ -98,6 +102,7 @@ const SIGNAL: Input = Input { name: "signal", keys: &["in_channels", "length"] }
 const IMAGE: Input = Input { name: "image", keys: &["in_channels", "height", "width"] };
 const HYBRID: &[Input] = &[SIGNAL, Input { name: "image", keys: &["image_channels", "height", "width"] }];
 const FLAT: Input = Input { name: "signal", keys: &["in_features"] };
+const TENSOR: Input = Input { name: "tensor", keys: &["in_channels", "height", "width", "frames"] };
 
 /// Every network that taxel knows.
 pub const NETWORKS: &[Entry] = &[
@@ -133,24 +138,46 @@ pub const NETWORKS: &[Entry] = &[
     light("hybrid-resvgg-nofc", "000, Table 4", HYBRID, |s| {
         hybrid("hybrid-resvgg-nofc", Body::ResNet8, Body::Vgg6, Fusion::None, s)
     }),
+    palpation("tactnet3d", "002, Table I", |s| tactnet3d(TactNet3d::ACTIVE, s)),
+    palpation("tactnet3d-4-8", "002, Table I", |s| tactnet3d(TactNet3d::ACTIVE_4_8, s)),
+    palpation("tactnet3d-fc32", "002, Table I", |s| tactnet3d(TactNet3d::ACTIVE_FC32, s)),
+    palpation("tactnet3d-8-16-32", "002, Table I", |s| tactnet3d(TactNet3d::ACTIVE_8_16_32, s)),
+    palpation("tactnet3d-51", "003, Fig. 4", |s| tactnet3d(TactNet3d::PALPATION, s)),
+    Entry {
+        name: "multiscale-cnn",
+        family: "multiscale-cnn",
+        paper: "004, Table 1",
+        inputs: &[IMAGE],
+        build: |s| build(parse::<MultiscaleConfig>(s)?),
+    },
+    image("mobilenet-v2", "Sandler et al. 2018; 001, Tables 1-6", |s| build(parse::<MobileNetV2Config>(s)?)),
+    image("resnet18", "He et al. 2016; 000, Table 5", |s| {
+        let config = over(ImageConfig::colour(3), s)?;
+        build(ResNet { depth: ResNetDepth::Eighteen, config })
+    }),
 ];
+
+type Build = fn(&Settings) -> std::result::Result<Graph, BuildError>;
 
 const fn comparator(
     name: &'static str,
     paper: &'static str,
     inputs: &'static [Input],
-    build: fn(&Settings) -> std::result::Result<Graph, BuildError>,
+    build: Build,
 ) -> Entry {
     Entry { name, family: "comparators", paper, inputs, build }
 }
 
-const fn light(
-    name: &'static str,
-    paper: &'static str,
-    inputs: &'static [Input],
-    build: fn(&Settings) -> std::result::Result<Graph, BuildError>,
-) -> Entry {
+const fn light(name: &'static str, paper: &'static str, inputs: &'static [Input], build: Build) -> Entry {
     Entry { name, family: "hybrid-cnn", paper, inputs, build }
+}
+
+const fn palpation(name: &'static str, paper: &'static str, build: Build) -> Entry {
+    Entry { name, family: "tactnet3d", paper, inputs: &[TENSOR], build }
+}
+
+const fn image(name: &'static str, paper: &'static str, build: Build) -> Entry {
+    Entry { name, family: "visuotactile", paper, inputs: &[IMAGE], build }
 }
 
 /// The network called `name`.
@@ -205,12 +232,25 @@ fn parse<C: DeserializeOwned>(settings: &Settings) -> std::result::Result<C, Bui
     serde_json::from_value(Value::Object(settings.clone())).map_err(BuildError::Settings)
 }
 
+/// `settings` over a network's own values, where networks of one family differ in them.
+fn over<C: Serialize + DeserializeOwned>(own: C, settings: &Settings) -> std::result::Result<C, BuildError> {
+    let own = serde_json::to_value(own).map_err(BuildError::Settings)?;
+    let mut merged = own.as_object().cloned().unwrap_or_default();
+    merged.extend(settings.clone());
+    parse(&merged)
+}
+
 fn build(network: impl Architecture) -> std::result::Result<Graph, BuildError> {
     network.graph().map_err(BuildError::Graph)
 }
 
 fn tactnet(depth: TactNetDepth, settings: &Settings) -> std::result::Result<Graph, BuildError> {
     build(TactNet { depth, config: parse::<TactNetConfig>(settings)? })
+}
+
+fn tactnet3d(mut network: TactNet3d, settings: &Settings) -> std::result::Result<Graph, BuildError> {
+    network.config = over(network.config, settings)?;
+    build(network)
 }
 
 fn light_1d(body: Body, settings: &Settings) -> std::result::Result<Graph, BuildError> {

@@ -6,7 +6,7 @@
 use taxel_zoo::{NETWORKS, Settings, find};
 
 /// Name, parameters, batch-norm statistics, MACs of one sample.
-const COUNTED: [(&str, u64, Option<u64>, u64); 16] = [
+const COUNTED: [(&str, u64, Option<u64>, u64); 24] = [
     ("mlp", 32_515, Some(0), 32_384),
     ("lstm", 69_507, Some(0), 3_405_184),
     ("tactnet4", 11_235, Some(112), 3_003_456),
@@ -23,6 +23,14 @@ const COUNTED: [(&str, u64, Option<u64>, u64); 16] = [
     ("hybrid-densenet", 38_435, None, 11_210_608),
     ("hybrid-resvgg", 116_547, Some(896), 19_744_624),
     ("hybrid-resvgg-nofc", 112_035, None, 19_740_160),
+    ("tactnet3d", 5_413_801, None, 41_119_296),
+    ("tactnet3d-4-8", 2_705_785, None, 12_956_736),
+    ("tactnet3d-fc32", 2_710_121, None, 38_415_648),
+    ("tactnet3d-8-16-32", 5_535_241, None, 103_149_120),
+    ("tactnet3d-51", 69_779_048, None, 2_258_454_016),
+    ("multiscale-cnn", 2_180_011, None, 7_488_856),
+    ("mobilenet-v2", 2_231_558, None, 299_501_952),
+    ("resnet18", 11_178_051, Some(9_600), 1_813_562_880),
 ];
 
 #[test]

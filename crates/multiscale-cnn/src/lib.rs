@@ -1,0 +1,5 @@
+#![doc = include_str!("../README.md")]
+
+mod multiscale;
+
+pub use multiscale::{BlockActivation, MultiscaleConfig};
