@@ -1,7 +1,7 @@
 //! Fixtures of the PyTorch twins, and the formula that both sides fill their tensors with.
 //!
-//! `scripts/fixtures/network_twins.py` and `operations*.py` write the fixtures; `formula.py` beside it is the other half of
-//! [`hashed`], [`tensor`] and [`digest`].
+//! `scripts/fixtures/network_twins.py` and `operations.py` write the fixtures; `formula.py` beside them is
+//! the other half of [`hashed`], [`tensor`] and [`digest`].
 
 #![allow(dead_code)]
 
@@ -64,43 +64,21 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Every network that engine and devices execute, in order of their names.
+    /// Every network, in order of their names.
     pub fn all() -> Vec<Twin> {
-        Twin::folder("networks", 17)
-    }
-
-    /// Networks with an operation that only devices execute so far.
-    pub fn on_devices() -> Vec<Twin> {
-        Twin::folder("networks-devices", 2)
-    }
-
-    fn folder(name: &str, least: usize) -> Vec<Twin> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures").join(name);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/networks");
         let mut paths: Vec<PathBuf> =
             std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.sort();
-        assert!(
-            paths.len() >= least,
-            "run scripts/fixtures/network_twins.py: only {} fixtures in {name}",
-            paths.len()
-        );
+        assert!(paths.len() >= 23, "run scripts/fixtures/network_twins.py: only {} fixtures", paths.len());
         paths.iter().map(|path| Twin::read(path)).collect()
     }
 
-    /// Every single operation on awkward shapes, with its graph.
+    /// Every single operation on awkward shapes and every loss, with its graph.
     pub fn operations() -> Vec<(Twin, Graph)> {
-        Twin::cases("operations", 30)
-    }
-
-    /// Further operations and losses, which only devices execute so far.
-    pub fn more_operations() -> Vec<(Twin, Graph)> {
-        Twin::cases("operations2", 25)
-    }
-
-    fn cases(name: &str, least: usize) -> Vec<(Twin, Graph)> {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/fixtures/{name}.json"));
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/operations.json");
         let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        assert!(cases.len() >= least, "run scripts/fixtures/{name}.py: only {} cases", cases.len());
+        assert!(cases.len() >= 57, "run scripts/fixtures/operations.py: only {} cases", cases.len());
         let pair = |json: Value| {
             let graph = operation(&json["operation"]);
             (Twin::new(json["network"].as_str().unwrap().to_string(), json), graph)

@@ -1,6 +1,7 @@
 //! A fixed share of the batch with all its memory: what one worker runs on its own.
 
-use taxel_kernels::{Buffer, batch_norm, layout, reduce};
+use taxel_graph::DropoutMask;
+use taxel_kernels::{Buffer, Rectifier, batch_norm, layout, reduce};
 
 use crate::layers::{Backward, Inputs, Layer, Outputs, Scratch, view};
 use crate::norm::{Moments, Norm};
@@ -28,6 +29,8 @@ pub(crate) struct NodeState {
     /// Number among the inputs of the graph.
     pub input: Option<usize>,
     pub prepared: Vec<f32>,
+    /// What a dropout drops in this training pass.
+    pub mask: Option<DropoutMask>,
 }
 
 /// Samples `first..first + count` of the batch.
@@ -92,8 +95,15 @@ impl Part {
                 match (&node.layer, node.input) {
                     (Some(layer), _) => {
                         let plan = &shared.plan.nodes[id];
-                        let inputs =
-                            Inputs { plan, values: before, norms: shared.norms, sample, lens: shared.lens };
+                        let inputs = Inputs {
+                            plan,
+                            values: before,
+                            norms: shared.norms,
+                            sample,
+                            number: self.first + sample,
+                            mask: node.mask,
+                            lens: shared.lens,
+                        };
                         let kept = layer.saved_len();
                         let saved = &mut self.saved[id][sample * kept..][..kept];
                         layer.forward(
@@ -159,7 +169,16 @@ impl Part {
         };
         let kept = layer.saved_len();
         let pass = Backward {
-            inputs: Inputs { plan, values: &self.values, norms: shared.norms, sample, lens: shared.lens },
+            inputs: Inputs {
+                plan,
+                values: &self.values,
+                norms: shared.norms,
+                sample,
+                number: self.first + sample,
+                mask: node.mask,
+                lens: shared.lens,
+            },
+            y: &self.values[id][sample * len..][..len],
             params: &shared.params[node.params.clone()],
             prepared: &node.prepared,
             saved: &self.saved[id][sample * kept..][..kept],
@@ -179,7 +198,7 @@ impl Part {
         let own = &shared.plan.nodes[id].own;
         if let [slot] = own[..] {
             let seen = &shared.plan.slots[slot].seen;
-            if seen.norm.is_none() && !seen.relu {
+            if seen.norm.is_none() && seen.rectifier == Rectifier::None {
                 return Some(slot);
             }
         }

@@ -151,14 +151,3 @@ fn what_is_taken_out_goes_back_in() {
         }
     }
 }
-
-#[test]
-fn an_operation_that_the_engine_lacks_is_refused_by_name() {
-    let graph = taxel_zoo::find("lstm").unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-    let weights = Weights::init(&graph, taxel_graph::Scheme::Pytorch, 0, "test");
-    let refusal = Engine::new(&graph, &weights, Options { batch: 1, threads: 1 }).err().unwrap().to_string();
-    assert_eq!(
-        refusal,
-        "lstm: lstm: the CPU engine does not run lstm yet; `taxel forward --backend candle` does"
-    );
-}

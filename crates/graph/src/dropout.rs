@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn the_key_is_pinned() {
-        // scripts/fixtures/operations2.py holds the same number.
+        // scripts/fixtures/operations.py holds the same number.
         assert_eq!(DropoutMask::new(0, "pre/dropout", 0, 0.5).key, 17_506_755_000_153_716_510);
     }
 

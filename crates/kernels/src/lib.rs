@@ -28,5 +28,5 @@ mod view;
 mod window;
 
 pub use buffer::Buffer;
-pub use view::View;
+pub use view::{Rectifier, View};
 pub use window::Window3;

@@ -2,7 +2,7 @@
 
 use crate::Window3;
 use crate::simd::{Simd, at_level};
-use crate::view::{View, load, store, vectors};
+use crate::view::{Rectifier, View, load, rectify, store, vectors};
 
 /// Maximum per window and channel of `x` as seen through `view`; `taken` remembers which value of the
 /// window won, for the gradient.
@@ -26,13 +26,13 @@ pub fn max_forward(
             (&ones[..], &zeros[..])
         }
     };
-    max_of_windows(window, channels, x, scale, shift, view.relu, &mut y[..len], &mut taken[..len]);
+    max_of_windows(window, channels, x, scale, shift, view.rectifier, &mut y[..len], &mut taken[..len]);
 }
 
 at_level! {
     fn max_of_windows(
-        window: &Window3, channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, y: &mut [f32],
-        taken: &mut [f32],
+        window: &Window3, channels: usize, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier,
+        y: &mut [f32], taken: &mut [f32],
     ) = max_of_windows_at
 }
 
@@ -46,7 +46,7 @@ unsafe fn max_of_windows_at<S: Simd>(
     x: &[f32],
     scale: &[f32],
     shift: &[f32],
-    relu: bool,
+    rectifier: Rectifier,
     y: &mut [f32],
     taken: &mut [f32],
 ) {
@@ -63,7 +63,7 @@ unsafe fn max_of_windows_at<S: Simd>(
                 for (i, &(offset, k)) in under.iter().enumerate() {
                     let at = base + offset;
                     let value = S::fma(load::<S>(x, at * channels + c, n), scale, shift);
-                    let value = if relu { S::zero_unless_positive(value, value) } else { value };
+                    let value = rectify::<S>(rectifier, value);
                     if i == 0 {
                         (best, which) = (value, S::splat(k));
                     } else {
