@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use taxel_graph::{Graph, Kind, Op, Tensor, Weights};
+use taxel_graph::{DropoutMask, Graph, Kind, Loss, Op, Targets, Tensor, Weights};
 use taxel_kernels::{Buffer, loss, optim};
 
 use crate::error::{Error, Result};
-use crate::layers::{self, BatchState, Linear, view};
+use crate::layers::{self, Batch, BatchBackward, view};
 use crate::norm::Norm;
 use crate::part::{NodeState, Part, Shared};
 use crate::plan::{Phase, Plan};
@@ -55,7 +55,8 @@ pub struct Engine {
     nodes: Vec<NodeState>,
     /// Where each node's running statistics are.
     buffer_ranges: Vec<Range<usize>>,
-    linear: Vec<Option<(Linear, BatchState)>>,
+    /// Nodes that take the whole batch.
+    batches: Vec<Option<Batch>>,
     norms: Vec<Norm>,
     /// Values per sample of every node.
     lens: Vec<usize>,
@@ -72,6 +73,8 @@ pub struct Engine {
     dlogits: Vec<f32>,
     /// Size of the last batch if it ran in training mode.
     trained: Option<usize>,
+    /// Seed of the dropout masks, and training passes so far.
+    dropout: (u64, u64),
 }
 
 /// What parts read while they run: borrows of single fields, so that the parts themselves stay free.
@@ -108,22 +111,14 @@ impl Engine {
         let threads = Threads::new(options.threads)?;
         let mut nodes: Vec<NodeState> = vec![];
         let mut buffer_ranges = vec![];
-        let mut linear = vec![];
+        let mut batches = vec![];
         let (mut buffers, mut inputs) = (0, 0);
         for node in graph.nodes() {
             let count = |kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum::<usize>();
-            let layer = layers::build(graph, node);
-            if layer.is_none() && !matches!(node.op, Op::Input | Op::Linear { .. }) {
-                return Err(refuse(&format!(
-                    "{}: the CPU engine does not run {} yet; `taxel forward --backend candle` does",
-                    node.name,
-                    node.op.kind()
-                )));
-            }
             let input = (node.op == Op::Input).then_some(inputs);
             inputs += usize::from(input.is_some());
             nodes.push(NodeState {
-                layer,
+                layer: layers::build(graph, node),
                 channels: node.shape[0],
                 positions: node.shape[1..].iter().product(),
                 params: 0..count(Kind::Parameter),
@@ -131,17 +126,11 @@ impl Engine {
                 input,
                 packed: vec![],
                 prepared: vec![],
+                mask: None,
             });
             buffer_ranges.push(buffers..buffers + count(Kind::Buffer));
             buffers += count(Kind::Buffer);
-            linear.push(match &node.op {
-                Op::Linear { bias } => {
-                    let inputs = graph.nodes()[node.inputs[0]].shape[0];
-                    let layer = Linear { inputs, outputs: node.shape[0], bias: *bias };
-                    Some((layer, layer.state(options.batch)))
-                }
-                _ => None,
-            });
+            batches.push(layers::build_batch(graph, node, options.batch));
         }
         let (mut params, mut sums) = (0, 0);
         for (id, node) in nodes.iter_mut().enumerate() {
@@ -179,7 +168,7 @@ impl Engine {
             plan,
             nodes,
             buffer_ranges,
-            linear,
+            batches,
             norms,
             lens,
             parts,
@@ -192,6 +181,7 @@ impl Engine {
             logits: vec![0.0; logits],
             dlogits: vec![0.0; logits],
             trained: None,
+            dropout: (0, 0),
         };
         engine.set_weights(weights)?;
         Ok(engine)
@@ -276,6 +266,7 @@ impl Engine {
         }
         self.pack();
         let train = mode == Mode::Train;
+        self.draw_masks(train);
         if train {
             self.parts.iter_mut().flat_map(|p| &mut p.moments).for_each(|m| m.clear());
         } else {
@@ -323,17 +314,30 @@ impl Engine {
         });
     }
 
-    /// Gathers a node's input rows, multiplies, and gives the rows back to the parts.
+    /// What the dropouts drop in the next pass: of every training pass something else, in evaluation
+    /// nothing.
+    fn draw_masks(&mut self, train: bool) {
+        let (seed, step) = self.dropout;
+        for (state, node) in self.nodes.iter_mut().zip(self.graph.nodes()) {
+            if let Op::Dropout { probability } = node.op {
+                state.mask = train.then(|| DropoutMask::new(seed, &node.name, step, probability));
+            }
+        }
+        self.dropout.1 += u64::from(train);
+    }
+
+    /// Gathers a node's input rows, runs it, and gives the rows back to the parts.
     fn forward_batch(&mut self, id: usize, n: usize, train: bool) {
         let seen = self.plan.nodes[id].inputs[0];
-        let Some((layer, state)) = &mut self.linear[id] else { return };
-        let view = view(&seen, &self.norms);
+        let Some(batch) = &mut self.batches[id] else { return };
+        let (view, channels) = (view(&seen, &self.norms), self.nodes[seen.stored].channels);
         for part in self.parts.iter().filter(|p| p.count > 0) {
-            let (from, len) = (part.first * layer.inputs, part.count * layer.inputs);
-            view.apply(layer.inputs, &part.values[seen.stored][..len], &mut state.x[from..from + len]);
+            let (from, len) = (part.first * batch.inputs, part.count * batch.inputs);
+            view.apply(channels, &part.values[seen.stored][..len], &mut batch.x[from..from + len]);
         }
-        layer.forward(&self.threads, n, &self.params[self.nodes[id].params.clone()], state);
-        let (y, outputs) = (&state.y, layer.outputs);
+        let (params, outputs) = (&self.params[self.nodes[id].params.clone()], batch.outputs);
+        let (x, y) = (&batch.x[..n * batch.inputs], &mut batch.y[..n * outputs]);
+        batch.layer.forward(&self.threads, n, params, x, y);
         let shared = shared!(self, train);
         for part in &mut self.parts {
             let (from, len) = (part.first * outputs, part.count * outputs);
@@ -349,19 +353,30 @@ impl Engine {
     /// # Errors
     /// No training pass before it, or labels that are not one class number per sample.
     pub fn backward(&mut self, labels: &[u32]) -> Result<f32> {
+        self.backward_with(Loss::SoftmaxCrossEntropy, Targets::Labels(labels))
+    }
+
+    /// `loss` of the last training pass between logits and `targets`, and the gradients of all parameters.
+    ///
+    /// # Errors
+    /// No training pass before it, or targets that do not fit the batch or the loss; the pass stays usable.
+    pub fn backward_with(&mut self, loss: Loss, targets: Targets) -> Result<f32> {
         let classes = self.lens[self.plan.output.stored];
-        let model = self.graph.name().to_string();
-        let refuse = |reason: String| Error::Batch { model: model.clone(), reason };
-        let n =
-            self.trained.take().ok_or_else(|| refuse("backward needs a forward pass in training".into()))?;
-        if labels.len() != n {
-            return Err(refuse(format!("{} labels for a batch of {n} samples", labels.len())));
-        }
-        if let Some(i) = labels.iter().position(|&l| l as usize >= classes) {
-            return Err(refuse(format!("label {} of sample {i} is not one of {classes} classes", labels[i])));
-        }
-        let dlogits = &mut self.dlogits[..n * classes];
-        let loss = loss::softmax_cross_entropy(&self.logits[..n * classes], classes, labels, dlogits);
+        let Some(n) = self.trained else {
+            let (model, reason) =
+                (self.graph.name().into(), "backward needs a forward pass in training".into());
+            return Err(Error::Batch { model, reason });
+        };
+        targets.check(self.graph.name(), loss, n, classes)?;
+        self.trained = None;
+        let (logits, dlogits) = (&self.logits[..n * classes], &mut self.dlogits[..n * classes]);
+        let loss = match targets {
+            Targets::Labels(labels) => loss::softmax_cross_entropy(logits, classes, labels, dlogits),
+            Targets::Values(values) if loss == Loss::MeanSquaredError => {
+                loss::mean_squared_error(logits, values, dlogits)
+            }
+            Targets::Values(values) => loss::multi_label_soft_margin(logits, values, dlogits),
+        };
         for part in &mut self.parts {
             let (from, len) = (part.first * classes, part.count * classes);
             part.slots[self.plan.output_slot][..len].copy_from_slice(&dlogits[from..from + len]);
@@ -413,25 +428,28 @@ impl Engine {
     fn backward_batch(&mut self, id: usize, n: usize) {
         let target = self.plan.nodes[id].slots[0];
         let shared = shared!(self, true);
-        let Some((layer, state)) = &mut self.linear[id] else { return };
+        let Some(batch) = &mut self.batches[id] else { return };
+        let (inputs, outputs) = (batch.inputs, batch.outputs);
         for part in &mut self.parts {
             for sample in 0..part.count {
-                let len = layer.outputs;
+                let len = outputs;
                 let to = (part.first + sample) * len;
                 let gradient = match part.collect(&shared, id, sample) {
                     Some(slot) => &part.slots[slot][sample * len..][..len],
                     None => part.collected(len),
                 };
-                state.dy[to..to + len].copy_from_slice(gradient);
+                batch.dy[to..to + len].copy_from_slice(gradient);
             }
         }
         let range = self.nodes[id].params.clone();
         let (params, dparams) = (&self.params[range.clone()], &mut self.dparams[range]);
-        layer.backward(&self.threads, n, params, dparams, state, target.is_some());
+        let (x, dy) = (&batch.x[..n * inputs], &batch.dy[..n * outputs]);
+        let dx = target.is_some().then_some(&mut batch.dx[..n * inputs]);
+        batch.layer.backward(BatchBackward { threads: &self.threads, n, params, x, dy }, dparams, dx);
         let Some((slot, add)) = target else { return };
         for part in &mut self.parts {
-            let (from, len) = (part.first * layer.inputs, part.count * layer.inputs);
-            taxel_kernels::pointwise::copy(&state.dx[from..from + len], &mut part.slots[slot][..len], add);
+            let (from, len) = (part.first * inputs, part.count * inputs);
+            taxel_kernels::pointwise::copy(&batch.dx[from..from + len], &mut part.slots[slot][..len], add);
         }
     }
 
@@ -440,6 +458,17 @@ impl Engine {
         let Sgdm { lr, momentum, weight_decay } = *step;
         self.packed = false;
         optim::sgdm(&mut self.params, &self.dparams, &mut self.velocity, lr, momentum, weight_decay);
+    }
+
+    /// Seed of the dropout masks, and the step of the next training pass; 0 and 0 at first.
+    pub fn dropout(&self) -> (u64, u64) {
+        self.dropout
+    }
+
+    /// Which masks dropout draws from now on (see [`DropoutMask`]): the next training pass those of `step`
+    /// in a run with `seed`, the one after it those of `step + 1`.
+    pub fn set_dropout(&mut self, seed: u64, step: u64) {
+        self.dropout = (seed, step);
     }
 
     /// From now on, training passes gather batch-norm statistics over everything they see.

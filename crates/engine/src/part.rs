@@ -1,6 +1,7 @@
 //! A fixed share of the batch with all its memory: what one worker runs on its own.
 
-use taxel_kernels::{Buffer, batch_norm, layout, reduce};
+use taxel_graph::DropoutMask;
+use taxel_kernels::{Buffer, Rectifier, batch_norm, layout, reduce};
 
 use crate::layers::{Backward, Inputs, Layer, Outputs, Scratch, view};
 use crate::norm::{Moments, Norm};
@@ -31,6 +32,8 @@ pub(crate) struct NodeState {
     pub input: Option<usize>,
     pub packed: Vec<f32>,
     pub prepared: Vec<f32>,
+    /// What a dropout drops in this training pass.
+    pub mask: Option<DropoutMask>,
 }
 
 /// Samples `first..first + count` of the batch.
@@ -100,6 +103,8 @@ impl Part {
                             values: before,
                             norms: shared.norms,
                             sample,
+                            number: self.first + sample,
+                            mask: node.mask,
                             lens: shared.lens,
                             packed: &node.packed,
                         };
@@ -173,9 +178,12 @@ impl Part {
                 values: &self.values,
                 norms: shared.norms,
                 sample,
+                number: self.first + sample,
+                mask: node.mask,
                 lens: shared.lens,
                 packed: &[],
             },
+            y: &self.values[id][sample * len..][..len],
             params: &shared.params[node.params.clone()],
             prepared: &node.prepared,
             saved: &self.saved[id][sample * kept..][..kept],
@@ -194,7 +202,7 @@ impl Part {
         let own = &shared.plan.nodes[id].own;
         if let [slot] = own[..] {
             let seen = &shared.plan.slots[slot].seen;
-            if seen.norm.is_none() && !seen.relu {
+            if seen.norm.is_none() && seen.rectifier == Rectifier::None {
                 return Some(slot);
             }
         }

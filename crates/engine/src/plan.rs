@@ -1,13 +1,14 @@
 //! What runs when: which values are stored, who sees them how, and where the batch must meet.
 //!
-//! Batch norm and ReLU store nothing. A stored value is read through a [`Seen`]: the batch norm and ReLU
-//! between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
+//! Batch norm, ReLU and ReLU6 store nothing. A stored value is read through a [`Seen`]: the batch norm and
+//! rectifier between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
 //! only where a batch norm needs the statistics of the whole batch, or a matrix product the whole batch,
 //! do all samples wait for each other.
 
 use std::collections::HashMap;
 
-use taxel_graph::{Graph, Kind, NodeId, Op};
+use taxel_graph::{Activation, Graph, Kind, NodeId, Op};
+use taxel_kernels::Rectifier;
 
 /// How a reader sees a stored value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -16,12 +17,12 @@ pub(crate) struct Seen {
     pub stored: NodeId,
     /// Number of the batch norm in between.
     pub norm: Option<usize>,
-    pub relu: bool,
+    pub rectifier: Rectifier,
 }
 
 impl Seen {
     fn plain(stored: NodeId) -> Self {
-        Seen { stored, norm: None, relu: false }
+        Seen { stored, norm: None, rectifier: Rectifier::None }
     }
 }
 
@@ -42,7 +43,7 @@ pub(crate) struct NormPlan {
 /// A node as the engine runs it.
 #[derive(Debug, Default)]
 pub(crate) struct NodePlan {
-    /// Whether its output is stored (inputs and everything but batch norm and ReLU).
+    /// Whether its output is stored (inputs and everything that is not [`lazy`]).
     pub stored: bool,
     /// Its inputs as it sees them.
     pub inputs: Vec<Seen>,
@@ -99,11 +100,10 @@ impl Plan {
                     norms.push(NormPlan { node: id, stored: inputs[0].stored });
                     Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
                 }
-                Op::Relu => Some(Seen { relu: true, ..inputs[0] }),
-                _ => None,
+                _ => rectifier(&node.op).map(|rectifier| Seen { rectifier, ..inputs[0] }),
             };
             seen.push(lazy.filter(|_| !stored[id]).unwrap_or(Seen::plain(id)));
-            // A stored batch norm or ReLU copies what it makes others see.
+            // A stored batch norm or rectifier copies what it makes others see.
             let inputs = if stored[id] { lazy.map_or(inputs, |seen| vec![seen]) } else { vec![] };
             nodes.push(NodePlan { stored: stored[id], inputs, ..NodePlan::default() });
         }
@@ -241,18 +241,32 @@ fn flush(phases: &mut Vec<Phase>, steps: &mut Vec<Step>) {
 
 /// Whether a node wants all samples at once.
 fn is_batch(op: &Op) -> bool {
-    matches!(op, Op::Linear { .. })
+    matches!(op, Op::Linear { .. } | Op::Lstm { .. })
 }
 
-/// Which outputs are stored: all but batch norm and ReLU, and those too where a batch norm or ReLU that
-/// is not the next in the chain "batch norm, ReLU" reads them.
+/// What a node does as a rectifier.
+fn rectifier(op: &Op) -> Option<Rectifier> {
+    match op {
+        Op::Relu => Some(Rectifier::Relu),
+        Op::Activation(Activation::Relu6) => Some(Rectifier::Relu6),
+        _ => None,
+    }
+}
+
+/// Whether readers can apply an operation themselves.
+fn lazy(op: &Op) -> bool {
+    matches!(op, Op::BatchNorm { .. }) || rectifier(op).is_some()
+}
+
+/// Which outputs are stored: all that are not lazy, and lazy ones too where a lazy one that is not the next
+/// in the chain "batch norm, rectifier" reads them.
 fn stored(graph: &Graph) -> Vec<bool> {
-    let lazy = |id: NodeId| matches!(graph.nodes()[id].op, Op::BatchNorm { .. } | Op::Relu);
-    let mut stored: Vec<bool> = (0..graph.nodes().len()).map(|id| !lazy(id)).collect();
-    for node in graph.nodes() {
+    let ops = |id: NodeId| &graph.nodes()[id].op;
+    let mut stored: Vec<bool> = (0..graph.nodes().len()).map(|id| !lazy(ops(id))).collect();
+    for node in graph.nodes().iter().filter(|node| lazy(&node.op)) {
         for &input in &node.inputs {
-            let chained = matches!((&graph.nodes()[input].op, &node.op), (Op::BatchNorm { .. }, Op::Relu));
-            if lazy(input) && matches!(node.op, Op::BatchNorm { .. } | Op::Relu) && !chained {
+            let chained = matches!(ops(input), Op::BatchNorm { .. }) && rectifier(&node.op).is_some();
+            if lazy(ops(input)) && !chained {
                 stored[input] = true;
             }
         }

@@ -29,5 +29,5 @@ mod window;
 mod winograd;
 
 pub use buffer::Buffer;
-pub use view::View;
+pub use view::{Rectifier, View};
 pub use window::Window3;

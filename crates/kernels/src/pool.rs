@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::Window3;
 use crate::simd::{Simd, at_level};
-use crate::view::{View, load, store, vectors};
+use crate::view::{Rectifier, View, load, rectify, store, vectors};
 
 /// Maximum over windows, with the positions under every window.
 #[derive(Debug, Clone)]
@@ -77,7 +77,7 @@ impl MaxPool {
         let [ones, zeros] = &self.plain;
         let (scale, shift) = view.affine.unwrap_or((ones, zeros));
         assert!(scale.len() == self.channels && shift.len() == self.channels);
-        max_of_windows(self, x, scale, shift, view.relu, &mut y[..len], &mut taken[..len]);
+        max_of_windows(self, x, scale, shift, view.rectifier, &mut y[..len], &mut taken[..len]);
     }
 
     /// Gives each output's gradient to the input position that won, written to or added to `dx`.
@@ -93,7 +93,7 @@ impl MaxPool {
 
 at_level! {
     fn max_of_windows(
-        pool: &MaxPool, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, y: &mut [f32], taken: &mut [f32],
+        pool: &MaxPool, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier, y: &mut [f32], taken: &mut [f32],
     ) = max_of_windows_at
 }
 
@@ -105,7 +105,7 @@ unsafe fn max_of_windows_at<S: Simd>(
     x: &[f32],
     scale: &[f32],
     shift: &[f32],
-    relu: bool,
+    rectifier: Rectifier,
     y: &mut [f32],
     taken: &mut [f32],
 ) {
@@ -121,7 +121,7 @@ unsafe fn max_of_windows_at<S: Simd>(
                 for (i, &(offset, k)) in under.iter().enumerate() {
                     let at = base + offset;
                     let value = S::fma(load::<S>(x, at * channels + c, n), scale, shift);
-                    let value = if relu { S::zero_unless_positive(value, value) } else { value };
+                    let value = rectify::<S>(rectifier, value);
                     if i == 0 {
                         (best, which) = (value, S::splat(k));
                     } else {

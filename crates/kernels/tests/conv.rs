@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use taxel_kernels::conv::Conv;
-use taxel_kernels::{View, Window3};
+use taxel_kernels::{Rectifier, View, Window3};
 
 /// Sizes of a convolution in one to three dimensions.
 #[derive(Debug, Clone)]
@@ -90,7 +90,8 @@ fn agrees(case: &Case, conv: &Conv, accumulate: bool, relu: bool, gradients: f64
     let (depth, positions) = (conv.weight_len() / filters, conv.y_len() / filters);
     let (x, dy) = (values(conv.x_len(), 1), values(conv.y_len(), 2));
     let (weight, bias) = (values(conv.weight_len(), 3), values(filters, 4));
-    let view = View { affine: None, relu };
+    let rectifier = if relu { Rectifier::Relu } else { Rectifier::None };
+    let view = View { affine: None, rectifier };
     let seen: Vec<f64> = x.iter().map(|&v| f64::from(if relu { v.max(0.0) } else { v })).collect();
 
     let mut y: Vec<f64> = bias.iter().cycle().take(conv.y_len()).map(|&b| f64::from(b)).collect();
