@@ -183,7 +183,7 @@ impl Part {
             prepared: &node.prepared,
             saved: &self.saved[id][sample * kept..][..kept],
         };
-        // Parameters of batch nodes and norms have no place here.
+        // Parameters that learn nothing, and those of batch nodes and norms, have no place here.
         let dparams = self.dparams.get_mut(node.params.clone()).unwrap_or_default();
         let outputs = Outputs { plan, slots: &mut self.slots, sample, lens: shared.lens };
         layer.backward(pass, dy, dparams, outputs, &mut self.scratch);

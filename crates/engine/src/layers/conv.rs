@@ -32,10 +32,12 @@ impl Layer for Conv {
         mut outputs: Outputs,
         scratch: &mut Scratch,
     ) {
-        let (dweight, dbias) = dparams.split_at_mut(self.conv.weight_len());
-        let (x, view) = pass.inputs.get(0);
-        let padded = self.conv.pad(x, &view, &mut scratch.x);
-        self.conv.backward_weight(padded, dy, dweight, self.bias.then_some(dbias));
+        if !dparams.is_empty() {
+            let (dweight, dbias) = dparams.split_at_mut(self.conv.weight_len());
+            let (x, view) = pass.inputs.get(0);
+            let padded = self.conv.pad(x, &view, &mut scratch.x);
+            self.conv.backward_weight(padded, dy, dweight, self.bias.then_some(dbias));
+        }
         if let Some((dx, add)) = outputs.get(0) {
             self.conv.backward_input(dy, pass.params, pass.prepared, &mut scratch.halo, dx, add);
         }
