@@ -8,6 +8,7 @@ use taxel_kernels::{Buffer, loss};
 
 use crate::error::{Error, Result};
 use crate::layers::{self, Batch, BatchBackward, view};
+use crate::lifetimes::{Place, Places};
 use crate::norm::Norm;
 use crate::optimizer::{Memory, OptimizerState, Sgdm, fill_up};
 use crate::part::{NodeState, Part, Shared};
@@ -60,6 +61,8 @@ pub struct Engine {
     /// Nodes that take the whole batch.
     batches: Vec<Option<Batch>>,
     norms: Vec<Norm>,
+    /// Where the gradient of every slot lies in a part's memory.
+    places: Vec<Place>,
     /// Values per sample of every node.
     lens: Vec<usize>,
     parts: Vec<Part>,
@@ -85,6 +88,7 @@ macro_rules! shared {
             plan: &$engine.plan,
             nodes: &$engine.nodes,
             norms: &$engine.norms,
+            places: &$engine.places,
             lens: &$engine.lens,
             params: &$engine.params,
             train: $train,
@@ -162,8 +166,9 @@ impl Engine {
         let lens: Vec<usize> = graph.nodes().iter().map(|n| n.shape.iter().product()).collect();
         let most = (PARTIALS / usize::max(sample_wise, 1)).clamp(2, PARTS).min(options.batch);
         let capacity = options.batch.div_ceil(most);
+        let places = Places::new(&plan, capacity);
         let parts = (0..options.batch.div_ceil(capacity))
-            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &lens, sample_wise))
+            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &places, &lens, sample_wise))
             .collect();
         let logits = options.batch * lens[*output];
         let mut engine = Engine {
@@ -175,6 +180,7 @@ impl Engine {
             buffer_ranges,
             batches,
             norms,
+            places: places.places,
             lens,
             parts,
             params: Buffer::zeros(params),
@@ -413,7 +419,8 @@ impl Engine {
         };
         for part in &mut self.parts {
             let (from, len) = (part.first * classes, part.count * classes);
-            part.slots[self.plan.output_slot][..len].copy_from_slice(&dlogits[from..from + len]);
+            part.slots[self.places[self.plan.output_slot].buffer][..len]
+                .copy_from_slice(&dlogits[from..from + len]);
             part.dparams.fill(0.0);
             part.sums.iter_mut().for_each(|sums| sums.fill(0.0));
         }
@@ -461,7 +468,10 @@ impl Engine {
                 let len = outputs;
                 let to = (part.first + sample) * len;
                 let gradient = match part.collect(&shared, id, sample) {
-                    Some(slot) => &part.slots[slot][sample * len..][..len],
+                    Some(slot) => {
+                        let Place { buffer, stride } = self.places[slot];
+                        &part.slots[buffer][sample * stride..][..len]
+                    }
                     None => part.collected(len),
                 };
                 batch.dy[to..to + len].copy_from_slice(gradient);
@@ -477,7 +487,11 @@ impl Engine {
         let Some((slot, add)) = target else { return };
         for part in &mut self.parts {
             let (from, len) = (part.first * inputs, part.count * inputs);
-            taxel_kernels::pointwise::copy(&batch.dx[from..from + len], &mut part.slots[slot][..len], add);
+            taxel_kernels::pointwise::copy(
+                &batch.dx[from..from + len],
+                &mut part.slots[self.places[slot].buffer][..len],
+                add,
+            );
         }
     }
 

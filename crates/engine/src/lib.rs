@@ -27,6 +27,7 @@
 mod engine;
 mod error;
 mod layers;
+mod lifetimes;
 mod norm;
 mod optimizer;
 mod part;
