@@ -7,7 +7,8 @@ use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Activation, Conv, Flow, Graph, Network, Pool, Scheme, Weights};
 
-const BATCH: usize = 5;
+/// More than there are parts, so that some parts hold several samples.
+const BATCH: usize = 19;
 const SEED: u64 = 9;
 
 /// Largest gap between both, relative to the largest value.
