@@ -102,7 +102,9 @@ fn loss_and_gradients(model: &Model, twin: &Twin, xs: &[&[f32]]) -> (f32, Weight
 fn compare_with_engine(twin: &Twin, graph: &Graph, logits: &[f32]) {
     let inputs = twin.inputs(graph, 500);
     let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-    let mut engine = Engine::new(graph, &twin.weights(), Options { batch: twin.batch, threads: 1 }).unwrap();
+    let mut engine =
+        Engine::new(graph, &twin.weights(), Options { batch: twin.batch, threads: 1, ..Options::default() })
+            .unwrap();
     let ours = engine.forward(&xs, twin.batch, Mode::Eval).unwrap();
     let scale = ours.iter().fold(0.0f32, |a, v| a.max(v.abs()));
     for (engine, candle) in ours.iter().zip(logits) {

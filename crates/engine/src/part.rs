@@ -4,6 +4,7 @@ use taxel_graph::DropoutMask;
 use taxel_kernels::{Buffer, Rectifier, batch_norm, layout, reduce};
 
 use crate::layers::{Backward, Inputs, Layer, Outputs, Scratch, view};
+use crate::lifetimes::{Place, Places};
 use crate::norm::{Moments, Norm};
 use crate::plan::{Plan, Step};
 
@@ -12,6 +13,7 @@ pub(crate) struct Shared<'a> {
     pub plan: &'a Plan,
     pub nodes: &'a [NodeState],
     pub norms: &'a [Norm],
+    pub places: &'a [Place],
     pub lens: &'a [usize],
     pub params: &'a [f32],
     /// Whether batch statistics are measured and saved values kept.
@@ -43,7 +45,7 @@ pub(crate) struct Part {
     pub count: usize,
     /// Stored output of every node, sample after sample.
     pub values: Vec<Buffer>,
-    /// Gradient of every slot.
+    /// Memory of the slots, which [`Places`] share out.
     pub slots: Vec<Buffer>,
     saved: Vec<Buffer>,
     /// What the gradients of the sample-wise nodes' parameters are made of.
@@ -63,6 +65,7 @@ impl Part {
         plan: &Plan,
         nodes: &[NodeState],
         norms: &[Norm],
+        places: &Places,
         lens: &[usize],
         gradient_sums: usize,
     ) -> Self {
@@ -74,7 +77,7 @@ impl Part {
             first: 0,
             count: 0,
             values: (0..lens.len()).map(|id| Buffer::zeros(stored(id))).collect(),
-            slots: plan.slots.iter().map(|slot| Buffer::zeros(capacity * slot.len)).collect(),
+            slots: places.buffers.iter().map(|&len| Buffer::zeros(len)).collect(),
             saved: nodes
                 .iter()
                 .map(|n| Buffer::zeros(n.layer.as_ref().map_or(0, |l| capacity * l.saved_len())))
@@ -166,9 +169,12 @@ impl Part {
         let direct = self.collect(shared, id, sample);
         let len = shared.lens[id];
         // A slot's own gradient is lent out while the inputs' slots are written.
-        let lent = direct.map(|slot| (slot, std::mem::take(&mut self.slots[slot])));
+        let lent = direct.map(|slot| {
+            let place = shared.places[slot];
+            (place, std::mem::take(&mut self.slots[place.buffer]))
+        });
         let dy = match &lent {
-            Some((_, gradient)) => &gradient[sample * len..][..len],
+            Some((place, gradient)) => &gradient[sample * place.stride..][..len],
             None => &self.collected[..len],
         };
         let kept = layer.saved_len();
@@ -188,11 +194,13 @@ impl Part {
             prepared: &node.prepared,
             saved: &self.saved[id][sample * kept..][..kept],
         };
+        // Empty where nothing is learned.
         let sums = &mut self.gradient_sums[node.sums.clone()];
-        let outputs = Outputs { plan, slots: &mut self.slots, sample, lens: shared.lens };
+        let outputs =
+            Outputs { plan, slots: &mut self.slots, places: shared.places, sample, lens: shared.lens };
         layer.backward(pass, dy, sums, outputs, &mut self.scratch);
-        if let Some((slot, gradient)) = lent {
-            self.slots[slot] = gradient;
+        if let Some((place, gradient)) = lent {
+            self.slots[place.buffer] = gradient;
         }
     }
 
@@ -213,7 +221,8 @@ impl Part {
             // What a batch norm takes from the whole batch counts once, however many views it has.
             let first = !own[..i].iter().any(|&s| shared.plan.slots[s].seen.norm == seen.norm);
             let gradient = seen.norm.map(|n| shared.norms[n].gradient(first));
-            let dy = &self.slots[slot][sample * len..][..len];
+            let place = shared.places[slot];
+            let dy = &self.slots[place.buffer][sample * place.stride..][..len];
             let dx = &mut self.collected[..len];
             let channels = shared.nodes[id].channels;
             batch_norm::backward(channels, x, &view(seen, shared.norms), gradient, dy, dx, i > 0);
@@ -232,7 +241,8 @@ impl Part {
         let (norm, len) = (&shared.norms[number], shared.lens[seen.stored]);
         let channels = norm.channels;
         let x = &self.values[seen.stored][sample * len..][..len];
-        let dy = &self.slots[slot][sample * len..][..len];
+        let place = shared.places[slot];
+        let dy = &self.slots[place.buffer][sample * place.stride..][..len];
         let [plain, weighted] = &mut self.column;
         let (plain, weighted) = (&mut plain[..channels], &mut weighted[..channels]);
         plain.fill(0.0);

@@ -38,6 +38,8 @@ pub(crate) struct Slot {
 pub(crate) struct NormPlan {
     pub node: NodeId,
     pub stored: NodeId,
+    /// Running statistics in training too.
+    pub frozen: bool,
 }
 
 /// A node as the engine runs it.
@@ -51,7 +53,7 @@ pub(crate) struct NodePlan {
     pub slots: Vec<Option<(usize, bool)>>,
     /// Slots of its own output, from which its gradient is collected.
     pub own: Vec<usize>,
-    /// Batch norms that need statistics of its output.
+    /// Batch norms that need statistics of its output, frozen ones left out.
     pub norms: Vec<usize>,
 }
 
@@ -88,7 +90,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub fn new(graph: &Graph, output: NodeId) -> Self {
+    /// `frozen` says of every node whether its parameters stay as they are.
+    pub fn new(graph: &Graph, output: NodeId, frozen: &[bool]) -> Self {
         let stored = stored(graph);
         let mut norms = vec![];
         let mut seen: Vec<Seen> = vec![];
@@ -97,7 +100,7 @@ impl Plan {
             let inputs: Vec<Seen> = node.inputs.iter().map(|&i| seen[i]).collect();
             let lazy = match node.op {
                 Op::BatchNorm { .. } => {
-                    norms.push(NormPlan { node: id, stored: inputs[0].stored });
+                    norms.push(NormPlan { node: id, stored: inputs[0].stored, frozen: frozen[id] });
                     Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
                 }
                 _ => rectifier(&node.op).map(|rectifier| Seen { rectifier, ..inputs[0] }),
@@ -107,7 +110,7 @@ impl Plan {
             let inputs = if stored[id] { lazy.map_or(inputs, |seen| vec![seen]) } else { vec![] };
             nodes.push(NodePlan { stored: stored[id], inputs, ..NodePlan::default() });
         }
-        for (number, norm) in norms.iter().enumerate() {
+        for (number, norm) in norms.iter().enumerate().filter(|(_, norm)| !norm.frozen) {
             nodes[norm.stored].norms.push(number);
         }
         let len = |id: NodeId| graph.nodes()[id].shape.iter().product();
@@ -123,14 +126,14 @@ impl Plan {
         };
         plan.train = plan.forward(graph, true);
         plan.eval = plan.forward(graph, false);
-        plan.backward = plan.backward(graph, &len);
+        plan.backward = plan.backward(graph, frozen, &len);
         plan
     }
 
     fn forward(&self, graph: &Graph, train: bool) -> Vec<Phase> {
         let mut phases = vec![];
         let mut steps = vec![];
-        let mut ready = vec![!train; self.norms.len()];
+        let mut ready: Vec<bool> = self.norms.iter().map(|norm| !train || norm.frozen).collect();
         for (id, node) in self.nodes.iter().enumerate().filter(|(_, n)| n.stored) {
             if node.inputs.iter().any(|seen| seen.norm.is_some_and(|n| !ready[n])) {
                 // All that can be known by now: every later wait is one less.
@@ -156,12 +159,12 @@ impl Plan {
         phases
     }
 
-    fn backward(&mut self, graph: &Graph, len: &dyn Fn(NodeId) -> usize) -> Vec<Phase> {
-        // Whether parameters lie at or before a node; a batch norm's parameters count for its readers.
+    fn backward(&mut self, graph: &Graph, frozen: &[bool], len: &dyn Fn(NodeId) -> usize) -> Vec<Phase> {
+        // Whether parameters that learn lie at or before a node; a batch norm's count for its readers.
         let mut trains = vec![false; self.nodes.len()];
         for (id, node) in graph.nodes().iter().enumerate() {
             let own = node.params.iter().any(|p| p.kind == Kind::Parameter);
-            trains[id] = own || node.inputs.iter().any(|&i| trains[i]);
+            trains[id] = own && !frozen[id] || node.inputs.iter().any(|&i| trains[i]);
         }
         let needs = |seen: &Seen, norms: &[NormPlan]| {
             trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
@@ -170,7 +173,7 @@ impl Plan {
         let mut written = vec![true];
         let mut readers = vec![0usize];
         let mut reached = vec![false; self.nodes.len()];
-        reached[self.output.stored] = true;
+        reached[self.output.stored] = needs(&self.output, &self.norms);
         for id in (0..self.nodes.len()).rev() {
             if !self.nodes[id].stored || !reached[id] {
                 continue;
@@ -196,8 +199,9 @@ impl Plan {
         }
         let mut phases = vec![];
         let mut steps = vec![];
-        let mut summed = vec![false; self.norms.len()];
-        if self.output.norm.is_some() {
+        let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.frozen).collect();
+        let sums = |seen: &Seen| seen.norm.is_some_and(|n| !self.norms[n].frozen);
+        if sums(&self.output) {
             steps.push(Step::Sums(0));
         }
         for id in (0..self.nodes.len()).rev() {
@@ -212,7 +216,8 @@ impl Plan {
                 waits.iter().for_each(|&n| summed[n] = true);
                 phases.push(Phase::Norms(waits));
             }
-            if graph.nodes()[id].op == Op::Input {
+            // Visited for its batch norms alone: an input, or what is frozen with all before it.
+            if !trains[id] {
                 continue;
             }
             if is_batch(&graph.nodes()[id].op) {
@@ -223,7 +228,7 @@ impl Plan {
             }
             for &(slot, _) in node.slots.iter().flatten() {
                 readers[slot] -= 1;
-                if readers[slot] == 0 && self.slots[slot].seen.norm.is_some() {
+                if readers[slot] == 0 && sums(&self.slots[slot].seen) {
                     steps.push(Step::Sums(slot));
                 }
             }

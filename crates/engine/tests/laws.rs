@@ -21,7 +21,7 @@ fn gradients_are_slopes() {
     {
         let graph = graph(twin);
         let weights = twin.weights();
-        let options = Options { batch: twin.batch, threads: 1 };
+        let options = Options { batch: twin.batch, threads: 1, ..Options::default() };
         let mut engine = Engine::new(&graph, &weights, options).unwrap();
         let inputs = twin.inputs(&graph, 500);
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
@@ -67,7 +67,9 @@ fn norm(values: &[f32]) -> f64 {
 fn batches_that_do_not_fit_are_refused_and_change_nothing() {
     let twin = Twin::all().into_iter().find(|t| t.name == "hybrid-resvgg").unwrap();
     let graph = graph(&twin);
-    let mut engine = Engine::new(&graph, &twin.weights(), Options { batch: twin.batch, threads: 1 }).unwrap();
+    let mut engine =
+        Engine::new(&graph, &twin.weights(), Options { batch: twin.batch, threads: 1, ..Options::default() })
+            .unwrap();
     let inputs = twin.inputs(&graph, 500);
     let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let before = engine.weights();
@@ -104,8 +106,9 @@ fn batches_that_do_not_fit_are_refused_and_change_nothing() {
 fn weights_that_do_not_fit_are_refused_by_name() {
     let twin = Twin::all().into_iter().find(|t| t.name == "mlp").unwrap();
     let graph = graph(&twin);
-    let build =
-        |weights: &Weights| Engine::new(&graph, weights, Options { batch: 1, threads: 1 }).err().unwrap();
+    let build = |weights: &Weights| {
+        Engine::new(&graph, weights, Options { batch: 1, threads: 1, ..Options::default() }).err().unwrap()
+    };
     let mut extra = twin.weights();
     extra.insert("fc3.bias", twin.weights().get("fc2.bias").unwrap().clone());
     assert_eq!(build(&extra).to_string(), "mlp: tensor `fc3.bias` is not part of this network");
@@ -122,8 +125,12 @@ fn weights_that_do_not_fit_are_refused_by_name() {
 fn nan_comes_out_as_nan() {
     for twin in Twin::all() {
         let graph = graph(&twin);
-        let mut engine =
-            Engine::new(&graph, &twin.weights(), Options { batch: twin.batch, threads: 1 }).unwrap();
+        let mut engine = Engine::new(
+            &graph,
+            &twin.weights(),
+            Options { batch: twin.batch, threads: 1, ..Options::default() },
+        )
+        .unwrap();
         let mut inputs = twin.inputs(&graph, 500);
         inputs[0][7] = f32::NAN;
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
@@ -138,8 +145,12 @@ fn nan_comes_out_as_nan() {
 fn what_is_taken_out_goes_back_in() {
     for twin in Twin::all() {
         let graph = graph(&twin);
-        let mut engine =
-            Engine::new(&graph, &twin.weights(), Options { batch: twin.batch, threads: 1 }).unwrap();
+        let mut engine = Engine::new(
+            &graph,
+            &twin.weights(),
+            Options { batch: twin.batch, threads: 1, ..Options::default() },
+        )
+        .unwrap();
         let (given, taken) = (twin.weights(), engine.weights());
         assert_eq!(given.len(), taken.len(), "{}", twin.name);
         for (name, tensor) in given.iter() {

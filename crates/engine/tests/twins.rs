@@ -21,7 +21,7 @@ fn compile(twin: &Twin, threads: usize) -> (Graph, Engine) {
 }
 
 fn engine(twin: &Twin, graph: &Graph, threads: usize) -> Engine {
-    Engine::new(graph, &twin.weights(), Options { batch: 4, threads }).unwrap()
+    Engine::new(graph, &twin.weights(), Options { batch: 4, threads, ..Options::default() }).unwrap()
 }
 
 /// The loss of the last training pass, as the fixture measures it.

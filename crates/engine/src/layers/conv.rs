@@ -33,10 +33,12 @@ impl Layer for Conv {
         mut outputs: Outputs,
         scratch: &mut Scratch,
     ) {
-        let (sums, dbias) = sums.split_at_mut(self.conv.sums_len());
-        let (x, view) = pass.inputs.get(0);
-        let padded = self.conv.pad(x, &view, &mut scratch.x);
-        self.conv.backward_weight(padded, dy, sums, self.bias.then_some(dbias), &mut scratch.halo);
+        if !sums.is_empty() {
+            let (sums, dbias) = sums.split_at_mut(self.conv.sums_len());
+            let (x, view) = pass.inputs.get(0);
+            let padded = self.conv.pad(x, &view, &mut scratch.x);
+            self.conv.backward_weight(padded, dy, sums, self.bias.then_some(dbias), &mut scratch.halo);
+        }
         if let Some((dx, add)) = outputs.get(0) {
             self.conv.backward_input(dy, pass.params, pass.prepared, &mut scratch.halo, dx, add);
         }

@@ -19,6 +19,7 @@ use taxel_kernels::{Buffer, View, Window3, adaptive_pool::AdaptivePool};
 
 pub(crate) use conv::{read_tensor, write_tensor};
 
+use crate::lifetimes::Place;
 use crate::norm::Norm;
 use crate::plan::{NodePlan, Seen};
 use crate::threads::Threads;
@@ -64,7 +65,9 @@ pub(crate) fn view<'a>(seen: &Seen, norms: &'a [Norm]) -> View<'a> {
 /// Where the gradients of one node's inputs go, for one sample.
 pub(crate) struct Outputs<'a> {
     pub plan: &'a NodePlan,
+    /// Memory of the slots, and where each lies.
     pub slots: &'a mut [Buffer],
+    pub places: &'a [Place],
     pub sample: usize,
     pub lens: &'a [usize],
 }
@@ -74,7 +77,8 @@ impl Outputs<'_> {
     pub fn get(&mut self, which: usize) -> Option<(&mut [f32], bool)> {
         let (slot, add) = self.plan.slots[which]?;
         let len = self.lens[self.plan.inputs[which].stored];
-        Some((&mut self.slots[slot][self.sample * len..][..len], add))
+        let Place { buffer, stride } = self.places[slot];
+        Some((&mut self.slots[buffer][self.sample * stride..][..len], add))
     }
 }
 
