@@ -4,7 +4,8 @@
 //! 4·hidden × hidden, gates in the order i, f, g, o.
 
 use crate::activation::{sigmoid_of, tanh_of};
-use crate::matmul::{Matrix, matmul};
+use crate::layout;
+use crate::matmul::{Matrix, few_rows, matmul};
 use crate::reduce;
 use crate::simd::{Simd, at_level};
 
@@ -47,6 +48,8 @@ pub struct Trace {
     /// Gradients of one step's hidden and cell state, batch × hidden each.
     dh: Vec<f32>,
     dc: Vec<f32>,
+    /// Recurrent weights, hidden × 4·hidden.
+    turned: Vec<f32>,
 }
 
 impl Trace {
@@ -60,6 +63,7 @@ impl Trace {
             before: vec![0.0; states],
             dh: vec![0.0; batch * lstm.hidden],
             dc: vec![0.0; batch * lstm.hidden],
+            turned: vec![0.0; 4 * lstm.hidden * lstm.hidden],
         }
     }
 }
@@ -74,7 +78,7 @@ impl Lstm {
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
         let (n, width) = (y.len() / hidden, 4 * hidden);
-        let Trace { gates, cells, tanh, before, .. } = trace;
+        let Trace { gates, cells, tanh, before, turned, .. } = trace;
         for row in gates[..n * steps * width].chunks_exact_mut(width) {
             for (gate, (a, b)) in row.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
                 *gate = a + b;
@@ -82,11 +86,12 @@ impl Lstm {
         }
         let ih = Matrix::new(weights.ih, width, channels);
         matmul(gates, width, Matrix::new(x, n * steps, channels), ih.t(), true);
-        let hh = Matrix::new(weights.hh, width, hidden);
+        layout::transpose(width, hidden, weights.hh, turned, false);
+        let hh = Matrix::new(turned, hidden, width);
         for step in 0..steps {
             if step > 0 {
                 let h = Matrix::strided(&before[step * hidden..], n, hidden, steps * hidden);
-                matmul(&mut gates[step * width..], steps * width, h, hh.t(), true);
+                few_rows(&mut gates[step * width..], steps * width, h, hh, true);
             }
             for sample in 0..n {
                 let row = sample * steps + step;
@@ -127,7 +132,7 @@ impl Lstm {
             }
             if step > 0 {
                 let dgates = Matrix::strided(&gates[step * width..], n, width, steps * width);
-                matmul(dh, hidden, dgates, hh, false);
+                few_rows(dh, hidden, dgates, hh, false);
             }
         }
     }

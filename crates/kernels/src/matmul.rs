@@ -1,6 +1,8 @@
-//! Matrix products: a safe face over `gemm`.
+//! Matrix products: a safe face over `gemm`, and one for few rows.
 
 use gemm::{Parallelism, gemm};
+
+use crate::tile::{Start, Tile, columns, even};
 
 /// A matrix seen in a slice: element (r, c) is `data[r * row_stride + c * column_stride]`.
 #[derive(Debug, Clone, Copy)]
@@ -82,6 +84,41 @@ pub fn matmul(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumula
     }
 }
 
+/// The same for few rows of `a`, to which copying `b` into another order, as `gemm` does, would be half the
+/// work; `b` is read where it lies, row by row.
+pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
+    assert_eq!(a.columns, b.rows, "inner sizes of a matrix product");
+    assert_eq!(b.column_stride, 1, "rows of the second matrix lie in one piece");
+    let (m, n, k) = (a.rows, b.columns, a.columns);
+    if m == 0 || n == 0 {
+        return;
+    }
+    assert!((m - 1) * row_stride + n <= out.len(), "a {m}×{n} product does not fit its output");
+    for columns in columns(n) {
+        let most = even(m, columns.rows());
+        for row in (0..m).step_by(most) {
+            let rows = most.min(m - row);
+            let tile = Tile {
+                a: a.data[row * a.row_stride..].as_ptr(),
+                a_row: a.row_stride,
+                a_step: a.column_stride,
+                b: b.data[columns.from..].as_ptr(),
+                b_row: b.row_stride,
+                c: out[row * row_stride + columns.from..].as_mut_ptr(),
+                c_row: row_stride,
+                segments: &[(0, 0)],
+                run: k,
+                start: if accumulate { Start::Add } else { Start::Zero },
+                last: columns.last,
+            };
+            // SAFETY: `Matrix` guarantees that `rows` rows from `row` on and all `k` rows of `b` lie inside
+            // their slices; the assertion above that the block lies inside `out`, which is borrowed
+            // exclusively.
+            unsafe { columns.kernel(rows)(&tile) };
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,6 +141,9 @@ mod tests {
             }
             assert_eq!(out[i * 7 + 5..(i * 7 + 7).min(out.len())], [1.0, 1.0], "outside the product");
         }
+        let mut few = vec![1.0; 3 * 7];
+        few_rows(&mut few, 7, Matrix::new(&a, 3, 4), Matrix::new(&b, 4, 5), true);
+        assert_eq!(few, out);
         let mut transposed = [f32::NAN; 15];
         matmul(&mut transposed, 3, Matrix::new(&b, 4, 5).t(), Matrix::new(&a, 3, 4).t(), false);
         for i in 0..3 {

@@ -1,7 +1,7 @@
 //! Fully connected layer: matrix products over the whole batch, cut in fixed pieces.
 
-use taxel_kernels::matmul::{Matrix, matmul};
-use taxel_kernels::reduce;
+use taxel_kernels::matmul::{Matrix, few_rows, matmul};
+use taxel_kernels::{layout, reduce};
 
 use super::{BatchBackward, BatchLayer};
 use crate::threads::Threads;
@@ -9,13 +9,58 @@ use crate::threads::Threads;
 /// Pieces that a product is cut into, whatever the number of threads.
 const PIECES: usize = 4;
 
+/// Weights from which on reordering them for a product costs more than reading them where they lie.
+const MANY: usize = 1 << 18;
+
 pub(super) struct Linear {
-    pub inputs: usize,
-    pub outputs: usize,
-    pub bias: bool,
+    inputs: usize,
+    outputs: usize,
+    bias: bool,
+    /// Inputs × samples and outputs × samples, where there are many weights.
+    turned: [Vec<f32>; 2],
 }
 
 impl Linear {
+    pub fn new(inputs: usize, outputs: usize, bias: bool, batch: usize) -> Self {
+        let batch = if inputs * outputs >= MANY { batch } else { 0 };
+        Linear { inputs, outputs, bias, turned: [vec![0.0; inputs * batch], vec![0.0; outputs * batch]] }
+    }
+
+    fn has_many(&self) -> bool {
+        self.inputs * self.outputs >= MANY
+    }
+
+    /// `yᵀ = W xᵀ + b`: every weight is read once.
+    fn forward_turned(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
+        let (inputs, outputs, bias) = (self.inputs, self.outputs, self.bias);
+        let [xt, yt] = &mut self.turned;
+        let (xt, yt) = (&mut xt[..inputs * n], &mut yt[..outputs * n]);
+        let each = inputs.div_ceil(PIECES);
+        threads.each(xt, each * n, |piece, xt| {
+            const BLOCK: usize = 64;
+            for (block, xt) in xt.chunks_mut(BLOCK * n).enumerate() {
+                let from = piece * each + block * BLOCK;
+                for sample in 0..n {
+                    let x = &x[sample * inputs + from..];
+                    xt[sample..].iter_mut().step_by(n).zip(x).for_each(|(xt, x)| *xt = *x);
+                }
+            }
+        });
+        let xt = Matrix::new(xt, inputs, n);
+        let each = outputs.div_ceil(PIECES);
+        let (weight, shift) = params.split_at(inputs * outputs);
+        threads.each(yt, each * n, |piece, yt| {
+            let from = piece * each;
+            let count = yt.len() / n;
+            if bias {
+                yt.chunks_exact_mut(n).zip(&shift[from..]).for_each(|(row, shift)| row.fill(*shift));
+            }
+            let weight = Matrix::new(&weight[from * inputs..(from + count) * inputs], count, inputs);
+            few_rows(yt, n, weight, xt, bias);
+        });
+        layout::transpose(outputs, n, yt, y, false);
+    }
+
     fn weight<'a>(&self, params: &'a [f32]) -> Matrix<'a> {
         Matrix::new(&params[..self.inputs * self.outputs], self.outputs, self.inputs)
     }
@@ -24,6 +69,9 @@ impl Linear {
 impl BatchLayer for Linear {
     /// `y = x Wᵀ + b` over `n` rows.
     fn forward(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
+        if self.has_many() {
+            return self.forward_turned(threads, n, params, x, y);
+        }
         let bias = &params[self.inputs * self.outputs..];
         let rows = n.div_ceil(PIECES);
         let layer = &*self;
@@ -41,6 +89,7 @@ impl BatchLayer for Linear {
     fn backward(&mut self, pass: BatchBackward, dparams: &mut [f32], dx: Option<&mut [f32]>) {
         let BatchBackward { threads, n, params, x, dy } = pass;
         let layer = &*self;
+        let product = if layer.has_many() { few_rows } else { matmul };
         if !dparams.is_empty() {
             let (dweight, dbias) = dparams.split_at_mut(layer.inputs * layer.outputs);
             if layer.bias {
@@ -52,7 +101,7 @@ impl BatchLayer for Linear {
             threads.each(dweight, columns * layer.inputs, |piece, dweight| {
                 let count = dweight.len() / layer.inputs;
                 let dy = Matrix::strided(&dy[piece * columns..], n, count, layer.outputs);
-                matmul(dweight, layer.inputs, dy.t(), x, false);
+                product(dweight, layer.inputs, dy.t(), x, false);
             });
         }
         if let Some(dx) = dx {
@@ -60,7 +109,7 @@ impl BatchLayer for Linear {
             threads.each(dx, rows * layer.inputs, |piece, dx| {
                 let count = dx.len() / layer.inputs;
                 let dy = &dy[piece * rows * layer.outputs..][..count * layer.outputs];
-                matmul(dx, layer.inputs, Matrix::new(dy, count, layer.outputs), layer.weight(params), false);
+                product(dx, layer.inputs, Matrix::new(dy, count, layer.outputs), layer.weight(params), false);
             });
         }
     }

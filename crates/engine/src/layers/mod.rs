@@ -179,7 +179,7 @@ pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize) -> Option<Ba
     let input = &graph.nodes()[*node.inputs.first()?].shape;
     let (inputs, outputs) = (input.iter().product(), node.shape[0]);
     let layer: Box<dyn BatchLayer> = match node.op {
-        Op::Linear { bias } => Box::new(linear::Linear { inputs, outputs, bias }),
+        Op::Linear { bias } => Box::new(linear::Linear::new(inputs, outputs, bias, batch)),
         Op::Lstm { hidden, steps } => {
             let sizes = taxel_kernels::lstm::Lstm { channels: input[0], steps, hidden };
             Box::new(lstm::Lstm::new(sizes, batch))

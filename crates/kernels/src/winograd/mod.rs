@@ -53,9 +53,12 @@ impl Winograd {
 
     /// Whether its transforms cost less than the products that it saves.
     pub fn pays(window: &Window3, channels: usize, filters: usize) -> bool {
-        let squares = window.kernel == [1, 3, 3];
-        let least = if squares { WIDE } else { NARROW };
-        channels.min(filters) >= least
+        if window.kernel != [1, 3, 3] {
+            return channels.min(filters) >= NARROW;
+        }
+        // Weights that do not stay in cache are fetched for every image: it must have tiles for them.
+        let tiles = window.output[1].div_ceil(2) * window.output[2].div_ceil(2);
+        channels.min(filters) >= WIDE && (tiles >= 32 || channels * filters <= 128 * 128)
     }
 
     /// Size of the input with the halo that the tiles cover.
