@@ -80,7 +80,7 @@ impl Twin {
 
     /// Networks with an operation that only devices execute so far.
     pub fn on_devices() -> Vec<Twin> {
-        Twin::folder("networks-devices", 15)
+        Twin::folder("networks-devices", 24)
     }
 
     fn folder(name: &str, least: usize) -> Vec<Twin> {
@@ -168,6 +168,11 @@ impl Twin {
     pub fn tolerance(&self) -> Tolerance {
         let number = |key: &str, default| self.json["tolerance"][key].as_f64().unwrap_or(default);
         Tolerance { values: number("values", 1e-5), gradients: number("gradients", 1e-4) }
+    }
+
+    /// Learning rate of the fixture's SGDM steps.
+    pub fn rate(&self) -> f32 {
+        self.json["lr"].as_f64().unwrap_or(0.01) as f32
     }
 
     /// Target values [batch, 3] for the losses that take them.
