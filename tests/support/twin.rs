@@ -1,7 +1,7 @@
 //! Fixtures of the PyTorch twins, and the formula that both sides fill their tensors with.
 //!
-//! `scripts/fixtures/network_twins.py` and `operations*.py` write the fixtures; `formula.py` beside it is the other half of
-//! [`hashed`], [`tensor`] and [`digest`].
+//! `scripts/fixtures/network_twins.py` and `operations.py` write the fixtures; `formula.py` beside them is
+//! the other half of [`hashed`], [`tensor`] and [`digest`].
 
 #![allow(dead_code)]
 
@@ -73,43 +73,21 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Every network that engine and devices execute, in order of their names.
+    /// Every network, in order of their names.
     pub fn all() -> Vec<Twin> {
-        Twin::folder("networks", 17)
-    }
-
-    /// Networks with an operation that only devices execute so far.
-    pub fn on_devices() -> Vec<Twin> {
-        Twin::folder("networks-devices", 24)
-    }
-
-    fn folder(name: &str, least: usize) -> Vec<Twin> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures").join(name);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/networks");
         let mut paths: Vec<PathBuf> =
             std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.sort();
-        assert!(
-            paths.len() >= least,
-            "run scripts/fixtures/network_twins.py: only {} fixtures in {name}",
-            paths.len()
-        );
+        assert!(paths.len() >= 45, "run scripts/fixtures/network_twins.py: only {} fixtures", paths.len());
         paths.iter().map(|path| Twin::read(path)).collect()
     }
 
-    /// Every single operation on awkward shapes, with its graph.
+    /// Every single operation on awkward shapes and every loss, with its graph.
     pub fn operations() -> Vec<(Twin, Graph)> {
-        Twin::cases("operations", 30)
-    }
-
-    /// Further operations and losses, which only devices execute so far.
-    pub fn more_operations() -> Vec<(Twin, Graph)> {
-        Twin::cases("operations2", 25)
-    }
-
-    fn cases(name: &str, least: usize) -> Vec<(Twin, Graph)> {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/fixtures/{name}.json"));
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/operations.json");
         let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        assert!(cases.len() >= least, "run scripts/fixtures/{name}.py: only {} cases", cases.len());
+        assert!(cases.len() >= 57, "run scripts/fixtures/operations.py: only {} cases", cases.len());
         let pair = |json: Value| {
             let graph = operation(&json["operation"]);
             (Twin::new(json["network"].as_str().unwrap().to_string(), json), graph)
@@ -200,13 +178,23 @@ impl Twin {
 
     /// Compares the losses of SGDM steps. Rounding grows from step to step where maxima lie close:
     /// PyTorch's own float32 is 1.7e-4 from float64 at the fifth step of `tactresnet-50-28`, and 3e-7 at
-    /// the third.
+    /// the third. Of deep networks the first two steps count, the second as far as gradients agree: at the
+    /// third PyTorch's float32 is 9e-2 from
+    /// float64 in `mobilenet-v2-1-47-70-0.35-4`.
     pub fn assert_steps(&self, got: &[f32]) {
         let want = self.json["steps"].as_array().unwrap();
         assert_eq!(got.len(), want.len(), "{}: steps", self.name);
         let scale = want.iter().fold(0.0f64, |a, v| a.max(v.as_f64().unwrap()));
-        for (step, (&got, want)) in got.iter().zip(want).enumerate() {
-            let bound = if step < 3 { 1e-5 } else { 5e-4 } * scale;
+        let deep = self.json.get("tolerance").is_some();
+        for (step, (&got, want)) in got.iter().zip(want).enumerate().take(if deep { 2 } else { got.len() }) {
+            let Tolerance { values, gradients } = self.tolerance();
+            let bound = scale
+                * match step {
+                    0 => values,
+                    _ if deep => gradients,
+                    1 | 2 => values,
+                    _ => 50.0 * values,
+                };
             let gap = (f64::from(got) - want.as_f64().unwrap()).abs();
             assert!(
                 gap <= bound,
@@ -246,6 +234,14 @@ impl Twin {
                 );
             }
         }
+    }
+
+    /// Whether a parameter's gradient is zero but for rounding.
+    pub fn is_idle(&self, name: &str) -> bool {
+        let group = self.json["gradients"].as_object().unwrap();
+        let norm = |v: &Value| v[0].as_f64().unwrap();
+        let largest = group.values().map(norm).fold(0.0f64, f64::max);
+        group.get(name).is_some_and(|v| norm(v) < 1e-12 * largest)
     }
 
     /// Number of entries of a group.

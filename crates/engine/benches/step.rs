@@ -24,7 +24,9 @@ fn networks(c: &mut Criterion) {
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "bench");
         let mut group = c.benchmark_group(name);
         for (phase, batch) in [("train", 64), ("eval", 1)] {
-            let Ok(mut engine) = Engine::new(&graph, &weights, Options { batch, threads: 1 }) else {
+            let Ok(mut engine) =
+                Engine::new(&graph, &weights, Options { batch, threads: 1, ..Options::default() })
+            else {
                 continue;
             };
             let inputs: Vec<Vec<f32>> = graph

@@ -99,7 +99,7 @@ impl Bench {
         let &Arguments { batch, threads, eval, .. } = arguments;
         let graph = taxel_zoo::find(&arguments.network)?.graph(&arguments.settings)?;
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "steps");
-        let engine = Engine::new(&graph, &weights, Options { batch, threads })?;
+        let engine = Engine::new(&graph, &weights, Options { batch, threads, ..Options::default() })?;
         let shapes: Vec<&[usize]> = graph.inputs().map(|node| node.shape.as_slice()).collect();
         let inputs =
             shapes.iter().zip(1..).map(|(shape, salt)| noise(batch * shape.iter().product::<usize>(), salt));

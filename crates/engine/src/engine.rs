@@ -2,23 +2,37 @@
 
 use std::ops::Range;
 
-use taxel_graph::{Graph, Kind, Op, Tensor, Weights};
-use taxel_kernels::{Buffer, loss, optim};
+use taxel_graph::{DropoutMask, Graph, Kind, Loss, Op, Targets, Tensor, Weights};
+use taxel_kernels::optim::{Adam, clip_by_global_norm};
+use taxel_kernels::{Buffer, loss};
 
 use crate::error::{Error, Result};
-use crate::layers::{self, BatchState, Linear, view};
+use crate::layers::{self, Batch, BatchBackward, view};
+use crate::lifetimes::{Place, Places};
 use crate::norm::Norm;
+use crate::optimizer::{Memory, OptimizerState, Sgdm, fill_up};
 use crate::part::{NodeState, Part, Shared};
 use crate::plan::{Phase, Plan};
 use crate::threads::Threads;
 
 /// How a graph is compiled.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// Largest number of samples of one batch.
     pub batch: usize,
     /// Worker threads; 1 runs in the calling thread. Results do not depend on it.
     pub threads: usize,
+    /// Nodes that training leaves as they are, by name, or a name's first parts: `stem` is every node
+    /// `stem.…`. Their parameters get no gradient and no step, their batch norms use the running
+    /// statistics and keep them (PyTorch: `requires_grad_(False)` and `eval()`).
+    pub frozen: Vec<String>,
+}
+
+impl Default for Options {
+    /// One sample, one thread, nothing frozen.
+    fn default() -> Self {
+        Options { batch: 1, threads: 1, frozen: vec![] }
+    }
 }
 
 /// Which statistics batch norm uses.
@@ -28,17 +42,6 @@ pub enum Mode {
     Eval,
     /// Batch statistics; running ones are moved, and what the backward pass needs is kept.
     Train,
-}
-
-/// Stochastic gradient descent with momentum, as `torch.optim.SGD` defines it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sgdm {
-    /// Learning rate.
-    pub lr: f32,
-    /// Share of the last step that is kept.
-    pub momentum: f32,
-    /// Coupled L2 penalty, added to the gradient of every parameter.
-    pub weight_decay: f32,
 }
 
 /// The most parts that a batch is cut into.
@@ -55,21 +58,30 @@ pub struct Engine {
     nodes: Vec<NodeState>,
     /// Where each node's running statistics are.
     buffer_ranges: Vec<Range<usize>>,
-    linear: Vec<Option<(Linear, BatchState)>>,
+    /// Nodes that take the whole batch.
+    batches: Vec<Option<Batch>>,
     norms: Vec<Norm>,
+    /// Where the gradient of every slot lies in a part's memory.
+    places: Vec<Place>,
     /// Values per sample of every node.
     lens: Vec<usize>,
     parts: Vec<Part>,
-    /// Parameters; those of sample-wise nodes come first.
+    /// Parameters, frozen ones last.
     params: Buffer,
-    sample_wise: usize,
+    /// Whether the layers have packed the parameters as they are.
+    packed: bool,
+    /// What the parts' gradients are made of, all parts together.
+    gradient_sums: Buffer,
+    /// Gradients of all that are not frozen.
     dparams: Buffer,
-    velocity: Buffer,
+    optimizer: Memory,
     buffers: Vec<f32>,
     logits: Vec<f32>,
     dlogits: Vec<f32>,
     /// Size of the last batch if it ran in training mode.
     trained: Option<usize>,
+    /// Seed of the dropout masks, and training passes so far.
+    dropout: (u64, u64),
 }
 
 /// What parts read while they run: borrows of single fields, so that the parts themselves stay free.
@@ -79,6 +91,7 @@ macro_rules! shared {
             plan: &$engine.plan,
             nodes: &$engine.nodes,
             norms: &$engine.norms,
+            places: &$engine.places,
             lens: &$engine.lens,
             params: &$engine.params,
             train: $train,
@@ -90,7 +103,8 @@ impl Engine {
     /// Compiles `graph` with `weights`.
     ///
     /// # Errors
-    /// Weights that do not fit the graph, an empty batch, or threads that cannot be started.
+    /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, or
+    /// threads that cannot be started.
     pub fn new(graph: &Graph, weights: &Weights, options: Options) -> Result<Self> {
         let refuse = |reason: &str| Error::Batch { model: graph.name().into(), reason: reason.into() };
         if options.batch == 0 {
@@ -102,55 +116,48 @@ impl Engine {
         if graph.nodes()[*output].shape.len() != 1 {
             return Err(refuse("the output must be features (logits)"));
         }
-        let plan = Plan::new(graph, *output);
+        let frozen = frozen(graph, &options.frozen).map_err(|reason| refuse(&reason))?;
+        let plan = Plan::new(graph, *output, &frozen);
         let threads = Threads::new(options.threads)?;
         let mut nodes: Vec<NodeState> = vec![];
         let mut buffer_ranges = vec![];
-        let mut linear = vec![];
+        let mut batches = vec![];
         let (mut buffers, mut inputs) = (0, 0);
         for node in graph.nodes() {
             let count = |kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum::<usize>();
-            let layer = layers::build(graph, node);
-            if layer.is_none() && !matches!(node.op, Op::Input | Op::Linear { .. }) {
-                return Err(refuse(&format!(
-                    "{}: the CPU engine does not run {} yet; `taxel forward --backend candle` does",
-                    node.name,
-                    node.op.kind()
-                )));
-            }
             let input = (node.op == Op::Input).then_some(inputs);
             inputs += usize::from(input.is_some());
             nodes.push(NodeState {
-                layer,
+                layer: layers::build(graph, node),
                 channels: node.shape[0],
                 positions: node.shape[1..].iter().product(),
                 params: 0..count(Kind::Parameter),
+                sums: 0..0,
                 input,
+                packed: vec![],
                 prepared: vec![],
+                mask: None,
             });
             buffer_ranges.push(buffers..buffers + count(Kind::Buffer));
             buffers += count(Kind::Buffer);
-            linear.push(match &node.op {
-                Op::Linear { bias } => {
-                    let inputs = graph.nodes()[node.inputs[0]].shape[0];
-                    let layer = Linear { inputs, outputs: node.shape[0], bias: *bias };
-                    Some((layer, layer.state(options.batch)))
-                }
-                _ => None,
-            });
+            batches.push(layers::build_batch(graph, node, options.batch));
         }
-        // Sample-wise nodes first: every part keeps gradients for these alone.
-        let mut at = 0;
-        let mut place = |node: &mut NodeState| {
-            node.params = at..at + node.params.len();
-            at = node.params.end;
-        };
-        let is_norm = |id: usize| matches!(graph.nodes()[id].op, Op::BatchNorm { .. });
-        let whole: Vec<bool> = (0..nodes.len()).map(|id| linear[id].is_some() || is_norm(id)).collect();
-        nodes.iter_mut().zip(&whole).filter(|(_, w)| !**w).for_each(|(n, _)| place(n));
-        let sample_wise = nodes.iter().zip(&whole).filter(|(_, w)| !**w).map(|(n, _)| n.params.len()).sum();
-        nodes.iter_mut().zip(&whole).filter(|(_, w)| **w).for_each(|(n, _)| place(n));
-        let params = at;
+        // Frozen parameters last: they have no gradient, and no optimiser meets them.
+        let (mut params, mut sums) = (0, 0);
+        let ends = [false, true].map(|wanted| {
+            for (id, node) in nodes.iter_mut().enumerate().filter(|(id, _)| frozen[*id] == wanted) {
+                let len = node.params.len();
+                node.params = params..params + len;
+                params += len;
+                // Batch norms add up their own sums, and what takes the whole batch needs none.
+                let is_norm = matches!(graph.nodes()[id].op, Op::BatchNorm { .. });
+                let layer = node.layer.as_ref().filter(|_| !is_norm && !wanted);
+                node.sums = sums..sums + layer.map_or(0, |layer| layer.sums_len(len));
+                sums = node.sums.end;
+            }
+            params
+        });
+        let [learned, params] = ends;
         let norms: Vec<Norm> = plan
             .norms
             .iter()
@@ -163,10 +170,11 @@ impl Engine {
             })
             .collect();
         let lens: Vec<usize> = graph.nodes().iter().map(|n| n.shape.iter().product()).collect();
-        let most = (PARTIALS / usize::max(sample_wise, 1)).clamp(2, PARTS).min(options.batch);
+        let most = (PARTIALS / usize::max(sums, 1)).clamp(2, PARTS).min(options.batch);
         let capacity = options.batch.div_ceil(most);
+        let places = Places::new(&plan, capacity);
         let parts = (0..options.batch.div_ceil(capacity))
-            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &lens, sample_wise))
+            .map(|_| Part::new(capacity, &plan, &nodes, &norms, &places, &lens, sums))
             .collect();
         let logits = options.batch * lens[*output];
         let mut engine = Engine {
@@ -176,18 +184,21 @@ impl Engine {
             plan,
             nodes,
             buffer_ranges,
-            linear,
+            batches,
             norms,
+            places: places.places,
             lens,
             parts,
             params: Buffer::zeros(params),
-            sample_wise,
-            dparams: Buffer::zeros(params),
-            velocity: Buffer::zeros(params),
+            packed: false,
+            gradient_sums: Buffer::zeros(sums),
+            dparams: Buffer::zeros(learned),
+            optimizer: Memory::default(),
             buffers: vec![0.0; buffers],
             logits: vec![0.0; logits],
             dlogits: vec![0.0; logits],
             trained: None,
+            dropout: (0, 0),
         };
         engine.set_weights(weights)?;
         Ok(engine)
@@ -198,7 +209,7 @@ impl Engine {
         &self.graph
     }
 
-    /// Replaces all parameters and running statistics; momentum starts anew.
+    /// Replaces all parameters and running statistics; optimisers start anew.
     ///
     /// # Errors
     /// Missing, extra or misshaped tensors, by name; nothing is replaced then.
@@ -216,7 +227,8 @@ impl Engine {
                 *at += param.len();
             }
         }
-        self.velocity.fill(0.0);
+        self.optimizer = Memory::default();
+        self.packed = false;
         self.trained = None;
         Ok(())
     }
@@ -226,14 +238,54 @@ impl Engine {
         self.export(&self.params, true)
     }
 
-    /// Gradients of the last [`Engine::backward`], by parameter name.
+    /// Gradients of the last [`Engine::backward`], by parameter name; frozen parameters have none.
     pub fn gradients(&self) -> Weights {
         self.export(&self.dparams, false)
     }
 
-    /// The optimiser's momentum, by parameter name.
-    pub fn velocity(&self) -> Weights {
-        self.export(&self.velocity, false)
+    /// What the optimisers remember.
+    pub fn optimizer_state(&self) -> OptimizerState {
+        OptimizerState {
+            step: self.optimizer.step,
+            momentum_buffer: self.export(&self.optimizer.velocity, false),
+            exp_avg: self.export(&self.optimizer.first, false),
+            exp_avg_sq: self.export(&self.optimizer.second, false),
+        }
+    }
+
+    /// Goes on where [`Engine::optimizer_state`] was taken.
+    ///
+    /// # Errors
+    /// A group that is neither empty nor holds exactly the parameters that learn, by name; nothing is
+    /// replaced then.
+    pub fn set_optimizer_state(&mut self, state: &OptimizerState) -> Result<()> {
+        let groups = [&state.momentum_buffer, &state.exp_avg, &state.exp_avg_sq];
+        for group in groups.iter().filter(|group| !group.is_empty()) {
+            let learned = self.graph.nodes().iter().zip(&self.nodes).filter(|(_, n)| self.learns(n));
+            let params = learned.flat_map(|(node, _)| &node.params).filter(|p| p.kind == Kind::Parameter);
+            group.check_params(self.graph.name(), params)?;
+        }
+        let mut buffers = groups.map(|_| Buffer::default());
+        for (buffer, group) in buffers.iter_mut().zip(groups).filter(|(_, group)| !group.is_empty()) {
+            fill_up(buffer, self.dparams.len());
+            for (node, placed) in self.graph.nodes().iter().zip(&self.nodes) {
+                let mut at = placed.params.start;
+                for param in node.params.iter().filter(|p| p.kind == Kind::Parameter) {
+                    let inner = buffer.get_mut(at..at + param.len());
+                    let (Some(tensor), Some(inner)) = (group.get(&param.name), inner) else { continue };
+                    layers::read_tensor(node, param, &tensor.data, inner);
+                    at += param.len();
+                }
+            }
+        }
+        let [velocity, first, second] = buffers;
+        self.optimizer = Memory { step: state.step, velocity, first, second };
+        Ok(())
+    }
+
+    /// Whether a node's parameters get gradients.
+    fn learns(&self, node: &NodeState) -> bool {
+        node.params.end <= self.dparams.len()
     }
 
     fn export(&self, arena: &[f32], with_buffers: bool) -> Weights {
@@ -246,7 +298,9 @@ impl Engine {
                     Kind::Buffer if with_buffers => (self.buffers.as_slice(), &mut buffer_at),
                     Kind::Buffer => continue,
                 };
-                let data = layers::write_tensor(node, param, &arena[*at..*at + param.len()]);
+                // Gradients and moments of frozen parameters have no place.
+                let Some(inner) = arena.get(*at..*at + param.len()) else { continue };
+                let data = layers::write_tensor(node, param, inner);
                 *at += param.len();
                 weights.insert(&param.name, Tensor { shape: param.shape.clone(), data });
             }
@@ -269,11 +323,16 @@ impl Engine {
             part.first = (number * each).min(n);
             part.count = ((number + 1) * each).min(n) - part.first;
         }
+        self.pack();
         let train = mode == Mode::Train;
+        self.draw_masks(train);
         if train {
             self.parts.iter_mut().flat_map(|p| &mut p.moments).for_each(|m| m.clear());
-        } else {
-            self.norms.iter_mut().for_each(|norm| norm.evaluate(&self.params, &self.buffers));
+        }
+        for (norm, plan) in self.norms.iter_mut().zip(&self.plan.norms) {
+            if !train || plan.frozen {
+                norm.evaluate(&self.params, &self.buffers);
+            }
         }
         for number in 0..if train { self.plan.train.len() } else { self.plan.eval.len() } {
             let phase = if train { &self.plan.train[number] } else { &self.plan.eval[number] };
@@ -304,17 +363,43 @@ impl Engine {
         Ok(&self.logits[..n * len])
     }
 
-    /// Gathers a node's input rows, multiplies, and gives the rows back to the parts.
+    fn pack(&mut self) {
+        if std::mem::replace(&mut self.packed, true) {
+            return;
+        }
+        let params = &self.params;
+        self.threads.each(&mut self.nodes, 1, |_, node| {
+            let node = &mut node[0];
+            if let Some(layer) = &node.layer {
+                layer.pack(&params[node.params.clone()], &mut node.packed);
+            }
+        });
+    }
+
+    /// What the dropouts drop in the next pass: of every training pass something else, in evaluation
+    /// nothing.
+    fn draw_masks(&mut self, train: bool) {
+        let (seed, step) = self.dropout;
+        for (state, node) in self.nodes.iter_mut().zip(self.graph.nodes()) {
+            if let Op::Dropout { probability } = node.op {
+                state.mask = train.then(|| DropoutMask::new(seed, &node.name, step, probability));
+            }
+        }
+        self.dropout.1 += u64::from(train);
+    }
+
+    /// Gathers a node's input rows, runs it, and gives the rows back to the parts.
     fn forward_batch(&mut self, id: usize, n: usize, train: bool) {
         let seen = self.plan.nodes[id].inputs[0];
-        let Some((layer, state)) = &mut self.linear[id] else { return };
-        let view = view(&seen, &self.norms);
+        let Some(batch) = &mut self.batches[id] else { return };
+        let (view, channels) = (view(&seen, &self.norms), self.nodes[seen.stored].channels);
         for part in self.parts.iter().filter(|p| p.count > 0) {
-            let (from, len) = (part.first * layer.inputs, part.count * layer.inputs);
-            view.apply(layer.inputs, &part.values[seen.stored][..len], &mut state.x[from..from + len]);
+            let (from, len) = (part.first * batch.inputs, part.count * batch.inputs);
+            view.apply(channels, &part.values[seen.stored][..len], &mut batch.x[from..from + len]);
         }
-        layer.forward(&self.threads, n, &self.params[self.nodes[id].params.clone()], state);
-        let (y, outputs) = (&state.y, layer.outputs);
+        let (params, outputs) = (&self.params[self.nodes[id].params.clone()], batch.outputs);
+        let (x, y) = (&batch.x[..n * batch.inputs], &mut batch.y[..n * outputs]);
+        batch.layer.forward(&self.threads, n, params, x, y);
         let shared = shared!(self, train);
         for part in &mut self.parts {
             let (from, len) = (part.first * outputs, part.count * outputs);
@@ -330,30 +415,44 @@ impl Engine {
     /// # Errors
     /// No training pass before it, or labels that are not one class number per sample.
     pub fn backward(&mut self, labels: &[u32]) -> Result<f32> {
+        self.backward_with(Loss::SoftmaxCrossEntropy, Targets::Labels(labels))
+    }
+
+    /// `loss` of the last training pass between logits and `targets`, and the gradients of all parameters.
+    ///
+    /// # Errors
+    /// No training pass before it, or targets that do not fit the batch or the loss; the pass stays usable.
+    pub fn backward_with(&mut self, loss: Loss, targets: Targets) -> Result<f32> {
         let classes = self.lens[self.plan.output.stored];
-        let model = self.graph.name().to_string();
-        let refuse = |reason: String| Error::Batch { model: model.clone(), reason };
-        let n =
-            self.trained.take().ok_or_else(|| refuse("backward needs a forward pass in training".into()))?;
-        if labels.len() != n {
-            return Err(refuse(format!("{} labels for a batch of {n} samples", labels.len())));
-        }
-        if let Some(i) = labels.iter().position(|&l| l as usize >= classes) {
-            return Err(refuse(format!("label {} of sample {i} is not one of {classes} classes", labels[i])));
-        }
-        let dlogits = &mut self.dlogits[..n * classes];
-        let loss = loss::softmax_cross_entropy(&self.logits[..n * classes], classes, labels, dlogits);
+        let Some(n) = self.trained else {
+            let (model, reason) =
+                (self.graph.name().into(), "backward needs a forward pass in training".into());
+            return Err(Error::Batch { model, reason });
+        };
+        targets.check(self.graph.name(), loss, n, classes)?;
+        self.trained = None;
+        let (logits, dlogits) = (&self.logits[..n * classes], &mut self.dlogits[..n * classes]);
+        let loss = match targets {
+            Targets::Labels(labels) => loss::softmax_cross_entropy(logits, classes, labels, dlogits),
+            Targets::Values(values) if loss == Loss::MeanSquaredError => {
+                loss::mean_squared_error(logits, values, dlogits)
+            }
+            Targets::Values(values) => loss::multi_label_soft_margin(logits, values, dlogits),
+        };
         for part in &mut self.parts {
             let (from, len) = (part.first * classes, part.count * classes);
-            part.slots[self.plan.output_slot][..len].copy_from_slice(&dlogits[from..from + len]);
-            part.dparams.fill(0.0);
+            part.slots[self.places[self.plan.output_slot].buffer][..len]
+                .copy_from_slice(&dlogits[from..from + len]);
+            part.gradient_sums.fill(0.0);
             part.sums.iter_mut().for_each(|sums| sums.fill(0.0));
         }
-        for node in &mut self.nodes {
+        let params = &self.params;
+        self.threads.each(&mut self.nodes, 1, |_, node| {
+            let node = &mut node[0];
             if let Some(layer) = &node.layer {
-                layer.prepare(&self.params[node.params.clone()], &mut node.prepared);
+                layer.prepare(&params[node.params.clone()], &mut node.prepared);
             }
-        }
+        });
         for number in 0..self.plan.backward.len() {
             match &self.plan.backward[number] {
                 Phase::Samples(steps) => {
@@ -373,50 +472,98 @@ impl Engine {
             }
         }
         let parts = &self.parts;
-        self.threads.each(&mut self.dparams[..self.sample_wise], 1 << 14, |piece, sums| {
+        self.threads.each(&mut self.gradient_sums, 1 << 14, |piece, sums| {
             let range = piece << 14..(piece << 14) + sums.len();
-            sums.copy_from_slice(&parts[0].dparams[range.clone()]);
+            sums.copy_from_slice(&parts[0].gradient_sums[range.clone()]);
             for part in &parts[1..] {
-                taxel_kernels::pointwise::copy(&part.dparams[range.clone()], sums, true);
+                taxel_kernels::pointwise::copy(&part.gradient_sums[range.clone()], sums, true);
             }
         });
+        for node in self.nodes.iter().filter(|node| !node.sums.is_empty()) {
+            if let Some(layer) = &node.layer {
+                let dparams = &mut self.dparams[node.params.clone()];
+                layer.finish(&self.gradient_sums[node.sums.clone()], dparams);
+            }
+        }
         Ok(loss)
     }
 
     fn backward_batch(&mut self, id: usize, n: usize) {
         let target = self.plan.nodes[id].slots[0];
         let shared = shared!(self, true);
-        let Some((layer, state)) = &mut self.linear[id] else { return };
+        let Some(batch) = &mut self.batches[id] else { return };
+        let (inputs, outputs) = (batch.inputs, batch.outputs);
         for part in &mut self.parts {
             for sample in 0..part.count {
-                let len = layer.outputs;
+                let len = outputs;
                 let to = (part.first + sample) * len;
                 let gradient = match part.collect(&shared, id, sample) {
-                    Some(slot) => &part.slots[slot][sample * len..][..len],
+                    Some(slot) => {
+                        let Place { buffer, stride } = self.places[slot];
+                        &part.slots[buffer][sample * stride..][..len]
+                    }
                     None => part.collected(len),
                 };
-                state.dy[to..to + len].copy_from_slice(gradient);
+                batch.dy[to..to + len].copy_from_slice(gradient);
             }
         }
         let range = self.nodes[id].params.clone();
-        let (params, dparams) = (&self.params[range.clone()], &mut self.dparams[range]);
-        layer.backward(&self.threads, n, params, dparams, state, target.is_some());
+        // Frozen parameters have no gradients.
+        let (params, dparams) =
+            (&self.params[range.clone()], self.dparams.get_mut(range).unwrap_or_default());
+        let (x, dy) = (&batch.x[..n * inputs], &batch.dy[..n * outputs]);
+        let dx = target.is_some().then_some(&mut batch.dx[..n * inputs]);
+        batch.layer.backward(BatchBackward { threads: &self.threads, n, params, x, dy }, dparams, dx);
         let Some((slot, add)) = target else { return };
         for part in &mut self.parts {
-            let (from, len) = (part.first * layer.inputs, part.count * layer.inputs);
-            taxel_kernels::pointwise::copy(&state.dx[from..from + len], &mut part.slots[slot][..len], add);
+            let (from, len) = (part.first * inputs, part.count * inputs);
+            taxel_kernels::pointwise::copy(
+                &batch.dx[from..from + len],
+                &mut part.slots[self.places[slot].buffer][..len],
+                add,
+            );
         }
     }
 
-    /// One optimiser step with the gradients of the last [`Engine::backward`].
+    /// Scales the gradients of the last [`Engine::backward`] so that the norm of all together is at most
+    /// `largest`; returns the norm before (`torch.nn.utils.clip_grad_norm_`).
+    pub fn clip_gradients(&mut self, largest: f32) -> f32 {
+        clip_by_global_norm(&mut self.dparams, largest)
+    }
+
+    /// One step of SGDM with the gradients of the last [`Engine::backward`].
     pub fn sgdm(&mut self, step: &Sgdm) {
-        let Sgdm { lr, momentum, weight_decay } = *step;
-        optim::sgdm(&mut self.params, &self.dparams, &mut self.velocity, lr, momentum, weight_decay);
+        self.packed = false;
+        self.optimizer.sgdm(&mut self.params[..self.dparams.len()], &self.dparams, step);
+    }
+
+    /// One step of Adam (`torch.optim.Adam`: coupled weight decay) with those gradients.
+    pub fn adam(&mut self, settings: &Adam) {
+        self.packed = false;
+        self.optimizer.adam(&mut self.params[..self.dparams.len()], &self.dparams, settings, false);
+    }
+
+    /// One step of AdamW (`torch.optim.AdamW`: decoupled weight decay) with those gradients.
+    pub fn adamw(&mut self, settings: &Adam) {
+        self.packed = false;
+        self.optimizer.adam(&mut self.params[..self.dparams.len()], &self.dparams, settings, true);
+    }
+
+    /// Seed of the dropout masks, and the step of the next training pass; 0 and 0 at first.
+    pub fn dropout(&self) -> (u64, u64) {
+        self.dropout
+    }
+
+    /// Which masks dropout draws from now on (see [`DropoutMask`]): the next training pass those of `step`
+    /// in a run with `seed`, the one after it those of `step + 1`.
+    pub fn set_dropout(&mut self, seed: u64, step: u64) {
+        self.dropout = (seed, step);
     }
 
     /// From now on, training passes gather batch-norm statistics over everything they see.
     pub fn begin_population(&mut self) {
-        self.norms.iter_mut().for_each(Norm::begin_population);
+        let learning = self.norms.iter_mut().zip(&self.plan.norms).filter(|(_, plan)| !plan.frozen);
+        learning.for_each(|(norm, _)| norm.begin_population());
     }
 
     /// Running statistics become mean and variance over all training passes since
@@ -449,4 +596,24 @@ impl Engine {
         }
         Ok(())
     }
+}
+
+/// Which nodes `names` cover.
+fn frozen(graph: &Graph, names: &[String]) -> std::result::Result<Vec<bool>, String> {
+    let mut frozen = vec![false; graph.nodes().len()];
+    for name in names {
+        let mut found = false;
+        for (node, frozen) in
+            graph.nodes().iter().zip(&mut frozen).filter(|(node, _)| !node.params.is_empty())
+        {
+            let covered = node.name.strip_prefix(name.as_str());
+            if covered.is_some_and(|rest| rest.is_empty() || rest.starts_with('.')) {
+                (*frozen, found) = (true, true);
+            }
+        }
+        if !found {
+            return Err(format!("cannot freeze `{name}`: no node with tensors has that name"));
+        }
+    }
+    Ok(frozen)
 }

@@ -99,6 +99,12 @@ impl Norm {
             *inverse = 1.0 / (f64::from(*var) + self.eps).sqrt();
         }
         self.see(params);
+        // Statistics that do not depend on the batch leave the gradient a factor.
+        self.gradient.dy.copy_from_slice(&self.scale);
+        self.gradient.mean.copy_from_slice(&self.mean);
+        self.gradient.x.fill(0.0);
+        self.gradient.constant.fill(0.0);
+        self.again.dy.copy_from_slice(&self.scale);
     }
 
     /// Readers see the batch's statistics; running ones move, or the population grows.

@@ -1,8 +1,10 @@
 //! A fixed share of the batch with all its memory: what one worker runs on its own.
 
-use taxel_kernels::{Buffer, batch_norm, layout, reduce};
+use taxel_graph::DropoutMask;
+use taxel_kernels::{Buffer, Rectifier, batch_norm, layout, reduce};
 
 use crate::layers::{Backward, Inputs, Layer, Outputs, Scratch, view};
+use crate::lifetimes::{Place, Places};
 use crate::norm::{Moments, Norm};
 use crate::plan::{Plan, Step};
 
@@ -11,6 +13,7 @@ pub(crate) struct Shared<'a> {
     pub plan: &'a Plan,
     pub nodes: &'a [NodeState],
     pub norms: &'a [Norm],
+    pub places: &'a [Place],
     pub lens: &'a [usize],
     pub params: &'a [f32],
     /// Whether batch statistics are measured and saved values kept.
@@ -25,9 +28,14 @@ pub(crate) struct NodeState {
     pub channels: usize,
     pub positions: usize,
     pub params: std::ops::Range<usize>,
+    /// Where the parts add up what its gradients are made of.
+    pub sums: std::ops::Range<usize>,
     /// Number among the inputs of the graph.
     pub input: Option<usize>,
+    pub packed: Vec<f32>,
     pub prepared: Vec<f32>,
+    /// What a dropout drops in this training pass.
+    pub mask: Option<DropoutMask>,
 }
 
 /// Samples `first..first + count` of the batch.
@@ -37,11 +45,11 @@ pub(crate) struct Part {
     pub count: usize,
     /// Stored output of every node, sample after sample.
     pub values: Vec<Buffer>,
-    /// Gradient of every slot.
+    /// Memory of the slots, which [`Places`] share out.
     pub slots: Vec<Buffer>,
     saved: Vec<Buffer>,
-    /// Gradients of the parameters of sample-wise nodes.
-    pub dparams: Buffer,
+    /// What the gradients of the sample-wise nodes' parameters are made of.
+    pub gradient_sums: Buffer,
     pub moments: Vec<Moments>,
     /// Σ dy and Σ dy · (x − mean) of every batch norm.
     pub sums: Vec<Vec<f64>>,
@@ -57,8 +65,9 @@ impl Part {
         plan: &Plan,
         nodes: &[NodeState],
         norms: &[Norm],
+        places: &Places,
         lens: &[usize],
-        dparams: usize,
+        gradient_sums: usize,
     ) -> Self {
         let stored = |id: usize| if plan.nodes[id].stored { capacity * lens[id] } else { 0 };
         let layers = || nodes.iter().filter_map(|n| n.layer.as_ref());
@@ -68,12 +77,12 @@ impl Part {
             first: 0,
             count: 0,
             values: (0..lens.len()).map(|id| Buffer::zeros(stored(id))).collect(),
-            slots: plan.slots.iter().map(|slot| Buffer::zeros(capacity * slot.len)).collect(),
+            slots: places.buffers.iter().map(|&len| Buffer::zeros(len)).collect(),
             saved: nodes
                 .iter()
                 .map(|n| Buffer::zeros(n.layer.as_ref().map_or(0, |l| capacity * l.saved_len())))
                 .collect(),
-            dparams: Buffer::zeros(dparams),
+            gradient_sums: Buffer::zeros(gradient_sums),
             moments: norms.iter().map(|n| Moments::new(n.channels)).collect(),
             sums: norms.iter().map(|n| vec![0.0; 2 * n.channels]).collect(),
             scratch: Scratch { x: Buffer::zeros(most(0)), halo: Buffer::zeros(most(1)) },
@@ -92,8 +101,16 @@ impl Part {
                 match (&node.layer, node.input) {
                     (Some(layer), _) => {
                         let plan = &shared.plan.nodes[id];
-                        let inputs =
-                            Inputs { plan, values: before, norms: shared.norms, sample, lens: shared.lens };
+                        let inputs = Inputs {
+                            plan,
+                            values: before,
+                            norms: shared.norms,
+                            sample,
+                            number: self.first + sample,
+                            mask: node.mask,
+                            lens: shared.lens,
+                            packed: &node.packed,
+                        };
                         let kept = layer.saved_len();
                         let saved = &mut self.saved[id][sample * kept..][..kept];
                         layer.forward(
@@ -152,24 +169,38 @@ impl Part {
         let direct = self.collect(shared, id, sample);
         let len = shared.lens[id];
         // A slot's own gradient is lent out while the inputs' slots are written.
-        let lent = direct.map(|slot| (slot, std::mem::take(&mut self.slots[slot])));
+        let lent = direct.map(|slot| {
+            let place = shared.places[slot];
+            (place, std::mem::take(&mut self.slots[place.buffer]))
+        });
         let dy = match &lent {
-            Some((_, gradient)) => &gradient[sample * len..][..len],
+            Some((place, gradient)) => &gradient[sample * place.stride..][..len],
             None => &self.collected[..len],
         };
         let kept = layer.saved_len();
         let pass = Backward {
-            inputs: Inputs { plan, values: &self.values, norms: shared.norms, sample, lens: shared.lens },
+            inputs: Inputs {
+                plan,
+                values: &self.values,
+                norms: shared.norms,
+                sample,
+                number: self.first + sample,
+                mask: node.mask,
+                lens: shared.lens,
+                packed: &[],
+            },
+            y: &self.values[id][sample * len..][..len],
             params: &shared.params[node.params.clone()],
             prepared: &node.prepared,
             saved: &self.saved[id][sample * kept..][..kept],
         };
-        // Parameters of batch nodes and norms have no place here.
-        let dparams = self.dparams.get_mut(node.params.clone()).unwrap_or_default();
-        let outputs = Outputs { plan, slots: &mut self.slots, sample, lens: shared.lens };
-        layer.backward(pass, dy, dparams, outputs, &mut self.scratch);
-        if let Some((slot, gradient)) = lent {
-            self.slots[slot] = gradient;
+        // Empty where nothing is learned.
+        let sums = &mut self.gradient_sums[node.sums.clone()];
+        let outputs =
+            Outputs { plan, slots: &mut self.slots, places: shared.places, sample, lens: shared.lens };
+        layer.backward(pass, dy, sums, outputs, &mut self.scratch);
+        if let Some((place, gradient)) = lent {
+            self.slots[place.buffer] = gradient;
         }
     }
 
@@ -179,7 +210,7 @@ impl Part {
         let own = &shared.plan.nodes[id].own;
         if let [slot] = own[..] {
             let seen = &shared.plan.slots[slot].seen;
-            if seen.norm.is_none() && !seen.relu {
+            if seen.norm.is_none() && seen.rectifier == Rectifier::None {
                 return Some(slot);
             }
         }
@@ -190,7 +221,8 @@ impl Part {
             // What a batch norm takes from the whole batch counts once, however many views it has.
             let first = !own[..i].iter().any(|&s| shared.plan.slots[s].seen.norm == seen.norm);
             let gradient = seen.norm.map(|n| shared.norms[n].gradient(first));
-            let dy = &self.slots[slot][sample * len..][..len];
+            let place = shared.places[slot];
+            let dy = &self.slots[place.buffer][sample * place.stride..][..len];
             let dx = &mut self.collected[..len];
             let channels = shared.nodes[id].channels;
             batch_norm::backward(channels, x, &view(seen, shared.norms), gradient, dy, dx, i > 0);
@@ -209,7 +241,8 @@ impl Part {
         let (norm, len) = (&shared.norms[number], shared.lens[seen.stored]);
         let channels = norm.channels;
         let x = &self.values[seen.stored][sample * len..][..len];
-        let dy = &self.slots[slot][sample * len..][..len];
+        let place = shared.places[slot];
+        let dy = &self.slots[place.buffer][sample * place.stride..][..len];
         let [plain, weighted] = &mut self.column;
         let (plain, weighted) = (&mut plain[..channels], &mut weighted[..channels]);
         plain.fill(0.0);

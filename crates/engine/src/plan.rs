@@ -1,13 +1,14 @@
 //! What runs when: which values are stored, who sees them how, and where the batch must meet.
 //!
-//! Batch norm and ReLU store nothing. A stored value is read through a [`Seen`]: the batch norm and ReLU
-//! between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
+//! Batch norm, ReLU and ReLU6 store nothing. A stored value is read through a [`Seen`]: the batch norm and
+//! rectifier between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
 //! only where a batch norm needs the statistics of the whole batch, or a matrix product the whole batch,
 //! do all samples wait for each other.
 
 use std::collections::HashMap;
 
-use taxel_graph::{Graph, Kind, NodeId, Op};
+use taxel_graph::{Activation, Graph, Kind, NodeId, Op};
+use taxel_kernels::Rectifier;
 
 /// How a reader sees a stored value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -16,12 +17,12 @@ pub(crate) struct Seen {
     pub stored: NodeId,
     /// Number of the batch norm in between.
     pub norm: Option<usize>,
-    pub relu: bool,
+    pub rectifier: Rectifier,
 }
 
 impl Seen {
     fn plain(stored: NodeId) -> Self {
-        Seen { stored, norm: None, relu: false }
+        Seen { stored, norm: None, rectifier: Rectifier::None }
     }
 }
 
@@ -37,12 +38,14 @@ pub(crate) struct Slot {
 pub(crate) struct NormPlan {
     pub node: NodeId,
     pub stored: NodeId,
+    /// Running statistics in training too.
+    pub frozen: bool,
 }
 
 /// A node as the engine runs it.
 #[derive(Debug, Default)]
 pub(crate) struct NodePlan {
-    /// Whether its output is stored (inputs and everything but batch norm and ReLU).
+    /// Whether its output is stored (inputs and everything that is not [`lazy`]).
     pub stored: bool,
     /// Its inputs as it sees them.
     pub inputs: Vec<Seen>,
@@ -50,7 +53,7 @@ pub(crate) struct NodePlan {
     pub slots: Vec<Option<(usize, bool)>>,
     /// Slots of its own output, from which its gradient is collected.
     pub own: Vec<usize>,
-    /// Batch norms that need statistics of its output.
+    /// Batch norms that need statistics of its output, frozen ones left out.
     pub norms: Vec<usize>,
 }
 
@@ -87,7 +90,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub fn new(graph: &Graph, output: NodeId) -> Self {
+    /// `frozen` says of every node whether its parameters stay as they are.
+    pub fn new(graph: &Graph, output: NodeId, frozen: &[bool]) -> Self {
         let stored = stored(graph);
         let mut norms = vec![];
         let mut seen: Vec<Seen> = vec![];
@@ -96,18 +100,17 @@ impl Plan {
             let inputs: Vec<Seen> = node.inputs.iter().map(|&i| seen[i]).collect();
             let lazy = match node.op {
                 Op::BatchNorm { .. } => {
-                    norms.push(NormPlan { node: id, stored: inputs[0].stored });
+                    norms.push(NormPlan { node: id, stored: inputs[0].stored, frozen: frozen[id] });
                     Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
                 }
-                Op::Relu => Some(Seen { relu: true, ..inputs[0] }),
-                _ => None,
+                _ => rectifier(&node.op).map(|rectifier| Seen { rectifier, ..inputs[0] }),
             };
             seen.push(lazy.filter(|_| !stored[id]).unwrap_or(Seen::plain(id)));
-            // A stored batch norm or ReLU copies what it makes others see.
+            // A stored batch norm or rectifier copies what it makes others see.
             let inputs = if stored[id] { lazy.map_or(inputs, |seen| vec![seen]) } else { vec![] };
             nodes.push(NodePlan { stored: stored[id], inputs, ..NodePlan::default() });
         }
-        for (number, norm) in norms.iter().enumerate() {
+        for (number, norm) in norms.iter().enumerate().filter(|(_, norm)| !norm.frozen) {
             nodes[norm.stored].norms.push(number);
         }
         let len = |id: NodeId| graph.nodes()[id].shape.iter().product();
@@ -123,14 +126,14 @@ impl Plan {
         };
         plan.train = plan.forward(graph, true);
         plan.eval = plan.forward(graph, false);
-        plan.backward = plan.backward(graph, &len);
+        plan.backward = plan.backward(graph, frozen, &len);
         plan
     }
 
     fn forward(&self, graph: &Graph, train: bool) -> Vec<Phase> {
         let mut phases = vec![];
         let mut steps = vec![];
-        let mut ready = vec![!train; self.norms.len()];
+        let mut ready: Vec<bool> = self.norms.iter().map(|norm| !train || norm.frozen).collect();
         for (id, node) in self.nodes.iter().enumerate().filter(|(_, n)| n.stored) {
             if node.inputs.iter().any(|seen| seen.norm.is_some_and(|n| !ready[n])) {
                 // All that can be known by now: every later wait is one less.
@@ -156,12 +159,12 @@ impl Plan {
         phases
     }
 
-    fn backward(&mut self, graph: &Graph, len: &dyn Fn(NodeId) -> usize) -> Vec<Phase> {
-        // Whether parameters lie at or before a node; a batch norm's parameters count for its readers.
+    fn backward(&mut self, graph: &Graph, frozen: &[bool], len: &dyn Fn(NodeId) -> usize) -> Vec<Phase> {
+        // Whether parameters that learn lie at or before a node; a batch norm's count for its readers.
         let mut trains = vec![false; self.nodes.len()];
         for (id, node) in graph.nodes().iter().enumerate() {
             let own = node.params.iter().any(|p| p.kind == Kind::Parameter);
-            trains[id] = own || node.inputs.iter().any(|&i| trains[i]);
+            trains[id] = own && !frozen[id] || node.inputs.iter().any(|&i| trains[i]);
         }
         let needs = |seen: &Seen, norms: &[NormPlan]| {
             trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
@@ -170,7 +173,7 @@ impl Plan {
         let mut written = vec![true];
         let mut readers = vec![0usize];
         let mut reached = vec![false; self.nodes.len()];
-        reached[self.output.stored] = true;
+        reached[self.output.stored] = needs(&self.output, &self.norms);
         for id in (0..self.nodes.len()).rev() {
             if !self.nodes[id].stored || !reached[id] {
                 continue;
@@ -196,8 +199,9 @@ impl Plan {
         }
         let mut phases = vec![];
         let mut steps = vec![];
-        let mut summed = vec![false; self.norms.len()];
-        if self.output.norm.is_some() {
+        let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.frozen).collect();
+        let sums = |seen: &Seen| seen.norm.is_some_and(|n| !self.norms[n].frozen);
+        if sums(&self.output) {
             steps.push(Step::Sums(0));
         }
         for id in (0..self.nodes.len()).rev() {
@@ -212,7 +216,8 @@ impl Plan {
                 waits.iter().for_each(|&n| summed[n] = true);
                 phases.push(Phase::Norms(waits));
             }
-            if graph.nodes()[id].op == Op::Input {
+            // Visited for its batch norms alone: an input, or what is frozen with all before it.
+            if !trains[id] {
                 continue;
             }
             if is_batch(&graph.nodes()[id].op) {
@@ -223,7 +228,7 @@ impl Plan {
             }
             for &(slot, _) in node.slots.iter().flatten() {
                 readers[slot] -= 1;
-                if readers[slot] == 0 && self.slots[slot].seen.norm.is_some() {
+                if readers[slot] == 0 && sums(&self.slots[slot].seen) {
                     steps.push(Step::Sums(slot));
                 }
             }
@@ -241,18 +246,32 @@ fn flush(phases: &mut Vec<Phase>, steps: &mut Vec<Step>) {
 
 /// Whether a node wants all samples at once.
 fn is_batch(op: &Op) -> bool {
-    matches!(op, Op::Linear { .. })
+    matches!(op, Op::Linear { .. } | Op::Lstm { .. })
 }
 
-/// Which outputs are stored: all but batch norm and ReLU, and those too where a batch norm or ReLU that
-/// is not the next in the chain "batch norm, ReLU" reads them.
+/// What a node does as a rectifier.
+fn rectifier(op: &Op) -> Option<Rectifier> {
+    match op {
+        Op::Relu => Some(Rectifier::Relu),
+        Op::Activation(Activation::Relu6) => Some(Rectifier::Relu6),
+        _ => None,
+    }
+}
+
+/// Whether readers can apply an operation themselves.
+fn lazy(op: &Op) -> bool {
+    matches!(op, Op::BatchNorm { .. }) || rectifier(op).is_some()
+}
+
+/// Which outputs are stored: all that are not lazy, and lazy ones too where a lazy one that is not the next
+/// in the chain "batch norm, rectifier" reads them.
 fn stored(graph: &Graph) -> Vec<bool> {
-    let lazy = |id: NodeId| matches!(graph.nodes()[id].op, Op::BatchNorm { .. } | Op::Relu);
-    let mut stored: Vec<bool> = (0..graph.nodes().len()).map(|id| !lazy(id)).collect();
-    for node in graph.nodes() {
+    let ops = |id: NodeId| &graph.nodes()[id].op;
+    let mut stored: Vec<bool> = (0..graph.nodes().len()).map(|id| !lazy(ops(id))).collect();
+    for node in graph.nodes().iter().filter(|node| lazy(&node.op)) {
         for &input in &node.inputs {
-            let chained = matches!((&graph.nodes()[input].op, &node.op), (Op::BatchNorm { .. }, Op::Relu));
-            if lazy(input) && matches!(node.op, Op::BatchNorm { .. } | Op::Relu) && !chained {
+            let chained = matches!(ops(input), Op::BatchNorm { .. }) && rectifier(&node.op).is_some();
+            if lazy(ops(input)) && !chained {
                 stored[input] = true;
             }
         }

@@ -7,7 +7,7 @@
 mod twin;
 
 use taxel_engine::{Engine, Mode, Options, Sgdm};
-use taxel_graph::{Graph, Weights};
+use taxel_graph::{Graph, Loss, Targets, Weights};
 use twin::Twin;
 
 fn slices(inputs: &[Vec<f32>]) -> Vec<&[f32]> {
@@ -21,23 +21,32 @@ fn compile(twin: &Twin, threads: usize) -> (Graph, Engine) {
 }
 
 fn engine(twin: &Twin, graph: &Graph, threads: usize) -> Engine {
-    Engine::new(graph, &twin.weights(), Options { batch: 4, threads }).unwrap()
+    Engine::new(graph, &twin.weights(), Options { batch: 4, threads, ..Options::default() }).unwrap()
+}
+
+/// The loss of the last training pass, as the fixture measures it.
+fn backward(twin: &Twin, engine: &mut Engine) -> f32 {
+    match twin.objective() {
+        Loss::SoftmaxCrossEntropy => engine.backward(&twin.labels()).unwrap(),
+        loss => engine.backward_with(loss, Targets::Values(&twin.target_values())).unwrap(),
+    }
 }
 
 fn compare(twin: &Twin, graph: &Graph) {
     let mut engine = engine(twin, graph, 1);
     let inputs = twin.inputs(graph, 500);
     let xs = slices(&inputs);
+    let tolerance = twin.tolerance();
     let logits = engine.forward(&xs, twin.batch, Mode::Eval).unwrap();
-    twin.assert_values("eval_logits", logits, 1e-5);
+    twin.assert_values("eval_logits", logits, tolerance.values);
     let logits = engine.forward(&xs, twin.batch, Mode::Train).unwrap();
-    twin.assert_values("train_logits", logits, 1e-5);
-    twin.assert_loss(engine.backward(&twin.labels()).unwrap(), 1e-5);
+    twin.assert_values("train_logits", logits, tolerance.values);
+    twin.assert_loss(backward(twin, &mut engine), tolerance.values);
     let gradients = engine.gradients();
     assert_eq!(gradients.len(), twin.count("gradients"), "{}", twin.name);
-    twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), 1e-4);
+    twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), tolerance.gradients);
     let weights = engine.weights();
-    twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+    twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), tolerance.values);
 }
 
 #[test]
@@ -48,7 +57,7 @@ fn networks_logits_loss_and_every_gradient() {
 }
 
 #[test]
-fn operations_on_awkward_shapes() {
+fn operations_on_awkward_shapes_and_losses() {
     for (twin, graph) in Twin::operations() {
         compare(&twin, &graph);
     }
@@ -85,7 +94,8 @@ fn population_statistics() {
         assert_eq!(during, before, "{}: gathering must not move anything", twin.name);
         engine.end_population();
         let weights = engine.weights();
-        twin.assert_digests("population", |name| weights.get(name).map(|t| t.data.clone()), 1e-5);
+        let values = twin.tolerance().values;
+        twin.assert_digests("population", |name| weights.get(name).map(|t| t.data.clone()), values);
     }
 }
 
@@ -115,6 +125,11 @@ fn a_smaller_batch_sees_only_itself() {
         let classes = all.len() / twin.batch;
         let first: Vec<&[f32]> = inputs.iter().map(|x| &x[..x.len() / twin.batch]).collect();
         let one = engine.forward(&first, 1, Mode::Eval).unwrap();
-        assert_eq!(one, &all[..classes], "{}", twin.name);
+        // Matrix products of one row and of several add in another order.
+        let scale = all.iter().fold(0.0f32, |a, v| a.max(v.abs()));
+        for (one, all) in one.iter().zip(&all[..classes]) {
+            assert!((one - all).abs() <= 1e-6 * scale, "{}: {one} and {all}", twin.name);
+        }
+        assert_eq!(one.len(), classes);
     }
 }

@@ -84,9 +84,17 @@ impl Weights {
 
     /// Refuses missing, extra and misshaped tensors by name. PyTorch's `num_batches_tracked` is let pass.
     pub fn check(&self, graph: &Graph) -> Result<()> {
-        let model = graph.name().to_string();
+        self.check_params(graph.name(), graph.params())
+    }
+
+    /// The same for some tensors of a network `model` alone.
+    ///
+    /// # Errors
+    /// As [`Weights::check`].
+    pub fn check_params<'a>(&self, model: &str, params: impl Iterator<Item = &'a Param>) -> Result<()> {
+        let model = model.to_string();
         let mut known = HashMap::new();
-        for param in graph.params() {
+        for param in params {
             known.insert(param.name.as_str(), ());
             match self.get(&param.name) {
                 None => {

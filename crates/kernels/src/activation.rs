@@ -3,99 +3,121 @@
 //! `exp` is written out in plain arithmetic, so that the loops are vectorised; its relative error is below
 //! 2e-7.
 
-/// `y = min(max(x, 0), 6)`.
-pub fn relu6(x: &[f32], y: &mut [f32]) {
-    map(x, y, |x| x.clamp(0.0, 6.0));
-}
+use crate::simd::{Simd, at_level};
 
-/// Gradient of [`relu6`] from its input: 0 at both corners.
-pub fn relu6_backward(x: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
-    pull(x, dy, dx, accumulate, |x, dy| if x <= 0.0 || x >= 6.0 { 0.0 } else { dy });
-}
+/// Defines a function value by value: `name(x, y)`.
+macro_rules! forward {
+    ($(#[$meta:meta])* $name:ident($($arg:ident: $ty:ty)?) = $body:ident, |$x:ident| $value:expr) => {
+        at_level! { $(#[$meta])* pub fn $name($($arg: $ty,)? x: &[f32], y: &mut [f32]) = $body }
 
-/// `y = x` above 0, else `slope · x`.
-pub fn leaky_relu(slope: f32, x: &[f32], y: &mut [f32]) {
-    map(x, y, |x| if x > 0.0 { x } else { slope * x });
-}
-
-/// Gradient of [`leaky_relu`] from its input: `slope` at 0.
-pub fn leaky_relu_backward(slope: f32, x: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
-    pull(x, dy, dx, accumulate, |x, dy| if x > 0.0 { dy } else { slope * dy });
-}
-
-/// `y = 1 / (1 + e⁻ˣ)`.
-pub fn sigmoid(x: &[f32], y: &mut [f32]) {
-    map(x, y, sigmoid_of);
-}
-
-/// Gradient of [`sigmoid`] from its output.
-pub fn sigmoid_backward(y: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
-    pull(y, dy, dx, accumulate, |y, dy| dy * (y * (1.0 - y)));
-}
-
-/// `y = tanh(x)`.
-pub fn tanh(x: &[f32], y: &mut [f32]) {
-    map(x, y, tanh_of);
-}
-
-/// Gradient of [`tanh`] from its output.
-pub fn tanh_backward(y: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
-    pull(y, dy, dx, accumulate, |y, dy| dy * (1.0 - y * y));
-}
-
-/// `y = x · min(max(x + 3, 0), 6) / 6`.
-pub fn hard_swish(x: &[f32], y: &mut [f32]) {
-    map(x, y, |x| {
-        if x <= -3.0 {
-            0.0
-        } else if x >= 3.0 {
-            x
-        } else {
-            x * (x + 3.0) / 6.0
+        /// # Safety
+        /// The CPU has the features of `S`.
+        #[inline(always)]
+        unsafe fn $body<S: Simd>($($arg: $ty,)? x: &[f32], y: &mut [f32]) {
+            for (y, &$x) in y.iter_mut().zip(x) {
+                *y = $value;
+            }
         }
-    });
+    };
 }
 
-/// Gradient of [`hard_swish`] from its input: 0 at −3, 1 at 3.
-pub fn hard_swish_backward(x: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
-    pull(x, dy, dx, accumulate, |x, dy| {
-        if x <= -3.0 {
-            0.0
-        } else if x >= 3.0 {
-            dy
-        } else {
-            dy * (x / 3.0 + 0.5)
+/// Defines a gradient from a kept value and `dy`, written or added: `name(kept, dy, dx, accumulate)`.
+macro_rules! backward {
+    (
+        $(#[$meta:meta])* $name:ident($($arg:ident: $ty:ty)?) = $body:ident,
+        |$kept:ident, $dy:ident| $gradient:expr
+    ) => {
+        at_level! {
+            $(#[$meta])*
+            pub fn $name($($arg: $ty,)? kept: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) = $body
         }
-    });
+
+        /// # Safety
+        /// The CPU has the features of `S`.
+        #[inline(always)]
+        unsafe fn $body<S: Simd>(
+            $($arg: $ty,)? kept: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool,
+        ) {
+            let rows = dx.iter_mut().zip(kept.iter().zip(dy));
+            if accumulate {
+                for (dx, (&$kept, &$dy)) in rows {
+                    *dx += $gradient;
+                }
+            } else {
+                for (dx, (&$kept, &$dy)) in rows {
+                    *dx = $gradient;
+                }
+            }
+        }
+    };
 }
 
-fn map(x: &[f32], y: &mut [f32], function: impl Fn(f32) -> f32) {
-    for (y, &x) in y.iter_mut().zip(x) {
-        *y = function(x);
+forward! {
+    /// `y = min(max(x, 0), 6)`.
+    relu6() = relu6_at, |x| x.clamp(0.0, 6.0)
+}
+
+backward! {
+    /// Gradient of [`relu6`] from its input: 0 at both corners.
+    relu6_backward() = relu6_backward_at, |x, dy| if x <= 0.0 || x >= 6.0 { 0.0 } else { dy }
+}
+
+forward! {
+    /// `y = x` above 0, else `slope · x`.
+    leaky_relu(slope: f32) = leaky_relu_at, |x| if x > 0.0 { x } else { slope * x }
+}
+
+backward! {
+    /// Gradient of [`leaky_relu`] from its input: `slope` at 0.
+    leaky_relu_backward(slope: f32) = leaky_relu_backward_at,
+    |x, dy| if x > 0.0 { dy } else { slope * dy }
+}
+
+forward! {
+    /// `y = 1 / (1 + e⁻ˣ)`.
+    sigmoid() = sigmoid_at, |x| sigmoid_of(x)
+}
+
+backward! {
+    /// Gradient of [`sigmoid`] from its output.
+    sigmoid_backward() = sigmoid_backward_at, |y, dy| dy * (y * (1.0 - y))
+}
+
+forward! {
+    /// `y = tanh(x)`.
+    tanh() = tanh_at, |x| tanh_of(x)
+}
+
+backward! {
+    /// Gradient of [`tanh`] from its output.
+    tanh_backward() = tanh_backward_at, |y, dy| dy * (1.0 - y * y)
+}
+
+forward! {
+    /// `y = x · min(max(x + 3, 0), 6) / 6`.
+    hard_swish() = hard_swish_at, |x| {
+        let inner = x * (x + 3.0) / 6.0;
+        let right = if x >= 3.0 { x } else { inner };
+        if x <= -3.0 { 0.0 } else { right }
     }
 }
 
-/// Gradients from a kept value and `dy`, written or added.
-fn pull(kept: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool, gradient: impl Fn(f32, f32) -> f32) {
-    let rows = dx.iter_mut().zip(kept.iter().zip(dy));
-    if accumulate {
-        for (dx, (&kept, &dy)) in rows {
-            *dx += gradient(kept, dy);
-        }
-    } else {
-        for (dx, (&kept, &dy)) in rows {
-            *dx = gradient(kept, dy);
-        }
+backward! {
+    /// Gradient of [`hard_swish`] from its input: 0 at −3, 1 at 3.
+    hard_swish_backward() = hard_swish_backward_at, |x, dy| {
+        let inner = dy * (x / 3.0 + 0.5);
+        let right = if x >= 3.0 { dy } else { inner };
+        if x <= -3.0 { 0.0 } else { right }
     }
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn sigmoid_of(x: f32) -> f32 {
     1.0 / (1.0 + exp(-x))
 }
 
 /// Below 0.625 a polynomial (Cephes' tanhf), since 1 − 2/(e²ˣ + 1) would cancel.
-#[inline]
+#[inline(always)]
 pub(crate) fn tanh_of(x: f32) -> f32 {
     let magnitude = x.abs();
     let z = x * x;
@@ -112,7 +134,7 @@ pub(crate) fn tanh_of(x: f32) -> f32 {
 ///
 /// Cody and Waite's reduction to ±ln 2 / 2 and Cephes' polynomial. Adding 1.5·2²³ rounds to an integer and
 /// leaves it in the low bits, from where it is shifted into the exponent.
-#[inline]
+#[inline(always)]
 fn exp(x: f32) -> f32 {
     const ROUND: f32 = 12_582_912.0;
     let x = if x < -87.0 { -87.0 } else { x };

@@ -1,7 +1,7 @@
 //! The gradient of stored values from the gradient of what was seen of them.
 
 use crate::simd::{Simd, at_level};
-use crate::view::{View, load, store, vectors};
+use crate::view::{Rectifier, View, load, rectified_gradient, store, vectors};
 
 /// Coefficients of a batch norm's input gradient: `dx = a · dy + b · (x − mean) + c` per channel.
 #[derive(Debug, Clone, Default)]
@@ -30,17 +30,20 @@ pub fn backward(
     assert!(x.len() == dx.len() && dy.len() == dx.len() && dx.len().is_multiple_of(channels));
     match (view.affine, norm) {
         (Some((scale, shift)), Some(norm)) => {
-            through_norm(channels, x, scale, shift, view.relu, norm, dy, dx, accumulate);
+            through_norm(channels, x, scale, shift, view.rectifier, norm, dy, dx, accumulate);
         }
-        _ if view.relu => crate::pointwise::relu_backward(x, dy, dx, accumulate),
-        _ => crate::pointwise::copy(dy, dx, accumulate),
+        _ => match view.rectifier {
+            Rectifier::None => crate::pointwise::copy(dy, dx, accumulate),
+            Rectifier::Relu => crate::pointwise::relu_backward(x, dy, dx, accumulate),
+            Rectifier::Relu6 => crate::activation::relu6_backward(x, dy, dx, accumulate),
+        },
     }
 }
 
 at_level! {
     fn through_norm(
-        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, norm: &InputGradient, dy: &[f32],
-        dx: &mut [f32], accumulate: bool,
+        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier, norm: &InputGradient,
+        dy: &[f32], dx: &mut [f32], accumulate: bool,
     ) = through_norm_at
 }
 
@@ -53,7 +56,7 @@ unsafe fn through_norm_at<S: Simd>(
     x: &[f32],
     scale: &[f32],
     shift: &[f32],
-    relu: bool,
+    rectifier: Rectifier,
     norm: &InputGradient,
     dy: &[f32],
     dx: &mut [f32],
@@ -71,10 +74,8 @@ unsafe fn through_norm_at<S: Simd>(
             let (mean, constant) = (load::<S>(&norm.mean, c, n), load::<S>(&norm.constant, c, n));
             let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
             for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
-                let (x, mut dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
-                if relu {
-                    dy = S::zero_unless_positive(S::fma(x, scale, shift), dy);
-                }
+                let (x, dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
+                let dy = rectified_gradient::<S>(rectifier, S::fma(x, scale, shift), dy);
                 let mut value = S::fma(dy, of_dy, S::fma(S::sub(x, mean), of_x, constant));
                 if accumulate {
                     value = S::add(value, load::<S>(dx, c, n));

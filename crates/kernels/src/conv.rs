@@ -3,18 +3,21 @@
 //! Channels lie innermost, so the input under one row of the kernel is one stretch of memory. A block of
 //! neighbouring outputs × filters is held in registers (`tile.rs`) and reads the halo-padded input where
 //! it lies. With a stride of 1 the input gradient is the same convolution with the kernel turned round;
-//! the weight gradient is the same loop over positions.
+//! the weight gradient is the same loop over positions. Kernels that are 3 long and see many channels need
+//! fewer products (`winograd`).
 //!
 //! Weights lie as group × kernel × channels in × channels out. Where every channel is a group of its own
 //! (`depthwise.rs`), they lie as kernel × channels.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use crate::Window3;
 use crate::depthwise;
 use crate::matmul::{Matrix, matmul};
-use crate::tile::{Start, Tile, even, kernels};
+use crate::tile::{Start, Tile, columns, even};
 use crate::view::View;
+use crate::winograd::{Begin, Winograd};
 
 /// A convolution with its plan.
 #[derive(Debug, Clone)]
@@ -25,14 +28,30 @@ pub struct Conv {
     groups: usize,
     /// Size of the input with its halo, as far as windows reach.
     padded: [usize; 3],
-    /// Offsets (input, weights) of the stretches under one window.
-    taps: Vec<(usize, usize)>,
+    /// Offsets (input, weights) of the stretches under one window; first the whole window, then what is
+    /// left of it over an edge.
+    taps: Vec<Vec<(usize, usize)>>,
     /// Length of such a stretch.
     run: usize,
-    /// Offsets (input, output) of every row of outputs.
-    lines: Vec<(usize, usize)>,
+    /// Every row of outputs.
+    lines: Vec<Line>,
+    /// Where they start, in input and output.
+    starts: Vec<(usize, usize)>,
     /// The input gradient as a convolution, where it is one.
     turned: Option<Box<Conv>>,
+    /// The plan with fewer products, where it pays.
+    winograd: Option<Winograd>,
+}
+
+/// A row of outputs.
+#[derive(Debug, Clone)]
+struct Line {
+    /// Where its input starts.
+    from: usize,
+    /// Where it starts itself.
+    to: usize,
+    /// Number of its list of taps.
+    taps: usize,
 }
 
 thread_local! {
@@ -42,18 +61,39 @@ thread_local! {
 impl Conv {
     /// A convolution of `channels` into `filters`; `groups` divides both.
     pub fn new(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        let mut conv = Self::forward_only(window, channels, filters, groups);
+        let pays = Winograd::pays(&window, channels, filters);
+        Self::with(window, channels, filters, groups, pays)
+    }
+
+    /// The same by the definition's own products, whatever the sizes.
+    pub fn direct(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        Self::with(window, channels, filters, groups, false)
+    }
+
+    /// The same with fewer products wherever the window allows, even where that does not pay.
+    pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        Self::with(window, channels, filters, groups, true)
+    }
+
+    fn with(window: Window3, channels: usize, filters: usize, groups: usize, fewer: bool) -> Self {
+        let mut conv = Self::forward_only(window, channels, filters, groups, fewer);
         let Window3 { kernel, before, stride, input, output } = conv.window;
         let turnable = stride == [1; 3] && (0..3).all(|a| before[a] < kernel[a]);
         if turnable {
             let before = std::array::from_fn(|a| kernel[a] - 1 - before[a]);
             let window = Window3 { input: output, output: input, kernel, stride, before };
-            conv.turned = Some(Box::new(Self::forward_only(window, filters, channels, groups)));
+            conv.turned = Some(Box::new(Self::forward_only(window, filters, channels, groups, fewer)));
         }
         conv
     }
 
-    fn forward_only(mut window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+    fn forward_only(
+        mut window: Window3,
+        channels: usize,
+        filters: usize,
+        groups: usize,
+        fewer: bool,
+    ) -> Self {
         assert!(groups > 0 && channels.is_multiple_of(groups) && filters.is_multiple_of(groups));
         if window.is_identity() {
             // One long row makes longer blocks than many short ones.
@@ -62,26 +102,43 @@ impl Conv {
             window.output = window.input;
         }
         let Window3 { output, kernel, stride, .. } = window;
-        let padded: [usize; 3] = std::array::from_fn(|a| (output[a] - 1) * stride[a] + kernel[a]);
+        let mut padded: [usize; 3] = std::array::from_fn(|a| (output[a] - 1) * stride[a] + kernel[a]);
+        let winograd = (fewer && groups == 1).then(|| Winograd::new(&window, channels, filters)).flatten();
+        if let Some(winograd) = &winograd {
+            padded = winograd.padded(padded);
+        }
         let inner = channels / groups;
         let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
-        let mut taps = vec![];
-        for kd in 0..kernel[0] {
-            for kr in 0..kernel[1] {
-                for kc in 0..steps {
-                    let position = (kd * padded[1] + kr) * padded[2] + kc;
-                    taps.push((position * channels, taps.len() * run * (filters / groups)));
+        let under = |rows: &Range<usize>, depths: &Range<usize>| {
+            let mut taps = vec![];
+            for kd in depths.clone() {
+                for kr in rows.clone() {
+                    for kc in 0..steps {
+                        let position = (kd * padded[1] + kr) * padded[2] + kc;
+                        let number = (kd * kernel[1] + kr) * steps + kc;
+                        taps.push((position * channels, number * run * (filters / groups)));
+                    }
                 }
             }
-        }
-        let lines = (0..output[0] * output[1])
+            taps
+        };
+        // Rows of the kernel that lie in the halo for a whole line are left out.
+        let mut cuts = vec![[0..kernel[1], 0..kernel[0]]];
+        let lines: Vec<Line> = (0..output[0] * output[1])
             .map(|line| {
                 let (d, r) = (line / output[1], line % output[1]);
                 let position = (d * stride[0] * padded[1] + r * stride[1]) * padded[2];
-                (position * channels, line * output[2] * filters)
+                let cut = [window.inside(1, r).0, window.inside(0, d).0];
+                let taps = cuts.iter().position(|c| *c == cut).unwrap_or_else(|| {
+                    cuts.push(cut);
+                    cuts.len() - 1
+                });
+                Line { from: position * channels, to: line * output[2] * filters, taps }
             })
             .collect();
-        Conv { window, channels, filters, groups, padded, taps, run, lines, turned: None }
+        let taps = cuts.iter().map(|[rows, depths]| under(rows, depths)).collect();
+        let starts = lines.iter().map(|line| (line.from, line.to)).collect();
+        Conv { window, channels, filters, groups, padded, taps, run, lines, starts, turned: None, winograd }
     }
 
     /// Whether every channel is a group of its own.
@@ -150,10 +207,36 @@ impl Conv {
         scratch
     }
 
-    /// `y = conv(x) + bias`; `padded` comes from [`Conv::pad`].
-    pub fn forward(&self, padded: &[f32], weight: &[f32], bias: Option<&[f32]>, y: &mut [f32]) {
+    /// Weights as [`Conv::forward`] wants them; empty where it wants them as they are.
+    pub fn pack(&self, weight: &[f32], packed: &mut Vec<f32>) {
+        packed.clear();
+        if let Some(winograd) = &self.winograd {
+            packed.resize(winograd.weight_len(), 0.0);
+            winograd.pack(weight, packed);
+        }
+    }
+
+    /// Values of scratch that the passes need besides [`Conv::padded_len`].
+    pub fn work_len(&self) -> usize {
+        self.winograd.as_ref().map_or(0, Winograd::work_len)
+    }
+
+    /// `y = conv(x) + bias`; `padded` comes from [`Conv::pad`], `packed` from [`Conv::pack`].
+    pub fn forward(
+        &self,
+        padded: &[f32],
+        weight: &[f32],
+        packed: &[f32],
+        bias: Option<&[f32]>,
+        y: &mut [f32],
+        work: &mut [f32],
+    ) {
         if let Some(bias) = bias {
             assert_eq!(bias.len(), self.filters, "one bias per filter");
+        }
+        if let Some(winograd) = &self.winograd {
+            winograd.forward(padded, packed, bias.map_or(Begin::Zero, Begin::Bias), y, work);
+            return;
         }
         if self.is_depthwise() {
             let bias = bias.unwrap_or_default();
@@ -167,26 +250,27 @@ impl Conv {
     }
 
     /// Every block of outputs: positions along a row × filters.
-    fn blocks(&self, padded: &[f32], weight: &[f32], y: &mut [f32], start: impl Fn(usize) -> Start) {
+    pub(crate) fn blocks(
+        &self,
+        padded: &[f32],
+        weight: &[f32],
+        y: &mut [f32],
+        start: impl Fn(usize) -> Start,
+    ) {
         assert!(padded.len() >= self.padded_len() && weight.len() >= self.weight_len());
         assert!(y.len() >= self.y_len(), "an output image");
         let Window3 { output, stride, .. } = self.window;
-        let kernels = kernels();
         let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
         for group in 0..self.groups {
-            let mut f = 0;
-            while f < out {
-                let vectors = if out - f > kernels.lanes { 2 } else { 1 };
-                let width = (out - f).min(vectors * kernels.lanes);
-                let last = width - (vectors - 1) * kernels.lanes;
-                let most = even(output[2], kernels.rows[vectors - 1]);
-                for &(from, to) in &self.lines {
-                    let mut column = 0;
-                    while column < output[2] {
+            for columns in columns(out) {
+                let f = columns.from;
+                let most = even(output[2], columns.rows());
+                for line in &self.lines {
+                    for column in (0..output[2]).step_by(most) {
                         let rows = most.min(output[2] - column);
-                        let a = from + column * stride[2] * self.channels + group * inner;
+                        let a = line.from + column * stride[2] * self.channels + group * inner;
                         let b = group * self.depth() * out + f;
-                        let c = to + column * self.filters + group * out + f;
+                        let c = line.to + column * self.filters + group * out + f;
                         let tile = Tile {
                             a: padded[a..].as_ptr(),
                             a_row: stride[2] * self.channels,
@@ -195,20 +279,18 @@ impl Conv {
                             b_row: out,
                             c: y[c..].as_mut_ptr(),
                             c_row: self.filters,
-                            segments: &self.taps,
+                            segments: &self.taps[line.taps],
                             run: self.run,
                             start: start(group * out + f),
-                            last,
+                            last: columns.last,
                         };
                         // SAFETY: `a` + a window's last tap + (rows - 1) strides ends inside the padded
                         // input, whose size was made from exactly these positions; `b` walks the weights
                         // of this group; `c` covers `rows` outputs of `width` filters; the three slices
                         // are as long as asserted, and `y` is borrowed exclusively.
-                        unsafe { kernels.get(rows, vectors)(&tile) };
-                        column += rows;
+                        unsafe { columns.kernel(rows)(&tile) };
                     }
                 }
-                f += width;
             }
         }
     }
@@ -217,10 +299,17 @@ impl Conv {
     /// Empty where it wants them as they are.
     pub fn turn(&self, weight: &[f32], turned: &mut Vec<f32>) {
         turned.clear();
-        if self.turned.is_none() {
-            return;
+        let Some(conv) = &self.turned else { return };
+        let packed = conv.winograd.as_ref().map_or(0, Winograd::weight_len);
+        turned.resize(packed + self.weight_len(), 0.0);
+        let (packed, turned) = turned.split_at_mut(packed);
+        self.turn_round(weight, turned);
+        if let Some(winograd) = &conv.winograd {
+            winograd.pack(turned, packed);
         }
-        turned.resize(self.weight_len(), 0.0);
+    }
+
+    fn turn_round(&self, weight: &[f32], turned: &mut [f32]) {
         if self.is_depthwise() {
             let taps = weight[..self.weight_len()].chunks_exact(self.channels);
             for (to, from) in turned.chunks_exact_mut(self.channels).rev().zip(taps) {
@@ -240,7 +329,7 @@ impl Conv {
 
     /// Values of scratch that [`Conv::backward_input`] needs.
     pub fn backward_len(&self) -> usize {
-        self.turned.as_ref().map_or(0, |t| t.padded_len())
+        self.turned.as_ref().map_or(0, |t| t.padded_len() + t.work_len())
     }
 
     /// Gradient of the input as it was seen, written to or added to `dx`.
@@ -256,8 +345,12 @@ impl Conv {
         let dx = &mut dx[..self.x_len()];
         match &self.turned {
             Some(conv) => {
+                let (scratch, work) = scratch.split_at_mut(conv.padded_len());
                 let padded = conv.pad(dy, &View::default(), scratch);
-                if self.is_depthwise() {
+                if let Some(winograd) = &conv.winograd {
+                    let start = if accumulate { Begin::Add } else { Begin::Zero };
+                    winograd.forward(padded, turned, start, dx, work);
+                } else if self.is_depthwise() {
                     depthwise::forward(
                         &conv.window,
                         conv.padded,
@@ -285,59 +378,71 @@ impl Conv {
         }
     }
 
-    /// Adds the gradients of weights and bias of one image; `padded` comes from [`Conv::pad`].
+    /// Values of the sums that [`Conv::backward_weight`] adds to, without the bias.
+    pub fn sums_len(&self) -> usize {
+        self.winograd.as_ref().map_or(self.weight_len(), Winograd::weight_len)
+    }
+
+    /// Adds the gradient of the weights, from the sums over all images.
+    pub fn finish(&self, sums: &[f32], dweight: &mut [f32]) {
+        match &self.winograd {
+            Some(winograd) => winograd.unpack(sums, dweight),
+            None => crate::pointwise::copy(&sums[..self.weight_len()], dweight, true),
+        }
+    }
+
+    /// Adds the gradients of weights (to `sums`, see [`Conv::finish`]) and bias of one image; `padded`
+    /// comes from [`Conv::pad`].
     pub fn backward_weight(
         &self,
         padded: &[f32],
         dy: &[f32],
-        dweight: &mut [f32],
+        sums: &mut [f32],
         dbias: Option<&mut [f32]>,
+        work: &mut [f32],
     ) {
-        assert!(padded.len() >= self.padded_len() && dweight.len() >= self.weight_len());
+        assert!(padded.len() >= self.padded_len() && sums.len() >= self.sums_len());
         assert!(dy.len() >= self.y_len(), "a gradient image");
         if let Some(dbias) = dbias {
             crate::reduce::add_columns(self.filters, &dy[..self.y_len()], dbias);
         }
+        if let Some(winograd) = &self.winograd {
+            winograd.backward_weight(padded, dy, sums, work);
+            return;
+        }
+        let dweight = sums;
         if self.is_depthwise() {
             depthwise::backward_weight(&self.window, self.padded, self.channels, padded, dy, dweight);
             return;
         }
         let Window3 { output, stride, .. } = self.window;
-        let kernels = kernels();
         let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
         for group in 0..self.groups {
-            let mut f = 0;
-            while f < out {
-                let vectors = if out - f > kernels.lanes { 2 } else { 1 };
-                let width = (out - f).min(vectors * kernels.lanes);
-                let last = width - (vectors - 1) * kernels.lanes;
-                let most = even(self.run, kernels.rows[vectors - 1]);
-                for &(tap, weights) in &self.taps {
-                    let mut m = 0;
-                    while m < self.run {
+            for columns in columns(out) {
+                let most = even(self.run, columns.rows());
+                for &(tap, weights) in &self.taps[0] {
+                    for m in (0..self.run).step_by(most) {
                         let rows = most.min(self.run - m);
-                        let c = group * self.depth() * out + weights + m * out + f;
+                        let c = group * self.depth() * out + weights + m * out + columns.from;
                         let tile = Tile {
                             a: padded[tap + group * inner + m..].as_ptr(),
                             a_row: 1,
                             a_step: stride[2] * self.channels,
-                            b: dy[group * out + f..].as_ptr(),
+                            b: dy[group * out + columns.from..].as_ptr(),
                             b_row: self.filters,
                             c: dweight[c..].as_mut_ptr(),
                             c_row: out,
-                            segments: &self.lines,
+                            segments: &self.starts,
                             run: output[2],
                             start: Start::Add,
-                            last,
+                            last: columns.last,
                         };
                         // SAFETY: for every output position, tap + m + rows lies under its window and so
                         // inside the padded input; `b` walks the rows of `dy`; `c` covers `rows` weights
                         // of `width` filters; lengths are asserted, `dweight` is borrowed exclusively.
-                        unsafe { kernels.get(rows, vectors)(&tile) };
-                        m += rows;
+                        unsafe { columns.kernel(rows)(&tile) };
                     }
                 }
-                f += width;
             }
         }
     }

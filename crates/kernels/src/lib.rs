@@ -26,7 +26,8 @@ pub mod simd;
 mod tile;
 mod view;
 mod window;
+mod winograd;
 
 pub use buffer::Buffer;
-pub use view::View;
+pub use view::{Rectifier, View};
 pub use window::Window3;

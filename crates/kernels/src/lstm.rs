@@ -6,6 +6,7 @@
 use crate::activation::{sigmoid_of, tanh_of};
 use crate::matmul::{Matrix, matmul};
 use crate::reduce;
+use crate::simd::{Simd, at_level};
 
 /// Sizes of an LSTM layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +40,8 @@ pub struct Trace {
     gates: Vec<f32>,
     /// Cell states after each step, batch × steps × hidden.
     cells: Vec<f32>,
+    /// Their hyperbolic tangents.
+    tanh: Vec<f32>,
     /// Hidden states before each step, batch × steps × hidden.
     before: Vec<f32>,
     /// Gradients of one step's hidden and cell state, batch × hidden each.
@@ -53,6 +56,7 @@ impl Trace {
         Trace {
             gates: vec![0.0; 4 * states],
             cells: vec![0.0; states],
+            tanh: vec![0.0; states],
             before: vec![0.0; states],
             dh: vec![0.0; batch * lstm.hidden],
             dc: vec![0.0; batch * lstm.hidden],
@@ -70,7 +74,7 @@ impl Lstm {
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
         let (n, width) = (y.len() / hidden, 4 * hidden);
-        let Trace { gates, cells, before, .. } = trace;
+        let Trace { gates, cells, tanh, before, .. } = trace;
         for row in gates[..n * steps * width].chunks_exact_mut(width) {
             for (gate, (a, b)) in row.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
                 *gate = a + b;
@@ -86,7 +90,6 @@ impl Lstm {
             }
             for sample in 0..n {
                 let row = sample * steps + step;
-                let (i, f, g, o) = quarters(&mut gates[row * width..][..width]);
                 let (old, new) = cells.split_at_mut(row * hidden);
                 let c = &mut new[..hidden];
                 // The first step starts from zero, whatever an earlier batch left.
@@ -99,7 +102,7 @@ impl Lstm {
                 } else {
                     &mut y[sample * hidden..][..hidden]
                 };
-                cell(i, f, g, o, c, h);
+                cell(&mut gates[row * width..][..width], c, &mut tanh[row * hidden..][..hidden], h);
             }
         }
     }
@@ -109,29 +112,18 @@ impl Lstm {
     pub fn backward_gates(&self, dy: &[f32], weights: &Weights, trace: &mut Trace) {
         let Lstm { steps, hidden, .. } = *self;
         let (n, width) = (dy.len() / hidden, 4 * hidden);
-        let Trace { gates, cells, dh, dc, .. } = trace;
+        let Trace { gates, cells, tanh, dh, dc, .. } = trace;
         dh[..n * hidden].copy_from_slice(dy);
         dc[..n * hidden].fill(0.0);
         let hh = Matrix::new(weights.hh, width, hidden);
         for step in (0..steps).rev() {
             for sample in 0..n {
                 let row = sample * steps + step;
-                let (i, f, g, o) = quarters(&mut gates[row * width..][..width]);
-                let c = &cells[row * hidden..][..hidden];
-                let dh = &dh[sample * hidden..][..hidden];
-                let dc = &mut dc[sample * hidden..][..hidden];
-                let old = (step > 0).then(|| &cells[(row - 1) * hidden..][..hidden]);
-                for u in 0..hidden {
-                    let old = old.map_or(0.0, |old| old[u]);
-                    let t = tanh_of(c[u]);
-                    let dcell = dc[u] + dh[u] * o[u] * (1.0 - t * t);
-                    dc[u] = dcell * f[u];
-                    let di = dcell * g[u] * (i[u] * (1.0 - i[u]));
-                    let dg = dcell * i[u] * (1.0 - g[u] * g[u]);
-                    f[u] = dcell * old * (f[u] * (1.0 - f[u]));
-                    o[u] = dh[u] * t * (o[u] * (1.0 - o[u]));
-                    (i[u], g[u]) = (di, dg);
-                }
+                let row_gates = &mut gates[row * width..][..width];
+                let tanh = &tanh[row * hidden..][..hidden];
+                let old = if step > 0 { &cells[(row - 1) * hidden..][..hidden] } else { &[] };
+                let (dh, dc) = (&dh[sample * hidden..][..hidden], &mut dc[sample * hidden..][..hidden]);
+                cell_backward(row_gates, tanh, old, dh, dc);
             }
             if step > 0 {
                 let dgates = Matrix::strided(&gates[step * width..], n, width, steps * width);
@@ -169,27 +161,103 @@ impl Lstm {
     }
 }
 
-/// One step of one sample: gates get their functions, `c` becomes the new cell, `h` the new hidden state.
-fn cell(i: &mut [f32], f: &mut [f32], g: &mut [f32], o: &mut [f32], c: &mut [f32], h: &mut [f32]) {
-    for gate in [&mut *i, &mut *f, &mut *o] {
-        for value in gate {
-            *value = sigmoid_of(*value);
-        }
+/// Units that are worked on at a time, in arrays of their own: the compiler need not ask whether they
+/// overlap, and makes vectors of any width of them.
+const BLOCK: usize = 16;
+
+/// Values `at..at + n` of a slice, zeros after them.
+#[inline(always)]
+fn take(from: &[f32], at: usize, n: usize) -> [f32; BLOCK] {
+    let from = &from[at..at + n];
+    if let Some(whole) = from.first_chunk() {
+        return *whole;
     }
-    for value in &mut *g {
-        *value = tanh_of(*value);
-    }
-    let (states, gates) = (c.iter_mut().zip(h), i.iter().zip(f).zip(g.iter().zip(o)));
-    for ((c, h), ((i, f), (g, o))) in states.zip(gates) {
-        *c = *f * *c + i * g;
-        *h = *o * tanh_of(*c);
+    let mut block = [0.0; BLOCK];
+    block[..n].copy_from_slice(from);
+    block
+}
+
+#[inline(always)]
+fn put(block: [f32; BLOCK], to: &mut [f32], at: usize, n: usize) {
+    let to = &mut to[at..at + n];
+    match to.first_chunk_mut() {
+        Some(whole) => *whole = block,
+        None => to.copy_from_slice(&block[..n]),
     }
 }
 
-fn quarters(row: &mut [f32]) -> (&mut [f32], &mut [f32], &mut [f32], &mut [f32]) {
-    let hidden = row.len() / 4;
-    let (if_, go) = row.split_at_mut(2 * hidden);
-    let (i, f) = if_.split_at_mut(hidden);
-    let (g, o) = go.split_at_mut(hidden);
-    (i, f, g, o)
+/// Each unit of a block from its number.
+macro_rules! units {
+    ($u:ident => $value:expr) => {{
+        let mut block = [0.0f32; BLOCK];
+        for $u in 0..BLOCK {
+            block[$u] = $value;
+        }
+        block
+    }};
+}
+
+at_level! {
+    /// One step of one sample: gates get their functions, `c` becomes the new cell, `tanh` its
+    /// tangent, `h` the new hidden state.
+    fn cell(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+unsafe fn cell_at<S: Simd>(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
+    let hidden = c.len();
+    for at in (0..hidden).step_by(BLOCK) {
+        let n = BLOCK.min(hidden - at);
+        let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
+        let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
+        let old = take(c, at, n);
+        let (i, f) = (units!(u => sigmoid_of(i[u])), units!(u => sigmoid_of(f[u])));
+        let (g, o) = (units!(u => tanh_of(g[u])), units!(u => sigmoid_of(o[u])));
+        let new = units!(u => f[u] * old[u] + i[u] * g[u]);
+        let t = units!(u => tanh_of(new[u]));
+        put(units!(u => o[u] * t[u]), h, at, n);
+        put(t, tanh, at, n);
+        put(new, c, at, n);
+        put(i, gates, at, n);
+        put(f, gates, hidden + at, n);
+        put(g, gates, 2 * hidden + at, n);
+        put(o, gates, 3 * hidden + at, n);
+    }
+}
+
+at_level! {
+    /// The way back of one step of one sample: gates become their gradients before the functions; `dc` of
+    /// the cell, whose tangent is `tanh`, becomes that of the cell before, `old`, which is empty in the first
+    /// step.
+    fn cell_backward(gates: &mut [f32], tanh: &[f32], old: &[f32], dh: &[f32], dc: &mut [f32]) = cell_backward_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+unsafe fn cell_backward_at<S: Simd>(
+    gates: &mut [f32],
+    tanh: &[f32],
+    old: &[f32],
+    dh: &[f32],
+    dc: &mut [f32],
+) {
+    let hidden = tanh.len();
+    for at in (0..hidden).step_by(BLOCK) {
+        let n = BLOCK.min(hidden - at);
+        let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
+        let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
+        let old = if old.is_empty() { [0.0; BLOCK] } else { take(old, at, n) };
+        let (t, dh, after) = (take(tanh, at, n), take(dh, at, n), take(dc, at, n));
+        let dcell = units!(u => after[u] + dh[u] * o[u] * (1.0 - t[u] * t[u]));
+        put(units!(u => dcell[u] * f[u]), dc, at, n);
+        put(units!(u => dcell[u] * g[u] * (i[u] * (1.0 - i[u]))), gates, at, n);
+        put(units!(u => dcell[u] * old[u] * (f[u] * (1.0 - f[u]))), gates, hidden + at, n);
+        put(units!(u => dcell[u] * i[u] * (1.0 - g[u] * g[u])), gates, 2 * hidden + at, n);
+        put(units!(u => dh[u] * t[u] * (o[u] * (1.0 - o[u]))), gates, 3 * hidden + at, n);
+    }
 }

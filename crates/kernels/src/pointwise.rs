@@ -67,6 +67,41 @@ pub fn take_columns(y: &[f32], y_width: usize, at: usize, x: &mut [f32], width: 
     }
 }
 
+/// Columns `x` (rows × `width`) added to columns `at..at + width` of `y` (rows × `y_width`).
+pub fn add_to_columns(x: &[f32], width: usize, y: &mut [f32], y_width: usize, at: usize) {
+    for (x, y) in x.chunks_exact(width).zip(y.chunks_exact_mut(y_width)) {
+        copy(x, &mut y[at..at + width], true);
+    }
+}
+
+/// Column `g · width/groups + i` of `x` (rows × `width`) into or onto column `i · groups + g` of `y`;
+/// `groups` divides `width`.
+pub fn shuffle_columns(x: &[f32], width: usize, groups: usize, y: &mut [f32], accumulate: bool) {
+    let each = width / groups;
+    for (x, y) in x.chunks_exact(width).zip(y.chunks_exact_mut(width)) {
+        for (g, x) in x.chunks_exact(each).enumerate() {
+            for (y, &x) in y[g..].iter_mut().step_by(groups).zip(x) {
+                *y = if accumulate { *y + x } else { x };
+            }
+        }
+    }
+}
+
+at_level! {
+    /// `y = factor · x`, or `y += factor · x` when `accumulate`.
+    pub fn scale(factor: f32, x: &[f32], y: &mut [f32], accumulate: bool) = scale_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn scale_at<S: Simd>(factor: f32, x: &[f32], y: &mut [f32], accumulate: bool) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        let value = factor * x;
+        *y = if accumulate { *y + value } else { value };
+    }
+}
+
 /// Mean over positions of one image as seen through `view`: x (positions × channels) → y (channels);
 /// `scratch` holds as many values as `x`.
 pub fn mean_positions(channels: usize, view: &View, x: &[f32], scratch: &mut [f32], y: &mut [f32]) {

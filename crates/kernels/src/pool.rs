@@ -1,60 +1,118 @@
 //! Maximum and mean over windows, one image at a time, channels last.
 
+use std::ops::Range;
+
 use crate::Window3;
 use crate::simd::{Simd, at_level};
-use crate::view::{View, load, store, vectors};
+use crate::view::{Rectifier, View, load, rectify, store, vectors};
 
-/// Maximum per window and channel of `x` as seen through `view`; `taken` remembers which value of the
-/// window won, for the gradient.
-///
-/// Padding never wins. Of equal values the first wins; NaN wins over everything, as in PyTorch.
-pub fn max_forward(
-    window: &Window3,
+/// Maximum over windows, with the positions under every window.
+#[derive(Debug, Clone)]
+pub struct MaxPool {
     channels: usize,
-    view: &View,
-    x: &[f32],
-    y: &mut [f32],
-    taken: &mut [f32],
-) {
-    assert!(x.len() >= window.input_len() * channels, "an input image");
-    let len = window.output_len() * channels;
-    let (ones, zeros);
-    let (scale, shift) = match view.affine {
-        Some(affine) => affine,
-        None => {
-            (ones, zeros) = (vec![1.0; channels], vec![0.0; channels]);
-            (&ones[..], &zeros[..])
+    input_len: usize,
+    /// Positions under windows, from a window's first one, each with its number inside the window. Those
+    /// of windows that lie inside the input come first and are there once.
+    under: Vec<(usize, f32)>,
+    /// First position of every window, and where its others are in `under`.
+    windows: Vec<(usize, Range<usize>)>,
+    /// Whether every input position is under exactly one window.
+    tiled: bool,
+    /// Scale and shift of a view that has none.
+    plain: [Vec<f32>; 2],
+}
+
+impl MaxPool {
+    /// A pool over an image of `channels`.
+    pub fn new(window: &Window3, channels: usize) -> Self {
+        let Window3 { input, kernel, .. } = *window;
+        let line = |d: usize, r: usize| (d * input[1] + r) * input[2];
+        let number = |d: usize, r: usize, c: usize| ((d * kernel[1] + r) * kernel[2] + c) as f32;
+        let mut under: Vec<(usize, f32)> = vec![];
+        let add = |under: &mut Vec<(usize, f32)>, ranges: [Range<usize>; 3]| {
+            let [depths, rows, columns] = ranges;
+            let from = under.len();
+            for d in depths.clone() {
+                for r in rows.clone() {
+                    for c in columns.clone() {
+                        let at = line(d - depths.start, r - rows.start) + c - columns.start;
+                        under.push((at, number(d, r, c)));
+                    }
+                }
+            }
+            from..under.len()
+        };
+        let whole = add(&mut under, kernel.map(|size| 0..size));
+        let windows = (0..window.output_len())
+            .map(|position| {
+                let at = window.unravel(position);
+                let [d, r, c] = [0, 1, 2].map(|axis| window.inside(axis, at[axis]));
+                let first = line(d.1, r.1) + c.1;
+                let ranges = [d.0, r.0, c.0];
+                let inside = (0..3).all(|axis| ranges[axis].len() == kernel[axis]);
+                (first, if inside { whole.clone() } else { add(&mut under, ranges) })
+            })
+            .collect();
+        let tiled = (0..3).all(|a| {
+            window.stride[a] == kernel[a]
+                && window.before[a] == 0
+                && window.output[a] * window.stride[a] >= input[a]
+        });
+        let plain = [vec![1.0; channels], vec![0.0; channels]];
+        MaxPool { channels, input_len: window.input_len(), under, windows, tiled, plain }
+    }
+
+    /// Values of one output image.
+    pub fn output_len(&self) -> usize {
+        self.windows.len() * self.channels
+    }
+
+    /// Maximum per window and channel of `x` as seen through `view`; `taken` remembers which value of the
+    /// window won, for the gradient.
+    ///
+    /// Padding never wins. Of equal values the first wins; NaN wins over everything, as in PyTorch.
+    pub fn forward(&self, view: &View, x: &[f32], y: &mut [f32], taken: &mut [f32]) {
+        assert!(x.len() >= self.input_len * self.channels, "an input image");
+        let len = self.output_len();
+        let [ones, zeros] = &self.plain;
+        let (scale, shift) = view.affine.unwrap_or((ones, zeros));
+        assert!(scale.len() == self.channels && shift.len() == self.channels);
+        max_of_windows(self, x, scale, shift, view.rectifier, &mut y[..len], &mut taken[..len]);
+    }
+
+    /// Gives each output's gradient to the input position that won, written to or added to `dx`.
+    pub fn backward(&self, taken: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
+        let len = self.output_len();
+        let dx = &mut dx[..self.input_len * self.channels];
+        if !accumulate && !self.tiled {
+            dx.fill(0.0);
         }
-    };
-    max_of_windows(window, channels, x, scale, shift, view.relu, &mut y[..len], &mut taken[..len]);
+        give_to_winners(self, &taken[..len], &dy[..len], dx, accumulate || !self.tiled);
+    }
 }
 
 at_level! {
     fn max_of_windows(
-        window: &Window3, channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, y: &mut [f32],
-        taken: &mut [f32],
+        pool: &MaxPool, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier, y: &mut [f32], taken: &mut [f32],
     ) = max_of_windows_at
 }
 
 /// # Safety
-/// The CPU has the features of `S`; `x` holds an input image.
-#[allow(clippy::too_many_arguments)]
+/// The CPU has the features of `S`; `x` holds an input image, scale and shift a value per channel.
 #[inline(always)]
 unsafe fn max_of_windows_at<S: Simd>(
-    window: &Window3,
-    channels: usize,
+    pool: &MaxPool,
     x: &[f32],
     scale: &[f32],
     shift: &[f32],
-    relu: bool,
+    rectifier: Rectifier,
     y: &mut [f32],
     taken: &mut [f32],
 ) {
-    assert!(scale.len() == channels && shift.len() == channels);
-    let mut windows = Under::new(window);
+    let channels = pool.channels;
     let outputs = y.chunks_exact_mut(channels).zip(taken.chunks_exact_mut(channels));
-    for (position, (y, taken)) in outputs.enumerate() {
-        let (base, under) = windows.at(position);
+    for ((base, under), (y, taken)) in pool.windows.iter().zip(outputs) {
+        let under = &pool.under[under.clone()];
         vectors!(S, channels, c, n, {
             // SAFETY: `c + n <= channels`; positions lie inside the image.
             unsafe {
@@ -63,7 +121,7 @@ unsafe fn max_of_windows_at<S: Simd>(
                 for (i, &(offset, k)) in under.iter().enumerate() {
                     let at = base + offset;
                     let value = S::fma(load::<S>(x, at * channels + c, n), scale, shift);
-                    let value = if relu { S::zero_unless_positive(value, value) } else { value };
+                    let value = rectify::<S>(rectifier, value);
                     if i == 0 {
                         (best, which) = (value, S::splat(k));
                     } else {
@@ -78,50 +136,19 @@ unsafe fn max_of_windows_at<S: Simd>(
     }
 }
 
-/// Gives each output's gradient to the input position that won, written to or added to `dx`.
-pub fn max_backward(
-    window: &Window3,
-    channels: usize,
-    taken: &[f32],
-    dy: &[f32],
-    dx: &mut [f32],
-    accumulate: bool,
-) {
-    let len = window.output_len() * channels;
-    let dx = &mut dx[..window.input_len() * channels];
-    // Where windows tile the input, every position is written exactly once.
-    let tiled = (0..3).all(|a| {
-        window.stride[a] == window.kernel[a]
-            && window.before[a] == 0
-            && window.output[a] * window.stride[a] >= window.input[a]
-    });
-    if !accumulate && !tiled {
-        dx.fill(0.0);
-    }
-    give_to_winners(window, channels, &taken[..len], &dy[..len], dx, accumulate || !tiled);
-}
-
 at_level! {
-    fn give_to_winners(
-        window: &Window3, channels: usize, taken: &[f32], dy: &[f32], dx: &mut [f32], add: bool,
-    ) = give_to_winners_at
+    fn give_to_winners(pool: &MaxPool, taken: &[f32], dy: &[f32], dx: &mut [f32], add: bool) =
+        give_to_winners_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`; `dx` holds an input image.
 #[inline(always)]
-unsafe fn give_to_winners_at<S: Simd>(
-    window: &Window3,
-    channels: usize,
-    taken: &[f32],
-    dy: &[f32],
-    dx: &mut [f32],
-    add: bool,
-) {
-    let mut windows = Under::new(window);
+unsafe fn give_to_winners_at<S: Simd>(pool: &MaxPool, taken: &[f32], dy: &[f32], dx: &mut [f32], add: bool) {
+    let channels = pool.channels;
     let outputs = taken.chunks_exact(channels).zip(dy.chunks_exact(channels));
-    for (position, (taken, dy)) in outputs.enumerate() {
-        let (base, under) = windows.at(position);
+    for ((base, under), (taken, dy)) in pool.windows.iter().zip(outputs) {
+        let under = &pool.under[under.clone()];
         vectors!(S, channels, c, n, {
             // SAFETY: `c + n <= channels`; positions lie inside the image.
             unsafe {
@@ -136,53 +163,6 @@ unsafe fn give_to_winners_at<S: Simd>(
                 }
             }
         });
-    }
-}
-
-/// Input positions under windows, each with its number inside the window.
-struct Under<'a> {
-    window: &'a Window3,
-    /// Of a window that lies inside the input, from its first position.
-    whole: Vec<(usize, f32)>,
-    /// Of one that hangs over an edge.
-    cut: Vec<(usize, f32)>,
-}
-
-impl<'a> Under<'a> {
-    fn new(window: &'a Window3) -> Self {
-        let Window3 { input, kernel, .. } = *window;
-        let mut whole = vec![];
-        for kd in 0..kernel[0] {
-            for kr in 0..kernel[1] {
-                for kc in 0..kernel[2] {
-                    whole.push(((kd * input[1] + kr) * input[2] + kc, whole.len() as f32));
-                }
-            }
-        }
-        Under { window, whole, cut: vec![] }
-    }
-
-    /// The positions under a window: a first one, and offsets from it.
-    fn at(&mut self, position: usize) -> (usize, &[(usize, f32)]) {
-        let window = self.window;
-        let [d, r, c] = window.unravel(position);
-        let (depths, first_d) = window.inside(0, d);
-        let (rows, first_r) = window.inside(1, r);
-        let (columns, first_c) = window.inside(2, c);
-        if [depths.len(), rows.len(), columns.len()] == window.kernel {
-            return ((first_d * window.input[1] + first_r) * window.input[2] + first_c, &self.whole);
-        }
-        self.cut.clear();
-        for kd in depths.clone() {
-            for kr in rows.clone() {
-                for kc in columns.clone() {
-                    let line = (first_d + kd - depths.start) * window.input[1] + first_r + kr - rows.start;
-                    let at = line * window.input[2] + first_c + kc - columns.start;
-                    self.cut.push((at, ((kd * window.kernel[1] + kr) * window.kernel[2] + kc) as f32));
-                }
-            }
-        }
-        (0, &self.cut)
     }
 }
 
@@ -281,8 +261,9 @@ mod tests {
     fn the_first_of_equals_gets_the_gradient() {
         let (mut y, mut taken, mut dx) = ([0.0; 3], [0.0; 3], [0.0; 6]);
         let x = [1.0, 1.0, 1.0, 0.0, 2.0, 2.0];
-        max_forward(&WINDOW, 1, &View::default(), &x, &mut y, &mut taken);
-        max_backward(&WINDOW, 1, &taken, &[1.0, 10.0, 100.0], &mut dx, false);
+        let pool = MaxPool::new(&WINDOW, 1);
+        pool.forward(&View::default(), &x, &mut y, &mut taken);
+        pool.backward(&taken, &[1.0, 10.0, 100.0], &mut dx, false);
         assert_eq!(y, [1.0, 1.0, 2.0]);
         assert_eq!(dx, [1.0, 10.0, 0.0, 0.0, 100.0, 0.0]);
     }
@@ -291,7 +272,7 @@ mod tests {
     fn nan_and_infinity_come_through() {
         let (mut y, mut taken) = ([0.0; 3], [0.0; 3]);
         let x = [f32::NEG_INFINITY, f32::NEG_INFINITY, 5.0, f32::NAN, 7.0, f32::INFINITY];
-        max_forward(&WINDOW, 1, &View::default(), &x, &mut y, &mut taken);
+        MaxPool::new(&WINDOW, 1).forward(&View::default(), &x, &mut y, &mut taken);
         assert_eq!(y[0], f32::NEG_INFINITY);
         assert!(y[1].is_nan() && taken[1] == 2.0, "NaN wins over 5");
         assert!(y[2].is_nan() && taken[2] == 0.0, "NaN stays although larger values follow");

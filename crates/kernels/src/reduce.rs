@@ -1,7 +1,7 @@
 //! Sums over the rows of one image (rows × channels).
 
 use crate::simd::{Simd, at_level};
-use crate::view::{View, load, store};
+use crate::view::{Rectifier, View, load, rectified_gradient, store};
 
 at_level! {
     /// Adds each channel's sum.
@@ -71,6 +71,21 @@ unsafe fn deviations_at<S: Simd>(channels: usize, x: &[f32], mean: &[f32], sums:
     }
 }
 
+/// Σ x · y of two slices of one length.
+pub fn dot(x: &[f32], y: &[f32]) -> f32 {
+    // Chains of their own, so that the compiler may keep them in a vector.
+    const CHAINS: usize = 16;
+    let mut sums = [0.0f32; CHAINS];
+    let (xs, ys) = (x.chunks_exact(CHAINS), y.chunks_exact(CHAINS));
+    let rest: f32 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in xs.zip(ys) {
+        for (sum, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f32>() + rest
+}
+
 /// Adds each channel's sum of `dy` and of `dy · (x − mean)`, where `dy` counts only where the view of `x`
 /// lets a gradient through.
 pub fn add_gradient_sums(
@@ -84,13 +99,13 @@ pub fn add_gradient_sums(
 ) {
     let ones = [];
     let (scale, shift) = view.affine.unwrap_or((&ones, &ones));
-    gradient_sums(channels, x, scale, shift, view.relu, dy, mean, sums, deviation_sums);
+    gradient_sums(channels, x, scale, shift, view.rectifier, dy, mean, sums, deviation_sums);
 }
 
 at_level! {
     fn gradient_sums(
-        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], relu: bool, dy: &[f32], mean: &[f32],
-        sums: &mut [f32], deviation_sums: &mut [f32],
+        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier, dy: &[f32],
+        mean: &[f32], sums: &mut [f32], deviation_sums: &mut [f32],
     ) = gradient_sums_at
 }
 
@@ -103,7 +118,7 @@ unsafe fn gradient_sums_at<S: Simd>(
     x: &[f32],
     scale: &[f32],
     shift: &[f32],
-    relu: bool,
+    rectifier: Rectifier,
     dy: &[f32],
     mean: &[f32],
     sums: &mut [f32],
@@ -124,10 +139,8 @@ unsafe fn gradient_sums_at<S: Simd>(
             let (mut plain, mut weighted) = ([S::splat(0.0); 4], [S::splat(0.0); 4]);
             macro_rules! step {
                 ($x:expr, $dy:expr, $at:expr, $i:expr) => {
-                    let (x, mut dy) = (load::<S>($x, $at, n), load::<S>($dy, $at, n));
-                    if relu {
-                        dy = S::zero_unless_positive(S::fma(x, scale, shift), dy);
-                    }
+                    let (x, dy) = (load::<S>($x, $at, n), load::<S>($dy, $at, n));
+                    let dy = rectified_gradient::<S>(rectifier, S::fma(x, scale, shift), dy);
                     plain[$i] = S::add(plain[$i], dy);
                     weighted[$i] = S::fma(dy, S::sub(x, mean), weighted[$i]);
                 };

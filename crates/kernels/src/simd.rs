@@ -13,7 +13,7 @@ pub enum Level {
     Portable,
     /// Eight floats with fused multiply–add.
     Avx2,
-    /// Sixteen floats with masks.
+    /// Sixteen floats with masks; eight where more would stay empty.
     Avx512,
 }
 
@@ -27,10 +27,11 @@ pub fn level() -> Level {
         }
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && asked != "avx2" {
+            let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            if avx2 && is_x86_feature_detected!("avx512f") && asked != "avx2" {
                 return Level::Avx512;
             }
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            if avx2 {
                 return Level::Avx2;
             }
         }
@@ -59,8 +60,13 @@ pub(crate) trait Simd: Copy {
     unsafe fn fma(a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
     /// `if x <= 0 { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
     unsafe fn zero_unless_positive(x: Self::V, value: Self::V) -> Self::V;
+    /// `if x >= limit { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
+    unsafe fn zero_from(x: Self::V, limit: Self::V, value: Self::V) -> Self::V;
+    /// `if x >= limit { limit } else { x }` per lane: NaN in `x` stays.
+    unsafe fn at_most(x: Self::V, limit: Self::V) -> Self::V;
     /// `if x > best or x is NaN { yes } else { no }` per lane.
     unsafe fn where_beats(x: Self::V, best: Self::V, yes: Self::V, no: Self::V) -> Self::V;
     /// `if a == b { yes } else { 0 }` per lane.
@@ -131,8 +137,20 @@ impl Simd for Portable {
         lanes!(i => a[i] - b[i])
     }
     #[inline(always)]
+    unsafe fn mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        lanes!(i => a[i] * b[i])
+    }
+    #[inline(always)]
     unsafe fn zero_unless_positive(x: [f32; 4], value: [f32; 4]) -> [f32; 4] {
         lanes!(i => if x[i] <= 0.0 { 0.0 } else { value[i] })
+    }
+    #[inline(always)]
+    unsafe fn zero_from(x: [f32; 4], limit: [f32; 4], value: [f32; 4]) -> [f32; 4] {
+        lanes!(i => if x[i] >= limit[i] { 0.0 } else { value[i] })
+    }
+    #[inline(always)]
+    unsafe fn at_most(x: [f32; 4], limit: [f32; 4]) -> [f32; 4] {
+        lanes!(i => if x[i] >= limit[i] { limit[i] } else { x[i] })
     }
     #[inline(always)]
     unsafe fn where_beats(x: [f32; 4], best: [f32; 4], yes: [f32; 4], no: [f32; 4]) -> [f32; 4] {
@@ -211,9 +229,23 @@ mod x86 {
             unsafe { _mm256_sub_ps(a, b) }
         }
         #[inline(always)]
+        unsafe fn mul(a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_mul_ps(a, b) }
+        }
+        #[inline(always)]
         unsafe fn zero_unless_positive(x: __m256, value: __m256) -> __m256 {
             // "Not less or equal" is true for NaN.
             unsafe { _mm256_and_ps(value, _mm256_cmp_ps::<_CMP_NLE_UQ>(x, _mm256_setzero_ps())) }
+        }
+        #[inline(always)]
+        unsafe fn zero_from(x: __m256, limit: __m256, value: __m256) -> __m256 {
+            // "Not greater or equal" is true for NaN.
+            unsafe { _mm256_and_ps(value, _mm256_cmp_ps::<_CMP_NGE_UQ>(x, limit)) }
+        }
+        #[inline(always)]
+        unsafe fn at_most(x: __m256, limit: __m256) -> __m256 {
+            // The second operand comes out where one is NaN.
+            unsafe { _mm256_min_ps(limit, x) }
         }
         #[inline(always)]
         unsafe fn where_beats(x: __m256, best: __m256, yes: __m256, no: __m256) -> __m256 {
@@ -279,11 +311,24 @@ mod x86 {
             unsafe { _mm512_sub_ps(a, b) }
         }
         #[inline(always)]
+        unsafe fn mul(a: __m512, b: __m512) -> __m512 {
+            unsafe { _mm512_mul_ps(a, b) }
+        }
+        #[inline(always)]
         unsafe fn zero_unless_positive(x: __m512, value: __m512) -> __m512 {
             unsafe {
                 let keep = _mm512_cmp_ps_mask::<_CMP_NLE_UQ>(x, _mm512_setzero_ps());
                 _mm512_maskz_mov_ps(keep, value)
             }
+        }
+        #[inline(always)]
+        unsafe fn zero_from(x: __m512, limit: __m512, value: __m512) -> __m512 {
+            unsafe { _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_NGE_UQ>(x, limit), value) }
+        }
+        #[inline(always)]
+        unsafe fn at_most(x: __m512, limit: __m512) -> __m512 {
+            // The second operand comes out where one is NaN.
+            unsafe { _mm512_min_ps(limit, x) }
         }
         #[inline(always)]
         unsafe fn where_beats(x: __m512, best: __m512, yes: __m512, no: __m512) -> __m512 {

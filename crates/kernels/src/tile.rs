@@ -116,16 +116,10 @@ unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
 pub(crate) type Kernel = unsafe fn(&Tile);
 
 /// Kernels of one level: `[vectors - 1][rows - 1]`.
-pub(crate) struct Kernels {
-    pub lanes: usize,
-    pub rows: [usize; 2],
+struct Kernels {
+    lanes: usize,
+    rows: [usize; 2],
     table: [&'static [Kernel]; 2],
-}
-
-impl Kernels {
-    pub fn get(&self, rows: usize, vectors: usize) -> Kernel {
-        self.table[vectors - 1][rows - 1]
-    }
 }
 
 macro_rules! kernels {
@@ -171,7 +165,7 @@ static AVX512: Kernels = Kernels {
 };
 
 /// The kernels of this CPU.
-pub(crate) fn kernels() -> &'static Kernels {
+fn kernels() -> &'static Kernels {
     match level() {
         Level::Portable => &PORTABLE,
         #[cfg(target_arch = "x86_64")]
@@ -181,6 +175,64 @@ pub(crate) fn kernels() -> &'static Kernels {
         #[cfg(not(target_arch = "x86_64"))]
         _ => &PORTABLE,
     }
+}
+
+/// The kernels for what is left of a row that fills half a vector: as many products, twice as fast where
+/// a wide vector counts as two narrow ones.
+fn narrow() -> &'static Kernels {
+    match level() {
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512 => &AVX2,
+        _ => kernels(),
+    }
+}
+
+/// Neighbouring columns that one kernel computes.
+pub(crate) struct Columns {
+    kernels: &'static Kernels,
+    /// The first one.
+    pub from: usize,
+    vectors: usize,
+    /// Columns in the last vector.
+    pub last: usize,
+}
+
+impl Columns {
+    /// The most rows of a block.
+    pub fn rows(&self) -> usize {
+        self.kernels.rows[self.vectors - 1]
+    }
+
+    /// The kernel for `rows` rows.
+    pub fn kernel(&self, rows: usize) -> Kernel {
+        self.kernels.table[self.vectors - 1][rows - 1]
+    }
+}
+
+/// Cuts `width` columns into those of single kernels.
+pub(crate) fn columns(width: usize) -> impl Iterator<Item = Columns> {
+    let (wide, narrow) = (kernels(), narrow());
+    let mut from = 0;
+    std::iter::from_fn(move || {
+        let left = width - from;
+        let (kernels, vectors) = if left <= narrow.lanes {
+            (narrow, 1)
+        } else if left <= wide.lanes + narrow.lanes && narrow.lanes < wide.lanes || left <= wide.lanes {
+            (wide, 1)
+        } else {
+            (wide, 2)
+        };
+        let taken = left.min(vectors * kernels.lanes);
+        let last = taken - (vectors - 1) * kernels.lanes.min(taken);
+        let columns = Columns { kernels, from, vectors, last };
+        from += taken;
+        (taken > 0).then_some(columns)
+    })
+}
+
+/// The most rows that a block of two vectors holds.
+pub(crate) fn wide_rows() -> usize {
+    kernels().rows[1]
 }
 
 /// The largest block of at most `most` rows that cuts `rows` into equal pieces (give or take one).

@@ -94,7 +94,8 @@ impl Task<'_> {
         let purpose = format!("init/{}/r{repetition}/f{}", graph.name(), self.fold);
         let weights = Weights::init(graph, train.init, seed, &purpose);
         let batch = train.batch_size.min(fold.train.len().max(fold.test.len())).max(1);
-        let mut engine = Engine::new(graph, &weights, Options { batch, threads: self.threads })?;
+        let mut engine =
+            Engine::new(graph, &weights, Options { batch, threads: self.threads, ..Options::default() })?;
         let mut feed = Feed::new(graph, inputs)?;
         let mut epochs = Vec::with_capacity(train.epochs);
         for epoch in 0..train.epochs {
@@ -205,7 +206,7 @@ impl Latency {
     /// # Errors
     /// What the engine refuses.
     pub fn measure(graph: &Graph, weights: &Weights, inputs: &[Input], row: usize) -> Result<Self> {
-        let mut engine = Engine::new(graph, weights, Options { batch: 1, threads: 1 })?;
+        let mut engine = Engine::new(graph, weights, Options { batch: 1, threads: 1, ..Options::default() })?;
         let mut feed = Feed::new(graph, inputs)?;
         let mut run = || -> Result<f64> {
             let start = Instant::now();

@@ -182,7 +182,7 @@ fn checkpoints_rebuild_the_network_that_was_tested() {
     assert_eq!(name, "signal");
     let encoded = transform.apply(&samples.x, &samples.source).unwrap();
     let record = folder.record(&key).unwrap().unwrap();
-    let options = taxel_engine::Options { batch: 1, threads: 1 };
+    let options = taxel_engine::Options { batch: 1, threads: 1, ..taxel_engine::Options::default() };
     let mut engine = taxel_engine::Engine::new(&metadata.graph().unwrap(), &weights, options).unwrap();
     for (i, &row) in record.index.iter().enumerate() {
         let x: Vec<f32> = encoded.index_axis(ndarray::Axis(0), row).iter().copied().collect();
@@ -203,7 +203,8 @@ fn train_eval_gap(folder: &RunFolder) -> f32 {
     let train = &samples.folds(&experiment, 0).unwrap()[0].train;
     let encoded = metadata.inputs[0].1.apply(&samples.x, &samples.source).unwrap();
     let x: Vec<f32> = encoded.select(ndarray::Axis(0), train).iter().copied().collect();
-    let options = taxel_engine::Options { batch: train.len(), threads: 1 };
+    let options =
+        taxel_engine::Options { batch: train.len(), threads: 1, ..taxel_engine::Options::default() };
     let mut engine = taxel_engine::Engine::new(&metadata.graph().unwrap(), &weights, options).unwrap();
     let mut logits = |mode| engine.forward(&[&x], train.len(), mode).unwrap().to_vec();
     let (eval, train) = (logits(taxel_engine::Mode::Eval), logits(taxel_engine::Mode::Train));

@@ -88,7 +88,8 @@ impl Forward {
         match self.backend {
             Backend::Native => {
                 let batch = CHUNK.min(samples);
-                let mut engine = Engine::new(&graph, &weights, Options { batch, threads })?;
+                let mut engine =
+                    Engine::new(&graph, &weights, Options { batch, threads, ..Options::default() })?;
                 for from in (0..samples).step_by(CHUNK) {
                     let n = CHUNK.min(samples - from);
                     keep("logits", engine.forward(&slices(from, n), n, Mode::Eval)?);

@@ -21,32 +21,51 @@ impl Layer for Conv {
         let (weight, bias) = params.split_at(self.conv.weight_len());
         let (x, view) = inputs.get(0);
         let padded = self.conv.pad(x, &view, &mut scratch.x);
-        self.conv.forward(padded, weight, self.bias.then_some(bias), y);
+        let bias = self.bias.then_some(bias);
+        self.conv.forward(padded, weight, inputs.packed, bias, y, &mut scratch.halo);
     }
 
     fn backward(
         &self,
         pass: Backward,
         dy: &[f32],
-        dparams: &mut [f32],
+        sums: &mut [f32],
         mut outputs: Outputs,
         scratch: &mut Scratch,
     ) {
-        let (dweight, dbias) = dparams.split_at_mut(self.conv.weight_len());
-        let (x, view) = pass.inputs.get(0);
-        let padded = self.conv.pad(x, &view, &mut scratch.x);
-        self.conv.backward_weight(padded, dy, dweight, self.bias.then_some(dbias));
+        if !sums.is_empty() {
+            let (sums, dbias) = sums.split_at_mut(self.conv.sums_len());
+            let (x, view) = pass.inputs.get(0);
+            let padded = self.conv.pad(x, &view, &mut scratch.x);
+            self.conv.backward_weight(padded, dy, sums, self.bias.then_some(dbias), &mut scratch.halo);
+        }
         if let Some((dx, add)) = outputs.get(0) {
             self.conv.backward_input(dy, pass.params, pass.prepared, &mut scratch.halo, dx, add);
         }
     }
 
     fn scratch_len(&self) -> [usize; 2] {
-        [self.conv.padded_len(), self.conv.backward_len()]
+        [self.conv.padded_len(), self.conv.work_len().max(self.conv.backward_len())]
+    }
+
+    fn pack(&self, params: &[f32], packed: &mut Vec<f32>) {
+        self.conv.pack(params, packed);
     }
 
     fn prepare(&self, params: &[f32], prepared: &mut Vec<f32>) {
         self.conv.turn(params, prepared);
+    }
+
+    fn sums_len(&self, params: usize) -> usize {
+        self.conv.sums_len() + params - self.conv.weight_len()
+    }
+
+    fn finish(&self, sums: &[f32], dparams: &mut [f32]) {
+        let (sums, bias) = sums.split_at(self.conv.sums_len());
+        let (dweight, dbias) = dparams.split_at_mut(self.conv.weight_len());
+        dweight.fill(0.0);
+        self.conv.finish(sums, dweight);
+        dbias.copy_from_slice(bias);
     }
 }
 

@@ -4,25 +4,22 @@ use taxel_kernels::{Window3, pointwise, pool};
 
 use super::{Backward, Inputs, Layer, Outputs, Scratch};
 
-pub(super) struct MaxPool {
-    pub window: Window3,
-    pub channels: usize,
-}
+pub(super) struct MaxPool(pub pool::MaxPool);
 
 impl Layer for MaxPool {
     fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], saved: &mut [f32], _: &mut Scratch) {
         let (x, view) = inputs.get(0);
-        pool::max_forward(&self.window, self.channels, &view, x, y, saved);
+        self.0.forward(&view, x, y, saved);
     }
 
     fn backward(&self, pass: Backward, dy: &[f32], _: &mut [f32], mut outputs: Outputs, _: &mut Scratch) {
         if let Some((dx, add)) = outputs.get(0) {
-            pool::max_backward(&self.window, self.channels, pass.saved, dy, dx, add);
+            self.0.backward(pass.saved, dy, dx, add);
         }
     }
 
     fn saved_len(&self) -> usize {
-        self.window.output_len() * self.channels
+        self.0.output_len()
     }
 
     fn scratch_len(&self) -> [usize; 2] {

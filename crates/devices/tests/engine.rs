@@ -1,0 +1,116 @@
+//! Engine and candle on graphs that no fixture holds: one operation beside another reader of its input,
+//! ReLU6 behind a batch norm, dropout masks of later steps.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use taxel_devices::{Device, Model};
+use taxel_engine::{Engine, Mode, Options};
+use taxel_graph::{Activation, Conv, Flow, Graph, Network, Pool, Scheme, Weights};
+
+/// More than there are parts, so that some parts hold several samples.
+const BATCH: usize = 19;
+const SEED: u64 = 9;
+
+/// Largest gap between both, relative to the largest value.
+fn gap(ours: &[f32], theirs: &[f32]) -> f32 {
+    assert_eq!(ours.len(), theirs.len());
+    let scale = theirs.iter().fold(0.0f32, |a, v| a.max(v.abs()));
+    ours.iter().zip(theirs).fold(0.0f32, |gap, (a, b)| gap.max((a - b).abs())) / scale.max(1e-3)
+}
+
+/// Holds logits, loss, gradients and running statistics of three training passes against each other.
+fn compare(what: &str, graph: &Graph, weights: &Weights) {
+    let node = graph.inputs().next().unwrap();
+    let x: Vec<f32> = (0..BATCH * node.shape.iter().product::<usize>())
+        .map(|i| ((i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f32 / (1 << 23) as f32 - 1.0)
+        .collect();
+    let labels: Vec<u32> = (0..BATCH as u32).map(|i| i % 3).collect();
+    let options = Options { batch: BATCH, ..Options::default() };
+    let mut engine = Engine::new(graph, weights, options).unwrap();
+    let mut model = Model::new(graph, weights, &Device::Cpu).unwrap();
+    engine.set_dropout(SEED, 4);
+    for step in 4..7 {
+        model.set_dropout(SEED, step);
+        engine.forward(&[&x], BATCH, Mode::Train).unwrap();
+        let ours = engine.backward(&labels).unwrap();
+        let (theirs, gradients) = model.loss_and_gradients(&[&x], &labels).unwrap();
+        assert!((ours - theirs).abs() <= 1e-5 * theirs, "{what}, step {step}: {ours} and {theirs}");
+        let largest = gradients.iter().flat_map(|(_, t)| &t.data).fold(0.0f32, |a, v| a.max(v.abs()));
+        for (name, ours) in engine.gradients().iter() {
+            let theirs = gradients.get(name).unwrap();
+            let gap = ours.data.iter().zip(&theirs.data).fold(0.0f32, |gap, (a, b)| gap.max((a - b).abs()));
+            assert!(gap <= 2e-5 * largest, "{what}, step {step}: {name}: {gap}");
+        }
+    }
+    let (ours, theirs) = (engine.weights(), model.weights().unwrap());
+    for (name, tensor) in ours.iter() {
+        let gap = gap(&tensor.data, &theirs.get(name).unwrap().data);
+        assert!(gap <= 1e-5, "{what}: {name}: {gap}");
+    }
+    let theirs = model.forward(&[&x], BATCH, false).unwrap().remove(0).1;
+    let gap = gap(engine.forward(&[&x], BATCH, Mode::Eval).unwrap(), &theirs);
+    assert!(gap <= 1e-5, "{what}: evaluation: {gap}");
+}
+
+fn fresh(graph: &Graph) -> Weights {
+    Weights::init(graph, Scheme::Pytorch, 1, "engine")
+}
+
+/// Gradients meet in the input of the operation: one reader writes, the other adds.
+#[test]
+fn operations_beside_another_reader() {
+    type Case = (&'static str, &'static [usize], fn(&Flow) -> Flow);
+    let cases: [Case; 14] = [
+        ("leaky_relu", &[3, 4, 5], |x| x.activation(Activation::LeakyRelu { slope: 0.1 })),
+        ("sigmoid", &[3, 4, 5], |x| x.activation(Activation::Sigmoid)),
+        ("tanh", &[3, 7], |x| x.activation(Activation::Tanh)),
+        ("hard_swish", &[3, 4, 5], |x| x.activation(Activation::HardSwish)),
+        ("relu6", &[3, 4, 5], |x| x.activation(Activation::Relu6)),
+        ("relu6 twice", &[3, 4, 5], |x| x.activation(Activation::Relu6).activation(Activation::Relu6)),
+        ("dropout", &[3, 4, 5], |x| x.dropout(0.4)),
+        ("two dropouts", &[3, 4, 5], |x| x.dropout(0.2).dropout(0.3)),
+        ("scale", &[3, 4, 5], |x| x.scale("op", 0.7)),
+        ("shuffle", &[6, 4, 5], |x| x.channel_shuffle(3)),
+        ("slice", &[5, 4, 5], |x| x.slice(1, 3)),
+        ("adaptive", &[3, 5, 7], |x| x.adaptive_average_pool([2, 3])),
+        ("lstm", &[3, 6], |x| x.lstm("op", 4)),
+        ("max", &[3, 5, 6], |x| x.max_pool(Pool::new(2).stride(1))),
+    ];
+    for (what, shape, operation) in cases {
+        for norm in [false, true] {
+            let net = Network::new(what);
+            let x = net.input("x", shape).conv("pre", Conv::new(shape[0], 1));
+            // A batch norm and a rectifier that readers apply themselves.
+            let x = if norm { x.batch_norm("norm").relu() } else { x };
+            let first = operation(&x).flatten().concat(&x.flatten());
+            let graph = net.finish(&[("logits", first.linear("head", 3))]).unwrap();
+            compare(what, &graph, &fresh(&graph));
+            // The operation as the later reader of two.
+            let net = Network::new(what);
+            let x = net.input("x", shape).conv("pre", Conv::new(shape[0], 1));
+            let x = if norm { x.batch_norm("norm").relu() } else { x };
+            let other = x.flatten();
+            let second = other.concat(&operation(&x).flatten());
+            let graph = net.finish(&[("logits", second.linear("head", 3))]).unwrap();
+            compare(what, &graph, &fresh(&graph));
+        }
+    }
+}
+
+/// A wide scale drives values beyond both corners of ReLU6.
+#[test]
+fn relu6_seen_through_a_batch_norm() {
+    let net = Network::new("rectified");
+    let x = net.input("x", &[3, 6, 7]).conv("pre", Conv::new(5, 3).same()).batch_norm("norm");
+    let x = x.activation(Activation::Relu6);
+    let pooled = x.max_pool(Pool::new(2)).flatten();
+    let mean = x.global_average_pool();
+    let conv = x.conv("conv", Conv::new(4, 3).stride(2)).flatten();
+    let all = net.concat("all", &[&pooled, &mean, &conv, &x.flatten()]);
+    let graph = net.finish(&[("logits", all.linear("head", 3))]).unwrap();
+    let mut weights = fresh(&graph);
+    let mut wide = weights.get("norm.weight").unwrap().clone();
+    wide.data.fill(8.0);
+    weights.insert("norm.weight", wide);
+    compare("rectified", &graph, &weights);
+}

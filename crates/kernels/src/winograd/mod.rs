@@ -1,0 +1,100 @@
+//! Convolutions with fewer products (Winograd; Lavin and Gray, "Fast Algorithms for Convolutional Neural
+//! Networks", 2016).
+//!
+//! Input tiles and weights are transformed (`Bᵀ d`, `G g`), multiplied element by element and transformed
+//! back (`Aᵀ m`). Summed over channels, the products are matrix products, one per element of the tile. The
+//! weights' gradient is the same turned round: `Gᵀ [(Bᵀ d) ⊙ (A dy)]`. Infinity in a tile may come out as
+//! NaN.
+
+mod line;
+mod square;
+
+use crate::Window3;
+
+/// What outputs start from.
+#[derive(Clone, Copy)]
+pub(crate) enum Begin<'a> {
+    Zero,
+    /// The values already there.
+    Add,
+    /// One value per filter.
+    Bias(&'a [f32]),
+}
+
+/// The plan of a convolution with fewer products.
+#[derive(Debug, Clone)]
+pub(crate) enum Winograd {
+    Square(square::Square),
+    Line(Box<line::Line>),
+}
+
+macro_rules! either {
+    ($self:ident, $plan:ident => $call:expr) => {
+        match $self {
+            Winograd::Square($plan) => $call,
+            Winograd::Line($plan) => $call,
+        }
+    };
+}
+
+impl Winograd {
+    /// The plan for an ungrouped convolution, where there is one.
+    pub fn new(window: &Window3, channels: usize, filters: usize) -> Option<Self> {
+        let Window3 { output, kernel, stride, .. } = *window;
+        if stride != [1; 3] {
+            return None;
+        }
+        if kernel == [1, 3, 3] && output[0] == 1 {
+            return Some(Winograd::Square(square::Square::new([output[1], output[2]], channels, filters)));
+        }
+        let axis = [1, 0].into_iter().find(|&axis| kernel[axis] == 3)?;
+        Some(Winograd::Line(Box::new(line::Line::new(window, axis, channels, filters))))
+    }
+
+    /// Whether its transforms cost less than the products that it saves.
+    pub fn pays(window: &Window3, channels: usize, filters: usize) -> bool {
+        let squares = window.kernel == [1, 3, 3];
+        let least = if squares { WIDE } else { NARROW };
+        channels.min(filters) >= least
+    }
+
+    /// Size of the input with the halo that the tiles cover.
+    pub fn padded(&self, padded: [usize; 3]) -> [usize; 3] {
+        either!(self, plan => plan.padded(padded))
+    }
+
+    /// Values of the transformed weights, and of their gradient.
+    pub fn weight_len(&self) -> usize {
+        either!(self, plan => plan.weight_len())
+    }
+
+    /// Values of scratch for any pass.
+    pub fn work_len(&self) -> usize {
+        either!(self, plan => plan.work_len())
+    }
+
+    /// `u = G g` of the weights.
+    pub fn pack(&self, weight: &[f32], u: &mut [f32]) {
+        either!(self, plan => plan.pack(weight, u));
+    }
+
+    /// Adds `Gᵀ du` to the weights' gradient.
+    pub fn unpack(&self, du: &[f32], dweight: &mut [f32]) {
+        either!(self, plan => plan.unpack(du, dweight));
+    }
+
+    /// `y` from a padded input and packed weights.
+    pub fn forward(&self, padded: &[f32], u: &[f32], begin: Begin, y: &mut [f32], work: &mut [f32]) {
+        either!(self, plan => plan.forward(padded, u, begin, y, work));
+    }
+
+    /// Adds one image's gradient to `du`, to be unpacked when all images are in.
+    pub fn backward_weight(&self, padded: &[f32], dy: &[f32], du: &mut [f32], work: &mut [f32]) {
+        either!(self, plan => plan.backward_weight(padded, dy, du, work));
+    }
+}
+
+/// Channels and filters from which on squares pay.
+const WIDE: usize = 16;
+/// The same for lines, whose transforms are shorter.
+const NARROW: usize = 8;
