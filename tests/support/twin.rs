@@ -79,7 +79,7 @@ impl Twin {
         let mut paths: Vec<PathBuf> =
             std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.sort();
-        assert!(paths.len() >= 36, "run scripts/fixtures/network_twins.py: only {} fixtures", paths.len());
+        assert!(paths.len() >= 45, "run scripts/fixtures/network_twins.py: only {} fixtures", paths.len());
         paths.iter().map(|path| Twin::read(path)).collect()
     }
 
@@ -146,6 +146,11 @@ impl Twin {
     pub fn tolerance(&self) -> Tolerance {
         let number = |key: &str, default| self.json["tolerance"][key].as_f64().unwrap_or(default);
         Tolerance { values: number("values", 1e-5), gradients: number("gradients", 1e-4) }
+    }
+
+    /// Learning rate of the fixture's SGDM steps.
+    pub fn rate(&self) -> f32 {
+        self.json["lr"].as_f64().unwrap_or(0.01) as f32
     }
 
     /// Target values [batch, 3] for the losses that take them.

@@ -72,7 +72,7 @@ fn five_steps_of_sgdm() {
             .map(|_| {
                 engine.forward(&slices(&inputs), twin.batch, Mode::Train).unwrap();
                 let loss = engine.backward(&twin.labels()).unwrap();
-                engine.sgdm(&Sgdm { lr: 0.01, momentum: 0.9, weight_decay: 1e-3 });
+                engine.sgdm(&Sgdm { lr: twin.rate(), momentum: 0.9, weight_decay: 1e-3 });
                 loss
             })
             .collect();

@@ -1,35 +1,42 @@
-//! ResNet18: residual blocks of two convolutions.
+//! ResNet18 and ResNet50: residual blocks of two convolutions, or of three with a narrow one between.
 //!
 //! # Reference
-//! He et al. 2016, "Deep Residual Learning for Image Recognition", Table 1; torchvision's `resnet18` for names,
-//! padding and initial weights. Compared with in paper 000 (Hybrid-CNN hardness recognition), Table 5, and in
-//! paper 004, Table 2.
+//! He et al. 2016, "Deep Residual Learning for Image Recognition", Table 1; torchvision's `resnet18` and
+//! `resnet50` for names, padding and initial weights. ResNet18 is compared with in paper 000 (Hybrid-CNN hardness
+//! recognition), Table 5, and in paper 004, Table 2; ResNet50 in paper 001, Tables 1–5, and in paper 003.
 //!
 //! # Departures
-//! Paper 000 counts 1.7965 GFLOPs; no counting convention tried gives that (1·MAC is 0.9 % above).
+//! ResNet50 has its strides in the convolutions of 3, as torchvision; He et al. have them in the 1×1 before.
+//! Paper 000 counts 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
 
 use taxel_graph::{Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result};
 
 use crate::ImageConfig;
 
-/// Table 1: filters of the four groups of blocks; each but the first starts with a stride of 2.
-const FILTERS: [usize; 4] = [64, 128, 256, 512];
+/// Table 1: widths of the four groups of blocks; each but the first starts with a stride of 2.
+const WIDTHS: [usize; 4] = [64, 128, 256, 512];
 
 /// Which of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResNetDepth {
     /// Two blocks of two convolutions per group.
     Eighteen,
+    /// 3, 4, 6 and 3 blocks of three convolutions.
+    Fifty,
 }
 
 impl ResNetDepth {
-    /// Registry name and blocks per group.
-    fn table(self) -> (&'static str, [usize; 4]) {
+    /// Registry name, blocks per group, the block.
+    fn table(self) -> (&'static str, [usize; 4], Block) {
         match self {
-            ResNetDepth::Eighteen => ("resnet18", [2, 2, 2, 2]),
+            ResNetDepth::Eighteen => ("resnet18", [2, 2, 2, 2], basic),
+            ResNetDepth::Fifty => ("resnet50", [3, 4, 6, 3], bottleneck),
         }
     }
 }
+
+/// Input, name, width, stride.
+type Block = fn(&Flow, &str, usize, usize) -> Flow;
 
 /// A ResNet with its configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,31 +49,44 @@ pub struct ResNet {
 
 impl Architecture for ResNet {
     fn graph(&self) -> Result<Graph> {
-        self.config.check()?;
-        let (name, groups) = self.depth.table();
+        self.config.check(1)?;
+        let (name, groups, block) = self.depth.table();
         let net = Network::new(name);
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Pytorch);
         let image = net.input("image", &self.config.shape());
         let stem = image.conv("conv1", Conv::new(64, 7).stride(2).pad(3).no_bias()).bn_relu("bn1");
         let mut x = stem.max_pool(Pool::new(3).stride(2).pad(1));
-        for (g, (filters, blocks)) in FILTERS.into_iter().zip(groups).enumerate() {
+        for (g, (width, blocks)) in WIDTHS.into_iter().zip(groups).enumerate() {
             for b in 0..blocks {
                 let stride = if g > 0 && b == 0 { 2 } else { 1 };
-                x = basic(&x, &format!("layer{}.{b}", g + 1), filters, stride);
+                x = block(&x, &format!("layer{}.{b}", g + 1), width, stride);
             }
         }
         net.finish(&[("logits", x.global_average_pool().linear("fc", self.config.classes))])
     }
 }
 
-fn basic(x: &Flow, name: &str, filters: usize, stride: usize) -> Flow {
+fn basic(x: &Flow, name: &str, width: usize, stride: usize) -> Flow {
     let part = |suffix: &str| format!("{name}.{suffix}");
     let main = x
-        .conv(&part("conv1"), Conv::new(filters, 3).stride(stride).pad(1).no_bias())
+        .conv(&part("conv1"), Conv::new(width, 3).stride(stride).pad(1).no_bias())
         .bn_relu(&part("bn1"))
-        .conv(&part("conv2"), Conv::new(filters, 3).pad(1).no_bias())
+        .conv(&part("conv2"), Conv::new(width, 3).pad(1).no_bias())
         .batch_norm(&part("bn2"));
-    main.add(&shortcut(x, name, filters, stride)).relu()
+    main.add(&shortcut(x, name, width, stride)).relu()
+}
+
+/// Narrow 1×1, 3×3, then 1×1 four times as wide.
+fn bottleneck(x: &Flow, name: &str, width: usize, stride: usize) -> Flow {
+    let part = |suffix: &str| format!("{name}.{suffix}");
+    let main = x
+        .conv(&part("conv1"), Conv::new(width, 1).no_bias())
+        .bn_relu(&part("bn1"))
+        .conv(&part("conv2"), Conv::new(width, 3).stride(stride).pad(1).no_bias())
+        .bn_relu(&part("bn2"))
+        .conv(&part("conv3"), Conv::new(4 * width, 1).no_bias())
+        .batch_norm(&part("bn3"));
+    main.add(&shortcut(x, name, 4 * width, stride)).relu()
 }
 
 /// The input itself, or a 1×1 convolution of it where shape or width changes.

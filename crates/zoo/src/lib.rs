@@ -20,7 +20,10 @@ use taxel_graph::{Architecture, Graph};
 use taxel_hybrid_cnn::{Body, Fusion, Hybrid, HybridConfig, Light, Light1dConfig, Light2dConfig};
 use taxel_multiscale_cnn::MultiscaleConfig;
 use taxel_tactnet3d::TactNet3d;
-use taxel_visuotactile::{ImageConfig, MobileNetV2Config, ResNet, ResNetDepth};
+use taxel_visuotactile::{
+    AlexNet, DenseNet201, GoogLeNetConfig, HiddenConfig, ImageConfig, MnasNetConfig, MobileNetV2Config,
+    ResNet, ResNetDepth, ShuffleNetV2, Vgg16,
+};
 
 /// Configuration values by key; what is left out keeps the paper's value.
 pub type Settings = serde_json::Map<String, Value>;
@@ -151,10 +154,26 @@ pub const NETWORKS: &[Entry] = &[
         build: |s| build(parse::<MultiscaleConfig>(s)?),
     },
     image("mobilenet-v2", "Sandler et al. 2018; 001, Tables 1-6", |s| build(parse::<MobileNetV2Config>(s)?)),
-    image("resnet18", "He et al. 2016; 000, Table 5", |s| {
-        let config = over(ImageConfig::colour(3), s)?;
-        build(ResNet { depth: ResNetDepth::Eighteen, config })
+    image("alexnet", "Krizhevsky 2014; 001, Tables 1-5", |s| {
+        build(AlexNet(over(HiddenConfig::colour(6), s)?))
     }),
+    image("vgg16", "Simonyan and Zisserman 2015; 000, Table 5", |s| {
+        build(Vgg16(over(HiddenConfig::colour(3), s)?))
+    }),
+    image("resnet18", "He et al. 2016; 000, Table 5", |s| {
+        build(ResNet { depth: ResNetDepth::Eighteen, config: over(ImageConfig::colour(3), s)? })
+    }),
+    image("resnet50", "He et al. 2016; 001, Tables 1-5", |s| {
+        build(ResNet { depth: ResNetDepth::Fifty, config: over(ImageConfig::colour(6), s)? })
+    }),
+    image("densenet201", "Huang et al. 2017; 000, Table 5", |s| {
+        build(DenseNet201(over(ImageConfig::colour(3), s)?))
+    }),
+    image("googlenet", "Szegedy et al. 2015; 001, Tables 1-5", |s| build(parse::<GoogLeNetConfig>(s)?)),
+    image("shufflenet-v2", "Ma et al. 2018; 004, Table 2", |s| {
+        build(ShuffleNetV2(over(ImageConfig::fingers(), s)?))
+    }),
+    image("mnasnet1-0", "Tan et al. 2019; 004, Table 2", |s| build(parse::<MnasNetConfig>(s)?)),
 ];
 
 type Build = fn(&Settings) -> std::result::Result<Graph, BuildError>;

@@ -6,7 +6,7 @@
 use taxel_zoo::{NETWORKS, Settings, find};
 
 /// Name, parameters, batch-norm statistics, MACs of one sample.
-const COUNTED: [(&str, u64, Option<u64>, u64); 24] = [
+const COUNTED: [(&str, u64, Option<u64>, u64); 31] = [
     ("mlp", 32_515, Some(0), 32_384),
     ("lstm", 69_507, Some(0), 3_405_184),
     ("tactnet4", 11_235, Some(112), 3_003_456),
@@ -29,8 +29,15 @@ const COUNTED: [(&str, u64, Option<u64>, u64); 24] = [
     ("tactnet3d-8-16-32", 5_535_241, None, 103_149_120),
     ("tactnet3d-51", 69_779_048, None, 2_258_454_016),
     ("multiscale-cnn", 2_180_011, None, 7_488_856),
-    ("mobilenet-v2", 2_231_558, None, 299_501_952),
+    ("mobilenet-v2", 2_231_558, Some(34_112), 299_501_952),
+    ("alexnet", 57_028_422, Some(0), 710_117_056),
+    ("vgg16", 134_272_835, Some(0), 15_466_180_608),
     ("resnet18", 11_178_051, Some(9_600), 1_813_562_880),
+    ("resnet50", 23_520_326, Some(53_120), 4_087_148_544),
+    ("densenet201", 18_098_691, Some(229_056), 4_289_451_648),
+    ("googlenet", 5_606_054, Some(14_560), 1_497_358_336),
+    ("shufflenet-v2", 1_273_888, Some(16_180), 25_809_568),
+    ("mnasnet1-0", 3_127_644, Some(37_920), 56_633_936),
 ];
 
 #[test]
@@ -45,11 +52,41 @@ fn counts_are_those_of_the_twin() {
     assert_eq!(COUNTED.len(), NETWORKS.len(), "every registered network has its counts here");
 }
 
+/// Sizes of other papers than the one whose values are the default, and options.
+#[test]
+fn counts_of_other_sizes() {
+    let fingers = "in_channels=2 height=23 width=300 classes=20";
+    for (name, settings, parameters, macs) in [
+        ("vgg16", "classes=6", 134_285_126, None),
+        ("resnet18", fingers, 11_183_636, Some(301_001_728)),
+        ("mobilenet-v2", fingers, 2_249_204, Some(52_487_552)),
+        // torchvision's, with its own 1000 classes.
+        ("mobilenet-v2", "classes=1000", 3_504_872, None),
+        ("resnet50", "classes=1000", 25_557_032, None),
+        ("shufflenet-v2", "in_channels=3 height=224 width=224 classes=1000", 2_278_604, None),
+        ("mnasnet1-0", "in_channels=3 height=224 width=224 classes=1000", 4_383_312, None),
+        ("densenet201", "classes=1000", 20_013_928, None),
+        ("alexnet", "classes=1000", 61_100_840, None),
+        ("googlenet", "classes=1000", 6_624_904, None),
+        ("googlenet", "classes=1000 aux=true", 13_004_888, None),
+        // The question of costs that a pool of 2 in place of none raises.
+        ("tactnet3d", "pool=2", 48_041, Some(7_276_096)),
+        ("tactnet3d-51", "pool=2", 695_912, Some(260_154_880)),
+    ] {
+        let settings = settings.split(' ').map(|pair| pair.split_once('=').unwrap());
+        let settings = settings.map(|(k, v)| (k.to_string(), serde_json::from_str(v).unwrap())).collect();
+        let cost = find(name).unwrap().graph(&settings).unwrap().cost();
+        assert_eq!(cost.parameters, parameters, "{name} {settings:?}");
+        assert_eq!(cost.macs, macs.unwrap_or(cost.macs), "{name} {settings:?}");
+    }
+}
+
 /// Paper 000, Table 5: megabytes within max(0.02, 2 %), and GFLOPs in the convention that fits each row.
 #[test]
 fn paper_000_table_5_sizes_and_gflops() {
     let rows = [
         ("mlp", 0.12, 0.00006, "2 MAC"),
+        ("vgg16", 512.2, 30.9459, "2 MAC + bias"),
         ("lstm", 0.27, 0.0068, "2 MAC"),
         ("tactnet4", 0.04, 0.0060, "2 MAC + bias"),
         ("tactnet6", 0.40, 0.0102, "2 MAC + bias"),

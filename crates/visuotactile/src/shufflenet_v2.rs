@@ -1,0 +1,69 @@
+//! ShuffleNetV2 at width 1: half of the channels pass a block untouched, then all are shuffled.
+//!
+//! # Reference
+//! Ma et al. 2018, "ShuffleNet V2: Practical Guidelines for Efficient CNN Architecture Design", Table 5 and Fig. 3;
+//! torchvision's `shufflenet_v2_x1_0` for names. Compared with in paper 004, Table 2, on 2×23×300.
+//!
+//! # Departures
+//! None known.
+
+use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result};
+
+use crate::ImageConfig;
+
+/// Table 5: channels and blocks of stages 2 to 4; each starts with a stride of 2.
+const STAGES: [(usize, usize); 3] = [(116, 4), (232, 8), (464, 4)];
+
+/// ShuffleNetV2 with its configuration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ShuffleNetV2(
+    /// Sizes.
+    pub ImageConfig,
+);
+
+impl Architecture for ShuffleNetV2 {
+    fn graph(&self) -> Result<Graph> {
+        self.0.check(1)?;
+        let net = Network::new("shufflenet-v2");
+        let image = net.input("image", &self.0.shape());
+        let stem = image.conv("conv1.0", Conv::new(24, 3).stride(2).pad(1).no_bias()).bn_relu("conv1.1");
+        let mut x = stem.max_pool(Pool::new(3).stride(2).pad(1));
+        for (stage, (channels, blocks)) in (2..).zip(STAGES) {
+            for i in 0..blocks {
+                let name = format!("stage{stage}.{i}");
+                let joined = if i == 0 { downsample(&x, &name, channels / 2) } else { basic(&x, &name) };
+                x = joined.channel_shuffle(2);
+            }
+        }
+        let last = x.conv("conv5.0", Conv::new(1024, 1).no_bias()).bn_relu("conv5.1");
+        net.finish(&[("logits", last.global_average_pool().linear("fc", self.0.classes))])
+    }
+}
+
+/// Fig. 3 (c): the second half of the channels is convolved.
+fn basic(x: &Flow, name: &str) -> Flow {
+    let half = x.shape().first().copied().unwrap_or_default() / 2;
+    x.slice(0, half).concat(&branch2(&x.slice(half, half), name, half, 1))
+}
+
+/// Fig. 3 (d): all channels go both ways.
+fn downsample(x: &Flow, name: &str, half: usize) -> Flow {
+    let channels = x.shape().first().copied().unwrap_or_default();
+    let part = |i: usize| format!("{name}.branch1.{i}");
+    let left = depthwise(x, &part(0), &part(1), channels, 2)
+        .conv(&part(2), Conv::new(half, 1).no_bias())
+        .bn_relu(&part(3));
+    left.concat(&branch2(x, name, half, 2))
+}
+
+fn branch2(x: &Flow, name: &str, half: usize, stride: usize) -> Flow {
+    let part = |i: usize| format!("{name}.branch2.{i}");
+    let narrow = x.conv(&part(0), Conv::new(half, 1).no_bias()).bn_relu(&part(1));
+    depthwise(&narrow, &part(3), &part(4), half, stride)
+        .conv(&part(5), Conv::new(half, 1).no_bias())
+        .bn_relu(&part(6))
+}
+
+fn depthwise(x: &Flow, conv: &str, norm: &str, channels: usize, stride: usize) -> Flow {
+    x.conv(conv, Conv::new(channels, 3).stride(stride).pad(1).groups(channels).no_bias()).batch_norm(norm)
+}
