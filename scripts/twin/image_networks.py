@@ -58,6 +58,44 @@ class MobileNetV2(nn.Module):
         return self.classifier(pooled(self.features(x)))
 
 
+class Stream(nn.Module):
+    """What a stream of `Split` has of its own: blocks 0 to 2, 17, 18 and the classifier of a MobileNetV2."""
+
+    def __init__(self, whole):
+        super().__init__()
+        self.features = nn.ModuleDict({str(i): whole.features[i] for i in (0, 1, 2, 17, 18)})
+        self.classifier = nn.ModuleDict({"1": whole.classifier[1]})
+
+    def enter(self, x):
+        y = self.features["2"](self.features["1"](self.features["0"](x)))
+        dark = (x.flatten(2).amax(2) == x.flatten(2).amin(2)).all(1)
+        return y * (~dark)[:, None, None, None]
+
+    def leave(self, x):
+        return self.classifier["1"](pooled(self.features["18"](self.features["17"](x))))
+
+
+class Split(nn.Module):
+    """Paper 001, section 7: two streams around shared blocks 3 to 16; two outputs."""
+
+    def __init__(self, classes=6, in_channels=6, **_sizes):
+        super().__init__()
+        self.register_buffer("mean", torch.zeros(in_channels))
+        self.register_buffer("std", torch.ones(in_channels))
+        halves = [MobileNetV2(classes, in_channels // 2) for _ in range(2)]
+        self.visual, self.tactile = map(Stream, halves)
+        self.shared = nn.Module()
+        self.shared.features = nn.ModuleDict({str(i): halves[0].features[i] for i in range(3, 17)})
+
+    def forward(self, x):
+        x = (x - self.mean[:, None, None]) / self.std[:, None, None]
+        seen, felt = x.chunk(2, 1)
+        x = self.visual.enter(seen) + self.tactile.enter(felt)
+        for block in self.shared.features.values():
+            x = block(x)
+        return self.visual.leave(x), self.tactile.leave(x)
+
+
 class Basic(nn.Module):
     """Two convolutions of 3."""
 
@@ -356,6 +394,7 @@ FINGERS = dict(classes=20, in_channels=2, height=23, width=300)
 # The network from its settings, and the settings that are not its own defaults: classes and input.
 NETWORKS = {
     "mobilenet-v2": (MobileNetV2, dict(classes=6)),
+    "mobilenet-v2-split": (Split, dict(classes=6, in_channels=6)),
     "alexnet": (AlexNet, dict(classes=6)),
     "vgg16": (Vgg16, dict(classes=3)),
     "resnet18": (lambda **settings: ResNet(Basic, [2, 2, 2, 2], **settings), dict(classes=3)),

@@ -30,7 +30,7 @@ fn tensor(name: &str, shape: &[usize], salt: u64) -> Tensor {
     let values = hashed(shape.iter().product(), salt);
     let fan_in: usize = shape[1..].iter().product();
     let scaled = |v: f64| {
-        if name.ends_with("running_var") {
+        if name.ends_with("running_var") || name.ends_with("std") {
             1.0 + 0.4 * v
         } else if name.ends_with("running_mean") {
             0.3 * v
@@ -95,6 +95,13 @@ impl Twin {
         cases.into_iter().map(pair).collect()
     }
 
+    /// Networks with several outputs, in evaluation.
+    pub fn several_outputs() -> Vec<Twin> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/outputs.json");
+        let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        cases.into_iter().map(|json| Twin::new(json["network"].as_str().unwrap().to_string(), json)).collect()
+    }
+
     fn read(path: &Path) -> Twin {
         let json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
         Twin::new(path.file_stem().unwrap().to_str().unwrap().into(), json)
@@ -126,7 +133,22 @@ impl Twin {
     pub fn inputs(&self, graph: &Graph, salt: u64) -> Vec<Vec<f32>> {
         let sizes = graph.inputs().map(|node| node.shape.iter().product::<usize>());
         let values = |(i, size): (usize, usize)| hashed(self.batch * size, salt + i as u64);
-        sizes.enumerate().map(values).map(|v| v.into_iter().map(|v| v as f32).collect()).collect()
+        let mut inputs: Vec<Vec<f32>> =
+            sizes.enumerate().map(values).map(|v| v.into_iter().map(|v| v as f32).collect()).collect();
+        // Channels `start..end` of a sample of the first input may be dark.
+        for part in self.json["dark"].as_array().into_iter().flatten() {
+            let [sample, start, end] = [0, 1, 2].map(|i| part[i].as_u64().unwrap() as usize);
+            let first = &graph.inputs().next().unwrap().shape;
+            let plane: usize = first[1..].iter().product();
+            let at = (sample * first[0] + start) * plane;
+            inputs[0][at..at + (end - start) * plane].fill(0.0);
+        }
+        inputs
+    }
+
+    /// Names of the outputs, where there are several.
+    pub fn outputs(&self) -> Vec<String> {
+        self.json["outputs"].as_array().unwrap().iter().map(|name| name.as_str().unwrap().into()).collect()
     }
 
     pub fn labels(&self) -> Vec<u32> {

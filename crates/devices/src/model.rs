@@ -197,6 +197,18 @@ impl Model {
                 x.reshape(split)?.transpose(1, 2)?.contiguous()?.reshape(dims)
             }
             Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),
+            Op::Standardize => {
+                let rank = x.rank();
+                x.broadcast_sub(&per_channel(tensor(0), rank)?)?.broadcast_div(&per_channel(tensor(1), rank)?)
+            }
+            Op::SwitchScale => {
+                let stream = xs[1].detach().flatten_from(2)?;
+                let constant = stream.max(2)?.eq(&stream.min(2)?)?;
+                let lit = (1.0 - constant.to_dtype(x.dtype())?.min(1)?)?;
+                let mut shape = vec![1; x.rank()];
+                shape[0] = x.dim(0)?;
+                x.broadcast_mul(&lit.reshape(shape)?)
+            }
             Op::Add => xs[1..].iter().try_fold(x.clone(), |sum, x| sum + *x),
             Op::Concat => Tensor::cat(xs, 1),
         }

@@ -28,6 +28,27 @@ fn operations_on_awkward_shapes_and_losses() {
 }
 
 #[test]
+fn several_outputs() {
+    let twins = Twin::several_outputs();
+    assert_eq!(twins.len(), 3, "run scripts/fixtures/outputs.py");
+    for twin in twins {
+        let graph = graph(&twin);
+        let model = Model::new(&graph, &twin.weights(), &Device::Cpu).unwrap();
+        let inputs = twin.inputs(&graph, 500);
+        let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
+        let outputs = model.forward(&xs, twin.batch, false).unwrap();
+        let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
+        assert_eq!(names, twin.outputs(), "{}", twin.name);
+        for (name, values) in outputs {
+            twin.assert_values(&name, &values, 1e-4);
+        }
+        let options = Options { batch: twin.batch, ..Options::default() };
+        let error = Engine::new(&graph, &twin.weights(), options).err().unwrap().to_string();
+        assert!(error.contains("--backend candle"), "{error}");
+    }
+}
+
+#[test]
 fn targets_that_do_not_fit_are_refused() {
     let (twin, graph) = Twin::operations().remove(0);
     let model = Model::new(&graph, &twin.weights(), &Device::Cpu).unwrap();

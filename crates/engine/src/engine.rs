@@ -111,8 +111,19 @@ impl Engine {
             return Err(refuse("a batch must hold at least one sample"));
         }
         let [(_, output)] = graph.outputs() else {
-            return Err(refuse("training needs exactly one output"));
+            return Err(refuse(
+                "training needs exactly one output; `taxel forward --backend candle` gives several",
+            ));
         };
+        let fixed = |op: &Op| matches!(op, Op::Standardize | Op::SwitchScale);
+        if let Some(node) = graph.nodes().iter().find(|node| fixed(&node.op)) {
+            let reason = format!(
+                "{}: {} is for prediction only; `taxel forward --backend candle` does it",
+                node.name,
+                node.op.kind()
+            );
+            return Err(refuse(&reason));
+        }
         if graph.nodes()[*output].shape.len() != 1 {
             return Err(refuse("the output must be features (logits)"));
         }

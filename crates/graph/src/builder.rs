@@ -158,6 +158,12 @@ impl Flow {
         self
     }
 
+    /// Puts nothing before the names of all following nodes.
+    pub fn outside(mut self) -> Self {
+        self.scope.clear();
+        self
+    }
+
     /// Convolution `name`, drawn as [`Network::conv_init`] says.
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
         let shape = self.shape();
@@ -358,6 +364,37 @@ impl Flow {
             let mut out = shape.clone();
             out[0] = len;
             Ok((out, vec![]))
+        })
+    }
+
+    /// Less a mean, over a standard deviation, per channel: tensors of those names, 0 and 1 until they are set.
+    pub fn standardize(&self, mean: &str, std: &str) -> Flow {
+        let shape = self.shape();
+        let names = [self.full(mean), self.full(std)];
+        self.push_unnamed(Op::Standardize, vec![self.node], |_| {
+            let tensor = |name: &String, value| Param {
+                name: name.clone(),
+                shape: vec![shape[0]],
+                kind: Kind::Buffer,
+                init: Init::Constant(value),
+                fan: None,
+            };
+            let params = vec![tensor(&names[0], 0.0), tensor(&names[1], 1.0)];
+            Ok((shape.clone(), params))
+        })
+    }
+
+    /// The flow, or zeros in samples where each channel of `stream` is constant.
+    pub fn switch_scale(&self, stream: &Flow) -> Flow {
+        let (shape, seen) = (self.shape(), stream.shape());
+        self.push_unnamed(Op::SwitchScale, vec![self.node, stream.node], |node| {
+            if seen.len() < 2 {
+                return Err(Error::node(
+                    node,
+                    format!("the stream needs a spatial axis, it is {}", describe(&seen)),
+                ));
+            }
+            Ok((shape, vec![]))
         })
     }
 

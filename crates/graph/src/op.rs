@@ -143,6 +143,12 @@ pub enum Op {
         /// Number of channels.
         len: usize,
     },
+    /// `(x − mean) / std` per channel, with fixed tensors (z-score). The gradient is that of a product.
+    Standardize,
+    /// The first input, times 0 in samples where each channel of the second is constant (its largest value is
+    /// its smallest) and times 1 in all others: paper 001's switch-scale layer. NaN is not constant. No gradient
+    /// reaches the second input.
+    SwitchScale,
     /// Sum of inputs of one shape.
     Add,
     /// Inputs joined along channels (or features).
@@ -199,6 +205,8 @@ impl Op {
             Op::Scale => "scale",
             Op::ChannelShuffle { .. } => "channel_shuffle",
             Op::Slice { .. } => "slice",
+            Op::Standardize => "standardize",
+            Op::SwitchScale => "switch_scale",
             Op::Add => "add",
             Op::Concat => "concat",
         }

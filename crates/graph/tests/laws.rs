@@ -49,6 +49,7 @@ fn operations_keep_or_change_shapes() {
     assert_eq!(shape_after(&image, |x| x.activation(Activation::HardSwish).dropout(0.5)), image);
     assert_eq!(shape_after(&image, |x| x.channel_shuffle(3).scale("k", 1.0)), image);
     assert_eq!(shape_after(&image, |x| x.slice(2, 3)), [3, 4, 5]);
+    assert_eq!(shape_after(&image, |x| x.standardize("mean", "std").switch_scale(&x.slice(0, 1))), image);
     assert_eq!(shape_after(&image, |x| x.slice(0, 2).concat(&x.slice(2, 4))), image);
     assert_eq!(shape_after(&image, |x| x.adaptive_average_pool(7)), [6, 7, 7]);
     assert_eq!(shape_after(&image, |x| x.adaptive_average_pool([2, 1])), [6, 2, 1]);
@@ -104,6 +105,10 @@ fn operations_out_of_range_are_refused_with_axis_names() {
     same(
         refusal(&[4, 2], |x| x.channel_shuffle(3)),
         "x/channel_shuffle: 3 groups must divide the channels; the input is channels 4 × length 2",
+    );
+    same(
+        refusal(&[4, 2], |x| x.switch_scale(&x.flatten())),
+        "x/switch_scale: the stream needs a spatial axis, it is features 8",
     );
     same(
         refusal(&[4, 2], |x| x.slice(3, 2)),

@@ -22,7 +22,7 @@ use taxel_multiscale_cnn::MultiscaleConfig;
 use taxel_tactnet3d::TactNet3d;
 use taxel_visuotactile::{
     AlexNet, DenseNet201, GoogLeNetConfig, HiddenConfig, ImageConfig, MnasNetConfig, MobileNetV2Config,
-    ResNet, ResNetDepth, ShuffleNetV2, Vgg16,
+    MobileNetV2SplitConfig, ResNet, ResNetDepth, ShuffleNetV2, Vgg16,
 };
 
 /// Configuration values by key; what is left out keeps the paper's value.
@@ -154,6 +154,7 @@ pub const NETWORKS: &[Entry] = &[
         build: |s| build(parse::<MultiscaleConfig>(s)?),
     },
     image("mobilenet-v2", "Sandler et al. 2018; 001, Tables 1-6", |s| build(parse::<MobileNetV2Config>(s)?)),
+    image("mobilenet-v2-split", "001, section 7", |s| build(parse::<MobileNetV2SplitConfig>(s)?)),
     image("alexnet", "Krizhevsky 2014; 001, Tables 1-5", |s| {
         build(AlexNet(over(HiddenConfig::colour(6), s)?))
     }),

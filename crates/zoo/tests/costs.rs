@@ -6,7 +6,7 @@
 use taxel_zoo::{NETWORKS, Settings, find};
 
 /// Name, parameters, batch-norm statistics, MACs of one sample.
-const COUNTED: [(&str, u64, Option<u64>, u64); 31] = [
+const COUNTED: [(&str, u64, Option<u64>, u64); 32] = [
     ("mlp", 32_515, Some(0), 32_384),
     ("lstm", 69_507, Some(0), 3_405_184),
     ("tactnet4", 11_235, Some(112), 3_003_456),
@@ -30,6 +30,7 @@ const COUNTED: [(&str, u64, Option<u64>, u64); 31] = [
     ("tactnet3d-51", 69_779_048, None, 2_258_454_016),
     ("multiscale-cnn", 2_180_011, None, 7_488_856),
     ("mobilenet-v2", 2_231_558, Some(34_112), 299_501_952),
+    ("mobilenet-v2-split", 3_132_284, None, 392_658_240),
     ("alexnet", 57_028_422, Some(0), 710_117_056),
     ("vgg16", 134_272_835, Some(0), 15_466_180_608),
     ("resnet18", 11_178_051, Some(9_600), 1_813_562_880),

@@ -198,12 +198,12 @@ pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize) -> Option<Ba
     })
 }
 
-/// The layer of `node`; `None` for inputs and for what takes the whole batch.
+/// The layer of `node`; `None` for inputs, for what takes the whole batch, and for what the engine refuses.
 pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     let (channels, len) = (node.shape[0], node.shape.iter().product());
     Some(match &node.op {
-        Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
+        Op::Input | Op::Linear { .. } | Op::Lstm { .. } | Op::Standardize | Op::SwitchScale => return None,
         Op::Conv { window, groups, bias } => {
             let window = window3(window, &input(0).shape);
             Box::new(conv::Conv::new(window, input(0).shape[0], node.shape[0], *groups, *bias))
