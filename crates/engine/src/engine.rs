@@ -573,8 +573,8 @@ impl Engine {
 
     /// From now on, training passes gather batch-norm statistics over everything they see.
     pub fn begin_population(&mut self) {
-        let learning = self.norms.iter_mut().zip(&self.plan.norms).filter(|(_, plan)| !plan.frozen);
-        learning.for_each(|(norm, _)| norm.begin_population());
+        // Frozen ones see none, and so keep what they have.
+        self.norms.iter_mut().for_each(Norm::begin_population);
     }
 
     /// Running statistics become mean and variance over all training passes since

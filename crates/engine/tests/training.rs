@@ -92,6 +92,18 @@ fn what_was_exported_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn new_weights_start_the_optimisers_anew() {
+    for (name, optimiser) in OPTIMISERS {
+        let mut engine = engine(2, 1, &[]);
+        pass(&mut engine, 2, 0);
+        optimiser(&mut engine);
+        assert_ne!(engine.optimizer_state(), OptimizerState::default(), "{name}");
+        engine.set_weights(&weights(&mixed())).unwrap();
+        assert_eq!(engine.optimizer_state(), OptimizerState::default(), "{name}");
+    }
+}
+
+#[test]
 fn state_that_does_not_fit_is_refused_by_name() {
     let mut engine = engine(2, 1, &["stem"]);
     pass(&mut engine, 2, 0);

@@ -7,8 +7,11 @@ use taxel_kernels::conv::Conv;
 use taxel_kernels::pool::MaxPool;
 use taxel_kernels::{View, Window3, batch_norm, reduce};
 
-/// Channels in and out, input, kernel, groups; padding keeps the size in two dimensions, there is none in three.
-const CONVOLUTIONS: [(usize, usize, [usize; 3], [usize; 3], usize); 6] = [
+/// Channels in and out, input, kernel, groups.
+type Sizes = (usize, usize, [usize; 3], [usize; 3], usize);
+
+/// Padding keeps the size in two dimensions; there is none in three.
+const CONVOLUTIONS: [Sizes; 6] = [
     (3, 16, [1, 50, 50], [1, 3, 3], 1),
     (16, 32, [1, 25, 25], [1, 3, 3], 1),
     (64, 64, [1, 13, 13], [1, 3, 3], 1),
