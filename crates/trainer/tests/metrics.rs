@@ -3,26 +3,163 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use serde_json::Value;
-use taxel_trainer::metrics::{Confusion, Scores, argmax, mean_sd, softmax};
+use taxel_trainer::metrics::{
+    BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, Scores, argmax, brier, calibration_error,
+    log_loss, mean_sd, quantile, softmax,
+};
 
 fn labels(value: &Value) -> Vec<u32> {
     value.as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as u32).collect()
 }
 
+fn floats(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+fn singles(value: &Value) -> Vec<f32> {
+    floats(value).iter().map(|v| *v as f32).collect()
+}
+
+fn close(name: &str, got: f64, want: f64) {
+    assert!((got - want).abs() <= 1e-9, "{name}: got {got}, want {want}");
+}
+
+fn same_scores(name: &str, scores: &Scores, per_class: &[ClassScores], confusion: &Confusion, want: &Value) {
+    for (score, got) in Scores::NAMES.into_iter().zip(scores.values()) {
+        close(&format!("{name}: {score}"), got, want[score].as_f64().unwrap());
+    }
+    let each = want["per_class"].as_array().unwrap();
+    assert_eq!(each.len(), per_class.len(), "{name}");
+    for (class, (got, want)) in per_class.iter().zip(each).enumerate() {
+        for (got, want) in [got.precision, got.recall, got.f1, got.support as f64].iter().zip(floats(want)) {
+            close(&format!("{name}: class {class}"), *got, want);
+        }
+    }
+    let want: Vec<Vec<u64>> = serde_json::from_value(want["confusion"].clone()).unwrap();
+    assert_eq!(confusion.counts(), want, "{name}");
+}
+
 #[test]
 fn scores_agree_with_scikit_learn() {
     let cases: Vec<Value> = serde_json::from_str(include_str!("data/metrics.json")).unwrap();
-    assert_eq!(cases.len(), 8);
+    assert_eq!(cases.len(), 32);
+    let (mut probable, mut absent) = (0, 0);
     for case in cases {
+        let name = case["name"].as_str().unwrap();
         let classes = case["classes"].as_u64().unwrap() as usize;
-        let confusion = Confusion::new(&labels(&case["true"]), &labels(&case["predicted"]), classes).unwrap();
-        for (name, got) in Scores::NAMES.into_iter().zip(confusion.scores().values()) {
-            let want = case[name].as_f64().unwrap();
-            assert!((got - want).abs() <= 1e-9, "{}: {name}: got {got}, want {want}", case["name"]);
+        let (truth, predicted) = (labels(&case["true"]), labels(&case["predicted"]));
+        let confusion = Confusion::new(&truth, &predicted, classes).unwrap();
+        same_scores(name, &confusion.scores(), &confusion.per_class(), &confusion, &case);
+        absent += usize::from(confusion.per_class().iter().any(|c| c.support == 0));
+        if case["probabilities"].is_null() {
+            continue;
         }
-        let want: Vec<Vec<u64>> = serde_json::from_value(case["confusion"].clone()).unwrap();
-        assert_eq!(confusion.counts(), want, "{}", case["name"]);
+        probable += 1;
+        let p = singles(&case["probabilities"]);
+        assert_eq!(argmax(&p, classes), predicted, "{name}");
+        let want = |key: &str| case[key].as_f64().unwrap();
+        close(name, brier(&p, &truth, classes).unwrap(), want("brier"));
+        close(name, log_loss(&p, &truth, classes).unwrap(), want("log_loss"));
+        close(name, calibration_error(&p, &truth, classes, BINS).unwrap(), want("calibration_error"));
     }
+    assert_eq!(probable, 24);
+    assert!(absent >= 8, "{absent} cases with absent classes");
+}
+
+#[test]
+fn bootstrap_means_and_quantiles_agree_with_numpy() {
+    let cases: Vec<Value> = serde_json::from_str(include_str!("data/metrics.json")).unwrap();
+    for case in cases.iter().filter(|case| !case["drawn"].is_null()) {
+        let name = case["name"].as_str().unwrap();
+        let right: Vec<f64> = labels(&case["true"])
+            .iter()
+            .zip(labels(&case["predicted"]))
+            .map(|(a, b)| f64::from(u8::from(*a == b)))
+            .collect();
+        let clusters = Clusters::new(&right, &labels(&case["clusters"]));
+        close(name, clusters.mean(), case["accuracy"].as_f64().unwrap());
+        let mut means = vec![];
+        for (drawn, want) in case["drawn"].as_array().unwrap().iter().zip(floats(&case["drawn_means"])) {
+            let drawn: Vec<usize> = labels(drawn).iter().map(|i| *i as usize).collect();
+            means.push(clusters.mean_of(&drawn));
+            close(name, means[means.len() - 1], want);
+        }
+        means.sort_by(f64::total_cmp);
+        for (q, want) in [0.025, 0.5, 0.975].into_iter().zip(floats(&case["quantiles"])) {
+            close(name, quantile(&means, q), want);
+        }
+    }
+}
+
+#[test]
+fn intervals_widen_where_samples_come_in_clusters() {
+    // 400 samples, half of them right; then the same in 8 sessions that are all right or all wrong.
+    let right: Vec<f64> = (0..400).map(|i| f64::from(i / 50 % 2)).collect();
+    let alone = Clusters::new(&right, &(0..400).collect::<Vec<u32>>());
+    let (low, high) = alone.interval(0.95, 4000, 0, "alone");
+    // The normal approximation: 1.96 sqrt(0.25 / 400).
+    assert!((low - 0.451).abs() <= 0.01 && (high - 0.549).abs() <= 0.01, "{low} {high}");
+    assert_eq!((low, high), alone.interval(0.95, 4000, 0, "alone"));
+    assert_ne!((low, high), alone.interval(0.95, 4000, 1, "alone"));
+    let sessions = Clusters::new(&right, &(0..400).map(|i| i / 50).collect::<Vec<u32>>());
+    let (low, high) = sessions.interval(0.95, 4000, 0, "sessions");
+    // Binomial of 8: 2.5 % lie below 1 or at it, 97.5 % at 7 or below.
+    assert!(low <= 0.25 && high >= 0.75, "{low} {high}");
+    let one = Clusters::new(&[1.0, 0.0], &[3, 3]);
+    assert_eq!(one.interval(0.95, 10, 0, "one"), (0.5, 0.5));
+    assert!(Clusters::new(&[], &[]).interval(0.95, 10, 0, "none").0.is_nan());
+}
+
+#[test]
+fn levels_agree_with_scikit_learn() {
+    let cases: Vec<Value> = serde_json::from_str(include_str!("data/levels.json")).unwrap();
+    for case in cases {
+        let sizes: Vec<usize> = labels(&case["sizes"]).iter().map(|n| *n as usize).collect();
+        let levels = Levels::new(&sizes);
+        let truth = labels(&case["true"]);
+        let predicted = levels.predicted(&singles(&case["outputs"]));
+        let attributes = levels.scores(&truth, &predicted).unwrap();
+        assert_eq!(attributes.len(), 2);
+        for (got, want) in attributes.iter().zip(case["attributes"].as_array().unwrap()) {
+            let LevelScores { scores, per_level, confusion, mean_absolute_error } = got;
+            same_scores("levels", scores, per_level, confusion, want);
+            close("levels", *mean_absolute_error, want["mean_absolute_error"].as_f64().unwrap());
+            assert!(*mean_absolute_error > 0.0);
+        }
+        // Targets of the truth are predicted as the truth.
+        assert_eq!(levels.predicted(&levels.targets(&truth)), truth);
+        assert_eq!(levels.targets(&truth).iter().sum::<f32>(), truth.len() as f32);
+    }
+    assert!(Levels::new(&[2, 2]).scores(&[0, 2], &[0, 1]).is_err());
+}
+
+#[test]
+fn mistakes_among_look_alikes_are_told_from_others() {
+    // Classes 0, 1 look alike, 2 does not.
+    let confusion = Confusion::new(&[0, 0, 0, 1, 1, 2, 2], &[0, 1, 2, 0, 1, 2, 1], 3).unwrap();
+    let groups = |pairs: &[(&str, &[usize])]| -> Vec<(String, Vec<usize>)> {
+        pairs.iter().map(|(name, classes)| (name.to_string(), classes.to_vec())).collect()
+    };
+    let alikes = confusion.look_alikes(&groups(&[("rigid", &[0, 1]), ("soft", &[2])])).unwrap();
+    assert_eq!((alikes.errors, alikes.within_group), (4, Some(0.5)));
+    assert_eq!(alikes.confusion.counts(), [[4, 1], [1, 1]]);
+    let right = Confusion::new(&[0, 1, 2], &[0, 1, 2], 3).unwrap();
+    assert_eq!(right.look_alikes(&groups(&[("all", &[0, 1, 2])])).unwrap().within_group, None);
+    for (bad, expected) in [
+        (groups(&[("rigid", &[0, 1])]), "groups of look-alikes: class 2 is in no group"),
+        (groups(&[("rigid", &[0, 1]), ("soft", &[1, 2])]), "groups of look-alikes: class 1 is in two groups"),
+        (groups(&[("rigid", &[0, 1, 2, 3])]), "groups of look-alikes: class 3 does not exist"),
+    ] {
+        assert_eq!(confusion.look_alikes(&bad).unwrap_err().to_string(), expected);
+    }
+}
+
+#[test]
+fn probabilities_that_do_not_pair_up_are_refused() {
+    let text = |p: &[f32], truth: &[u32]| brier(p, truth, 2).unwrap_err().to_string();
+    assert_eq!(text(&[0.5], &[0]), "probabilities: 1 for 1 samples of 2 classes");
+    assert_eq!(text(&[], &[]), "probabilities: 0 for 0 samples of 2 classes");
+    assert_eq!(text(&[0.5, 0.5], &[2]), "probabilities: label 2 of 2 classes");
 }
 
 #[test]

@@ -1,0 +1,105 @@
+//! Scores of ordered levels (paper 004, Table 2): which level, and how far off.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Result;
+use crate::metrics::{ClassScores, Confusion, Scores, argmax};
+
+/// Several attributes, each one level out of its own outputs.
+///
+/// The outputs of a network are those of the attributes one after the other: 10 elasticity and 10 hardness
+/// levels are 20 outputs. The predicted level of an attribute is the largest of its outputs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Levels {
+    sizes: Vec<usize>,
+}
+
+/// Scores of one attribute, shares in `[0, 1]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LevelScores {
+    /// Accuracy and macro means.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// Mean of |predicted − true level|: a miss by one level is not a miss by nine.
+    pub mean_absolute_error: f64,
+    /// Precision, recall and F1 of each level.
+    pub per_level: Vec<ClassScores>,
+    /// Counts `[true][predicted]`.
+    pub confusion: Confusion,
+}
+
+impl Levels {
+    /// Attributes with that many levels each.
+    pub fn new(sizes: &[usize]) -> Self {
+        Levels { sizes: sizes.to_vec() }
+    }
+
+    /// Levels of each attribute.
+    pub fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// Outputs of a network for all attributes.
+    pub fn outputs(&self) -> usize {
+        self.sizes.iter().sum()
+    }
+
+    /// From labels `[n, attributes]` to targets `[n, outputs]`: one 1 per attribute, 0 elsewhere.
+    pub fn targets(&self, labels: &[u32]) -> Vec<f32> {
+        let mut targets = vec![];
+        for row in labels.chunks_exact(self.sizes.len().max(1)) {
+            for (&label, &size) in row.iter().zip(&self.sizes) {
+                targets.extend((0..size).map(|level| f32::from(u8::from(level == label as usize))));
+            }
+        }
+        targets
+    }
+
+    /// From outputs `[n, outputs]` to predicted levels `[n, attributes]`.
+    pub fn predicted(&self, outputs: &[f32]) -> Vec<u32> {
+        let mut levels = vec![];
+        for mut row in outputs.chunks_exact(self.outputs().max(1)) {
+            for &size in &self.sizes {
+                let (own, rest) = row.split_at(size);
+                levels.extend(argmax(own, size));
+                row = rest;
+            }
+        }
+        levels
+    }
+
+    /// Scores of each attribute; labels and predictions are `[n, attributes]`.
+    ///
+    /// # Errors
+    /// No or unequally many labels, or a level that does not exist.
+    pub fn scores(&self, truth: &[u32], predicted: &[u32]) -> Result<Vec<LevelScores>> {
+        let width = self.sizes.len().max(1);
+        let of = |(attribute, &size): (usize, &usize)| {
+            let column =
+                |labels: &[u32]| labels.iter().skip(attribute).step_by(width).copied().collect::<Vec<_>>();
+            let (truth, predicted) = (column(truth), column(predicted));
+            let confusion = Confusion::new(&truth, &predicted, size)?;
+            Ok(LevelScores::of(confusion))
+        };
+        self.sizes.iter().enumerate().map(of).collect()
+    }
+}
+
+impl LevelScores {
+    /// All that follows from the counts.
+    pub fn of(confusion: Confusion) -> Self {
+        let (mut off, mut total) = (0.0, 0);
+        for (truth, row) in confusion.counts().iter().enumerate() {
+            for (predicted, &count) in row.iter().enumerate() {
+                off += count as f64 * truth.abs_diff(predicted) as f64;
+                total += count;
+            }
+        }
+        LevelScores {
+            scores: confusion.scores(),
+            mean_absolute_error: if total == 0 { 0.0 } else { off / total as f64 },
+            per_level: confusion.per_class(),
+            confusion,
+        }
+    }
+}
