@@ -148,6 +148,14 @@ pub enum Error {
         if *groups < 2 { "split by samples instead".into() } else { format!("use at most {groups} folds") }
     )]
     TooFewGroups { groups: usize, k: usize },
+    #[error("class {class} has too few samples to be in the {part} part; record more or change the shares")]
+    ClassNotInPart { class: u32, part: &'static str },
+    #[error("there are too few groups to fill the {part} part; change the shares or record more groups")]
+    NoGroupForPart { part: &'static str },
+    #[error("{} cannot be cut in two; more are needed to hold some back", plural(*samples, "training sample"))]
+    NothingToHoldBack { samples: usize },
+    #[error("class {class} has {} to train on, fewer than the {count} asked for", plural(*samples, "sample"))]
+    TooFewOfClass { class: u32, samples: usize, count: usize },
     #[error("there are no samples to split")]
     NothingToSplit,
     #[error("{what} has {len} entries for {samples} labels; one per sample")]

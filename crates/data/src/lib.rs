@@ -34,5 +34,7 @@ pub use duplicates::duplicate_sets;
 pub use error::{Error, Result};
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};
-pub use split::{Fold, group_k_fold, stratified_k_fold};
+pub use split::{
+    Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
+};
 pub use write::{Npz, PART, npy_bytes, write_whole};

@@ -4,13 +4,25 @@ use crate::{Error, Result};
 use rand::seq::SliceRandom;
 use std::collections::BTreeMap;
 
-/// One train/test cut of the samples.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// One cut of the samples; no sample is in two parts.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Fold {
     /// Indices of the training samples, ascending.
     pub train: Vec<usize>,
-    /// Indices of the test samples, ascending; no sample is in both.
+    /// Indices of the samples that choose (when to stop, which settings) and are never trained on,
+    /// ascending; empty where the protocol has none.
+    pub validation: Vec<usize>,
+    /// Indices of the test samples, ascending.
     pub test: Vec<usize>,
+}
+
+/// Shares of all samples, each in (0, 1) and below 1 together; the rest is trained on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shares {
+    /// Share that is tested.
+    pub test: f64,
+    /// Share that chooses; 0 for none.
+    pub validation: f64,
 }
 
 /// Samples that stay together, and their labels with how often each occurs.
@@ -141,6 +153,161 @@ pub fn group_k_fold(groups: &[u32], y: &[u32], k: usize, seed: u64, repetition: 
     Ok(folds(&test_of, k))
 }
 
+/// Cuts the samples at random into training, validation and test parts that hold the same share of
+/// every class, to within one sample; `units` as in [`stratified_k_fold`].
+///
+/// # Errors
+///
+/// If `y` is empty, if `units` has another length, or if a class is too small to be in every part.
+pub fn random_split(
+    y: &[u32],
+    shares: Shares,
+    seed: u64,
+    repetition: u32,
+    units: Option<&[u32]>,
+) -> Result<Fold> {
+    let own: Vec<u32> = (0..y.len() as u32).collect();
+    let units = units.unwrap_or(&own);
+    let fold = three_parts(y, units, "units", shares, seed, &format!("split/random/{repetition}"))?;
+    for (part, rows) in fold.parts(shares) {
+        let absent = y.iter().find(|label| !rows.iter().any(|&row| y[row] == **label));
+        if let Some(&class) = absent {
+            return Err(Error::ClassNotInPart { class, part });
+        }
+    }
+    Ok(fold)
+}
+
+/// Cuts the samples at random into training, validation and test parts without cutting any group; sizes
+/// and classes come as close to `shares` as whole groups allow.
+///
+/// # Errors
+///
+/// If `y` is empty, if `groups` has another length, or if a part gets no group.
+pub fn random_group_split(
+    groups: &[u32],
+    y: &[u32],
+    shares: Shares,
+    seed: u64,
+    repetition: u32,
+) -> Result<Fold> {
+    let fold = three_parts(y, groups, "groups", shares, seed, &format!("split/groups/{repetition}"))?;
+    match fold.parts(shares).into_iter().find(|(_, rows)| rows.is_empty()) {
+        Some((part, _)) => Err(Error::NoGroupForPart { part }),
+        None => Ok(fold),
+    }
+}
+
+/// Takes about `share` of `rows` away, evenly over the classes and without cutting a unit (exact copies,
+/// or groups): the rows that are left, and those taken, both ascending. `purpose` chooses them.
+///
+/// # Errors
+///
+/// If one of the two would be empty.
+pub fn hold_back(
+    rows: &[usize],
+    y: &[u32],
+    units: Option<&[u32]>,
+    share: f64,
+    seed: u64,
+    purpose: &str,
+) -> Result<(Vec<usize>, Vec<usize>)> {
+    let of = |table: &[u32]| rows.iter().filter_map(|&row| table.get(row).copied()).collect::<Vec<u32>>();
+    let own: Vec<u32> = (0..rows.len() as u32).collect();
+    let units = units.map_or(own, of);
+    let [left, taken, _] = deal(&of(y), &units, [1.0 - share, share, 0.0], seed, purpose);
+    if left.is_empty() || taken.is_empty() {
+        return Err(Error::NothingToHoldBack { samples: rows.len() });
+    }
+    let back = |part: Vec<usize>| part.into_iter().map(|i| rows[i]).collect();
+    Ok((back(left), back(taken)))
+}
+
+/// `count` rows of every class among `pool`, ascending. The rows for a smaller count are among those for
+/// a larger one, so that a learning curve adds samples and never exchanges them.
+///
+/// # Errors
+///
+/// If a class has fewer rows in `pool`.
+pub fn few_per_class(
+    pool: &[usize],
+    y: &[u32],
+    count: usize,
+    seed: u64,
+    repetition: u32,
+) -> Result<Vec<usize>> {
+    let mut rng = taxel_seed::rng(seed, &format!("split/few/{repetition}"));
+    let mut order = pool.to_vec();
+    order.shuffle(&mut rng);
+    let mut taken: BTreeMap<u32, Vec<usize>> = y.iter().map(|label| (*label, vec![])).collect();
+    for row in order {
+        let of_class = taken.entry(y[row]).or_default();
+        if of_class.len() < count {
+            of_class.push(row);
+        }
+    }
+    if let Some((&class, rows)) = taken.iter().find(|(_, rows)| rows.len() < count) {
+        return Err(Error::TooFewOfClass { class, samples: rows.len(), count });
+    }
+    let mut rows: Vec<usize> = taken.into_values().flatten().collect();
+    rows.sort_unstable();
+    Ok(rows)
+}
+
+impl Fold {
+    /// The parts that `shares` ask for, by name.
+    fn parts(&self, shares: Shares) -> Vec<(&'static str, &[usize])> {
+        let mut parts = vec![("training", self.train.as_slice()), ("test", self.test.as_slice())];
+        if shares.validation > 0.0 {
+            parts.push(("validation", self.validation.as_slice()));
+        }
+        parts
+    }
+}
+
+fn three_parts(
+    y: &[u32],
+    units: &[u32],
+    what: &'static str,
+    shares: Shares,
+    seed: u64,
+    purpose: &str,
+) -> Result<Fold> {
+    refuse(y, units, what, 2)?;
+    let Shares { test, validation } = shares;
+    let [train, validation, test] = deal(y, units, [1.0 - validation - test, validation, test], seed, purpose);
+    Ok(Fold { train, validation, test })
+}
+
+/// Deals whole units to three parts: each goes where most of its classes is still missing.
+fn deal(y: &[u32], units: &[u32], shares: [f64; 3], seed: u64, purpose: &str) -> [Vec<usize>; 3] {
+    let mut totals: BTreeMap<u32, f64> = BTreeMap::new();
+    y.iter().for_each(|label| *totals.entry(*label).or_default() += 1.0);
+    let mut units = gather(y, units);
+    units.shuffle(&mut taxel_seed::rng(seed, purpose));
+    units.sort_by_key(|unit| std::cmp::Reverse(unit.samples.len()));
+    let mut held: [BTreeMap<u32, f64>; 3] = Default::default();
+    let mut parts: [Vec<usize>; 3] = Default::default();
+    for unit in units {
+        let missing = |part: usize| -> f64 {
+            let of = |(label, count): (&u32, &usize)| {
+                let held = held[part].get(label).copied().unwrap_or(0.0);
+                *count as f64 * (shares[part] - held / totals[label])
+            };
+            unit.labels.iter().map(of).sum()
+        };
+        let open = (0..3).filter(|part| shares[*part] > 0.0);
+        // The first of equals.
+        let best = open.rev().max_by(|a, b| missing(*a).total_cmp(&missing(*b))).unwrap_or(0);
+        for (label, count) in &unit.labels {
+            *held[best].entry(*label).or_default() += *count as f64;
+        }
+        parts[best].extend(unit.samples);
+    }
+    parts.iter_mut().for_each(|part| part.sort_unstable());
+    parts
+}
+
 fn refuse(y: &[u32], other: &[u32], what: &'static str, k: usize) -> Result<()> {
     if k < 2 {
         return Err(Error::TooFewFolds { k });
@@ -172,7 +339,7 @@ fn gather(y: &[u32], units: &[u32]) -> Vec<Unit> {
 fn folds(test_of: &[usize], k: usize) -> Vec<Fold> {
     let fold = |fold: usize| {
         let (test, train) = (0..test_of.len()).partition(|sample| test_of[*sample] == fold);
-        Fold { train, test }
+        Fold { train, test, validation: vec![] }
     };
     (0..k).map(fold).collect()
 }

@@ -3,7 +3,9 @@
 
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use taxel_data::{Fold, group_k_fold, stratified_k_fold};
+use taxel_data::{
+    Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
+};
 
 fn is_partition(folds: &[Fold], n: usize) -> bool {
     let mut tested: Vec<usize> = folds.iter().flat_map(|fold| fold.test.clone()).collect();
@@ -185,4 +187,90 @@ fn impossible_splits_are_refused() {
         message(stratified_k_fold(&y, 2, 0, 0, Some(&[0]))),
         "units has 1 entries for 5 labels; one per sample"
     );
+}
+
+/// 4 classes of 60, 30, 30 and 12.
+fn uneven() -> Vec<u32> {
+    [60, 30, 30, 12].iter().enumerate().flat_map(|(class, n)| vec![class as u32; *n]).collect()
+}
+
+fn of_class(rows: &[usize], y: &[u32], class: u32) -> usize {
+    rows.iter().filter(|&&row| y[row] == class).count()
+}
+
+#[test]
+fn random_splits_hold_the_share_of_every_class() {
+    let y = uneven();
+    let shares = Shares { test: 0.1, validation: 0.1 };
+    let fold = random_split(&y, shares, 3, 0, None).unwrap();
+    assert!([&fold.train, &fold.validation, &fold.test].iter().all(|part| part.is_sorted()));
+    let mut all = [fold.train.clone(), fold.validation.clone(), fold.test.clone()].concat();
+    all.sort_unstable();
+    assert_eq!(all, (0..y.len()).collect::<Vec<_>>());
+    for (class, [train, validation, test]) in [(0, [48, 6, 6]), (1, [24, 3, 3]), (2, [24, 3, 3])] {
+        let got = [&fold.train, &fold.validation, &fold.test].map(|part| of_class(part, &y, class));
+        assert_eq!(got, [train, validation, test], "class {class}");
+    }
+    assert_eq!(random_split(&y, shares, 3, 0, None).unwrap(), fold);
+    assert_ne!(random_split(&y, shares, 3, 1, None).unwrap(), fold);
+    assert_ne!(random_split(&y, shares, 4, 0, None).unwrap(), fold);
+    let no_validation = random_split(&y, Shares { test: 0.25, validation: 0.0 }, 3, 0, None).unwrap();
+    // 15, 7, 7 and 3: halves are rounded.
+    assert_eq!((no_validation.test.len(), no_validation.validation.len()), (32, 0));
+    // 3 samples cannot be in three parts of 80, 10 and 10 %.
+    let tiny = [vec![0; 20], vec![1; 3]].concat();
+    let error = random_split(&tiny, shares, 0, 0, None).unwrap_err().to_string();
+    assert!(error.starts_with("class 1 has too few samples to be in the "), "{error}");
+}
+
+#[test]
+fn random_splits_tear_no_unit_and_no_group() {
+    let y = uneven();
+    let groups: Vec<u32> = (0..y.len() as u32).map(|i| i % 11).collect();
+    for repetition in 0..5 {
+        let shares = Shares { test: 0.2, validation: 0.2 };
+        let fold = random_group_split(&groups, &y, shares, 0, repetition).unwrap();
+        for group in 0..11 {
+            let parts = [&fold.train, &fold.validation, &fold.test];
+            let holds = parts.iter().filter(|part| part.iter().any(|&row| groups[row] == group)).count();
+            assert_eq!(holds, 1, "group {group}");
+        }
+        assert!(fold.test.len().abs_diff(26) <= 12, "{}", fold.test.len());
+        let copies: Vec<u32> = (0..y.len() as u32).map(|i| i / 2).collect();
+        let fold = random_split(&y, shares, 0, repetition, Some(&copies)).unwrap();
+        assert!(fold.test.iter().all(|&row| fold.test.contains(&(row ^ 1))));
+    }
+    let shares = Shares { test: 0.3, validation: 0.3 };
+    let error = random_group_split(&[0; 132], &y, shares, 0, 0).unwrap_err().to_string();
+    assert!(error.contains("too few groups"), "{error}");
+}
+
+#[test]
+fn what_is_held_back_is_even_and_apart() {
+    let y = uneven();
+    let rows: Vec<usize> = (0..y.len()).filter(|row| row % 3 != 0).collect();
+    let (left, taken) = hold_back(&rows, &y, None, 0.25, 1, "inner").unwrap();
+    let mut both = [left.clone(), taken.clone()].concat();
+    both.sort_unstable();
+    assert_eq!(both, rows);
+    assert_eq!([0, 1, 3].map(|class| of_class(&taken, &y, class)), [10, 5, 2]);
+    let groups: Vec<u32> = (0..y.len() as u32).map(|i| i / 4).collect();
+    let (left, taken) = hold_back(&rows, &y, Some(&groups), 0.25, 1, "inner").unwrap();
+    assert!(taken.iter().all(|&a| left.iter().all(|&b| groups[a] != groups[b])));
+    assert!(hold_back(&[5], &y, None, 0.25, 1, "inner").is_err());
+}
+
+#[test]
+fn few_samples_grow_by_adding() {
+    let y = uneven();
+    let pool: Vec<usize> = (0..y.len()).filter(|row| row % 2 == 0).collect();
+    let few = |count, repetition| few_per_class(&pool, &y, count, 0, repetition).unwrap();
+    for (small, large) in [(1, 2), (2, 5)] {
+        let (small, large) = (few(small, 0), few(large, 0));
+        assert!(small.iter().all(|row| large.contains(row) && pool.contains(row)));
+    }
+    assert!((0..4).all(|class| of_class(&few(5, 0), &y, class) == 5));
+    assert_ne!(few(5, 0), few(5, 1));
+    let error = few_per_class(&pool, &y, 7, 0, 0).unwrap_err().to_string();
+    assert_eq!(error, "class 3 has 6 samples to train on, fewer than the 7 asked for");
 }

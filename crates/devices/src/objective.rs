@@ -17,6 +17,9 @@ pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Resul
             if loss == Loss::MeanSquaredError {
                 return (outputs - targets)?.sqr()?.mean_all();
             }
+            if loss == Loss::SoftmaxCrossEntropy {
+                return (targets * log_softmax(outputs, D::Minus1)?)?.sum(D::Minus1)?.mean_all()?.neg();
+            }
             // log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that
             // candle gets right, which those of |x| and max(x, 0) at 0 are not.
             let pair = Tensor::stack(&[outputs, &outputs.zeros_like()?], D::Minus1)?;

@@ -5,7 +5,7 @@
 
 use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options};
-use taxel_graph::{Activation, Conv, Flow, Graph, Network, Pool, Scheme, Weights};
+use taxel_graph::{Activation, Conv, Flow, Graph, Loss, Network, Pool, Scheme, Targets, Weights};
 
 /// More than there are parts, so that some parts hold several samples.
 const BATCH: usize = 19;
@@ -54,6 +54,29 @@ fn compare(what: &str, graph: &Graph, weights: &Weights) {
 
 fn fresh(graph: &Graph) -> Weights {
     Weights::init(graph, Scheme::Pytorch, 1, "engine")
+}
+
+/// Labels smoothed and weighted: rows that do not add up to 1.
+#[test]
+fn soft_targets() {
+    let net = Network::new("soft");
+    let logits = net.input("signal", &[3, 6]).flatten().linear("fc", 3);
+    let graph = net.finish(&[("logits", logits)]).unwrap();
+    let weights = fresh(&graph);
+    let x: Vec<f32> = (0..4 * 18).map(|i| (i as f32 * 0.7).sin()).collect();
+    let targets = [0.9, 0.05, 0.05, 0.1, 1.8, 0.1, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0];
+    let (loss, targets) = (Loss::SoftmaxCrossEntropy, Targets::Values(&targets));
+    let options = Options { batch: 4, ..Options::default() };
+    let mut engine = Engine::new(&graph, &weights, options).unwrap();
+    engine.forward(&[&x], 4, Mode::Train).unwrap();
+    let ours = engine.backward_with(loss, targets).unwrap();
+    let model = Model::new(&graph, &weights, &Device::Cpu).unwrap();
+    let (theirs, gradients) = model.loss_and_gradients_with(&[&x], 4, loss, targets).unwrap();
+    assert!((ours - theirs).abs() <= 1e-6 && ours > 0.1, "{ours} and {theirs}");
+    for (name, ours) in engine.gradients().iter() {
+        let gap = gap(&ours.data, &gradients.get(name).unwrap().data);
+        assert!(gap <= 1e-5, "{name}: {gap}");
+    }
 }
 
 /// Gradients meet in the input of the operation: one reader writes, the other adds.

@@ -448,6 +448,9 @@ impl Engine {
             Targets::Values(values) if loss == Loss::MeanSquaredError => {
                 loss::mean_squared_error(logits, values, dlogits)
             }
+            Targets::Values(values) if loss == Loss::SoftmaxCrossEntropy => {
+                loss::softmax_cross_entropy_soft(logits, classes, values, dlogits)
+            }
             Targets::Values(values) => loss::multi_label_soft_margin(logits, values, dlogits),
         };
         for part in &mut self.parts {

@@ -358,8 +358,8 @@ fn targets_that_do_not_fit_are_refused_and_the_pass_stays_usable() {
         (Loss::SoftmaxCrossEntropy, Targets::Labels(&[0, 1]), "mixed: 2 labels for a batch of 3 samples"),
         (
             Loss::SoftmaxCrossEntropy,
-            Targets::Values(&[0.0; 9]),
-            "mixed: softmax cross-entropy needs labels, not target values",
+            Targets::Values(&[0.0; 8]),
+            "mixed: 8 target values for 3 samples of 3 outputs",
         ),
         (
             Loss::MeanSquaredError,

@@ -8,7 +8,8 @@ use crate::error::{Error, Result};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
-    /// `torch.nn.CrossEntropyLoss`: −log softmax of the labelled class, mean over samples.
+    /// `torch.nn.CrossEntropyLoss`: −log softmax of the labelled class, or with values as targets −Σ t·log
+    /// softmax (PyTorch's class probabilities; weighted ones need not add up to 1), mean over samples.
     #[default]
     SoftmaxCrossEntropy,
     /// `torch.nn.MultiLabelSoftMarginLoss`: −(t·log σ(x) + (1−t)·log σ(−x)), mean over samples and outputs.
@@ -20,9 +21,9 @@ pub enum Loss {
 /// What the outputs of a batch should have been.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Targets<'a> {
-    /// One class number per sample, for [`Loss::SoftmaxCrossEntropy`].
+    /// One class number per sample, for [`Loss::SoftmaxCrossEntropy`] alone.
     Labels(&'a [u32]),
-    /// One value per sample and output, [n, outputs] row-major, for the other losses.
+    /// One value per sample and output, [n, outputs] row-major, for every loss.
     Values(&'a [f32]),
 }
 
@@ -45,7 +46,7 @@ impl Targets<'_> {
                     None => Ok(()),
                 }
             }
-            (Loss::MultiLabelSoftMargin | Loss::MeanSquaredError, Targets::Values(values)) => {
+            (_, Targets::Values(values)) => {
                 if values.len() != n * outputs {
                     return refuse(format!(
                         "{} target values for {n} samples of {outputs} outputs",
@@ -53,9 +54,6 @@ impl Targets<'_> {
                     ));
                 }
                 Ok(())
-            }
-            (Loss::SoftmaxCrossEntropy, Targets::Values(_)) => {
-                refuse("softmax cross-entropy needs labels, not target values".into())
             }
             (_, Targets::Labels(_)) => refuse("this loss needs target values, not labels".into()),
         }

@@ -18,6 +18,30 @@ pub fn softmax_cross_entropy(logits: &[f32], classes: usize, labels: &[u32], gra
     (total * share) as f32
 }
 
+/// Mean softmax cross-entropy against target weights (rows × classes), −Σ t·log softmax, and its gradient.
+/// Rows of `targets` need not add up to 1: class weights are in them.
+pub fn softmax_cross_entropy_soft(
+    logits: &[f32],
+    classes: usize,
+    targets: &[f32],
+    gradient: &mut [f32],
+) -> f32 {
+    let share = classes as f64 / logits.len() as f64;
+    let mut total = 0.0f64;
+    let rows = logits.chunks_exact(classes).zip(targets.chunks_exact(classes));
+    for ((row, targets), gradient) in rows.zip(gradient.chunks_exact_mut(classes)) {
+        softmax(row, gradient);
+        let largest = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let log_sum = row.iter().map(|&v| f64::from(v - largest).exp()).sum::<f64>().ln();
+        let whole: f64 = targets.iter().map(|&t| f64::from(t)).sum();
+        for ((gradient, &logit), &target) in gradient.iter_mut().zip(row).zip(targets) {
+            total += f64::from(target) * (log_sum - f64::from(logit - largest));
+            *gradient = ((whole * f64::from(*gradient) - f64::from(target)) * share) as f32;
+        }
+    }
+    (total * share) as f32
+}
+
 /// Probabilities of one row of logits. A row with NaN gives NaN.
 pub fn softmax(logits: &[f32], probabilities: &mut [f32]) {
     let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
