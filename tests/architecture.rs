@@ -15,6 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("scenes", &["seed"]),
     ("graph", &["seed"]),
     ("kernels", &[]),
+    ("rivals", &["seed"]),
     ("data", &["encodings", "seed"]),
     ("hybrid-cnn", &["graph"]),
     ("tactnet3d", &["graph"]),
@@ -24,7 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("zoo", &["graph", "hybrid-cnn", "tactnet3d", "multiscale-cnn", "visuotactile", "comparators"]),
     ("engine", &["graph", "kernels"]),
     ("devices", &["graph"]),
-    ("trainer", &["data", "devices", "encodings", "engine", "graph", "scenes", "seed", "zoo"]),
+    ("trainer", &["data", "devices", "encodings", "engine", "graph", "rivals", "scenes", "seed", "zoo"]),
     ("cli", &["data", "devices", "encodings", "engine", "graph", "scenes", "seed", "trainer", "zoo"]),
 ];
 

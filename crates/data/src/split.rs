@@ -275,7 +275,8 @@ fn three_parts(
 ) -> Result<Fold> {
     refuse(y, units, what, 2)?;
     let Shares { test, validation } = shares;
-    let [train, validation, test] = deal(y, units, [1.0 - validation - test, validation, test], seed, purpose);
+    let [train, validation, test] =
+        deal(y, units, [1.0 - validation - test, validation, test], seed, purpose);
     Ok(Fold { train, validation, test })
 }
 

@@ -7,14 +7,17 @@
 mod check;
 pub(crate) mod lines;
 mod network;
+mod protocol;
 mod range;
 mod train;
 
 pub use check::Problem;
 pub use network::{Network, Published};
+pub use protocol::{Protocol, ProtocolKind, Split};
 pub use range::Range;
 pub use train::{
-    BatchNorm, Optimizer, OptimizerName, OptimizerOverride, Schedule, ScheduleKind, Train, TrainOverride,
+    BatchNorm, By, Choose, ClassWeights, EarlyStopping, Optimizer, OptimizerName, OptimizerOverride,
+    Schedule, ScheduleKind, Train, TrainOverride,
 };
 
 use serde::{Deserialize, Serialize};
@@ -47,6 +50,9 @@ pub struct Config {
     /// How every network is trained.
     #[serde(default)]
     pub train: Train,
+    /// Settings of the training that each fold chooses by itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choose: Option<Choose>,
     /// The networks, in the order of the table.
     pub networks: Vec<Network>,
     /// Values that replace the ones above under `--quick`; empty in a resolved config.
@@ -97,6 +103,15 @@ pub struct Data {
     /// For labels `[N, k]`: the column that becomes the class. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attribute: Option<usize>,
+    /// Learns every column of labels `[N, k]`, under these names: paper 004's two levels.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<String>,
+    /// Keeps the samples of these classes only, in this order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub classes: Option<Vec<String>>,
+    /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
+    #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
+    pub look_alikes: std::collections::BTreeMap<String, Vec<String>>,
     /// For image files: `[height, width]` in pixels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resize: Option<[usize; 2]>,
@@ -172,44 +187,4 @@ pub struct Image {
     /// Images as recorded: scale of the pixels. Default `full-scale`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
-}
-
-/// The kinds of protocol.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProtocolKind {
-    /// Every sample is tested once per repetition.
-    #[default]
-    KFold,
-}
-
-/// What a fold keeps even or together.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Split {
-    /// Classes are spread evenly; exact copies stay in one fold.
-    #[default]
-    Stratified,
-    /// No group (session, object, block) is in training and test.
-    Group,
-}
-
-/// The `[protocol]` table.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Protocol {
-    /// The kind of protocol.
-    pub kind: ProtocolKind,
-    /// Folds, 2 to 1000. Default 5.
-    pub folds: usize,
-    /// What a fold keeps even or together.
-    pub split: Split,
-    /// How often everything is repeated with other folds, 1 to 1000. Default 1.
-    pub repetitions: usize,
-}
-
-impl Default for Protocol {
-    fn default() -> Self {
-        Protocol { kind: ProtocolKind::KFold, folds: 5, split: Split::Stratified, repetitions: 1 }
-    }
 }

@@ -3,9 +3,13 @@
 use std::collections::HashSet;
 use std::fmt::Display;
 
+use taxel_graph::Loss;
+use toml::{Table, Value};
+
 use crate::config::{
-    Config, Data, Encoding, Image, ImageKind, Network, OptimizerOverride, Protocol, Published, Range,
-    Schedule, ScheduleKind, Train,
+    Choose, ClassWeights, Config, Data, EarlyStopping, Encoding, Image, ImageKind, Network, OptimizerName,
+    OptimizerOverride, Protocol, ProtocolKind, Published, Range, Schedule, ScheduleKind, Train,
+    TrainOverride,
 };
 
 /// A value outside its range.
@@ -59,6 +63,9 @@ impl Config {
         self.encoding.check()?;
         self.protocol.check()?;
         self.train.check("train")?;
+        if let Some(choose) = &self.choose {
+            choose.check(&self.train)?;
+        }
         if self.networks.is_empty() {
             return refuse("networks", "[]", "name at least one network");
         }
@@ -66,6 +73,22 @@ impl Config {
         for (i, network) in self.networks.iter().enumerate() {
             let at = format!("networks.{i}");
             network.check(&at, &self.train)?;
+            let train = network.train(&self.train);
+            if train.loss == Loss::SoftmaxCrossEntropy && !self.data.attributes.is_empty() {
+                let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\" or \
+                              \"mean-squared-error\"";
+                let key = if network.train.loss.is_some() {
+                    format!("{at}.train.loss")
+                } else {
+                    "train.loss".into()
+                };
+                return refuse(key, "\"softmax-cross-entropy\"", reason);
+            }
+            if let Some(choose) = &self.choose {
+                for combination in choose.combinations() {
+                    train.with(&combination)?.check("choose.grid")?;
+                }
+            }
             if !labels.insert(network.label()) {
                 let reason = "two networks go by this name; give one of them a label of its own";
                 return refuse(format!("{at}.label"), format!("{:?}", network.label()), reason);
@@ -82,6 +105,7 @@ impl Config {
         if self.data.scene.is_some() {
             self.data.samples.get_or_insert(1500);
         }
+        self.protocol.fill_defaults();
     }
 }
 
@@ -121,6 +145,19 @@ impl Data {
         if let Some(name) = foreign {
             let other = if self.scene.is_some() { "data.path" } else { "data.scene" };
             return refuse(format!("data.{name}"), "..", format!("works with {other} only; leave it out"));
+        }
+        if let Some(i) =
+            (1..self.attributes.len()).find(|&i| self.attributes[..i].contains(&self.attributes[i]))
+        {
+            let reason = "is there twice; give every column of labels its own name";
+            return refuse(format!("data.attributes.{i}"), format!("{:?}", self.attributes[i]), reason);
+        }
+        if !self.attributes.is_empty() && self.attribute.is_some() {
+            return refuse(
+                "data.attribute",
+                "..",
+                "picks one column, data.attributes takes all; keep one of them",
+            );
         }
         match self.full_scale {
             Some(value) if !(value > 0.0 && value <= f64::from(f32::MAX)) => refuse(
@@ -186,10 +223,54 @@ impl Image {
     }
 }
 
+/// A share of the samples.
+fn share(key: impl Into<String>, value: f64) -> Check {
+    match value > 0.0 && value < 1.0 {
+        true => Ok(()),
+        false => refuse(key, value, "must be a share of the samples, in (0, 1)"),
+    }
+}
+
 impl Protocol {
     fn check(&self) -> Check {
-        within("protocol.folds".into(), self.folds, 2, 1000)?;
-        within("protocol.repetitions".into(), self.repetitions, 1, 1000)
+        use ProtocolKind::{FewSamples, KFold, LeaveGroupOut, Official, RandomSplits};
+        let allowed = |present: bool, name: &str, kinds: &[ProtocolKind], reason: &str| match present
+            && !kinds.contains(&self.kind)
+        {
+            true => refuse(format!("protocol.{name}"), "..", reason),
+            false => Ok(()),
+        };
+        allowed(self.folds.is_some(), "folds", &[KFold], "belongs to kind = \"k-fold\"; leave it out")?;
+        let reason = "belongs to kind = \"random-splits\" or \"few-samples\"; leave it out";
+        allowed(self.test.is_some(), "test", &[RandomSplits, FewSamples], reason)?;
+        let reason = "belongs to kind = \"random-splits\"; leave it out";
+        allowed(self.validation.is_some(), "validation", &[RandomSplits], reason)?;
+        let reason = "belongs to kind = \"few-samples\"; leave it out";
+        allowed(self.per_class.is_some(), "per_class", &[FewSamples], reason)?;
+        within("protocol.folds".into(), self.folds.unwrap_or(5), 2, 1000)?;
+        within("protocol.repetitions".into(), self.repetitions, 1, 1000)?;
+        if self.repetitions > 1 && matches!(self.kind, LeaveGroupOut | Official) {
+            let reason = "this kind of protocol has one cut only: repeat it with another --seed";
+            return refuse("protocol.repetitions", self.repetitions, reason);
+        }
+        let (test, validation) = (self.test.unwrap_or(0.2), self.validation.unwrap_or(0.0));
+        share("protocol.test", test)?;
+        if validation != 0.0 {
+            share("protocol.validation", validation)?;
+        }
+        if test + validation >= 1.0 {
+            let reason = "test and validation together leave nothing to train on";
+            return refuse("protocol.validation", validation, reason);
+        }
+        let Some(per_class) = &self.per_class else { return Ok(()) };
+        let ascending = per_class.windows(2).all(|pair| pair[0] < pair[1]);
+        match per_class.first() {
+            Some(1..) if ascending => Ok(()),
+            _ => {
+                let reason = "must be ascending numbers from 1, such as [1, 2, 5, 10, 20]";
+                refuse("protocol.per_class", format!("{per_class:?}"), reason)
+            }
+        }
     }
 }
 
@@ -203,9 +284,92 @@ impl Train {
             lr: Some(optimizer.lr),
             momentum: Some(optimizer.momentum),
             weight_decay: Some(optimizer.weight_decay),
+            betas: optimizer.betas,
+            eps: optimizer.eps,
         }
         .check(&format!("{at}.optimizer"))?;
-        self.schedule.check(&format!("{at}.schedule"))
+        if optimizer.name == OptimizerName::Sgdm {
+            for (name, set) in [("betas", optimizer.betas.is_some()), ("eps", optimizer.eps.is_some())] {
+                if set {
+                    let reason = "belongs to name = \"adam\" or \"adamw\"; leave it out";
+                    return refuse(format!("{at}.optimizer.{name}"), "..", reason);
+                }
+            }
+        }
+        self.schedule.check(&format!("{at}.schedule"))?;
+        self.objective(at)?;
+        match self.clip {
+            Some(clip) if !((clip as f32) > 0.0 && clip.is_finite()) => {
+                refuse(format!("{at}.clip"), clip, "must be positive and finite, usually 0.1 to 10")
+            }
+            _ => self.early_stopping.as_ref().map_or(Ok(()), |s| s.check(&format!("{at}.early_stopping"))),
+        }
+    }
+
+    fn objective(&self, at: &str) -> Check {
+        if !(0.0..1.0).contains(&self.label_smoothing) {
+            return refuse(format!("{at}.label_smoothing"), self.label_smoothing, "must be in [0, 1)");
+        }
+        if self.loss == Loss::SoftmaxCrossEntropy {
+            return Ok(());
+        }
+        let reason = "works with loss = \"softmax-cross-entropy\" only; leave it out";
+        if self.label_smoothing != 0.0 {
+            return refuse(format!("{at}.label_smoothing"), self.label_smoothing, reason);
+        }
+        match self.class_weights {
+            ClassWeights::None => Ok(()),
+            ClassWeights::Balanced => refuse(format!("{at}.class_weights"), "\"balanced\"", reason),
+        }
+    }
+
+    /// The same with other values at dotted keys, as [`Choose::combinations`] lists them.
+    ///
+    /// # Errors
+    /// A key that `[train]` does not have, or a value of the wrong type.
+    pub(crate) fn with(&self, combination: &[(String, Value)]) -> Result<Train, Problem> {
+        let mut train = self.clone();
+        for (key, value) in combination {
+            let problem = |reason: String| Problem {
+                key: format!("choose.grid.{key}"),
+                value: value.to_string(),
+                reason: reason.trim().replace('\n', "; "),
+            };
+            // As one network's own value would be written.
+            let mut inner = value.clone();
+            for part in key.rsplit('.') {
+                inner = Value::Table(Table::from_iter([(part.to_string(), inner)]));
+            }
+            let own: TrainOverride = inner.try_into().map_err(|e: toml::de::Error| problem(e.to_string()))?;
+            train = own.over(&train);
+        }
+        Ok(train)
+    }
+}
+
+impl EarlyStopping {
+    fn check(&self, at: &str) -> Check {
+        within(format!("{at}.patience"), self.patience, 1, 100_000)?;
+        share(format!("{at}.validation"), self.validation)
+    }
+}
+
+impl Choose {
+    fn check(&self, train: &Train) -> Check {
+        share("choose.validation", self.validation)?;
+        if self.grid.is_empty() {
+            return refuse(
+                "choose.grid",
+                "{}",
+                "name what is chosen: grid = { \"optimizer.lr\" = [0.01, 0.001] }",
+            );
+        }
+        if let Some((key, _)) = self.grid.iter().find(|(_, values)| values.is_empty()) {
+            return refuse(format!("choose.grid.{key}"), "[]", "needs values to choose from");
+        }
+        let combinations = self.combinations();
+        within("choose.grid".into(), combinations.len(), 1, 1000)?;
+        combinations.iter().try_for_each(|combination| train.with(combination).map(|_| ()))
     }
 }
 
@@ -224,6 +388,18 @@ impl OptimizerOverride {
             }
             _ => {}
         }
+        match self.betas {
+            Some(betas) if !betas.iter().all(|beta| (0.0..1.0).contains(beta)) => {
+                return refuse(format!("{at}.betas"), format!("{betas:?}"), "must be two numbers in [0, 1)");
+            }
+            _ => {}
+        }
+        match self.eps {
+            Some(eps) if !(eps > 0.0 && eps < 1.0) => {
+                return refuse(format!("{at}.eps"), eps, "must be in (0, 1), usually 1e-8");
+            }
+            _ => {}
+        }
         match self.weight_decay {
             Some(decay) if !((0.0..=1.0).contains(&decay)) => {
                 refuse(format!("{at}.weight_decay"), decay, "must be in [0, 1]")
@@ -235,8 +411,20 @@ impl OptimizerOverride {
 
 impl Schedule {
     fn check(&self, at: &str) -> Check {
-        if self.kind == ScheduleKind::Constant && (self.at.is_some() || self.factor.is_some()) {
-            return refuse(at, "{ kind = \"constant\", .. }", "at and factor belong to kind = \"steps\"");
+        let foreign = match self.kind {
+            ScheduleKind::Steps => self.floor.is_some(),
+            ScheduleKind::Cosine => self.at.is_some() || self.factor.is_some(),
+            ScheduleKind::Constant => self.at.is_some() || self.factor.is_some() || self.floor.is_some(),
+        };
+        if foreign {
+            let reason = "at and factor belong to kind = \"steps\", floor to kind = \"cosine\"";
+            return refuse(at, "{ .. }", reason);
+        }
+        match self.floor {
+            Some(floor) if !(0.0..1.0).contains(&floor) => {
+                return refuse(format!("{at}.floor"), floor, "must be a share of the first rate, in [0, 1)");
+            }
+            _ => {}
         }
         if self.kind == ScheduleKind::Steps {
             let steps = self.at.as_deref().unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::train::{Optimizer, Train, TrainOverride};
+use crate::config::train::{Train, TrainOverride};
 
 /// One of `[[networks]]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,20 +55,6 @@ impl Network {
 
     /// The experiment's training with this network's own values in it.
     pub fn train(&self, all: &Train) -> Train {
-        let own = self.train.clone();
-        let optimizer = own.optimizer.unwrap_or_default();
-        Train {
-            epochs: own.epochs.unwrap_or(all.epochs),
-            batch_size: own.batch_size.unwrap_or(all.batch_size),
-            optimizer: Optimizer {
-                name: optimizer.name.unwrap_or(all.optimizer.name),
-                lr: optimizer.lr.unwrap_or(all.optimizer.lr),
-                momentum: optimizer.momentum.unwrap_or(all.optimizer.momentum),
-                weight_decay: optimizer.weight_decay.unwrap_or(all.optimizer.weight_decay),
-            },
-            schedule: own.schedule.unwrap_or_else(|| all.schedule.clone()),
-            batch_norm: own.batch_norm.unwrap_or(all.batch_norm),
-            init: own.init.unwrap_or(all.init),
-        }
+        self.train.over(all)
     }
 }

@@ -1,0 +1,281 @@
+//! Methods that cost almost nothing, and that a network has to beat.
+//!
+//! All take series `[n, channels, length]` with one class each and give a score per class, the largest
+//! for the predicted one: [`Method::fit`] learns from the training part, [`Fitted::scores`] answers.
+//!
+//! ```
+//! use taxel_rivals::{Method, Series};
+//!
+//! let x = [0.0, 0.1, 0.9, 1.0];
+//! let train = Series::new(&x, 1, 1)?;
+//! let fitted = Method::NearestNeighbours { k: 1 }.fit(&train, &[0, 0, 1, 1], 2, 0, "doc")?;
+//! let scores = fitted.scores(&Series::new(&[0.2, 0.8], 1, 1)?)?;
+//! assert_eq!(scores, [1.0, 0.0, 0.0, 1.0]);
+//! # Ok::<(), taxel_rivals::Error>(())
+//! ```
+//!
+//! # Reference
+//! See each method: [`MiniRocket`], [`Ridge`], [`Svm`].
+
+mod error;
+mod minirocket;
+mod nearest;
+mod ridge;
+mod svm;
+
+pub use error::{Error, Result};
+pub use minirocket::{Draws, MiniRocket};
+pub use nearest::Nearest;
+pub use ridge::{ALPHAS, Features, Ridge};
+pub use svm::{Kernel, Svm};
+
+use serde::{Deserialize, Serialize};
+
+/// Recordings `[n, channels, length]`, row-major, all finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Series<'a> {
+    values: &'a [f32],
+    channels: usize,
+    length: usize,
+}
+
+impl<'a> Series<'a> {
+    /// Views `values` as recordings of `channels` × `length`.
+    ///
+    /// # Errors
+    /// No recordings, a rest that is no whole recording, or a value that is not finite.
+    pub fn new(values: &'a [f32], channels: usize, length: usize) -> Result<Self> {
+        let each = channels * length;
+        if each == 0 || values.is_empty() || !values.len().is_multiple_of(each) {
+            return Err(Error::Shape { values: values.len(), channels, length });
+        }
+        match values.iter().position(|v| !v.is_finite()) {
+            Some(at) => Err(Error::NotFinite { sample: at / each, value: values[at] }),
+            None => Ok(Series { values, channels, length }),
+        }
+    }
+
+    /// Number of recordings.
+    pub fn len(&self) -> usize {
+        self.values.len() / (self.channels * self.length)
+    }
+
+    /// Never: there is at least one recording.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Channels and length of a recording.
+    pub fn shape(&self) -> [usize; 2] {
+        [self.channels, self.length]
+    }
+
+    /// The values of recording `i`, channel after channel.
+    pub fn sample(&self, i: usize) -> &'a [f32] {
+        let each = self.channels * self.length;
+        &self.values[i * each..(i + 1) * each]
+    }
+
+    /// One channel of recording `i`.
+    pub fn channel(&self, i: usize, channel: usize) -> &'a [f32] {
+        &self.sample(i)[channel * self.length..(channel + 1) * self.length]
+    }
+
+    /// Refuses series of another shape than a method was fitted to.
+    pub(crate) fn expect(&self, fitted: [usize; 2]) -> Result<()> {
+        match self.shape() == fitted {
+            true => Ok(()),
+            false => Err(Error::OtherShape { fitted, given: self.shape() }),
+        }
+    }
+}
+
+/// A method with its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "name", deny_unknown_fields)]
+pub enum Method {
+    /// The commonest class of the training part, whatever is asked.
+    Majority,
+    /// The commonest class among the `k` nearest training samples (Euclidean).
+    #[serde(rename = "k-nn")]
+    NearestNeighbours {
+        /// Neighbours that vote. Default 1.
+        #[serde(default = "one")]
+        k: usize,
+    },
+    /// [`MiniRocket`] features, scaled, into a [`Ridge`] classifier.
+    MiniRocket {
+        /// About that many features. Default 10,000.
+        #[serde(default = "features")]
+        features: usize,
+    },
+    /// [`Svm`] with a linear kernel.
+    SvmLinear {
+        /// Penalty of a margin's violation. Default 1.
+        #[serde(default = "unit")]
+        c: f64,
+    },
+    /// [`Svm`] with a Gaussian kernel of scikit-learn's default width.
+    SvmRbf {
+        /// Penalty of a margin's violation. Default 1.
+        #[serde(default = "unit")]
+        c: f64,
+    },
+}
+
+fn one() -> usize {
+    1
+}
+
+fn features() -> usize {
+    10_000
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+/// A method that has seen its training part.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fitted {
+    /// Share of each class in the training part.
+    Majority(Vec<f32>),
+    /// The training part itself.
+    Nearest(Nearest),
+    /// Features and the linear classifier on them.
+    MiniRocket(Box<MiniRocket>, Ridge),
+    /// Support vectors.
+    Svm(Svm),
+}
+
+impl Method {
+    /// Every method with its default settings, cheapest first.
+    pub fn all() -> [Method; 5] {
+        [
+            Method::Majority,
+            Method::NearestNeighbours { k: one() },
+            Method::MiniRocket { features: features() },
+            Method::SvmLinear { c: unit() },
+            Method::SvmRbf { c: unit() },
+        ]
+    }
+
+    /// Name in tables and files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Method::Majority => "majority",
+            Method::NearestNeighbours { .. } => "k-nn",
+            Method::MiniRocket { .. } => "mini-rocket",
+            Method::SvmLinear { .. } => "svm-linear",
+            Method::SvmRbf { .. } => "svm-rbf",
+        }
+    }
+
+    /// Where it is published.
+    pub fn reference(&self) -> &'static str {
+        match self {
+            Method::Majority => "the commonest class",
+            Method::NearestNeighbours { .. } => "Cover & Hart 1967",
+            Method::MiniRocket { .. } => "Dempster, Schmidt & Webb 2021",
+            Method::SvmLinear { .. } | Method::SvmRbf { .. } => "Cortes & Vapnik 1995",
+        }
+    }
+
+    /// Why it cannot be fitted to `samples` recordings of `length` readings, if so.
+    pub fn unfit(&self, samples: usize, length: usize) -> Option<String> {
+        match self {
+            Method::MiniRocket { .. } if length < minirocket::KERNEL => {
+                Some(Error::TooShort { length, least: minirocket::KERNEL }.to_string())
+            }
+            Method::SvmLinear { .. } | Method::SvmRbf { .. } if samples > svm::MOST => {
+                Some(format!("{samples} training samples are more than {}", svm::MOST))
+            }
+            _ => None,
+        }
+    }
+
+    /// Learns from `train` and its classes `y`, all below `classes`; `seed` and `purpose` key what is
+    /// drawn at random.
+    ///
+    /// # Errors
+    /// Labels that do not pair up with the series, or settings and series that the method refuses.
+    pub fn fit(&self, train: &Series, y: &[u32], classes: usize, seed: u64, purpose: &str) -> Result<Fitted> {
+        if y.len() != train.len() {
+            return Err(Error::Labels { labels: y.len(), samples: train.len() });
+        }
+        if let Some(&label) = y.iter().find(|&&label| label as usize >= classes) {
+            return Err(Error::Label { label, classes });
+        }
+        Ok(match *self {
+            Method::Majority => {
+                let mut counts = vec![0.0; classes];
+                y.iter().for_each(|&label| counts[label as usize] += 1.0);
+                Fitted::Majority(counts.iter().map(|count| count / y.len() as f32).collect())
+            }
+            Method::NearestNeighbours { k } => Fitted::Nearest(Nearest::fit(train, y, classes, k)?),
+            Method::MiniRocket { features } => {
+                let rocket = MiniRocket::fit(train, features, seed, purpose)?;
+                let x = rocket.transform(train)?;
+                let ridge = Ridge::fit(&x, y, classes, &ALPHAS)?;
+                Fitted::MiniRocket(Box::new(rocket), ridge)
+            }
+            Method::SvmLinear { c } => Fitted::Svm(Svm::fit(train, y, classes, Kernel::Linear, c)?),
+            Method::SvmRbf { c } => Fitted::Svm(Svm::fit(train, y, classes, Kernel::Rbf, c)?),
+        })
+    }
+}
+
+impl Fitted {
+    /// Scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only
+    /// the majority's are probabilities.
+    ///
+    /// # Errors
+    /// Series of another shape than those it was fitted to.
+    pub fn scores(&self, x: &Series) -> Result<Vec<f32>> {
+        match self {
+            Fitted::Majority(shares) => Ok(shares.repeat(x.len())),
+            Fitted::Nearest(nearest) => nearest.scores(x),
+            Fitted::MiniRocket(rocket, ridge) => Ok(ridge.scores(&rocket.transform(x)?)),
+            Fitted::Svm(svm) => svm.scores(x),
+        }
+    }
+
+    /// Stored numbers.
+    pub fn parameters(&self) -> u64 {
+        self.tensors().iter().map(|(_, _, values)| values.len() as u64).sum()
+    }
+
+    /// Multiply-accumulates for one sample; MiniRocket's additions count as such.
+    pub fn macs(&self) -> u64 {
+        match self {
+            Fitted::Majority(_) => 0,
+            Fitted::Nearest(nearest) => nearest.macs(),
+            Fitted::MiniRocket(rocket, ridge) => rocket.macs() + ridge.macs(),
+            Fitted::Svm(svm) => svm.macs(),
+        }
+    }
+
+    /// Everything that was fitted, as named arrays: name, shape, values.
+    pub fn tensors(&self) -> Vec<(&'static str, Vec<usize>, Vec<f32>)> {
+        match self {
+            Fitted::Majority(shares) => vec![("shares", vec![shares.len()], shares.clone())],
+            Fitted::Nearest(nearest) => nearest.tensors(),
+            Fitted::MiniRocket(rocket, ridge) => {
+                let mut tensors = rocket.tensors();
+                tensors.extend(ridge.tensors());
+                tensors
+            }
+            Fitted::Svm(svm) => svm.tensors(),
+        }
+    }
+}
+
+/// Rows of decision values to rows that add up to 1, in the same order.
+pub(crate) fn softmax(values: &mut [f32], classes: usize) {
+    for row in values.chunks_exact_mut(classes) {
+        let largest = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        row.iter_mut().for_each(|v| *v = (*v - largest).exp());
+        let sum: f32 = row.iter().sum();
+        row.iter_mut().for_each(|v| *v /= sum);
+    }
+}

@@ -1,0 +1,249 @@
+//! MiniRocket: shares of positive values behind 84 fixed convolutions at many dilations.
+//!
+//! # Reference
+//! Dempster, Schmidt & Webb, KDD 2021 (MiniRocket), and the authors' multivariate code: kernels of length
+//! 9 with three weights 2 and six −1; dilations spread exponentially up to the series' length; biases are
+//! quantiles of the convolution of a training recording; every feature is the share of positions where
+//! the convolution lies above a bias. With several channels each kernel reads a few of them, drawn once.
+//!
+//! # Departures
+//! Random choices (which recording, which channels) come from taxel's generator.
+
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+
+use crate::{Error, Features, Result, Series};
+
+/// Length of a kernel.
+pub(crate) const KERNEL: usize = 9;
+/// Kernels: the ways to choose 3 of 9 places.
+const KERNELS: usize = 84;
+/// The most dilations of a kernel.
+const DILATIONS: usize = 32;
+/// The most channels that one kernel reads.
+const CHANNELS: usize = 9;
+
+/// What MiniRocket draws at random, dilation after dilation, 84 kernels each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Draws {
+    /// The training recording whose convolution gives the biases.
+    pub examples: Vec<usize>,
+    /// The channels that are read.
+    pub channels: Vec<Vec<usize>>,
+}
+
+/// A fitted transform.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MiniRocket {
+    shape: [usize; 2],
+    /// Dilation, and features of each kernel at it.
+    dilations: Vec<(usize, usize)>,
+    /// Channels of each dilation's kernels.
+    channels: Vec<Vec<usize>>,
+    biases: Vec<f32>,
+}
+
+/// The three places of weight 2 of each kernel, in the authors' order.
+fn places() -> Vec<[usize; 3]> {
+    let mut places = Vec::with_capacity(KERNELS);
+    for a in 0..KERNEL {
+        for b in a + 1..KERNEL {
+            places.extend((b + 1..KERNEL).map(|c| [a, b, c]));
+        }
+    }
+    places
+}
+
+/// Dilations for series of `length`, with the features that one kernel has at each.
+fn dilations(length: usize, features: usize) -> Vec<(usize, usize)> {
+    let per_kernel = (features / KERNELS).max(1);
+    let most = per_kernel.min(DILATIONS);
+    let multiplier = per_kernel as f64 / most as f64;
+    let exponent = ((length - 1) as f64 / (KERNEL - 1) as f64).log2();
+    let mut found: Vec<(usize, usize)> = vec![];
+    for i in 0..most {
+        let share = if most > 1 { i as f64 / (most - 1) as f64 } else { 0.0 };
+        let dilation = 2.0f64.powf(exponent * share) as usize;
+        match found.last_mut() {
+            Some((last, count)) if *last == dilation => *count += 1,
+            _ => found.push((dilation, 1)),
+        }
+    }
+    found.iter_mut().for_each(|(_, count)| *count = (*count as f64 * multiplier) as usize);
+    let mut rest = per_kernel - found.iter().map(|(_, count)| count).sum::<usize>();
+    let all = found.len();
+    for i in 0.. {
+        if rest == 0 {
+            break;
+        }
+        found[i % all].1 += 1;
+        rest -= 1;
+    }
+    found
+}
+
+impl MiniRocket {
+    /// Fits the biases to `train`; `features` is rounded down to a multiple of 84.
+    ///
+    /// # Errors
+    /// Recordings shorter than a kernel.
+    pub fn fit(train: &Series, features: usize, seed: u64, purpose: &str) -> Result<Self> {
+        let [channels, length] = train.shape();
+        let kernels = Self::kernels(length, features)?;
+        let mut rng = taxel_seed::rng(seed, &format!("mini-rocket/{purpose}"));
+        let most = channels.min(CHANNELS);
+        let mut all: Vec<usize> = (0..channels).collect();
+        let mut draws = Draws { examples: vec![], channels: vec![] };
+        for _ in 0..kernels {
+            draws.examples.push(rng.random_range(0..train.len()));
+            // Few channels more often than many: 2^u, u uniform up to log2(most + 1).
+            let exponent = rng.random::<f64>() * ((most + 1) as f64).log2();
+            let count = (2.0f64.powf(exponent) as usize).clamp(1, most);
+            let (drawn, _) = all.partial_shuffle(&mut rng, count);
+            draws.channels.push(drawn.to_vec());
+        }
+        Self::fit_with(train, features, draws)
+    }
+
+    /// Kernels times dilations for series of `length`: so many entries [`Draws`] has.
+    ///
+    /// # Errors
+    /// Recordings shorter than a kernel.
+    pub fn kernels(length: usize, features: usize) -> Result<usize> {
+        match length >= KERNEL {
+            true => Ok(KERNELS * dilations(length, features).len()),
+            false => Err(Error::TooShort { length, least: KERNEL }),
+        }
+    }
+
+    /// [`MiniRocket::fit`] with everything random given.
+    ///
+    /// # Errors
+    /// Recordings shorter than a kernel, or draws of another number.
+    pub fn fit_with(train: &Series, features: usize, draws: Draws) -> Result<Self> {
+        let [channels, length] = train.shape();
+        let kernels = Self::kernels(length, features)?;
+        let fits = draws.examples.len() == kernels
+            && draws.channels.len() == kernels
+            && draws.examples.iter().all(|&i| i < train.len())
+            && draws.channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < channels));
+        if !fits {
+            return Err(Error::setting("draws", draws.examples.len(), "must be one per kernel and dilation"));
+        }
+        let mut rocket = MiniRocket {
+            shape: train.shape(),
+            dilations: dilations(length, features),
+            channels: draws.channels,
+            biases: vec![],
+        };
+        // Quantiles of low discrepancy: multiples of the golden ratio.
+        let golden = (5.0f64.sqrt() + 1.0) / 2.0;
+        let (places, mut number) = (places(), 0);
+        let mut output = vec![0.0; length];
+        for (step, &(dilation, count)) in rocket.dilations.iter().enumerate() {
+            for (kernel, place) in places.iter().enumerate() {
+                let at = step * KERNELS + kernel;
+                convolve(train, draws.examples[at], &rocket.channels[at], dilation, place, &mut output);
+                let mut sorted: Vec<f64> = output.iter().map(|&v| f64::from(v)).collect();
+                sorted.sort_by(f64::total_cmp);
+                for _ in 0..count {
+                    number += 1;
+                    let quantile = (f64::from(number) * golden).fract() * (length - 1) as f64;
+                    let (low, high) = (sorted[quantile.floor() as usize], sorted[quantile.ceil() as usize]);
+                    rocket.biases.push((low + (high - low) * quantile.fract()) as f32);
+                }
+            }
+        }
+        Ok(rocket)
+    }
+
+    /// Thresholds of all features.
+    pub fn biases(&self) -> &[f32] {
+        &self.biases
+    }
+
+    /// Features of each recording, shares in `[0, 1]`.
+    ///
+    /// # Errors
+    /// Series of another shape than those it was fitted to.
+    pub fn transform(&self, x: &Series) -> Result<Features> {
+        x.expect(self.shape)?;
+        let rows: Vec<Vec<f32>> = (0..x.len()).into_par_iter().map(|i| self.features(x, i)).collect();
+        Ok(Features { values: rows.concat(), width: self.biases.len() })
+    }
+
+    fn features(&self, x: &Series, sample: usize) -> Vec<f32> {
+        let length = self.shape[1];
+        let (places, mut output) = (places(), vec![0.0; length]);
+        let mut features = Vec::with_capacity(self.biases.len());
+        let mut biases = self.biases.as_slice();
+        for (step, &(dilation, count)) in self.dilations.iter().enumerate() {
+            let padding = (KERNEL - 1) * dilation / 2;
+            for (kernel, place) in places.iter().enumerate() {
+                let channels = &self.channels[step * KERNELS + kernel];
+                convolve(x, sample, channels, dilation, place, &mut output);
+                // Every other kernel leaves out the positions that read beyond the ends.
+                let inside = match (step + kernel) % 2 {
+                    0 => &output[..],
+                    _ => &output[padding..length - padding],
+                };
+                let (own, rest) = biases.split_at(count);
+                biases = rest;
+                for bias in own {
+                    let above = inside.iter().filter(|v| *v > bias).count();
+                    features.push((above as f64 / inside.len() as f64) as f32);
+                }
+            }
+        }
+        features
+    }
+
+    /// Additions of the convolutions: nine readings per position and channel.
+    pub(crate) fn macs(&self) -> u64 {
+        let reads: usize = self.channels.iter().map(Vec::len).sum();
+        (reads * KERNEL * self.shape[1]) as u64
+    }
+
+    pub(crate) fn tensors(&self) -> Vec<(&'static str, Vec<usize>, Vec<f32>)> {
+        let flat = |pairs: &[(usize, usize)]| pairs.iter().flat_map(|&(a, b)| [a as f32, b as f32]).collect();
+        let widest = self.channels.iter().map(Vec::len).max().unwrap_or(1);
+        // Rows of unequal length are filled up with -1.
+        let channels = self.channels.iter().flat_map(|own| {
+            own.iter().map(|&c| c as f32).chain(std::iter::repeat(-1.0)).take(widest).collect::<Vec<_>>()
+        });
+        vec![
+            ("rocket.dilations", vec![self.dilations.len(), 2], flat(&self.dilations)),
+            ("rocket.channels", vec![self.channels.len(), widest], channels.collect()),
+            ("rocket.biases", vec![self.biases.len()], self.biases.clone()),
+        ]
+    }
+}
+
+/// Convolution of one recording, zeros beyond its ends: −1 everywhere, 2 at three places, summed over
+/// `channels`.
+fn convolve(
+    x: &Series,
+    sample: usize,
+    channels: &[usize],
+    dilation: usize,
+    place: &[usize; 3],
+    output: &mut [f32],
+) {
+    output.fill(0.0);
+    let length = output.len();
+    for &channel in channels {
+        let values = x.channel(sample, channel);
+        for tap in 0..KERNEL {
+            let weight = if place.contains(&tap) { 2.0 } else { -1.0 };
+            let (reach, back) = (tap * dilation, KERNEL / 2 * dilation);
+            // output[t] reads values[t + reach - back].
+            let first = back.saturating_sub(reach);
+            let last = (length + back).saturating_sub(reach).min(length);
+            if first < last {
+                let from = &values[first + reach - back..last + reach - back];
+                output[first..last].iter_mut().zip(from).for_each(|(o, v)| *o += weight * v);
+            }
+        }
+    }
+}

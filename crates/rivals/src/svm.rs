@@ -1,0 +1,256 @@
+//! Support vector machines, one against one.
+//!
+//! # Reference
+//! LIBSVM's C-SVC, which scikit-learn's `SVC` wraps: sequential minimal optimisation with working sets of
+//! second order (Fan, Chen & Lin, JMLR 2005), one machine per pair of classes, the classes' votes with the
+//! machines' confidences between equals (`break_ties=True`). `Kernel::Rbf` has width `gamma="scale"`.
+//!
+//! # Departures
+//! The whole kernel matrix of a training part is held, nothing is shrunk; training stops at a violation of
+//! 1e-4, not 1e-3.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result, Series, softmax};
+
+/// How alike two recordings are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kernel {
+    /// a · b.
+    Linear,
+    /// exp(−γ |a − b|²), γ = 1 / (features × variance of all training values).
+    Rbf,
+}
+
+/// The most training samples: their kernel matrix is held in memory.
+pub(crate) const MOST: usize = 8000;
+/// Violation of the optimality conditions at which training stops.
+const TOLERANCE: f64 = 1e-4;
+/// Steps after which the solution is taken as it is.
+const STEPS: usize = 2_000_000;
+
+/// Support vectors and one row of coefficients per pair of classes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Svm {
+    kernel: Kernel,
+    gamma: f64,
+    shape: [usize; 2],
+    classes: usize,
+    /// `[vectors, features]`.
+    vectors: Vec<f32>,
+    /// Pairs of classes, the first one positive.
+    pairs: Vec<(usize, usize)>,
+    /// Per pair its vectors and their coefficients.
+    coefficients: Vec<Vec<(usize, f32)>>,
+    /// Per pair.
+    bias: Vec<f32>,
+}
+
+impl Svm {
+    pub(crate) fn fit(train: &Series, y: &[u32], classes: usize, kernel: Kernel, c: f64) -> Result<Self> {
+        if !(c > 0.0 && c.is_finite()) {
+            return Err(Error::setting("c", c, "must be positive and finite"));
+        }
+        let n = train.len();
+        if n > MOST {
+            return Err(Error::setting("samples", n, "are too many for the kernel matrix; at most 8000"));
+        }
+        let features = train.sample(0).len();
+        let gamma = 1.0 / (features as f64 * variance(train.values)).max(f64::MIN_POSITIVE);
+        let gram: Vec<Vec<f64>> = (0..n)
+            .into_par_iter()
+            .map(|i| (0..n).map(|j| similar(kernel, gamma, train.sample(i), train.sample(j))).collect())
+            .collect();
+        let of = |class: usize| (0..n).filter(move |&i| y[i] as usize == class);
+        let pairs: Vec<(usize, usize)> = (0..classes)
+            .flat_map(|a| (a + 1..classes).map(move |b| (a, b)))
+            .filter(|&(a, b)| of(a).next().is_some() && of(b).next().is_some())
+            .collect();
+        let solved: Vec<(Vec<(usize, f64)>, f64)> = pairs
+            .par_iter()
+            .map(|&(a, b)| {
+                let rows: Vec<usize> = of(a).chain(of(b)).collect();
+                let signs: Vec<f64> =
+                    rows.iter().map(|&i| if y[i] as usize == a { 1.0 } else { -1.0 }).collect();
+                let (alpha, bias) = solve(&gram, &rows, &signs, c);
+                let coefficients = rows.iter().zip(alpha).zip(signs).filter(|((_, alpha), _)| *alpha > 0.0);
+                (coefficients.map(|((&i, alpha), sign)| (i, alpha * sign)).collect(), bias)
+            })
+            .collect();
+        let mut place = vec![usize::MAX; n];
+        let mut vectors = vec![];
+        let mut coefficients = vec![];
+        for (own, _) in &solved {
+            let mut row = vec![];
+            for &(i, coefficient) in own {
+                if place[i] == usize::MAX {
+                    place[i] = vectors.len() / features;
+                    vectors.extend_from_slice(train.sample(i));
+                }
+                row.push((place[i], coefficient as f32));
+            }
+            coefficients.push(row);
+        }
+        let bias = solved.iter().map(|(_, bias)| *bias as f32).collect();
+        Ok(Svm { kernel, gamma, shape: train.shape(), classes, vectors, pairs, coefficients, bias })
+    }
+
+    /// Decision values `[n, pairs]` of the pairs (0, 1), (0, 2), … of classes: above 0 for the first.
+    ///
+    /// # Errors
+    /// Series of another shape than those it was fitted to.
+    pub fn decide(&self, x: &Series) -> Result<Vec<f32>> {
+        x.expect(self.shape)?;
+        let features = self.shape[0] * self.shape[1];
+        let row = |i: usize| -> Vec<f32> {
+            let sample = x.sample(i);
+            let alike: Vec<f64> = self
+                .vectors
+                .chunks_exact(features)
+                .map(|vector| similar(self.kernel, self.gamma, vector, sample))
+                .collect();
+            let machine = |(own, bias): (&Vec<(usize, f32)>, &f32)| {
+                let sum: f64 = own.iter().map(|&(v, coefficient)| f64::from(coefficient) * alike[v]).sum();
+                (sum + f64::from(*bias)) as f32
+            };
+            self.coefficients.iter().zip(&self.bias).map(machine).collect()
+        };
+        let rows: Vec<Vec<f32>> = (0..x.len()).into_par_iter().map(row).collect();
+        Ok(rows.concat())
+    }
+
+    /// Votes of the machines plus, between −1/3 and 1/3, their confidence.
+    ///
+    /// # Errors
+    /// As [`Svm::decide`].
+    pub fn votes(&self, x: &Series) -> Result<Vec<f32>> {
+        let mut votes = vec![];
+        let decisions = self.decide(x)?;
+        for i in 0..x.len() {
+            let row = &decisions[i * self.pairs.len()..(i + 1) * self.pairs.len()];
+            let mut own = vec![0.0f32; self.classes];
+            let mut confidence = vec![0.0f32; self.classes];
+            for (&(a, b), &value) in self.pairs.iter().zip(row) {
+                own[if value >= 0.0 { a } else { b }] += 1.0;
+                confidence[a] += value;
+                confidence[b] -= value;
+            }
+            votes.extend(own.iter().zip(confidence).map(|(own, c)| own + c / (3.0 * (c.abs() + 1.0))));
+        }
+        Ok(votes)
+    }
+
+    pub(crate) fn scores(&self, x: &Series) -> Result<Vec<f32>> {
+        let mut votes = self.votes(x)?;
+        softmax(&mut votes, self.classes);
+        Ok(votes)
+    }
+
+    pub(crate) fn macs(&self) -> u64 {
+        self.vectors.len() as u64 + self.coefficients.iter().map(|own| own.len() as u64).sum::<u64>()
+    }
+
+    pub(crate) fn tensors(&self) -> Vec<(&'static str, Vec<usize>, Vec<f32>)> {
+        let features = self.shape[0] * self.shape[1];
+        let count = self.vectors.len() / features;
+        let mut dual = vec![0.0; self.pairs.len() * count];
+        for (pair, own) in self.coefficients.iter().enumerate() {
+            own.iter().for_each(|&(vector, coefficient)| dual[pair * count + vector] = coefficient);
+        }
+        vec![
+            ("svm.vectors", vec![count, self.shape[0], self.shape[1]], self.vectors.clone()),
+            ("svm.dual", vec![self.pairs.len(), count], dual),
+            ("svm.bias", vec![self.pairs.len()], self.bias.clone()),
+            ("svm.gamma", vec![1], vec![self.gamma as f32]),
+        ]
+    }
+}
+
+fn variance(values: &[f32]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+    values.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n
+}
+
+fn similar(kernel: Kernel, gamma: f64, a: &[f32], b: &[f32]) -> f64 {
+    let pairs = a.iter().zip(b);
+    match kernel {
+        Kernel::Linear => pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum(),
+        Kernel::Rbf => {
+            let square: f64 = pairs.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
+            (-gamma * square).exp()
+        }
+    }
+}
+
+/// min ½ αᵀQα − Σα with 0 ≤ α ≤ c and Σ sign·α = 0, Q = sign·sign·kernel: α and the bias.
+fn solve(gram: &[Vec<f64>], rows: &[usize], signs: &[f64], c: f64) -> (Vec<f64>, f64) {
+    let n = rows.len();
+    let kernel = |i: usize, j: usize| gram[rows[i]][rows[j]];
+    let (mut alpha, mut gradient) = (vec![0.0; n], vec![-1.0; n]);
+    // Whether α of i may still grow in the direction of its sign, or against it.
+    let up = |alpha: &[f64], i: usize| if signs[i] > 0.0 { alpha[i] < c } else { alpha[i] > 0.0 };
+    let down = |alpha: &[f64], i: usize| if signs[i] > 0.0 { alpha[i] > 0.0 } else { alpha[i] < c };
+    for _ in 0..STEPS {
+        let mut i = None;
+        let mut most = f64::NEG_INFINITY;
+        for t in (0..n).filter(|&t| up(&alpha, t)) {
+            let value = -signs[t] * gradient[t];
+            if value >= most {
+                (i, most) = (Some(t), value);
+            }
+        }
+        let Some(i) = i else { break };
+        let (mut j, mut least, mut best) = (None, f64::INFINITY, f64::INFINITY);
+        for t in (0..n).filter(|&t| down(&alpha, t)) {
+            let value = -signs[t] * gradient[t];
+            least = least.min(value);
+            let gap = most - value;
+            if gap > 0.0 {
+                let curve = (kernel(i, i) + kernel(t, t) - 2.0 * kernel(i, t)).max(1e-12);
+                let gain = -gap * gap / curve;
+                if gain <= best {
+                    (j, best) = (Some(t), gain);
+                }
+            }
+        }
+        let Some(j) = j.filter(|_| most - least >= TOLERANCE) else { break };
+        let curve = (kernel(i, i) + kernel(j, j) - 2.0 * kernel(i, j)).max(1e-12);
+        // Along sign·α both move by the same step, as far as the box allows.
+        let room_up = if signs[i] > 0.0 { c - alpha[i] } else { alpha[i] };
+        let room_down = if signs[j] > 0.0 { alpha[j] } else { c - alpha[j] };
+        let wanted = (signs[j] * gradient[j] - signs[i] * gradient[i]) / curve;
+        let step = wanted.min(room_up).min(room_down);
+        // A bound is met exactly, or its sample would be chosen again and again.
+        let bound = |value: f64| {
+            if value < 1e-12 * c {
+                0.0
+            } else if value > c * (1.0 - 1e-12) {
+                c
+            } else {
+                value
+            }
+        };
+        alpha[i] = bound(alpha[i] + signs[i] * step);
+        alpha[j] = bound(alpha[j] - signs[j] * step);
+        for t in 0..n {
+            gradient[t] += signs[t] * step * (kernel(t, i) - kernel(t, j));
+        }
+    }
+    // The mean over free vectors, or the middle of what the others leave open.
+    let (mut sum, mut free) = (0.0, 0usize);
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for t in 0..n {
+        let value = -signs[t] * gradient[t];
+        match (up(&alpha, t), down(&alpha, t)) {
+            (true, true) => (sum, free) = (sum + value, free + 1),
+            (true, false) => low = low.max(value),
+            (false, true) => high = high.min(value),
+            (false, false) => {}
+        }
+    }
+    let bias = if free > 0 { sum / free as f64 } else { (low + high) / 2.0 };
+    (alpha, bias)
+}
