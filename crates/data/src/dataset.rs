@@ -57,6 +57,8 @@ pub struct Dataset {
     pub attributes: Option<Array2<u32>>,
     /// Value names of each column of `attributes`; empty without them.
     pub attribute_classes: Vec<Vec<String>>,
+    /// Which samples the data set's authors test on, where they say so.
+    pub official: Option<Vec<bool>>,
     /// Group (object, session, block) of each sample.
     pub groups: Option<Vec<u32>>,
     /// What the groups are, such as `session` or `trial/12`.

@@ -23,6 +23,7 @@ mod npz;
 mod options;
 mod raw;
 mod split;
+mod ucr;
 mod validate;
 mod values;
 mod write;

@@ -5,7 +5,7 @@ use crate::dataset::Dataset;
 use crate::options::Options;
 use crate::raw::Raw;
 use crate::validate::assemble;
-use crate::{Error, Result, folder, npz};
+use crate::{Error, Result, folder, npz, ucr};
 use std::io;
 use std::path::Path;
 
@@ -17,6 +17,8 @@ use std::path::Path;
 ///   come from `<name>.classes.json` or `labels.json` beside it, otherwise they are `0`, `1`, ...
 /// - folder per class: classes by name, files in counting order; CSV (rows = time, columns =
 ///   channels) as `[C, T]`, NPY as stored, PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
+/// - pair of files of the UCR and UEA archives: `GunPoint` reads `GunPoint_TRAIN.ts` and
+///   `GunPoint_TEST.ts` (or `.tsv`, `.txt`) as `[C, T]`, with their split in [`Dataset::official`].
 ///
 /// # Errors
 ///
@@ -57,6 +59,11 @@ pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
 
 fn open(path: &Path, options: &Options) -> Result<Raw> {
     let file = path.display().to_string();
+    if !path.is_dir()
+        && let Some(files) = ucr::find(path)
+    {
+        return ucr::read(path, &files, options);
+    }
     let metadata = path.metadata().map_err(|e| match e.kind() {
         io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
         kind => Error::Io { file: file.clone(), kind },

@@ -115,8 +115,19 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
             Some((name, values))
         }
     };
+    let official = match &options.test {
+        None => None,
+        Some(name) => {
+            let wanted = "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
+            let read = |header: &Header, reader: &mut dyn Read, at: &str| {
+                header.read_i64(reader, at, Cap::of_labels(limits), wanted)
+            };
+            Some((name.clone(), archive.with(name, "test", read)?))
+        }
+    };
     let used = |name: &String| {
-        *name == options.x || *name == options.y || groups.as_ref().is_some_and(|(group, _)| group == name)
+        let is = |array: &Option<(String, Vec<i64>)>| array.as_ref().is_some_and(|(own, _)| own == name);
+        *name == options.x || *name == options.y || is(&groups) || is(&official)
     };
     let others = archive.arrays.iter().filter(|n| !used(n)).cloned().collect();
     let rows = x.len() / x.shape()[0].max(1);
@@ -134,6 +145,7 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
         columns,
         names: labels::beside(path, &options.limits)?,
         groups,
+        official,
         row_hash,
         others,
         is_folder: false,

@@ -52,6 +52,8 @@ pub struct Options {
     pub drop: Vec<Drop>,
     /// Refuse the data set if exact copies carry different labels and are not dropped.
     pub deny_contradictory: bool,
+    /// Name of the array in the `.npz` that marks samples for testing (not 0). Default none.
+    pub test: Option<String>,
     /// For labels `[N, k]`: the column that becomes `y`, 0..k-1. Default 0.
     pub attribute: usize,
     /// For image files: `[height, width]` in pixels to resample to (triangle filter).
@@ -70,6 +72,7 @@ impl Default for Options {
             channels: None,
             drop: Vec::new(),
             deny_contradictory: false,
+            test: None,
             attribute: 0,
             resize: None,
             limits: Limits::default(),

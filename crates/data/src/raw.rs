@@ -23,6 +23,8 @@ pub(crate) struct Raw {
     pub columns: usize,
     pub names: Option<Names>,
     pub groups: Option<(String, Vec<i64>)>,
+    /// Not 0 for samples that the authors test on, with the array's name.
+    pub official: Option<(String, Vec<i64>)>,
     /// File of each sample, or `x[17]`.
     pub sources: Vec<String>,
     /// Hash of each full recorded sample.

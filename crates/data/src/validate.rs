@@ -75,6 +75,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
     let table = labels(&raw, &mut faults);
     let classes = class_names(&raw, &table);
     let groups = groups(&raw, options, &mut faults)?;
+    let official = official(&raw, &mut faults);
 
     let columns = raw.columns;
     let rows: Vec<&[u32]> = table.chunks(columns).collect();
@@ -119,6 +120,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
     let attributes = (columns > 1)
         .then(|| Array2::from_shape_fn((kept.len(), columns), |(i, j)| table[kept[i] * columns + j]));
     let groups = groups.map(|(name, values)| (name, take(&values, 0, 1)));
+    let official = official.map(|test| kept.iter().map(|row| test[*row]).collect());
     let dropped = (0..keep.len()).filter(|row| !keep[*row]);
     let dropped = dropped.map(|row| raw.sources[row].clone()).collect();
     let mut x = raw.x;
@@ -147,6 +149,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
         classes: classes[options.attribute].clone(),
         attribute_classes: if columns > 1 { classes } else { Vec::new() },
         attributes,
+        official,
         groups,
         group_name,
         sources,
@@ -342,6 +345,26 @@ fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(S
         None => name.clone(),
     };
     Ok(Some((name, groups)))
+}
+
+fn official(raw: &Raw, faults: &mut Faults) -> Option<Vec<bool>> {
+    let (name, values) = raw.official.as_ref()?;
+    let samples = raw.x.shape()[0];
+    if values.len() != samples {
+        faults.push(Error::Length {
+            file: raw.file.clone(),
+            array: name.clone(),
+            len: values.len(),
+            x: raw.x_name.clone(),
+            samples,
+        });
+        return None;
+    }
+    let test: Vec<bool> = values.iter().map(|value| *value != 0).collect();
+    if test.iter().all(|t| *t) || !test.iter().any(|t| *t) {
+        faults.push(Error::OneSided { file: raw.file.clone(), array: name.clone() });
+    }
+    Some(test)
 }
 
 fn not_finite(

@@ -100,6 +100,9 @@ pub struct Data {
     /// Refuse exact copies with different labels that are not dropped. Default false.
     #[serde(default, alias = "deny-contradictory", skip_serializing_if = "Option::is_none")]
     pub deny_contradictory: Option<bool>,
+    /// Name of the array that marks the samples to test on (not 0) for `protocol.kind = "official"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
     /// For labels `[N, k]`: the column that becomes the class. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attribute: Option<usize>,

@@ -138,6 +138,7 @@ impl Data {
                 .or(set(!self.drop.is_empty(), "drop"))
                 .or(set(self.deny_contradictory.is_some(), "deny_contradictory"))
                 .or(set(self.attribute.is_some(), "attribute"))
+                .or(set(self.test.is_some(), "test"))
                 .or(set(self.resize.is_some(), "resize"))
                 .or(set(self.limits.is_some(), "limits")),
             None => set(self.samples.is_some(), "samples").or(set(!self.without.is_empty(), "without")),
