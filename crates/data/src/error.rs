@@ -93,9 +93,13 @@ pub enum Error {
     #[error("{file}: {option}: {why}")]
     Option { file: String, option: &'static str, why: &'static str },
 
-    #[error("{file}: line {line} holds no values with a class; a case is values:class in .ts, class values else")]
+    #[error(
+        "{file}: line {line} holds no values with a class; a case is values:class in .ts, class values else"
+    )]
     NoClass { file: String, line: u64 },
-    #[error("{file}: {array} marks no or all samples for testing; mark some of them with 1, the others with 0")]
+    #[error(
+        "{file}: {array} marks no or all samples for testing; mark some of them with 1, the others with 0"
+    )]
     OneSided { file: String, array: String },
 
     // Class names.

@@ -160,13 +160,12 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
 
 fn refuse_array_options(file: &str, options: &Options) -> Result<()> {
     let default = Options::default();
-    let named =
-        [
-            ("x", options.x != default.x),
-            ("y", options.y != default.y),
-            ("group", options.group.is_some()),
-            ("test", options.test.is_some()),
-        ];
+    let named = [
+        ("x", options.x != default.x),
+        ("y", options.y != default.y),
+        ("group", options.group.is_some()),
+        ("test", options.test.is_some()),
+    ];
     match named.iter().find(|(_, set)| *set) {
         None => Ok(()),
         Some((option, _)) => Err(Error::Option {

@@ -118,7 +118,8 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
     let official = match &options.test {
         None => None,
         Some(name) => {
-            let wanted = "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
+            let wanted =
+                "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
             let read = |header: &Header, reader: &mut dyn Read, at: &str| {
                 header.read_i64(reader, at, Cap::of_labels(limits), wanted)
             };

@@ -25,12 +25,21 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
         file.write_all(bytes)?;
         file.sync_all()
     });
-    let written = written.and_then(|()| fs::rename(&part, path));
+    let written = written.and_then(|()| fs::rename(&part, path)).and_then(|()| sync_folder(path));
     if written.is_err() {
         // The first error is the one to report.
         let _ = fs::remove_file(&part);
     }
     written
+}
+
+/// Flushes the folder that a file was renamed in, so that the new name survives a power cut.
+fn sync_folder(path: &Path) -> io::Result<()> {
+    match path.parent() {
+        // Other systems cannot open a folder.
+        Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
+        _ => Ok(()),
+    }
 }
 
 /// One array as the bytes of a `.npy`, row-major.

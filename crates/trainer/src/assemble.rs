@@ -8,8 +8,8 @@ use taxel_data::Npz;
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::folder::{RunFolder, write_json};
-use crate::metrics::Scores;
-use crate::results::{FoldKey, FoldRecord, Results, Timing};
+use crate::metrics::{Levels, Scores};
+use crate::results::{FoldKey, FoldRecord, Frame, Results, Timing};
 
 /// Writes everything that follows from the finished folds; `records` are in the order of the run.
 pub(crate) fn assemble(
@@ -18,17 +18,17 @@ pub(crate) fn assemble(
     all: &[FoldKey],
     records: &[FoldRecord],
     timings: &[Timing],
+    frame: &Frame,
 ) -> Result<()> {
-    let classes = results.classes.len();
     for network in &mut results.networks {
         let own: Vec<&FoldRecord> = records.iter().filter(|r| r.key.network == network.network).collect();
-        network.fill(&own, classes)?;
+        network.fill(&own, frame)?;
     }
     results.missing = all.iter().filter(|key| !records.iter().any(|r| r.key == **key)).cloned().collect();
     results.complete = results.missing.is_empty();
     let mut lines = vec![];
     for record in records {
-        metric_lines(record, classes, &mut lines)?;
+        metric_lines(record, &frame.levels, &mut lines)?;
     }
     write_lines(&folder.file("metrics.jsonl"), &lines)?;
     write_lines(&folder.file("timings.jsonl"), &timing_lines(timings))?;
@@ -37,17 +37,21 @@ pub(crate) fn assemble(
     write_json(&folder.file("results.json"), results, true).map(|_| ())
 }
 
-fn metric_lines(record: &FoldRecord, classes: usize, lines: &mut Vec<Value>) -> Result<()> {
-    let test = record.confusion(classes)?.scores().percent();
+fn metric_lines(record: &FoldRecord, levels: &Levels, lines: &mut Vec<Value>) -> Result<()> {
+    let test = record.scores(levels)?.percent();
     for (i, epoch) in record.epochs.iter().enumerate() {
         let mut line = key_fields(&record.key);
         line.insert("epoch".into(), json!(epoch.epoch));
         line.insert("lr".into(), json!(epoch.lr));
         line.insert("train_loss".into(), json!(epoch.train_loss));
         line.insert("train_accuracy".into(), json!(epoch.train_accuracy));
+        if let (Some(loss), Some(accuracy)) = (epoch.validation_loss, epoch.validation_accuracy) {
+            line.insert("validation_loss".into(), json!(loss));
+            line.insert("validation_accuracy".into(), json!(accuracy));
+        }
         // Test samples are looked at once, after training: nothing can be picked by them.
         if i + 1 == record.epochs.len() {
-            line.insert("test_loss".into(), json!(record.test_loss()));
+            line.insert("test_loss".into(), json!(record.test_loss));
             for (name, value) in Scores::NAMES.into_iter().zip(test.values()) {
                 line.insert(format!("test_{name}"), json!(value));
             }
@@ -102,8 +106,9 @@ fn write_lines(path: &Path, lines: &[Value]) -> Result<()> {
     write_atomic(path, text.as_bytes())
 }
 
-/// Per network: arrays `index`, `fold`, `repetition`, `true`, `predicted` `[n]` and `probabilities`
-/// `[n, classes]`, folds one after the other.
+/// Per network: arrays `index`, `fold`, `repetition`, `true`, `predicted` `[n]` (the last two
+/// `[n, attributes]` where there are several) and `probabilities` `[n, outputs]`, folds one after the
+/// other.
 fn write_predictions(path: &Path, results: &Results, records: &[FoldRecord]) -> Result<()> {
     let io = |e| Error::io(path, "written", e);
     let mut archive = Npz::default();
@@ -121,7 +126,10 @@ fn write_predictions(path: &Path, results: &Results, records: &[FoldRecord]) -> 
         ];
         for (name, values) in &columns {
             let name = format!("{}.{name}", network.network);
-            archive.add(&name, &[values.len()], values).map_err(io)?;
+            let samples = columns[0].1.len();
+            let shape =
+                if values.len() == samples { vec![samples] } else { vec![samples, values.len() / samples] };
+            archive.add(&name, &shape, values).map_err(io)?;
         }
         let name = format!("{}.probabilities", network.network);
         let values: Vec<f32> = own.iter().flat_map(|r| r.probabilities.iter().copied()).collect();

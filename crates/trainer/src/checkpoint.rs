@@ -48,6 +48,11 @@ impl Metadata {
 pub fn write_checkpoint(path: &Path, graph: &Graph, weights: &Weights, metadata: &Metadata) -> Result<()> {
     let refuse = |source| Error::Weights { file: path.display().to_string(), source: Box::new(source) };
     weights.check(graph).map_err(refuse)?;
+    write_tensors(path, weights, metadata)
+}
+
+/// Writes the tensors of what is no graph: a rival.
+pub(crate) fn write_tensors(path: &Path, weights: &Weights, metadata: &Metadata) -> Result<()> {
     let text = serde_json::to_string(metadata)
         .map_err(|e| Error::damaged(path, format!("cannot be encoded: {e}")))?;
     Ok(checkpoint::write(path, weights, &text)?)

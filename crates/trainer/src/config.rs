@@ -9,12 +9,14 @@ pub(crate) mod lines;
 mod network;
 mod protocol;
 mod range;
+mod rival;
 mod train;
 
 pub use check::Problem;
 pub use network::{Network, Published};
 pub use protocol::{Protocol, ProtocolKind, Split};
 pub use range::Range;
+pub use rival::Rival;
 pub use train::{
     BatchNorm, By, Choose, ClassWeights, EarlyStopping, Optimizer, OptimizerName, OptimizerOverride,
     Schedule, ScheduleKind, Train, TrainOverride,
@@ -55,6 +57,9 @@ pub struct Config {
     pub choose: Option<Choose>,
     /// The networks, in the order of the table.
     pub networks: Vec<Network>,
+    /// Methods that cost almost nothing and stand in the table too. Default all; `[]` for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rivals: Option<Vec<Rival>>,
     /// Values that replace the ones above under `--quick`; empty in a resolved config.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub quick: toml::Table,

@@ -104,6 +104,29 @@ pub enum Error {
         /// Learning rate of the step before.
         lr: f32,
     },
+    /// Every combination of settings has left the finite numbers.
+    #[error(
+        "{network}, repetition {repetition}, fold {fold}: training diverged with all {trials} combinations of \
+         choose.grid; add smaller learning rates or check the scale of the readings"
+    )]
+    NothingChosen {
+        /// Name of the network in the experiment.
+        network: String,
+        /// Repetition, from 0.
+        repetition: usize,
+        /// Fold, from 0.
+        fold: usize,
+        /// Combinations that were tried.
+        trials: usize,
+    },
+    /// A cheap rival refuses its data.
+    #[error("{rival}: {source}")]
+    Rival {
+        /// Its name.
+        rival: &'static str,
+        /// What it says.
+        source: taxel_rivals::Error,
+    },
     /// The run folder holds something else, or another process works in it.
     #[error("{folder}: {reason}")]
     Folder {

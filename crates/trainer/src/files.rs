@@ -1,8 +1,8 @@
 //! Files that are whole or not there, and the lock on a run folder.
 
-use std::fs::{self, OpenOptions};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, Write};
+use std::path::Path;
 
 use taxel_data::PART;
 
@@ -29,54 +29,56 @@ pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
     Ok(true)
 }
 
-/// Held while a process writes to a run folder; given back when dropped.
+/// Held while a process writes to a run folder. The system gives it back when the process ends, however
+/// it ends.
 #[derive(Debug)]
 pub(crate) struct Lock {
-    path: PathBuf,
+    _file: File,
 }
 
 impl Lock {
-    /// Takes the folder, also from a process that died with it.
+    /// Takes the folder, unless another process has it.
     pub fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
-        // Twice: once more after a dead process's lock is gone.
-        for _ in 0..2 {
-            match OpenOptions::new().write(true).create_new(true).open(&path) {
-                Ok(mut file) => {
-                    let written = write!(file, "{}", std::process::id()).and_then(|()| file.sync_all());
-                    written.map_err(|e| Error::io(&path, "written", e))?;
-                    return Ok(Lock { path });
-                }
-                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
-                    let holder = fs::read_to_string(&path).unwrap_or_default();
-                    if !is_dead(holder.trim()) {
-                        return Err(Error::folder(folder, held_by(holder.trim())));
-                    }
-                    fs::remove_file(&path).map_err(|e| Error::io(&path, "removed", e))?;
-                }
-                Err(e) => return Err(Error::io(&path, "created", e)),
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path)
+            .map_err(|e| Error::io(&path, "created", e))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let mut holder = String::new();
+                // Only for the message.
+                let _ = file.read_to_string(&mut holder);
+                let holder =
+                    if holder.is_empty() { "another process".into() } else { format!("process {holder}") };
+                let reason =
+                    format!("{holder} is writing to this run folder; wait for it or give another --out");
+                return Err(Error::folder(folder, reason));
             }
+            Err(TryLockError::Error(e)) => return Err(Error::io(&path, "locked", e)),
         }
-        Err(Error::folder(folder, held_by("another")))
+        let written = file
+            .set_len(0)
+            .and_then(|()| file.rewind())
+            .and_then(|()| write!(file, "{}", std::process::id()))
+            .and_then(|()| file.flush());
+        written.map_err(|e| Error::io(&path, "written", e))?;
+        Ok(Lock { _file: file })
     }
 }
 
-fn held_by(holder: &str) -> String {
-    format!(
-        "process {holder} is writing to this run folder ({LOCK}); wait for it, give another --out, or delete \
-         the lock file if no such process runs"
-    )
-}
-
-/// Whether a process is known to be gone; only Linux can tell.
-fn is_dead(holder: &str) -> bool {
-    let is_pid = holder.parse::<u32>().is_ok();
-    cfg!(target_os = "linux") && is_pid && !Path::new("/proc").join(holder).exists()
-}
-
-impl Drop for Lock {
-    fn drop(&mut self) {
-        // Nothing is lost if this fails: the next process sees that this one is gone.
-        let _ = fs::remove_file(&self.path);
+/// Removes what killed processes have left half-written in `folder`; only for the holder of its lock.
+pub(crate) fn sweep(folder: &Path) -> Result<()> {
+    let io = |e| Error::io(folder, "read", e);
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        if path.extension().is_some_and(|ending| ending == PART.trim_start_matches('.')) {
+            fs::remove_file(&path).map_err(|e| Error::io(&path, "removed", e))?;
+        }
     }
+    Ok(())
 }

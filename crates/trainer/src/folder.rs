@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Overrides};
-use crate::files::{Lock, is_empty, write_atomic};
+use crate::files::{Lock, is_empty, sweep, write_atomic};
 use crate::results::{FoldKey, FoldRecord, Results, Timing};
 
 /// A folder with the files of one run.
@@ -48,6 +48,9 @@ impl RunFolder {
             fs::create_dir_all(&part).map_err(|e| Error::io(&part, "created", e))?;
         }
         let lock = Lock::take(path)?;
+        for part in [path.to_path_buf(), path.join("folds"), path.join("models")] {
+            sweep(&part)?;
+        }
         let config = experiment.to_toml()?;
         if folder.config_path().is_file() {
             folder.same_config(&config)?;
@@ -99,6 +102,11 @@ impl RunFolder {
         self.path.join("folds").join(format!("{key}.json"))
     }
 
+    /// Where a fold in training is saved.
+    pub(crate) fn session_path(&self, key: &FoldKey) -> PathBuf {
+        self.path.join("folds").join(format!("{key}.session.safetensors"))
+    }
+
     pub(crate) fn timing_path(&self, key: &FoldKey) -> PathBuf {
         self.path.join("folds").join(format!("{key}.timing.json"))
     }
@@ -144,7 +152,7 @@ impl RunFolder {
     pub fn keys(&self) -> Result<Vec<FoldKey>> {
         let results = self.results()?;
         let labels = results.networks.iter().map(|n| n.network.as_str());
-        Ok(keys(labels, results.protocol.repetitions, results.protocol.folds))
+        Ok(keys(labels, results.protocol.repetitions, results.folds))
     }
 
     /// Timings of all finished folds.

@@ -118,9 +118,7 @@ impl Objective {
                 Loss::MultiLabelSoftMargin => {
                     pairs().map(|(x, t)| softplus(x) - x * t).sum::<f64>() / outputs as f64
                 }
-                Loss::MeanSquaredError => {
-                    pairs().map(|(x, t)| (x - t).powi(2)).sum::<f64>() / outputs as f64
-                }
+                Loss::MeanSquaredError => pairs().map(|(x, t)| (x - t).powi(2)).sum::<f64>() / outputs as f64,
             }
         };
         let rows = logits.chunks_exact(outputs).zip(targets.chunks_exact(outputs));
@@ -148,6 +146,108 @@ impl Objective {
                     *v
                 }
             }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use serde_json::Value;
+    use taxel_engine::{Engine, Mode, Options};
+    use taxel_graph::{Network, Scheme, Tensor, Weights};
+
+    use super::*;
+    use crate::config::{Schedule, ScheduleKind};
+
+    fn fixture() -> Value {
+        serde_json::from_str(include_str!("../tests/data/objective.json")).unwrap()
+    }
+
+    fn singles(value: &Value) -> Vec<f32> {
+        value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap() as f32).collect()
+    }
+
+    fn numbers(value: &Value) -> Vec<u32> {
+        value.as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as u32).collect()
+    }
+
+    /// Loss by the engine, and the gradient of the logits summed over the batch: the bias's of a linear
+    /// layer that is the identity.
+    fn by_engine(objective: &Objective, logits: &[f32], labels: &[u32]) -> (f32, Vec<f32>) {
+        let outputs = objective.levels.outputs();
+        let net = Network::new("identity");
+        let flow = net.input("signal", &[1, outputs]).flatten().linear("fc", outputs);
+        let graph = net.finish(&[("logits", flow)]).unwrap();
+        let mut weights = Weights::init(&graph, Scheme::Pytorch, 0, "identity");
+        let eye = (0..outputs * outputs).map(|i| f32::from(u8::from(i % (outputs + 1) == 0))).collect();
+        weights.insert("fc.weight", Tensor { shape: vec![outputs, outputs], data: eye });
+        weights.insert("fc.bias", Tensor { shape: vec![outputs], data: vec![0.0; outputs] });
+        let n = logits.len() / outputs;
+        let options = Options { batch: n, ..Options::default() };
+        let mut engine = Engine::new(&graph, &weights, options).unwrap();
+        engine.forward(&[logits], n, Mode::Train).unwrap();
+        let loss = objective.backward(labels, |loss, targets| engine.backward_with(loss, targets)).unwrap();
+        (loss, engine.gradients().get("fc.bias").unwrap().data.clone())
+    }
+
+    fn assert_twin(objective: &Objective, case: &Value) {
+        let (logits, labels) = (singles(&case["logits"]), numbers(&case["labels"]));
+        let (loss, gradient) = by_engine(objective, &logits, &labels);
+        let want = case["loss"].as_f64().unwrap();
+        assert!((f64::from(loss) - want).abs() <= 1e-6 * want.abs(), "{loss} and {want}");
+        let mut sums = vec![0.0; gradient.len()];
+        for row in singles(&case["gradient"]).chunks(gradient.len()) {
+            sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v);
+        }
+        for (got, want) in gradient.iter().zip(&sums) {
+            assert!((got - want).abs() <= 2e-6, "{gradient:?} and {sums:?}");
+        }
+    }
+
+    #[test]
+    fn weighted_and_smoothed_losses_agree_with_pytorch() {
+        for case in fixture()["entropy"].as_array().unwrap() {
+            let classes = case["classes"].as_u64().unwrap() as usize;
+            let balanced = case["balanced"] == true;
+            let train = Train {
+                label_smoothing: case["smoothing"].as_f64().unwrap(),
+                class_weights: if balanced { ClassWeights::Balanced } else { ClassWeights::None },
+                ..Train::default()
+            };
+            let objective = Objective::new(&train, Levels::new(&[classes]), &numbers(&case["seen"]));
+            assert_twin(&objective, case);
+            let value = objective.value(&singles(&case["logits"]), &numbers(&case["labels"]));
+            assert!((value - case["plain"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
+        }
+    }
+
+    #[test]
+    fn multi_label_loss_agrees_with_pytorch() {
+        let case = &fixture()["margin"];
+        let train = Train { loss: Loss::MultiLabelSoftMargin, ..Train::default() };
+        let sizes: Vec<usize> = numbers(&case["sizes"]).iter().map(|n| *n as usize).collect();
+        let objective = Objective::new(&train, Levels::new(&sizes), &[]);
+        assert_twin(&objective, case);
+        let value = objective.value(&singles(&case["logits"]), &numbers(&case["labels"]));
+        assert!((value - case["loss"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
+    }
+
+    #[test]
+    fn schedules_agree_with_pytorch() {
+        let cosine = Schedule { kind: ScheduleKind::Cosine, floor: Some(0.05), ..Schedule::default() };
+        let steps = Schedule {
+            kind: ScheduleKind::Steps,
+            at: Some(vec![0.5, 0.75]),
+            factor: Some(0.3),
+            ..Schedule::default()
+        };
+        for (name, schedule) in [("cosine", cosine), ("steps", steps)] {
+            for (epoch, want) in fixture()[name].as_array().unwrap().iter().enumerate() {
+                let (got, want) = (schedule.rate(0.1, epoch, 12), want.as_f64().unwrap());
+                assert!((got - want).abs() <= 1e-12, "{name}, epoch {epoch}: {got} and {want}");
+            }
         }
     }
 }

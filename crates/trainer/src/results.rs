@@ -3,13 +3,21 @@
 //! Everything here except [`Timing`] is a function of config and data alone: equal runs write equal
 //! bytes.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use taxel_graph::Cost;
 
 use crate::config::{Protocol, Published};
 use crate::error::Result;
-use crate::metrics::{Confusion, Scores, mean_sd};
+use crate::labels::Attribute;
+use crate::metrics::{
+    BINS, Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, brier, calibration_error, mean_sd,
+};
 use crate::train::{Epoch, Latency};
+
+/// Resamples of a bootstrap interval.
+const DRAWS: usize = 2000;
 
 /// Which fold of which network.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -28,6 +36,26 @@ impl std::fmt::Display for FoldKey {
     }
 }
 
+/// One combination of settings and how it did on the validation part; nothing where it diverged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Values by key below `[train]`.
+    pub set: BTreeMap<String, toml::Value>,
+    /// Mean loss over the validation part.
+    pub loss: Option<f64>,
+    /// Share of it that was right, in %.
+    pub accuracy: Option<f64>,
+}
+
+/// What a fold has chosen, and from what.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Chosen {
+    /// Values by key below `[train]`.
+    pub set: BTreeMap<String, toml::Value>,
+    /// Everything that was tried.
+    pub trials: Vec<Trial>,
+}
+
 /// A finished fold: `folds/<network>.r<repetition>.f<fold>.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FoldRecord {
@@ -38,36 +66,51 @@ pub struct FoldRecord {
     pub train_samples: usize,
     /// Test samples by position in the data set, ascending.
     pub index: Vec<usize>,
-    /// Their classes.
+    /// Their classes, or with several attributes their levels `[test samples, attributes]`.
     #[serde(rename = "true")]
     pub truth: Vec<u32>,
-    /// The classes predicted.
+    /// The classes or levels predicted.
     pub predicted: Vec<u32>,
-    /// Probabilities `[test samples, classes]`, row-major.
+    /// Probabilities `[test samples, outputs]`, row-major.
     pub probabilities: Vec<f32>,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+    /// What the fold has chosen by its validation part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<Chosen>,
+    /// The epoch whose weights were tested, with early stopping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub best_epoch: Option<usize>,
+    /// What it costs, where that depends on the training samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub costs: Option<Costs>,
     /// What happened in training.
     pub epochs: Vec<Epoch>,
 }
 
 impl FoldRecord {
-    /// Counts `[true][predicted]`.
+    /// Counts `[true][predicted]` of each attribute.
     ///
     /// # Errors
     /// A damaged record.
-    pub fn confusion(&self, classes: usize) -> Result<Confusion> {
-        Confusion::new(&self.truth, &self.predicted, classes)
+    pub fn confusions(&self, levels: &Levels) -> Result<Vec<Confusion>> {
+        Ok(levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.confusion).collect())
     }
 
-    /// Mean cross-entropy over the test samples.
-    pub fn test_loss(&self) -> f64 {
-        let classes = self.probabilities.len() / self.truth.len().max(1);
-        let of = |(row, &label): (&[f32], &u32)| {
-            // A probability that rounds to 0 would be an infinite loss, which JSON cannot hold.
-            -row.get(label as usize).map_or(0.0, |p| f64::from(p.max(f32::MIN_POSITIVE)).ln())
-        };
-        let sum: f64 = self.probabilities.chunks(classes.max(1)).zip(&self.truth).map(of).sum();
-        sum / self.truth.len().max(1) as f64
+    /// Accuracy and macro means; with several attributes their means over them.
+    ///
+    /// # Errors
+    /// A damaged record.
+    pub fn scores(&self, levels: &Levels) -> Result<Scores> {
+        let each: Vec<Scores> =
+            levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.scores).collect();
+        Ok(mean_scores(&each))
     }
+}
+
+fn mean_scores(each: &[Scores]) -> Scores {
+    let mean = |i: usize| each.iter().map(|s| s.values()[i]).sum::<f64>() / each.len().max(1) as f64;
+    Scores::from_values([0, 1, 2, 3].map(mean))
 }
 
 /// How long a fold took; `folds/<..>.timing.json` and a line of `timings.jsonl`.
@@ -107,8 +150,12 @@ pub struct FoldScores {
     /// In %.
     #[serde(flatten)]
     pub scores: Scores,
-    /// Mean cross-entropy over the test samples.
+    /// Mean loss over the test samples.
     pub test_loss: f64,
+    /// Expected calibration error in 15 bins, 0 to 1; with several attributes the mean over them.
+    pub calibration_error: f64,
+    /// Brier score, 0 to 2; with several attributes the mean over them.
+    pub brier: f64,
 }
 
 /// What a network costs for one sample.
@@ -135,8 +182,11 @@ impl From<Cost> for Costs {
 pub struct NetworkResults {
     /// Name of the network in the experiment.
     pub network: String,
-    /// Name in the zoo.
+    /// Name in the zoo, or of the cheap rival.
     pub zoo: String,
+    /// Training samples per class, in a learning curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_class: Option<usize>,
     /// Where it is published.
     pub paper: String,
     /// Its sizes and settings; what is left out has the default of the zoo.
@@ -149,8 +199,18 @@ pub struct NetworkResults {
     pub mean: Option<Scores>,
     /// Sample standard deviation (n - 1) over finished folds, in percentage points.
     pub sd: Option<Scores>,
-    /// Counts `[true][predicted]` summed over finished folds.
+    /// 95 % bootstrap interval of the accuracy in %: groups are drawn where there are some, samples
+    /// elsewhere. None for a single group.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    /// Counts `[true][predicted]` summed over finished folds; none with several attributes.
     pub confusion: Option<Confusion>,
+    /// Where mistakes go between the groups of look-alikes that the config names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub look_alikes: Option<LookAlikes>,
+    /// Scores of each of several attributes over all finished folds together, shares in `[0, 1]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<LevelScores>,
     /// What its authors report on their own data, in %.
     pub published: Option<Published>,
 }
@@ -176,8 +236,16 @@ pub struct Results {
     pub sample_shape: Vec<usize>,
     /// Class names by label.
     pub classes: Vec<String>,
+    /// The attributes and their levels, where there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<Attribute>,
     /// How samples were divided.
     pub protocol: Protocol,
+    /// Folds of one repetition.
+    pub folds: usize,
+    /// Cheap rivals that were left out, and why.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub left_out: BTreeMap<String, String>,
     /// Seed of the experiment.
     pub seed: u64,
     /// Always `percent`: of `folds`, `mean`, `sd` and `published`.
@@ -186,25 +254,70 @@ pub struct Results {
     pub networks: Vec<NetworkResults>,
 }
 
+/// What scores need to know about the data besides the predictions.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
+    /// Outputs of each attribute.
+    pub levels: Levels,
+    /// What is drawn as one by the bootstrap, per sample of the data set.
+    pub clusters: Vec<u32>,
+    /// Groups of look-alikes with their classes.
+    pub look_alikes: Vec<(String, Vec<usize>)>,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
 impl NetworkResults {
     /// Puts the finished folds and all that follows from them in.
-    pub(crate) fn fill(&mut self, records: &[&FoldRecord], classes: usize) -> Result<()> {
+    pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
+        let levels = &frame.levels;
+        let width = levels.sizes().len().max(1);
         self.folds.clear();
-        self.confusion = None;
+        let mut sums: Vec<Confusion> = vec![];
+        let (mut right, mut clusters) = (vec![], vec![]);
         for record in records {
-            let confusion = record.confusion(classes)?;
+            let confusions = record.confusions(levels)?;
+            let (calibration_error, brier) = calibration(record, levels)?;
             self.folds.push(FoldScores {
                 repetition: record.key.repetition,
                 fold: record.key.fold,
                 train_samples: record.train_samples,
                 test_samples: record.index.len(),
-                scores: confusion.scores().percent(),
-                test_loss: record.test_loss(),
+                scores: record.scores(levels)?.percent(),
+                test_loss: record.test_loss,
+                calibration_error,
+                brier,
             });
-            match &mut self.confusion {
-                Some(sum) => sum.add(&confusion),
-                none => *none = Some(confusion),
+            match sums.is_empty() {
+                true => sums = confusions,
+                false => sums.iter_mut().zip(&confusions).for_each(|(sum, own)| sum.add(own)),
             }
+            for (i, (truth, predicted)) in record.truth.iter().zip(&record.predicted).enumerate() {
+                right.push(f64::from(u8::from(truth == predicted)));
+                clusters.push(record.index.get(i / width).and_then(|&row| frame.clusters.get(row)).copied());
+            }
+        }
+        // The most that any fold needs.
+        let costs = records.iter().filter_map(|record| record.costs);
+        if let Some(most) = costs.max_by_key(|costs| (costs.macs, costs.parameters)) {
+            self.costs = most;
+        }
+        let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
+        let drawn = Clusters::new(&right, &clusters);
+        self.interval = (drawn.len() > 1 && right.len() == clusters.len()).then(|| {
+            let (low, high) = drawn.interval(0.95, DRAWS, frame.seed, &self.network);
+            [100.0 * low, 100.0 * high]
+        });
+        (self.confusion, self.look_alikes, self.attributes) = (None, None, vec![]);
+        match sums.as_slice() {
+            [] => {}
+            [one] => {
+                if !frame.look_alikes.is_empty() {
+                    self.look_alikes = Some(one.look_alikes(&frame.look_alikes)?);
+                }
+                self.confusion = Some(one.clone());
+            }
+            _ => self.attributes = sums.into_iter().map(LevelScores::of).collect(),
         }
         let column = |i: usize| self.folds.iter().map(|f| f.scores.values()[i]).collect::<Vec<_>>();
         let summary = [0, 1, 2, 3].map(|i| mean_sd(&column(i)));
@@ -217,4 +330,23 @@ impl NetworkResults {
         };
         Ok(())
     }
+}
+
+/// Calibration error and Brier score, means over the attributes.
+fn calibration(record: &FoldRecord, levels: &Levels) -> Result<(f64, f64)> {
+    let (outputs, width) = (levels.outputs().max(1), levels.sizes().len().max(1));
+    let (mut first, mut sums) = (0, (0.0, 0.0));
+    for (attribute, &size) in levels.sizes().iter().enumerate() {
+        let own: Vec<f32> = record
+            .probabilities
+            .chunks_exact(outputs)
+            .flat_map(|row| &row[first..first + size])
+            .copied()
+            .collect();
+        let truth: Vec<u32> = record.truth.iter().skip(attribute).step_by(width).copied().collect();
+        sums.0 += calibration_error(&own, &truth, size, BINS)?;
+        sums.1 += brier(&own, &truth, size)?;
+        first += size;
+    }
+    Ok((sums.0 / width as f64, sums.1 / width as f64))
 }

@@ -268,10 +268,8 @@ impl Samples {
         let config = experiment.config();
         let (protocol, seed, repetition) = (&config.protocol, config.seed, repetition as u32);
         let units = self.inseparable(experiment)?;
-        let shares = Shares {
-            test: protocol.test.unwrap_or(0.2),
-            validation: protocol.validation.unwrap_or(0.0),
-        };
+        let shares =
+            Shares { test: protocol.test.unwrap_or(0.2), validation: protocol.validation.unwrap_or(0.0) };
         let cut = |shares: Shares| match (protocol.split, units) {
             (Split::Group, Some(groups)) => random_group_split(groups, &self.y, shares, seed, repetition),
             _ => random_split(&self.y, shares, seed, repetition, units),

@@ -6,7 +6,6 @@ use std::fmt;
 
 use serde_json::{Value, json};
 
-use crate::config::Split;
 use crate::error::Result;
 use crate::folder::RunFolder;
 use crate::results::{NetworkResults, Results};
@@ -37,9 +36,13 @@ impl Table {
     /// The table of `results`, with the latency of each network where it was measured.
     pub fn new(results: &Results, latency: impl Fn(&str) -> Option<Latency>) -> Self {
         let mut head: Vec<String> =
-            ["network", "parameters", "MACs", "accuracy", "precision", "recall", "F1", "latency ms"]
+            ["network", "parameters", "MACs", "accuracy", "precision", "recall", "F1"]
                 .map(String::from)
                 .to_vec();
+        for attribute in &results.attributes {
+            head.extend([attribute.name.clone(), format!("{} off by", attribute.name)]);
+        }
+        head.push("latency ms".into());
         let published = results.networks.iter().any(|n| n.published.is_some());
         let papers = papers(results);
         if published {
@@ -58,6 +61,15 @@ impl Table {
                 thousands(network.costs.macs),
             ];
             row.extend((0..4).map(|i| score(network, i)));
+            for i in 0..results.attributes.len() {
+                row.extend(match network.attributes.get(i) {
+                    Some(own) => {
+                        let accuracy = 100.0 * own.scores.accuracy;
+                        [format!("{accuracy:.2}"), format!("{:.2}", own.mean_absolute_error)]
+                    }
+                    None => ["-".into(), "-".into()],
+                });
+            }
             row.push(latency.map_or("-".into(), |l| format!("{:.3}", l.p50_ms)));
             if published {
                 row.push(published_cell(network, papers.len() > 1));
@@ -70,7 +82,13 @@ impl Table {
                 "macs": network.costs.macs,
                 "flops": network.costs.flops,
                 "folds": network.folds.len(),
-                "measured": { "mean": network.mean, "sd": network.sd },
+                "per_class": network.per_class,
+                "measured": {
+                    "mean": network.mean,
+                    "sd": network.sd,
+                    "interval": network.interval,
+                    "attributes": network.attributes,
+                },
                 "latency_p50_ms": latency.map(|l| l.p50_ms),
                 "latency_p95_ms": latency.map(|l| l.p95_ms),
                 "published_on_own_data": network.published,
@@ -84,6 +102,7 @@ impl Table {
             "samples": results.samples,
             "classes": results.classes,
             "protocol": results.protocol,
+            "left_out": results.left_out,
             "seed": results.seed,
             "unit": results.unit,
             "networks": networks,
@@ -130,28 +149,23 @@ impl fmt::Display for Table {
 }
 
 fn caption(results: &Results) -> Vec<String> {
-    let protocol = &results.protocol;
-    let split = match protocol.split {
-        Split::Stratified => "stratified",
-        Split::Group => "grouped",
-    };
-    let times = match protocol.repetitions {
-        1 => String::new(),
-        n => format!(", {n} repetitions"),
-    };
     let title = results.title.as_ref().map_or(String::new(), |title| format!(": {title}"));
     let mut lines = vec![
         format!("{}{title}", results.name),
         format!(
-            "measured on: {} ({} samples, {} classes), {split} {}-fold{times}, seed {}",
+            "measured on: {} ({} samples, {} {}), {}, seed {}",
             results.source,
             results.samples,
             results.classes.len(),
-            protocol.folds,
+            if results.attributes.is_empty() { "classes" } else { "levels" },
+            results.protocol.words(),
             results.seed
         ),
         "scores in %, mean ± SD over folds (n - 1); latency: median of one sample, one thread".into(),
     ];
+    for (rival, reason) in &results.left_out {
+        lines.push(format!("left out: {rival}: {reason}"));
+    }
     if !results.complete {
         lines.push(format!("INCOMPLETE: {} folds are missing; go on with --resume", results.missing.len()));
     }

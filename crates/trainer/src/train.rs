@@ -3,16 +3,19 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
-use taxel_data::Fold;
-use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_data::{Fold, hold_back};
+use taxel_engine::{Adam, Engine, Mode, Options, Sgdm};
 use taxel_graph::{Graph, Weights};
 
-use crate::config::{BatchNorm, Train};
+use crate::config::{BatchNorm, By, Choose, OptimizerName, Train};
 use crate::encode::{Encoded, Input};
 use crate::error::{Error, Result};
-use crate::metrics::{argmax, softmax};
+use crate::labels::{Labels, Objective};
+use crate::results::{Chosen, Trial};
+use crate::session::{Best, Saver, Session};
 
 /// One network on one fold.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +26,8 @@ pub struct Task<'a> {
     pub graph: &'a Graph,
     /// How it is trained.
     pub train: &'a Train,
+    /// What it chooses by itself.
+    pub choose: Option<&'a Choose>,
     /// Seed of the experiment.
     pub seed: u64,
     /// Repetition, from 0.
@@ -33,6 +38,21 @@ pub struct Task<'a> {
     pub threads: usize,
 }
 
+/// What a task learns from.
+#[derive(Debug, Clone, Copy)]
+pub struct Material<'a> {
+    /// Inputs of all samples.
+    pub inputs: &'a [Input],
+    /// Labels of all samples.
+    pub labels: &'a Labels,
+    /// What a validation part keeps even over the classes, one number per sample.
+    pub strata: &'a [u32],
+    /// What no two parts may share, one number per sample.
+    pub units: Option<&'a [u32]>,
+    /// Which samples are for what.
+    pub fold: &'a Fold,
+}
+
 /// One line of `metrics.jsonl`, less its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Epoch {
@@ -40,10 +60,17 @@ pub struct Epoch {
     pub epoch: usize,
     /// Learning rate.
     pub lr: f64,
-    /// Mean cross-entropy over the training samples, each as it was seen in this epoch.
+    /// Mean loss over the training samples, each as it was seen in this epoch.
     pub train_loss: f64,
     /// Share of them that was right, in %.
     pub train_accuracy: f64,
+    /// Mean loss over the validation part after this epoch, where early stopping needs it; without label
+    /// smoothing and class weights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation_loss: Option<f64>,
+    /// Share of the validation part that was right, in %.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation_accuracy: Option<f64>,
 }
 
 /// A trained network and what it says about the test samples.
@@ -53,8 +80,14 @@ pub struct Trained {
     pub weights: Weights,
     /// What happened in training.
     pub epochs: Vec<Epoch>,
-    /// Probabilities `[test samples, classes]`, in the order of the fold.
+    /// What the fold has chosen by its validation part.
+    pub chosen: Option<Chosen>,
+    /// The epoch whose weights these are, with early stopping.
+    pub best_epoch: Option<usize>,
+    /// Probabilities `[test samples, outputs]`, in the order of the fold.
     pub probabilities: Vec<f32>,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
     /// Seconds of training, batch-norm statistics included.
     pub train_seconds: f64,
     /// Seconds of testing.
@@ -72,6 +105,19 @@ fn shuffle(train: &[usize], seed: u64, purpose: &str) -> Vec<usize> {
     order
 }
 
+/// What a training hears and says while it runs.
+struct Watch<'a> {
+    tick: &'a mut dyn FnMut(usize),
+    cancel: &'a AtomicBool,
+    saver: &'a mut Saver,
+}
+
+impl Watch<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}
+
 impl Task<'_> {
     /// Trains on the fold's training samples and predicts its test samples. `tick` hears how many
     /// samples each step took; `None` if `cancel` was set.
@@ -80,88 +126,352 @@ impl Task<'_> {
     /// experiment without changing the others.
     ///
     /// # Errors
-    /// [`Error::Diverged`] for a loss that is not finite, or what the engine refuses.
+    /// [`Error::Diverged`] for a loss that is not finite, too few samples to hold some back, or what the
+    /// engine refuses.
     pub fn run(
         &self,
-        inputs: &[Input],
-        y: &[u32],
-        fold: &Fold,
+        material: &Material,
         tick: &mut dyn FnMut(usize),
         cancel: &AtomicBool,
     ) -> Result<Option<Trained>> {
-        let start = Instant::now();
-        let Task { graph, train, seed, repetition, .. } = *self;
-        let purpose = format!("init/{}/r{repetition}/f{}", graph.name(), self.fold);
-        let weights = Weights::init(graph, train.init, seed, &purpose);
-        let batch = train.batch_size.min(fold.train.len().max(fold.test.len())).max(1);
-        let mut engine =
-            Engine::new(graph, &weights, Options { batch, threads: self.threads, ..Options::default() })?;
-        let mut feed = Feed::new(graph, inputs)?;
-        let mut epochs = Vec::with_capacity(train.epochs);
-        for epoch in 0..train.epochs {
-            let order = shuffled(&fold.train, seed, repetition, self.fold, epoch);
-            let lr = train.schedule.rate(train.optimizer.lr, epoch, train.epochs);
-            let step = Sgdm {
-                lr: lr as f32,
-                momentum: train.optimizer.momentum as f32,
-                weight_decay: train.optimizer.weight_decay as f32,
-            };
-            let (mut loss_sum, mut correct) = (0.0, 0);
-            for (number, rows) in order.chunks(batch).enumerate() {
-                if cancel.load(Ordering::Relaxed) {
-                    return Ok(None);
-                }
-                let labels: Vec<u32> = rows.iter().map(|&row| y[row]).collect();
-                let logits = feed.forward(&mut engine, rows, Mode::Train)?;
-                let classes = logits.len() / rows.len();
-                correct += argmax(logits, classes).iter().zip(&labels).filter(|(a, b)| a == b).count();
-                let loss = engine.backward(&labels)?;
-                if !loss.is_finite() {
-                    return Err(self.diverged(epoch, number, loss, step.lr));
-                }
-                engine.sgdm(&step);
-                loss_sum += f64::from(loss) * rows.len() as f64;
-                tick(rows.len());
-            }
-            let n = order.len().max(1) as f64;
-            let train_accuracy = 100.0 * correct as f64 / n;
-            epochs.push(Epoch { epoch, lr, train_loss: loss_sum / n, train_accuracy });
-        }
-        if train.batch_norm == BatchNorm::Population && graph.buffer_count() > 0 {
-            engine.begin_population();
-            let order = shuffle(&fold.train, seed, &format!("population/r{repetition}/f{}", self.fold));
-            for rows in order.chunks(batch) {
-                if cancel.load(Ordering::Relaxed) {
-                    return Ok(None);
-                }
-                feed.forward(&mut engine, rows, Mode::Train)?;
-            }
-            engine.end_population();
-        }
-        let train_seconds = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let mut probabilities = vec![];
-        for rows in fold.test.chunks(batch) {
-            probabilities.extend_from_slice(feed.forward(&mut engine, rows, Mode::Eval)?);
-        }
-        let classes = probabilities.len() / fold.test.len().max(1);
-        softmax(&mut probabilities, classes);
-        if let Some(&bad) = probabilities.iter().find(|p| !p.is_finite()) {
-            let (last, steps) = (train.epochs.saturating_sub(1), fold.train.len().div_ceil(batch));
-            let lr = train.schedule.rate(train.optimizer.lr, last, train.epochs);
-            return Err(self.diverged(last, steps.saturating_sub(1), bad, lr as f32));
-        }
-        let test_seconds = start.elapsed().as_secs_f64();
-        let weights = engine.weights();
-        Ok(Some(Trained { weights, epochs, probabilities, train_seconds, test_seconds }))
+        self.run_saved(material, &mut Saver::none(), tick, cancel)
     }
 
-    fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f32) -> Error {
-        let network = self.label.to_string();
-        Error::Diverged { network, repetition: self.repetition, fold: self.fold, epoch, batch, loss, lr }
+    /// [`Task::run`] that goes on where `saver` has saved, and saves to it.
+    pub(crate) fn run_saved(
+        &self,
+        material: &Material,
+        saver: &mut Saver,
+        tick: &mut dyn FnMut(usize),
+        cancel: &AtomicBool,
+    ) -> Result<Option<Trained>> {
+        let mut session = saver.load()?;
+        let mut watch = Watch { tick, cancel, saver };
+        let Some((train, chosen)) = self.choose(material, &mut session, &mut watch)? else {
+            return Ok(None);
+        };
+        let (rows, validation) = match &train.early_stopping {
+            Some(stopping) => self.parts(material, stopping.validation, "stop")?,
+            None => (material.fold.train.clone(), vec![]),
+        };
+        let Some(mut trainee) = self.fit(&train, material, &rows, &validation, &mut session, &mut watch)?
+        else {
+            return Ok(None);
+        };
+        let train_seconds = watch.saver.seconds();
+        let start = Instant::now();
+        let (mut probabilities, test_loss) = trainee.test(&material.fold.test, material.labels)?;
+        trainee.objective.probabilities(&mut probabilities);
+        if let Some(&bad) = probabilities.iter().find(|p| !p.is_finite()) {
+            return Err(trainee.diverged_at_the_end(bad));
+        }
+        Ok(Some(Trained {
+            weights: trainee.engine.weights(),
+            epochs: session.state.stage.epochs,
+            chosen,
+            best_epoch: session.state.stage.best.map(|best| best.epoch),
+            probabilities,
+            test_loss,
+            train_seconds,
+            test_seconds: start.elapsed().as_secs_f64(),
+        }))
+    }
+
+    /// Samples times epochs that [`Task::run`] trains on at most.
+    pub fn samples(&self, fold: &Fold) -> usize {
+        let fitted = |train: &Train, share: Option<f64>| {
+            let rows = fold.train.len();
+            let held = share.filter(|_| fold.validation.is_empty()).map_or(0, |s| (rows as f64 * s) as usize);
+            (rows - held) * train.epochs
+        };
+        let last = fitted(self.train, self.train.early_stopping.as_ref().map(|s| s.validation));
+        let Some(choose) = self.choose else { return last };
+        let trials = choose.combinations().into_iter().filter_map(|set| self.train.with(&set).ok());
+        trials.map(|train| fitted(&train, Some(choose.validation))).sum::<usize>() + last
+    }
+
+    /// The rows that are trained on and those that choose: the protocol's, or held back from the
+    /// training part.
+    fn parts(&self, material: &Material, share: f64, purpose: &str) -> Result<(Vec<usize>, Vec<usize>)> {
+        let fold = material.fold;
+        if !fold.validation.is_empty() {
+            return Ok((fold.train.clone(), fold.validation.clone()));
+        }
+        let purpose = format!("validation/{purpose}/r{}/f{}", self.repetition, self.fold);
+        Ok(hold_back(&fold.train, material.strata, material.units, share, self.seed, &purpose)?)
+    }
+
+    /// Tries every combination of settings that the experiment leaves open; the training with the best
+    /// one.
+    fn choose(
+        &self,
+        material: &Material,
+        session: &mut Session,
+        watch: &mut Watch,
+    ) -> Result<Option<(Train, Option<Chosen>)>> {
+        let Some(choose) = self.choose else { return Ok(Some((self.train.clone(), None))) };
+        let combinations = choose.combinations();
+        let refuse = |problem: crate::config::Problem| Error::Value {
+            place: self.label.into(),
+            key: problem.key,
+            value: problem.value,
+            reason: problem.reason,
+        };
+        let (rows, validation) = self.parts(material, choose.validation, "choose")?;
+        while session.state.trials.len() < combinations.len() {
+            let combination = &combinations[session.state.trials.len()];
+            let train = self.train.with(combination).map_err(refuse)?;
+            // Early stopping sees the same part: it, too, is never tested on.
+            let stopping = if train.early_stopping.is_some() { validation.as_slice() } else { &[] };
+            let scores = match self.fit(&train, material, &rows, stopping, session, watch) {
+                Ok(None) => return Ok(None),
+                Ok(Some(mut trainee)) => Some(trainee.validate(&validation, material.labels)?),
+                // A rate that is too high is an answer, not a failure.
+                Err(Error::Diverged { .. }) => None,
+                Err(error) => return Err(error),
+            };
+            let set = combination.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
+            session.state.trials.push(Trial {
+                set,
+                loss: scores.map(|(loss, _)| loss).filter(|loss| loss.is_finite()),
+                accuracy: scores.map(|(_, accuracy)| accuracy),
+            });
+            session.next_stage();
+            watch.saver.save(session, None)?;
+        }
+        let trials = session.state.trials.clone();
+        let mut best: Option<usize> = None;
+        for (i, trial) in trials.iter().enumerate() {
+            let (Some(loss), Some(accuracy)) = (trial.loss, trial.accuracy) else { continue };
+            let beats = |other: &Trial| {
+                let (least, most) = (other.loss.unwrap_or(f64::INFINITY), other.accuracy.unwrap_or(0.0));
+                is_better(choose.by, (loss, accuracy), (least, most))
+            };
+            if best.is_none_or(|b| beats(&trials[b])) {
+                best = Some(i);
+            }
+        }
+        let Some(best) = best else {
+            return Err(Error::NothingChosen {
+                network: self.label.into(),
+                repetition: self.repetition,
+                fold: self.fold,
+                trials: trials.len(),
+            });
+        };
+        let train = self.train.with(&combinations[best]).map_err(refuse)?;
+        Ok(Some((train, Some(Chosen { set: trials[best].set.clone(), trials }))))
+    }
+
+    /// Trains on `rows`; with a validation part, the weights are those of its best epoch.
+    fn fit<'m>(
+        &self,
+        train: &Train,
+        material: &Material<'m>,
+        rows: &[usize],
+        validation: &[usize],
+        session: &mut Session,
+        watch: &mut Watch,
+    ) -> Result<Option<Trainee<'m>>> {
+        let mut trainee = Trainee::new(self, train, material, rows)?;
+        session.restore(&mut trainee.engine)?;
+        let done = session.state.stage.epochs.len();
+        (watch.tick)(done * rows.len());
+        let patience = train.early_stopping.as_ref().map_or(usize::MAX, |s| s.patience);
+        for epoch in done..train.epochs {
+            // Asked before the epoch, so that a resumed stage that was over stays over.
+            let waited = session.state.stage.best.map_or(0, |best| epoch - 1 - best.epoch);
+            if waited >= patience {
+                (watch.tick)((train.epochs - epoch) * rows.len());
+                break;
+            }
+            let Some(mut line) = trainee.epoch(epoch, rows, material.labels, watch)? else {
+                return Ok(None);
+            };
+            if let Some(stopping) = train.early_stopping.as_ref().filter(|_| !validation.is_empty()) {
+                if !trainee.population(rows, watch)? {
+                    return Ok(None);
+                }
+                let (loss, accuracy) = trainee.validate(validation, material.labels)?;
+                if !loss.is_finite() {
+                    return Err(trainee.diverged_at_the_end(loss as f32));
+                }
+                (line.validation_loss, line.validation_accuracy) = (Some(loss), Some(accuracy));
+                let stage = &mut session.state.stage;
+                if stage.best.is_none_or(|b| is_better(stopping.by, (loss, accuracy), (b.loss, b.accuracy))) {
+                    stage.best = Some(Best { epoch, loss, accuracy });
+                    session.best = Some(trainee.engine.weights());
+                }
+            }
+            session.state.stage.epochs.push(line);
+            watch.saver.save(session, Some(&trainee.engine))?;
+        }
+        match &session.best {
+            // Their statistics are those of their own epoch.
+            Some(best) => trainee.engine.set_weights(best)?,
+            None => {
+                if !trainee.population(rows, watch)? {
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(Some(trainee))
     }
 }
 
+/// Whether a validation's loss and accuracy are better than another's.
+fn is_better(by: By, (loss, accuracy): (f64, f64), (other_loss, other_accuracy): (f64, f64)) -> bool {
+    match by {
+        By::Loss => loss < other_loss,
+        By::Accuracy => accuracy > other_accuracy || accuracy == other_accuracy && loss < other_loss,
+    }
+}
+
+/// An engine with what it learns.
+struct Trainee<'m> {
+    label: String,
+    key: (u64, usize, usize),
+    dropout: u64,
+    train: Train,
+    batch: usize,
+    steps: usize,
+    has_norms: bool,
+    objective: Objective,
+    engine: Engine,
+    feed: Feed<'m>,
+}
+
+impl<'m> Trainee<'m> {
+    fn new(task: &Task, train: &Train, material: &Material<'m>, rows: &[usize]) -> Result<Self> {
+        let Task { graph, seed, repetition, fold, .. } = *task;
+        let weights =
+            Weights::init(graph, train.init, seed, &format!("init/{}/r{repetition}/f{fold}", graph.name()));
+        let largest = rows.len().max(material.fold.test.len()).max(material.fold.validation.len());
+        let batch = train.batch_size.min(largest).max(1);
+        let options = Options { batch, threads: task.threads, frozen: train.frozen.clone() };
+        let purpose = format!("dropout/{}/r{repetition}/f{fold}", graph.name());
+        Ok(Trainee {
+            label: task.label.into(),
+            key: (seed, repetition, fold),
+            dropout: taxel_seed::rng(seed, &purpose).random(),
+            train: train.clone(),
+            batch,
+            steps: rows.len().div_ceil(batch),
+            has_norms: graph.buffer_count() > 0,
+            objective: Objective::new(train, material.labels.levels(), &material.labels.of(rows)),
+            engine: Engine::new(graph, &weights, options)?,
+            feed: Feed::new(graph, material.inputs)?,
+        })
+    }
+
+    /// One pass over `rows`; `None` if cancelled. A function of weights, seed, repetition, fold and epoch.
+    fn epoch(
+        &mut self,
+        epoch: usize,
+        rows: &[usize],
+        labels: &Labels,
+        watch: &mut Watch,
+    ) -> Result<Option<Epoch>> {
+        let (seed, repetition, fold) = self.key;
+        let order = shuffled(rows, seed, repetition, fold, epoch);
+        let lr = self.train.schedule.rate(self.train.optimizer.lr, epoch, self.train.epochs);
+        let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
+        for (number, rows) in order.chunks(self.batch).enumerate() {
+            if watch.is_cancelled() {
+                return Ok(None);
+            }
+            let batch = labels.of(rows);
+            self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
+            let logits = self.feed.forward(&mut self.engine, rows, Mode::Train)?;
+            correct += self.objective.correct(logits, &batch);
+            seen += batch.len();
+            let engine = &mut self.engine;
+            let loss =
+                self.objective.backward(&batch, |loss, targets| engine.backward_with(loss, targets))?;
+            if !loss.is_finite() {
+                return Err(self.diverged(epoch, number, loss, lr));
+            }
+            self.step(lr);
+            loss_sum += f64::from(loss) * rows.len() as f64;
+            (watch.tick)(rows.len());
+        }
+        let train_accuracy = 100.0 * correct as f64 / seen.max(1) as f64;
+        let train_loss = loss_sum / order.len().max(1) as f64;
+        let (validation_loss, validation_accuracy) = (None, None);
+        Ok(Some(Epoch { epoch, lr, train_loss, train_accuracy, validation_loss, validation_accuracy }))
+    }
+
+    fn step(&mut self, lr: f64) {
+        if let Some(clip) = self.train.clip {
+            self.engine.clip_gradients(clip as f32);
+        }
+        let optimizer = &self.train.optimizer;
+        let [first, second] = optimizer.betas.unwrap_or([0.9, 0.999]);
+        let adam = Adam {
+            lr,
+            betas: (first, second),
+            eps: optimizer.eps.unwrap_or(1e-8),
+            weight_decay: optimizer.weight_decay,
+        };
+        match optimizer.name {
+            OptimizerName::Sgdm => self.engine.sgdm(&Sgdm {
+                lr: lr as f32,
+                momentum: optimizer.momentum as f32,
+                weight_decay: optimizer.weight_decay as f32,
+            }),
+            OptimizerName::Adam => self.engine.adam(&adam),
+            OptimizerName::Adamw => self.engine.adamw(&adam),
+        }
+    }
+
+    /// Batch-norm statistics over the whole training part, where the experiment wants them; false if
+    /// cancelled. Training does not see them.
+    fn population(&mut self, rows: &[usize], watch: &Watch) -> Result<bool> {
+        if self.train.batch_norm != BatchNorm::Population || !self.has_norms {
+            return Ok(true);
+        }
+        let (seed, repetition, fold) = self.key;
+        self.engine.begin_population();
+        self.engine.set_dropout(self.dropout, 1 << 32);
+        for rows in shuffle(rows, seed, &format!("population/r{repetition}/f{fold}")).chunks(self.batch) {
+            if watch.is_cancelled() {
+                return Ok(false);
+            }
+            self.feed.forward(&mut self.engine, rows, Mode::Train)?;
+        }
+        self.engine.end_population();
+        Ok(true)
+    }
+
+    /// Logits of `rows` and their mean loss.
+    fn test(&mut self, rows: &[usize], labels: &Labels) -> Result<(Vec<f32>, f64)> {
+        let mut logits = vec![];
+        for rows in rows.chunks(self.batch) {
+            logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
+        }
+        let loss = self.objective.value(&logits, &labels.of(rows));
+        Ok((logits, loss))
+    }
+
+    /// Mean loss of `rows`, and the share that is right in %.
+    fn validate(&mut self, rows: &[usize], labels: &Labels) -> Result<(f64, f64)> {
+        let (logits, loss) = self.test(rows, labels)?;
+        let labels = labels.of(rows);
+        Ok((loss, 100.0 * self.objective.correct(&logits, &labels) as f64 / labels.len().max(1) as f64))
+    }
+
+    fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {
+        let (_, repetition, fold) = self.key;
+        let network = self.label.clone();
+        Error::Diverged { network, repetition, fold, epoch, batch, loss, lr: lr as f32 }
+    }
+
+    fn diverged_at_the_end(&self, value: f32) -> Error {
+        let last = self.train.epochs.saturating_sub(1);
+        let lr = self.train.schedule.rate(self.train.optimizer.lr, last, self.train.epochs);
+        self.diverged(last, self.steps.saturating_sub(1), value, lr)
+    }
+}
 /// Gathers the rows of a batch into one slice per input of the graph.
 struct Feed<'a> {
     inputs: Vec<&'a Encoded>,
@@ -201,16 +511,24 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// 200 runs after 20 to warm up; fewer (at least 5 after 1) where that would take over 2 s.
+    /// Times a network: 200 runs after 20 to warm up; fewer (at least 5 after 1) where that would take over 2 s.
     ///
     /// # Errors
     /// What the engine refuses.
     pub fn measure(graph: &Graph, weights: &Weights, inputs: &[Input], row: usize) -> Result<Self> {
         let mut engine = Engine::new(graph, weights, Options { batch: 1, threads: 1, ..Options::default() })?;
         let mut feed = Feed::new(graph, inputs)?;
+        Self::of(|| feed.forward(&mut engine, &[row], Mode::Eval).map(|logits| logits[0]))
+    }
+
+    /// Times `answer`, as [`Latency::measure`] does.
+    ///
+    /// # Errors
+    /// What `answer` refuses.
+    pub(crate) fn of<T>(mut answer: impl FnMut() -> Result<T>) -> Result<Self> {
         let mut run = || -> Result<f64> {
             let start = Instant::now();
-            std::hint::black_box(feed.forward(&mut engine, &[row], Mode::Eval)?);
+            std::hint::black_box(answer()?);
             Ok(1e3 * start.elapsed().as_secs_f64())
         };
         let begin = Instant::now();

@@ -58,7 +58,7 @@ fn defaults_are_the_papers_recipe() {
     assert_eq!(own.optimizer.momentum, 0.9);
     let image = config.encoding.image.clone().unwrap();
     assert_eq!((image.size, image.range), (Some(50), Some(Range::PerSample)));
-    assert_eq!(config.protocol.folds, 5);
+    assert_eq!(config.protocol.folds, Some(5));
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use ndarray::{Array3, ArrayD, Axis};
 use proptest::prelude::*;
 use taxel_encodings::Scaling;
-use taxel_trainer::{Encoder, Experiment, IMAGE, Overrides, SIGNAL, Samples, Transform, shuffled};
+use taxel_trainer::{Encoder, Experiment, IMAGE, Labels, Overrides, SIGNAL, Samples, Transform, shuffled};
 
 fn experiment(encoding: &str, protocol: &str) -> Experiment {
     let text = format!(
@@ -19,6 +19,8 @@ fn experiment(encoding: &str, protocol: &str) -> Experiment {
 fn samples() -> Samples {
     let x = Array3::from_shape_fn((8, 2, 6), |(i, c, t)| (i + 10 * c) as f32 + 0.1 * t as f32);
     Samples {
+        labels: Labels::new(vec![], vec![]),
+        official: None,
         source: "real: ladder".into(),
         x: x.into_dyn(),
         y: vec![0, 1, 0, 1, 0, 1, 0, 1],

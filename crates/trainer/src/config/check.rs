@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use crate::config::{
     Choose, ClassWeights, Config, Data, EarlyStopping, Encoding, Image, ImageKind, Network, OptimizerName,
-    OptimizerOverride, Protocol, ProtocolKind, Published, Range, Schedule, ScheduleKind, Train,
+    OptimizerOverride, Protocol, ProtocolKind, Published, Range, Rival, Schedule, ScheduleKind, Train,
     TrainOverride,
 };
 
@@ -94,6 +94,12 @@ impl Config {
                 return refuse(format!("{at}.label"), format!("{:?}", network.label()), reason);
             }
         }
+        for (i, Rival(method)) in self.rivals.iter().flatten().enumerate() {
+            if !labels.insert(method.name()) {
+                let reason = "two rows of the table would go by this name; leave one of them out";
+                return refuse(format!("rivals.{i}"), format!("{:?}", method.name()), reason);
+            }
+        }
         Ok(())
     }
 
@@ -106,6 +112,7 @@ impl Config {
             self.data.samples.get_or_insert(1500);
         }
         self.protocol.fill_defaults();
+        self.rivals.get_or_insert_with(|| taxel_rivals::Method::all().map(Rival).to_vec());
     }
 }
 
