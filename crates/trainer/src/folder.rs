@@ -107,6 +107,11 @@ impl RunFolder {
         self.path.join("folds").join(format!("{key}.session.safetensors"))
     }
 
+    /// The folder of a fold's TensorBoard events.
+    pub(crate) fn events_path(&self, key: &FoldKey) -> PathBuf {
+        self.path.join("tensorboard").join(key.to_string())
+    }
+
     pub(crate) fn timing_path(&self, key: &FoldKey) -> PathBuf {
         self.path.join("folds").join(format!("{key}.timing.json"))
     }

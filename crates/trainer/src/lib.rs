@@ -34,6 +34,7 @@ mod run;
 mod samples;
 mod session;
 mod table;
+mod tensorboard;
 mod train;
 
 pub use checkpoint::{Metadata, read_checkpoint, write_checkpoint};

@@ -16,13 +16,14 @@ use crate::encode::{Encoder, Input, Transform};
 use crate::environment::{Environment, cores};
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, settings};
-use crate::files::Lock;
+use crate::files::{Lock, write_atomic};
 use crate::folder::{RunFolder, keys, write_json};
 use crate::progress::Progress;
 use crate::results::{Costs, FoldKey, FoldRecord, Frame, NetworkResults, Results, Timing};
 use crate::rival::{self, Readings};
 use crate::samples::Samples;
 use crate::session::Saver;
+use crate::tensorboard;
 use crate::train::{Latency, Material, Task, Trained};
 
 /// Seconds between two savings of a fold in training, where nothing else is said.
@@ -492,6 +493,11 @@ impl Run<'_> {
     fn keep(&mut self, timing: Timing, record: FoldRecord) -> Result<()> {
         let path = self.folder.timing_path(&timing.key);
         self.timings.push(write_json(&path, &timing, true)?);
+        if !record.epochs.is_empty() {
+            let folder = self.folder.events_path(&record.key);
+            std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, "created", e))?;
+            write_atomic(&folder.join("events.out.tfevents.0"), &tensorboard::events(&record))?;
+        }
         // Last: a fold with a record is a finished fold.
         let path = self.folder.record_path(&record.key);
         self.records.push(write_json(&path, &record, false)?);

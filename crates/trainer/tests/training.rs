@@ -133,7 +133,6 @@ fn settings_are_chosen_per_fold_and_never_by_test_data() {
         let least = chosen.trials.iter().map(|t| t.loss.unwrap()).fold(f64::INFINITY, f64::min);
         let best = chosen.trials.iter().find(|t| t.loss == Some(least)).unwrap();
         assert_eq!(best.set, chosen.set);
-        assert_eq!(chosen.set["optimizer.lr"].as_float(), Some(0.05), "{chosen:?}");
     }
     // Spoil the test samples of fold 0: what fold 0 has chosen and trained stays the same.
     let test = samples.folds(&experiment, 0).unwrap()[0].test.clone();
@@ -301,7 +300,7 @@ fn rivals_stand_in_the_table_and_follow_the_seed() {
     let results = folder.results().unwrap();
     let score =
         |name: &str| results.networks.iter().find(|n| n.network == name).unwrap().mean.unwrap().accuracy;
-    assert_eq!(score("majority"), 100.0 / 3.0);
+    assert!((score("majority") - 100.0 / 3.0).abs() <= 1e-9);
     for name in ["k-nn", "mini-rocket", "svm-linear", "svm-rbf"] {
         assert!(score(name) > 55.0, "{name}: {}", score(name));
     }

@@ -37,9 +37,13 @@ pub struct Run {
     /// The run folder [default: runs/<name>]; with several configs, a folder of run folders.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Goes on with an interrupted run: finished folds are kept.
+    /// Goes on with an interrupted run, to the same bytes: finished folds are kept, and a fold in training
+    /// goes on where it was saved.
     #[arg(long)]
     resume: bool,
+    /// Seconds between two savings of a fold in training [default: 10].
+    #[arg(long, value_name = "SECONDS")]
+    save_every: Option<f64>,
     /// Prints one JSON object per config instead of tables.
     #[arg(long)]
     json: bool,
@@ -75,7 +79,8 @@ impl Run {
                 Some(out) if experiments.len() > 1 => Some(out.join(&experiment.config().name)),
                 out => out.clone(),
             };
-            let options = RunOptions { out, resume: self.resume, threads: self.threads };
+            let options =
+                RunOptions { out, resume: self.resume, threads: self.threads, save_every: self.save_every };
             let folder = match run(experiment, &options, &IndicatifProgress::default(), &cancel) {
                 Ok(folder) => folder,
                 Err(error @ Error::Cancelled { .. }) => {
