@@ -6,7 +6,6 @@
 use crate::activation::{sigmoid_of, tanh_of};
 use crate::layout;
 use crate::matmul::{Matrix, few_rows, matmul};
-use crate::reduce;
 use crate::simd::{Simd, at_level};
 
 /// Sizes of an LSTM layer.
@@ -43,13 +42,15 @@ pub struct Trace {
     cells: Vec<f32>,
     /// Their hyperbolic tangents.
     tanh: Vec<f32>,
-    /// Hidden states before each step, batch × steps × hidden.
-    before: Vec<f32>,
+    /// What each step multiplies, batch × steps × (channels + 1 + hidden): input, 1, hidden state before.
+    factors: Vec<f32>,
     /// Gradients of one step's hidden and cell state, batch × hidden each.
     dh: Vec<f32>,
     dc: Vec<f32>,
-    /// Recurrent weights, hidden × 4·hidden.
+    /// Weights of those factors, (channels + 1 + hidden) × 4·hidden.
     turned: Vec<f32>,
+    /// Their gradients, 4·hidden × (channels + 1 + hidden).
+    dturned: Vec<f32>,
 }
 
 impl Trace {
@@ -60,10 +61,13 @@ impl Trace {
             gates: vec![0.0; 4 * states],
             cells: vec![0.0; states],
             tanh: vec![0.0; states],
-            before: vec![0.0; states],
+            factors: [vec![0.0; lstm.channels], vec![1.0], vec![0.0; lstm.hidden]]
+                .concat()
+                .repeat(batch * lstm.steps),
             dh: vec![0.0; batch * lstm.hidden],
             dc: vec![0.0; batch * lstm.hidden],
-            turned: vec![0.0; 4 * lstm.hidden * lstm.hidden],
+            turned: vec![0.0; 4 * lstm.hidden * lstm.factors()],
+            dturned: vec![0.0; 4 * lstm.hidden * lstm.factors()],
         }
     }
 }
@@ -74,25 +78,32 @@ impl Lstm {
         self.steps * 4 * self.hidden * (self.channels + self.hidden)
     }
 
+    /// Numbers that a gate of one step is a weighted sum of: input, 1 for the bias, hidden state.
+    fn factors(&self) -> usize {
+        self.channels + 1 + self.hidden
+    }
+
     /// x [n × steps × channels] → y [n × hidden], n by the length of `y`; remembers the way in `trace`.
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
-        let (n, width) = (y.len() / hidden, 4 * hidden);
-        let Trace { gates, cells, tanh, before, turned, .. } = trace;
-        for row in gates[..n * steps * width].chunks_exact_mut(width) {
-            for (gate, (a, b)) in row.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
-                *gate = a + b;
-            }
+        let (n, width, all) = (y.len() / hidden, 4 * hidden, self.factors());
+        let Trace { gates, cells, tanh, factors, turned, .. } = trace;
+        for (row, x) in factors.chunks_exact_mut(all).zip(x.chunks_exact(channels)) {
+            row[..channels].copy_from_slice(x);
         }
-        let ih = Matrix::new(weights.ih, width, channels);
-        matmul(gates, width, Matrix::new(x, n * steps, channels), ih.t(), true);
-        layout::transpose(width, hidden, weights.hh, turned, false);
-        let hh = Matrix::new(turned, hidden, width);
+        let (ih, rest) = turned.split_at_mut(channels * width);
+        let (bias, hh) = rest.split_at_mut(width);
+        layout::transpose(width, channels, weights.ih, ih, false);
+        layout::transpose(width, hidden, weights.hh, hh, false);
+        for (bias, (a, b)) in bias.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
+            *bias = a + b;
+        }
         for step in 0..steps {
-            if step > 0 {
-                let h = Matrix::strided(&before[step * hidden..], n, hidden, steps * hidden);
-                few_rows(&mut gates[step * width..], steps * width, h, hh, true);
-            }
+            // No hidden state lies before the first step.
+            let used = if step > 0 { all } else { channels + 1 };
+            let seen = Matrix::strided(&factors[step * all..], n, used, steps * all);
+            let turned = Matrix::new(turned, used, width);
+            few_rows(&mut gates[step * width..], steps * width, seen, turned, false);
             for sample in 0..n {
                 let row = sample * steps + step;
                 let (old, new) = cells.split_at_mut(row * hidden);
@@ -103,7 +114,7 @@ impl Lstm {
                     _ => c.copy_from_slice(&old[(row - 1) * hidden..]),
                 }
                 let h = if step + 1 < steps {
-                    &mut before[(row + 1) * hidden..][..hidden]
+                    &mut factors[(row + 1) * all + channels + 1..][..hidden]
                 } else {
                     &mut y[sample * hidden..][..hidden]
                 };
@@ -137,25 +148,26 @@ impl Lstm {
         }
     }
 
-    /// Gradients of the weights and of either bias (both are equal), overwritten; sums over the n samples
-    /// of `x`.
+    /// Gradients of the weights and of either bias (both are equal), overwritten; sums over `n` sequences.
     pub fn backward_weights(
         &self,
-        x: &[f32],
-        trace: &Trace,
+        n: usize,
+        trace: &mut Trace,
         dih: &mut [f32],
         dhh: &mut [f32],
         dbias: &mut [f32],
     ) {
-        let Lstm { channels, hidden, .. } = *self;
-        let (rows, width) = (x.len() / channels, 4 * hidden);
-        let gates = &trace.gates[..rows * width];
-        let dgates = Matrix::new(gates, rows, width).t();
-        matmul(dih, channels, dgates, Matrix::new(x, rows, channels), false);
-        // Row 0 of each sequence stays zero from the start: no hidden state lies before the first step.
-        matmul(dhh, hidden, dgates, Matrix::new(&trace.before, rows, hidden), false);
-        dbias.fill(0.0);
-        reduce::add_columns(width, gates, dbias);
+        let Lstm { channels, steps, hidden } = *self;
+        let (rows, width, all) = (n * steps, 4 * hidden, self.factors());
+        let Trace { gates, factors, dturned, .. } = trace;
+        // The hidden state in the first row of each sequence stays zero from the start.
+        let dgates = Matrix::new(&gates[..rows * width], rows, width).t();
+        matmul(dturned, all, dgates, Matrix::new(&factors[..rows * all], rows, all), false);
+        for (gate, row) in dturned.chunks_exact(all).enumerate() {
+            dih[gate * channels..][..channels].copy_from_slice(&row[..channels]);
+            dbias[gate] = row[channels];
+            dhh[gate * hidden..][..hidden].copy_from_slice(&row[channels + 1..]);
+        }
     }
 
     /// Gradient of the input, written to or added to `dx`.
