@@ -8,6 +8,9 @@ use crate::layout;
 use crate::matmul::{Matrix, few_rows, matmul};
 use crate::simd::{Simd, at_level};
 
+/// Rows of gates and factors whose products are added up at a time, few enough to stay in the cache.
+const TOGETHER: usize = 64;
+
 /// Sizes of an LSTM layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lstm {
@@ -32,17 +35,18 @@ pub struct Weights<'a> {
     pub bias_hh: &'a [f32],
 }
 
-/// What the backward pass needs, for a batch of any size up to the one it was made for.
+/// What the backward pass needs, for a batch of any size up to the one it was made for. Step after step, so that
+/// what one step works on lies together.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// Gates after their functions, batch × steps × 4·hidden; [`Lstm::backward_gates`] puts the gradients
-    /// before the functions in their place.
+    /// Gates after their functions, steps × batch × [`Lstm::gates_row`]; [`Lstm::backward_gates`] puts the
+    /// gradients before the functions in their place.
     gates: Vec<f32>,
-    /// Cell states after each step, batch × steps × hidden.
+    /// Cell states after each step, steps × batch × hidden.
     cells: Vec<f32>,
     /// Their hyperbolic tangents.
     tanh: Vec<f32>,
-    /// What each step multiplies, batch × steps × (channels + 1 + hidden): input, 1, hidden state before.
+    /// What each step multiplies, steps × batch × (channels + 1 + hidden): input, 1, hidden state before.
     factors: Vec<f32>,
     /// Gradients of one step's hidden and cell state, batch × hidden each.
     dh: Vec<f32>,
@@ -58,7 +62,7 @@ impl Trace {
     pub fn new(lstm: &Lstm, batch: usize) -> Self {
         let states = batch * lstm.steps * lstm.hidden;
         Trace {
-            gates: vec![0.0; 4 * states],
+            gates: vec![0.0; batch * lstm.steps * lstm.gates_row()],
             cells: vec![0.0; states],
             tanh: vec![0.0; states],
             factors: [vec![0.0; lstm.channels], vec![1.0], vec![0.0; lstm.hidden]]
@@ -83,14 +87,23 @@ impl Lstm {
         self.channels + 1 + self.hidden
     }
 
+    /// Distance of two rows of gates. Rows a power of two apart would all want the same few lines of the cache.
+    fn gates_row(&self) -> usize {
+        4 * self.hidden + 16
+    }
+
     /// x [n × steps × channels] → y [n × hidden], n by the length of `y`; remembers the way in `trace`.
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
         let (n, width, all) = (y.len() / hidden, 4 * hidden, self.factors());
         let Trace { gates, cells, tanh, factors, turned, .. } = trace;
-        for (row, x) in factors.chunks_exact_mut(all).zip(x.chunks_exact(channels)) {
-            row[..channels].copy_from_slice(x);
+        for (sample, x) in x.chunks_exact(steps * channels).enumerate() {
+            for (step, x) in x.chunks_exact(channels).enumerate() {
+                factors[(step * n + sample) * all..][..channels].copy_from_slice(x);
+            }
         }
+        // No hidden state lies before the first step, whatever an earlier batch left.
+        factors[..n * all].chunks_exact_mut(all).for_each(|row| row[channels + 1..].fill(0.0));
         let (ih, rest) = turned.split_at_mut(channels * width);
         let (bias, hh) = rest.split_at_mut(width);
         layout::transpose(width, channels, weights.ih, ih, false);
@@ -98,27 +111,27 @@ impl Lstm {
         for (bias, (a, b)) in bias.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
             *bias = a + b;
         }
+        let stride = self.gates_row();
         for step in 0..steps {
-            // No hidden state lies before the first step.
-            let used = if step > 0 { all } else { channels + 1 };
-            let seen = Matrix::strided(&factors[step * all..], n, used, steps * all);
-            let turned = Matrix::new(turned, used, width);
-            few_rows(&mut gates[step * width..], steps * width, seen, turned, false);
+            let (seen, later) = factors[step * n * all..].split_at_mut(n * all);
+            let gates = &mut gates[step * n * stride..][..n * stride];
+            few_rows(gates, stride, Matrix::new(seen, n, all), Matrix::new(turned, all, width), false);
+            let (old, new) = cells.split_at_mut(step * n * hidden);
+            let new = &mut new[..n * hidden];
+            match step {
+                0 => new.fill(0.0),
+                _ => new.copy_from_slice(&old[(step - 1) * n * hidden..]),
+            }
+            let tanh = &mut tanh[step * n * hidden..];
             for sample in 0..n {
-                let row = sample * steps + step;
-                let (old, new) = cells.split_at_mut(row * hidden);
-                let c = &mut new[..hidden];
-                // The first step starts from zero, whatever an earlier batch left.
-                match step {
-                    0 => c.fill(0.0),
-                    _ => c.copy_from_slice(&old[(row - 1) * hidden..]),
-                }
                 let h = if step + 1 < steps {
-                    &mut factors[(row + 1) * all + channels + 1..][..hidden]
+                    &mut later[sample * all + channels + 1..][..hidden]
                 } else {
                     &mut y[sample * hidden..][..hidden]
                 };
-                cell(&mut gates[row * width..][..width], c, &mut tanh[row * hidden..][..hidden], h);
+                let (c, tanh) =
+                    (&mut new[sample * hidden..][..hidden], &mut tanh[sample * hidden..][..hidden]);
+                cell(&mut gates[sample * stride..][..width], c, tanh, h);
             }
         }
     }
@@ -132,18 +145,18 @@ impl Lstm {
         dh[..n * hidden].copy_from_slice(dy);
         dc[..n * hidden].fill(0.0);
         let hh = Matrix::new(weights.hh, width, hidden);
+        let stride = self.gates_row();
         for step in (0..steps).rev() {
+            let gates = &mut gates[step * n * stride..][..n * stride];
             for sample in 0..n {
-                let row = sample * steps + step;
-                let row_gates = &mut gates[row * width..][..width];
-                let tanh = &tanh[row * hidden..][..hidden];
-                let old = if step > 0 { &cells[(row - 1) * hidden..][..hidden] } else { &[] };
+                let row = (step * n + sample) * hidden;
+                let row_gates = &mut gates[sample * stride..][..width];
+                let old = if step > 0 { &cells[row - n * hidden..][..hidden] } else { &[] };
                 let (dh, dc) = (&dh[sample * hidden..][..hidden], &mut dc[sample * hidden..][..hidden]);
-                cell_backward(row_gates, tanh, old, dh, dc);
+                cell_backward(row_gates, &tanh[row..][..hidden], old, dh, dc);
             }
             if step > 0 {
-                let dgates = Matrix::strided(&gates[step * width..], n, width, steps * width);
-                few_rows(dh, hidden, dgates, hh, false);
+                few_rows(dh, hidden, Matrix::strided(gates, n, width, stride), hh, false);
             }
         }
     }
@@ -160,9 +173,13 @@ impl Lstm {
         let Lstm { channels, steps, hidden } = *self;
         let (rows, width, all) = (n * steps, 4 * hidden, self.factors());
         let Trace { gates, factors, dturned, .. } = trace;
-        // The hidden state in the first row of each sequence stays zero from the start.
-        let dgates = Matrix::new(&gates[..rows * width], rows, width).t();
-        matmul(dturned, all, dgates, Matrix::new(&factors[..rows * all], rows, all), false);
+        let stride = self.gates_row();
+        for from in (0..rows).step_by(TOGETHER) {
+            let count = TOGETHER.min(rows - from);
+            let dgates = Matrix::strided(&gates[from * stride..], count, width, stride).t();
+            let factors = Matrix::new(&factors[from * all..(from + count) * all], count, all);
+            few_rows(dturned, all, dgates, factors, from > 0);
+        }
         for (gate, row) in dturned.chunks_exact(all).enumerate() {
             dih[gate * channels..][..channels].copy_from_slice(&row[..channels]);
             dbias[gate] = row[channels];
@@ -172,9 +189,13 @@ impl Lstm {
 
     /// Gradient of the input, written to or added to `dx`.
     pub fn backward_input(&self, trace: &Trace, weights: &Weights, dx: &mut [f32], accumulate: bool) {
-        let (rows, width) = (dx.len() / self.channels, 4 * self.hidden);
-        let ih = Matrix::new(weights.ih, width, self.channels);
-        matmul(dx, self.channels, Matrix::new(&trace.gates, rows, width), ih, accumulate);
+        let Lstm { channels, steps, hidden } = *self;
+        let (n, width, stride) = (dx.len() / (channels * steps), 4 * hidden, self.gates_row());
+        let ih = Matrix::new(weights.ih, width, channels);
+        for step in 0..steps {
+            let dgates = Matrix::strided(&trace.gates[step * n * stride..], n, width, stride);
+            matmul(&mut dx[step * channels..], steps * channels, dgates, ih, accumulate);
+        }
     }
 }
 
