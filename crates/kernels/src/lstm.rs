@@ -42,7 +42,7 @@ pub struct Trace {
     /// Gates after their functions, steps × batch × [`Lstm::gates_row`]; [`Lstm::backward_gates`] puts the
     /// gradients before the functions in their place.
     gates: Vec<f32>,
-    /// Cell states after each step, steps × batch × hidden.
+    /// Cell states before the first step and after each, (steps + 1) × batch × hidden.
     cells: Vec<f32>,
     /// Their hyperbolic tangents.
     tanh: Vec<f32>,
@@ -63,7 +63,7 @@ impl Trace {
         let states = batch * lstm.steps * lstm.hidden;
         Trace {
             gates: vec![0.0; batch * lstm.steps * lstm.gates_row()],
-            cells: vec![0.0; states],
+            cells: vec![0.0; states + batch * lstm.hidden],
             tanh: vec![0.0; states],
             factors: [vec![0.0; lstm.channels], vec![1.0], vec![0.0; lstm.hidden]]
                 .concat()
@@ -102,7 +102,8 @@ impl Lstm {
                 factors[(step * n + sample) * all..][..channels].copy_from_slice(x);
             }
         }
-        // No hidden state lies before the first step, whatever an earlier batch left.
+        // No state lies before the first step, whatever an earlier batch left.
+        cells[..n * hidden].fill(0.0);
         factors[..n * all].chunks_exact_mut(all).for_each(|row| row[channels + 1..].fill(0.0));
         let (ih, rest) = turned.split_at_mut(channels * width);
         let (bias, hh) = rest.split_at_mut(width);
@@ -116,12 +117,7 @@ impl Lstm {
             let (seen, later) = factors[step * n * all..].split_at_mut(n * all);
             let gates = &mut gates[step * n * stride..][..n * stride];
             few_rows(gates, stride, Matrix::new(seen, n, all), Matrix::new(turned, all, width), false);
-            let (old, new) = cells.split_at_mut(step * n * hidden);
-            let new = &mut new[..n * hidden];
-            match step {
-                0 => new.fill(0.0),
-                _ => new.copy_from_slice(&old[(step - 1) * n * hidden..]),
-            }
+            let (old, new) = cells[step * n * hidden..].split_at_mut(n * hidden);
             let tanh = &mut tanh[step * n * hidden..];
             for sample in 0..n {
                 let h = if step + 1 < steps {
@@ -129,9 +125,9 @@ impl Lstm {
                 } else {
                     &mut y[sample * hidden..][..hidden]
                 };
-                let (c, tanh) =
-                    (&mut new[sample * hidden..][..hidden], &mut tanh[sample * hidden..][..hidden]);
-                cell(&mut gates[sample * stride..][..width], c, tanh, h);
+                let at = sample * hidden..(sample + 1) * hidden;
+                let gates = &mut gates[sample * stride..][..width];
+                cell(gates, &old[at.clone()], &mut new[at.clone()], &mut tanh[at], h);
             }
         }
     }
@@ -151,9 +147,8 @@ impl Lstm {
             for sample in 0..n {
                 let row = (step * n + sample) * hidden;
                 let row_gates = &mut gates[sample * stride..][..width];
-                let old = if step > 0 { &cells[row - n * hidden..][..hidden] } else { &[] };
                 let (dh, dc) = (&dh[sample * hidden..][..hidden], &mut dc[sample * hidden..][..hidden]);
-                cell_backward(row_gates, &tanh[row..][..hidden], old, dh, dc);
+                cell_backward(row_gates, &tanh[row..][..hidden], &cells[row..][..hidden], dh, dc);
             }
             if step > 0 {
                 few_rows(dh, hidden, Matrix::strided(gates, n, width, stride), hh, false);
@@ -236,22 +231,22 @@ macro_rules! units {
 }
 
 at_level! {
-    /// One step of one sample: gates get their functions, `c` becomes the new cell, `tanh` its
-    /// tangent, `h` the new hidden state.
-    fn cell(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
+    /// One step of one sample from the cell state `old`: gates get their functions, `c` becomes the new cell,
+    /// `tanh` its tangent, `h` the new hidden state.
+    fn cell(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)]
-unsafe fn cell_at<S: Simd>(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
+unsafe fn cell_at<S: Simd>(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
     let hidden = c.len();
     for at in (0..hidden).step_by(BLOCK) {
         let n = BLOCK.min(hidden - at);
         let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
         let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
-        let old = take(c, at, n);
+        let old = take(old, at, n);
         let (i, f) = (units!(u => sigmoid_of(i[u])), units!(u => sigmoid_of(f[u])));
         let (g, o) = (units!(u => tanh_of(g[u])), units!(u => sigmoid_of(o[u])));
         let new = units!(u => f[u] * old[u] + i[u] * g[u]);
@@ -268,8 +263,7 @@ unsafe fn cell_at<S: Simd>(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h
 
 at_level! {
     /// The way back of one step of one sample: gates become their gradients before the functions; `dc` of
-    /// the cell, whose tangent is `tanh`, becomes that of the cell before, `old`, which is empty in the first
-    /// step.
+    /// the cell, whose tangent is `tanh`, becomes that of the cell before, `old`.
     fn cell_backward(gates: &mut [f32], tanh: &[f32], old: &[f32], dh: &[f32], dc: &mut [f32]) = cell_backward_at
 }
 
@@ -289,7 +283,7 @@ unsafe fn cell_backward_at<S: Simd>(
         let n = BLOCK.min(hidden - at);
         let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
         let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
-        let old = if old.is_empty() { [0.0; BLOCK] } else { take(old, at, n) };
+        let old = take(old, at, n);
         let (t, dh, after) = (take(tanh, at, n), take(dh, at, n), take(dc, at, n));
         let dcell = units!(u => after[u] + dh[u] * o[u] * (1.0 - t[u] * t[u]));
         put(units!(u => dcell[u] * f[u]), dc, at, n);
