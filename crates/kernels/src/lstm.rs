@@ -7,6 +7,7 @@ use crate::activation::{sigmoid_of, tanh_of};
 use crate::layout;
 use crate::matmul::{Matrix, few_rows, matmul};
 use crate::simd::{Simd, at_level};
+use crate::view::{load, store, vectors};
 
 /// Rows of gates and factors whose products are added up at a time, few enough to stay in the cache.
 const TOGETHER: usize = 64;
@@ -270,7 +271,6 @@ at_level! {
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-#[allow(clippy::needless_range_loop)]
 unsafe fn cell_backward_at<S: Simd>(
     gates: &mut [f32],
     tanh: &[f32],
@@ -279,17 +279,23 @@ unsafe fn cell_backward_at<S: Simd>(
     dc: &mut [f32],
 ) {
     let hidden = tanh.len();
-    for at in (0..hidden).step_by(BLOCK) {
-        let n = BLOCK.min(hidden - at);
-        let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
-        let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
-        let old = take(old, at, n);
-        let (t, dh, after) = (take(tanh, at, n), take(dh, at, n), take(dc, at, n));
-        let dcell = units!(u => after[u] + dh[u] * o[u] * (1.0 - t[u] * t[u]));
-        put(units!(u => dcell[u] * f[u]), dc, at, n);
-        put(units!(u => dcell[u] * g[u] * (i[u] * (1.0 - i[u]))), gates, at, n);
-        put(units!(u => dcell[u] * old[u] * (f[u] * (1.0 - f[u]))), gates, hidden + at, n);
-        put(units!(u => dcell[u] * i[u] * (1.0 - g[u] * g[u])), gates, 2 * hidden + at, n);
-        put(units!(u => dh[u] * t[u] * (o[u] * (1.0 - o[u]))), gates, 3 * hidden + at, n);
-    }
+    assert!(gates.len() == 4 * hidden && [old.len(), dh.len(), dc.len()].iter().all(|len| *len == hidden));
+    vectors!(S, hidden, u, lanes, {
+        // SAFETY: `u + lanes <= hidden`, the length of every slice and of each of the four gates.
+        unsafe {
+            let one = S::splat(1.0);
+            let (i, f) = (load::<S>(gates, u, lanes), load::<S>(gates, hidden + u, lanes));
+            let (g, o) = (load::<S>(gates, 2 * hidden + u, lanes), load::<S>(gates, 3 * hidden + u, lanes));
+            let (t, old) = (load::<S>(tanh, u, lanes), load::<S>(old, u, lanes));
+            let (dh, after) = (load::<S>(dh, u, lanes), load::<S>(dc, u, lanes));
+            let through_tanh = S::sub(one, S::mul(t, t));
+            let dcell = S::fma(S::mul(dh, o), through_tanh, after);
+            store::<S>(dc, u, lanes, S::mul(dcell, f));
+            store::<S>(gates, u, lanes, S::mul(S::mul(dcell, g), S::mul(i, S::sub(one, i))));
+            store::<S>(gates, hidden + u, lanes, S::mul(S::mul(dcell, old), S::mul(f, S::sub(one, f))));
+            let dg = S::mul(S::mul(dcell, i), S::sub(one, S::mul(g, g)));
+            store::<S>(gates, 2 * hidden + u, lanes, dg);
+            store::<S>(gates, 3 * hidden + u, lanes, S::mul(S::mul(dh, t), S::mul(o, S::sub(one, o))));
+        }
+    });
 }
