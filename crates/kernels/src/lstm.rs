@@ -195,42 +195,6 @@ impl Lstm {
     }
 }
 
-/// Units that are worked on at a time, in arrays of their own: the compiler need not ask whether they
-/// overlap, and makes vectors of any width of them.
-const BLOCK: usize = 16;
-
-/// Values `at..at + n` of a slice, zeros after them.
-#[inline(always)]
-fn take(from: &[f32], at: usize, n: usize) -> [f32; BLOCK] {
-    let from = &from[at..at + n];
-    if let Some(whole) = from.first_chunk() {
-        return *whole;
-    }
-    let mut block = [0.0; BLOCK];
-    block[..n].copy_from_slice(from);
-    block
-}
-
-#[inline(always)]
-fn put(block: [f32; BLOCK], to: &mut [f32], at: usize, n: usize) {
-    let to = &mut to[at..at + n];
-    match to.first_chunk_mut() {
-        Some(whole) => *whole = block,
-        None => to.copy_from_slice(&block[..n]),
-    }
-}
-
-/// Each unit of a block from its number.
-macro_rules! units {
-    ($u:ident => $value:expr) => {{
-        let mut block = [0.0f32; BLOCK];
-        for $u in 0..BLOCK {
-            block[$u] = $value;
-        }
-        block
-    }};
-}
-
 at_level! {
     /// One step of one sample from the cell state `old`: gates get their functions, `c` becomes the new cell,
     /// `tanh` its tangent, `h` the new hidden state.
@@ -240,26 +204,27 @@ at_level! {
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-#[allow(clippy::needless_range_loop)]
 unsafe fn cell_at<S: Simd>(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
     let hidden = c.len();
-    for at in (0..hidden).step_by(BLOCK) {
-        let n = BLOCK.min(hidden - at);
-        let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
-        let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
-        let old = take(old, at, n);
-        let (i, f) = (units!(u => sigmoid_of(i[u])), units!(u => sigmoid_of(f[u])));
-        let (g, o) = (units!(u => tanh_of(g[u])), units!(u => sigmoid_of(o[u])));
-        let new = units!(u => f[u] * old[u] + i[u] * g[u]);
-        let t = units!(u => tanh_of(new[u]));
-        put(units!(u => o[u] * t[u]), h, at, n);
-        put(t, tanh, at, n);
-        put(new, c, at, n);
-        put(i, gates, at, n);
-        put(f, gates, hidden + at, n);
-        put(g, gates, 2 * hidden + at, n);
-        put(o, gates, 3 * hidden + at, n);
-    }
+    assert!(gates.len() == 4 * hidden && [old.len(), tanh.len(), h.len()].iter().all(|len| *len == hidden));
+    vectors!(S, hidden, u, lanes, {
+        // SAFETY: `u + lanes <= hidden`, the length of every slice and of each of the four gates.
+        unsafe {
+            let i = sigmoid_of::<S>(load::<S>(gates, u, lanes));
+            let f = sigmoid_of::<S>(load::<S>(gates, hidden + u, lanes));
+            let g = tanh_of::<S>(load::<S>(gates, 2 * hidden + u, lanes));
+            let o = sigmoid_of::<S>(load::<S>(gates, 3 * hidden + u, lanes));
+            let new = S::fma(f, load::<S>(old, u, lanes), S::mul(i, g));
+            let t = tanh_of::<S>(new);
+            store::<S>(gates, u, lanes, i);
+            store::<S>(gates, hidden + u, lanes, f);
+            store::<S>(gates, 2 * hidden + u, lanes, g);
+            store::<S>(gates, 3 * hidden + u, lanes, o);
+            store::<S>(c, u, lanes, new);
+            store::<S>(tanh, u, lanes, t);
+            store::<S>(h, u, lanes, S::mul(o, t));
+        }
+    });
 }
 
 at_level! {

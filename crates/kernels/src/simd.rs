@@ -61,6 +61,9 @@ pub(crate) trait Simd: Copy {
     unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn div(a: Self::V, b: Self::V) -> Self::V;
+    /// 2 to the power of the integer in the low bits of `x`, which must give a normal number.
+    unsafe fn power_of_two(x: Self::V) -> Self::V;
     /// `if x <= 0 { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
     unsafe fn zero_unless_positive(x: Self::V, value: Self::V) -> Self::V;
     /// `if x >= limit { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
@@ -139,6 +142,14 @@ impl Simd for Portable {
     #[inline(always)]
     unsafe fn mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
         lanes!(i => a[i] * b[i])
+    }
+    #[inline(always)]
+    unsafe fn div(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        lanes!(i => a[i] / b[i])
+    }
+    #[inline(always)]
+    unsafe fn power_of_two(x: [f32; 4]) -> [f32; 4] {
+        lanes!(i => f32::from_bits((x[i].to_bits() << 23).wrapping_add(1.0f32.to_bits())))
     }
     #[inline(always)]
     unsafe fn zero_unless_positive(x: [f32; 4], value: [f32; 4]) -> [f32; 4] {
@@ -250,6 +261,18 @@ mod x86 {
             unsafe { _mm256_mul_ps(a, b) }
         }
         #[inline(always)]
+        unsafe fn div(a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_div_ps(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn power_of_two(x: __m256) -> __m256 {
+            unsafe {
+                let exponent = _mm256_slli_epi32::<23>(_mm256_castps_si256(x));
+                let one = _mm256_castps_si256(_mm256_set1_ps(1.0));
+                _mm256_castsi256_ps(_mm256_add_epi32(exponent, one))
+            }
+        }
+        #[inline(always)]
         unsafe fn zero_unless_positive(x: __m256, value: __m256) -> __m256 {
             // "Not less or equal" is true for NaN.
             unsafe { _mm256_and_ps(value, _mm256_cmp_ps::<_CMP_NLE_UQ>(x, _mm256_setzero_ps())) }
@@ -330,6 +353,18 @@ mod x86 {
         #[inline(always)]
         unsafe fn mul(a: __m512, b: __m512) -> __m512 {
             unsafe { _mm512_mul_ps(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn div(a: __m512, b: __m512) -> __m512 {
+            unsafe { _mm512_div_ps(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn power_of_two(x: __m512) -> __m512 {
+            unsafe {
+                let exponent = _mm512_slli_epi32::<23>(_mm512_castps_si512(x));
+                let one = _mm512_castps_si512(_mm512_set1_ps(1.0));
+                _mm512_castsi512_ps(_mm512_add_epi32(exponent, one))
+            }
         }
         #[inline(always)]
         unsafe fn zero_unless_positive(x: __m512, value: __m512) -> __m512 {
