@@ -137,6 +137,8 @@ fn spatial_features_come_out_in_pytorchs_order() {
     for (name, settings, block, node, shape) in [
         ("mobilenet-v2", "height=64 width=47", "features.3", "features.3.conv.3/add", &[24, 16, 12][..]),
         ("resnet50", "height=33 width=40", "layer2", "layer2.3.bn3/add/relu", &[512, 5, 5]),
+        ("resnet18", "height=40 width=33", "layer4", "layer4.1.bn2/add/relu", &[512, 2, 2]),
+        ("vgg16", "height=64 width=33 hidden=20", "features", "features.28/relu/max_pool", &[512, 2, 1]),
         ("googlenet", "height=40 width=33", "inception4a", "inception4a", &[512, 2, 2]),
         ("tactnet3d", "height=12 width=11 frames=7", "bns.0", "bns.0", &[8, 8, 7, 5]),
         ("lstm", "", "signal", "signal", &[5, 50]),

@@ -70,13 +70,20 @@ impl Graph {
     /// The network up to a node, which becomes its only output and gives it its name. All inputs stay.
     ///
     /// `node` is the name of a node, or of a block: then the last node whose name starts with it and a
-    /// point.
+    /// point, before anything that pools globally or flattens.
     ///
     /// # Errors
     /// No such node.
     pub fn cut(&self, node: &str) -> Result<Graph> {
         let exact = self.nodes.iter().position(|n| n.name == node);
-        let inside = |n: &Node| n.name.strip_prefix(node).is_some_and(|rest| rest.starts_with('.'));
+        let ends = |op: &Op| {
+            matches!(
+                op,
+                Op::GlobalAveragePool | Op::AdaptiveAveragePool { .. } | Op::Flatten | Op::Dropout { .. }
+            )
+        };
+        let inside =
+            |n: &Node| n.name.strip_prefix(node).is_some_and(|rest| rest.starts_with('.')) && !ends(&n.op);
         let Some(end) = exact.or_else(|| self.nodes.iter().rposition(inside)) else {
             let reason = format!("has no node `{node}`; `taxel cost {}` lists them", self.name);
             return Err(Error::node(&self.name, reason));
