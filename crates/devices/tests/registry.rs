@@ -12,13 +12,14 @@ use taxel_zoo::{Entry, NETWORKS, Settings};
 const BATCH: usize = 3;
 const STEP: Sgdm = Sgdm { lr: 0.01, momentum: 0.0, weight_decay: 0.0 };
 
-/// The engine takes the published inputs, but for two sizes that only take time: VGG16's images, of which 96 rows
-/// leave three, and the frames of the longest squeeze. Two wide fully connected layers are narrower: nothing else
+/// The engine takes the published inputs, but where those only take time: images of the three slowest networks, of
+/// which 96 rows leave three, and the frames of the longest squeeze. Two wide fully connected layers are narrower: nothing else
 /// depends on their width.
 fn published(name: &str) -> Settings {
     settings(match name {
         "alexnet" => "hidden=64",
         "vgg16" => "hidden=64 height=96 width=96",
+        "resnet50" | "densenet201" => "height=96 width=96",
         "tactnet3d-51" => "frames=23",
         _ => "",
     })
@@ -30,7 +31,10 @@ fn smaller(name: &str) -> Settings {
         "alexnet" => "hidden=64 height=95 width=79",
         "vgg16" => "hidden=64 height=40 width=48",
         "tactnet3d-51" => "height=12 width=9 frames=19",
-        "tactnet3d-8-16-32" => "height=15 width=13 frames=8",
+        "tactnet3d" | "tactnet3d-4-8" | "tactnet3d-fc32" | "tactnet3d-8-16-32" => {
+            "height=15 width=13 frames=8"
+        }
+        "mnasnet1-0" | "shufflenet-v2" => "width=90",
         "tactresnet" => "height=50 width=28",
         "mobilenet-v2" | "mobilenet-v2-split" | "resnet18" | "resnet50" | "densenet201" | "googlenet" => {
             "height=40 width=36"
