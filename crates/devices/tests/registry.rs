@@ -285,7 +285,7 @@ fn channels_and_sizes_that_do_not_fit_are_refused_by_name() {
         for input in entry.inputs {
             let shape = &case.graph.inputs().find(|node| node.name == input.name).unwrap().shape;
             let (key, sizes) = match input.keys {
-                [flat] => (*flat, &input.keys[..]),
+                [flat] => (*flat, input.keys),
                 keys => (keys[0], &keys[1..]),
             };
             let mut wider = smaller(entry.name);

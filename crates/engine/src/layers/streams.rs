@@ -58,9 +58,8 @@ impl Layer for SwitchScale {
         let (stream, view) = inputs.get(1);
         let stream = view.seen(self.stream[0], stream, &mut scratch.x);
         let (first, rest) = stream.split_at(self.stream[0]);
-        // NaN equals nothing, itself included.
         let constant =
-            first.iter().all(|v| v == v) && rest.chunks_exact(self.stream[0]).all(|row| row == first);
+            first.iter().all(|v| !v.is_nan()) && rest.chunks_exact(self.stream[0]).all(|row| row == first);
         saved[0] = if constant { 0.0 } else { 1.0 };
         let (x, view) = inputs.get(0);
         pointwise::scale(saved[0], view.seen(self.channels, x, &mut scratch.x), y, false);
