@@ -10,7 +10,7 @@
 //!
 //! # Reference
 //!
-//! See each scene: [`fingertip`].
+//! See each scene: [`fingertip`], [`palpation`], [`gripper`].
 //!
 //! ```
 //! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
@@ -21,25 +21,29 @@
 
 mod error;
 pub mod fingertip;
+pub mod palpation;
+mod parameters;
+mod world;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
+pub use palpation::Palpation;
 
-use ndarray::ArrayD;
-use serde::Serialize;
+use ndarray::{Array2, ArrayD};
+use serde::{Deserialize, Serialize};
 
 /// A simulated data set of N samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Raw readings, `[N, ..]`, in `unit`.
     pub x: ArrayD<f32>,
-    /// Class of each sample, an index into `class_names`.
+    /// Class of each sample, an index into `class_names`; column 0 of `attributes` where there are any.
     pub y: Vec<u32>,
     /// Session of each sample: what a fair split never tears apart.
     pub group: Vec<u32>,
     /// Names of the classes.
     pub class_names: Vec<String>,
-    /// Names of the channels (axis 1 of `x`).
+    /// Names of the channels (axis 1 of `x`); empty where axis 1 is frames.
     pub channel_names: Vec<String>,
     /// Unit of the readings.
     pub unit: &'static str,
@@ -47,6 +51,17 @@ pub struct Scene {
     pub full_scale: f32,
     /// True physical values by name, one per sample.
     pub truth: Vec<(String, Vec<f32>)>,
+    /// Labels of scenes with more than one attribute.
+    pub attributes: Option<Attributes>,
+}
+
+/// More than one label per sample.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Attributes {
+    /// Labels `[N, k]`, each an index into the names of its column.
+    pub y: Array2<u32>,
+    /// Names of the values of each of the k attributes.
+    pub class_names: Vec<Vec<String>>,
 }
 
 /// One parameter of a scene and the effect that it is there for.
@@ -68,22 +83,69 @@ pub struct Effect {
     pub removable: bool,
 }
 
-/// Names of all scenes.
-pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME]
+/// A scene with its settings, as a TOML or JSON table: `scene` names it, the other keys are its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "scene", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Settings {
+    /// Five fingertip FSRs on silicone cylinders (paper 000).
+    Fingertip(Fingertip),
+    /// Squeezes on a pressure array (papers 002 and 003).
+    Palpation(Palpation),
 }
 
-/// Simulates `samples` recordings of the scene `name` with its default parameters.
+impl Settings {
+    /// The scene `name` with its default settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownScene`].
+    pub fn named(name: &str) -> Result<Self> {
+        match name {
+            fingertip::NAME => Ok(Self::Fingertip(Fingertip::default())),
+            palpation::NAME => Ok(Self::Palpation(Palpation::default())),
+            _ => Err(Error::UnknownScene { name: name.into(), known: names().join(", ") }),
+        }
+    }
+
+    /// Rejects impossible settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        match self {
+            Self::Fingertip(scene) => scene.check(),
+            Self::Palpation(scene) => scene.check(),
+        }
+    }
+
+    /// Simulates `samples` recordings; `without` names effects to leave out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownEffect`] for a name in `without` that is no removable effect of the scene,
+    /// [`Error::Parameter`] for impossible settings or zero samples.
+    pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        match self {
+            Self::Fingertip(scene) => scene.simulate(samples, seed, without),
+            Self::Palpation(scene) => scene.simulate(samples, seed, without),
+        }
+    }
+}
+
+/// Names of all scenes.
+pub fn names() -> &'static [&'static str] {
+    &[fingertip::NAME, palpation::NAME]
+}
+
+/// Simulates `samples` recordings of the scene `name` with its default settings.
 ///
 /// # Errors
 ///
-/// [`Error::UnknownScene`], [`Error::UnknownEffect`] for a name in `without` that is no removable
-/// effect of the scene, [`Error::Parameter`] for zero samples.
+/// [`Error::UnknownScene`], and those of [`Settings::simulate`].
 pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
-    match name {
-        fingertip::NAME => Fingertip::default().simulate(samples, seed, without),
-        _ => Err(unknown(name)),
-    }
+    Settings::named(name)?.simulate(samples, seed, without)
 }
 
 /// All parameters of the scene `name`, effect by effect.
@@ -92,12 +154,8 @@ pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Re
 ///
 /// [`Error::UnknownScene`].
 pub fn explain(name: &str) -> Result<Vec<Effect>> {
-    match name {
-        fingertip::NAME => Ok(fingertip::explain()),
-        _ => Err(unknown(name)),
-    }
-}
-
-fn unknown(name: &str) -> Error {
-    Error::UnknownScene { name: name.into(), known: names().join(", ") }
+    Ok(match Settings::named(name)? {
+        Settings::Fingertip(_) => fingertip::explain(),
+        Settings::Palpation(_) => palpation::explain(),
+    })
 }

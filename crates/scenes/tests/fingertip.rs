@@ -197,7 +197,10 @@ fn impossible_requests_are_refused_by_name() {
         assert!(error.contains(&format!("`{fixed}`; known: compliance, relaxation")), "{error}");
     }
     assert!(matches!(simulate("slip", 3, 0, &[]), Err(Error::UnknownScene { .. })));
-    assert_eq!(explain("slip").unwrap_err().to_string(), "there is no scene `slip`; known: fingertip");
+    assert_eq!(
+        explain("slip").unwrap_err().to_string(),
+        "there is no scene `slip`; known: fingertip, palpation"
+    );
     assert!(names().iter().all(|name| simulate(name, 1, 0, &[]).is_ok() && explain(name).is_ok()));
 }
 
