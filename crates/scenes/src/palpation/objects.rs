@@ -143,25 +143,25 @@ const SPONGE: Object = Object {
     ..THING
 };
 
-const ROUGH: Option<Texture> = Some(Texture { pitch: 7.0, height: 1.6 });
+const ROUGH: Option<Texture> = Some(Texture { pitch: 10.0, height: 6.0 });
 const ROUGH_SPONGE: Object = Object { stiffness: 0.035, texture: ROUGH, ..SPONGE };
 const SCRUNCHY: Object = Object {
     shape: Shape::Ellipsoid { half: [45.0, 32.0, 28.0], groove: None },
     thickness: 55.0,
     stiffness: 0.05,
-    texture: Some(Texture { pitch: 12.0, height: 4.0 }),
+    texture: Some(Texture { pitch: 14.0, height: 8.0 }),
     ..SPONGE
 };
 
 /// The 9 objects of paper 002, in its order.
 pub(super) const PAPER_002: [Object; 9] = [
     Object { name: "ball_inclusions", inclusions: BALL_LUMPS, ..BALL },
-    Object { name: "ball_rough", texture: Some(Texture { pitch: 6.0, height: 1.2 }), ..BALL },
+    Object { name: "ball_rough", texture: Some(Texture { pitch: 7.0, height: 2.0 }), ..BALL },
     Object { name: "ball", ..BALL },
     Object {
         name: "sponge_exfoliating",
         stiffness: 0.06,
-        texture: Some(Texture { pitch: 4.0, height: 0.8 }),
+        texture: Some(Texture { pitch: 6.0, height: 3.0 }),
         ..SPONGE
     },
     Object { name: "sponge_smooth", ..SPONGE },
@@ -246,7 +246,7 @@ pub(super) const PAPER_003: [Object; 24] = [
         shape: Shape::Ellipsoid { half: [35.0, 35.0, 35.0], groove: None },
         thickness: 68.0,
         stiffness: 1.2,
-        texture: Some(Texture { pitch: 9.0, height: 1.0 }),
+        texture: Some(Texture { pitch: 9.0, height: 1.6 }),
         ..BALL
     },
     Object { name: "sponge rough", ..ROUGH_SPONGE },
