@@ -21,12 +21,14 @@
 
 mod error;
 pub mod fingertip;
+pub mod gripper;
 pub mod palpation;
 mod parameters;
 mod world;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
+pub use gripper::Gripper;
 pub use palpation::Palpation;
 
 use ndarray::{Array2, ArrayD};
@@ -92,6 +94,8 @@ pub enum Settings {
     Fingertip(Fingertip),
     /// Squeezes on a pressure array (papers 002 and 003).
     Palpation(Palpation),
+    /// Grasps of everyday objects by two fingers (paper 004).
+    Gripper(Gripper),
 }
 
 impl Settings {
@@ -104,6 +108,7 @@ impl Settings {
         match name {
             fingertip::NAME => Ok(Self::Fingertip(Fingertip::default())),
             palpation::NAME => Ok(Self::Palpation(Palpation::default())),
+            gripper::NAME => Ok(Self::Gripper(Gripper::default())),
             _ => Err(Error::UnknownScene { name: name.into(), known: names().join(", ") }),
         }
     }
@@ -117,6 +122,7 @@ impl Settings {
         match self {
             Self::Fingertip(scene) => scene.check(),
             Self::Palpation(scene) => scene.check(),
+            Self::Gripper(scene) => scene.check(),
         }
     }
 
@@ -130,13 +136,14 @@ impl Settings {
         match self {
             Self::Fingertip(scene) => scene.simulate(samples, seed, without),
             Self::Palpation(scene) => scene.simulate(samples, seed, without),
+            Self::Gripper(scene) => scene.simulate(samples, seed, without),
         }
     }
 }
 
 /// Names of all scenes.
 pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME, palpation::NAME]
+    &[fingertip::NAME, palpation::NAME, gripper::NAME]
 }
 
 /// Simulates `samples` recordings of the scene `name` with its default settings.
@@ -157,5 +164,6 @@ pub fn explain(name: &str) -> Result<Vec<Effect>> {
     Ok(match Settings::named(name)? {
         Settings::Fingertip(_) => fingertip::explain(),
         Settings::Palpation(_) => palpation::explain(),
+        Settings::Gripper(_) => gripper::explain(),
     })
 }
