@@ -195,6 +195,22 @@ fn simulate_encode_and_check_go_together() {
         refused(&["simulate", "fingertip", "--without", "gravity", "--output", "x.npz"]).contains("gravity")
     );
 
+    let out = at("squeezes.npz");
+    good(&["simulate", "palpation", "--set", "paper=002", "--samples", "18", "--output", text(&out)]);
+    let card: serde_json::Value =
+        serde_json::from_str(&good(&["data", "check", text(&out), "--json"])).unwrap();
+    assert_eq!(card["shape"], serde_json::json!([18, 10, 28, 50]));
+    assert_eq!(card["dtype"], "|u1");
+    let out = at("grasps.npz");
+    good(&["simulate", "gripper", "--samples", "30", "--output", text(&out)]);
+    let grasps = taxel_data::load(&out, &taxel_data::Options::default()).unwrap();
+    assert_eq!(grasps.x.shape(), [30, 2, 23, 450]);
+    assert_eq!(grasps.attributes.unwrap().row(6).to_vec(), [8, 2]);
+    assert_eq!(grasps.attribute_classes[1][2], "hardness-3");
+    let nope = |set: &str| refused(&["simulate", "palpation", "--set", set, "--output", "x.npz"]);
+    assert!(nope("frames=2").contains("frames = 2"));
+    assert!(nope("objects=9").contains("unknown field `objects`"));
+
     let ramp: Vec<f32> = (0..500).map(|i| (i % 250) as f32).collect();
     write_npy(&at("x.npy"), &[2, 5, 50], &ramp);
     let encode = |kind: &str, shape: &[usize]| {

@@ -53,6 +53,9 @@ const THUMB: usize = 0;
 pub struct Fingertip {
     /// Shore A hardness of each class; distinct, each in `[0, 95]`.
     pub shore: Vec<f32>,
+    /// Draws the hardness of each sample evenly from this range, least and most, instead; its class is
+    /// then the nearest in `shore`, and the truth `shore` is what to regress on.
+    pub between: Option<[f32; 2]>,
     /// Sessions, at least 1. They take turns: sample i is of session `(i / classes) % sessions`.
     pub sessions: u32,
 }
@@ -60,7 +63,7 @@ pub struct Fingertip {
 impl Default for Fingertip {
     /// Paper 000's three levels, in ten sessions (which the paper does not report).
     fn default() -> Self {
-        Self { shore: vec![0.0, 10.0, 20.0], sessions: 10 }
+        Self { shore: vec![0.0, 10.0, 20.0], between: None, sessions: 10 }
     }
 }
 
@@ -83,6 +86,11 @@ impl Fingertip {
         if !self.shore.iter().all(|s| (0.0..=95.0).contains(s)) {
             return reject("shore", listed(), "each Shore A hardness must be in [0, 95]");
         }
+        let range = |[least, most]: [f32; 2]| least >= 0.0 && most <= 95.0 && least < most;
+        if let Some(between) = self.between.filter(|between| !range(*between)) {
+            let expected = "least and most Shore A hardness must be in [0, 95], the least first";
+            return reject("between", format!("{between:?}"), expected);
+        }
         let twice = |i: usize| self.shore[..i].contains(&self.shore[i]);
         if (0..self.shore.len()).any(twice) {
             return reject("shore", listed(), "each hardness is a class of its own and must differ");
@@ -92,7 +100,7 @@ impl Fingertip {
 
     /// Simulates grasps as raw counts `[samples, 5 fingers, 50 times]`, whole numbers 0..=1023.
     ///
-    /// Sample i is of class `i % classes`. Truth: `shore`, `young_modulus_mpa`,
+    /// Sample i is of class `i % classes`, but see [`between`](Self::between). Truth: `shore`, `young_modulus_mpa`,
     /// `placement_shift_mm`, `placement_tilt_mm`, `hold_error_mm`, `start_error_s`,
     /// `hold_force_n` (sum over the fingers at the last reading) and
     /// `contact_quality_<finger>`.
@@ -108,10 +116,11 @@ impl Fingertip {
         let (mut y, mut group) = (Vec::new(), Vec::new());
         let mut truth: Vec<(String, Vec<f32>)> = Vec::new();
         for (i, mut recording) in x.outer_iter_mut().enumerate() {
-            let (class, turn) = (i % self.shore.len(), i / self.shore.len());
+            let turn = i / self.shore.len();
+            let (class, shore) = self.hardness(&world, i);
             let session = turn % self.sessions as usize;
             let grasp = grasp(&world, i, session, turn / self.sessions as usize);
-            let modulus = young_modulus(f64::from(self.shore[class]));
+            let modulus = young_modulus(f64::from(shore));
             let mut noise = world.rng(&format!("{i}/noise"));
             let mut hold_force = 0.0;
             for (finger, mut series) in recording.outer_iter_mut().enumerate() {
@@ -126,7 +135,7 @@ impl Fingertip {
             y.push(class as u32);
             group.push(session as u32);
             let mut values = vec![
-                ("shore".into(), f64::from(self.shore[class])),
+                ("shore".into(), f64::from(shore)),
                 ("young_modulus_mpa".into(), modulus),
                 ("placement_shift_mm".into(), grasp.shift),
                 ("placement_tilt_mm".into(), grasp.tilt),
@@ -154,6 +163,20 @@ impl Fingertip {
             truth,
             attributes: None,
         })
+    }
+}
+
+impl Fingertip {
+    /// Class and Shore A hardness of sample `i`.
+    fn hardness(&self, world: &World, i: usize) -> (usize, f32) {
+        let Some([least, most]) = self.between else {
+            let class = i % self.shore.len();
+            return (class, self.shore[class]);
+        };
+        let shore = least + (most - least) * world.rng(&format!("{i}/hardness")).random::<f32>();
+        let gap = |class: &usize| (self.shore[*class] - shore).abs();
+        let nearest = (0..self.shore.len()).min_by(|a, b| gap(a).total_cmp(&gap(b)));
+        (nearest.unwrap_or(0), shore)
     }
 }
 
