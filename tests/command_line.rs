@@ -194,6 +194,12 @@ fn simulate_encode_and_check_go_together() {
     assert!(
         refused(&["simulate", "fingertip", "--without", "gravity", "--output", "x.npz"]).contains("gravity")
     );
+    let dead = ["--fault", "dead-line", "--severity", "2", "--output", text(&at("dead.npz"))];
+    good(&[&["simulate", "fingertip", "--samples", "60"][..], &dead].concat());
+    let names = fs::read_to_string(at("dead.classes.json")).unwrap();
+    assert!(names.contains("simulated: fingertip with dead-line, 2 lines or fingers"), "{names}");
+    let turned = ["--fault", "rotation", "--severity", "2", "--output", text(&at("turned.npz"))];
+    assert!(refused(&[&["simulate", "fingertip"][..], &turned].concat()).contains("channels have no place"));
 
     let ramp: Vec<f32> = (0..500).map(|i| (i % 250) as f32).collect();
     write_npy(&at("x.npy"), &[2, 5, 50], &ramp);

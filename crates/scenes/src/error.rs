@@ -26,6 +26,32 @@ pub enum Error {
         /// All removable effects of the scene.
         known: String,
     },
+    /// No fault has this name.
+    #[error("there is no fault `{name}`; known: {known}")]
+    UnknownFault {
+        /// The name asked for.
+        name: String,
+        /// All names.
+        known: String,
+    },
+    /// A fault has no meaning for these readings.
+    #[error("fault {fault} has no meaning for {layout}: {reason}")]
+    Fault {
+        /// The fault.
+        fault: &'static str,
+        /// The layout of the readings.
+        layout: &'static str,
+        /// Why it has none.
+        reason: &'static str,
+    },
+    /// A sample cannot be worked on.
+    #[error("sample {sample}: {reason}")]
+    Sample {
+        /// Index of the sample.
+        sample: usize,
+        /// What is wrong, and the way out.
+        reason: String,
+    },
     /// A parameter is impossible.
     #[error("{name} = {value}: {expected}")]
     Parameter {

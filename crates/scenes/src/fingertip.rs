@@ -26,6 +26,7 @@ mod parameters;
 
 pub(crate) use parameters::explain;
 
+use crate::faults::Layout;
 use crate::{Error, Result, Scene};
 use ndarray::Array3;
 use parameters::*;
@@ -152,6 +153,7 @@ impl Fingertip {
         }
         Ok(Scene {
             x: x.into_dyn(),
+            layout: Layout::Series,
             y,
             group,
             class_names: self.shore.iter().map(|s| format!("shore-{s:02}")).collect(),

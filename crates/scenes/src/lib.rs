@@ -20,12 +20,14 @@
 //! ```
 
 mod error;
+pub mod faults;
 pub mod fingertip;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
 
-use ndarray::ArrayD;
+use faults::{Fault, Layout, Sensor};
+use ndarray::{ArrayD, Axis};
 use serde::Serialize;
 
 /// A simulated data set of N samples.
@@ -33,6 +35,8 @@ use serde::Serialize;
 pub struct Scene {
     /// Raw readings, `[N, ..]`, in `unit`.
     pub x: ArrayD<f32>,
+    /// What the axes of one sample are.
+    pub layout: Layout,
     /// Class of each sample, an index into `class_names`.
     pub y: Vec<u32>,
     /// Session of each sample: what a fair split never tears apart.
@@ -47,6 +51,24 @@ pub struct Scene {
     pub full_scale: f32,
     /// True physical values by name, one per sample.
     pub truth: Vec<(String, Vec<f32>)>,
+}
+
+impl Scene {
+    /// Range and axes of the readings, as [`faults`] need them.
+    pub fn sensor(&self) -> Sensor {
+        Sensor::new(self.layout, self.full_scale)
+    }
+
+    /// Breaks every sample by one fault; see [`Fault::apply`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Fault::apply`].
+    pub fn corrupt(&mut self, fault: Fault, severity: u8, seed: u64) -> Result<()> {
+        let sensor = self.sensor();
+        let mut samples = self.x.axis_iter_mut(Axis(0)).enumerate();
+        samples.try_for_each(|(i, sample)| fault.apply(sample, &sensor, severity, seed, i))
+    }
 }
 
 /// One parameter of a scene and the effect that it is there for.

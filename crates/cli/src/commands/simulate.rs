@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel_data::Npz;
+use taxel_scenes::faults::Fault;
 
 use crate::Outcome;
 use crate::arrays::write;
@@ -17,7 +18,8 @@ use crate::text;
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel simulate fingertip --samples 1500 --seed 0 --output grasps.npz
            taxel simulate fingertip --explain
-           taxel simulate fingertip --samples 300 --without placement --output easy.npz")]
+           taxel simulate fingertip --samples 300 --without placement --output easy.npz
+           taxel simulate fingertip --samples 300 --fault dead --severity 4 --output broken.npz")]
 pub struct Simulate {
     /// Scene name.
     scene: String,
@@ -33,6 +35,12 @@ pub struct Simulate {
     /// Leaves an effect out; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
+    /// Breaks every recording by this fault, as `taxel stress` does.
+    #[arg(long, value_name = "FAULT", requires = "severity")]
+    fault: Option<Fault>,
+    /// How badly, 1 to 5.
+    #[arg(long, requires = "fault")]
+    severity: Option<u8>,
     /// Prints every effect with value, unit and source instead.
     #[arg(long)]
     explain: bool,
@@ -60,7 +68,15 @@ impl Simulate {
             return Ok(ExitCode::SUCCESS);
         }
         let Some(output) = self.output else { return Err("--output is missing".into()) };
-        let scene = taxel_scenes::simulate(&self.scene, self.samples, self.seed, &self.without)?;
+        let mut scene = taxel_scenes::simulate(&self.scene, self.samples, self.seed, &self.without)?;
+        let mut source = format!("simulated: {}", self.scene);
+        if !self.without.is_empty() {
+            source += &format!(" without {}", self.without.join(", "));
+        }
+        if let (Some(fault), Some(severity)) = (self.fault, self.severity) {
+            scene.corrupt(fault, severity, self.seed)?;
+            source += &format!(" with {fault}, {} {}", fault.level(severity)?, fault.unit());
+        }
         let (shape, classes) = (scene.x.shape().to_vec(), scene.class_names.len());
         let n = self.samples;
         let fill = || -> std::io::Result<Vec<u8>> {
@@ -76,7 +92,7 @@ impl Simulate {
         write(&output, fill())?;
         let names = serde_json::json!({
             "classes": scene.class_names, "channels": scene.channel_names, "unit": scene.unit,
-            "full_scale": scene.full_scale, "source": format!("simulated: {}", self.scene),
+            "full_scale": scene.full_scale, "source": source,
         });
         let labels = output.with_extension("classes.json");
         write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;
