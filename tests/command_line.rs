@@ -194,12 +194,16 @@ fn simulate_encode_and_check_go_together() {
     assert!(
         refused(&["simulate", "fingertip", "--without", "gravity", "--output", "x.npz"]).contains("gravity")
     );
-    let dead = ["--fault", "dead-line", "--severity", "2", "--output", text(&at("dead.npz"))];
-    good(&[&["simulate", "fingertip", "--samples", "60"][..], &dead].concat());
-    let names = fs::read_to_string(at("dead.classes.json")).unwrap();
+    let broken = |fault: &str, severity: &str| {
+        let fault = ["--fault", fault, "--severity", severity, "--output"];
+        let line = ["simulate", "fingertip", "--samples", "60"].iter().chain(&fault);
+        line.map(|word| word.to_string()).chain([text(&at("broken.npz")).into()]).collect::<Vec<_>>()
+    };
+    good(&broken("dead-line", "2").iter().map(String::as_str).collect::<Vec<_>>());
+    let names = fs::read_to_string(at("broken.classes.json")).unwrap();
     assert!(names.contains("simulated: fingertip with dead-line, 2 lines or fingers"), "{names}");
-    let turned = ["--fault", "rotation", "--severity", "2", "--output", text(&at("turned.npz"))];
-    assert!(refused(&[&["simulate", "fingertip"][..], &turned].concat()).contains("channels have no place"));
+    let refusal = refused(&broken("rotation", "2").iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(refusal.contains("channels have no place"), "{refusal}");
 
     let ramp: Vec<f32> = (0..500).map(|i| (i % 250) as f32).collect();
     write_npy(&at("x.npy"), &[2, 5, 50], &ramp);
