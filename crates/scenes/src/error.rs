@@ -16,6 +16,14 @@ pub enum Error {
         /// All names.
         known: String,
     },
+    /// The settings of a scene cannot be read.
+    #[error("settings of scene {scene}: {reason}")]
+    Settings {
+        /// The scene.
+        scene: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// The scene has no such effect, or could not work without it.
     #[error("scene {scene} has no removable effect `{name}`; known: {known}")]
     UnknownEffect {
@@ -49,6 +57,14 @@ pub enum Error {
     Sample {
         /// Index of the sample.
         sample: usize,
+        /// What is wrong, and the way out.
+        reason: String,
+    },
+    /// A mesh cannot be used.
+    #[error("{file}: {reason}")]
+    Mesh {
+        /// The file, or the name of a built-in object.
+        file: String,
         /// What is wrong, and the way out.
         reason: String,
     },

@@ -153,6 +153,7 @@ impl Fingertip {
         }
         Ok(Scene {
             x: x.into_dyn(),
+            streams: Vec::new(),
             layout: Layout::Series,
             y,
             group,

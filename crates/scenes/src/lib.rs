@@ -10,7 +10,7 @@
 //!
 //! # Reference
 //!
-//! See each scene: [`fingertip`].
+//! See each scene: [`fingertip`], [`imprint`].
 //!
 //! ```
 //! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
@@ -22,28 +22,32 @@
 mod error;
 pub mod faults;
 pub mod fingertip;
+pub mod imprint;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
+pub use imprint::Imprint;
 
 use faults::{Fault, Layout, Sensor};
 use ndarray::{ArrayD, Axis};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A simulated data set of N samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Raw readings, `[N, ..]`, in `unit`.
     pub x: ArrayD<f32>,
+    /// Further arrays `[N, ..]` by name, such as pictures of the same objects; often none.
+    pub streams: Vec<(String, ArrayD<f32>)>,
     /// What the axes of one sample are.
     pub layout: Layout,
     /// Class of each sample, an index into `class_names`.
     pub y: Vec<u32>,
-    /// Session of each sample: what a fair split never tears apart.
+    /// Session or object of each sample: what a fair split never tears apart.
     pub group: Vec<u32>,
     /// Names of the classes.
     pub class_names: Vec<String>,
-    /// Names of the channels (axis 1 of `x`).
+    /// Names of the channels (axis 1 of `x`); none for arrays of taxels.
     pub channel_names: Vec<String>,
     /// Unit of the readings.
     pub unit: &'static str,
@@ -92,20 +96,69 @@ pub struct Effect {
 
 /// Names of all scenes.
 pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME]
+    &[fingertip::NAME, imprint::NAME]
+}
+
+/// A scene with its settings; everything that is not set has its default.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Settings {
+    /// See [`fingertip`].
+    Fingertip(Fingertip),
+    /// See [`imprint`].
+    Imprint(Imprint),
+}
+
+impl Settings {
+    /// Settings of the scene `name`, from any format that serde reads.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownScene`]; [`Error::Settings`] for an unknown key or a value of the wrong kind.
+    pub fn read<'de, D: Deserializer<'de>>(name: &str, settings: D) -> Result<Self> {
+        let read = match name {
+            fingertip::NAME => Fingertip::deserialize(settings).map(Self::Fingertip),
+            imprint::NAME => Imprint::deserialize(settings).map(Self::Imprint),
+            _ => return Err(unknown(name)),
+        };
+        read.map_err(|error| Error::Settings { scene: name.into(), reason: error.to_string() })
+    }
+
+    /// The scene `name` as it is by default.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownScene`].
+    pub fn of(name: &str) -> Result<Self> {
+        match name {
+            fingertip::NAME => Ok(Self::Fingertip(Fingertip::default())),
+            imprint::NAME => Ok(Self::Imprint(Imprint::default())),
+            _ => Err(unknown(name)),
+        }
+    }
+
+    /// Simulates `samples` recordings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownEffect`] for a name in `without` that is no removable effect of the scene,
+    /// [`Error::Parameter`] for impossible settings or zero samples, [`Error::Mesh`] for a mesh
+    /// that cannot be used.
+    pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        match self {
+            Self::Fingertip(scene) => scene.simulate(samples, seed, without),
+            Self::Imprint(scene) => scene.simulate(samples, seed, without),
+        }
+    }
 }
 
 /// Simulates `samples` recordings of the scene `name` with its default parameters.
 ///
 /// # Errors
 ///
-/// [`Error::UnknownScene`], [`Error::UnknownEffect`] for a name in `without` that is no removable
-/// effect of the scene, [`Error::Parameter`] for zero samples.
+/// [`Error::UnknownScene`], and those of [`Settings::simulate`].
 pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
-    match name {
-        fingertip::NAME => Fingertip::default().simulate(samples, seed, without),
-        _ => Err(unknown(name)),
-    }
+    Settings::of(name)?.simulate(samples, seed, without)
 }
 
 /// All parameters of the scene `name`, effect by effect.
@@ -116,6 +169,7 @@ pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Re
 pub fn explain(name: &str) -> Result<Vec<Effect>> {
     match name {
         fingertip::NAME => Ok(fingertip::explain()),
+        imprint::NAME => Ok(imprint::explain()),
         _ => Err(unknown(name)),
     }
 }

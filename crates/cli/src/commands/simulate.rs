@@ -19,6 +19,7 @@ use crate::text;
 #[command(after_help = "Examples:  taxel simulate fingertip --samples 1500 --seed 0 --output grasps.npz
            taxel simulate fingertip --explain
            taxel simulate fingertip --samples 300 --without placement --output easy.npz
+           taxel simulate imprint --samples 1500 --set elements=16 --set meshes=my-meshes --output touch.npz
            taxel simulate fingertip --samples 300 --fault dead --severity 4 --output broken.npz")]
 pub struct Simulate {
     /// Scene name.
@@ -32,6 +33,9 @@ pub struct Simulate {
     /// Where the data set goes.
     #[arg(long, required_unless_present = "explain")]
     output: Option<PathBuf>,
+    /// A setting of the scene in place of its default: key=value; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Leaves an effect out; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
@@ -68,8 +72,13 @@ impl Simulate {
             return Ok(ExitCode::SUCCESS);
         }
         let Some(output) = self.output else { return Err("--output is missing".into()) };
-        let mut scene = taxel_scenes::simulate(&self.scene, self.samples, self.seed, &self.without)?;
+        let settings = serde_json::Value::Object(super::settings(&self.set)?);
+        let settings = taxel_scenes::Settings::read(&self.scene, settings)?;
+        let mut scene = settings.simulate(self.samples, self.seed, &self.without)?;
         let mut source = format!("simulated: {}", self.scene);
+        if !self.set.is_empty() {
+            source += &format!(" ({})", self.set.join(", "));
+        }
         if !self.without.is_empty() {
             source += &format!(" without {}", self.without.join(", "));
         }
@@ -84,6 +93,9 @@ impl Simulate {
             npz.add("x", &shape, scene.x.as_standard_layout().as_slice().unwrap_or_default())?;
             npz.add("y", &[n], &scene.y)?;
             npz.add("group", &[n], &scene.group)?;
+            for (name, values) in &scene.streams {
+                npz.add(name, values.shape(), values.as_standard_layout().as_slice().unwrap_or_default())?;
+            }
             for (name, values) in &scene.truth {
                 npz.add(name, &[n], values)?;
             }
