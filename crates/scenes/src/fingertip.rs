@@ -27,6 +27,7 @@ mod parameters;
 
 pub(crate) use parameters::explain;
 
+use crate::faults::Layout;
 use crate::parameters::Parameter;
 use crate::world::{World, normal};
 use crate::{Error, Result, Scene};
@@ -154,6 +155,8 @@ impl Fingertip {
         }
         Ok(Scene {
             x: x.into_dyn(),
+            streams: Vec::new(),
+            layout: Layout::Series,
             y,
             group,
             class_names: self.shore.iter().map(|s| format!("shore-{s:02}")).collect(),

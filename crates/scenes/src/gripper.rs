@@ -30,6 +30,7 @@ mod recording;
 
 pub(crate) use parameters::explain;
 
+use crate::faults::Layout;
 use crate::world::{World, columns};
 use crate::{Attributes, Error, Result, Scene};
 use ndarray::{Array2, Array4};
@@ -145,6 +146,8 @@ impl Gripper {
         let x = Array4::from_shape_vec((samples, shape[0], shape[1], shape[2]), x).unwrap_or_default();
         Ok(Scene {
             x: x.into_dyn(),
+            streams: Vec::new(),
+            layout: Layout::Fingers,
             y: attributes.y.column(0).to_vec(),
             group: (0..samples).map(|i| (i % objects.len()) as u32).collect(),
             class_names: attributes.class_names[0].clone(),

@@ -29,6 +29,7 @@ mod surface;
 
 pub(crate) use parameters::explain;
 
+use crate::faults::Layout;
 use crate::world::{World, columns, normal};
 use crate::{Error, Result, Scene};
 use finger::Fingers;
@@ -175,6 +176,8 @@ impl Palpation {
         let x = Array4::from_shape_vec((samples, frames, rows, columns_), x).unwrap_or_default();
         Ok(Scene {
             x: x.into_dyn(),
+            streams: Vec::new(),
+            layout: Layout::Sequence,
             y: (0..samples).map(|i| (i % objects.len()) as u32).collect(),
             group: (0..samples).map(|i| session(i) as u32).collect(),
             class_names: objects.iter().map(|object| object.name.into()).collect(),

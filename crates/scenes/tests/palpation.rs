@@ -4,7 +4,7 @@
 
 use ndarray::{Array1, Array2, Axis};
 use taxel_scenes::palpation::{Paper, Subset};
-use taxel_scenes::{Error, Palpation, Scene, explain, simulate};
+use taxel_scenes::{Error, Palpation, Scene, Settings, explain, simulate};
 
 const PALPATION: &str = "palpation";
 
@@ -263,14 +263,16 @@ fn impossible_requests_are_refused_by_name() {
 
 #[test]
 fn settings_are_tables() {
-    let parse = |text: &str| serde_json::from_str::<taxel_scenes::Settings>(text).map_err(|e| e.to_string());
-    let scene = parse(r#"{"scene": "palpation", "paper": "002", "frames": 21}"#).unwrap();
+    let parse = |text: &str| {
+        let table: serde_json::Value = serde_json::from_str(text).unwrap();
+        Settings::read(PALPATION, table).map_err(|e| e.to_string())
+    };
+    let scene = parse(r#"{"paper": "002", "frames": 21}"#).unwrap();
     assert_eq!(scene.simulate(2, 0, &[]).unwrap().x.shape(), [2, 21, 28, 50]);
     for (bad, says) in [
-        (r#"{"scene": "palpation", "papr": "002"}"#, "papr"),
-        (r#"{"scene": "palpation", "paper": "004"}"#, "expected `002` or `003`"),
-        (r#"{"scene": "palpation", "subset": "soft"}"#, "in-bag"),
-        (r#"{"scene": "slip"}"#, "slip"),
+        (r#"{"papr": "002"}"#, "papr"),
+        (r#"{"paper": "004"}"#, "expected `002` or `003`"),
+        (r#"{"subset": "soft"}"#, "in-bag"),
     ] {
         let text = parse(bad).unwrap_err();
         assert!(text.contains(says), "{text}");

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel_data::Npz;
+use taxel_scenes::faults::Fault;
 
 use crate::Outcome;
 use crate::arrays::write;
@@ -18,11 +19,14 @@ use crate::text;
 /// fingertip: shore=[0,10,20]; between=[0,30] (any hardness in the range); sessions=10.
 /// palpation: paper=002|003; subset=all|rigid|deformable|in-bag; frames=51; sessions=5.
 /// gripper: objects=["tennis","mask"] (default all 30); sessions=5. y is [N, 2]: elasticity, hardness.
+/// imprint: see `taxel simulate imprint --explain`.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel simulate fingertip --samples 1500 --seed 0 --output grasps.npz
            taxel simulate palpation --set paper=002 --samples 540 --output squeezes.npz
            taxel simulate fingertip --explain
-           taxel simulate fingertip --samples 300 --without placement --output easy.npz")]
+           taxel simulate fingertip --samples 300 --without placement --output easy.npz
+           taxel simulate imprint --samples 1500 --set elements=16 --set meshes=my-meshes --output touch.npz
+           taxel simulate fingertip --samples 300 --fault dead --severity 4 --output broken.npz")]
 pub struct Simulate {
     /// Scene name.
     scene: String,
@@ -35,12 +39,18 @@ pub struct Simulate {
     /// Where the data set goes.
     #[arg(long, required_unless_present = "explain")]
     output: Option<PathBuf>,
+    /// A setting of the scene in place of its default: key=value; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Leaves an effect out; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
-    /// A setting of the scene: key=value.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    /// Breaks every recording by this fault, as `taxel stress` does.
+    #[arg(long, value_name = "FAULT", requires = "severity")]
+    fault: Option<Fault>,
+    /// How badly, 1 to 5.
+    #[arg(long, requires = "fault")]
+    severity: Option<u8>,
     /// Prints every effect with value, unit and source instead.
     #[arg(long)]
     explain: bool,
@@ -67,8 +77,21 @@ impl Simulate {
             }
             return Ok(ExitCode::SUCCESS);
         }
-        let Some(output) = &self.output else { return Err("--output is missing".into()) };
-        let scene = self.settings()?.simulate(self.samples, self.seed, &self.without)?;
+        let Some(output) = self.output else { return Err("--output is missing".into()) };
+        let settings = serde_json::Value::Object(super::settings(&self.set)?);
+        let settings = taxel_scenes::Settings::read(&self.scene, settings)?;
+        let mut scene = settings.simulate(self.samples, self.seed, &self.without)?;
+        let mut source = format!("simulated: {}", self.scene);
+        if !self.set.is_empty() {
+            source += &format!(" ({})", self.set.join(", "));
+        }
+        if !self.without.is_empty() {
+            source += &format!(" without {}", self.without.join(", "));
+        }
+        if let (Some(fault), Some(severity)) = (self.fault, self.severity) {
+            scene.corrupt(fault, severity, self.seed)?;
+            source += &format!(" with {fault}, {} {}", fault.level(severity)?, fault.unit());
+        }
         let (shape, classes) = (scene.x.shape().to_vec(), scene.class_names.len());
         let n = self.samples;
         let fill = || -> std::io::Result<Vec<u8>> {
@@ -83,31 +106,27 @@ impl Simulate {
                 None => npz.add("y", &[n], &scene.y)?,
             }
             npz.add("group", &[n], &scene.group)?;
+            for (name, values) in &scene.streams {
+                npz.add(name, values.shape(), values.as_standard_layout().as_slice().unwrap_or_default())?;
+            }
             for (name, values) in &scene.truth {
                 npz.add(name, &[n], values)?;
             }
             npz.finish()
         };
-        write(output, fill())?;
+        write(&output, fill())?;
         let classes_of = match &scene.attributes {
             Some(attributes) => serde_json::json!(attributes.class_names),
             None => serde_json::json!(scene.class_names),
         };
         let names = serde_json::json!({
             "classes": classes_of, "channels": scene.channel_names, "unit": scene.unit,
-            "full_scale": scene.full_scale, "source": format!("simulated: {}", self.scene),
+            "full_scale": scene.full_scale, "source": source,
         });
         let labels = output.with_extension("classes.json");
         write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;
         println!("{}: {} of {classes} classes, {}", output.display(), text::shape(&shape), scene.unit);
         Ok(ExitCode::SUCCESS)
-    }
-    fn settings(&self) -> Result<taxel_scenes::Settings, Box<dyn std::error::Error>> {
-        // An unknown scene is named before its settings are read.
-        taxel_scenes::Settings::named(&self.scene)?;
-        let mut table = super::settings(&self.set)?;
-        table.insert("scene".into(), self.scene.as_str().into());
-        Ok(serde_json::from_value(table.into()).map_err(|e| format!("--set: {e}"))?)
     }
 }
 
