@@ -75,6 +75,9 @@ pub struct Data {
     /// Recordings to simulate, 1 to 10 million.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<usize>,
+    /// Settings of the scene, as `taxel simulate --set` takes them.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub set: toml::Table,
     /// Effects of the scene to leave out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
@@ -138,6 +141,9 @@ pub struct Encoding {
     /// `image` [N, C, H, W], for 2D networks; no image without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub image: Option<Image>,
+    /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tensor: Option<Tensor>,
 }
 
 /// How readings are scaled.
@@ -172,6 +178,10 @@ pub enum ImageKind {
     Gasf,
     /// The samples are images: [N, H, W] becomes [N, 1, H, W], [N, C, H, W] stays.
     Raw,
+    /// One frame of each squeeze [N, T, H, W], for 2D networks (papers 002 and 003).
+    Frame,
+    /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
+    Numatac,
 }
 
 /// `encoding.image`. A field is always made from raw readings, whatever `encoding.signal` says.
@@ -192,7 +202,32 @@ pub struct Image {
     /// Fields: what a constant recording gives under `per-sample`: `error` (default) or `zero`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constant: Option<Constant>,
-    /// Images as recorded: scale of the pixels. Default `full-scale`.
+    /// Images as recorded and frames: scale of the pixels. Default `full-scale`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Scale>,
+    /// Images as recorded and frames: `[height, width]` in pixels to resample to, bilinear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resize: Option<[usize; 2]>,
+    /// Images as recorded and frames: one grey channel becomes the red of three (paper 001). Default
+    /// false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub red: Option<bool>,
+    /// Frames: `"peak"` (default), or `{ at = 5 }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<taxel_encodings::Frame>,
+    /// Numatac: ticks from contact on. Default 300.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<usize>,
+}
+
+/// `encoding.tensor`: squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (paper 003).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tensor {
+    /// Frames to resample to. Default as recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
+    /// Scale of the readings. Default `full-scale`.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
 }

@@ -7,9 +7,12 @@
 use std::rc::Rc;
 use std::time::Instant;
 
-use ndarray::{ArrayD, Axis, Ix3};
+use ndarray::{ArrayD, ArrayViewD, Axis, Ix3, Ix4};
 use serde::{Deserialize, Serialize};
-use taxel_encodings::{Gaf, HardnessImage, Method, Scaling};
+use taxel_encodings::numatac::{fit_features, scale_features};
+use taxel_encodings::{
+    Frame, Gaf, HardnessImage, Method, NumaTac, Resize, Scaling, TactileTensor, red_channel,
+};
 
 use crate::config::{Image, ImageKind, Problem, Scale};
 use crate::error::{Error, Result};
@@ -20,6 +23,9 @@ use crate::samples::Samples;
 pub const SIGNAL: &str = "signal";
 /// Input of 2D networks: channels × rows × columns.
 pub const IMAGE: &str = "image";
+
+/// Input of 3D networks: channels × rows × columns × frames.
+pub const TENSOR: &str = "tensor";
 
 /// Inputs of all samples under one name, row-major, PyTorch's axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,6 +71,31 @@ pub enum Transform {
     Image(Scaling),
     /// `[N, C, T]` as a coloured Gramian angular field `[N, C, H, W]`.
     Field(HardnessImage),
+    /// Images, or one frame of each `[N, T, H, W]`, coloured and resized, then scaled per channel.
+    Picture {
+        /// Which frame; none where the samples are images.
+        frame: Option<Frame>,
+        /// Whether one grey channel becomes the red of three.
+        red: bool,
+        /// The new size.
+        resize: Option<Resize>,
+        /// Scale of the pixels.
+        scaling: Scaling,
+    },
+    /// `[N, T, H, W]` as `[N, 1, H, W, T]`, scaled.
+    Tensor {
+        /// Frames.
+        tensor: TactileTensor,
+        /// Scale of the readings.
+        scaling: Scaling,
+    },
+    /// Bits `[N, fingers, features, ticks]` in Pa from contact on, scaled per finger and feature.
+    Numatac {
+        /// Contact judge and offsets.
+        numatac: NumaTac,
+        /// Scale of the pressures.
+        scaling: Scaling,
+    },
 }
 
 impl Transform {
@@ -73,23 +104,103 @@ impl Transform {
     /// # Errors
     /// Samples with other axes than the transform takes, or readings that cannot be encoded.
     pub fn apply(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
-        let (name, scaling) = match self {
+        self.scale(self.shape(x, source)?, source)
+    }
+
+    /// Name of the input that it makes.
+    fn input(&self) -> &'static str {
+        match self {
+            Transform::Signal(_) => SIGNAL,
+            Transform::Tensor { .. } => TENSOR,
+            _ => IMAGE,
+        }
+    }
+
+    /// Everything but the scaling.
+    fn shape(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+        let input = self.input();
+        let refuse = |e| encoding(source, input, e);
+        let wrong = |_| axes_error(x, input, source);
+        match self {
+            Transform::Signal(_) => signal_axes(x.clone(), SIGNAL, source),
+            Transform::Image(_) => image_axes(x.clone(), source),
             Transform::Field(field) => {
                 let x = signal_axes(x.clone(), IMAGE, source)?;
-                let wrong = || axes_error(&x, IMAGE, source);
-                let x = x.view().into_dimensionality::<Ix3>().map_err(|_| wrong())?;
-                let images = field.encode_batch(x).map_err(|e| encoding(source, IMAGE, e))?;
-                return Ok(images.into_dyn());
+                let x = x.view().into_dimensionality::<Ix3>().map_err(wrong)?;
+                Ok(field.encode_batch(x).map_err(refuse)?.into_dyn())
             }
-            Transform::Signal(scaling) => (SIGNAL, scaling),
-            Transform::Image(scaling) => (IMAGE, scaling),
-        };
-        let mut x = match name {
-            SIGNAL => signal_axes(x.clone(), SIGNAL, source)?,
-            _ => image_axes(x.clone(), source)?,
-        };
-        scaling.apply(&mut x).map_err(|e| encoding(source, name, e))?;
+            Transform::Picture { frame, red, resize, .. } => {
+                let images = match frame {
+                    None => image_axes(x.clone(), source)?,
+                    Some(frame) => {
+                        let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                        frame.encode_batch(x).map_err(refuse)?.into_dyn()
+                    }
+                };
+                let mut images = images.into_dimensionality::<Ix4>().map_err(wrong)?;
+                if *red && images.shape()[1] == 1 {
+                    images = red_channel(images.index_axis(Axis(1), 0));
+                }
+                if let Some(resize) = resize {
+                    images = resize.encode_batch(images.view()).map_err(refuse)?;
+                }
+                Ok(images.into_dyn())
+            }
+            Transform::Tensor { tensor, .. } => {
+                let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                let tensors: Vec<_> = x
+                    .outer_iter()
+                    .map(|one| tensor.encode(one))
+                    .collect::<std::result::Result<_, _>>()
+                    .map_err(refuse)?;
+                let views: Vec<_> = tensors.iter().map(|one| one.view()).collect();
+                ndarray::stack(Axis(0), &views)
+                    .map(|x| x.into_dyn())
+                    .map_err(|_| axes_error(&ArrayD::zeros(vec![0]), input, source))
+            }
+            Transform::Numatac { numatac, .. } => {
+                let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                Ok(numatac.encode_batch(x).map_err(refuse)?.into_dyn())
+            }
+        }
+    }
+
+    fn scale(&self, mut x: ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+        let input = self.input();
+        let refuse = |e| encoding(source, input, e);
+        match self {
+            Transform::Field(_) => {}
+            Transform::Numatac { scaling, .. } => {
+                let view =
+                    x.view().into_dimensionality::<Ix4>().map_err(|_| axes_error(&x, input, source))?;
+                return Ok(scale_features(scaling, view).map_err(refuse)?.into_dyn());
+            }
+            Transform::Signal(scaling)
+            | Transform::Image(scaling)
+            | Transform::Picture { scaling, .. }
+            | Transform::Tensor { scaling, .. } => scaling.apply(&mut x).map_err(refuse)?,
+        }
         Ok(x)
+    }
+
+    /// The same with a scale fitted to `train`, shaped but not scaled.
+    fn fitted(&self, train: ArrayViewD<f32>, source: &str) -> Result<Self> {
+        let refuse = |e| encoding(source, self.input(), e);
+        let fitted = || Scaling::fit_z_score(train.view()).map_err(refuse);
+        Ok(match self.clone() {
+            Transform::Signal(_) => Transform::Signal(fitted()?),
+            Transform::Image(_) => Transform::Image(fitted()?),
+            Transform::Field(field) => Transform::Field(field),
+            Transform::Picture { frame, red, resize, .. } => {
+                Transform::Picture { frame, red, resize, scaling: fitted()? }
+            }
+            Transform::Tensor { tensor, .. } => Transform::Tensor { tensor, scaling: fitted()? },
+            Transform::Numatac { numatac, .. } => {
+                let view = train.view().into_dimensionality::<Ix4>();
+                let view = view.map_err(|_| axes_error(&train.to_owned(), IMAGE, source))?;
+                Transform::Numatac { numatac, scaling: fit_features(view).map_err(refuse)? }
+            }
+        })
     }
 }
 
@@ -115,8 +226,8 @@ pub struct Encoder<'a> {
 enum Plan {
     /// The same in every fold.
     Done(Input),
-    /// Z-scores of samples with the axes of the input.
-    Fit { name: &'static str, x: ArrayD<f32> },
+    /// Samples with the axes of the input, to be scaled by z-scores.
+    Fit { transform: Transform, x: ArrayD<f32> },
 }
 
 impl<'a> Encoder<'a> {
@@ -126,30 +237,53 @@ impl<'a> Encoder<'a> {
     /// Samples with the wrong axes, readings that cannot be encoded, or a full scale that nobody
     /// names.
     pub fn new(experiment: &Experiment, samples: &'a Samples, wanted: &[&str]) -> Result<Self> {
-        let encoding = &experiment.config().encoding;
+        let config = &experiment.config().encoding;
         let mut plans = vec![];
-        if wanted.contains(&SIGNAL) {
-            let scaling = scaling(encoding.signal.scale, experiment, samples)?;
-            plans.push(match scaling {
-                Some(scaling) => done(SIGNAL, Transform::Signal(scaling), samples)?,
+        let mut plan = |scale: Scale, with: &dyn Fn(Scaling) -> Transform| -> Result<()> {
+            plans.push(match scaling(scale, experiment, samples)? {
+                Some(scaling) => done(with(scaling), samples)?,
                 None => {
-                    Plan::Fit { name: SIGNAL, x: signal_axes(samples.x.clone(), SIGNAL, &samples.source)? }
+                    let transform = with(Scaling::Raw);
+                    let x = transform.shape(&samples.x, &samples.source)?;
+                    Plan::Fit { transform, x }
                 }
             });
+            Ok(())
+        };
+        if wanted.contains(&SIGNAL) {
+            plan(config.signal.scale, &Transform::Signal)?;
         }
-        if let Some(image) = &encoding.image
-            && wanted.contains(&IMAGE)
-        {
-            let transform = match image.kind {
-                ImageKind::Raw => scaling(image.scale.unwrap_or(Scale::FullScale), experiment, samples)?
-                    .map(Transform::Image),
-                ImageKind::Gadf => Some(Transform::Field(field(image, Method::Difference))),
-                ImageKind::Gasf => Some(Transform::Field(field(image, Method::Summation))),
-            };
-            plans.push(match transform {
-                Some(transform) => done(IMAGE, transform, samples)?,
-                None => Plan::Fit { name: IMAGE, x: image_axes(samples.x.clone(), &samples.source)? },
-            });
+        if let Some(tensor) = config.tensor.filter(|_| wanted.contains(&TENSOR)) {
+            let frames = TactileTensor { frames: tensor.frames };
+            plan(tensor.scale.unwrap_or(Scale::FullScale), &|scaling| Transform::Tensor {
+                tensor: frames,
+                scaling,
+            })?;
+        }
+        if let Some(image) = config.image.as_ref().filter(|_| wanted.contains(&IMAGE)) {
+            let scale = image.scale.unwrap_or(Scale::FullScale);
+            let resize =
+                image.resize.map(|[height, width]| Resize { height, width, filter: Default::default() });
+            let red = image.red.unwrap_or(false);
+            match image.kind {
+                ImageKind::Raw if resize.is_none() && !red => plan(scale, &Transform::Image)?,
+                ImageKind::Raw => {
+                    plan(scale, &|scaling| Transform::Picture { frame: None, red, resize, scaling })?;
+                }
+                ImageKind::Frame => {
+                    let frame = Some(image.frame.unwrap_or_default());
+                    plan(scale, &|scaling| Transform::Picture { frame, red, resize, scaling })?;
+                }
+                ImageKind::Numatac => {
+                    let numatac = NumaTac { window: image.window.unwrap_or(300), ..NumaTac::default() };
+                    plan(Scale::ZScore, &|scaling| Transform::Numatac { numatac, scaling })?;
+                }
+                ImageKind::Gadf | ImageKind::Gasf => {
+                    let method =
+                        if image.kind == ImageKind::Gadf { Method::Difference } else { Method::Summation };
+                    plans.push(done(Transform::Field(field(image, method)), samples)?);
+                }
+            }
         }
         Ok(Encoder { samples, plans })
     }
@@ -158,7 +292,7 @@ impl<'a> Encoder<'a> {
     pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
         self.plans.iter().find_map(|plan| match plan {
             Plan::Done(input) => (input.name == name).then(|| input.encoded.shape().to_vec()),
-            Plan::Fit { name: own, x } => (*own == name).then(|| x.shape()[1..].to_vec()),
+            Plan::Fit { transform, x } => (transform.input() == name).then(|| x.shape()[1..].to_vec()),
         })
     }
 
@@ -169,27 +303,22 @@ impl<'a> Encoder<'a> {
     pub fn fit(&self, train: &[usize]) -> Result<Vec<Input>> {
         let fit = |plan: &Plan| match plan {
             Plan::Done(input) => Ok(input.clone()),
-            Plan::Fit { name, x } => {
-                let refuse = |e| encoding(&self.samples.source, name, e);
-                let scaling = Scaling::fit_z_score(x.select(Axis(0), train).view()).map_err(refuse)?;
+            Plan::Fit { transform, x } => {
+                let source = &self.samples.source;
+                let transform = transform.fitted(x.select(Axis(0), train).view(), source)?;
                 let start = Instant::now();
-                let mut x = x.clone();
-                scaling.apply(&mut x).map_err(refuse)?;
-                let transform = match *name {
-                    SIGNAL => Transform::Signal(scaling),
-                    _ => Transform::Image(scaling),
-                };
-                Ok(input(name, transform, x, start))
+                let x = transform.scale(x.clone(), source)?;
+                Ok(input(transform.input(), transform, x, start))
             }
         };
         self.plans.iter().map(fit).collect()
     }
 }
 
-fn done(name: &'static str, transform: Transform, samples: &Samples) -> Result<Plan> {
+fn done(transform: Transform, samples: &Samples) -> Result<Plan> {
     let start = Instant::now();
     let x = transform.apply(&samples.x, &samples.source)?;
-    Ok(Plan::Done(input(name, transform, x, start)))
+    Ok(Plan::Done(input(transform.input(), transform, x, start)))
 }
 
 fn input(name: &'static str, transform: Transform, x: ArrayD<f32>, start: Instant) -> Input {
@@ -233,9 +362,10 @@ fn axes_error(x: &ArrayD<f32>, input: &'static str, source: &str) -> Error {
     let shape = x.shape().get(1..).unwrap_or_default().to_vec();
     let reason = match input {
         SIGNAL => "a signal is [N, C, T] or [N, F]",
+        TENSOR => "a tactile tensor is made of squeezes [N, T, H, W]",
         _ => {
             "a field is made of [N, C, T]; samples that are images need encoding.image.kind = \"raw\" and \
-              [N, H, W] or [N, C, H, W]"
+              [N, H, W] or [N, C, H, W], squeezes \"frame\" and [N, T, H, W], NumaTac bits \"numatac\""
         }
     };
     Error::Axes { source_label: source.into(), input, shape, reason }

@@ -82,7 +82,7 @@ impl Experiment {
         if let Some(data) = &overrides.data {
             let place = format!("--data {data}");
             if let Some(Value::Table(data)) = table.get_mut("data") {
-                for simulated in ["scene", "samples", "without"] {
+                for simulated in ["scene", "samples", "without", "set"] {
                     data.remove(simulated);
                 }
             }

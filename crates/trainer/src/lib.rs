@@ -39,7 +39,7 @@ mod train;
 
 pub use checkpoint::{Metadata, read_checkpoint, write_checkpoint};
 pub use config::{Config, Problem, Range};
-pub use encode::{Encoded, Encoder, IMAGE, Input, SIGNAL, Transform};
+pub use encode::{Encoded, Encoder, IMAGE, Input, SIGNAL, TENSOR, Transform};
 pub use environment::Environment;
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};

@@ -53,7 +53,9 @@ impl Samples {
             (Some(scene), None) => {
                 let count = config.data.samples.unwrap_or(1500);
                 let name = scene.as_str();
-                let scene = taxel_scenes::simulate(name, count, config.seed, &config.data.without)?;
+                let settings =
+                    taxel_scenes::Settings::read(name, toml::Value::Table(config.data.set.clone()))?;
+                let scene = settings.simulate(count, config.seed, &config.data.without)?;
                 Self::from_scene(name, &config.data.without, scene)
             }
             (None, None) => {
@@ -154,14 +156,7 @@ impl Samples {
     pub fn from_dataset(dataset: taxel_data::Dataset) -> Self {
         let units = dataset.units();
         let labels = match &dataset.attributes {
-            Some(values) => {
-                let attribute = |(i, classes): (usize, &Vec<String>)| Attribute {
-                    name: format!("attribute-{i}"),
-                    classes: classes.clone(),
-                };
-                let attributes = dataset.attribute_classes.iter().enumerate().map(attribute).collect();
-                Labels::new(attributes, values.iter().copied().collect())
-            }
+            Some(values) => numbered(&dataset.attribute_classes, values.iter().copied().collect()),
             None => {
                 let attribute = Attribute { name: "class".into(), classes: dataset.classes.clone() };
                 Labels::new(vec![attribute], dataset.y.clone())
@@ -199,9 +194,18 @@ impl Samples {
             [] => String::new(),
             names => format!(" without {}", names.join(", ")),
         };
-        let attribute = Attribute { name: "class".into(), classes: scene.class_names.clone() };
+        let labels = match &scene.attributes {
+            Some(own) => numbered(&own.class_names, own.y.iter().copied().collect()),
+            None => {
+                let attribute = Attribute { name: "class".into(), classes: scene.class_names.clone() };
+                Labels::new(vec![attribute], scene.y.clone())
+            }
+        };
+        if let Some(own) = &scene.attributes {
+            hasher.update(&own.y.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
+        }
         Samples {
-            labels: Labels::new(vec![attribute], scene.y.clone()),
+            labels,
             official: None,
             source: format!("simulated: {name}{left_out}"),
             origins: (0..scene.y.len()).map(|i| format!("{name}[{i}]")).collect(),
@@ -314,6 +318,15 @@ impl Samples {
             },
         }
     }
+}
+
+/// Several attributes that have no names yet.
+fn numbered(classes: &[Vec<String>], values: Vec<u32>) -> Labels {
+    let attribute = |(i, classes): (usize, &Vec<String>)| Attribute {
+        name: format!("attribute-{i}"),
+        classes: classes.clone(),
+    };
+    Labels::new(classes.iter().enumerate().map(attribute).collect(), values)
 }
 
 fn options(data: &Data) -> Options {

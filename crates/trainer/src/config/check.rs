@@ -133,6 +133,13 @@ impl Data {
                 let reason = format!("no scene has this name; known: {}", known.join(", "));
                 return refuse("data.scene", format!("{scene:?}"), reason);
             }
+            if let Err(error) = taxel_scenes::Settings::read(scene, Value::Table(self.set.clone())) {
+                return refuse(
+                    "data.set",
+                    self.set.to_string().trim().replace('\n', ", "),
+                    error.to_string(),
+                );
+            }
         }
         within("data.samples".into(), self.samples.unwrap_or(1500), 1, 10_000_000)?;
         let set = |present: bool, name: &'static str| present.then_some(name);
@@ -148,7 +155,9 @@ impl Data {
                 .or(set(self.test.is_some(), "test"))
                 .or(set(self.resize.is_some(), "resize"))
                 .or(set(self.limits.is_some(), "limits")),
-            None => set(self.samples.is_some(), "samples").or(set(!self.without.is_empty(), "without")),
+            None => set(self.samples.is_some(), "samples")
+                .or(set(!self.without.is_empty(), "without"))
+                .or(set(!self.set.is_empty(), "set")),
         };
         if let Some(name) = foreign {
             let other = if self.scene.is_some() { "data.path" } else { "data.scene" };
@@ -180,6 +189,9 @@ impl Data {
 
 impl Encoding {
     fn check(&self) -> Check {
+        if let Some(frames) = self.tensor.and_then(|tensor| tensor.frames) {
+            within("encoding.tensor.frames".into(), frames, 1, 4096)?;
+        }
         self.image.as_ref().map_or(Ok(()), Image::check)
     }
 }
@@ -187,22 +199,36 @@ impl Encoding {
 impl Image {
     fn check(&self) -> Check {
         let set = |present: bool, name: &'static str| present.then_some(name);
+        let field = set(self.size.is_some(), "size")
+            .or(set(self.range.is_some(), "range"))
+            .or(set(self.colormap.is_some(), "colormap"))
+            .or(set(self.constant.is_some(), "constant"));
+        let picture = set(self.scale.is_some(), "scale")
+            .or(set(self.resize.is_some(), "resize"))
+            .or(set(self.red.is_some(), "red"));
+        let frame = set(self.frame.is_some(), "frame");
+        let window = set(self.window.is_some(), "window");
         let (foreign, reason) = match self.kind {
             ImageKind::Raw => (
-                set(self.size.is_some(), "size")
-                    .or(set(self.range.is_some(), "range"))
-                    .or(set(self.colormap.is_some(), "colormap"))
-                    .or(set(self.constant.is_some(), "constant")),
-                "belongs to kind = \"gadf\" or \"gasf\"; leave it out",
+                field.or(frame).or(window),
+                "belongs to another kind of image (fields, frames); leave it out",
             ),
+            ImageKind::Frame => (field.or(window), "belongs to kind = \"gadf\" or \"gasf\"; leave it out"),
+            ImageKind::Numatac => {
+                (field.or(picture).or(frame), "does not apply to kind = \"numatac\"; leave it out")
+            }
             ImageKind::Gadf | ImageKind::Gasf => (
-                set(self.scale.is_some(), "scale"),
+                picture.or(frame).or(window),
                 "belongs to kind = \"raw\"; a field is made from raw readings and has a range",
             ),
         };
         if let Some(name) = foreign {
             return refuse(format!("encoding.image.{name}"), "..", reason);
         }
+        for side in self.resize.iter().flatten() {
+            within("encoding.image.resize".into(), *side, 1, 4096)?;
+        }
+        within("encoding.image.window".into(), self.window.unwrap_or(300), 1, 1_000_000)?;
         let least = if self.range.unwrap_or_default() == Range::PerSample { 2 } else { 1 };
         within("encoding.image.size".into(), self.size.unwrap_or(50), least, 4096)?;
         match self.range {
@@ -218,8 +244,11 @@ impl Image {
 
     fn fill_defaults(&mut self) {
         match self.kind {
-            ImageKind::Raw => {
+            ImageKind::Raw | ImageKind::Frame => {
                 self.scale.get_or_insert(crate::config::Scale::FullScale);
+            }
+            ImageKind::Numatac => {
+                self.window.get_or_insert(300);
             }
             ImageKind::Gadf | ImageKind::Gasf => {
                 self.size.get_or_insert(50);
