@@ -48,6 +48,11 @@ impl Encoded {
         &self.shape
     }
 
+    /// Values of one sample.
+    pub(crate) fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
     /// Values of sample `i`; empty where there is no such sample.
     pub fn sample(&self, i: usize) -> &[f32] {
         let len = self.shape.iter().product::<usize>();
@@ -105,6 +110,20 @@ impl Transform {
     /// Samples with other axes than the transform takes, or readings that cannot be encoded.
     pub fn apply(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
         self.scale(self.shape(x, source)?, source)
+    }
+
+    /// What a reading of 0 becomes, per channel of images and tensors: what lies beyond their edges.
+    pub(crate) fn rest(&self) -> Option<Vec<f32>> {
+        let scaling = match self {
+            Transform::Image(scaling)
+            | Transform::Picture { scaling, .. }
+            | Transform::Tensor { scaling, .. } => scaling,
+            Transform::Signal(_) | Transform::Field(_) | Transform::Numatac { .. } => return None,
+        };
+        Some(match scaling {
+            Scaling::ZScore { mean, sd } => mean.iter().zip(sd).map(|(mean, sd)| -mean / sd).collect(),
+            Scaling::Raw | Scaling::FullScale { .. } => vec![0.0],
+        })
     }
 
     /// Name of the input that it makes.

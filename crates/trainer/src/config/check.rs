@@ -74,6 +74,16 @@ impl Config {
             let at = format!("networks.{i}");
             network.check(&at, &self.train)?;
             let train = network.train(&self.train);
+            if train.augment.is_some() && !self.encoding.is_warpable() {
+                let reason =
+                    "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
+                let key = if network.train.augment.is_some() {
+                    format!("{at}.train.augment")
+                } else {
+                    "train.augment".into()
+                };
+                return refuse(key, "{ .. }", reason);
+            }
             if train.loss == Loss::SoftmaxCrossEntropy && !self.data.attributes.is_empty() {
                 let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\" or \
                               \"mean-squared-error\"";
@@ -193,6 +203,14 @@ impl Encoding {
             within("encoding.tensor.frames".into(), frames, 1, 4096)?;
         }
         self.image.as_ref().map_or(Ok(()), Image::check)
+    }
+}
+
+impl Encoding {
+    /// Whether pixels or taxels lie side by side as on the sensor.
+    fn is_warpable(&self) -> bool {
+        let pixels = |image: &Image| matches!(image.kind, ImageKind::Raw | ImageKind::Frame);
+        self.tensor.is_some() || self.image.as_ref().is_some_and(pixels)
     }
 }
 
@@ -335,6 +353,11 @@ impl Train {
         }
         self.schedule.check(&format!("{at}.schedule"))?;
         self.objective(at)?;
+        if let Some(taxel_data::Error::Augment { key, value, expected }) =
+            self.augment.and_then(|augment| augment.check().err())
+        {
+            return refuse(format!("{at}.augment.{key}"), value, expected);
+        }
         match self.clip {
             Some(clip) if !((clip as f32) > 0.0 && clip.is_finite()) => {
                 refuse(format!("{at}.clip"), clip, "must be positive and finite, usually 0.1 to 10")

@@ -1,6 +1,7 @@
 //! The `[train]` table: loss, optimiser, schedule, batch norm, when to stop.
 
 use serde::{Deserialize, Serialize};
+use taxel_data::Augment;
 use taxel_graph::{Loss, Scheme};
 
 /// The kinds of optimiser.
@@ -191,6 +192,9 @@ pub struct Train {
     /// Nodes that training leaves as they are, by name or a name's first parts: `["features"]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frozen: Vec<String>,
+    /// What happens to training images and tensors at random, anew in every epoch. Default nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub augment: Option<Augment>,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -216,6 +220,7 @@ impl Default for Train {
             clip: None,
             early_stopping: None,
             frozen: vec![],
+            augment: None,
         }
     }
 }
@@ -249,6 +254,8 @@ pub struct TrainOverride {
     pub early_stopping: Option<EarlyStopping>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frozen: Option<Vec<String>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub augment: Option<Augment>,
 }
 
 /// `networks.N.train.optimizer`.
@@ -295,6 +302,7 @@ impl TrainOverride {
             clip: own.clip.or(all.clip),
             early_stopping: own.early_stopping.or_else(|| all.early_stopping.clone()),
             frozen: own.frozen.unwrap_or_else(|| all.frozen.clone()),
+            augment: own.augment.or(all.augment),
         }
     }
 }
