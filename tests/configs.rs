@@ -33,6 +33,21 @@ fn simulated_ones_run() {
 }
 
 #[test]
+fn hardness_ones_run() {
+    configs("hardness").iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+fn palpation_ones_run() {
+    configs("palpation").iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+fn strength_ones_run() {
+    configs("strength").iter().for_each(|config| run_quick(config));
+}
+
+#[test]
 #[ignore = "needs TAXEL_DATA"]
 fn real_ones_run() {
     configs("real").iter().for_each(|config| run_quick(config));

@@ -224,10 +224,14 @@ fn a_resolved_config_reads_back_as_itself() {
 #[test]
 fn every_shipped_config_is_valid_in_full_and_quick() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs");
-    let mut seen = 0;
-    for folder in [root.clone(), root.join("real")] {
-        for entry in std::fs::read_dir(folder).unwrap() {
+    let (mut open, mut names) = (vec![root], std::collections::BTreeSet::new());
+    while let Some(at) = open.pop() {
+        for entry in std::fs::read_dir(at).unwrap() {
             let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+                continue;
+            }
             if path.extension().is_none_or(|e| e != "toml") {
                 continue;
             }
@@ -236,8 +240,11 @@ fn every_shipped_config_is_valid_in_full_and_quick() {
                 let experiment = Experiment::load(&path, &overrides).unwrap_or_else(|e| panic!("{e}"));
                 assert_eq!(experiment.config().name, path.file_stem().unwrap().to_str().unwrap());
             }
-            seen += 1;
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(text.contains("\n# Takes "), "{}: says no time", path.display());
+            // Run folders go by the name alone.
+            assert!(names.insert(path.file_stem().unwrap().to_owned()), "{} is there twice", path.display());
         }
     }
-    assert!(seen >= 4, "{seen}");
+    assert!(names.len() >= 19, "{names:?}");
 }

@@ -357,7 +357,7 @@ scene = "palpation"
 samples = 60
 [encoding]
 image = { kind = "frame", frame = "peak", scale = "full-scale" }
-tensor = { frames = 9, scale = "full-scale" }
+tensor = { frames = 10, scale = "full-scale" }
 [protocol]
 folds = 2
 [train]
@@ -410,7 +410,7 @@ fn every_scene_feeds_its_papers_networks() {
     };
     let tensor = "networks=[{ name = \"tactnet3d-4-8\", set = { pool = 2 } }]";
     let (results, shape) = run(IMAGES, &[tensor]);
-    assert_eq!(shape, [60, 1, 28, 50, 9]);
+    assert_eq!(shape, [60, 1, 28, 50, 10]);
     assert!(results.complete);
     let sets = [
         "data={ scene = \"gripper\", samples = 40, attributes = [\"elasticity\", \"hardness\"] }",
