@@ -20,9 +20,13 @@ pub(crate) fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
 pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
     let io = |e| Error::io(folder, "read", e);
     for entry in fs::read_dir(folder).map_err(io)? {
-        let name = entry.map_err(io)?.file_name();
+        let entry = entry.map_err(io)?;
+        let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name != LOCK && !name.ends_with(PART) {
+        // The run folder's own sub-folders, made before its first file.
+        let is_bare =
+            ["folds", "models"].contains(&&*name) && entry.path().is_dir() && is_empty(&entry.path())?;
+        if name != LOCK && !name.ends_with(PART) && !is_bare {
             return Ok(false);
         }
     }

@@ -324,6 +324,18 @@ fn a_folder_is_not_overwritten_and_not_mixed() {
     assert_eq!(std::fs::read_dir(&empty).unwrap().count(), 1);
 }
 
+/// What a kill before the first file leaves behind.
+#[test]
+fn a_bare_folder_counts_as_empty() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run");
+    std::fs::create_dir_all(out.join("folds")).unwrap();
+    std::fs::create_dir_all(out.join("models")).unwrap();
+    std::fs::write(out.join("config.toml.part"), "name").unwrap();
+    run(&experiment(&[]), &options(&out, true, 1), &Silent, &AtomicBool::new(false)).unwrap();
+    assert!(!out.join("config.toml.part").exists());
+}
+
 #[test]
 fn resuming_on_other_data_is_refused() {
     let dir = tempfile::tempdir().unwrap();
