@@ -61,6 +61,20 @@ def commit(environment):
     return known[:9] + ("-dirty" if known.endswith("-dirty") else "")
 
 
+def words(protocol):
+    """The protocol as the program's own table says it."""
+    split = {"stratified": "stratified", "group": "grouped"}[protocol["split"]]
+    kind = {
+        "k-fold": lambda: f"{split} {protocol['folds']}-fold",
+        "random-splits": lambda: f"{split} random splits, {100 * protocol['test']:.0f} % test",
+        "few-samples": lambda: f"few samples per class, {split} random {100 * protocol['test']:.0f} % test",
+        "leave-group-out": lambda: "leave one group out",
+        "official": lambda: "the data set's own split",
+    }[protocol["kind"]]()
+    times = protocol["repetitions"]
+    return kind + (f", {times} repetitions" if times > 1 else "")
+
+
 def page(folder):
     results = json.loads((folder / "results.json").read_text())
     environment = json.loads((folder / "environment.json").read_text())
@@ -69,7 +83,7 @@ def page(folder):
     protocol = results["protocol"]
     caption = (
         f"Measured on {results['source']}: {results['samples']} samples, {len(results['classes'])} classes, "
-        f"{protocol['split']} {protocol['folds']}-fold, seed {results['seed']}; mean ± SD over folds. "
+        f"{words(protocol)}, seed {results['seed']}; mean ± SD over folds. "
         f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
         f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
     )
