@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const CONFIG: &str = r#"
 name = "killed"
@@ -21,9 +21,9 @@ folds = 2
 epochs = 60
 batch_size = 8
 optimizer = { name = "adam", lr = 1e-3 }
-early_stopping = { patience = 40 }
+early_stopping = { patience = 58 }
 [choose]
-grid = { "optimizer.lr" = [1e-2, 1e-3] }
+grid = { "optimizer.lr" = [5e-2, 2e-2] }
 [[networks]]
 name = "resnet8-lite-1d"
 "#;
@@ -68,17 +68,19 @@ fn a_killed_run_resumes_to_the_same_bytes() {
     let config = dir.path().join("killed.toml");
     std::fs::write(&config, CONFIG).unwrap();
     let (whole, parts) = (dir.path().join("whole"), dir.path().join("parts"));
+    let begin = Instant::now();
     assert!(taxel(&config, &whole, false).status().unwrap().success());
+    let length = begin.elapsed();
     let mut within_a_fold = 0;
-    for kill in 0u64..6 {
+    for kill in 0..9 {
         let mut child = taxel(&config, &parts, kill > 0).spawn().unwrap();
-        // Once something is saved, wait a little, another time each.
+        // Once something is saved, a tenth of the run further each time.
         let ready = (0..2000).any(|_| {
             std::thread::sleep(Duration::from_millis(2));
             sessions(&parts) > 0 || child.try_wait().unwrap().is_some()
         });
         assert!(ready, "nothing was saved");
-        std::thread::sleep(Duration::from_millis(7 * kill * kill % 60));
+        std::thread::sleep(length / 10);
         child.kill().unwrap();
         child.wait().unwrap();
         within_a_fold += sessions(&parts);

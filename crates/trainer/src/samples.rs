@@ -263,6 +263,16 @@ impl Samples {
         }
     }
 
+    /// Whether `y` counts combinations of levels: rare ones need not be in every part.
+    fn has_combinations(&self) -> bool {
+        self.labels.attributes().len() > 1
+    }
+
+    /// What is dealt as one where nothing else says so: exact copies, or each sample by itself.
+    fn atoms(&self, units: Option<&[u32]>) -> Vec<u32> {
+        units.map_or_else(|| (0..self.len() as u32).collect(), <[u32]>::to_vec)
+    }
+
     /// The folds of one repetition of the experiment's protocol; under `few-samples` one per number of
     /// training samples per class.
     ///
@@ -276,14 +286,25 @@ impl Samples {
             Shares { test: protocol.test.unwrap_or(0.2), validation: protocol.validation.unwrap_or(0.0) };
         let cut = |shares: Shares| match (protocol.split, units) {
             (Split::Group, Some(groups)) => random_group_split(groups, &self.y, shares, seed, repetition),
-            _ => random_split(&self.y, shares, seed, repetition, units),
+            _ => match random_split(&self.y, shares, seed, repetition, units) {
+                Err(taxel_data::Error::ClassNotInPart { .. }) if self.has_combinations() => {
+                    random_group_split(&self.atoms(units), &self.y, shares, seed, repetition)
+                }
+                other => other,
+            },
         };
         match (protocol.kind, protocol.split, units) {
             (ProtocolKind::KFold, Split::Group, Some(groups)) => {
                 Ok(group_k_fold(groups, &self.y, protocol.folds.unwrap_or(5), seed, repetition)?)
             }
             (ProtocolKind::KFold, ..) => {
-                Ok(stratified_k_fold(&self.y, protocol.folds.unwrap_or(5), seed, repetition, units)?)
+                let folds = protocol.folds.unwrap_or(5);
+                match stratified_k_fold(&self.y, folds, seed, repetition, units) {
+                    Err(taxel_data::Error::ClassTooSmall { .. }) if self.has_combinations() => {
+                        Ok(group_k_fold(&self.atoms(units), &self.y, folds, seed, repetition)?)
+                    }
+                    other => Ok(other?),
+                }
             }
             (ProtocolKind::LeaveGroupOut, _, groups) => {
                 let groups = groups.unwrap_or_default();
