@@ -136,16 +136,8 @@ impl Objective {
         match self.loss {
             Loss::SoftmaxCrossEntropy => crate::metrics::softmax(logits, self.levels.outputs()),
             Loss::MultiLabelSoftMargin => logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp())),
-            // Not `clamp`, which would hide NaN.
-            Loss::MeanSquaredError => logits.iter_mut().for_each(|v| {
-                *v = if *v < 0.0 {
-                    0.0
-                } else if *v > 1.0 {
-                    1.0
-                } else {
-                    *v
-                }
-            }),
+            // NaN stays NaN.
+            Loss::MeanSquaredError => logits.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0)),
         }
     }
 }

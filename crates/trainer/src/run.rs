@@ -53,7 +53,7 @@ struct Candidate<'a> {
 }
 
 enum Kind<'a> {
-    Network(Fitted<'a>),
+    Network(Box<Fitted<'a>>),
     Rival(Method),
 }
 
@@ -122,13 +122,13 @@ pub fn run_on(
         let train = config_of.train(&config.train);
         check_frozen(experiment, i, &graph, &train)?;
         candidates.extend(Candidate::rows(config, config_of.label(), || {
-            Kind::Network(Fitted {
+            Kind::Network(Box::new(Fitted {
                 config: config_of,
                 train: train.clone(),
                 entry,
                 settings: settings_of.clone(),
                 graph: graph.clone(),
-            })
+            }))
         }));
     }
     let folds: Vec<Vec<Fold>> = (0..config.protocol.repetitions)
@@ -521,7 +521,8 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
     let config = experiment.config();
     let network = |c: &Candidate<'_>| {
         let (zoo, paper, settings, costs, published) = match &c.kind {
-            Kind::Network(Fitted { config, entry, settings, graph, .. }) => {
+            Kind::Network(network) => {
+                let Fitted { config, entry, settings, graph, .. } = &**network;
                 (entry.name, entry.paper, settings.clone(), graph.cost().into(), config.published.clone())
             }
             Kind::Rival(method) => {
