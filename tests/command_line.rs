@@ -115,6 +115,119 @@ fn forward_gives_pytorchs_logits_on_both_backends() {
 }
 
 #[test]
+fn several_outputs_go_to_files_of_their_own() {
+    for twin in Twin::several_outputs() {
+        let case = Case::new(twin);
+        for backend in ["native", "candle"] {
+            let output = case.forward(backend);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            for name in case.twin.outputs() {
+                let path = case.path(&format!("y.{name}.npy"));
+                let values = taxel_data::read_npy(&path).unwrap();
+                assert_eq!(values.shape()[0], case.twin.batch);
+                case.twin.assert_values(&name, values.as_slice().unwrap(), 1e-4);
+                fs::remove_file(path).unwrap();
+            }
+            assert!(!case.path("y.npy").exists());
+        }
+    }
+}
+
+/// Features [N, channels, rows, columns] of a node, out of which the logits are made.
+#[test]
+fn forward_gives_the_features_of_a_node() {
+    let case = Case::new(Twin::all().into_iter().find(|t| t.name == "resnet18-2-23-300-20").unwrap());
+    for backend in ["native", "candle"] {
+        let at = |node: &str| {
+            let mut arguments = case.arguments(backend);
+            arguments.extend(["--at".into(), node.into()]);
+            taxel(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        assert!(at("layer4").status.success());
+        let features = taxel_data::read_npy(&case.path("y.npy")).unwrap();
+        assert_eq!(features.shape(), [3, 512, 1, 10]);
+        let weights = case.twin.weights();
+        let (weight, bias) = (weights.get("fc.weight").unwrap(), weights.get("fc.bias").unwrap());
+        let mut logits = vec![];
+        for sample in features.outer_iter() {
+            for (row, bias) in weight.data.chunks(512).zip(&bias.data) {
+                let mean = sample.outer_iter().map(|channel| channel.sum() / 10.0);
+                logits.push(mean.zip(row).map(|(x, w)| x * w).sum::<f32>() + bias);
+            }
+        }
+        case.twin.assert_values("eval_logits", &logits, 1e-4);
+        let refusal = String::from_utf8(at("layer5").stderr).unwrap();
+        assert!(refusal.contains("has no node `layer5`; `taxel cost resnet18` lists them"), "{refusal}");
+    }
+}
+
+#[test]
+fn two_trained_networks_are_stitched_into_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_string();
+    let settings = ["height=64", "width=47", "classes=4"];
+    let graph = |name: &str| {
+        let pairs = settings.iter().map(|pair| pair.split_once('=').unwrap());
+        let settings = pairs.map(|(k, v)| (k.to_string(), v.parse::<u64>().unwrap().into())).collect();
+        taxel_zoo::find(name).unwrap().graph(&settings).unwrap()
+    };
+    let parent = graph("mobilenet-v2");
+    let fresh = |seed| Weights::init(&parent, taxel_graph::Scheme::Pytorch, seed, "stitch");
+    let (visual, mut tactile) = (fresh(1), fresh(2));
+    let covered = parent.covered(&["18:139".into()]).unwrap();
+    let shared = parent.nodes().iter().zip(covered).filter(|(_, covered)| *covered);
+    for param in shared.flat_map(|(node, _)| &node.params) {
+        tactile.insert(&param.name, visual.get(&param.name).unwrap().clone());
+    }
+    for (name, weights) in [("v.safetensors", &visual), ("t.safetensors", &tactile)] {
+        taxel_devices::checkpoint::write(&folder.path().join(name), weights, "").unwrap();
+    }
+    let stitch = |tactile: &str, more: &[&str]| {
+        let mut list = vec!["stitch".to_string(), "--visual".into(), at("v.safetensors")];
+        list.extend(["--tactile".into(), at(tactile), "--output".into(), at("both.safetensors")]);
+        settings.iter().for_each(|pair| list.extend(["--set".into(), pair.to_string()]));
+        list.extend(more.iter().map(|word| word.to_string()));
+        list
+    };
+    let call = |list: Vec<String>| good(&list.iter().map(String::as_str).collect::<Vec<_>>());
+    let refuse = |list: Vec<String>| refused(&list.iter().map(String::as_str).collect::<Vec<_>>());
+    let said = call(stitch("t.safetensors", &[]));
+    assert!(said.ends_with("3,127,160 parameters in place of 4,457,992, 1.43 times fewer\n"), "{said}");
+    let plane = 64 * 47;
+    let image: Vec<f32> = (0..3 * plane).map(|i| (i % 101) as f32 / 50.0 - 1.0).collect();
+    write_npy(&folder.path().join("x.npy"), &[1, 3, 64, 47], &image);
+    let dark = vec![0.0; 3 * plane];
+    write_npy(&folder.path().join("xx.npy"), &[1, 6, 64, 47], &[&dark[..], &image[..]].concat());
+    let forward = |model: &str, weights: &str, x: &str| {
+        let mut list = vec!["forward", "--model", model].into_iter().map(String::from).collect::<Vec<_>>();
+        list.extend([
+            "--weights".into(),
+            at(weights),
+            "--input".into(),
+            at(x),
+            "--output".into(),
+            at("y.npy"),
+        ]);
+        settings.iter().for_each(|pair| list.extend(["--set".into(), pair.to_string()]));
+        call(list)
+    };
+    forward("mobilenet-v2", "t.safetensors", "x.npy");
+    forward("mobilenet-v2-split", "both.safetensors", "xx.npy");
+    assert_eq!(fs::read(at("y.npy")).unwrap(), fs::read(at("y.tactile.npy")).unwrap());
+    assert_ne!(fs::read(at("y.npy")).unwrap(), fs::read(at("y.visual.npy")).unwrap());
+    fs::remove_file(at("both.safetensors")).unwrap();
+    taxel_devices::checkpoint::write(&folder.path().join("o.safetensors"), &fresh(2), "").unwrap();
+    let refusal = refuse(stitch("o.safetensors", &[]));
+    assert!(
+        refusal.contains("shared tensor `features.3.conv.0.0.weight` is another in `visual`"),
+        "{refusal}"
+    );
+    let refusal = refuse(stitch("t.safetensors", &["--std", "1,1,1"]));
+    assert_eq!(refusal, "--std: expected 6 above 0 numbers, got [1.0, 1.0, 1.0]");
+    assert!(!folder.path().join("both.safetensors").exists());
+}
+
+#[test]
 fn forward_refuses_tensors_and_inputs_by_name() {
     let case = Case::new(Twin::all().into_iter().find(|t| t.name == "hybrid-resvgg").unwrap());
     let message = || {
@@ -204,6 +317,40 @@ fn simulate_encode_and_check_go_together() {
     assert!(names.contains("simulated: fingertip with dead-line, 2 lines or fingers"), "{names}");
     let refusal = refused(&broken("rotation", "2").iter().map(String::as_str).collect::<Vec<_>>());
     assert!(refusal.contains("channels have no place"), "{refusal}");
+
+    let out = at("squeezes.npz");
+    good(&["simulate", "palpation", "--set", "paper=002", "--samples", "18", "--output", text(&out)]);
+    let card: serde_json::Value =
+        serde_json::from_str(&good(&["data", "check", text(&out), "--json"])).unwrap();
+    assert_eq!(card["shape"], serde_json::json!([18, 10, 28, 50]));
+    assert_eq!(card["dtype"], "|u1");
+    let out = at("grasps.npz");
+    good(&["simulate", "gripper", "--samples", "30", "--output", text(&out)]);
+    let grasps = taxel_data::load(&out, &taxel_data::Options::default()).unwrap();
+    assert_eq!(grasps.x.shape(), [30, 2, 23, 450]);
+    assert_eq!(grasps.attributes.unwrap().row(6).to_vec(), [8, 2]);
+    assert_eq!(grasps.attribute_classes[1][2], "hardness-3");
+    let nope = |set: &str| refused(&["simulate", "palpation", "--set", set, "--output", "x.npz"]);
+    assert!(nope("frames=2").contains("frames = 2"));
+    assert!(nope("objects=9").contains("unknown field `objects`"));
+
+    let load = |name: &str| taxel_data::load(&at(name), &taxel_data::Options::default()).unwrap();
+    let convert = |set: &str, kind: &str, shape: &[usize], settings: &[&str]| {
+        let x = load(set).x;
+        write_npy(&at("raw.npy"), x.shape(), x.as_slice().unwrap());
+        let mut line = vec!["encode", kind, "--input"];
+        let (input, output) = (at("raw.npy"), at("encoded.npy"));
+        line.extend([text(&input), "--output", text(&output)]);
+        settings.iter().for_each(|set| line.extend(["--set", set]));
+        good(&line);
+        assert_eq!(taxel_data::read_npy(&output).unwrap().shape(), shape, "{kind}");
+    };
+    convert("squeezes.npz", "tactile-tensor", &[18, 1, 28, 50, 21], &["frames=21"]);
+    convert("squeezes.npz", "frame", &[18, 1, 28, 50], &["frame=3"]);
+    convert("squeezes.npz", "frame", &[18, 1, 28, 50], &[]);
+    convert("squeezes.npz", "all-frames", &[180, 1, 28, 50], &[]);
+    convert("squeezes.npz", "resize", &[18, 10, 14, 25], &["height=14", "width=25", "filter=area"]);
+    convert("grasps.npz", "numatac", &[30, 2, 23, 300], &[]);
 
     let ramp: Vec<f32> = (0..500).map(|i| (i % 250) as f32).collect();
     write_npy(&at("x.npy"), &[2, 5, 50], &ramp);
@@ -325,7 +472,7 @@ fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {
 
 #[test]
 fn help_teaches() {
-    for command in ["run", "zoo", "cost", "forward", "encode", "simulate", "data"] {
+    for command in ["run", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data"] {
         let help =
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");

@@ -193,6 +193,7 @@ impl Imprint {
             unit: "closeness",
             full_scale: 1.0,
             truth,
+            attributes: None,
         })
     }
 

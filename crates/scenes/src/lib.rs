@@ -10,7 +10,7 @@
 //!
 //! # Reference
 //!
-//! See each scene: [`fingertip`], [`imprint`].
+//! See each scene: [`fingertip`], [`palpation`], [`gripper`], [`imprint`].
 //!
 //! ```
 //! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
@@ -22,14 +22,20 @@
 mod error;
 pub mod faults;
 pub mod fingertip;
+pub mod gripper;
 pub mod imprint;
+pub mod palpation;
+mod parameters;
+mod world;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
+pub use gripper::Gripper;
 pub use imprint::Imprint;
+pub use palpation::Palpation;
 
 use faults::{Fault, Layout, Sensor};
-use ndarray::{ArrayD, Axis};
+use ndarray::{Array2, ArrayD, Axis};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// A simulated data set of N samples.
@@ -41,7 +47,7 @@ pub struct Scene {
     pub streams: Vec<(String, ArrayD<f32>)>,
     /// What the axes of one sample are.
     pub layout: Layout,
-    /// Class of each sample, an index into `class_names`.
+    /// Class of each sample, an index into `class_names`; column 0 of `attributes` where there are any.
     pub y: Vec<u32>,
     /// Session or object of each sample: what a fair split never tears apart.
     pub group: Vec<u32>,
@@ -55,6 +61,17 @@ pub struct Scene {
     pub full_scale: f32,
     /// True physical values by name, one per sample.
     pub truth: Vec<(String, Vec<f32>)>,
+    /// Labels of scenes with more than one attribute.
+    pub attributes: Option<Attributes>,
+}
+
+/// More than one label per sample.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Attributes {
+    /// Labels `[N, k]`, each an index into the names of its column.
+    pub y: Array2<u32>,
+    /// Names of the values of each of the k attributes.
+    pub class_names: Vec<Vec<String>>,
 }
 
 impl Scene {
@@ -96,7 +113,7 @@ pub struct Effect {
 
 /// Names of all scenes.
 pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME, imprint::NAME]
+    &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME]
 }
 
 /// A scene with its settings; everything that is not set has its default.
@@ -105,6 +122,10 @@ pub fn names() -> &'static [&'static str] {
 pub enum Settings {
     /// See [`fingertip`].
     Fingertip(Fingertip),
+    /// See [`palpation`].
+    Palpation(Palpation),
+    /// See [`gripper`].
+    Gripper(Gripper),
     /// See [`imprint`].
     Imprint(Imprint),
 }
@@ -118,6 +139,8 @@ impl Settings {
     pub fn read<'de, D: Deserializer<'de>>(name: &str, settings: D) -> Result<Self> {
         let read = match name {
             fingertip::NAME => Fingertip::deserialize(settings).map(Self::Fingertip),
+            palpation::NAME => Palpation::deserialize(settings).map(Self::Palpation),
+            gripper::NAME => Gripper::deserialize(settings).map(Self::Gripper),
             imprint::NAME => Imprint::deserialize(settings).map(Self::Imprint),
             _ => return Err(unknown(name)),
         };
@@ -132,6 +155,8 @@ impl Settings {
     pub fn of(name: &str) -> Result<Self> {
         match name {
             fingertip::NAME => Ok(Self::Fingertip(Fingertip::default())),
+            palpation::NAME => Ok(Self::Palpation(Palpation::default())),
+            gripper::NAME => Ok(Self::Gripper(Gripper::default())),
             imprint::NAME => Ok(Self::Imprint(Imprint::default())),
             _ => Err(unknown(name)),
         }
@@ -147,6 +172,8 @@ impl Settings {
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         match self {
             Self::Fingertip(scene) => scene.simulate(samples, seed, without),
+            Self::Palpation(scene) => scene.simulate(samples, seed, without),
+            Self::Gripper(scene) => scene.simulate(samples, seed, without),
             Self::Imprint(scene) => scene.simulate(samples, seed, without),
         }
     }
@@ -169,6 +196,8 @@ pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Re
 pub fn explain(name: &str) -> Result<Vec<Effect>> {
     match name {
         fingertip::NAME => Ok(fingertip::explain()),
+        palpation::NAME => Ok(palpation::explain()),
+        gripper::NAME => Ok(gripper::explain()),
         imprint::NAME => Ok(imprint::explain()),
         _ => Err(unknown(name)),
     }
