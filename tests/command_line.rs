@@ -307,6 +307,50 @@ fn simulate_encode_and_check_go_together() {
     assert!(
         refused(&["simulate", "fingertip", "--without", "gravity", "--output", "x.npz"]).contains("gravity")
     );
+    let broken = |fault: &str, severity: &str| {
+        let fault = ["--fault", fault, "--severity", severity, "--output"];
+        let line = ["simulate", "fingertip", "--samples", "60"].iter().chain(&fault);
+        line.map(|word| word.to_string()).chain([text(&at("broken.npz")).into()]).collect::<Vec<_>>()
+    };
+    good(&broken("dead-line", "2").iter().map(String::as_str).collect::<Vec<_>>());
+    let names = fs::read_to_string(at("broken.classes.json")).unwrap();
+    assert!(names.contains("simulated: fingertip with dead-line, 2 lines or fingers"), "{names}");
+    let refusal = refused(&broken("rotation", "2").iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(refusal.contains("channels have no place"), "{refusal}");
+
+    let out = at("squeezes.npz");
+    good(&["simulate", "palpation", "--set", "paper=002", "--samples", "18", "--output", text(&out)]);
+    let card: serde_json::Value =
+        serde_json::from_str(&good(&["data", "check", text(&out), "--json"])).unwrap();
+    assert_eq!(card["shape"], serde_json::json!([18, 10, 28, 50]));
+    assert_eq!(card["dtype"], "|u1");
+    let out = at("grasps.npz");
+    good(&["simulate", "gripper", "--samples", "30", "--output", text(&out)]);
+    let grasps = taxel_data::load(&out, &taxel_data::Options::default()).unwrap();
+    assert_eq!(grasps.x.shape(), [30, 2, 23, 450]);
+    assert_eq!(grasps.attributes.unwrap().row(6).to_vec(), [8, 2]);
+    assert_eq!(grasps.attribute_classes[1][2], "hardness-3");
+    let nope = |set: &str| refused(&["simulate", "palpation", "--set", set, "--output", "x.npz"]);
+    assert!(nope("frames=2").contains("frames = 2"));
+    assert!(nope("objects=9").contains("unknown field `objects`"));
+
+    let load = |name: &str| taxel_data::load(&at(name), &taxel_data::Options::default()).unwrap();
+    let convert = |set: &str, kind: &str, shape: &[usize], settings: &[&str]| {
+        let x = load(set).x;
+        write_npy(&at("raw.npy"), x.shape(), x.as_slice().unwrap());
+        let mut line = vec!["encode", kind, "--input"];
+        let (input, output) = (at("raw.npy"), at("encoded.npy"));
+        line.extend([text(&input), "--output", text(&output)]);
+        settings.iter().for_each(|set| line.extend(["--set", set]));
+        good(&line);
+        assert_eq!(taxel_data::read_npy(&output).unwrap().shape(), shape, "{kind}");
+    };
+    convert("squeezes.npz", "tactile-tensor", &[18, 1, 28, 50, 21], &["frames=21"]);
+    convert("squeezes.npz", "frame", &[18, 1, 28, 50], &["frame=3"]);
+    convert("squeezes.npz", "frame", &[18, 1, 28, 50], &[]);
+    convert("squeezes.npz", "all-frames", &[180, 1, 28, 50], &[]);
+    convert("squeezes.npz", "resize", &[18, 10, 14, 25], &["height=14", "width=25", "filter=area"]);
+    convert("grasps.npz", "numatac", &[30, 2, 23, 300], &[]);
 
     let ramp: Vec<f32> = (0..500).map(|i| (i % 250) as f32).collect();
     write_npy(&at("x.npy"), &[2, 5, 50], &ramp);

@@ -133,6 +133,10 @@ pub enum Error {
     #[error("{file}: has transparent pixels; save it as grey or RGB")]
     Transparent { file: String },
 
+    // Augmentation.
+    #[error("{key} = {value}: {expected}")]
+    Augment { key: &'static str, value: String, expected: &'static str },
+
     // Splits.
     #[error("folds = {k}: at least 2 are needed, one to test on and one to train on")]
     TooFewFolds { k: usize },

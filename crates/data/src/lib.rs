@@ -1,13 +1,15 @@
-//! Recordings on disk: reading, checking, cards, splits.
+//! Recordings on disk: reading, checking, cards, splits, augmentation.
 //!
 //! [`load`] turns a `.npz`, a folder with `data.npz`, or a folder with one sub-folder per class
 //! into a [`Dataset`]; [`check`] reads the same layouts tolerantly and returns a [`Card`] that
 //! says what is in them and what is wrong with them; [`stratified_k_fold`] and [`group_k_fold`]
-//! cut the samples into [`Fold`]s that no duplicate and no group straddles.
+//! cut the samples into [`Fold`]s that no duplicate and no group straddles; [`Augment`] reflects,
+//! moves, scales and turns training images.
 //!
 //! Every message names the file, the array and the sample, the value, and the way out.
 
 mod array;
+mod augment;
 mod card;
 mod card_text;
 mod csv_file;
@@ -28,6 +30,7 @@ mod values;
 mod write;
 
 pub use array::read_npy;
+pub use augment::{Augment, Key, Warp};
 pub use card::{Card, ChannelRange, ClassCount, Contradiction, GroupSummary};
 pub use dataset::{Axes, Dataset, RowHash};
 pub use duplicates::duplicate_sets;

@@ -74,6 +74,28 @@ pub enum Error {
         /// The values that work.
         expected: &'static str,
     },
+    /// The contact judge never fired.
+    #[error(
+        "no AC value is more than {above} or less than {below} times the one before: nothing was touched, or the thresholds do not fit the sensor"
+    )]
+    NoContact {
+        /// The upper threshold.
+        above: f32,
+        /// The lower threshold.
+        below: f32,
+    },
+    /// Contact leaves no room for the window, or for the rest before it.
+    #[error(
+        "contact in tick {onset} of {ticks}: there must be a tick of rest before it and a window of {window} from it on; record longer, or set window or offset"
+    )]
+    Window {
+        /// The tick of the contact.
+        onset: usize,
+        /// Ticks asked for.
+        window: usize,
+        /// Ticks recorded.
+        ticks: usize,
+    },
     /// One sample of a batch failed.
     #[error("sample {sample}: {error}")]
     Sample {
@@ -92,7 +114,7 @@ impl Error {
                 Self::NonFinite { place: format!("{place} of sample {sample}"), value }
             }
             // A wrong setting is wrong for every sample.
-            Self::Range { .. } | Self::Size { .. } => self,
+            Self::Range { .. } | Self::Size { .. } | Self::Parameter { .. } => self,
             other => Self::Sample { sample, error: Box::new(other) },
         }
     }

@@ -1,11 +1,12 @@
-//! Readings to tensors: Gramian angular fields, colour maps, scaling.
+//! Readings to tensors: Gramian angular fields, colour maps, frame sequences, dual-channel series,
+//! sizes, scaling.
 //!
 //! Everything here is a function of one sample, or is fitted on training data and carries what it
 //! has fitted ([`Scaling::ZScore`]). Bad readings are errors that name them, never NaN pixels.
 //!
 //! # Reference
 //!
-//! Paper 000 (Hybrid-CNN hardness recognition), section 4.2.
+//! Paper 000 (Hybrid-CNN hardness recognition), section 4.2; papers 001 to 004: see each encoding.
 //!
 //! ```
 //! use ndarray::Array3;
@@ -17,15 +18,23 @@
 //! # Ok::<(), taxel_encodings::Error>(())
 //! ```
 
+mod bigs;
 mod colormap;
 mod error;
 mod gaf;
 mod hardness;
+pub mod numatac;
+mod resize;
 mod scale;
+mod sequence;
 mod viridis;
 
+pub use bigs::{ElectrodeImage, Order};
 pub use colormap::Colormap;
 pub use error::{Error, Result};
 pub use gaf::{Constant, Gaf, Method, Range};
 pub use hardness::HardnessImage;
+pub use numatac::NumaTac;
+pub use resize::{Filter, Resize, red_channel};
 pub use scale::Scaling;
+pub use sequence::{Frame, TactileTensor, all_frames};

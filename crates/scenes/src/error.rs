@@ -16,6 +16,14 @@ pub enum Error {
         /// All names.
         known: String,
     },
+    /// The settings of a scene cannot be read.
+    #[error("settings of scene {scene}: {reason}")]
+    Settings {
+        /// The scene.
+        scene: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// The scene has no such effect, or could not work without it.
     #[error("scene {scene} has no removable effect `{name}`; known: {known}")]
     UnknownEffect {
@@ -25,6 +33,40 @@ pub enum Error {
         name: String,
         /// All removable effects of the scene.
         known: String,
+    },
+    /// No fault has this name.
+    #[error("there is no fault `{name}`; known: {known}")]
+    UnknownFault {
+        /// The name asked for.
+        name: String,
+        /// All names.
+        known: String,
+    },
+    /// A fault has no meaning for these readings.
+    #[error("fault {fault} has no meaning for {layout}: {reason}")]
+    Fault {
+        /// The fault.
+        fault: &'static str,
+        /// The layout of the readings.
+        layout: &'static str,
+        /// Why it has none.
+        reason: &'static str,
+    },
+    /// A sample cannot be worked on.
+    #[error("sample {sample}: {reason}")]
+    Sample {
+        /// Index of the sample.
+        sample: usize,
+        /// What is wrong, and the way out.
+        reason: String,
+    },
+    /// A mesh cannot be used.
+    #[error("{file}: {reason}")]
+    Mesh {
+        /// The file, or the name of a built-in object.
+        file: String,
+        /// What is wrong, and the way out.
+        reason: String,
     },
     /// A parameter is impossible.
     #[error("{name} = {value}: {expected}")]

@@ -7,9 +7,10 @@
 //! per finger at 10 Hz, silicone cylinders of Shore A 00, 10 and 20. Section 5.4 names the nuisances:
 //! finger geometry, gripping position and contact location. The physics:
 //!
-//! - hardness S to Young's modulus (Gent, "On the relation between indentation hardness and
-//!   Young's modulus", 1958): `E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S))` MPa; S = 0
-//!   lies outside Gent's data and is extrapolated;
+//! - hardness S to Young's modulus (A. N. Gent, "On the relation between indentation hardness and
+//!   Young's modulus", Transactions of the Institution of the Rubber Industry 34, 1958, 46-57, in the
+//!   form with Shore A that is in common use): `E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S))`
+//!   MPa. It is used between about 20 and 80; 0 and 10 lie outside and are extrapolated;
 //! - contact (Hertz): `F = 4/3 E* sqrt(R) d^1.5`, `E* = E / (1 - nu^2)`, `1/R = 1/tip + 1/object`;
 //! - relaxation (one Prony term): a step of the elastic force decays as `1 - g (1 - exp(-t/tau))`;
 //! - balance: servo, tendon and finger are a spring in series, `command - gap = d + F / k`;
@@ -26,13 +27,14 @@ mod parameters;
 
 pub(crate) use parameters::explain;
 
+use crate::faults::Layout;
+use crate::parameters::Parameter;
+use crate::world::{World, normal};
 use crate::{Error, Result, Scene};
 use ndarray::Array3;
 use parameters::*;
 use rand::RngExt;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
-use taxel_seed::{Rng, rng};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "fingertip";
@@ -52,6 +54,9 @@ const THUMB: usize = 0;
 pub struct Fingertip {
     /// Shore A hardness of each class; distinct, each in `[0, 95]`.
     pub shore: Vec<f32>,
+    /// Draws the hardness of each sample evenly from this range, least and most, instead; its class is
+    /// then the nearest in `shore`, and the truth `shore` is what to regress on.
+    pub between: Option<[f32; 2]>,
     /// Sessions, at least 1. They take turns: sample i is of session `(i / classes) % sessions`.
     pub sessions: u32,
 }
@@ -59,7 +64,7 @@ pub struct Fingertip {
 impl Default for Fingertip {
     /// Paper 000's three levels, in ten sessions (which the paper does not report).
     fn default() -> Self {
-        Self { shore: vec![0.0, 10.0, 20.0], sessions: 10 }
+        Self { shore: vec![0.0, 10.0, 20.0], between: None, sessions: 10 }
     }
 }
 
@@ -82,6 +87,11 @@ impl Fingertip {
         if !self.shore.iter().all(|s| (0.0..=95.0).contains(s)) {
             return reject("shore", listed(), "each Shore A hardness must be in [0, 95]");
         }
+        let range = |[least, most]: [f32; 2]| least >= 0.0 && most <= 95.0 && least < most;
+        if let Some(between) = self.between.filter(|between| !range(*between)) {
+            let expected = "least and most Shore A hardness must be in [0, 95], the least first";
+            return reject("between", format!("{between:?}"), expected);
+        }
         let twice = |i: usize| self.shore[..i].contains(&self.shore[i]);
         if (0..self.shore.len()).any(twice) {
             return reject("shore", listed(), "each hardness is a class of its own and must differ");
@@ -91,7 +101,7 @@ impl Fingertip {
 
     /// Simulates grasps as raw counts `[samples, 5 fingers, 50 times]`, whole numbers 0..=1023.
     ///
-    /// Sample i is of class `i % classes`. Truth: `shore`, `young_modulus_mpa`,
+    /// Sample i is of class `i % classes`, but see [`between`](Self::between). Truth: `shore`, `young_modulus_mpa`,
     /// `placement_shift_mm`, `placement_tilt_mm`, `hold_error_mm`, `start_error_s`,
     /// `hold_force_n` (sum over the fingers at the last reading) and
     /// `contact_quality_<finger>`.
@@ -102,27 +112,20 @@ impl Fingertip {
     /// [`Error::UnknownEffect`] for a name in `without` that is not a removable effect.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        if samples == 0 {
-            let expected = "must be at least 1";
-            return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
-        }
-        if let Some(name) = without.iter().find(|name| !REMOVABLE.contains(&name.as_str())) {
-            let known = REMOVABLE.join(", ");
-            return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), known });
-        }
-        let world = World { seed, without };
+        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
         let mut x = Array3::zeros((samples, FINGERS.len(), STEPS));
         let (mut y, mut group) = (Vec::new(), Vec::new());
         let mut truth: Vec<(String, Vec<f32>)> = Vec::new();
         for (i, mut recording) in x.outer_iter_mut().enumerate() {
-            let (class, turn) = (i % self.shore.len(), i / self.shore.len());
+            let turn = i / self.shore.len();
+            let (class, shore) = self.hardness(&world, i);
             let session = turn % self.sessions as usize;
-            let grasp = world.grasp(i, session, turn / self.sessions as usize);
-            let modulus = young_modulus(f64::from(self.shore[class]));
+            let grasp = grasp(&world, i, session, turn / self.sessions as usize);
+            let modulus = young_modulus(f64::from(shore));
             let mut noise = world.rng(&format!("{i}/noise"));
             let mut hold_force = 0.0;
             for (finger, mut series) in recording.outer_iter_mut().enumerate() {
-                let forces = world.forces(&grasp, finger, modulus);
+                let forces = forces(&world, &grasp, finger, modulus);
                 hold_force += forces[STEPS - 1];
                 for (reading, force) in series.iter_mut().zip(forces) {
                     let counts = counts(force * grasp.quality[finger]);
@@ -133,7 +136,7 @@ impl Fingertip {
             y.push(class as u32);
             group.push(session as u32);
             let mut values = vec![
-                ("shore".into(), f64::from(self.shore[class])),
+                ("shore".into(), f64::from(shore)),
                 ("young_modulus_mpa".into(), modulus),
                 ("placement_shift_mm".into(), grasp.shift),
                 ("placement_tilt_mm".into(), grasp.tilt),
@@ -152,6 +155,8 @@ impl Fingertip {
         }
         Ok(Scene {
             x: x.into_dyn(),
+            streams: Vec::new(),
+            layout: Layout::Series,
             y,
             group,
             class_names: self.shore.iter().map(|s| format!("shore-{s:02}")).collect(),
@@ -159,7 +164,22 @@ impl Fingertip {
             unit: "ADC counts",
             full_scale: FULL_SCALE as f32,
             truth,
+            attributes: None,
         })
+    }
+}
+
+impl Fingertip {
+    /// Class and Shore A hardness of sample `i`.
+    fn hardness(&self, world: &World, i: usize) -> (usize, f32) {
+        let Some([least, most]) = self.between else {
+            let class = i % self.shore.len();
+            return (class, self.shore[class]);
+        };
+        let shore = least + (most - least) * world.rng(&format!("{i}/hardness")).random::<f32>();
+        let gap = |class: &usize| (self.shore[*class] - shore).abs();
+        let nearest = (0..self.shore.len()).min_by(|a, b| gap(a).total_cmp(&gap(b)));
+        (nearest.unwrap_or(0), shore)
     }
 }
 
@@ -174,86 +194,70 @@ struct Grasp {
     quality: [f64; FINGERS.len()],
 }
 
-struct World<'a> {
-    seed: u64,
-    without: &'a [String],
+/// Draws grasp `i`, the `turn`-th of its session.
+fn grasp(world: &World, i: usize, session: usize, turn: usize) -> Grasp {
+    let mut drift = world.rng(&format!("session/{session}"));
+    let cycle = turn as f64 / SESSION_PERIOD.get();
+    // An offset of its own plus a slow swing; SD 1 together.
+    let mut wander = || {
+        let (offset, swing, phase) = (normal(&mut drift), normal(&mut drift), drift.random::<f64>());
+        let swing = swing * (std::f64::consts::TAU * (cycle + phase)).sin();
+        world.unless("session", (offset + swing) / 1.5f64.sqrt(), 0.0)
+    };
+    let session_shift = SESSION_SHIFT.get() * wander();
+    let session_quality = FINGERS.map(|_| SESSION_QUALITY.get() * wander());
+
+    let mut place = world.rng(&format!("{i}/placement"));
+    let mut placed = |sd: &Parameter| world.unless("placement", sd.get() * normal(&mut place), 0.0);
+    let (shift, tilt) = (session_shift + placed(&SHIFT), placed(&TILT));
+    let mut servo = world.rng(&format!("{i}/servo"));
+    let mut error = |sd: &Parameter| world.unless("servo", sd.get() * normal(&mut servo), 0.0);
+    let (hold_error, start_error) = (error(&HOLD_ERROR), error(&START_ERROR));
+    let mut contact = world.rng(&format!("{i}/contact-quality"));
+    let quality = std::array::from_fn(|finger| {
+        let spread = QUALITY_SPREAD.value[finger] * normal(&mut contact);
+        let own = world.unless("contact-quality", QUALITY.value[finger] * spread.exp(), 1.0);
+        // No more force can reach the sensor than the finger presses with.
+        (own * session_quality[finger].exp()).min(1.0)
+    });
+    Grasp { shift, tilt, hold_error, start_error, quality }
 }
 
-impl World<'_> {
-    fn rng(&self, purpose: &str) -> Rng {
-        rng(self.seed, &format!("{NAME}/{purpose}"))
-    }
+/// Force of one finger on the object at each reading, N.
+fn forces(world: &World, grasp: &Grasp, finger: usize, modulus: f64) -> [f64; STEPS] {
+    let radius = 1.0 / (1.0 / TIP.get() + 1.0 / OBJECT.get());
+    let hertz = 4.0 / 3.0 * modulus / (1.0 - POISSON.get().powi(2)) * radius.sqrt();
+    let away = match finger {
+        THUMB => grasp.shift,
+        // From -1.5 for the index finger to 1.5 for the little finger.
+        _ => grasp.tilt * (finger as f64 - 2.5) - grasp.shift,
+    };
+    let gap = GAP.value[finger] + away;
+    let travel = TRAVEL.get() + grasp.hold_error;
+    let start = START.get() + grasp.start_error;
+    let relaxed = world.unless("relaxation", RELAXED.get(), 0.0);
+    let yielding = world.unless("compliance", 1.0 / STIFFNESS.get(), 0.0);
 
-    /// `with`, or `otherwise` if the effect has been removed.
-    fn unless(&self, effect: &str, with: f64, otherwise: f64) -> f64 {
-        if self.without.iter().any(|name| name == effect) { otherwise } else { with }
-    }
-
-    /// Draws grasp `i`, the `turn`-th of its session.
-    fn grasp(&self, i: usize, session: usize, turn: usize) -> Grasp {
-        let mut drift = self.rng(&format!("session/{session}"));
-        let cycle = turn as f64 / SESSION_PERIOD.get();
-        // An offset of its own plus a slow swing; SD 1 together.
-        let mut wander = || {
-            let (offset, swing, phase) = (normal(&mut drift), normal(&mut drift), drift.random::<f64>());
-            let swing = swing * (std::f64::consts::TAU * (cycle + phase)).sin();
-            self.unless("session", (offset + swing) / 1.5f64.sqrt(), 0.0)
-        };
-        let session_shift = SESSION_SHIFT.get() * wander();
-        let session_quality = FINGERS.map(|_| SESSION_QUALITY.get() * wander());
-
-        let mut place = self.rng(&format!("{i}/placement"));
-        let mut placed = |sd: &Parameter| self.unless("placement", sd.get() * normal(&mut place), 0.0);
-        let (shift, tilt) = (session_shift + placed(&SHIFT), placed(&TILT));
-        let mut servo = self.rng(&format!("{i}/servo"));
-        let mut error = |sd: &Parameter| self.unless("servo", sd.get() * normal(&mut servo), 0.0);
-        let (hold_error, start_error) = (error(&HOLD_ERROR), error(&START_ERROR));
-        let mut contact = self.rng(&format!("{i}/contact-quality"));
-        let quality = std::array::from_fn(|finger| {
-            let spread = QUALITY_SPREAD.value[finger] * normal(&mut contact);
-            let own = self.unless("contact-quality", QUALITY.value[finger] * spread.exp(), 1.0);
-            // No more force can reach the sensor than the finger presses with.
-            (own * session_quality[finger].exp()).min(1.0)
-        });
-        Grasp { shift, tilt, hold_error, start_error, quality }
-    }
-
-    /// Force of one finger on the object at each reading, N.
-    fn forces(&self, grasp: &Grasp, finger: usize, modulus: f64) -> [f64; STEPS] {
-        let radius = 1.0 / (1.0 / TIP.get() + 1.0 / OBJECT.get());
-        let hertz = 4.0 / 3.0 * modulus / (1.0 - POISSON.get().powi(2)) * radius.sqrt();
-        let away = match finger {
-            THUMB => grasp.shift,
-            // From -1.5 for the index finger to 1.5 for the little finger.
-            _ => grasp.tilt * (finger as f64 - 2.5) - grasp.shift,
-        };
-        let gap = GAP.value[finger] + away;
-        let travel = TRAVEL.get() + grasp.hold_error;
-        let start = START.get() + grasp.start_error;
-        let relaxed = self.unless("relaxation", RELAXED.get(), 0.0);
-        let yielding = self.unless("compliance", 1.0 / STIFFNESS.get(), 0.0);
-
-        let step = INTERVAL / SUBSTEPS as f64;
-        let decay = (-step / RELAXATION_TIME.get()).exp();
-        // A change of the elastic force spreads over the step: half of it has decayed.
-        let fresh = relaxed * decay.sqrt();
-        let (mut elastic, mut viscous, mut force) = (0.0, 0.0, 0.0);
-        std::array::from_fn(|reading| {
-            let substeps = if reading == 0 { 0 } else { SUBSTEPS };
-            for substep in 0..substeps {
-                let time = (reading - 1) as f64 * INTERVAL + (substep + 1) as f64 * step;
-                let depth = travel * ((time - start) / RAMP.get()).clamp(0.0, 1.0) - gap;
-                let carried = viscous * decay - fresh * elastic;
-                let share = 1.0 - relaxed + fresh;
-                let d = squeeze(depth.max(0.0), share * hertz * yielding, carried * yielding);
-                let next = hertz * d.powf(1.5);
-                viscous = carried + fresh * next;
-                elastic = next;
-                force = ((1.0 - relaxed) * elastic + viscous).max(0.0);
-            }
-            force
-        })
-    }
+    let step = INTERVAL / SUBSTEPS as f64;
+    let decay = (-step / RELAXATION_TIME.get()).exp();
+    // A change of the elastic force spreads over the step: half of it has decayed.
+    let fresh = relaxed * decay.sqrt();
+    let (mut elastic, mut viscous, mut force) = (0.0, 0.0, 0.0);
+    std::array::from_fn(|reading| {
+        let substeps = if reading == 0 { 0 } else { SUBSTEPS };
+        for substep in 0..substeps {
+            let time = (reading - 1) as f64 * INTERVAL + (substep + 1) as f64 * step;
+            let depth = travel * ((time - start) / RAMP.get()).clamp(0.0, 1.0) - gap;
+            let carried = viscous * decay - fresh * elastic;
+            let share = 1.0 - relaxed + fresh;
+            let d = squeeze(depth.max(0.0), share * hertz * yielding, carried * yielding);
+            let next = hertz * d.powf(1.5);
+            viscous = carried + fresh * next;
+            elastic = next;
+            force = ((1.0 - relaxed) * elastic + viscous).max(0.0);
+        }
+        force
+    })
 }
 
 /// Solves `d + a d^1.5 + b = depth` for the indentation d in `[0, depth]`.
@@ -280,8 +284,4 @@ pub fn young_modulus(shore: f64) -> f64 {
 fn counts(force: f64) -> f64 {
     let ratio = CONDUCTANCE.get() * force.powf(EXPONENT.get()) * RESISTOR.get();
     FULL_SCALE * ratio / (1.0 + ratio)
-}
-
-fn normal(rng: &mut Rng) -> f64 {
-    rng.sample(StandardNormal)
 }

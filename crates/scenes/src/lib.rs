@@ -10,7 +10,7 @@
 //!
 //! # Reference
 //!
-//! See each scene: [`fingertip`].
+//! See each scene: [`fingertip`], [`palpation`], [`gripper`], [`imprint`].
 //!
 //! ```
 //! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
@@ -20,26 +20,40 @@
 //! ```
 
 mod error;
+pub mod faults;
 pub mod fingertip;
+pub mod gripper;
+pub mod imprint;
+pub mod palpation;
+mod parameters;
+mod world;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
+pub use gripper::Gripper;
+pub use imprint::Imprint;
+pub use palpation::Palpation;
 
-use ndarray::ArrayD;
-use serde::Serialize;
+use faults::{Fault, Layout, Sensor};
+use ndarray::{Array2, ArrayD, Axis};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A simulated data set of N samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Raw readings, `[N, ..]`, in `unit`.
     pub x: ArrayD<f32>,
-    /// Class of each sample, an index into `class_names`.
+    /// Further arrays `[N, ..]` by name, such as pictures of the same objects; often none.
+    pub streams: Vec<(String, ArrayD<f32>)>,
+    /// What the axes of one sample are.
+    pub layout: Layout,
+    /// Class of each sample, an index into `class_names`; column 0 of `attributes` where there are any.
     pub y: Vec<u32>,
-    /// Session of each sample: what a fair split never tears apart.
+    /// Session or object of each sample: what a fair split never tears apart.
     pub group: Vec<u32>,
     /// Names of the classes.
     pub class_names: Vec<String>,
-    /// Names of the channels (axis 1 of `x`).
+    /// Names of the channels (axis 1 of `x`); none for arrays of taxels.
     pub channel_names: Vec<String>,
     /// Unit of the readings.
     pub unit: &'static str,
@@ -47,6 +61,35 @@ pub struct Scene {
     pub full_scale: f32,
     /// True physical values by name, one per sample.
     pub truth: Vec<(String, Vec<f32>)>,
+    /// Labels of scenes with more than one attribute.
+    pub attributes: Option<Attributes>,
+}
+
+/// More than one label per sample.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Attributes {
+    /// Labels `[N, k]`, each an index into the names of its column.
+    pub y: Array2<u32>,
+    /// Names of the values of each of the k attributes.
+    pub class_names: Vec<Vec<String>>,
+}
+
+impl Scene {
+    /// Range and axes of the readings, as [`faults`] need them.
+    pub fn sensor(&self) -> Sensor {
+        Sensor::new(self.layout, self.full_scale)
+    }
+
+    /// Breaks every sample by one fault; see [`Fault::apply`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Fault::apply`].
+    pub fn corrupt(&mut self, fault: Fault, severity: u8, seed: u64) -> Result<()> {
+        let sensor = self.sensor();
+        let mut samples = self.x.axis_iter_mut(Axis(0)).enumerate();
+        samples.try_for_each(|(i, sample)| fault.apply(sample, &sensor, severity, seed, i))
+    }
 }
 
 /// One parameter of a scene and the effect that it is there for.
@@ -70,20 +113,79 @@ pub struct Effect {
 
 /// Names of all scenes.
 pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME]
+    &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME]
+}
+
+/// A scene with its settings; everything that is not set has its default.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Settings {
+    /// See [`fingertip`].
+    Fingertip(Fingertip),
+    /// See [`palpation`].
+    Palpation(Palpation),
+    /// See [`gripper`].
+    Gripper(Gripper),
+    /// See [`imprint`].
+    Imprint(Imprint),
+}
+
+impl Settings {
+    /// Settings of the scene `name`, from any format that serde reads.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownScene`]; [`Error::Settings`] for an unknown key or a value of the wrong kind.
+    pub fn read<'de, D: Deserializer<'de>>(name: &str, settings: D) -> Result<Self> {
+        let read = match name {
+            fingertip::NAME => Fingertip::deserialize(settings).map(Self::Fingertip),
+            palpation::NAME => Palpation::deserialize(settings).map(Self::Palpation),
+            gripper::NAME => Gripper::deserialize(settings).map(Self::Gripper),
+            imprint::NAME => Imprint::deserialize(settings).map(Self::Imprint),
+            _ => return Err(unknown(name)),
+        };
+        read.map_err(|error| Error::Settings { scene: name.into(), reason: error.to_string() })
+    }
+
+    /// The scene `name` as it is by default.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownScene`].
+    pub fn of(name: &str) -> Result<Self> {
+        match name {
+            fingertip::NAME => Ok(Self::Fingertip(Fingertip::default())),
+            palpation::NAME => Ok(Self::Palpation(Palpation::default())),
+            gripper::NAME => Ok(Self::Gripper(Gripper::default())),
+            imprint::NAME => Ok(Self::Imprint(Imprint::default())),
+            _ => Err(unknown(name)),
+        }
+    }
+
+    /// Simulates `samples` recordings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownEffect`] for a name in `without` that is no removable effect of the scene,
+    /// [`Error::Parameter`] for impossible settings or zero samples, [`Error::Mesh`] for a mesh
+    /// that cannot be used.
+    pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        match self {
+            Self::Fingertip(scene) => scene.simulate(samples, seed, without),
+            Self::Palpation(scene) => scene.simulate(samples, seed, without),
+            Self::Gripper(scene) => scene.simulate(samples, seed, without),
+            Self::Imprint(scene) => scene.simulate(samples, seed, without),
+        }
+    }
 }
 
 /// Simulates `samples` recordings of the scene `name` with its default parameters.
 ///
 /// # Errors
 ///
-/// [`Error::UnknownScene`], [`Error::UnknownEffect`] for a name in `without` that is no removable
-/// effect of the scene, [`Error::Parameter`] for zero samples.
+/// [`Error::UnknownScene`], and those of [`Settings::simulate`].
 pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
-    match name {
-        fingertip::NAME => Fingertip::default().simulate(samples, seed, without),
-        _ => Err(unknown(name)),
-    }
+    Settings::of(name)?.simulate(samples, seed, without)
 }
 
 /// All parameters of the scene `name`, effect by effect.
@@ -94,6 +196,9 @@ pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Re
 pub fn explain(name: &str) -> Result<Vec<Effect>> {
     match name {
         fingertip::NAME => Ok(fingertip::explain()),
+        palpation::NAME => Ok(palpation::explain()),
+        gripper::NAME => Ok(gripper::explain()),
+        imprint::NAME => Ok(imprint::explain()),
         _ => Err(unknown(name)),
     }
 }

@@ -197,7 +197,10 @@ fn impossible_requests_are_refused_by_name() {
         assert!(error.contains(&format!("`{fixed}`; known: compliance, relaxation")), "{error}");
     }
     assert!(matches!(simulate("slip", 3, 0, &[]), Err(Error::UnknownScene { .. })));
-    assert_eq!(explain("slip").unwrap_err().to_string(), "there is no scene `slip`; known: fingertip");
+    assert_eq!(
+        explain("slip").unwrap_err().to_string(),
+        "there is no scene `slip`; known: fingertip, palpation, gripper, imprint"
+    );
     assert!(names().iter().all(|name| simulate(name, 1, 0, &[]).is_ok() && explain(name).is_ok()));
 }
 
@@ -270,4 +273,21 @@ fn nuisances_make_it_hard() {
     let nuisances = ["contact-quality", "placement", "servo", "session"].map(String::from);
     let clean = simulate(FINGERTIP, 150, 42, &nuisances).unwrap();
     assert_eq!(accuracy(&three_nearest(&clean, |i| i / 30 % 5)), 1.0);
+}
+
+#[test]
+fn hardness_may_be_continuous() {
+    let hands = Fingertip { between: Some([2.0, 40.0]), ..Fingertip::default() };
+    let scene = hands.simulate(300, 1, &[]).unwrap();
+    let shore = truth(&scene, "shore");
+    assert!(shore.iter().all(|s| (2.0..=40.0).contains(s)));
+    assert!(shore.iter().any(|s| *s > 35.0) && shore.iter().any(|s| *s < 5.0));
+    for (shore, class) in shore.iter().zip(&scene.y) {
+        assert_eq!(*class, if *shore < 5.0 { 0 } else { u32::from(*shore > 15.0) + 1 });
+    }
+    assert_eq!(truth(&hands.simulate(30, 1, &[]).unwrap(), "shore"), &shore[..30]);
+    for bad in [[5.0, 5.0], [20.0, 10.0], [-1.0, 5.0], [0.0, 96.0], [f32::NAN, 5.0]] {
+        let hands = Fingertip { between: Some(bad), ..Fingertip::default() };
+        assert!(hands.simulate(3, 0, &[]).unwrap_err().to_string().starts_with("between = ["), "{bad:?}");
+    }
 }

@@ -4,24 +4,44 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use ndarray::{Array4, ArrayD, Axis};
+use ndarray::{Array1, Array3, Array4, ArrayD, Axis, Dimension};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
-use taxel_encodings::{Colormap, Constant, Gaf, HardnessImage, Method, Range};
+use taxel_encodings::{
+    Colormap, Constant, ElectrodeImage, Frame, Gaf, HardnessImage, Method, NumaTac, Range, Resize,
+    TactileTensor, all_frames, red_channel,
+};
+use taxel_zoo::Settings;
 
 use crate::Outcome;
 use crate::arrays::write_npy;
 
-/// Encodes recordings [N, time] or [N, channels, time] as images.
+/// Encodes a batch of recordings, batch first.
 ///
-/// gadf and gasf flatten each recording row by row, average it to `size` pieces, rescale it to -1..1 and
-/// write the Gramian angular field [N, size, size], values -1..1. With a colormap, and for hardness-image
-/// always (jet), the result is [N, colours, size, size], values 0..1.
-///
+/// gadf and gasf take [N, time] or [N, channels, time], flatten each recording row by row, average it to
+/// `size` pieces, rescale it to -1..1 and write the Gramian angular field [N, size, size], values -1..1.
+/// With a colormap, and for hardness-image always (jet), the result is [N, colours, size, size], values 0..1.
 /// Settings: size=50; range=per-sample or range={"fixed":{"low":0,"high":1023}};
 /// colormap=none|grey|jet|viridis; constant=error|zero (what a constant recording becomes).
+///
+/// tactile-tensor: [N, frames, rows, columns] to [N, 1, rows, columns, frames]; frames=51 resamples.
+///
+/// frame: [N, frames, rows, columns] to one frame each, [N, 1, rows, columns]; frame=peak or frame=3.
+///
+/// all-frames: the same to [N * frames, 1, rows, columns], sample after sample.
+///
+/// numatac: raw bits [N, fingers, 1 DC + 22 AC, ticks] to Pa from contact on, [N, fingers, 23, window];
+/// window=300; above=1.1; below=0.9; offset=before-contact or offset={"fixed":{"dc":238,"ac":2048}}.
+///
+/// red-channel: grey [N, rows, columns] to [N, 3, rows, columns].
+///
+/// electrode-image: [N, 7, 3, 700 or more] to [N, 3, 70, 70]; order=columns (MATLAB) or rows.
+///
+/// resize: [N, channels, rows, columns] or [N, rows, columns]; height=224 width=224 filter=bilinear|area.
 #[derive(Args)]
-#[command(after_help = "Example:  taxel encode gadf --input grasps.npy --output images.npy --set size=50")]
+#[command(after_help = "Examples:  taxel encode gadf --input grasps.npy --output images.npy --set size=50
+           taxel encode tactile-tensor --input squeezes.npy --output tensors.npy --set frames=21")]
 pub struct Encode {
     /// Which encoding.
     #[arg(value_enum)]
@@ -29,7 +49,7 @@ pub struct Encode {
     /// `.npy`, batch first.
     #[arg(long)]
     input: PathBuf,
-    /// Where the images go, `.npy` in 32-bit floats.
+    /// Where the result goes, `.npy` in 32-bit floats.
     #[arg(long)]
     output: PathBuf,
     /// A setting: key=value.
@@ -45,66 +65,165 @@ enum Encoding {
     Gasf,
     /// The whole pipeline of paper 000: difference field and colours.
     HardnessImage,
+    /// Frames of a squeeze as one 3D tensor (papers 002 and 003).
+    TactileTensor,
+    /// One frame of a squeeze, for 2D methods.
+    Frame,
+    /// Every frame of a squeeze as an image of its own.
+    AllFrames,
+    /// Dual-channel series from contact on, in Pa (paper 004, equations 1 and 2).
+    Numatac,
+    /// Grey in the red of three colours (paper 001).
+    RedChannel,
+    /// 7 x 3 electrodes over 700 times as a colour image (paper 001).
+    ElectrodeImage,
+    /// Images at another size.
+    Resize,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct Settings {
+struct Fields {
     size: usize,
     range: Range,
     constant: Constant,
     colormap: Option<Value>,
 }
 
-impl Default for Settings {
+impl Default for Fields {
     fn default() -> Self {
         let gaf = Gaf::default();
-        Settings { size: gaf.size, range: gaf.range, constant: gaf.constant, colormap: None }
+        Fields { size: gaf.size, range: gaf.range, constant: gaf.constant, colormap: None }
     }
 }
 
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct FrameOf {
+    frame: Option<Value>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nothing {}
+
+type Encoded = Result<ArrayD<f32>, String>;
+
 impl Encode {
     pub fn run(self) -> Outcome {
-        let settings: Settings = serde_json::from_value(Value::Object(super::settings(&self.set)?))
-            .map_err(|e| format!("--set: {e}"))?;
+        let array = taxel_data::read_npy(&self.input)?;
+        let encoded = self.encode(array, super::settings(&self.set)?)?;
+        write_npy(&self.output, &encoded)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn encode(&self, array: ArrayD<f32>, settings: Settings) -> Encoded {
+        let sequence = "[N, frames, rows, columns]";
+        match self.encoding {
+            Encoding::Gadf | Encoding::Gasf | Encoding::HardnessImage => self.field(array, read(settings)?),
+            Encoding::TactileTensor => {
+                let tensor: TactileTensor = read(settings)?;
+                let x: Array4<f32> = self.axes(array, sequence)?;
+                let encode = |(i, x)| {
+                    tensor.encode(x).map(ndarray::ArrayBase::into_dyn).map_err(|e| self.sample(i, e))
+                };
+                let tensors: Vec<ArrayD<f32>> =
+                    x.outer_iter().enumerate().map(encode).collect::<Result<_, _>>()?;
+                let views: Vec<_> = tensors.iter().map(|x| x.view()).collect();
+                ndarray::stack(Axis(0), &views).map_err(|_| self.says("has no samples"))
+            }
+            Encoding::Frame => {
+                let frame = match read::<FrameOf>(settings)?.frame {
+                    None => Frame::Peak,
+                    Some(Value::Number(index)) => read_value(serde_json::json!({ "at": index }), "frame")?,
+                    Some(other) => read_value(other, "frame")?,
+                };
+                let x = self.axes(array, sequence)?;
+                self.done(frame.encode_batch(x.view()))
+            }
+            Encoding::AllFrames => {
+                read::<Nothing>(settings)?;
+                let x = self.axes(array, sequence)?;
+                self.done(Ok(all_frames(x.view())))
+            }
+            Encoding::Numatac => {
+                let numatac: NumaTac = read(settings)?;
+                let x = self.axes(array, "[N, fingers, 1 DC + AC, ticks]")?;
+                self.done(numatac.encode_batch(x.view()))
+            }
+            Encoding::RedChannel => {
+                read::<Nothing>(settings)?;
+                let x: Array3<f32> = self.axes(array, "[N, rows, columns]")?;
+                self.done(Ok(red_channel(x.view())))
+            }
+            Encoding::ElectrodeImage => {
+                let image: ElectrodeImage = read(settings)?;
+                let x = self.axes(array, "[N, 7, 3, times]")?;
+                self.done(image.encode_batch(x.view()))
+            }
+            Encoding::Resize => {
+                let resize: Resize = read(settings)?;
+                let grey = array.ndim() == 3;
+                let array = if grey { array.insert_axis(Axis(1)) } else { array };
+                let x = self.axes(array, "[N, rows, columns] or [N, channels, rows, columns]")?;
+                let resized = self.done(resize.encode_batch(x.view()))?;
+                Ok(if grey { resized.remove_axis(Axis(1)) } else { resized })
+            }
+        }
+    }
+
+    fn field(&self, array: ArrayD<f32>, fields: Fields) -> Encoded {
         let method = if self.encoding == Encoding::Gasf { Method::Summation } else { Method::Difference };
-        let Settings { size, range, constant, colormap } = settings;
+        let Fields { size, range, constant, colormap } = fields;
         let gaf = Gaf { size, method, range, constant };
         let colormap: Option<Colormap> = match colormap {
             Some(Value::String(name)) if name == "none" => None,
-            Some(name) => Some(serde_json::from_value(name).map_err(|e| format!("--set colormap: {e}"))?),
+            Some(name) => Some(read_value(name, "colormap")?),
             None if self.encoding == Encoding::HardnessImage => Some(Colormap::default()),
             None => None,
         };
-        let file = self.input.display();
-        let array = taxel_data::read_npy(&self.input)?;
-        let array = match array.ndim() {
-            2 => array.insert_axis(Axis(1)),
-            3 => array,
-            _ => {
-                let shape = array.shape();
-                return Err(
-                    format!("{file}: shape {shape:?}; expected [N, time] or [N, channels, time]").into()
-                );
-            }
-        };
-        let recordings = array.into_dimensionality::<ndarray::Ix3>()?;
+        let array = if array.ndim() == 2 { array.insert_axis(Axis(1)) } else { array };
+        let recordings: Array3<f32> = self.axes(array, "[N, time] or [N, channels, time]")?;
         let image = HardnessImage { gaf, colormap: colormap.unwrap_or(Colormap::Grey) };
-        let images: ArrayD<f32> = if colormap.is_some() {
-            let images: Array4<f32> =
-                image.encode_batch(recordings.view()).map_err(|e| format!("{file}: {e}"))?;
-            images.into_dyn()
-        } else {
-            let mut fields = ArrayD::zeros(vec![recordings.len_of(Axis(0)), size, size]);
-            for (i, recording) in recordings.outer_iter().enumerate() {
-                let series: ndarray::Array1<f32> = recording.iter().copied().collect();
-                let field =
-                    image.gaf.encode(series.view()).map_err(|e| format!("{file}: sample {i}: {e}"))?;
-                fields.index_axis_mut(Axis(0), i).assign(&field);
-            }
-            fields
-        };
-        write_npy(&self.output, &images)?;
-        Ok(ExitCode::SUCCESS)
+        if colormap.is_some() {
+            return self.done(image.encode_batch(recordings.view()));
+        }
+        let mut fields = ArrayD::zeros(vec![recordings.len_of(Axis(0)), size, size]);
+        for (i, recording) in recordings.outer_iter().enumerate() {
+            let series: Array1<f32> = recording.iter().copied().collect();
+            let field = image.gaf.encode(series.view()).map_err(|e| self.sample(i, e))?;
+            fields.index_axis_mut(Axis(0), i).assign(&field);
+        }
+        Ok(fields)
     }
+
+    /// The batch with the axes that the encoding takes.
+    fn axes<D: Dimension>(
+        &self,
+        array: ArrayD<f32>,
+        expected: &str,
+    ) -> Result<ndarray::Array<f32, D>, String> {
+        let shape = array.shape().to_vec();
+        array.into_dimensionality().map_err(|_| self.says(&format!("shape {shape:?}; expected {expected}")))
+    }
+
+    fn done(&self, encoded: taxel_encodings::Result<Array4<f32>>) -> Encoded {
+        encoded.map(Array4::into_dyn).map_err(|e| self.says(&e.to_string()))
+    }
+
+    fn sample(&self, i: usize, error: taxel_encodings::Error) -> String {
+        self.says(&format!("sample {i}: {error}"))
+    }
+
+    fn says(&self, what: &str) -> String {
+        format!("{}: {what}", self.input.display())
+    }
+}
+
+fn read<T: DeserializeOwned>(settings: Settings) -> Result<T, String> {
+    serde_json::from_value(Value::Object(settings)).map_err(|e| format!("--set: {e}"))
+}
+
+fn read_value<T: DeserializeOwned>(value: Value, key: &str) -> Result<T, String> {
+    serde_json::from_value(value).map_err(|e| format!("--set {key}: {e}"))
 }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel_data::Npz;
+use taxel_scenes::faults::Fault;
 
 use crate::Outcome;
 use crate::arrays::write;
@@ -14,10 +15,18 @@ use crate::text;
 ///
 /// Writes x, y, group and one array per true value to the .npz, and the class names to
 /// NAME.classes.json beside it: `taxel data check` and `taxel run --data` read both.
+///
+/// fingertip: shore=[0,10,20]; between=[0,30] (any hardness in the range); sessions=10.
+/// palpation: paper=002|003; subset=all|rigid|deformable|in-bag; frames=51; sessions=5.
+/// gripper: objects=["tennis","mask"] (default all 30); sessions=5. y is [N, 2]: elasticity, hardness.
+/// imprint: see `taxel simulate imprint --explain`.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel simulate fingertip --samples 1500 --seed 0 --output grasps.npz
+           taxel simulate palpation --set paper=002 --samples 540 --output squeezes.npz
            taxel simulate fingertip --explain
-           taxel simulate fingertip --samples 300 --without placement --output easy.npz")]
+           taxel simulate fingertip --samples 300 --without placement --output easy.npz
+           taxel simulate imprint --samples 1500 --set elements=16 --set meshes=my-meshes --output touch.npz
+           taxel simulate fingertip --samples 300 --fault dead --severity 4 --output broken.npz")]
 pub struct Simulate {
     /// Scene name.
     scene: String,
@@ -30,9 +39,18 @@ pub struct Simulate {
     /// Where the data set goes.
     #[arg(long, required_unless_present = "explain")]
     output: Option<PathBuf>,
+    /// A setting of the scene in place of its default: key=value; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Leaves an effect out; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
+    /// Breaks every recording by this fault, as `taxel stress` does.
+    #[arg(long, value_name = "FAULT", requires = "severity")]
+    fault: Option<Fault>,
+    /// How badly, 1 to 5.
+    #[arg(long, requires = "fault")]
+    severity: Option<u8>,
     /// Prints every effect with value, unit and source instead.
     #[arg(long)]
     explain: bool,
@@ -60,27 +78,66 @@ impl Simulate {
             return Ok(ExitCode::SUCCESS);
         }
         let Some(output) = self.output else { return Err("--output is missing".into()) };
-        let scene = taxel_scenes::simulate(&self.scene, self.samples, self.seed, &self.without)?;
+        let settings = serde_json::Value::Object(super::settings(&self.set)?);
+        let settings = taxel_scenes::Settings::read(&self.scene, settings)?;
+        let mut scene = settings.simulate(self.samples, self.seed, &self.without)?;
+        let mut source = format!("simulated: {}", self.scene);
+        if !self.set.is_empty() {
+            source += &format!(" ({})", self.set.join(", "));
+        }
+        if !self.without.is_empty() {
+            source += &format!(" without {}", self.without.join(", "));
+        }
+        if let (Some(fault), Some(severity)) = (self.fault, self.severity) {
+            scene.corrupt(fault, severity, self.seed)?;
+            source += &format!(" with {fault}, {} {}", fault.level(severity)?, fault.unit());
+        }
         let (shape, classes) = (scene.x.shape().to_vec(), scene.class_names.len());
         let n = self.samples;
         let fill = || -> std::io::Result<Vec<u8>> {
             let mut npz = Npz::default();
-            npz.add("x", &shape, scene.x.as_standard_layout().as_slice().unwrap_or_default())?;
-            npz.add("y", &[n], &scene.y)?;
+            let x = scene.x.as_standard_layout();
+            add_readings(&mut npz, &shape, x.as_slice().unwrap_or_default(), scene.full_scale)?;
+            match &scene.attributes {
+                Some(attributes) => {
+                    let y = attributes.y.as_standard_layout();
+                    npz.add("y", attributes.y.shape(), y.as_slice().unwrap_or_default())?;
+                }
+                None => npz.add("y", &[n], &scene.y)?,
+            }
             npz.add("group", &[n], &scene.group)?;
+            for (name, values) in &scene.streams {
+                npz.add(name, values.shape(), values.as_standard_layout().as_slice().unwrap_or_default())?;
+            }
             for (name, values) in &scene.truth {
                 npz.add(name, &[n], values)?;
             }
             npz.finish()
         };
         write(&output, fill())?;
+        let classes_of = match &scene.attributes {
+            Some(attributes) => serde_json::json!(attributes.class_names),
+            None => serde_json::json!(scene.class_names),
+        };
         let names = serde_json::json!({
-            "classes": scene.class_names, "channels": scene.channel_names, "unit": scene.unit,
-            "full_scale": scene.full_scale, "source": format!("simulated: {}", self.scene),
+            "classes": classes_of, "channels": scene.channel_names, "unit": scene.unit,
+            "full_scale": scene.full_scale, "source": source,
         });
         let labels = output.with_extension("classes.json");
         write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;
         println!("{}: {} of {classes} classes, {}", output.display(), text::shape(&shape), scene.unit);
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Whole numbers of image sequences go as integers: a quarter or half the size of 32-bit floats.
+fn add_readings(npz: &mut Npz, shape: &[usize], x: &[f32], full_scale: f32) -> std::io::Result<()> {
+    let whole = shape.len() == 4 && x.iter().all(|v| v.fract() == 0.0 && *v >= 0.0 && *v <= full_scale);
+    if whole && full_scale <= f32::from(u8::MAX) {
+        npz.add("x", shape, &x.iter().map(|&v| v as u8).collect::<Vec<_>>())
+    } else if whole && full_scale <= f32::from(u16::MAX) {
+        npz.add("x", shape, &x.iter().map(|&v| v as u16).collect::<Vec<_>>())
+    } else {
+        npz.add("x", shape, x)
     }
 }

@@ -1,40 +1,14 @@
-//! The parameters of the fingertip scene: one table for the simulation and for `--explain`.
+//! The parameters of the fingertip scene.
 //!
 //! # Reference
 //!
 //! Each row names its own; see [`fingertip`](super) for the equations.
 
 use crate::Effect;
+use crate::parameters::{ASSUMED, Parameter, parameters, rows};
 
-/// A row of the table that [`explain`](crate::explain) prints and the simulation computes with.
-pub(super) struct Parameter {
-    effect: &'static str,
-    name: &'static str,
-    /// One value, or one per finger.
-    pub(super) value: &'static [f64],
-    unit: &'static str,
-    source: &'static str,
-    why: &'static str,
-}
-
-impl Parameter {
-    /// The only value, or the thumb's.
-    pub(super) fn get(&self) -> f64 {
-        self.value[0]
-    }
-}
-
-/// Defines the constants of the table and the table in one go, so that none is forgotten.
-macro_rules! parameters {
-    ($($id:ident: $effect:literal, $name:literal, $value:expr, $unit:literal, $source:expr, $why:expr;)*) => {
-        $(pub(super) const $id: Parameter = Parameter {
-            effect: $effect, name: $name, value: &$value, unit: $unit, source: $source, why: $why,
-        };)*
-        const TABLE: &[Parameter] = &[$($id),*];
-    };
-}
-
-const ASSUMED: &str = "assumed";
+/// The values of the curve that tutorials read off; the vendor calls it reference only.
+const CURVE: &str = "force-resistance curve of the FSR 400 series data sheet (Interlink): about 30 kohm at 20 g, 6 kohm at 100 g, 1 kohm at 1 kg";
 const PAPER: &str = "paper 000, section 4.2";
 
 parameters! {
@@ -47,9 +21,9 @@ parameters! {
     TIP: "contact", "fingertip radius", [8.0], "mm", ASSUMED, "curvature in Hertz' law";
     OBJECT: "contact", "cylinder radius", [25.0], "mm", PAPER, "curvature in Hertz' law";
     POISSON: "contact", "Poisson's ratio", [0.5], "", "rubber is incompressible", "E* in Hertz' law";
-    CONDUCTANCE: "sensor", "conductance at 1 N", [0.16], "mS", "FSR 402, about 6 kohm at 100 g",
+    CONDUCTANCE: "sensor", "conductance at 1 N", [0.16], "mS", CURVE,
         "more force, more counts";
-    EXPONENT: "sensor", "exponent of the force", [0.85], "", "FSR 402, 30 kohm at 20 g to 1 kohm at 1 kg",
+    EXPONENT: "sensor", "exponent of the force", [0.85], "", CURVE,
         "counts are not proportional to force";
     RESISTOR: "sensor", "divider resistor", [10.0], "kohm", "usual with an FSR 402",
         "counts saturate at high force";
@@ -85,14 +59,5 @@ pub(super) const REMOVABLE: [&str; 7] =
 
 /// All parameters, as `taxel simulate fingertip --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
-    let row = |p: &Parameter| Effect {
-        name: p.effect.into(),
-        parameter: p.name.into(),
-        value: p.value.iter().map(f64::to_string).collect::<Vec<_>>().join(", "),
-        unit: p.unit.into(),
-        source: p.source.into(),
-        why: p.why.into(),
-        removable: REMOVABLE.contains(&p.effect),
-    };
-    TABLE.iter().map(row).collect()
+    rows(TABLE, &REMOVABLE)
 }

@@ -1,0 +1,82 @@
+//! Electrode series of a hand as a colour image.
+//!
+//! # Reference
+//!
+//! Paper 001 (Transfer of learning from vision to touch), section 3.4: the first 700 values of the 7 x 3
+//! electrodes of BiGS recordings, 7 x 3 x 700, are reshaped to 70 x 70 x 3. The text does not say in
+//! which order; its toolbox is MATLAB's, whose `reshape` runs down the first axis first.
+//!
+//! # What is lost
+//!
+//! Neighbouring pixels are neighbours in time or among electrodes by accident of the order alone: a
+//! column holds ten moments of one third of the electrodes.
+
+use crate::{Error, Result};
+use ndarray::{Array3, Array4, ArrayView3, ArrayView4};
+use serde::{Deserialize, Serialize};
+
+/// Values of each electrode that go into the image.
+const TIMES: usize = 700;
+const SIDE: usize = 70;
+
+/// In which order values are read from the series and written to the image.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// The first axis runs fastest, as in MATLAB.
+    #[default]
+    Columns,
+    /// The last axis runs fastest, as in NumPy.
+    Rows,
+}
+
+/// `7 x 3 x 700` as `70 x 70 x 3`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ElectrodeImage {
+    /// Order of the values.
+    pub order: Order,
+}
+
+impl ElectrodeImage {
+    /// Encodes one recording `[7, 3, at least 700 times]` as `[3 colours, 70, 70]`; values stay as
+    /// they are.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for other electrodes or a shorter recording, [`Error::NonFinite`] for a bad
+    /// reading.
+    pub fn encode(&self, recording: ArrayView3<f32>) -> Result<Array3<f32>> {
+        crate::sequence::check_finite(&recording)?;
+        let (rows, columns, times) = recording.dim();
+        if (rows, columns) != (7, 3) || times < TIMES {
+            let expected = format!("[7, 3, {TIMES} or more]");
+            return Err(Error::Shape { what: "recording", expected, got: recording.shape().to_vec() });
+        }
+        Ok(Array3::from_shape_fn((3, SIDE, SIDE), |(colour, row, column)| match self.order {
+            Order::Columns => {
+                let at = row + SIDE * (column + SIDE * colour);
+                recording[[at % 7, at / 7 % 3, at / 21]]
+            }
+            Order::Rows => {
+                let at = colour + 3 * (column + SIDE * row);
+                recording[[at / TIMES / 3, at / TIMES % 3, at % TIMES]]
+            }
+        }))
+    }
+
+    /// Encodes `[N, 7, 3, times]` as `[N, 3, 70, 70]`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ElectrodeImage::encode`], naming the sample.
+    pub fn encode_batch(&self, recordings: ArrayView4<f32>) -> Result<Array4<f32>> {
+        let mut images = Array4::zeros((recordings.dim().0, 3, SIDE, SIDE));
+        for (sample, (recording, mut image)) in
+            recordings.outer_iter().zip(images.outer_iter_mut()).enumerate()
+        {
+            image.assign(&self.encode(recording).map_err(|e| e.in_sample(sample))?);
+        }
+        Ok(images)
+    }
+}

@@ -1,0 +1,206 @@
+//! Recordings of two NumaTac fingers as dual-channel samples.
+//!
+//! # Reference
+//!
+//! Paper 004 (Identifying the strength level of objects' tactile attributes), section 3.1: bits to Pa
+//! (equations 1 and 2), and the contact judge, which starts a sample where an AC value is more than 1.1
+//! or less than 0.9 times the one before; section 3.2.3: 300 ticks are kept, z-scores per feature
+//! (equation 3). The judge reads raw bits, and we read "next" and "previous" as neighbours at 2200 Hz.
+//!
+//! The offset is the reading under atmospheric pressure: here, the mean of each finger's readings
+//! before contact. The text's example of 270 bit = 3493.8 Pa leaves its offset of 238 out.
+
+use crate::{Error, Result, Scaling};
+use ndarray::{Array3, Array4, ArrayView2, ArrayView3, ArrayView4, Axis, Ix4};
+use serde::{Deserialize, Serialize};
+
+/// What is subtracted before bits become Pa.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Offset {
+    /// Mean of DC, and of all AC values, of each finger before contact.
+    #[default]
+    BeforeContact,
+    /// The same two values for every finger and sample, in bits.
+    Fixed {
+        /// Reading of DC at rest.
+        dc: f32,
+        /// Reading of AC at rest.
+        ac: f32,
+    },
+}
+
+/// Settings of the encoding; the default is the paper's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NumaTac {
+    /// Ticks that are kept from contact on; at least 1.
+    pub window: usize,
+    /// Contact is where AC rises by more than this factor from value to value; above 1.
+    pub above: f32,
+    /// Or falls below this factor; between 0 and 1.
+    pub below: f32,
+    /// What is subtracted.
+    pub offset: Offset,
+}
+
+/// Pressure of a DC and of an AC bit, Pa (equations 1 and 2).
+pub const PA_PER_BIT: [f64; 2] = [12.94, 0.13];
+
+impl Default for NumaTac {
+    fn default() -> Self {
+        Self { window: 300, above: 1.1, below: 0.9, offset: Offset::BeforeContact }
+    }
+}
+
+impl NumaTac {
+    /// Whether the contact judge sees contact between two neighbouring AC values in bits.
+    pub fn touches(&self, before: f32, after: f32) -> bool {
+        before > 0.0 && (after > self.above * before || after < self.below * before)
+    }
+
+    /// The first tick in which any finger of a recording `[fingers, 1 DC + AC, ticks]` in bits touches
+    /// something.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for a recording without AC, [`Error::NoContact`] where the judge never fires,
+    /// [`Error::Parameter`] for impossible thresholds, [`Error::NonFinite`] for a bad reading.
+    pub fn onset(&self, recording: ArrayView3<f32>) -> Result<usize> {
+        self.check()?;
+        crate::sequence::check_finite(&recording)?;
+        if recording.len_of(Axis(1)) < 2 || recording.is_empty() {
+            let expected = "[fingers, 1 DC + AC values, ticks]".into();
+            return Err(Error::Shape { what: "recording", expected, got: recording.shape().to_vec() });
+        }
+        let first = |finger: ArrayView2<f32>| {
+            let mut before = finger[[1, 0]];
+            finger.columns().into_iter().position(|tick| {
+                tick.iter().skip(1).any(|&value| {
+                    let touches = self.touches(before, value);
+                    before = value;
+                    touches
+                })
+            })
+        };
+        recording
+            .outer_iter()
+            .filter_map(first)
+            .min()
+            .ok_or(Error::NoContact { above: self.above, below: self.below })
+    }
+
+    /// Encodes one recording `[fingers, 1 DC + AC, ticks]` in bits as `[fingers, 1 DC + AC, window]` in
+    /// Pa, from contact on.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NumaTac::onset`]; [`Error::Window`] where contact comes too late for the window, or
+    /// at once, so that there is no rest to take the offset from.
+    pub fn encode(&self, recording: ArrayView3<f32>) -> Result<Array3<f32>> {
+        let onset = self.onset(recording)?;
+        let (fingers, features, ticks) = recording.dim();
+        let late = onset + self.window > ticks;
+        if late || (onset == 0 && self.offset == Offset::BeforeContact) {
+            return Err(Error::Window { onset, window: self.window, ticks });
+        }
+        let mut sample = Array3::zeros((fingers, features, self.window));
+        for (readings, mut into) in recording.outer_iter().zip(sample.outer_iter_mut()) {
+            let rest = self.rest(readings, onset);
+            for (feature, (series, mut into)) in readings.outer_iter().zip(into.outer_iter_mut()).enumerate()
+            {
+                let kind = feature.min(1);
+                for (value, &bits) in into.iter_mut().zip(series.iter().skip(onset)) {
+                    *value = ((f64::from(bits) - rest[kind]) * PA_PER_BIT[kind]) as f32;
+                }
+            }
+        }
+        Ok(sample)
+    }
+
+    /// Encodes `[N, fingers, 1 DC + AC, ticks]`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NumaTac::encode`], naming the sample.
+    pub fn encode_batch(&self, recordings: ArrayView4<f32>) -> Result<Array4<f32>> {
+        self.check()?;
+        let (samples, fingers, features, _) = recordings.dim();
+        let mut encoded = Array4::zeros((samples, fingers, features, self.window));
+        for (sample, (recording, mut into)) in
+            recordings.outer_iter().zip(encoded.outer_iter_mut()).enumerate()
+        {
+            into.assign(&self.encode(recording).map_err(|e| e.in_sample(sample))?);
+        }
+        Ok(encoded)
+    }
+
+    /// DC and AC of a finger at rest, bits.
+    fn rest(&self, readings: ArrayView2<f32>, onset: usize) -> [f64; 2] {
+        let mean = |from: usize, to: usize| {
+            let rows = readings.outer_iter().skip(from).take(to - from);
+            let sum: f64 = rows.flat_map(|row| row.into_iter().take(onset)).map(|&v| f64::from(v)).sum();
+            sum / ((to - from) * onset) as f64
+        };
+        match self.offset {
+            Offset::Fixed { dc, ac } => [dc, ac].map(f64::from),
+            Offset::BeforeContact => [mean(0, 1), mean(1, readings.len_of(Axis(0)))],
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        let reject =
+            |name: &str, value, expected| Err(Error::Parameter { name: name.into(), value, expected });
+        if self.window == 0 {
+            return Err(Error::Size { size: 0, least: 1, why: " tick in the window" });
+        }
+        if !(self.above > 1.0 && self.above.is_finite()) {
+            return reject("above", self.above, "above 1 and finite, as 1.1");
+        }
+        if !(0.0..1.0).contains(&self.below) {
+            return reject("below", self.below, "at least 0 and below 1, as 0.9");
+        }
+        match self.offset {
+            Offset::Fixed { dc, .. } if !dc.is_finite() => reject("offset.dc", dc, "finite"),
+            Offset::Fixed { ac, .. } if !ac.is_finite() => reject("offset.ac", ac, "finite"),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Z-scores per feature (equation 3): mean and SD of each of the fingers' features over `train`,
+/// shaped `[N, fingers, features, ticks]`. Give it training samples only.
+///
+/// # Errors
+///
+/// Those of [`Scaling::fit_z_score`].
+pub fn fit_features(train: ArrayView4<f32>) -> Result<Scaling> {
+    Scaling::fit_z_score(flat(train)?.view().into_dyn())
+}
+
+/// Scales samples `[N, fingers, features, ticks]` by what [`fit_features`] has fitted.
+///
+/// # Errors
+///
+/// Those of [`Scaling::apply`].
+pub fn scale_features(scaling: &Scaling, x: ArrayView4<f32>) -> Result<Array4<f32>> {
+    let mut scaled = flat(x)?.into_dyn();
+    scaling.apply(&mut scaled)?;
+    let back = scaled.into_shape_with_order(x.raw_dim()).map(|x| x.into_dimensionality::<Ix4>());
+    match back {
+        Ok(Ok(back)) => Ok(back),
+        _ => Err(axes(&x)),
+    }
+}
+
+/// `[N, fingers * features, ticks]`.
+fn flat(x: ArrayView4<f32>) -> Result<Array3<f32>> {
+    let (samples, fingers, features, ticks) = x.dim();
+    let values: Vec<f32> = x.iter().copied().collect();
+    Array3::from_shape_vec((samples, fingers * features, ticks), values).map_err(|_| axes(&x))
+}
+
+fn axes(x: &ArrayView4<f32>) -> Error {
+    let expected = "[samples, fingers, features, ticks]".into();
+    Error::Shape { what: "samples", expected, got: x.shape().to_vec() }
+}

@@ -1,0 +1,141 @@
+//! Sequences of pressure frames: 3D tactile tensors, and the single frames that 2D methods read.
+//!
+//! # Reference
+//!
+//! Paper 003 (Robotic palpation), section 3.3: the frames of a squeeze are stacked along a third axis
+//! of force or time. Section 4.2: 2D methods get the single frames of the same grasps.
+
+use crate::{Error, Result};
+use ndarray::{Array4, ArrayView3, ArrayView4, Axis, Zip};
+use serde::{Deserialize, Serialize};
+
+/// `[frames, rows, columns]` as `[1, rows, columns, frames]`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TactileTensor {
+    /// Frames of the tensor: the recording's own are interpolated linearly, first on first and last
+    /// on last. Default: as recorded.
+    pub frames: Option<usize>,
+}
+
+impl TactileTensor {
+    /// Encodes one recording `[frames, rows, columns]` as `[1, rows, columns, frames]`, the papers'
+    /// order of axes after the channel.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for no frames, or one frame to be resampled to more; [`Error::Size`] for zero
+    /// frames asked for; [`Error::NonFinite`] for a bad reading.
+    pub fn encode(&self, recording: ArrayView3<f32>) -> Result<Array4<f32>> {
+        check_finite(&recording)?;
+        let (recorded, rows, columns) = recording.dim();
+        let frames = self.frames.unwrap_or(recorded);
+        if frames == 0 {
+            return Err(Error::Size { size: 0, least: 1, why: " frame" });
+        }
+        if recorded == 0 || (recorded == 1 && frames > 1) {
+            let expected = format!("at least {} frames to make {frames} of", if frames > 1 { 2 } else { 1 });
+            return Err(Error::Shape { what: "recording", expected, got: recording.shape().to_vec() });
+        }
+        let mut tensor = Array4::zeros((1, rows, columns, frames));
+        for (t, mut frame) in tensor.axis_iter_mut(Axis(3)).enumerate() {
+            let (before, after, share) = neighbours(t, frames, recorded);
+            let (before, after) =
+                (recording.index_axis(Axis(0), before), recording.index_axis(Axis(0), after));
+            Zip::from(frame.index_axis_mut(Axis(0), 0))
+                .and(before)
+                .and(after)
+                .for_each(|value, &a, &b| *value = (f64::from(a) + share * f64::from(b - a)) as f32);
+        }
+        Ok(tensor)
+    }
+}
+
+/// The recorded frames around frame `t` of `frames`, and how far it is from the first to the second.
+fn neighbours(t: usize, frames: usize, recorded: usize) -> (usize, usize, f64) {
+    if frames == recorded {
+        return (t, t, 0.0);
+    }
+    let at = match frames {
+        1 => 0.0,
+        _ => t as f64 * (recorded - 1) as f64 / (frames - 1) as f64,
+    };
+    let before = (at.floor() as usize).min(recorded - 1);
+    (before, (before + 1).min(recorded - 1), at - before as f64)
+}
+
+/// Which frame of a recording a 2D method reads.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frame {
+    /// The first of those with the largest sum: full force.
+    #[default]
+    Peak,
+    /// The frame of this index, from 0.
+    At(usize),
+}
+
+impl Frame {
+    /// Picks one frame of `[frames, rows, columns]`, as index.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for a recording without that frame, [`Error::NonFinite`] for a bad reading.
+    pub fn pick(self, recording: ArrayView3<f32>) -> Result<usize> {
+        check_finite(&recording)?;
+        let sums = recording.outer_iter().map(|frame| frame.iter().map(|&v| f64::from(v)).sum::<f64>());
+        let picked = match self {
+            Self::At(index) => (index < recording.len_of(Axis(0))).then_some(index),
+            Self::Peak => sums
+                .enumerate()
+                .fold(None, |best: Option<(usize, f64)>, (t, sum)| match best {
+                    Some((_, highest)) if highest >= sum => best,
+                    _ => Some((t, sum)),
+                })
+                .map(|(t, _)| t),
+        };
+        picked.ok_or_else(|| {
+            let expected = match self {
+                Self::At(index) => format!("at least {} frames", index + 1),
+                Self::Peak => "at least one frame".into(),
+            };
+            Error::Shape { what: "recording", expected, got: recording.shape().to_vec() }
+        })
+    }
+
+    /// One frame of each recording: `[N, frames, rows, columns]` as `[N, 1, rows, columns]`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Frame::pick`], naming the sample.
+    pub fn encode_batch(self, recordings: ArrayView4<f32>) -> Result<Array4<f32>> {
+        let (samples, _, rows, columns) = recordings.dim();
+        let mut images = Array4::zeros((samples, 1, rows, columns));
+        for (sample, (recording, mut image)) in
+            recordings.outer_iter().zip(images.outer_iter_mut()).enumerate()
+        {
+            let frame = self.pick(recording).map_err(|e| e.in_sample(sample))?;
+            image.index_axis_mut(Axis(0), 0).assign(&recording.index_axis(Axis(0), frame));
+        }
+        Ok(images)
+    }
+}
+
+/// Every frame as an image of its own: `[N, frames, rows, columns]` as `[N * frames, 1, rows, columns]`,
+/// sample after sample. Image i belongs to sample `i / frames`: all of a sample must stay on one side
+/// of a split.
+pub fn all_frames(recordings: ArrayView4<f32>) -> Array4<f32> {
+    let (samples, frames, rows, columns) = recordings.dim();
+    let values: Vec<f32> = recordings.iter().copied().collect();
+    // The number of values is that of the recordings.
+    Array4::from_shape_vec((samples * frames, 1, rows, columns), values).unwrap_or_default()
+}
+
+pub(crate) fn check_finite(recording: &ArrayView3<f32>) -> Result<()> {
+    match recording.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        None => Ok(()),
+        Some(((a, b, c), &value)) => {
+            Err(Error::NonFinite { place: format!("reading [{a}, {b}, {c}]"), value })
+        }
+    }
+}

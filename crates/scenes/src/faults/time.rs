@@ -1,0 +1,69 @@
+//! Faults over time.
+//!
+//! # Reference
+//!
+//! Hysteresis is measured as in data sheets of force sensors: the largest difference between
+//! loading and unloading, in % of the peak. The curve that unloading takes is ours.
+
+use super::work::Work;
+
+/// Unloading reads more than loading did, by `share` of the peak so far where it is most.
+///
+/// A reading `u` (of the peak so far, above rest) becomes `u^g`: nothing changes at rest and at
+/// the peak, and between them the readings stay in order.
+pub(super) fn hysteresis(work: &mut Work, share: f64) {
+    let exponent = exponent(share);
+    for element in 0..work.elements() {
+        let rest = f64::from(work.rest(element));
+        let mut peak = 0.0f64;
+        for reading in work.x.row_mut(element) {
+            let above = f64::from(*reading) - rest;
+            peak = peak.max(above.abs());
+            if above != 0.0 {
+                let held = peak * (above.abs() / peak).powf(exponent);
+                *reading = (rest + held.copysign(above)) as f32;
+            }
+        }
+    }
+}
+
+/// The exponent g in (0, 1) for which `u^g - u` is `share` at its largest.
+fn exponent(share: f64) -> f64 {
+    // Largest at u = g^(1 / (1 - g)), where it is (1 - g) g^(g / (1 - g)): falls as g grows.
+    let most = |g: f64| (1.0 - g) * g.powf(g / (1.0 - g));
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let middle = (low + high) / 2.0;
+        if most(middle) > share { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Drops `share` of the frames, never the first; the last one that came is seen again instead.
+/// Shares of less than one frame count as for dead channels.
+pub(super) fn jitter(work: &mut Work, share: f64) {
+    let times = work.times();
+    let count = work.round(share * times as f64);
+    let mut dropped = vec![false; times];
+    for at in work.order(times - 1).into_iter().take(count) {
+        dropped[at + 1] = true;
+    }
+    for element in 0..work.elements() {
+        for time in (0..times).filter(|&t| dropped[t]) {
+            work.x[[element, time]] = work.x[[element, time - 1]];
+        }
+    }
+}
+
+/// Starts the window `share` of its length late or early. What was never recorded is the first or
+/// last reading, held.
+pub(super) fn onset(work: &mut Work, share: f64) {
+    let times = work.times();
+    let count = work.round(share * times as f64) as isize;
+    let late = count * work.sign() as isize;
+    let clean = work.x.clone();
+    for time in 0..times {
+        let from = time.saturating_add_signed(late).min(times - 1);
+        work.x.column_mut(time).assign(&clean.column(from));
+    }
+}

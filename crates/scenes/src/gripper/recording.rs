@@ -1,0 +1,201 @@
+//! One grasp: approach, squeeze, hold, release, as two fingers read it.
+//!
+//! # Reference
+//!
+//! See [`gripper`](super).
+
+use super::parameters::*;
+use crate::world::{World, normal};
+use rand::RngExt;
+use std::f64::consts::TAU;
+use taxel_seed::Rng;
+
+/// What an object is made of.
+pub(super) struct Material {
+    /// N/mm.
+    pub(super) stiffness: f64,
+    /// Share of its force that fades.
+    pub(super) relaxed: f64,
+    /// Damping ratio of its tap.
+    pub(super) damping: f64,
+}
+
+impl Material {
+    /// How hard it is against the sensor's foam, 0 to 1.
+    fn firmness(&self) -> f64 {
+        self.stiffness / (self.stiffness + SKIN.get())
+    }
+}
+
+/// What differs from grasp to grasp.
+pub(super) struct Grasp {
+    material: Material,
+    /// Of the first touch, s.
+    pub(super) contact: f64,
+    delay: f64,
+    /// How much later each finger touches, mm.
+    late: [f64; 2],
+    /// Pa per N of each finger.
+    pressure: [f64; 2],
+    tap: f64,
+    offset: [[f64; 2]; 2],
+}
+
+/// What a grasp came to.
+#[derive(Debug, Default)]
+pub(super) struct Outcome {
+    /// Time at which the fingers stopped, s.
+    pub(super) stop: f64,
+    /// Largest force of each finger, N.
+    pub(super) peak: [f64; 2],
+}
+
+impl Grasp {
+    pub(super) fn draw(world: &World, i: usize, session: usize, material: Material) -> Grasp {
+        let mut approach = world.rng(&format!("{i}/approach"));
+        let [soonest, latest] = [APPROACH.value[0], APPROACH.value[1]];
+        let contact = soonest + (latest - soonest) * approach.random::<f64>();
+        let late = normal(&mut world.rng(&format!("{i}/delay")));
+        let delay = world.unless("delay", (DELAY.value[0] + DELAY.value[1] * late).max(0.0), 0.0);
+        let mut place = world.rng(&format!("{i}/placement"));
+        let mut draw = |sd: f64| world.unless("placement", sd * normal(&mut place), 0.0);
+        let off = draw(OFF_CENTRE.get());
+        let pressure = [draw(AREA.get()), draw(AREA.get())].map(|log| PRESSURE.get() * log.exp());
+        let tap = draw(TAP_SPREAD.get()).exp();
+        let mut rest = world.rng(&format!("session/{session}"));
+        let mut offset = |base: f64, sd: f64| base + world.unless("offset", sd * normal(&mut rest), 0.0);
+        let offset = [(); 2].map(|()| {
+            [
+                offset(DC_OFFSET.get(), SESSION_OFFSET.value[0]),
+                offset(AC_OFFSET.get(), SESSION_OFFSET.value[1]),
+            ]
+        });
+        let late = [(-off).max(0.0), off.max(0.0)];
+        Grasp { material, contact, delay, late, pressure, tap, offset }
+    }
+
+    /// Reading of DC at rest, per finger, bits.
+    pub(super) fn rest(&self) -> [f64; 2] {
+        self.offset.map(|[dc, _]| dc)
+    }
+
+    /// Fills one recording `[2 fingers, 1 DC + 22 AC, ticks]`, row-major, in bits.
+    pub(super) fn record(&self, world: &World, i: usize, into: &mut [f32]) -> Outcome {
+        let ticks = RECORDED.get() as usize;
+        let burst = BURST.get() as usize;
+        let step = TICK.get() / BURST.get();
+        let mut fingers = [0, 1].map(|finger| Finger::new(self, world, i, finger));
+        let mut outcome = Outcome { stop: f64::INFINITY, ..Outcome::default() };
+        let mut stop_at = f64::INFINITY;
+        for tick in 0..ticks {
+            for sub in 0..burst {
+                let time = (tick * burst + sub) as f64 * step;
+                let (depth, speed) = self.motion(time, outcome.stop);
+                for (finger, fluid) in fingers.iter_mut().enumerate() {
+                    let ac = fluid.step(self, time, depth - self.late[finger], speed);
+                    into[(finger * (burst + 1) + 1 + sub) * ticks + tick] = ac;
+                }
+            }
+            for (finger, fluid) in fingers.iter_mut().enumerate() {
+                let dc = fluid.dc();
+                into[finger * (burst + 1) * ticks + tick] = dc;
+                outcome.peak[finger] = outcome.peak[finger].max(fluid.force);
+                if dc >= STOP.get() as f32 && stop_at.is_infinite() {
+                    stop_at = (tick + 1) as f64 * TICK.get() + self.delay;
+                }
+            }
+            // Seen from the next tick on.
+            outcome.stop = stop_at;
+        }
+        outcome
+    }
+
+    /// How far the fingers have come since the first touch in mm, and their speed.
+    fn motion(&self, time: f64, stop: f64) -> (f64, f64) {
+        let speed = SPEED.get();
+        let closing = time.min(stop) - self.contact;
+        let opening = (time - stop - HOLD.get()).max(0.0);
+        let moving = time < stop || opening > 0.0;
+        (speed * (closing - opening), if moving { speed } else { 0.0 })
+    }
+}
+
+/// The fluid pressure of one finger.
+struct Finger {
+    rng: Rng,
+    noise: [f64; 2],
+    tremble: f64,
+    motor: f64,
+    pressure: f64,
+    offset: [f64; 2],
+    /// N.
+    force: f64,
+    /// The object's lasting indentation, mm.
+    flow: f64,
+    /// Pressure that AC has got used to, Pa.
+    slow: f64,
+    wobble: f64,
+    touched: Option<f64>,
+    phase: f64,
+}
+
+impl Finger {
+    fn new(grasp: &Grasp, world: &World, i: usize, finger: usize) -> Finger {
+        let quiet = |value: f64| world.unless("noise", value, 0.0);
+        let mut phase = world.rng(&format!("{i}/motor/{finger}"));
+        Finger {
+            rng: world.rng(&format!("{i}/noise/{finger}")),
+            noise: [quiet(NOISE.value[0]), quiet(NOISE.value[1])],
+            tremble: quiet(TREMBLE.get()),
+            motor: world.unless("motor", MOTOR.get(), 0.0),
+            pressure: grasp.pressure[finger],
+            offset: grasp.offset[finger],
+            force: 0.0,
+            flow: 0.0,
+            slow: 0.0,
+            wobble: 0.0,
+            touched: None,
+            phase: TAU * phase.random::<f64>(),
+        }
+    }
+
+    /// Goes on by one AC value, bits.
+    fn step(&mut self, grasp: &Grasp, time: f64, depth: f64, speed: f64) -> f32 {
+        let step = TICK.get() / BURST.get();
+        // Object and foam in series, the object's flow taken off: F = K (depth - flow).
+        let (material, firm) = (&grasp.material, grasp.material.firmness());
+        let series = firm * SKIN.get();
+        self.force = series * (depth - self.flow).max(0.0);
+        let indented = (depth - self.force / SKIN.get()).max(0.0);
+        self.flow += step / RELAXATION_TIME.get() * (material.relaxed * indented - self.flow);
+        let pressure = self.pressure * self.force;
+        self.slow += step * TAU * CORNER.get() * (pressure - self.slow);
+        if depth > 0.0 && self.touched.is_none() {
+            self.touched = Some(time);
+        }
+        let tap = self.touched.map_or(0.0, |start| {
+            let turn = TAU * (TAP_PITCH.value[0] + TAP_PITCH.value[1] * firm) * (time - start + step);
+            let strength = grasp.tap * (TAP.value[0] + TAP.value[1] * firm);
+            strength * (-material.damping * turn).exp() * turn.sin()
+        });
+        let held = if self.force > 0.0 { 0.3 + 0.7 * firm } else { 0.3 };
+        let moving = if speed > 0.0 { self.motor } else { 0.0 };
+        let motor = moving * held * (TAU * MOTOR_PITCH.get() * time + self.phase).sin();
+        let vibration = (pressure - self.slow + tap + motor) / AC_UNIT.get();
+        // First-order red noise of the wanted SD.
+        let kept = (-TAU * TREMBLE_CORNER.get() * step).exp();
+        self.wobble = kept * self.wobble + (1.0 - kept * kept).sqrt() * normal(&mut self.rng);
+        let noise = self.tremble * self.wobble + self.noise[1] * normal(&mut self.rng);
+        bits(self.offset[1] + vibration + noise)
+    }
+
+    /// The DC value at this moment, bits.
+    fn dc(&mut self) -> f32 {
+        let noise = self.noise[0] * normal(&mut self.rng);
+        bits(self.offset[0] + self.pressure * self.force / DC_UNIT.get() + noise)
+    }
+}
+
+fn bits(value: f64) -> f32 {
+    value.round().clamp(0.0, CONVERTER.get()) as f32
+}

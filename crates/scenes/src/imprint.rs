@@ -1,0 +1,387 @@
+//! A flat array of sensing elements pressed against an object: its imprint, and pictures of it.
+//!
+//! # Reference
+//!
+//! The virtual tactile sensor of paper 001 (visuo-tactile transfer), section 3.3: a plane tangent
+//! to a triangular mesh at the probed point, n × n sensing elements on it, the distance of each to
+//! the surface along the plane's normal, normalised to 0..1; 30 objects of six classes, as many
+//! imprints of each; 128 × 128 elements, beside a real array of 16 × 16 on 6.5 cm².
+//!
+//! # Departures
+//!
+//! - A reading is 1 where the array touches and 0 where the object is `depth_mm` away or missing:
+//!   one minus the distance, so that no contact reads 0 as on every other sensor.
+//! - In a hollow the tangent plane would cut into the object. A real array stops where its first
+//!   element touches: the plane is moved along the normal until one does, and points that then lie
+//!   out of reach are never probed.
+//! - The paper's meshes and their sizes are not published: see `docs/scenes/imprint.md`.
+//!
+//! # What tells the class
+//!
+//! The shape of a patch of 25 mm: the curvature of fingers and of chair legs, edges of wings,
+//! corners. Most patches of a round body say little, whatever the object.
+
+mod mesh;
+mod objects;
+mod read;
+mod solid;
+mod vector;
+mod view;
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use crate::faults::Layout;
+use crate::{Effect, Error, Result, Scene};
+use mesh::{Frame, Grid, Mesh};
+use ndarray::{Array3, Array4, ArrayViewMut2, Axis};
+use rand::RngExt;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use taxel_seed::rng;
+use vector::{Vector, add, cross, length, scale};
+
+/// Name of the scene.
+pub(crate) const NAME: &str = "imprint";
+/// Points tried before an object is given up.
+const TRIES: usize = 1000;
+/// Lowest and highest camera, in degrees above the horizon.
+const ELEVATION: [f64; 2] = [-10.0, 50.0];
+const REMOVABLE: [&str; 1] = ["spin"];
+
+/// Settings of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Imprint {
+    /// Sensing elements along a side, 1 to 1024.
+    pub elements: usize,
+    /// Distance between elements in mm; none shares a side of 25.5 mm among them.
+    pub pitch_mm: Option<f64>,
+    /// How far from the array a surface is still felt, in mm.
+    pub depth_mm: f64,
+    /// Every object is brought to this size: corner to corner of its bounding box, in mm.
+    pub size_mm: f64,
+    /// A folder of own meshes (OBJ, STL, OFF): one sub-folder per class, or one file per class.
+    pub meshes: Option<PathBuf>,
+    /// Pixels along a side of the picture that goes with each imprint; 0 for none.
+    pub view: usize,
+}
+
+impl Default for Imprint {
+    fn default() -> Self {
+        Self { elements: 128, pitch_mm: None, depth_mm: 10.0, size_mm: 200.0, meshes: None, view: 0 }
+    }
+}
+
+/// Side of the real array: 6.5 cm².
+const SIDE: f64 = 25.5;
+
+/// A mesh and where it belongs.
+struct Object {
+    name: String,
+    class: usize,
+    mesh: Mesh,
+}
+
+/// Where and how the array touches an object.
+struct Probe {
+    point: Vector,
+    normal: Vector,
+    /// Turn of the array about the normal, in radians.
+    spin: f64,
+    /// How far out of the tangent plane the first element touches, in mm; a little below 0 where
+    /// the point itself lies between elements.
+    lift: f64,
+}
+
+impl Imprint {
+    /// Rejects impossible settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        let reject = |name, value: String, expected| Err(Error::Parameter { name, value, expected });
+        if !(1..=1024).contains(&self.elements) {
+            return reject("elements", self.elements.to_string(), "must be in 1..=1024");
+        }
+        if self.view > 1024 {
+            return reject("view", self.view.to_string(), "must be in 0..=1024 pixels; 0 for no pictures");
+        }
+        let lengths = [("pitch_mm", self.pitch()), ("depth_mm", self.depth_mm), ("size_mm", self.size_mm)];
+        // Written as "not inside" so that NaN fails too.
+        match lengths.into_iter().find(|(_, mm)| !(1e-3..=1e5).contains(mm)) {
+            Some((name, mm)) => reject(name, mm.to_string(), "must be in 0.001..=100000 mm"),
+            None => Ok(()),
+        }
+    }
+
+    fn pitch(&self) -> f64 {
+        self.pitch_mm.unwrap_or(SIDE / self.elements as f64)
+    }
+
+    /// Simulates imprints `[samples, elements, elements]` in 0..1, and pictures
+    /// `[samples, 3, view, view]` in 0..1 as stream `view`.
+    ///
+    /// Sample i is of class `i % classes`; the objects of a class, which are the groups, take
+    /// turns. Truth: `point_<x|y|z>_mm` from the middle of the object, `normal_<x|y|z>`,
+    /// `spin_deg`, `lift_mm` (how far out of the tangent plane the first element touches), and with
+    /// pictures `azimuth_deg` and `elevation_deg` of the camera.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Imprint::check`]; [`Error::Parameter`] for zero samples; [`Error::UnknownEffect`]
+    /// for a name in `without` that is not a removable effect; [`Error::Mesh`] for a mesh that
+    /// cannot be used.
+    pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        self.check()?;
+        if samples == 0 {
+            let expected = "must be at least 1";
+            return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
+        }
+        if let Some(name) = without.iter().find(|name| !REMOVABLE.contains(&name.as_str())) {
+            let known = REMOVABLE.join(", ");
+            return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), known });
+        }
+        let (class_names, objects) = self.objects()?;
+        let of = |class: usize| {
+            objects.iter().enumerate().filter(move |(_, o)| o.class == class).map(|(at, _)| at)
+        };
+        let by_class: Vec<Vec<usize>> = (0..class_names.len()).map(|class| of(class).collect()).collect();
+        let object = |i: usize| {
+            let mine = &by_class[i % by_class.len()];
+            mine[i / by_class.len() % mine.len()]
+        };
+
+        let mut x = Array3::zeros((samples, self.elements, self.elements));
+        let spin = !without.iter().any(|name| name == "spin");
+        let mut imprints: Vec<ArrayViewMut2<f32>> = x.axis_iter_mut(Axis(0)).collect();
+        let probes: Vec<Probe> = imprints
+            .par_iter_mut()
+            .enumerate()
+            .map(|(i, imprint)| self.press(&objects[object(i)], seed, i, spin, imprint))
+            .collect::<Result<_>>()?;
+        let mut truth: Vec<(String, Vec<f32>)> = Vec::new();
+        let mut add = |name: &str, value: &dyn Fn(&Probe) -> f64| {
+            truth.push((name.into(), probes.iter().map(|probe| value(probe) as f32).collect()));
+        };
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            add(&format!("point_{name}_mm"), &|probe| probe.point[axis]);
+        }
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            add(&format!("normal_{name}"), &|probe| probe.normal[axis]);
+        }
+        add("spin_deg", &|probe| probe.spin.to_degrees());
+        add("lift_mm", &|probe| probe.lift);
+
+        let mut streams = Vec::new();
+        if self.view > 0 {
+            let (pictures, cameras) = self.pictures(samples, seed, &objects, &object);
+            streams.push(("view".into(), pictures.into_dyn()));
+            for (axis, name) in ["azimuth_deg", "elevation_deg"].into_iter().enumerate() {
+                truth.push((name.into(), cameras.iter().map(|c| c[axis].to_degrees() as f32).collect()));
+            }
+        }
+        Ok(Scene {
+            x: x.into_dyn(),
+            streams,
+            layout: Layout::Image,
+            y: (0..samples).map(|i| (i % class_names.len()) as u32).collect(),
+            group: (0..samples).map(|i| object(i) as u32).collect(),
+            class_names,
+            channel_names: Vec::new(),
+            unit: "closeness",
+            full_scale: 1.0,
+            truth,
+            attributes: None,
+        })
+    }
+
+    /// Class names and all objects, class by class.
+    fn objects(&self) -> Result<(Vec<String>, Vec<Object>)> {
+        let Some(folder) = &self.meshes else {
+            let all: Vec<(usize, usize)> =
+                (0..objects::CLASSES.len()).flat_map(|c| (0..5).map(move |v| (c, v))).collect();
+            let build = |&(class, variant): &(usize, usize)| {
+                let (name, variants) = objects::CLASSES[class];
+                let name = format!("{name}-{}", variant + 1);
+                let (vertices, triangles) = variants[variant]().surface();
+                Ok(Object { mesh: Mesh::new(&name, vertices, triangles, self.size_mm)?, name, class })
+            };
+            let names = objects::CLASSES.map(|(name, _)| name.to_string()).to_vec();
+            return Ok((names, all.par_iter().map(build).collect::<Result<_>>()?));
+        };
+        let classes = read::classes(folder)?;
+        let files: Vec<(usize, &Path)> = classes
+            .iter()
+            .enumerate()
+            .flat_map(|(class, (_, files))| files.iter().map(move |file| (class, file.as_path())))
+            .collect();
+        let load = |&(class, file): &(usize, &Path)| {
+            Ok(Object { name: file.display().to_string(), class, mesh: read::mesh(file, self.size_mm)? })
+        };
+        let objects = files.par_iter().map(load).collect::<Result<_>>()?;
+        Ok((classes.into_iter().map(|(name, _)| name).collect(), objects))
+    }
+
+    /// Presses the array against a random point of the object.
+    fn press(
+        &self,
+        object: &Object,
+        seed: u64,
+        sample: usize,
+        spin: bool,
+        imprint: &mut ArrayViewMut2<f32>,
+    ) -> Result<Probe> {
+        let mut place = rng(seed, &format!("{NAME}/{sample}/point"));
+        let spin = if spin { TAU * rng(seed, &format!("{NAME}/{sample}/spin")).random::<f64>() } else { 0.0 };
+        let grid = Grid { side: self.elements, pitch: self.pitch() };
+        for _ in 0..TRIES {
+            let (point, normal) = object.mesh.point(place.random());
+            // An open or badly wound surface may be meant to be felt from its other side.
+            for normal in [normal, scale(normal, -1.0)] {
+                // An array that stops above -depth feels nothing below twice that.
+                let floor = -2.0 * self.depth_mm;
+                let heights = object.mesh.heights(&tangent(point, normal, spin), grid, floor);
+                let first = heights.iter().flatten().map(|(height, _)| *height).max_by(f64::total_cmp);
+                let Some(first) = first.filter(|first| first.abs() < self.depth_mm) else { continue };
+                for (reading, height) in imprint.iter_mut().zip(heights) {
+                    let near = height.map_or(0.0, |(height, _)| 1.0 - (first - height) / self.depth_mm);
+                    *reading = near.clamp(0.0, 1.0) as f32;
+                }
+                return Ok(Probe { point, normal, spin, lift: first });
+            }
+        }
+        let reason = format!(
+            "no point of {TRIES} can be reached by a flat array of {:.1} mm that feels {} mm deep; use a smaller array",
+            self.pitch() * self.elements as f64,
+            self.depth_mm
+        );
+        Err(Error::Mesh { file: object.name.clone(), reason })
+    }
+
+    /// A picture of each sample's object from a random side, and where the camera stood.
+    fn pictures(
+        &self,
+        samples: usize,
+        seed: u64,
+        objects: &[Object],
+        object: &(dyn Fn(usize) -> usize + Sync),
+    ) -> (Array4<f32>, Vec<[f64; 2]>) {
+        let mut pictures = Array4::zeros((samples, 3, self.view, self.view));
+        let mut each: Vec<_> = pictures.axis_iter_mut(Axis(0)).collect();
+        let cameras = each.par_iter_mut().enumerate().map(|(i, picture)| {
+            let mut rng = rng(seed, &format!("{NAME}/{i}/camera"));
+            let [low, high] = ELEVATION.map(f64::to_radians);
+            let (azimuth, elevation) = (TAU * rng.random::<f64>(), low + (high - low) * rng.random::<f64>());
+            view::render(&objects[object(i)].mesh, self.size_mm, azimuth, elevation, picture.view_mut());
+            [azimuth, elevation]
+        });
+        let cameras = cameras.collect();
+        (pictures, cameras)
+    }
+}
+
+/// The tangent plane at a point; without spin, up is as far up as it can be.
+fn tangent(point: Vector, normal: Vector, spin: f64) -> Frame {
+    let level = cross([0.0, 0.0, 1.0], normal);
+    let right = match length(level) {
+        flat if flat < 1e-6 => [1.0, 0.0, 0.0],
+        steep => scale(level, 1.0 / steep),
+    };
+    // On top of an object, right is not quite at a right angle to the normal: make it so.
+    let up = cross(normal, right);
+    let up = scale(up, 1.0 / length(up));
+    let right = cross(up, normal);
+    let (sin, cos) = spin.sin_cos();
+    Frame {
+        middle: point,
+        right: add(scale(right, cos), scale(up, sin)),
+        up: add(scale(up, cos), scale(right, -sin)),
+        normal,
+    }
+}
+
+/// All parameters, as `taxel simulate imprint --explain` prints them.
+pub(crate) fn explain() -> Vec<Effect> {
+    let default = Imprint::default();
+    let row = |effect: &str, parameter: &str, value: String, unit: &str, source: &str, why: &str| Effect {
+        name: effect.into(),
+        parameter: parameter.into(),
+        value,
+        unit: unit.into(),
+        source: source.into(),
+        why: why.into(),
+        removable: REMOVABLE.contains(&effect),
+    };
+    let paper = "paper 001, section 3.3";
+    vec![
+        row(
+            "array",
+            "elements",
+            format!("{0} × {0}", default.elements),
+            "",
+            paper,
+            "resolution of the imprint",
+        ),
+        row(
+            "array",
+            "pitch_mm",
+            format!("{SIDE} / elements"),
+            "mm",
+            "paper 001, section 3.3: the real array has 6.5 cm²; taken for the virtual one too",
+            "a patch, not the object: other resolutions feel the same patch",
+        ),
+        row(
+            "array",
+            "depth_mm",
+            default.depth_mm.to_string(),
+            "mm",
+            "assumed: the paper normalises distances and does not say by what",
+            "curvature becomes contrast; what is farther away is not felt",
+        ),
+        row(
+            "object",
+            "size_mm",
+            default.size_mm.to_string(),
+            "mm, corner to corner",
+            "assumed",
+            "how much of an object a patch is",
+        ),
+        row(
+            "object",
+            "meshes",
+            "6 classes of 5".into(),
+            "objects",
+            "paper 001, section 3.3, names the classes; the shapes are ours",
+            "objects of a class differ: whole objects are left out for a test",
+        ),
+        row(
+            "probing",
+            "point",
+            "uniform over the surface".into(),
+            "",
+            "assumed: the paper does not say where it probes",
+            "most patches of an object tell little",
+        ),
+        row(
+            "spin",
+            "turn about the normal",
+            "0 to 360".into(),
+            "degrees, uniform",
+            "assumed: an arm may come with any turn of its wrist",
+            "edges and ridges run in any direction",
+        ),
+        row(
+            "camera",
+            "azimuth; elevation",
+            format!("0 to 360; {} to {}", ELEVATION[0], ELEVATION[1]),
+            "degrees, uniform",
+            "assumed: the paper says a virtual camera",
+            "the visual stream of the same object",
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,64 @@
+//! What every scene draws from: the seed, and the effects that are left out.
+//!
+//! # Reference
+//!
+//! None.
+
+use crate::{Error, Result};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use taxel_seed::{Rng, rng};
+
+/// One request to simulate, checked.
+pub(crate) struct World<'a> {
+    scene: &'static str,
+    seed: u64,
+    without: &'a [String],
+}
+
+impl<'a> World<'a> {
+    /// Refuses zero samples and names in `without` that are no removable effect of the scene.
+    pub(crate) fn new(
+        scene: &'static str,
+        samples: usize,
+        seed: u64,
+        without: &'a [String],
+        removable: &[&str],
+    ) -> Result<Self> {
+        if samples == 0 {
+            let expected = "must be at least 1";
+            return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
+        }
+        if let Some(name) = without.iter().find(|name| !removable.contains(&name.as_str())) {
+            let known = removable.join(", ");
+            return Err(Error::UnknownEffect { scene, name: name.clone(), known });
+        }
+        Ok(World { scene, seed, without })
+    }
+
+    /// The generator of one purpose, such as `17/noise`.
+    pub(crate) fn rng(&self, purpose: &str) -> Rng {
+        rng(self.seed, &format!("{}/{purpose}", self.scene))
+    }
+
+    /// Whether the effect is part of the world.
+    pub(crate) fn has(&self, effect: &str) -> bool {
+        self.without.iter().all(|name| name != effect)
+    }
+
+    /// `with`, or `otherwise` if the effect has been removed.
+    pub(crate) fn unless(&self, effect: &str, with: f64, otherwise: f64) -> f64 {
+        if self.has(effect) { with } else { otherwise }
+    }
+}
+
+/// A draw from the normal distribution, mean 0, SD 1.
+pub(crate) fn normal(rng: &mut Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+/// True values by name, gathered sample by sample.
+pub(crate) fn columns(names: &[&str], rows: &[Vec<f64>]) -> Vec<(String, Vec<f32>)> {
+    let column = |at: usize| rows.iter().map(|row| row[at] as f32).collect();
+    names.iter().enumerate().map(|(at, name)| ((*name).into(), column(at))).collect()
+}
