@@ -155,7 +155,7 @@ fn stl_text(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> String {
 
 /// Binary, with the header that confuses readers.
 fn stl_binary(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Vec<u8> {
-    let mut bytes = b"solid written by a CAD program".to_vec();
+    let mut bytes = b"solid written by a CAD program\n".to_vec();
     bytes.resize(80, b' ');
     bytes.extend((triangles.len() as u32).to_le_bytes());
     for t in triangles {
@@ -204,6 +204,7 @@ fn every_format_and_either_winding_feel_the_same() {
     let others = [
         ("ball.off", off(&vertices, &triangles).into()),
         ("ball.STL", stl_text(&vertices, &triangles).into()),
+        ("anonymous.stl", stl_text(&vertices, &triangles).replacen("solid ball", "solid", 1).into()),
         ("ball.stl", stl_binary(&vertices, &triangles)),
     ];
     for (name, content) in others {
@@ -242,6 +243,16 @@ fn one_file_per_class_will_do() {
     let scene = folder.add("notes.txt", "by hand").add(".hidden", "").scene().simulate(4, 0, &[]).unwrap();
     assert_eq!(scene.class_names, ["ball", "cone"]);
     assert_eq!(scene.group, [0, 1, 0, 1]);
+}
+
+#[test]
+fn the_objects_of_a_class_take_turns_however_many_there_are() {
+    let sheet = "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+    let names = ["a/1.off", "a/2.off", "b/1.off", "b/2.off", "b/3.off"];
+    let folder = names.into_iter().fold(Meshes::new(), |folder, name| folder.add(name, sheet));
+    let scene = folder.scene().simulate(8, 0, &[]).unwrap();
+    assert_eq!(scene.y, [0, 1, 0, 1, 0, 1, 0, 1]);
+    assert_eq!(scene.group, [0, 2, 1, 3, 0, 4, 1, 2]);
 }
 
 #[test]

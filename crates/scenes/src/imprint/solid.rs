@@ -278,6 +278,9 @@ impl Nets {
     fn vertex(&self, cell: [usize; 3], field: &[f64]) -> Option<Vector> {
         let corner = |bits: usize| [0, 1, 2].map(|axis| cell[axis] + (bits >> axis & 1));
         let values: [f64; 8] = std::array::from_fn(|bits| field[self.index(corner(bits))]);
+        if values.iter().all(|v| *v < 0.0) || values.iter().all(|v| *v >= 0.0) {
+            return None;
+        }
         let (mut sum, mut crossings) = ([0.0; 3], 0);
         for bits in 0..8 {
             for axis in 0..3 {
@@ -291,6 +294,6 @@ impl Nets {
                 }
             }
         }
-        (crossings > 0).then(|| add(self.start, scale(sum, self.cell / f64::from(crossings))))
+        Some(add(self.start, scale(sum, self.cell / f64::from(crossings))))
     }
 }
