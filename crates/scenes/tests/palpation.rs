@@ -236,6 +236,17 @@ fn every_removable_effect_changes_the_readings_of_the_objects_it_is_about() {
 }
 
 #[test]
+fn every_random_effect_is_another_in_every_grasp() {
+    for effect in removable() {
+        // Samples 21 and 45 are bags of M10 nuts in the sessions 0 and 1.
+        let scene = simulate(PALPATION, 46, 9, &only(&[effect.as_str()])).unwrap();
+        let same = scene.x.index_axis(Axis(0), 21) == scene.x.index_axis(Axis(0), 45);
+        let fixed = ["blur", "texture", "inclusions"].contains(&effect.as_str());
+        assert_eq!(same, fixed, "{effect}");
+    }
+}
+
+#[test]
 fn removing_an_effect_leaves_the_random_numbers_of_the_others_alone() {
     let whole = simulate(PALPATION, 24, 2, &[]).unwrap();
     let without = simulate(PALPATION, 24, 2, &["tilt".into()]).unwrap();
