@@ -28,23 +28,23 @@ def samples() -> dict:
     text = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     layouts: dict = {}
     for line in text.splitlines():
-        layout, fault, level, _, shape, readings = line.split("\t")
+        layout, fault, level, shape, readings = line.split("\t")
         x = np.array(readings.split(), np.float32).reshape(json.loads(shape))
         layouts.setdefault(layout, {}).setdefault(fault, []).append((level, x))
     return layouts
 
 
-def draw(ax, layout: str, x: np.ndarray) -> None:
+def draw(ax, layout: str, x: np.ndarray, top: float) -> None:
     if layout in ("Image", "Sequence"):
-        # Frames of a sequence: every other one, side by side.
-        image = x if x.ndim == 2 else np.concatenate(list(x[1::2]), axis=1)
-        ax.imshow(image, vmin=0, vmax=1, cmap="viridis", interpolation="nearest", aspect="auto")
+        # Frames of a sequence side by side.
+        image = x if x.ndim == 2 else np.concatenate(list(x), axis=1)
+        ax.imshow(image, vmin=0, vmax=top, cmap="viridis", interpolation="nearest", aspect="auto")
     else:
-        channels = x.reshape(-1, x.shape[-1])
-        for at, series in enumerate(channels):
-            second = layout == "Fingers" and at >= len(channels) // 2
-            ax.plot(series, lw=0.7, color=plt.cm.plasma(0.75 if second else 0.1) if layout == "Fingers" else None)
-        ax.set_ylim(-30, 1060)
+        fingers = layout == "Fingers"
+        for at, series in enumerate(x.reshape(-1, x.shape[-1])):
+            colour = plt.cm.plasma([0.1, 0.35, 0.65, 0.85][at]) if fingers else None
+            ax.plot(series, lw=0.7, color=colour)
+        ax.set_ylim(-0.03 * top, 1.03 * top)
     ax.set_xticks([])
     ax.set_yticks([])
 
@@ -52,10 +52,12 @@ def draw(ax, layout: str, x: np.ndarray) -> None:
 def main() -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     for layout, faults in samples().items():
+        # Full scale is what stuck taxels read.
+        top = max(x.max() for _, x in faults["stuck"])
         fig, axes = plt.subplots(len(faults), 6, figsize=(11, 0.95 * len(faults)), squeeze=False)
         for row, (fault, graded) in zip(axes, faults.items()):
             for ax, (level, x) in zip(row, graded):
-                draw(ax, layout, x)
+                draw(ax, layout, x, top)
                 ax.set_title(level, fontsize=5.5, pad=1.5)
             row[0].set_ylabel(fault, fontsize=7)
         fig.tight_layout(pad=0.3)

@@ -1,53 +1,40 @@
 //! Prints one sample of each layout under every fault and severity, for `scripts/pictures/faults.py`.
 //!
-//! A line holds layout, fault, severity and the readings; severity 0 is the clean sample.
+//! A line holds layout, fault, level, shape and readings; the first of each fault is the clean sample.
 
 use ndarray::{ArrayD, Axis};
-use taxel_scenes::faults::{Fault, Layout, Sensor};
-use taxel_scenes::{Fingertip, Imprint, Result};
+use taxel_scenes::faults::Fault;
+use taxel_scenes::{Fingertip, Gripper, Imprint, Palpation, Result, Scene};
 
-/// A single image that swells and fades over `frames`, as an object pressed and let go.
-fn squeeze(image: &ArrayD<f32>, frames: usize) -> ArrayD<f32> {
-    let force = |t: usize| (std::f32::consts::PI * (t as f32 + 0.5) / frames as f32).sin();
-    let frame = |t: usize| image.mapv(|v| (v + force(t) - 1.0).max(0.0));
-    let mut sequence = ArrayD::zeros([&[frames], image.shape()].concat());
-    sequence.axis_iter_mut(Axis(0)).enumerate().for_each(|(t, mut at)| at.assign(&frame(t)));
-    sequence
+/// What of a sample is shown: some frames of a sequence, DC and one AC channel of each finger.
+fn shown(name: &str, sample: &ArrayD<f32>) -> ArrayD<f32> {
+    match name {
+        "palpation" => sample.select(Axis(0), &[12, 22, 32, 42]),
+        "gripper" => sample.select(Axis(1), &[0, 5]),
+        _ => sample.clone(),
+    }
 }
 
-/// Two fingers of six channels from two grasps.
-fn fingers(grasps: &ArrayD<f32>) -> ArrayD<f32> {
-    ArrayD::from_shape_fn(vec![2, 6, 50], |at| grasps[[at[0], at[1] % 5, at[2]]] * (1.0 - 0.1 * at[1] as f32))
-}
-
-fn main() -> Result<()> {
-    let grasps = Fingertip::default().simulate(3, 1, &[])?.x;
-    let imprints = Imprint { elements: 32, ..Imprint::default() }.simulate(8, 4, &[])?.x;
-    let image = imprints.index_axis(Axis(0), 2).to_owned();
-    for (layout, full_scale, clean) in [
-        (Layout::Series, 1023.0, grasps.index_axis(Axis(0), 2).to_owned()),
-        (Layout::Image, 1.0, image.clone()),
-        (Layout::Sequence, 1.0, squeeze(&image, 8)),
-        (Layout::Fingers, 1023.0, fingers(&grasps)),
-    ] {
-        let sensor = Sensor::new(layout, full_scale);
-        let print = |fault: &str, level: String, severity: u8, x: &ArrayD<f32>| {
-            let readings: Vec<String> = x.iter().map(f32::to_string).collect();
-            println!("{layout:?}\t{fault}\t{level}\t{severity}\t{:?}\t{}", x.shape(), readings.join(" "));
-        };
-        for fault in Fault::ALL.into_iter().filter(|fault| fault.applicable(layout)) {
-            print(fault.name(), "clean".into(), 0, &clean);
-            for severity in 1..=5 {
-                let mut broken = clean.clone();
-                fault.apply(broken.view_mut(), &sensor, severity, 0, 3)?;
-                print(
-                    fault.name(),
-                    format!("{} {}", fault.level(severity)?, fault.unit()),
-                    severity,
-                    &broken,
-                );
-            }
+fn show(name: &str, clean: &Scene) -> Result<()> {
+    let print = |fault: Fault, level: &str, scene: &Scene| {
+        let x = shown(name, &scene.x.index_axis(Axis(0), 2).to_owned());
+        let readings: Vec<String> = x.iter().map(f32::to_string).collect();
+        println!("{:?}\t{fault}\t{level}\t{:?}\t{}", scene.layout, x.shape(), readings.join(" "));
+    };
+    for fault in Fault::ALL.into_iter().filter(|fault| fault.applicable(clean.layout)) {
+        print(fault, "clean", clean);
+        for severity in 1..=5 {
+            let mut broken = clean.clone();
+            broken.corrupt(fault, severity, 3)?;
+            print(fault, &format!("{} {}", fault.level(severity)?, fault.unit()), &broken);
         }
     }
     Ok(())
+}
+
+fn main() -> Result<()> {
+    show("fingertip", &Fingertip::default().simulate(3, 1, &[])?)?;
+    show("imprint", &Imprint { elements: 32, ..Imprint::default() }.simulate(3, 1, &[])?)?;
+    show("palpation", &Palpation::default().simulate(3, 1, &[])?)?;
+    show("gripper", &Gripper::default().simulate(3, 1, &[])?)
 }
