@@ -145,10 +145,9 @@ def difficulty(taxel: Taxel) -> str:
 
 
 def put(mark: str, table: str) -> None:
-    text = PAGE.read_text()
-    begin, end = f"<!-- {mark} -->\n", f"\n<!-- end {mark} -->"
-    before, rest = text.split(begin)
-    PAGE.write_text(before + begin + table + end + rest.split(end)[1])
+    begin, end = f"<!-- {mark} -->", f"<!-- end {mark} -->"
+    before, rest = PAGE.read_text().split(begin)
+    PAGE.write_text(f"{before}{begin}\n{table}\n{end}{rest.split(end)[1]}")
 
 
 def main() -> None:
