@@ -337,8 +337,7 @@ fn simulate_encode_and_check_go_together() {
     let load = |name: &str| taxel_data::load(&at(name), &taxel_data::Options::default()).unwrap();
     let convert = |set: &str, kind: &str, shape: &[usize], settings: &[&str]| {
         let x = load(set).x;
-        let long: Vec<u64> = x.shape().iter().map(|&n| n as u64).collect();
-        write_npy(&at("raw.npy"), &long, x.as_slice().unwrap());
+        write_npy(&at("raw.npy"), x.shape(), x.as_slice().unwrap());
         let mut line = vec!["encode", kind, "--input"];
         let (input, output) = (at("raw.npy"), at("encoded.npy"));
         line.extend([text(&input), "--output", text(&output)]);
