@@ -42,7 +42,8 @@ fn classes_and_objects_take_turns_and_readings_are_in_range() {
 
 #[test]
 fn a_sample_depends_on_seed_and_index_and_not_on_how_many_there_are() {
-    let imprints = Imprint { view: 12, ..small() };
+    let folder = eggs();
+    let imprints = Imprint { view: 12, ..folder.scene() };
     let (few, many) = (imprints.simulate(9, 5, &[]).unwrap(), imprints.simulate(40, 5, &[]).unwrap());
     assert_eq!(few, imprints.simulate(9, 5, &[]).unwrap());
     assert_eq!(few.x, many.x.slice_axis(Axis(0), Slice::from(..9)));
@@ -52,15 +53,16 @@ fn a_sample_depends_on_seed_and_index_and_not_on_how_many_there_are() {
     }
     assert_ne!(few.x, imprints.simulate(9, 6, &[]).unwrap().x);
     // The patch is the same whatever the resolution, and whether or not pictures are taken.
-    let fine = Imprint { elements: 32, ..small() }.simulate(9, 5, &[]).unwrap();
+    let fine = Imprint { elements: 32, ..folder.scene() }.simulate(9, 5, &[]).unwrap();
     let points = |scene: &Scene| truth(scene, "point_x_mm").to_vec();
     assert_eq!(points(&few), points(&fine));
 }
 
 #[test]
 fn without_spin_only_the_turn_is_gone() {
-    let (with, without) =
-        (small().simulate(30, 2, &[]).unwrap(), small().simulate(30, 2, &["spin".into()]).unwrap());
+    let scene = eggs();
+    let with = scene.scene().simulate(30, 2, &[]).unwrap();
+    let without = scene.scene().simulate(30, 2, &["spin".into()]).unwrap();
     assert_eq!(truth(&with, "point_y_mm")[..6], truth(&without, "point_y_mm")[..6]);
     assert!(truth(&without, "spin_deg").iter().all(|&spin| spin == 0.0));
     assert!(truth(&with, "spin_deg").iter().any(|&spin| spin > 180.0));
@@ -125,6 +127,14 @@ fn ball(rings: usize, radius: f64) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
         [[a, b, e], [a, e, d]]
     });
     (vertices, triangles.collect())
+}
+
+/// Two classes of longish balls, of no symmetry about any normal.
+fn eggs() -> Meshes {
+    let (mut vertices, triangles) = ball(14, 1.0);
+    vertices.iter_mut().for_each(|v| *v = [v[0] + 0.2 * v[2] * v[2], 0.6 * v[1], 0.4 * v[2]]);
+    let egg = off(&vertices, &triangles);
+    Meshes::new().add("hen.off", &egg).add("duck.off", &egg)
 }
 
 fn off(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> String {
