@@ -1,8 +1,8 @@
 """Draws the pictures of docs/scenes.md and writes its tables, from `taxel simulate` and real recordings.
 
-Run from the repository root; needs NumPy, matplotlib, scikit-learn and PyTorch:
+Run from the repository root; needs NumPy, matplotlib, Pillow, scikit-learn and PyTorch:
 
-    cargo build --release
+    cargo build --release          # or TAXEL=/path/to/taxel
     TAXEL_DATA=/path/to/recordings python3 scripts/scenes.py [pictures] [statistics] [difficulty]
 
 Pictures and tables go to docs/scenes/. Pictures of real recordings go to docs/scenes/real/, which git
@@ -21,18 +21,19 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "docs" / "scenes"
 DATA = os.environ.get("TAXEL_DATA")
-TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
 
 
 def simulate(scene: str, samples: int, *options: str, seed: int = 0):
     """Arrays and names of a simulated data set."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "set.npz"
-        command = [TARGET / "release" / "taxel", "simulate", scene, "--samples", str(samples)]
+        command = [TAXEL, "simulate", scene, "--samples", str(samples)]
         subprocess.run([*command, "--seed", str(seed), *options, "--output", out], check=True, capture_output=True)
         arrays = dict(np.load(out))
         names = json.loads((Path(folder) / "set.classes.json").read_text())["classes"]
@@ -49,6 +50,13 @@ def real(name: str):
 # Pictures
 
 
+def save(figure, path: Path) -> None:
+    """A PNG of 64 colours, a third of the size."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=60)
+    Image.open(path).convert("RGB").quantize(64).save(path, optimize=True)
+
+
 def frames_of(rows: list, title: str, path: Path, times: list[str]) -> None:
     """One row of pressure frames per (name, [frames])."""
     figure, axes = plt.subplots(len(rows), len(times), figsize=(1.5 * len(times) + 1.6, 0.9 * len(rows) + 0.5))
@@ -61,8 +69,7 @@ def frames_of(rows: list, title: str, path: Path, times: list[str]) -> None:
         axis.set_title(time, fontsize=7)
     figure.suptitle(title, fontsize=8)
     figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=70)
+    save(figure, path)
     plt.close(figure)
 
 
@@ -101,7 +108,7 @@ def pictures() -> None:
         axis.tick_params(labelsize=6)
     figure.suptitle("simulated: gripper (paper 004); elasticity, hardness", fontsize=8)
     figure.tight_layout()
-    figure.savefig(OUT / "gripper.png", dpi=70)
+    save(figure, OUT / "gripper.png")
     plt.close(figure)
     spectrum_picture(arrays)
 
@@ -113,13 +120,12 @@ def spectrum_picture(arrays: dict) -> None:
     axis.set_xlabel("Hz", fontsize=7), axis.set_ylabel("bit² per bin", fontsize=7)
     axis.tick_params(labelsize=6), axis.legend(fontsize=6)
     figure.tight_layout()
-    figure.savefig(OUT / "gripper-spectrum.png", dpi=70)
+    save(figure, OUT / "gripper-spectrum.png")
     if DATA:
         frequency, power = spectrum(real_holds())
         axis.loglog(frequency, power, label="real: biotac-pr2-hold6, hold", lw=0.8)
         axis.legend(fontsize=6)
-        (OUT / "real").mkdir(exist_ok=True)
-        figure.savefig(OUT / "real" / "spectrum.png", dpi=70)
+        save(figure, OUT / "real" / "spectrum.png")
     plt.close(figure)
 
 
@@ -139,8 +145,7 @@ def pressure(x: np.ndarray, y: np.ndarray) -> dict:
 
     x = x.astype(np.float64)
     sums = x.sum((2, 3)) / 255
-    quiet = x[:, 0] > 40
-    table = {
+    return {
         "active taxels, first frame": mean((x[:, 0] > 0).mean((1, 2))),
         "active taxels, whole squeeze": mean((x > 0).mean((1, 2, 3))),
         "active taxels, last frame": mean((x[:, 20] > 0).mean((1, 2))),
@@ -151,9 +156,7 @@ def pressure(x: np.ndarray, y: np.ndarray) -> dict:
         "smallest reading above 0 (counts)": float(x[x > 0].min()),
         "correlation of neighbours, 1 apart": mean(neighbours(1)),
         "correlation of neighbours, 3 apart": mean(neighbours(3)),
-        "change between the first two frames, SD (counts)": float((x[:, 1] - x[:, 0])[quiet].std()),
     }
-    return table
 
 
 def holds(arrays: dict, ticks: int = 75) -> np.ndarray:
@@ -259,7 +262,7 @@ def difficulty() -> None:
 
     lines = ["| data | classes | chance | 3-NN | small network |", "|---|---|---|---|---|"]
     notes = []
-    jobs = [("002", "all", 540), ("003", "rigid", 320), ("003", "deformable", 320), ("003", "in-bag", 320), ("003", "all", 960)]
+    jobs = [("002", "all", 540), ("003", "rigid", 320), ("003", "deformable", 320), ("003", "in-bag", 320), ("003", "all", 720)]
     for paper, subset, samples in jobs:
         arrays, names = simulate("palpation", samples, "--set", f"paper={paper}", "--set", f"subset={subset}")
         y, session = arrays["y"].astype(np.int64), arrays["group"]
@@ -268,10 +271,10 @@ def difficulty() -> None:
         fit, test = np.flatnonzero(session < 4), np.flatnonzero(session == 4)
         near = KNeighborsClassifier(3).fit(x[fit].reshape(len(fit), -1), y[fit])
         knn = (near.predict(x[test].reshape(len(test), -1)) == y[test]).mean()
-        predicted = train(x, y[:, None], fit, test, [len(names)], False, 60)[:, 0]
+        predicted = train(x, y[:, None], fit, test, [len(names)], False, 40)[:, 0]
         # One frame of each squeeze, wherever its force is: what a 2D method gets.
         some = np.random.default_rng(1).integers(0, x.shape[1], len(x))
-        single = train(x[np.arange(len(x)), some][:, None], y[:, None], fit, test, [len(names)], False, 60)[:, 0]
+        single = train(x[np.arange(len(x)), some][:, None], y[:, None], fit, test, [len(names)], False, 40)[:, 0]
         lines.append(f"| palpation, {paper}, {subset} | {len(names)} | {100 / len(names):.1f} % | {100 * knn:.1f} % | {100 * (predicted == y[test]).mean():.1f} % |")
         notes.append(f"- palpation, {paper}, {subset}: one random frame of each squeeze, {100 * (single == y[test]).mean():.1f} %; most confused: {confused(y[test], predicted, names)}.")
         print(lines[-1], notes[-1], flush=True)
@@ -283,7 +286,7 @@ def difficulty() -> None:
         fit, test = np.flatnonzero(~held), np.flatnonzero(held)
         mean, sd = x[fit].mean((0, 2), keepdims=True), x[fit].std((0, 2), keepdims=True)
         z = (x - mean) / sd
-        predicted = train(z, y, fit, test, [10, 10], True, 40)
+        predicted = train(z, y, fit, test, [10, 10], True, 30)
         for k, attribute in enumerate(["elasticity", "hardness"]):
             near = KNeighborsClassifier(3).fit(z[fit][:, :, ::3].reshape(len(fit), -1), y[fit, k])
             knn = (near.predict(z[test][:, :, ::3].reshape(len(test), -1)) == y[test, k]).mean()
