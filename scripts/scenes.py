@@ -53,7 +53,7 @@ def real(name: str):
 def save(figure, path: Path) -> None:
     """A PNG of 64 colours, a third of the size."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=60)
+    figure.savefig(path, dpi=80)
     Image.open(path).convert("RGB").quantize(64).save(path, optimize=True)
 
 
