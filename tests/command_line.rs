@@ -39,10 +39,11 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-fn write_npy(path: &Path, shape: &[u64], values: &[f32]) {
+fn write_npy(path: &Path, shape: &[usize], values: &[f32]) {
     use npyz::WriterBuilder;
     let file = fs::File::create(path).unwrap();
-    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(file).begin_nd().unwrap();
+    let shape: Vec<u64> = shape.iter().map(|&size| size as u64).collect();
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd().unwrap();
     writer.extend(values.iter().copied()).unwrap();
     writer.finish().unwrap();
 }
@@ -58,8 +59,7 @@ impl Case {
         let folder = tempfile::tempdir().unwrap();
         let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
         for (node, x) in graph.inputs().zip(twin.inputs(&graph, 500)) {
-            let mut shape = vec![twin.batch as u64];
-            shape.extend(node.shape.iter().map(|&s| s as u64));
+            let shape = [&[twin.batch], &node.shape[..]].concat();
             write_npy(&folder.path().join(format!("{}.npy", node.name)), &shape, &x);
         }
         let case = Case { folder, twin, graph };
@@ -112,6 +112,119 @@ fn forward_gives_pytorchs_logits_on_both_backends() {
             fs::remove_file(case.path("y.npy")).unwrap();
         }
     }
+}
+
+#[test]
+fn several_outputs_go_to_files_of_their_own() {
+    for twin in Twin::several_outputs() {
+        let case = Case::new(twin);
+        for backend in ["native", "candle"] {
+            let output = case.forward(backend);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            for name in case.twin.outputs() {
+                let path = case.path(&format!("y.{name}.npy"));
+                let values = taxel_data::read_npy(&path).unwrap();
+                assert_eq!(values.shape()[0], case.twin.batch);
+                case.twin.assert_values(&name, values.as_slice().unwrap(), 1e-4);
+                fs::remove_file(path).unwrap();
+            }
+            assert!(!case.path("y.npy").exists());
+        }
+    }
+}
+
+/// Features [N, channels, rows, columns] of a node, out of which the logits are made.
+#[test]
+fn forward_gives_the_features_of_a_node() {
+    let case = Case::new(Twin::all().into_iter().find(|t| t.name == "resnet18-2-23-300-20").unwrap());
+    for backend in ["native", "candle"] {
+        let at = |node: &str| {
+            let mut arguments = case.arguments(backend);
+            arguments.extend(["--at".into(), node.into()]);
+            taxel(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        assert!(at("layer4").status.success());
+        let features = taxel_data::read_npy(&case.path("y.npy")).unwrap();
+        assert_eq!(features.shape(), [3, 512, 1, 10]);
+        let weights = case.twin.weights();
+        let (weight, bias) = (weights.get("fc.weight").unwrap(), weights.get("fc.bias").unwrap());
+        let mut logits = vec![];
+        for sample in features.outer_iter() {
+            for (row, bias) in weight.data.chunks(512).zip(&bias.data) {
+                let mean = sample.outer_iter().map(|channel| channel.sum() / 10.0);
+                logits.push(mean.zip(row).map(|(x, w)| x * w).sum::<f32>() + bias);
+            }
+        }
+        case.twin.assert_values("eval_logits", &logits, 1e-4);
+        let refusal = String::from_utf8(at("layer5").stderr).unwrap();
+        assert!(refusal.contains("has no node `layer5`; `taxel cost resnet18` lists them"), "{refusal}");
+    }
+}
+
+#[test]
+fn two_trained_networks_are_stitched_into_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_string();
+    let settings = ["height=64", "width=47", "classes=4"];
+    let graph = |name: &str| {
+        let pairs = settings.iter().map(|pair| pair.split_once('=').unwrap());
+        let settings = pairs.map(|(k, v)| (k.to_string(), v.parse::<u64>().unwrap().into())).collect();
+        taxel_zoo::find(name).unwrap().graph(&settings).unwrap()
+    };
+    let parent = graph("mobilenet-v2");
+    let fresh = |seed| Weights::init(&parent, taxel_graph::Scheme::Pytorch, seed, "stitch");
+    let (visual, mut tactile) = (fresh(1), fresh(2));
+    let covered = parent.covered(&["18:139".into()]).unwrap();
+    let shared = parent.nodes().iter().zip(covered).filter(|(_, covered)| *covered);
+    for param in shared.flat_map(|(node, _)| &node.params) {
+        tactile.insert(&param.name, visual.get(&param.name).unwrap().clone());
+    }
+    for (name, weights) in [("v.safetensors", &visual), ("t.safetensors", &tactile)] {
+        taxel_devices::checkpoint::write(&folder.path().join(name), weights, "").unwrap();
+    }
+    let stitch = |tactile: &str, more: &[&str]| {
+        let mut list = vec!["stitch".to_string(), "--visual".into(), at("v.safetensors")];
+        list.extend(["--tactile".into(), at(tactile), "--output".into(), at("both.safetensors")]);
+        settings.iter().for_each(|pair| list.extend(["--set".into(), pair.to_string()]));
+        list.extend(more.iter().map(|word| word.to_string()));
+        list
+    };
+    let call = |list: Vec<String>| good(&list.iter().map(String::as_str).collect::<Vec<_>>());
+    let refuse = |list: Vec<String>| refused(&list.iter().map(String::as_str).collect::<Vec<_>>());
+    let said = call(stitch("t.safetensors", &[]));
+    assert!(said.ends_with("3,127,160 parameters in place of 4,457,992, 1.43 times fewer\n"), "{said}");
+    let plane = 64 * 47;
+    let image: Vec<f32> = (0..3 * plane).map(|i| (i % 101) as f32 / 50.0 - 1.0).collect();
+    write_npy(&folder.path().join("x.npy"), &[1, 3, 64, 47], &image);
+    let dark = vec![0.0; 3 * plane];
+    write_npy(&folder.path().join("xx.npy"), &[1, 6, 64, 47], &[&dark[..], &image[..]].concat());
+    let forward = |model: &str, weights: &str, x: &str| {
+        let mut list = vec!["forward", "--model", model].into_iter().map(String::from).collect::<Vec<_>>();
+        list.extend([
+            "--weights".into(),
+            at(weights),
+            "--input".into(),
+            at(x),
+            "--output".into(),
+            at("y.npy"),
+        ]);
+        settings.iter().for_each(|pair| list.extend(["--set".into(), pair.to_string()]));
+        call(list)
+    };
+    forward("mobilenet-v2", "t.safetensors", "x.npy");
+    forward("mobilenet-v2-split", "both.safetensors", "xx.npy");
+    assert_eq!(fs::read(at("y.npy")).unwrap(), fs::read(at("y.tactile.npy")).unwrap());
+    assert_ne!(fs::read(at("y.npy")).unwrap(), fs::read(at("y.visual.npy")).unwrap());
+    fs::remove_file(at("both.safetensors")).unwrap();
+    taxel_devices::checkpoint::write(&folder.path().join("o.safetensors"), &fresh(2), "").unwrap();
+    let refusal = refuse(stitch("o.safetensors", &[]));
+    assert!(
+        refusal.contains("shared tensor `features.3.conv.0.0.weight` is another in `visual`"),
+        "{refusal}"
+    );
+    let refusal = refuse(stitch("t.safetensors", &["--std", "1,1,1"]));
+    assert_eq!(refusal, "--std: expected 6 above 0 numbers, got [1.0, 1.0, 1.0]");
+    assert!(!folder.path().join("both.safetensors").exists());
 }
 
 #[test]
@@ -224,8 +337,7 @@ fn simulate_encode_and_check_go_together() {
     let load = |name: &str| taxel_data::load(&at(name), &taxel_data::Options::default()).unwrap();
     let convert = |set: &str, kind: &str, shape: &[usize], settings: &[&str]| {
         let x = load(set).x;
-        let long: Vec<u64> = x.shape().iter().map(|&n| n as u64).collect();
-        write_npy(&at("raw.npy"), &long, x.as_slice().unwrap());
+        write_npy(&at("raw.npy"), x.shape(), x.as_slice().unwrap());
         let mut line = vec!["encode", kind, "--input"];
         let (input, output) = (at("raw.npy"), at("encoded.npy"));
         line.extend([text(&input), "--output", text(&output)]);
@@ -360,7 +472,7 @@ fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {
 
 #[test]
 fn help_teaches() {
-    for command in ["run", "zoo", "cost", "forward", "encode", "simulate", "data"] {
+    for command in ["run", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data"] {
         let help =
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");

@@ -95,9 +95,18 @@ impl Twin {
         cases.into_iter().map(pair).collect()
     }
 
-    /// Networks with several outputs, in evaluation.
+    /// Networks with several outputs.
     pub fn several_outputs() -> Vec<Twin> {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/outputs.json");
+        Twin::list("outputs.json")
+    }
+
+    /// MobileNetV2 with ranges of layers frozen.
+    pub fn frozen() -> Vec<Twin> {
+        Twin::list("frozen.json")
+    }
+
+    fn list(file: &str) -> Vec<Twin> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures").join(file);
         let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
         cases.into_iter().map(|json| Twin::new(json["network"].as_str().unwrap().to_string(), json)).collect()
     }
@@ -144,6 +153,11 @@ impl Twin {
             inputs[0][at..at + (end - start) * plane].fill(0.0);
         }
         inputs
+    }
+
+    /// The range of layers that is frozen.
+    pub fn range(&self) -> String {
+        self.json["frozen"].as_str().unwrap().into()
     }
 
     /// Names of the outputs, where there are several.

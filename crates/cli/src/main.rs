@@ -33,6 +33,7 @@ enum Command {
     Zoo(commands::zoo::Zoo),
     Cost(commands::cost::Cost),
     Forward(commands::forward::Forward),
+    Stitch(commands::stitch::Stitch),
     Encode(commands::encode::Encode),
     Simulate(commands::simulate::Simulate),
     #[command(subcommand)]
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         Command::Zoo(command) => command.run(),
         Command::Cost(command) => command.run(),
         Command::Forward(command) => command.run(),
+        Command::Stitch(command) => command.run(),
         Command::Encode(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Data(command) => command.run(),

@@ -57,7 +57,8 @@ impl Model {
         self.graph.outputs().iter().map(read).collect()
     }
 
-    /// Mean softmax cross-entropy of a training batch and the gradient of every parameter.
+    /// Mean softmax cross-entropy of a training batch and the gradient of every parameter; of several outputs
+    /// the sum, weighted as the graph says.
     ///
     /// # Errors
     /// Inputs or labels that do not fit the batch.
@@ -66,8 +67,8 @@ impl Model {
         self.loss_and_gradients_with(inputs, labels.len(), loss, targets)
     }
 
-    /// `loss` of a training batch of `n` samples between the first output and `targets`, and the gradient
-    /// of every parameter.
+    /// `loss` of a training batch of `n` samples between every output and `targets`, weighted as the graph
+    /// says, and the gradient of every parameter.
     ///
     /// # Errors
     /// Inputs or targets that do not fit the batch or the loss.
@@ -78,12 +79,17 @@ impl Model {
         loss: Loss,
         targets: Targets,
     ) -> Result<(f32, Weights)> {
-        let (name, id) = &self.graph.outputs()[0];
-        let at = |source| Error::Node { node: name.clone(), source };
-        let outputs = self.graph.nodes()[*id].shape.iter().product();
-        targets.check(self.graph.name(), loss, n, outputs)?;
+        let model = self.graph.name();
+        let at = |source| Error::Node { node: model.into(), source };
+        for (_, id) in self.graph.outputs() {
+            targets.check(model, loss, n, self.graph.nodes()[*id].shape.iter().product())?;
+        }
         let values = self.run(inputs, n, true)?;
-        let loss = objective::mean_loss(&values[*id], loss, targets).map_err(at)?;
+        let heads = self.graph.outputs().iter().zip(self.graph.loss_weights());
+        let sum = heads
+            .map(|((_, id), &weight)| objective::mean_loss(&values[*id], loss, targets)? * f64::from(weight));
+        let loss =
+            sum.reduce(|a, b| a? + b?).unwrap_or_else(|| Tensor::new(0f32, &self.device)).map_err(at)?;
         let store = loss.backward().map_err(at)?;
         let mut gradients = Weights::new();
         for param in self.graph.params().filter(|p| p.kind == Kind::Parameter) {

@@ -114,3 +114,38 @@ fn relu6_seen_through_a_batch_norm() {
     weights.insert("norm.weight", wide);
     compare("rectified", &graph, &weights);
 }
+
+/// An output that others read too, seen through a batch norm, and given out twice.
+#[test]
+fn outputs_in_the_middle_of_a_network() {
+    let net = Network::new("middle");
+    let x = net.input("x", &[3, 6, 7]).conv("pre", Conv::new(5, 3).same()).batch_norm("norm").relu();
+    let early = x.global_average_pool().linear("early", 3).batch_norm("early_norm");
+    let late = early.relu().concat(&early).linear("late", 3);
+    let outputs = [("late", late), ("early", early.clone()), ("again", early)];
+    let graph = net.finish_weighted(&outputs, &[1.0, 0.3, 0.5]).unwrap();
+    compare("middle", &graph, &fresh(&graph));
+}
+
+/// Gradients through both fixed operations, and none into the stream that is looked at.
+#[test]
+fn streams_behind_layers_that_learn() {
+    for swapped in [false, true] {
+        let net = Network::new("streams");
+        let x = net.input("x", &[3, 6, 7]).conv("pre", Conv::new(4, 3).same()).batch_norm("norm").relu();
+        // Later readers come first in the backward pass, earlier ones add to what they left.
+        let before = swapped.then(|| x.flatten());
+        let stream = x.standardize("mean", "std");
+        let (first, second) = (stream.conv("first", Conv::new(2, 1)), stream.conv("second", Conv::new(2, 1)));
+        let before = before.map(|x| x.concat(&second.flatten()));
+        let lit = first.switch_scale(&second).flatten();
+        let other = before.unwrap_or_else(|| x.flatten().concat(&second.flatten()));
+        let all = lit.concat(&other);
+        let graph = net.finish(&[("logits", all.linear("head", 3))]).unwrap();
+        let mut weights = fresh(&graph);
+        for (name, values) in [("mean", vec![0.1, -0.2, 0.3, 0.0]), ("std", vec![0.5, 2.0, 1.0, 3.0])] {
+            weights.insert(name, taxel_graph::Tensor { shape: vec![4], data: values });
+        }
+        compare("streams", &graph, &weights);
+    }
+}

@@ -42,10 +42,38 @@ fn several_outputs() {
         for (name, values) in outputs {
             twin.assert_values(&name, &values, 1e-4);
         }
-        let options = Options { batch: twin.batch, ..Options::default() };
-        let error = Engine::new(&graph, &twin.weights(), options).err().unwrap().to_string();
-        assert!(error.contains("--backend candle"), "{error}");
+        let (loss, gradients) = model.loss_and_gradients(&xs, &twin.labels()).unwrap();
+        assert_several(&twin, loss, &gradients, &model.weights().unwrap());
     }
+}
+
+#[test]
+fn several_outputs_on_the_engine() {
+    for twin in Twin::several_outputs() {
+        let graph = graph(&twin);
+        let options = Options { batch: twin.batch, ..Options::default() };
+        let mut engine = Engine::new(&graph, &twin.weights(), options).unwrap();
+        let inputs = twin.inputs(&graph, 500);
+        let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
+        let first = engine.forward(&xs, twin.batch, Mode::Eval).unwrap().to_vec();
+        let outputs: Vec<(&str, &[f32])> = engine.outputs().collect();
+        assert_eq!(outputs[0].1, first);
+        assert_eq!(outputs.iter().map(|o| o.0).collect::<Vec<_>>(), twin.outputs(), "{}", twin.name);
+        for (name, values) in outputs {
+            twin.assert_values(name, values, 1e-4);
+        }
+        engine.forward(&xs, twin.batch, Mode::Train).unwrap();
+        let loss = engine.backward(&twin.labels()).unwrap();
+        assert_several(&twin, loss, &engine.gradients(), &engine.weights());
+    }
+}
+
+fn assert_several(twin: &Twin, loss: f32, gradients: &Weights, weights: &Weights) {
+    let tolerance = twin.tolerance();
+    twin.assert_loss(loss, tolerance.values);
+    assert_eq!(gradients.len(), twin.count("gradients"), "{}", twin.name);
+    twin.assert_digests("gradients", |name| gradients.get(name).map(|t| t.data.clone()), tolerance.gradients);
+    twin.assert_digests("running", |name| weights.get(name).map(|t| t.data.clone()), tolerance.values);
 }
 
 #[test]

@@ -1,12 +1,11 @@
 //! The compiled graph: parts of the batch, batch norms, parameters and both passes.
 
-use std::ops::Range;
-
 use taxel_graph::{DropoutMask, Graph, Kind, Loss, Op, Targets, Tensor, Weights};
+use taxel_kernels::Buffer;
 use taxel_kernels::optim::{Adam, clip_by_global_norm};
-use taxel_kernels::{Buffer, loss};
 
 use crate::error::{Error, Result};
+use crate::head::Head;
 use crate::layers::{self, Batch, BatchBackward, view};
 use crate::lifetimes::{Place, Places};
 use crate::norm::Norm;
@@ -22,8 +21,8 @@ pub struct Options {
     pub batch: usize,
     /// Worker threads; 1 runs in the calling thread. Results do not depend on it.
     pub threads: usize,
-    /// Nodes that training leaves as they are, by name, or a name's first parts: `stem` is every node
-    /// `stem.…`. Their parameters get no gradient and no step, their batch norms use the running
+    /// Nodes that training leaves as they are, by name, a name's first parts (`stem` is every node `stem.…`)
+    /// or a range of layers (`18:139`; see [`Graph::covered`]). Their parameters get no gradient and no step, their batch norms use the running
     /// statistics and keep them (PyTorch: `requires_grad_(False)` and `eval()`).
     pub frozen: Vec<String>,
 }
@@ -56,8 +55,6 @@ pub struct Engine {
     threads: Threads,
     plan: Plan,
     nodes: Vec<NodeState>,
-    /// Where each node's running statistics are.
-    buffer_ranges: Vec<Range<usize>>,
     /// Nodes that take the whole batch.
     batches: Vec<Option<Batch>>,
     norms: Vec<Norm>,
@@ -76,8 +73,9 @@ pub struct Engine {
     dparams: Buffer,
     optimizer: Memory,
     buffers: Vec<f32>,
-    logits: Vec<f32>,
-    dlogits: Vec<f32>,
+    heads: Vec<Head>,
+    /// Size of the last batch.
+    last: usize,
     /// Size of the last batch if it ran in training mode.
     trained: Option<usize>,
     /// Seed of the dropout masks, and training passes so far.
@@ -110,28 +108,10 @@ impl Engine {
         if options.batch == 0 {
             return Err(refuse("a batch must hold at least one sample"));
         }
-        let [(_, output)] = graph.outputs() else {
-            return Err(refuse(
-                "training needs exactly one output; `taxel forward --backend candle` gives several",
-            ));
-        };
-        let fixed = |op: &Op| matches!(op, Op::Standardize | Op::SwitchScale);
-        if let Some(node) = graph.nodes().iter().find(|node| fixed(&node.op)) {
-            let reason = format!(
-                "{}: {} is for prediction only; `taxel forward --backend candle` does it",
-                node.name,
-                node.op.kind()
-            );
-            return Err(refuse(&reason));
-        }
-        if graph.nodes()[*output].shape.len() != 1 {
-            return Err(refuse("the output must be features (logits)"));
-        }
-        let frozen = frozen(graph, &options.frozen).map_err(|reason| refuse(&reason))?;
-        let plan = Plan::new(graph, *output, &frozen);
+        let frozen = graph.covered(&options.frozen)?;
+        let plan = Plan::new(graph, &frozen);
         let threads = Threads::new(options.threads)?;
         let mut nodes: Vec<NodeState> = vec![];
-        let mut buffer_ranges = vec![];
         let mut batches = vec![];
         let (mut buffers, mut inputs) = (0, 0);
         for node in graph.nodes() {
@@ -143,13 +123,13 @@ impl Engine {
                 channels: node.shape[0],
                 positions: node.shape[1..].iter().product(),
                 params: 0..count(Kind::Parameter),
+                buffers: buffers..buffers + count(Kind::Buffer),
                 sums: 0..0,
                 input,
                 packed: vec![],
                 prepared: vec![],
                 mask: None,
             });
-            buffer_ranges.push(buffers..buffers + count(Kind::Buffer));
             buffers += count(Kind::Buffer);
             batches.push(layers::build_batch(graph, node, options.batch));
         }
@@ -176,7 +156,7 @@ impl Engine {
                 let Op::BatchNorm { eps, momentum } = graph.nodes()[norm.node].op else { return None };
                 let node = &nodes[norm.node];
                 let (channels, positions) = (node.channels, node.positions);
-                let buffers = buffer_ranges[norm.node].clone();
+                let buffers = node.buffers.clone();
                 Some(Norm::new(channels, positions, eps, momentum, node.params.clone(), buffers))
             })
             .collect();
@@ -187,14 +167,13 @@ impl Engine {
         let parts = (0..options.batch.div_ceil(capacity))
             .map(|_| Part::new(capacity, &plan, &nodes, &norms, &places, &lens, sums))
             .collect();
-        let logits = options.batch * lens[*output];
+        let heads = Head::all(graph, &plan, &nodes, options.batch);
         let mut engine = Engine {
             graph: graph.clone(),
             batch: options.batch,
             threads,
             plan,
             nodes,
-            buffer_ranges,
             batches,
             norms,
             places: places.places,
@@ -206,8 +185,8 @@ impl Engine {
             dparams: Buffer::zeros(learned),
             optimizer: Memory::default(),
             buffers: vec![0.0; buffers],
-            logits: vec![0.0; logits],
-            dlogits: vec![0.0; logits],
+            heads,
+            last: 0,
             trained: None,
             dropout: (0, 0),
         };
@@ -227,7 +206,7 @@ impl Engine {
     pub fn set_weights(&mut self, weights: &Weights) -> Result<()> {
         weights.check(&self.graph)?;
         for (id, node) in self.graph.nodes().iter().enumerate() {
-            let (mut param_at, mut buffer_at) = (self.nodes[id].params.start, self.buffer_ranges[id].start);
+            let (mut param_at, mut buffer_at) = (self.nodes[id].params.start, self.nodes[id].buffers.start);
             for param in &node.params {
                 let Some(tensor) = weights.get(&param.name) else { continue };
                 let (arena, at) = match param.kind {
@@ -302,7 +281,7 @@ impl Engine {
     fn export(&self, arena: &[f32], with_buffers: bool) -> Weights {
         let mut weights = Weights::new();
         for (id, node) in self.graph.nodes().iter().enumerate() {
-            let (mut param_at, mut buffer_at) = (self.nodes[id].params.start, self.buffer_ranges[id].start);
+            let (mut param_at, mut buffer_at) = (self.nodes[id].params.start, self.nodes[id].buffers.start);
             for param in &node.params {
                 let (arena, at) = match param.kind {
                     Kind::Parameter => (arena, &mut param_at),
@@ -319,7 +298,7 @@ impl Engine {
         weights
     }
 
-    /// Logits [n, classes] of a batch.
+    /// Logits [n, classes] of a batch: the first output; [`Engine::outputs`] gives all.
     ///
     /// `inputs` are the graph's inputs in order, each [n, …] in PyTorch's axis order, row-major.
     ///
@@ -361,28 +340,29 @@ impl Engine {
                 &Phase::Batch(id) => self.forward_batch(id, n, train),
             }
         }
-        let seen = self.plan.output;
-        let len = self.lens[seen.stored];
-        let view = view(&seen, &self.norms);
-        for part in self.parts.iter().filter(|p| p.count > 0) {
-            let x = &part.values[seen.stored][..part.count * len];
-            view.apply(len, x, &mut self.logits[part.first * len..][..part.count * len]);
-        }
+        self.heads.iter_mut().for_each(|head| head.read(&self.parts, &self.norms));
+        self.last = n;
         if train {
             self.trained = Some(n);
         }
-        Ok(&self.logits[..n * len])
+        Ok(&self.heads[0].values[..n * self.heads[0].len()])
+    }
+
+    /// Names and values [n, …] of all outputs of the last forward pass, in the graph's order.
+    pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
+        self.heads.iter().map(|head| (head.name.as_str(), &head.values[..self.last * head.len()]))
     }
 
     fn pack(&mut self) {
         if std::mem::replace(&mut self.packed, true) {
             return;
         }
-        let params = &self.params;
+        let (params, buffers) = (&self.params, &self.buffers);
         self.threads.each(&mut self.nodes, 1, |_, node| {
             let node = &mut node[0];
             if let Some(layer) = &node.layer {
                 layer.pack(&params[node.params.clone()], &mut node.packed);
+                layer.keep(&buffers[node.buffers.clone()], &mut node.packed);
             }
         });
     }
@@ -421,7 +401,8 @@ impl Engine {
         }
     }
 
-    /// Mean softmax cross-entropy of the last training pass, and the gradients of all parameters.
+    /// Mean softmax cross-entropy of the last training pass, and the gradients of all parameters; of several
+    /// outputs the sum, weighted as the graph says.
     ///
     /// # Errors
     /// No training pass before it, or labels that are not one class number per sample.
@@ -429,31 +410,27 @@ impl Engine {
         self.backward_with(Loss::SoftmaxCrossEntropy, Targets::Labels(labels))
     }
 
-    /// `loss` of the last training pass between logits and `targets`, and the gradients of all parameters.
+    /// `loss` of the last training pass between every output and `targets`, weighted as the graph says, and
+    /// the gradients of all parameters.
     ///
     /// # Errors
     /// No training pass before it, or targets that do not fit the batch or the loss; the pass stays usable.
     pub fn backward_with(&mut self, loss: Loss, targets: Targets) -> Result<f32> {
-        let classes = self.lens[self.plan.output.stored];
         let Some(n) = self.trained else {
             let (model, reason) =
                 (self.graph.name().into(), "backward needs a forward pass in training".into());
             return Err(Error::Batch { model, reason });
         };
-        targets.check(self.graph.name(), loss, n, classes)?;
+        for head in &self.heads {
+            head.check(self.graph.name(), loss, n, targets)?;
+        }
         self.trained = None;
-        let (logits, dlogits) = (&self.logits[..n * classes], &mut self.dlogits[..n * classes]);
-        let loss = match targets {
-            Targets::Labels(labels) => loss::softmax_cross_entropy(logits, classes, labels, dlogits),
-            Targets::Values(values) if loss == Loss::MeanSquaredError => {
-                loss::mean_squared_error(logits, values, dlogits)
-            }
-            Targets::Values(values) => loss::multi_label_soft_margin(logits, values, dlogits),
-        };
+        let mut sum = 0.0;
+        for head in &mut self.heads {
+            sum += head.loss(loss, n, targets);
+            head.seed(&mut self.parts, &self.places);
+        }
         for part in &mut self.parts {
-            let (from, len) = (part.first * classes, part.count * classes);
-            part.slots[self.places[self.plan.output_slot].buffer][..len]
-                .copy_from_slice(&dlogits[from..from + len]);
             part.gradient_sums.fill(0.0);
             part.sums.iter_mut().for_each(|sums| sums.fill(0.0));
         }
@@ -496,7 +473,7 @@ impl Engine {
                 layer.finish(&self.gradient_sums[node.sums.clone()], dparams);
             }
         }
-        Ok(loss)
+        Ok(sum)
     }
 
     fn backward_batch(&mut self, id: usize, n: usize) {
@@ -607,24 +584,4 @@ impl Engine {
         }
         Ok(())
     }
-}
-
-/// Which nodes `names` cover.
-fn frozen(graph: &Graph, names: &[String]) -> std::result::Result<Vec<bool>, String> {
-    let mut frozen = vec![false; graph.nodes().len()];
-    for name in names {
-        let mut found = false;
-        for (node, frozen) in
-            graph.nodes().iter().zip(&mut frozen).filter(|(node, _)| !node.params.is_empty())
-        {
-            let covered = node.name.strip_prefix(name.as_str());
-            if covered.is_some_and(|rest| rest.is_empty() || rest.starts_with('.')) {
-                (*frozen, found) = (true, true);
-            }
-        }
-        if !found {
-            return Err(format!("cannot freeze `{name}`: no node with tensors has that name"));
-        }
-    }
-    Ok(frozen)
 }

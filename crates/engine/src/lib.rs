@@ -26,6 +26,7 @@
 
 mod engine;
 mod error;
+mod head;
 mod layers;
 mod lifetimes;
 mod norm;

@@ -56,8 +56,8 @@ fn meet(a: &RangeInclusive<usize>, b: &RangeInclusive<usize>) -> bool {
 /// The phases in which each slot lives, and whether it is one phase of samples.
 fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
     let mut lives: Vec<Option<(usize, usize)>> = vec![None; plan.slots.len()];
-    // The loss writes the output's before the first phase.
-    lives[plan.output_slot] = Some((0, 0));
+    // The loss writes the outputs' before the first phase.
+    plan.outputs.iter().for_each(|&(_, slot)| lives[slot] = Some((0, 0)));
     let mut touch = |slot: usize, time: usize| {
         let (first, _) = lives[slot].unwrap_or((time, time));
         lives[slot] = Some((first, time));
@@ -78,7 +78,7 @@ fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
     }
     let life = |(slot, life): (usize, Option<(usize, usize)>)| {
         let (first, last) = life.unwrap_or((0, 0));
-        (first..=last, first == last && slot != plan.output_slot)
+        (first..=last, first == last && plan.outputs.iter().all(|&(_, output)| slot != output))
     };
     lives.into_iter().enumerate().map(life).collect()
 }
@@ -90,7 +90,7 @@ mod tests {
 
     fn plan(name: &str) -> Plan {
         let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-        Plan::new(&graph, graph.outputs()[0].1, &vec![false; graph.nodes().len()])
+        Plan::new(&graph, &vec![false; graph.nodes().len()])
     }
 
     #[test]
@@ -124,7 +124,9 @@ mod tests {
                 let found = &memory[buffer][sample * stride..][..plan.slots[slot].len];
                 assert!(found.iter().all(|v| *v == Some((slot, sample))), "{name}: slot {slot}");
             };
-            (0..count).for_each(|sample| put(&mut memory, plan.output_slot, sample));
+            for &(_, slot) in &plan.outputs {
+                (0..count).for_each(|sample| put(&mut memory, slot, sample));
+            }
             let node = |memory: &mut Vec<Vec<_>>, id: usize, sample: usize| {
                 plan.nodes[id].own.iter().for_each(|&slot| read(memory, slot, sample));
                 for &(slot, add) in plan.nodes[id].slots.iter().flatten() {

@@ -28,6 +28,8 @@ pub(crate) struct NodeState {
     pub channels: usize,
     pub positions: usize,
     pub params: std::ops::Range<usize>,
+    /// Where its running statistics, or other values that are not learned, are.
+    pub buffers: std::ops::Range<usize>,
     /// Where the parts add up what its gradients are made of.
     pub sums: std::ops::Range<usize>,
     /// Number among the inputs of the graph.
@@ -187,7 +189,7 @@ impl Part {
                 number: self.first + sample,
                 mask: node.mask,
                 lens: shared.lens,
-                packed: &[],
+                packed: &node.packed,
             },
             y: &self.values[id][sample * len..][..len],
             params: &shared.params[node.params.clone()],

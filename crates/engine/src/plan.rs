@@ -81,9 +81,8 @@ pub(crate) struct Plan {
     pub nodes: Vec<NodePlan>,
     pub slots: Vec<Slot>,
     pub norms: Vec<NormPlan>,
-    /// The output as the loss sees it, and its slot.
-    pub output: Seen,
-    pub output_slot: usize,
+    /// The outputs as the loss sees them, and their slots, which are the first ones.
+    pub outputs: Vec<(Seen, usize)>,
     pub train: Vec<Phase>,
     pub eval: Vec<Phase>,
     pub backward: Vec<Phase>,
@@ -91,7 +90,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// `frozen` says of every node whether its parameters stay as they are.
-    pub fn new(graph: &Graph, output: NodeId, frozen: &[bool]) -> Self {
+    pub fn new(graph: &Graph, frozen: &[bool]) -> Self {
         let stored = stored(graph);
         let mut norms = vec![];
         let mut seen: Vec<Seen> = vec![];
@@ -114,16 +113,17 @@ impl Plan {
             nodes[norm.stored].norms.push(number);
         }
         let len = |id: NodeId| graph.nodes()[id].shape.iter().product();
-        let mut plan = Plan {
-            output: seen[output],
-            output_slot: 0,
-            slots: vec![Slot { seen: seen[output], len: len(output) }],
-            nodes,
-            norms,
-            train: vec![],
-            eval: vec![],
-            backward: vec![],
-        };
+        let mut slots: Vec<Slot> = vec![];
+        let mut outputs = vec![];
+        for &(_, id) in graph.outputs() {
+            // Two outputs may be the same value.
+            let slot = slots.iter().position(|slot| slot.seen == seen[id]).unwrap_or(slots.len());
+            if slot == slots.len() {
+                slots.push(Slot { seen: seen[id], len: len(id) });
+            }
+            outputs.push((seen[id], slot));
+        }
+        let mut plan = Plan { outputs, slots, nodes, norms, train: vec![], eval: vec![], backward: vec![] };
         plan.train = plan.forward(graph, true);
         plan.eval = plan.forward(graph, false);
         plan.backward = plan.backward(graph, frozen, &len);
@@ -151,7 +151,7 @@ impl Plan {
             }
         }
         flush(&mut phases, &mut steps);
-        // The output may itself be seen through a batch norm.
+        // An output may itself be seen through a batch norm.
         let rest: Vec<usize> = (0..self.norms.len()).filter(|&n| !ready[n]).collect();
         if !rest.is_empty() {
             phases.push(Phase::Norms(rest));
@@ -169,11 +169,15 @@ impl Plan {
         let needs = |seen: &Seen, norms: &[NormPlan]| {
             trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
         };
-        let mut by_view: HashMap<Seen, usize> = HashMap::from([(self.output, 0)]);
-        let mut written = vec![true];
-        let mut readers = vec![0usize];
+        // The loss writes the outputs' slots, and readers of an output add to them.
+        let outputs = self.slots.len();
+        let mut by_view: HashMap<Seen, usize> = self.slots.iter().map(|slot| slot.seen).zip(0..).collect();
+        let mut written = vec![true; outputs];
+        let mut readers = vec![0usize; outputs];
         let mut reached = vec![false; self.nodes.len()];
-        reached[self.output.stored] = needs(&self.output, &self.norms);
+        for (seen, _) in &self.outputs {
+            reached[seen.stored] |= needs(seen, &self.norms);
+        }
         for id in (0..self.nodes.len()).rev() {
             if !self.nodes[id].stored || !reached[id] {
                 continue;
@@ -201,8 +205,8 @@ impl Plan {
         let mut steps = vec![];
         let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.frozen).collect();
         let sums = |seen: &Seen| seen.norm.is_some_and(|n| !self.norms[n].frozen);
-        if sums(&self.output) {
-            steps.push(Step::Sums(0));
+        for slot in (0..outputs).filter(|&slot| readers[slot] == 0 && sums(&self.slots[slot].seen)) {
+            steps.push(Step::Sums(slot));
         }
         for id in (0..self.nodes.len()).rev() {
             let node = &self.nodes[id];

@@ -125,11 +125,20 @@ impl Network {
         })
     }
 
-    /// Ends the description: the graph, or the first step that did not fit.
+    /// Ends the description: the graph, or the first step that did not fit. Every output counts 1 in training.
     pub fn finish(self, outputs: &[(&str, Flow)]) -> Result<Graph> {
+        let weights = vec![1.0; outputs.len()];
+        self.finish_weighted(outputs, &weights)
+    }
+
+    /// The same with what each output counts in training (see [`Graph::loss_weights`]).
+    pub fn finish_weighted(self, outputs: &[(&str, Flow)], loss_weights: &[f32]) -> Result<Graph> {
         let state = self.state.borrow();
         if let Some(error) = &state.error {
             return Err(error.clone());
+        }
+        if outputs.is_empty() || outputs.len() != loss_weights.len() {
+            return Err(Error::node(&state.name, "needs at least one output, and a loss weight for each"));
         }
         let mut seen = std::collections::HashSet::new();
         for node in &state.nodes {
@@ -142,6 +151,7 @@ impl Network {
             nodes: state.nodes.clone(),
             inputs: state.inputs.clone(),
             outputs: outputs.iter().map(|(name, flow)| (name.to_string(), flow.node)).collect(),
+            loss_weights: loss_weights.to_vec(),
         })
     }
 }

@@ -80,6 +80,7 @@ pub struct Graph {
     pub(crate) nodes: Vec<Node>,
     pub(crate) inputs: Vec<NodeId>,
     pub(crate) outputs: Vec<(String, NodeId)>,
+    pub(crate) loss_weights: Vec<f32>,
 }
 
 impl Graph {
@@ -101,6 +102,12 @@ impl Graph {
     /// Output names and the nodes that compute them.
     pub fn outputs(&self) -> &[(String, NodeId)] {
         &self.outputs
+    }
+
+    /// What each output counts in training, in their order: the loss is the sum of every output's own loss
+    /// to the same targets, times this.
+    pub fn loss_weights(&self) -> &[f32] {
+        &self.loss_weights
     }
 
     /// Every tensor, in order of the nodes: the names of a PyTorch `state_dict`.

@@ -26,6 +26,8 @@ mod fill;
 mod graph;
 mod loss;
 mod op;
+mod parts;
+mod transfer;
 mod weights;
 
 pub use builder::{BATCH_NORM_EPS, BATCH_NORM_MOMENTUM, Flow, Network};

@@ -1,5 +1,6 @@
 //! The gradient of stored values from the gradient of what was seen of them.
 
+use crate::fold::Fold;
 use crate::simd::{Simd, at_level};
 use crate::view::{Rectifier, View, load, rectified_gradient, store, vectors};
 
@@ -16,6 +17,14 @@ pub struct InputGradient {
     pub constant: Vec<f32>,
 }
 
+/// [`InputGradient`] where it lies.
+struct InputGradientView<'a> {
+    dy: &'a [f32],
+    x: &'a [f32],
+    mean: &'a [f32],
+    constant: &'a [f32],
+}
+
 /// Gradient of stored values `x` (rows × channels), written or added, from the gradient `dy` of their
 /// view; `norm` are the coefficients of the view's batch norm, if it has one.
 pub fn backward(
@@ -30,7 +39,23 @@ pub fn backward(
     assert!(x.len() == dx.len() && dy.len() == dx.len() && dx.len().is_multiple_of(channels));
     match (view.affine, norm) {
         (Some((scale, shift)), Some(norm)) => {
-            through_norm(channels, x, scale, shift, view.rectifier, norm, dy, dx, accumulate);
+            let mut rest = 0;
+            if let Some(fold) = Fold::new(channels) {
+                rest = fold.whole(x.len());
+                let wide = InputGradientView {
+                    dy: &fold.repeat(&norm.dy),
+                    x: &fold.repeat(&norm.x),
+                    mean: &fold.repeat(&norm.mean),
+                    constant: &fold.repeat(&norm.constant),
+                };
+                let (scale, shift) = (fold.repeat(scale), fold.repeat(shift));
+                let (x, dy, dx) = (&x[..rest], &dy[..rest], &mut dx[..rest]);
+                through_norm(fold.channels(), x, &scale, &shift, view.rectifier, &wide, dy, dx, accumulate);
+            }
+            let norm =
+                InputGradientView { dy: &norm.dy, x: &norm.x, mean: &norm.mean, constant: &norm.constant };
+            let (x, dy, dx) = (&x[rest..], &dy[rest..], &mut dx[rest..]);
+            through_norm(channels, x, scale, shift, view.rectifier, &norm, dy, dx, accumulate);
         }
         _ => match view.rectifier {
             Rectifier::None => crate::pointwise::copy(dy, dx, accumulate),
@@ -42,7 +67,7 @@ pub fn backward(
 
 at_level! {
     fn through_norm(
-        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier, norm: &InputGradient,
+        channels: usize, x: &[f32], scale: &[f32], shift: &[f32], rectifier: Rectifier, norm: &InputGradientView,
         dy: &[f32], dx: &mut [f32], accumulate: bool,
     ) = through_norm_at
 }
@@ -57,7 +82,7 @@ unsafe fn through_norm_at<S: Simd>(
     scale: &[f32],
     shift: &[f32],
     rectifier: Rectifier,
-    norm: &InputGradient,
+    norm: &InputGradientView,
     dy: &[f32],
     dx: &mut [f32],
     accumulate: bool,
@@ -70,8 +95,8 @@ unsafe fn through_norm_at<S: Simd>(
         // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
         unsafe {
             let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
-            let (of_dy, of_x) = (load::<S>(&norm.dy, c, n), load::<S>(&norm.x, c, n));
-            let (mean, constant) = (load::<S>(&norm.mean, c, n), load::<S>(&norm.constant, c, n));
+            let (of_dy, of_x) = (load::<S>(norm.dy, c, n), load::<S>(norm.x, c, n));
+            let (mean, constant) = (load::<S>(norm.mean, c, n), load::<S>(norm.constant, c, n));
             let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
             for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
                 let (x, dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));

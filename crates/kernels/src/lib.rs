@@ -14,6 +14,7 @@ mod buffer;
 pub mod conv;
 mod depthwise;
 pub mod dropout;
+mod fold;
 pub mod layout;
 pub mod loss;
 pub mod lstm;

@@ -6,8 +6,11 @@
 use crate::activation::{sigmoid_of, tanh_of};
 use crate::layout;
 use crate::matmul::{Matrix, few_rows, matmul};
-use crate::reduce;
 use crate::simd::{Simd, at_level};
+use crate::view::{load, store, vectors};
+
+/// Rows of gates and factors whose products are added up at a time, few enough to stay in the cache.
+const TOGETHER: usize = 64;
 
 /// Sizes of an LSTM layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,23 +36,26 @@ pub struct Weights<'a> {
     pub bias_hh: &'a [f32],
 }
 
-/// What the backward pass needs, for a batch of any size up to the one it was made for.
+/// What the backward pass needs, for a batch of any size up to the one it was made for. Step after step, so that
+/// what one step works on lies together.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// Gates after their functions, batch × steps × 4·hidden; [`Lstm::backward_gates`] puts the gradients
-    /// before the functions in their place.
+    /// Gates after their functions, steps × batch × [`Lstm::gates_row`]; [`Lstm::backward_gates`] puts the
+    /// gradients before the functions in their place.
     gates: Vec<f32>,
-    /// Cell states after each step, batch × steps × hidden.
+    /// Cell states before the first step and after each, (steps + 1) × batch × hidden.
     cells: Vec<f32>,
     /// Their hyperbolic tangents.
     tanh: Vec<f32>,
-    /// Hidden states before each step, batch × steps × hidden.
-    before: Vec<f32>,
+    /// What each step multiplies, steps × batch × (channels + 1 + hidden): input, 1, hidden state before.
+    factors: Vec<f32>,
     /// Gradients of one step's hidden and cell state, batch × hidden each.
     dh: Vec<f32>,
     dc: Vec<f32>,
-    /// Recurrent weights, hidden × 4·hidden.
+    /// Weights of those factors, (channels + 1 + hidden) × 4·hidden.
     turned: Vec<f32>,
+    /// Their gradients, 4·hidden × (channels + 1 + hidden).
+    dturned: Vec<f32>,
 }
 
 impl Trace {
@@ -57,13 +63,16 @@ impl Trace {
     pub fn new(lstm: &Lstm, batch: usize) -> Self {
         let states = batch * lstm.steps * lstm.hidden;
         Trace {
-            gates: vec![0.0; 4 * states],
-            cells: vec![0.0; states],
+            gates: vec![0.0; batch * lstm.steps * lstm.gates_row()],
+            cells: vec![0.0; states + batch * lstm.hidden],
             tanh: vec![0.0; states],
-            before: vec![0.0; states],
+            factors: [vec![0.0; lstm.channels], vec![1.0], vec![0.0; lstm.hidden]]
+                .concat()
+                .repeat(batch * lstm.steps),
             dh: vec![0.0; batch * lstm.hidden],
             dc: vec![0.0; batch * lstm.hidden],
-            turned: vec![0.0; 4 * lstm.hidden * lstm.hidden],
+            turned: vec![0.0; 4 * lstm.hidden * lstm.factors()],
+            dturned: vec![0.0; 4 * lstm.hidden * lstm.factors()],
         }
     }
 }
@@ -74,40 +83,52 @@ impl Lstm {
         self.steps * 4 * self.hidden * (self.channels + self.hidden)
     }
 
+    /// Numbers that a gate of one step is a weighted sum of: input, 1 for the bias, hidden state.
+    fn factors(&self) -> usize {
+        self.channels + 1 + self.hidden
+    }
+
+    /// Distance of two rows of gates. Rows a power of two apart would all want the same few lines of the cache.
+    fn gates_row(&self) -> usize {
+        4 * self.hidden + 16
+    }
+
     /// x [n × steps × channels] → y [n × hidden], n by the length of `y`; remembers the way in `trace`.
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
-        let (n, width) = (y.len() / hidden, 4 * hidden);
-        let Trace { gates, cells, tanh, before, turned, .. } = trace;
-        for row in gates[..n * steps * width].chunks_exact_mut(width) {
-            for (gate, (a, b)) in row.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
-                *gate = a + b;
+        let (n, width, all) = (y.len() / hidden, 4 * hidden, self.factors());
+        let Trace { gates, cells, tanh, factors, turned, .. } = trace;
+        for (sample, x) in x.chunks_exact(steps * channels).enumerate() {
+            for (step, x) in x.chunks_exact(channels).enumerate() {
+                factors[(step * n + sample) * all..][..channels].copy_from_slice(x);
             }
         }
-        let ih = Matrix::new(weights.ih, width, channels);
-        matmul(gates, width, Matrix::new(x, n * steps, channels), ih.t(), true);
-        layout::transpose(width, hidden, weights.hh, turned, false);
-        let hh = Matrix::new(turned, hidden, width);
+        // No state lies before the first step, whatever an earlier batch left.
+        cells[..n * hidden].fill(0.0);
+        factors[..n * all].chunks_exact_mut(all).for_each(|row| row[channels + 1..].fill(0.0));
+        let (ih, rest) = turned.split_at_mut(channels * width);
+        let (bias, hh) = rest.split_at_mut(width);
+        layout::transpose(width, channels, weights.ih, ih, false);
+        layout::transpose(width, hidden, weights.hh, hh, false);
+        for (bias, (a, b)) in bias.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
+            *bias = a + b;
+        }
+        let stride = self.gates_row();
         for step in 0..steps {
-            if step > 0 {
-                let h = Matrix::strided(&before[step * hidden..], n, hidden, steps * hidden);
-                few_rows(&mut gates[step * width..], steps * width, h, hh, true);
-            }
+            let (seen, later) = factors[step * n * all..].split_at_mut(n * all);
+            let gates = &mut gates[step * n * stride..][..n * stride];
+            few_rows(gates, stride, Matrix::new(seen, n, all), Matrix::new(turned, all, width), false);
+            let (old, new) = cells[step * n * hidden..].split_at_mut(n * hidden);
+            let tanh = &mut tanh[step * n * hidden..];
             for sample in 0..n {
-                let row = sample * steps + step;
-                let (old, new) = cells.split_at_mut(row * hidden);
-                let c = &mut new[..hidden];
-                // The first step starts from zero, whatever an earlier batch left.
-                match step {
-                    0 => c.fill(0.0),
-                    _ => c.copy_from_slice(&old[(row - 1) * hidden..]),
-                }
                 let h = if step + 1 < steps {
-                    &mut before[(row + 1) * hidden..][..hidden]
+                    &mut later[sample * all + channels + 1..][..hidden]
                 } else {
                     &mut y[sample * hidden..][..hidden]
                 };
-                cell(&mut gates[row * width..][..width], c, &mut tanh[row * hidden..][..hidden], h);
+                let at = sample * hidden..(sample + 1) * hidden;
+                let gates = &mut gates[sample * stride..][..width];
+                cell(gates, &old[at.clone()], &mut new[at.clone()], &mut tanh[at], h);
             }
         }
     }
@@ -121,129 +142,100 @@ impl Lstm {
         dh[..n * hidden].copy_from_slice(dy);
         dc[..n * hidden].fill(0.0);
         let hh = Matrix::new(weights.hh, width, hidden);
+        let stride = self.gates_row();
         for step in (0..steps).rev() {
+            let gates = &mut gates[step * n * stride..][..n * stride];
             for sample in 0..n {
-                let row = sample * steps + step;
-                let row_gates = &mut gates[row * width..][..width];
-                let tanh = &tanh[row * hidden..][..hidden];
-                let old = if step > 0 { &cells[(row - 1) * hidden..][..hidden] } else { &[] };
+                let row = (step * n + sample) * hidden;
+                let row_gates = &mut gates[sample * stride..][..width];
                 let (dh, dc) = (&dh[sample * hidden..][..hidden], &mut dc[sample * hidden..][..hidden]);
-                cell_backward(row_gates, tanh, old, dh, dc);
+                cell_backward(row_gates, &tanh[row..][..hidden], &cells[row..][..hidden], dh, dc);
             }
             if step > 0 {
-                let dgates = Matrix::strided(&gates[step * width..], n, width, steps * width);
-                few_rows(dh, hidden, dgates, hh, false);
+                few_rows(dh, hidden, Matrix::strided(gates, n, width, stride), hh, false);
             }
         }
     }
 
-    /// Gradients of the weights and of either bias (both are equal), overwritten; sums over the n samples
-    /// of `x`.
+    /// Gradients of the weights and of either bias (both are equal), overwritten; sums over `n` sequences.
     pub fn backward_weights(
         &self,
-        x: &[f32],
-        trace: &Trace,
+        n: usize,
+        trace: &mut Trace,
         dih: &mut [f32],
         dhh: &mut [f32],
         dbias: &mut [f32],
     ) {
-        let Lstm { channels, hidden, .. } = *self;
-        let (rows, width) = (x.len() / channels, 4 * hidden);
-        let gates = &trace.gates[..rows * width];
-        let dgates = Matrix::new(gates, rows, width).t();
-        matmul(dih, channels, dgates, Matrix::new(x, rows, channels), false);
-        // Row 0 of each sequence stays zero from the start: no hidden state lies before the first step.
-        matmul(dhh, hidden, dgates, Matrix::new(&trace.before, rows, hidden), false);
-        dbias.fill(0.0);
-        reduce::add_columns(width, gates, dbias);
+        let Lstm { channels, steps, hidden } = *self;
+        let (rows, width, all) = (n * steps, 4 * hidden, self.factors());
+        let Trace { gates, factors, dturned, .. } = trace;
+        let stride = self.gates_row();
+        for from in (0..rows).step_by(TOGETHER) {
+            let count = TOGETHER.min(rows - from);
+            let dgates = Matrix::strided(&gates[from * stride..], count, width, stride).t();
+            let factors = Matrix::new(&factors[from * all..(from + count) * all], count, all);
+            few_rows(dturned, all, dgates, factors, from > 0);
+        }
+        for (gate, row) in dturned.chunks_exact(all).enumerate() {
+            dih[gate * channels..][..channels].copy_from_slice(&row[..channels]);
+            dbias[gate] = row[channels];
+            dhh[gate * hidden..][..hidden].copy_from_slice(&row[channels + 1..]);
+        }
     }
 
     /// Gradient of the input, written to or added to `dx`.
     pub fn backward_input(&self, trace: &Trace, weights: &Weights, dx: &mut [f32], accumulate: bool) {
-        let (rows, width) = (dx.len() / self.channels, 4 * self.hidden);
-        let ih = Matrix::new(weights.ih, width, self.channels);
-        matmul(dx, self.channels, Matrix::new(&trace.gates, rows, width), ih, accumulate);
-    }
-}
-
-/// Units that are worked on at a time, in arrays of their own: the compiler need not ask whether they
-/// overlap, and makes vectors of any width of them.
-const BLOCK: usize = 16;
-
-/// Values `at..at + n` of a slice, zeros after them.
-#[inline(always)]
-fn take(from: &[f32], at: usize, n: usize) -> [f32; BLOCK] {
-    let from = &from[at..at + n];
-    if let Some(whole) = from.first_chunk() {
-        return *whole;
-    }
-    let mut block = [0.0; BLOCK];
-    block[..n].copy_from_slice(from);
-    block
-}
-
-#[inline(always)]
-fn put(block: [f32; BLOCK], to: &mut [f32], at: usize, n: usize) {
-    let to = &mut to[at..at + n];
-    match to.first_chunk_mut() {
-        Some(whole) => *whole = block,
-        None => to.copy_from_slice(&block[..n]),
-    }
-}
-
-/// Each unit of a block from its number.
-macro_rules! units {
-    ($u:ident => $value:expr) => {{
-        let mut block = [0.0f32; BLOCK];
-        for $u in 0..BLOCK {
-            block[$u] = $value;
+        let Lstm { channels, steps, hidden } = *self;
+        let (n, width, stride) = (dx.len() / (channels * steps), 4 * hidden, self.gates_row());
+        let ih = Matrix::new(weights.ih, width, channels);
+        for step in 0..steps {
+            let dgates = Matrix::strided(&trace.gates[step * n * stride..], n, width, stride);
+            matmul(&mut dx[step * channels..], steps * channels, dgates, ih, accumulate);
         }
-        block
-    }};
+    }
 }
 
 at_level! {
-    /// One step of one sample: gates get their functions, `c` becomes the new cell, `tanh` its
-    /// tangent, `h` the new hidden state.
-    fn cell(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
+    /// One step of one sample from the cell state `old`: gates get their functions, `c` becomes the new cell,
+    /// `tanh` its tangent, `h` the new hidden state.
+    fn cell(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-#[allow(clippy::needless_range_loop)]
-unsafe fn cell_at<S: Simd>(gates: &mut [f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
+unsafe fn cell_at<S: Simd>(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
     let hidden = c.len();
-    for at in (0..hidden).step_by(BLOCK) {
-        let n = BLOCK.min(hidden - at);
-        let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
-        let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
-        let old = take(c, at, n);
-        let (i, f) = (units!(u => sigmoid_of(i[u])), units!(u => sigmoid_of(f[u])));
-        let (g, o) = (units!(u => tanh_of(g[u])), units!(u => sigmoid_of(o[u])));
-        let new = units!(u => f[u] * old[u] + i[u] * g[u]);
-        let t = units!(u => tanh_of(new[u]));
-        put(units!(u => o[u] * t[u]), h, at, n);
-        put(t, tanh, at, n);
-        put(new, c, at, n);
-        put(i, gates, at, n);
-        put(f, gates, hidden + at, n);
-        put(g, gates, 2 * hidden + at, n);
-        put(o, gates, 3 * hidden + at, n);
-    }
+    assert!(gates.len() == 4 * hidden && [old.len(), tanh.len(), h.len()].iter().all(|len| *len == hidden));
+    vectors!(S, hidden, u, lanes, {
+        // SAFETY: `u + lanes <= hidden`, the length of every slice and of each of the four gates.
+        unsafe {
+            let i = sigmoid_of::<S>(load::<S>(gates, u, lanes));
+            let f = sigmoid_of::<S>(load::<S>(gates, hidden + u, lanes));
+            let g = tanh_of::<S>(load::<S>(gates, 2 * hidden + u, lanes));
+            let o = sigmoid_of::<S>(load::<S>(gates, 3 * hidden + u, lanes));
+            let new = S::fma(f, load::<S>(old, u, lanes), S::mul(i, g));
+            let t = tanh_of::<S>(new);
+            store::<S>(gates, u, lanes, i);
+            store::<S>(gates, hidden + u, lanes, f);
+            store::<S>(gates, 2 * hidden + u, lanes, g);
+            store::<S>(gates, 3 * hidden + u, lanes, o);
+            store::<S>(c, u, lanes, new);
+            store::<S>(tanh, u, lanes, t);
+            store::<S>(h, u, lanes, S::mul(o, t));
+        }
+    });
 }
 
 at_level! {
     /// The way back of one step of one sample: gates become their gradients before the functions; `dc` of
-    /// the cell, whose tangent is `tanh`, becomes that of the cell before, `old`, which is empty in the first
-    /// step.
+    /// the cell, whose tangent is `tanh`, becomes that of the cell before, `old`.
     fn cell_backward(gates: &mut [f32], tanh: &[f32], old: &[f32], dh: &[f32], dc: &mut [f32]) = cell_backward_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-#[allow(clippy::needless_range_loop)]
 unsafe fn cell_backward_at<S: Simd>(
     gates: &mut [f32],
     tanh: &[f32],
@@ -252,17 +244,23 @@ unsafe fn cell_backward_at<S: Simd>(
     dc: &mut [f32],
 ) {
     let hidden = tanh.len();
-    for at in (0..hidden).step_by(BLOCK) {
-        let n = BLOCK.min(hidden - at);
-        let (i, f) = (take(gates, at, n), take(gates, hidden + at, n));
-        let (g, o) = (take(gates, 2 * hidden + at, n), take(gates, 3 * hidden + at, n));
-        let old = if old.is_empty() { [0.0; BLOCK] } else { take(old, at, n) };
-        let (t, dh, after) = (take(tanh, at, n), take(dh, at, n), take(dc, at, n));
-        let dcell = units!(u => after[u] + dh[u] * o[u] * (1.0 - t[u] * t[u]));
-        put(units!(u => dcell[u] * f[u]), dc, at, n);
-        put(units!(u => dcell[u] * g[u] * (i[u] * (1.0 - i[u]))), gates, at, n);
-        put(units!(u => dcell[u] * old[u] * (f[u] * (1.0 - f[u]))), gates, hidden + at, n);
-        put(units!(u => dcell[u] * i[u] * (1.0 - g[u] * g[u])), gates, 2 * hidden + at, n);
-        put(units!(u => dh[u] * t[u] * (o[u] * (1.0 - o[u]))), gates, 3 * hidden + at, n);
-    }
+    assert!(gates.len() == 4 * hidden && [old.len(), dh.len(), dc.len()].iter().all(|len| *len == hidden));
+    vectors!(S, hidden, u, lanes, {
+        // SAFETY: `u + lanes <= hidden`, the length of every slice and of each of the four gates.
+        unsafe {
+            let one = S::splat(1.0);
+            let (i, f) = (load::<S>(gates, u, lanes), load::<S>(gates, hidden + u, lanes));
+            let (g, o) = (load::<S>(gates, 2 * hidden + u, lanes), load::<S>(gates, 3 * hidden + u, lanes));
+            let (t, old) = (load::<S>(tanh, u, lanes), load::<S>(old, u, lanes));
+            let (dh, after) = (load::<S>(dh, u, lanes), load::<S>(dc, u, lanes));
+            let through_tanh = S::sub(one, S::mul(t, t));
+            let dcell = S::fma(S::mul(dh, o), through_tanh, after);
+            store::<S>(dc, u, lanes, S::mul(dcell, f));
+            store::<S>(gates, u, lanes, S::mul(S::mul(dcell, g), S::mul(i, S::sub(one, i))));
+            store::<S>(gates, hidden + u, lanes, S::mul(S::mul(dcell, old), S::mul(f, S::sub(one, f))));
+            let dg = S::mul(S::mul(dcell, i), S::sub(one, S::mul(g, g)));
+            store::<S>(gates, 2 * hidden + u, lanes, dg);
+            store::<S>(gates, 3 * hidden + u, lanes, S::mul(S::mul(dh, t), S::mul(o, S::sub(one, o))));
+        }
+    });
 }

@@ -1,8 +1,10 @@
 //! Matrix products: a safe face over `gemm`, and one for few rows.
 
+use std::ops::Range;
+
 use gemm::{Parallelism, gemm};
 
-use crate::tile::{Start, Tile, columns, even};
+use crate::tile::{Columns, Start, Tile, columns, even, wide_rows};
 
 /// A matrix seen in a slice: element (r, c) is `data[r * row_stride + c * column_stride]`.
 #[derive(Debug, Clone, Copy)]
@@ -84,6 +86,12 @@ pub fn matmul(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumula
     }
 }
 
+/// Values of a matrix that stay in a core's cache while they are used again and again.
+const CACHED: usize = 1 << 18;
+
+/// Rows of a larger second matrix that are read side by side, few enough for the CPU to read ahead in all.
+const STREAMS: usize = 32;
+
 /// The same for few rows of `a`, to which copying `b` into another order, as `gemm` does, would be half the
 /// work; `b` is read where it lies, row by row.
 pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
@@ -94,29 +102,48 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
         return;
     }
     assert!((m - 1) * row_stride + n <= out.len(), "a {m}×{n} product does not fit its output");
-    for columns in columns(n) {
-        let most = even(m, columns.rows());
-        for row in (0..m).step_by(most) {
-            let rows = most.min(m - row);
-            let tile = Tile {
-                a: a.data[row * a.row_stride..].as_ptr(),
-                a_row: a.row_stride,
-                a_step: a.column_stride,
-                b: b.data[columns.from..].as_ptr(),
-                b_row: b.row_stride,
-                c: out[row * row_stride + columns.from..].as_mut_ptr(),
-                c_row: row_stride,
-                segments: &[(0, 0)],
-                run: k,
-                start: if accumulate { Start::Add } else { Start::Zero },
-                last: columns.last,
-            };
-            // SAFETY: `Matrix` guarantees that `rows` rows from `row` on and all `k` rows of `b` lie inside
-            // their slices; the assertion above that the block lies inside `out`, which is borrowed
-            // exclusively.
-            unsafe { columns.kernel(rows)(&tile) };
+    let mut block = |depths: Range<usize>, rows: Range<usize>, columns: &Columns| {
+        let tile = Tile {
+            a: a.data[rows.start * a.row_stride + depths.start * a.column_stride..].as_ptr(),
+            a_row: a.row_stride,
+            a_step: a.column_stride,
+            b: b.data[depths.start * b.row_stride + columns.from..].as_ptr(),
+            b_row: b.row_stride,
+            c: out[rows.start * row_stride + columns.from..].as_mut_ptr(),
+            c_row: row_stride,
+            segments: &[(0, 0)],
+            run: depths.len(),
+            start: if accumulate || depths.start > 0 { Start::Add } else { Start::Zero },
+            last: columns.last,
+        };
+        // SAFETY: `Matrix` guarantees that rows and depths up to `m` and `k` lie inside their slices; the
+        // assertion above that the block lies inside `out`, which is borrowed exclusively.
+        unsafe { columns.kernel(rows.len())(&tile) };
+    };
+    if m * n > CACHED && k * n <= CACHED {
+        // The output is written row by row.
+        for rows in pieces(m, even(m, wide_rows())) {
+            for columns in columns(n) {
+                for few in pieces(rows.len(), columns.rows()) {
+                    block(0..k, rows.start + few.start..rows.start + few.end, &columns);
+                }
+            }
+        }
+        return;
+    }
+    let depths_most = if k * n > CACHED { STREAMS } else { k.max(1) };
+    for depths in pieces(k, depths_most) {
+        for columns in columns(n) {
+            for rows in pieces(m, even(m, columns.rows())) {
+                block(depths.clone(), rows, &columns);
+            }
         }
     }
+}
+
+/// `0..len` in pieces of at most `most`; one empty piece where `len` is 0.
+fn pieces(len: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..len.max(1)).step_by(most).map(move |from| from..(from + most).min(len))
 }
 
 #[cfg(test)]
@@ -149,6 +176,24 @@ mod tests {
         for i in 0..3 {
             for j in 0..5 {
                 assert_eq!(transposed[j * 3 + i], plain[i * 5 + j]);
+            }
+        }
+    }
+
+    /// A small second matrix, an output and a second matrix that leave the cache, and no depth at all.
+    #[test]
+    fn few_rows_in_every_order_agree_with_gemm() {
+        let value = |i: usize| ((i * 37 + 11) % 64) as f32 / 64.0 - 0.5;
+        for (m, k, n) in [(5, 70, 33), (37, 9, 8191), (29, 601, 501), (3, 0, 7)] {
+            let a: Vec<f32> = (0..m * k).map(value).collect();
+            let b: Vec<f32> = (0..k * n).map(value).collect();
+            for accumulate in [false, true] {
+                let (mut few, mut whole) = (vec![0.25; m * n], vec![0.25; m * n]);
+                let (a, b) = (Matrix::new(&a, k, m).t(), Matrix::new(&b, k, n));
+                few_rows(&mut few, n, a, b, accumulate);
+                matmul(&mut whole, n, a, b, accumulate);
+                let far = few.iter().zip(&whole).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+                assert!(far < 1e-4, "{m}×{k}×{n}, {accumulate}: {far}");
             }
         }
     }

@@ -16,8 +16,8 @@ pub struct MaxPool {
     under: Vec<(usize, f32)>,
     /// First position of every window, and where its others are in `under`.
     windows: Vec<(usize, Range<usize>)>,
-    /// Whether every input position is under exactly one window.
-    tiled: bool,
+    /// Where windows do not overlap: the positions that no window covers.
+    uncovered: Option<Vec<usize>>,
     /// Scale and shift of a view that has none.
     plain: [Vec<f32>; 2],
 }
@@ -43,7 +43,7 @@ impl MaxPool {
             from..under.len()
         };
         let whole = add(&mut under, kernel.map(|size| 0..size));
-        let windows = (0..window.output_len())
+        let windows: Vec<(usize, Range<usize>)> = (0..window.output_len())
             .map(|position| {
                 let at = window.unravel(position);
                 let [d, r, c] = [0, 1, 2].map(|axis| window.inside(axis, at[axis]));
@@ -53,13 +53,18 @@ impl MaxPool {
                 (first, if inside { whole.clone() } else { add(&mut under, ranges) })
             })
             .collect();
-        let tiled = (0..3).all(|a| {
-            window.stride[a] == kernel[a]
-                && window.before[a] == 0
-                && window.output[a] * window.stride[a] >= input[a]
+        let disjoint = (0..3).all(|axis| window.stride[axis] >= kernel[axis]);
+        let uncovered = disjoint.then(|| {
+            let mut covered = vec![false; window.input_len()];
+            for (first, range) in &windows {
+                for (offset, _) in &under[range.clone()] {
+                    covered[first + offset] = true;
+                }
+            }
+            (0..covered.len()).filter(|&at| !covered[at]).collect()
         });
         let plain = [vec![1.0; channels], vec![0.0; channels]];
-        MaxPool { channels, input_len: window.input_len(), under, windows, tiled, plain }
+        MaxPool { channels, input_len: window.input_len(), under, windows, uncovered, plain }
     }
 
     /// Values of one output image.
@@ -84,10 +89,18 @@ impl MaxPool {
     pub fn backward(&self, taken: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
         let len = self.output_len();
         let dx = &mut dx[..self.input_len * self.channels];
-        if !accumulate && !self.tiled {
-            dx.fill(0.0);
+        if !accumulate {
+            match &self.uncovered {
+                Some(positions) => {
+                    for at in positions {
+                        dx[at * self.channels..(at + 1) * self.channels].fill(0.0);
+                    }
+                }
+                None => dx.fill(0.0),
+            }
         }
-        give_to_winners(self, &taken[..len], &dy[..len], dx, accumulate || !self.tiled);
+        let add = accumulate || self.uncovered.is_none();
+        give_to_winners(self, &taken[..len], &dy[..len], dx, add);
     }
 }
 

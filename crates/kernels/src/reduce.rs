@@ -1,17 +1,29 @@
 //! Sums over the rows of one image (rows × channels).
 
+use crate::fold::Fold;
 use crate::simd::{Simd, at_level};
 use crate::view::{Rectifier, View, load, rectified_gradient, store};
 
+/// Adds each channel's sum.
+pub fn add_columns(channels: usize, x: &[f32], sums: &mut [f32]) {
+    let mut rest = 0;
+    if let Some(fold) = Fold::new(channels) {
+        rest = fold.whole(x.len());
+        let mut wide = fold.zeros();
+        columns(fold.channels(), &x[..rest], &mut wide);
+        fold.add_up(&wide, sums);
+    }
+    columns(channels, &x[rest..], sums);
+}
+
 at_level! {
-    /// Adds each channel's sum.
-    pub fn add_columns(channels: usize, x: &[f32], sums: &mut [f32]) = add_columns_at
+    fn columns(channels: usize, x: &[f32], sums: &mut [f32]) = columns_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn add_columns_at<S: Simd>(channels: usize, x: &[f32], sums: &mut [f32]) {
+unsafe fn columns_at<S: Simd>(channels: usize, x: &[f32], sums: &mut [f32]) {
     assert_eq!(sums.len(), channels);
     let mut c = 0;
     while c < channels {
@@ -36,9 +48,20 @@ unsafe fn add_columns_at<S: Simd>(channels: usize, x: &[f32], sums: &mut [f32]) 
     }
 }
 
+/// Adds each channel's sum of squared deviations from `mean`.
+pub fn add_squared_deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) {
+    let mut rest = 0;
+    if let Some(fold) = Fold::new(channels) {
+        rest = fold.whole(x.len());
+        let mut wide = fold.zeros();
+        deviations(fold.channels(), &x[..rest], &fold.repeat(mean), &mut wide);
+        fold.add_up(&wide, sums);
+    }
+    deviations(channels, &x[rest..], mean, sums);
+}
+
 at_level! {
-    /// Adds each channel's sum of squared deviations from `mean`.
-    pub fn add_squared_deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) = deviations_at
+    fn deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) = deviations_at
 }
 
 /// # Safety
@@ -99,6 +122,28 @@ pub fn add_gradient_sums(
 ) {
     let ones = [];
     let (scale, shift) = view.affine.unwrap_or((&ones, &ones));
+    let mut rest = 0;
+    if let Some(fold) = Fold::new(channels) {
+        rest = fold.whole(x.len());
+        let (mut wide, mut deviations) = (fold.zeros(), fold.zeros());
+        let (scale, shift, mean) = (fold.repeat(scale), fold.repeat(shift), fold.repeat(mean));
+        let (x, dy) = (&x[..rest], &dy[..rest]);
+        let (wide_sums, wide_deviations) = (&mut wide, &mut deviations);
+        gradient_sums(
+            fold.channels(),
+            x,
+            &scale,
+            &shift,
+            view.rectifier,
+            dy,
+            &mean,
+            wide_sums,
+            wide_deviations,
+        );
+        fold.add_up(&wide, sums);
+        fold.add_up(&deviations, deviation_sums);
+    }
+    let (x, dy) = (&x[rest..], &dy[rest..]);
     gradient_sums(channels, x, scale, shift, view.rectifier, dy, mean, sums, deviation_sums);
 }
 

@@ -3,6 +3,7 @@
 //! Normalised and rectified values are never stored. Whoever reads a convolution's output applies the
 //! view on the way, and the gradient comes back the same way.
 
+use crate::fold::Fold;
 use crate::simd::{Simd, at_level};
 
 /// Runs `$body` for the vectors of one row: `$c` is the first channel, `$n` the number of lanes. A macro,
@@ -78,7 +79,15 @@ impl View<'_> {
             (None, Rectifier::None) => y.copy_from_slice(x),
             (None, Rectifier::Relu) => crate::pointwise::relu(x, y),
             (None, Rectifier::Relu6) => crate::activation::relu6(x, y),
-            (Some((scale, shift)), rectifier) => affine(channels, x, scale, shift, rectifier, y),
+            (Some((scale, shift)), rectifier) => {
+                let mut rest = 0;
+                if let Some(fold) = Fold::new(channels) {
+                    rest = fold.whole(x.len());
+                    let (scale, shift) = (fold.repeat(scale), fold.repeat(shift));
+                    affine(fold.channels(), &x[..rest], &scale, &shift, rectifier, &mut y[..rest]);
+                }
+                affine(channels, &x[rest..], scale, shift, rectifier, &mut y[rest..]);
+            }
         }
     }
 }

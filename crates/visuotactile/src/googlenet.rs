@@ -6,9 +6,10 @@
 //!
 //! # Departures
 //! torchvision's, whose checkpoints are what users have: batch norm (ε 0.001) in place of response
-//! normalisation, and 3×3 where the paper has 5×5. The two auxiliary heads are off by default, because training
-//! takes networks with one output: `aux` adds them as the outputs `aux1` and `aux2`. torchvision shifts the images of its pretrained network to mean and deviation
-//! 0.5; here, scaling images is the encoding's business.
+//! normalisation, and 3×3 where the paper has 5×5. The two auxiliary heads, which count 0.3 each in training, are
+//! off by default: `aux` adds them as the outputs `aux1` and `aux2`. torchvision's own checkpoint holds them.
+//! torchvision shifts the images of its pretrained network to mean and deviation 0.5; here, scaling images is the
+//! encoding's business.
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, BATCH_NORM_MOMENTUM, Conv, Fill, Flow, Graph, Network, Pool, Result};
@@ -32,6 +33,8 @@ const ROWS: [Row; 9] = [
 /// Auxiliary heads and the blocks that they read.
 const HEADS: [(&str, &str); 2] = [("aux1", "4a"), ("aux2", "4d")];
 const AUXILIARY_DROPOUT: f32 = 0.7;
+/// Section 5: what the loss of each counts beside that of the logits.
+const AUXILIARY_WEIGHT: f32 = 0.3;
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`; with `aux` also `aux1` and `aux2`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,7 +50,7 @@ pub struct GoogLeNetConfig {
     pub width: usize,
     /// Share of the features dropped in training, in 0..1.
     pub dropout: f32,
-    /// Whether the auxiliary heads are there.
+    /// Whether the auxiliary heads are there; their loss counts 0.3 each.
     pub aux: bool,
 }
 
@@ -91,7 +94,7 @@ impl Architecture for GoogLeNetConfig {
         let features = x.global_average_pool().dropout(dropout);
         let mut outputs = vec![("logits", features.linear("fc", classes))];
         outputs.extend(heads);
-        net.finish(&outputs)
+        net.finish_weighted(&outputs, &[1.0, AUXILIARY_WEIGHT, AUXILIARY_WEIGHT][..outputs.len()])
     }
 }
 

@@ -92,5 +92,5 @@ fn block(x: &Flow, name: &str, filters: usize, kernel: usize, stride: usize, exp
     let inner = conv_bn(x, name, 0, Conv::new(wide, 1)).relu();
     let inner = conv_bn(&inner, name, 3, depthwise).relu();
     let y = conv_bn(&inner, name, 6, Conv::new(filters, 1));
-    if stride == 1 && channels == filters { x.add(&y) } else { y }
+    if stride == 1 && channels == filters { y.add(x) } else { y }
 }

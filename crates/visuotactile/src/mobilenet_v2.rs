@@ -137,7 +137,7 @@ impl Block {
             (conv_bn(&inner, &name("1.0"), &name("1.1"), depthwise), name("2"), name("3"))
         };
         let y = inner.conv(&project, Conv::new(filters, 1).no_bias()).batch_norm(&norm);
-        if stride == 1 && channels == filters { x.add(&y) } else { y }
+        if stride == 1 && channels == filters { y.add(x) } else { y }
     }
 }
 

@@ -5,7 +5,8 @@
 //! 18–139 shared, 140–154 per stream; 11,652 KB in place of 16,644 KB.
 //!
 //! # Departures
-//! Without dropout, for prediction only, as the paper. The switch looks at the standardised channels, which are
+//! Without dropout. The paper stitches it from two trained networks and only predicts with it (`taxel stitch`);
+//! trained directly, the losses of both outputs add up. The switch looks at the standardised channels, which are
 //! constant where the raw ones are; "zero variance" is taken exactly, largest value = smallest, and per sample.
 //! Where both streams are lit their features add up, which the paper leaves open.
 

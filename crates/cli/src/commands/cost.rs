@@ -12,8 +12,9 @@ use crate::text;
 
 /// Output shape, parameters, bytes, MACs, FLOPs and activation memory per layer and in total.
 ///
-/// A MAC is one multiply-accumulate of a convolution or linear layer; FLOPs are 2 MACs plus one addition
-/// per bias and output value. Everything is for one sample in 32-bit floats.
+/// A MAC is one multiply-accumulate of a convolution, linear or recurrent layer; FLOPs are 2 MACs plus one
+/// addition per bias and output value. Everything is for one sample in 32-bit floats. Layers are numbered as
+/// ranges to freeze count them, dropout left out: MATLAB's numbers in mobilenet-v2.
 #[derive(Args)]
 #[command(after_help = "Example:  taxel cost hybrid-resvgg --set classes=28")]
 pub struct Cost {
@@ -38,9 +39,9 @@ impl Cost {
                     "macs": cost.macs, "flops": cost.flops, "activation_bytes": cost.activation_bytes(),
                 })
             };
-            let layers = graph.nodes().iter().map(|node| {
+            let layers = graph.layers().map(|(number, node)| {
                 json!({
-                    "name": node.name, "operation": node.op.kind(), "shape": node.shape,
+                    "number": number, "name": node.name, "operation": node.op.kind(), "shape": node.shape,
                     "cost": object(node.cost()),
                 })
             });
@@ -49,8 +50,9 @@ impl Cost {
             println!("{}", serde_json::to_string_pretty(&all)?);
             return Ok(ExitCode::SUCCESS);
         }
-        let row = |name: &str, kind: &str, shape: String, cost: taxel_graph::Cost| {
+        let row = |number: Option<usize>, name: &str, kind: &str, shape: String, cost: taxel_graph::Cost| {
             vec![
+                number.map_or(String::new(), |number| number.to_string()),
                 name.into(),
                 kind.into(),
                 shape,
@@ -62,13 +64,13 @@ impl Cost {
             ]
         };
         let mut rows: Vec<Vec<String>> = vec![];
-        for node in graph.nodes() {
-            rows.push(row(&node.name, node.op.kind(), text::shape(&node.shape), node.cost()));
+        for (number, node) in graph.layers() {
+            rows.push(row(number, &node.name, node.op.kind(), text::shape(&node.shape), node.cost()));
         }
-        rows.push(row("total", "", String::new(), total));
+        rows.push(row(None, "total", "", String::new(), total));
         let header =
-            ["layer", "operation", "output", "parameters", "bytes", "MACs", "FLOPs", "activation bytes"];
-        print!("{}", text::table(&header, &rows, &[3, 4, 5, 6, 7]));
+            ["", "layer", "operation", "output", "parameters", "bytes", "MACs", "FLOPs", "activation bytes"];
+        print!("{}", text::table(&header, &rows, &[0, 4, 5, 6, 7, 8]));
         let inputs = graph.nodes().iter().filter(|n| n.op == Op::Input).map(|n| n.name.as_str());
         println!(
             "\nBytes count parameters and batch-norm statistics. Inputs: {}.",

@@ -11,13 +11,15 @@ use taxel_engine::{Engine, Mode, Options};
 use crate::Outcome;
 use crate::arrays::write_npy;
 
-/// Evaluation-mode logits of a batch from named weights.
+/// Evaluation-mode logits of a batch from named weights, or with --at what a node computes: features.
 ///
 /// Inputs come in the order of the network's inputs (`taxel zoo`), batch axis first. Weights are
 /// `.safetensors` or a PyTorch `state_dict` (`.pth`); missing, extra and misshaped tensors are refused.
 #[derive(Args)]
 #[command(after_help = "Example:  taxel forward --model hybrid-resvgg --weights w.safetensors \\
-              --input signal.npy --input image.npy --output logits.npy")]
+              --input signal.npy --input image.npy --output logits.npy\n          \
+              taxel forward --model vgg16 --set classes=1000 --weights vgg16.pth --at classifier.3/relu \\
+                --input images.npy --output features.npy")]
 pub struct Forward {
     /// Network name, see `taxel zoo`.
     #[arg(long)]
@@ -28,12 +30,15 @@ pub struct Forward {
     /// One `.npy` per input, [N, ...].
     #[arg(long, required = true)]
     input: Vec<PathBuf>,
-    /// Where the logits [N, classes] go; with several outputs, each goes to NAME.<output>.npy.
+    /// Where the logits [N, classes] (features [N, ...]) go; with several outputs, each goes to NAME.<output>.npy.
     #[arg(long)]
     output: PathBuf,
     /// What computes: taxel's own CPU engine or candle.
     #[arg(long, value_enum, default_value = "native")]
     backend: Backend,
+    /// The node, or the block, whose output is wanted in place of the logits; `taxel cost` lists them.
+    #[arg(long, value_name = "NODE")]
+    at: Option<String>,
     /// A configuration value in place of the paper's: key=value.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -56,6 +61,14 @@ impl Forward {
         let graph = taxel_zoo::find(&self.model)?.graph(&super::settings(&self.set)?)?;
         let (weights, _) = checkpoint::read(&self.weights)?;
         weights.check(&graph).map_err(|e| format!("{}: {e}", self.weights.display()))?;
+        let (graph, weights) = match &self.at {
+            Some(node) => {
+                let part = graph.cut(node)?;
+                let weights = weights.only(&part);
+                (part, weights)
+            }
+            None => (graph, weights),
+        };
         let shapes: Vec<_> = graph.inputs().collect();
         if self.input.len() != shapes.len() {
             let names: Vec<&str> = shapes.iter().map(|n| n.name.as_str()).collect();
@@ -92,7 +105,8 @@ impl Forward {
                     Engine::new(&graph, &weights, Options { batch, threads, ..Options::default() })?;
                 for from in (0..samples).step_by(CHUNK) {
                     let n = CHUNK.min(samples - from);
-                    keep("logits", engine.forward(&slices(from, n), n, Mode::Eval)?);
+                    engine.forward(&slices(from, n), n, Mode::Eval)?;
+                    engine.outputs().for_each(|(name, values)| keep(name, values));
                 }
             }
             Backend::Candle => {
@@ -106,11 +120,11 @@ impl Forward {
             }
         }
         let several = outputs.len() > 1;
-        for (name, values) in outputs {
+        for ((name, values), (_, id)) in outputs.into_iter().zip(graph.outputs()) {
             let path =
                 if several { self.output.with_extension(format!("{name}.npy")) } else { self.output.clone() };
-            let columns = values.len() / samples;
-            write_npy(&path, &ArrayD::from_shape_vec(IxDyn(&[samples, columns]), values)?)?;
+            let shape = [&[samples], graph.nodes()[*id].shape.as_slice()].concat();
+            write_npy(&path, &ArrayD::from_shape_vec(IxDyn(&shape), values)?)?;
         }
         Ok(ExitCode::SUCCESS)
     }

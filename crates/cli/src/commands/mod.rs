@@ -6,6 +6,7 @@ pub mod encode;
 pub mod forward;
 pub mod run;
 pub mod simulate;
+pub mod stitch;
 pub mod zoo;
 
 use taxel_zoo::Settings;

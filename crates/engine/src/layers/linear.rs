@@ -16,7 +16,7 @@ pub(super) struct Linear {
     inputs: usize,
     outputs: usize,
     bias: bool,
-    /// Inputs × samples and outputs × samples, where there are many weights.
+    /// Inputs × samples and outputs × samples, in the order that suits a product, where there are many weights.
     turned: [Vec<f32>; 2],
 }
 
@@ -59,6 +59,31 @@ impl Linear {
             few_rows(yt, n, weight, xt, bias);
         });
         layout::transpose(outputs, n, yt, y, false);
+    }
+
+    /// `dx = dy W`, columns after columns: every weight is read once.
+    fn backward_input_in_columns(
+        &mut self,
+        threads: &Threads,
+        n: usize,
+        params: &[f32],
+        dy: &[f32],
+        dx: &mut [f32],
+    ) {
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let dy = Matrix::new(&dy[..n * outputs], n, outputs);
+        let most = inputs.div_ceil(PIECES);
+        let columns = &mut self.turned[0][..inputs * n];
+        threads.each(columns, most * n, |piece, columns| {
+            let count = columns.len() / n;
+            let weight = Matrix::strided(&params[piece * most..inputs * outputs], outputs, count, inputs);
+            few_rows(columns, count, dy, weight, false);
+        });
+        for (sample, dx) in dx.chunks_exact_mut(inputs).enumerate() {
+            for (piece, dx) in dx.chunks_mut(most).enumerate() {
+                dx.copy_from_slice(&columns[piece * most * n + sample * dx.len()..][..dx.len()]);
+            }
+        }
     }
 
     fn weight<'a>(&self, params: &'a [f32]) -> Matrix<'a> {
@@ -104,13 +129,16 @@ impl BatchLayer for Linear {
                 product(dweight, layer.inputs, dy.t(), x, false);
             });
         }
-        if let Some(dx) = dx {
-            let rows = n.div_ceil(PIECES);
-            threads.each(dx, rows * layer.inputs, |piece, dx| {
-                let count = dx.len() / layer.inputs;
-                let dy = &dy[piece * rows * layer.outputs..][..count * layer.outputs];
-                product(dx, layer.inputs, Matrix::new(dy, count, layer.outputs), layer.weight(params), false);
-            });
+        let Some(dx) = dx else { return };
+        if self.has_many() {
+            return self.backward_input_in_columns(threads, n, params, dy, dx);
         }
+        let rows = n.div_ceil(PIECES);
+        threads.each(dx, rows * layer.inputs, |piece, dx| {
+            let count = dx.len() / layer.inputs;
+            let dy = &dy[piece * rows * layer.outputs..][..count * layer.outputs];
+            let dy = Matrix::new(dy, count, layer.outputs);
+            matmul(dx, layer.inputs, dy, layer.weight(params), false);
+        });
     }
 }

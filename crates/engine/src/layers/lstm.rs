@@ -87,7 +87,7 @@ impl BatchLayer for Lstm {
                 let (dih, rest) = dparams.split_at_mut(4 * hidden * channels);
                 let (dhh, rest) = rest.split_at_mut(4 * hidden * hidden);
                 let (dbias, again) = rest.split_at_mut(4 * hidden);
-                sizes.backward_weights(x, trace, dih, dhh, dbias);
+                sizes.backward_weights(dy.len() / hidden, trace, dih, dhh, dbias);
                 again.copy_from_slice(dbias);
             }
             if wanted {

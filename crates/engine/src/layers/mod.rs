@@ -13,6 +13,7 @@ mod lstm;
 mod pool;
 mod scale;
 mod simple;
+mod streams;
 
 use taxel_graph::{Activation, DropoutMask, Graph, Node, Op, Window};
 use taxel_kernels::{Buffer, View, Window3, adaptive_pool::AdaptivePool};
@@ -118,6 +119,9 @@ pub(crate) trait Layer: Send + Sync {
     /// What all samples' forward passes share, from the parameters.
     fn pack(&self, _params: &[f32], _packed: &mut Vec<f32>) {}
 
+    /// What both passes need of the values that are not learned, kept with what is packed.
+    fn keep(&self, _buffers: &[f32], _packed: &mut Vec<f32>) {}
+
     /// What all samples' backward passes share, from the parameters.
     fn prepare(&self, _params: &[f32], _prepared: &mut Vec<f32>) {}
 
@@ -198,12 +202,12 @@ pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize) -> Option<Ba
     })
 }
 
-/// The layer of `node`; `None` for inputs, for what takes the whole batch, and for what the engine refuses.
+/// The layer of `node`; `None` for inputs and for what takes the whole batch.
 pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     let (channels, len) = (node.shape[0], node.shape.iter().product());
     Some(match &node.op {
-        Op::Input | Op::Linear { .. } | Op::Lstm { .. } | Op::Standardize | Op::SwitchScale => return None,
+        Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
         Op::Conv { window, groups, bias } => {
             let window = window3(window, &input(0).shape);
             Box::new(conv::Conv::new(window, input(0).shape[0], node.shape[0], *groups, *bias))
@@ -245,6 +249,11 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             Box::new(adaptive_pool::AdaptiveAveragePool { pool })
         }
         Op::Scale => Box::new(scale::Scale { channels, len }),
+        Op::Standardize => Box::new(streams::Standardize { channels, len }),
+        Op::SwitchScale => {
+            let stream = &input(1).shape;
+            Box::new(streams::SwitchScale { channels, len, stream: [stream[0], stream.iter().product()] })
+        }
         &Op::ChannelShuffle { groups } => Box::new(channels::ChannelShuffle { channels, groups, len }),
         &Op::Slice { start, len: width } => {
             let channels = input(0).shape[0];
