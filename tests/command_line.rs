@@ -39,10 +39,11 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-fn write_npy(path: &Path, shape: &[u64], values: &[f32]) {
+fn write_npy(path: &Path, shape: &[usize], values: &[f32]) {
     use npyz::WriterBuilder;
     let file = fs::File::create(path).unwrap();
-    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(file).begin_nd().unwrap();
+    let shape: Vec<u64> = shape.iter().map(|&size| size as u64).collect();
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd().unwrap();
     writer.extend(values.iter().copied()).unwrap();
     writer.finish().unwrap();
 }
@@ -58,8 +59,7 @@ impl Case {
         let folder = tempfile::tempdir().unwrap();
         let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
         for (node, x) in graph.inputs().zip(twin.inputs(&graph, 500)) {
-            let mut shape = vec![twin.batch as u64];
-            shape.extend(node.shape.iter().map(|&s| s as u64));
+            let shape = [&[twin.batch], &node.shape[..]].concat();
             write_npy(&folder.path().join(format!("{}.npy", node.name)), &shape, &x);
         }
         let case = Case { folder, twin, graph };

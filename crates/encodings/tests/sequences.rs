@@ -176,6 +176,10 @@ fn the_judge_fires_beyond_its_thresholds_and_not_on_them() {
     assert!(!judge.touches(100.0, 110.0) && judge.touches(100.0, 110.1));
     assert!(!judge.touches(100.0, 90.1) && judge.touches(100.0, 89.9));
     assert!(!judge.touches(0.0, 50.0), "a dead channel touches nothing");
+    // A slow drift to twice the rest is no contact: neighbours are compared.
+    let drift =
+        Array3::from_shape_fn((2, 23, 200), |(_, value, tick)| 1000.0 + 0.25 * (tick * 22 + value) as f32);
+    assert!(matches!(judge.onset(drift.view()), Err(Error::NoContact { .. })));
 }
 
 #[test]

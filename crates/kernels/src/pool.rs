@@ -290,4 +290,30 @@ mod tests {
         assert!(y[1].is_nan() && taken[1] == 2.0, "NaN wins over 5");
         assert!(y[2].is_nan() && taken[2] == 0.0, "NaN stays although larger values follow");
     }
+
+    /// Overlapping windows, and ones that leave a column out.
+    #[test]
+    fn gradients_are_written_or_added() {
+        let apart = Window3 {
+            input: [1, 1, 5],
+            output: [1, 1, 2],
+            kernel: [1, 1, 2],
+            stride: [1, 1, 2],
+            before: [0; 3],
+        };
+        let cases =
+            [(WINDOW, vec![1.0, 10.0, 0.0, 0.0, 100.0, 0.0]), (apart, vec![1.0, 0.0, 10.0, 0.0, 0.0])];
+        let x = [1.0, 1.0, 1.0, 0.0, 2.0, 2.0];
+        for (window, want) in cases {
+            let pool = MaxPool::new(&window, 1);
+            let (mut y, mut taken) = (vec![0.0; pool.output_len()], vec![0.0; pool.output_len()]);
+            pool.forward(&View::default(), &x[..want.len()], &mut y, &mut taken);
+            let dy = [1.0, 10.0, 100.0];
+            let mut dx = vec![7.0; want.len()];
+            pool.backward(&taken, &dy[..y.len()], &mut dx, false);
+            assert_eq!(dx, want, "written");
+            pool.backward(&taken, &dy[..y.len()], &mut dx, true);
+            assert_eq!(dx, want.iter().map(|v| 2.0 * v).collect::<Vec<f32>>(), "added");
+        }
+    }
 }

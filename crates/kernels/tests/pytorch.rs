@@ -114,6 +114,27 @@ fn lstm_and_every_gradient() {
 }
 
 #[test]
+fn lstm_forgets_a_batch_of_another_size() {
+    let lstm = Lstm { channels: 2, steps: 3, hidden: 5 };
+    let value = |i: usize| ((i * 29 + 3) % 17) as f32 / 17.0 - 0.5;
+    let numbers = |count: usize| (0..count).map(value).collect::<Vec<f32>>();
+    let (ih, hh, bias, x) = (numbers(40), numbers(100), numbers(20), numbers(4 * 6));
+    let weights = Weights { ih: &ih, hh: &hh, bias_ih: &bias, bias_hh: &bias };
+    let pass = |trace: &mut Trace, n: usize| {
+        let (mut y, mut dih, mut dhh, mut dbias) =
+            (vec![0.0; n * 5], vec![0.0; 40], vec![0.0; 100], vec![0.0; 20]);
+        lstm.forward(&x[..n * 6], &weights, trace, &mut y);
+        lstm.backward_gates(&vec![1.0; n * 5], &weights, trace);
+        lstm.backward_weights(n, trace, &mut dih, &mut dhh, &mut dbias);
+        [y, dih, dhh, dbias]
+    };
+    let mut used = Trace::new(&lstm, 4);
+    for n in [2, 4, 1, 3] {
+        assert_eq!(pass(&mut used, n), pass(&mut Trace::new(&lstm, 4), n), "{n} after others");
+    }
+}
+
+#[test]
 fn lstm_lets_nan_through() {
     let lstm = Lstm { channels: 1, steps: 3, hidden: 2 };
     let (ih, hh, bias) = ([0.5; 8], [0.5; 16], [0.1; 8]);

@@ -163,6 +163,7 @@ impl Fingertip {
             channel_names: FINGERS.map(String::from).to_vec(),
             unit: "ADC counts",
             full_scale: FULL_SCALE as f32,
+            rest: vec![0.0],
             truth,
             attributes: None,
         })

@@ -154,10 +154,17 @@ impl Gripper {
             channel_names: vec!["left".into(), "right".into()],
             unit: "bits",
             full_scale: CONVERTER.get() as f32,
+            rest: [rest(), rest()].concat(),
             truth: columns(&TRUTH, &truth),
             attributes: Some(attributes),
         })
     }
+}
+
+/// One finger's channels at rest: DC, then AC. Sessions differ by a few bits.
+fn rest() -> Vec<f32> {
+    let ac = std::iter::repeat_n(AC_OFFSET.get() as f32, BURST.get() as usize);
+    std::iter::once(DC_OFFSET.get() as f32).chain(ac).collect()
 }
 
 fn grasp(world: &World, i: usize, session: usize, object: &Object, recording: &mut [f32]) -> Vec<f64> {

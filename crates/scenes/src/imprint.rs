@@ -192,6 +192,7 @@ impl Imprint {
             channel_names: Vec::new(),
             unit: "closeness",
             full_scale: 1.0,
+            rest: vec![0.0],
             truth,
             attributes: None,
         })

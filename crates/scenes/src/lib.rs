@@ -59,6 +59,8 @@ pub struct Scene {
     pub unit: &'static str,
     /// The largest possible reading; the smallest is 0.
     pub full_scale: f32,
+    /// Readings without contact: one for all, or one per channel.
+    pub rest: Vec<f32>,
     /// True physical values by name, one per sample.
     pub truth: Vec<(String, Vec<f32>)>,
     /// Labels of scenes with more than one attribute.
@@ -77,7 +79,7 @@ pub struct Attributes {
 impl Scene {
     /// Range and axes of the readings, as [`faults`] need them.
     pub fn sensor(&self) -> Sensor {
-        Sensor::new(self.layout, self.full_scale)
+        Sensor { rest: self.rest.clone(), ..Sensor::new(self.layout, self.full_scale) }
     }
 
     /// Breaks every sample by one fault; see [`Fault::apply`].

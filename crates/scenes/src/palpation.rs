@@ -184,6 +184,7 @@ impl Palpation {
             channel_names: Vec::new(),
             unit: "8-bit counts, 255 = 34 kPa",
             full_scale: LEVELS.get() as f32,
+            rest: vec![0.0],
             truth: columns(&TRUTH, &truth),
             attributes: None,
         })

@@ -288,6 +288,10 @@ fn crosstalk_gives_the_stated_share_to_the_neighbours() {
         let y = broken(Fault::Crosstalk, &fingers, &Sensor::new(Layout::Fingers, FULL), severity, 0);
         assert!((y[[0, 1, 0]] - 50.0 * share).abs() < 1e-3);
         assert!(y.index_axis(Axis(0), 1).iter().all(|&v| v == 0.0), "fingers do not bleed into each other");
+        let offsets: Vec<f32> = vec![200.0, 50.0, 0.0];
+        let idle = Array2::from_shape_fn((3, 4), |(c, _)| offsets[c]).into_dyn();
+        let sensor = Sensor { rest: offsets, ..Sensor::new(Layout::Series, FULL) };
+        assert_eq!(broken(Fault::Crosstalk, &idle, &sensor, severity, 0), idle, "offsets do not bleed");
     }
 }
 
@@ -497,4 +501,36 @@ fn names_are_read_back() {
     }
     let error = "rust".parse::<Fault>().unwrap_err().to_string();
     assert!(error.starts_with("there is no fault `rust`; known: noise, quantisation, "), "{error}");
+}
+
+#[test]
+fn every_scene_can_be_broken_and_knows_its_rest() {
+    for name in taxel_scenes::names() {
+        let clean = taxel_scenes::simulate(name, 2, 0, &[]).unwrap();
+        assert_eq!(clean.x.ndim(), 1 + clean.layout.axes(), "{name}");
+        for fault in Fault::ALL.into_iter().filter(|fault| fault.applicable(clean.layout)) {
+            let mut broken = clean.clone();
+            broken.corrupt(fault, 5, 0).unwrap();
+            assert_eq!(broken.x.shape(), clean.x.shape());
+            assert!(broken.x.iter().all(|v| (0.0..=clean.full_scale).contains(v)), "{name} {fault}");
+        }
+        let mut dead = clean.clone();
+        dead.corrupt(Fault::DeadLine, 1, 0).unwrap();
+        // What dies reads as it did before contact, give or take noise and a session's offset.
+        let changed = dead.x.iter().zip(&clean.x).filter(|(dead, clean)| dead != clean);
+        let rests = dead.sensor().rest;
+        assert!(
+            changed.clone().count() > 0 && changed.clone().all(|(dead, _)| rests.contains(dead)),
+            "{name}"
+        );
+    }
+    let gripper = taxel_scenes::simulate("gripper", 3, 0, &[]).unwrap();
+    let first = gripper.x.index_axis(Axis(0), 0);
+    let gaps = first
+        .index_axis(Axis(2), 0)
+        .iter()
+        .zip(&gripper.rest)
+        .map(|(v, rest)| (v - rest).abs())
+        .collect::<Vec<_>>();
+    assert!(gaps.iter().all(|&gap| gap < 60.0), "rest is what a finger reads before contact: {gaps:?}");
 }

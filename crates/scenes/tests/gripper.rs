@@ -178,6 +178,21 @@ fn every_removable_effect_changes_the_readings() {
 }
 
 #[test]
+fn every_random_effect_is_another_in_every_grasp() {
+    for effect in ["delay", "motor", "placement", "offset", "noise"] {
+        let scene = simulate(GRIPPER, 34, 9, &only(&[effect])).unwrap();
+        // The first 0.4 s are before contact, the hold is after it: the same object, sessions 0 and 1.
+        let differs = |from: usize, to: usize| {
+            let (a, b) = (finger(&scene, 3, 0), finger(&scene, 33, 0));
+            (from..to).any(|t| a.column(t) != b.column(t))
+        };
+        let after = truth(&scene, "peak_force_left_n")[3] != truth(&scene, "peak_force_left_n")[33];
+        let at_rest = ["motor", "offset", "noise"].contains(&effect);
+        assert_eq!((differs(0, 39), after || at_rest), (at_rest, true), "{effect}");
+    }
+}
+
+#[test]
 fn chosen_objects_have_the_levels_that_they_have() {
     let objects = ["tennis", "mask", "metal column", "rubber"].map(String::from).to_vec();
     let scene = Gripper { objects: Some(objects), sessions: 2 }.simulate(8, 0, &[]).unwrap();

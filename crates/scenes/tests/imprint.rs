@@ -42,7 +42,8 @@ fn classes_and_objects_take_turns_and_readings_are_in_range() {
 
 #[test]
 fn a_sample_depends_on_seed_and_index_and_not_on_how_many_there_are() {
-    let imprints = Imprint { view: 12, ..small() };
+    let folder = eggs();
+    let imprints = Imprint { view: 12, ..folder.scene() };
     let (few, many) = (imprints.simulate(9, 5, &[]).unwrap(), imprints.simulate(40, 5, &[]).unwrap());
     assert_eq!(few, imprints.simulate(9, 5, &[]).unwrap());
     assert_eq!(few.x, many.x.slice_axis(Axis(0), Slice::from(..9)));
@@ -52,15 +53,16 @@ fn a_sample_depends_on_seed_and_index_and_not_on_how_many_there_are() {
     }
     assert_ne!(few.x, imprints.simulate(9, 6, &[]).unwrap().x);
     // The patch is the same whatever the resolution, and whether or not pictures are taken.
-    let fine = Imprint { elements: 32, ..small() }.simulate(9, 5, &[]).unwrap();
+    let fine = Imprint { elements: 32, ..folder.scene() }.simulate(9, 5, &[]).unwrap();
     let points = |scene: &Scene| truth(scene, "point_x_mm").to_vec();
     assert_eq!(points(&few), points(&fine));
 }
 
 #[test]
 fn without_spin_only_the_turn_is_gone() {
-    let (with, without) =
-        (small().simulate(30, 2, &[]).unwrap(), small().simulate(30, 2, &["spin".into()]).unwrap());
+    let scene = eggs();
+    let with = scene.scene().simulate(30, 2, &[]).unwrap();
+    let without = scene.scene().simulate(30, 2, &["spin".into()]).unwrap();
     assert_eq!(truth(&with, "point_y_mm")[..6], truth(&without, "point_y_mm")[..6]);
     assert!(truth(&without, "spin_deg").iter().all(|&spin| spin == 0.0));
     assert!(truth(&with, "spin_deg").iter().any(|&spin| spin > 180.0));
@@ -127,6 +129,14 @@ fn ball(rings: usize, radius: f64) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
     (vertices, triangles.collect())
 }
 
+/// Two classes of longish balls, of no symmetry about any normal.
+fn eggs() -> Meshes {
+    let (mut vertices, triangles) = ball(14, 1.0);
+    vertices.iter_mut().for_each(|v| *v = [v[0] + 0.2 * v[2] * v[2], 0.6 * v[1], 0.4 * v[2]]);
+    let egg = off(&vertices, &triangles);
+    Meshes::new().add("hen.off", &egg).add("duck.off", &egg)
+}
+
 fn off(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> String {
     let mut text = format!("OFF # comment\n{} {} 0\n", vertices.len(), triangles.len());
     vertices.iter().for_each(|[x, y, z]| writeln!(text, "{x} {y} {z}").unwrap());
@@ -155,7 +165,7 @@ fn stl_text(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> String {
 
 /// Binary, with the header that confuses readers.
 fn stl_binary(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Vec<u8> {
-    let mut bytes = b"solid written by a CAD program".to_vec();
+    let mut bytes = b"solid written by a CAD program\n".to_vec();
     bytes.resize(80, b' ');
     bytes.extend((triangles.len() as u32).to_le_bytes());
     for t in triangles {
@@ -204,6 +214,7 @@ fn every_format_and_either_winding_feel_the_same() {
     let others = [
         ("ball.off", off(&vertices, &triangles).into()),
         ("ball.STL", stl_text(&vertices, &triangles).into()),
+        ("anonymous.stl", stl_text(&vertices, &triangles).replacen("solid ball", "solid", 1).into()),
         ("ball.stl", stl_binary(&vertices, &triangles)),
     ];
     for (name, content) in others {
@@ -242,6 +253,16 @@ fn one_file_per_class_will_do() {
     let scene = folder.add("notes.txt", "by hand").add(".hidden", "").scene().simulate(4, 0, &[]).unwrap();
     assert_eq!(scene.class_names, ["ball", "cone"]);
     assert_eq!(scene.group, [0, 1, 0, 1]);
+}
+
+#[test]
+fn the_objects_of_a_class_take_turns_however_many_there_are() {
+    let sheet = "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+    let names = ["a/1.off", "a/2.off", "b/1.off", "b/2.off", "b/3.off"];
+    let folder = names.into_iter().fold(Meshes::new(), |folder, name| folder.add(name, sheet));
+    let scene = folder.scene().simulate(8, 0, &[]).unwrap();
+    assert_eq!(scene.y, [0, 1, 0, 1, 0, 1, 0, 1]);
+    assert_eq!(scene.group, [0, 2, 1, 3, 0, 4, 1, 2]);
 }
 
 #[test]

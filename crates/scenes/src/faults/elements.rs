@@ -50,10 +50,14 @@ pub(super) fn dead_line(work: &mut Work, count: usize) {
     }
 }
 
-/// Every reading becomes `1 - share` of itself and `share` of the mean of its neighbours: the
-/// taxels above, below, left and right, or the channels before and after (of the same finger).
+/// What every reading has above rest becomes `1 - share` of itself and `share` of the mean of its
+/// neighbours': the taxels above, below, left and right, or the channels before and after (of the
+/// same finger).
 pub(super) fn crosstalk(work: &mut Work, share: f64) {
-    let (clean, share) = (work.x.clone(), share as f32);
+    let share = share as f32;
+    let rest: Vec<f32> = (0..work.elements()).map(|element| work.rest(element)).collect();
+    work.x.outer_iter_mut().zip(&rest).for_each(|(mut series, rest)| series -= *rest);
+    let clean = work.x.clone();
     for element in 0..work.elements() {
         let (row, column) = (element / work.columns, element % work.columns);
         let mut neighbours = Vec::with_capacity(4);
@@ -81,6 +85,7 @@ pub(super) fn crosstalk(work: &mut Work, share: f64) {
             series.scaled_add(each, &clean.row(neighbour));
         }
     }
+    work.x.outer_iter_mut().zip(&rest).for_each(|(mut series, rest)| series += *rest);
 }
 
 /// Makes `count` swaps of two channels, or of two rows or two columns of an array.

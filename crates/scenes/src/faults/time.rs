@@ -9,34 +9,22 @@ use super::work::Work;
 
 /// Unloading reads more than loading did, by `share` of the peak so far where it is most.
 ///
-/// A reading `u` (of the peak so far, above rest) becomes `u^g`: nothing changes at rest and at
-/// the peak, and between them the readings stay in order.
+/// A reading `u` (of the peak so far, above rest) becomes `u (1 + c) / (1 + c u)`: nothing changes
+/// at rest and at the peak, and between them the readings stay in order.
 pub(super) fn hysteresis(work: &mut Work, share: f64) {
-    let exponent = exponent(share);
+    // The curve is highest above u by (s - 1) / (s + 1), s being the root of 1 + c.
+    let c = ((1.0 + share) / (1.0 - share)).powi(2) - 1.0;
     for element in 0..work.elements() {
         let rest = f64::from(work.rest(element));
         let mut peak = 0.0f64;
         for reading in work.x.row_mut(element) {
             let above = f64::from(*reading) - rest;
             peak = peak.max(above.abs());
-            if above != 0.0 {
-                let held = peak * (above.abs() / peak).powf(exponent);
-                *reading = (rest + held.copysign(above)) as f32;
+            if above.abs() < peak {
+                *reading = (rest + above * (1.0 + c) / (1.0 + c * above.abs() / peak)) as f32;
             }
         }
     }
-}
-
-/// The exponent g in (0, 1) for which `u^g - u` is `share` at its largest.
-fn exponent(share: f64) -> f64 {
-    // Largest at u = g^(1 / (1 - g)), where it is (1 - g) g^(g / (1 - g)): falls as g grows.
-    let most = |g: f64| (1.0 - g) * g.powf(g / (1.0 - g));
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = (low + high) / 2.0;
-        if most(middle) > share { low = middle } else { high = middle }
-    }
-    high
 }
 
 /// Drops `share` of the frames, never the first; the last one that came is seen again instead.

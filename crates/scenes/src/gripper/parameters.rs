@@ -70,11 +70,11 @@ parameters! {
     SESSION_OFFSET: "offset", "DC and AC rest, per session and finger, SD", [3.0, 10.0], "bit",
         "atmospheric pressure: paper 004, section 3.2.3; the amount: assumed",
         "the same stop reading is another force";
-    TREMBLE: "noise", "trembling of the arm in AC, SD", [20.0], "bit", "biotac-pr2-hold6, within a hold",
+    TREMBLE: "noise", "trembling of the arm in AC, SD", [26.0], "bit", "biotac-pr2-hold6, within a hold",
         "slow, as in the recordings";
-    TREMBLE_CORNER: "noise", "its corner frequency", [2.5], "Hz",
+    TREMBLE_CORNER: "noise", "its corner frequency", [1.0], "Hz",
         "assumed, calibrated on biotac-pr2-hold6: 83 % of the power below 5 Hz", "slow, as in the recordings";
-    NOISE: "noise", "electronic noise of DC and AC, SD", [0.5, 3.0], "bit", ASSUMED, "readings are not exactly repeatable";
+    NOISE: "noise", "electronic noise of DC and AC, SD", [0.5, 1.7], "bit", "DC: assumed; AC: biotac-pr2-hold6, above 200 Hz", "readings are not exactly repeatable";
 }
 
 /// Effects that the scene works without.

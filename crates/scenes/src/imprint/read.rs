@@ -145,6 +145,10 @@ fn stl(mut bytes: Vec<u8>) -> Parts {
             bytes[..80].fill(0);
         }
     }
+    // The reader takes a text without a name for a binary file.
+    if bytes.starts_with(b"solid\n") || bytes.starts_with(b"solid\r") {
+        bytes.insert(5, b' ');
+    }
     let wrong = |error: std::io::Error| format!("not a readable STL file: {error}; export it again");
     let mut source = Cursor::new(bytes);
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());

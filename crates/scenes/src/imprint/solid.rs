@@ -9,8 +9,10 @@
 
 use super::vector::{Vector, add, dot, length, scale, sub};
 
-/// Cells along the longest side: 2 mm on an object of 200 mm.
-const CELLS: usize = 100;
+/// Cells along the longest side: under 2 mm on an object of 200 mm.
+const CELLS: usize = 120;
+/// Radius of the edges of flat parts: thin edges would come out ragged between the cells.
+const EDGE: f64 = 0.02;
 /// Cells along a side of the blocks that are skipped when the surface is far.
 const BLOCK: usize = 5;
 /// No distance changes by more than this over a unit.
@@ -186,8 +188,13 @@ impl Part {
                 let (along, from) = (sub(b, a), sub(point, a));
                 let share = (dot(from, along) / dot(along, along).max(1e-12)).clamp(0.0, 1.0);
                 let radius = radii[0] + share * (radii[1] - radii[0]);
-                let least = squash[0].min(squash[1]).min(squash[2]);
-                (length(sub(from, scale(along, share))) - radius) * least
+                let out = sub(from, scale(along, share));
+                if squash == [1.0; 3] {
+                    return length(out) - radius;
+                }
+                // Divided by its slope, the squashed distance is right near the surface.
+                let slope = length(wide(out)) / length(out).max(1e-12);
+                (length(out) - radius) / slope.max(1.0) - EDGE
             }
             Form::Slab { middle, half, round, raised } => {
                 let p = sub(point, middle);
@@ -203,7 +210,7 @@ impl Part {
     fn bounds(&self) -> (Vector, Vector) {
         match self.form {
             Form::Limb { a, b, radii, squash } => {
-                let reach = squash.map(|s| s * radii[0].max(radii[1]));
+                let reach = squash.map(|s| s * radii[0].max(radii[1]) + EDGE);
                 let low = [0, 1, 2].map(|i| a[i].min(b[i]) - reach[i]);
                 (low, [0, 1, 2].map(|i| a[i].max(b[i]) + reach[i]))
             }
@@ -278,6 +285,9 @@ impl Nets {
     fn vertex(&self, cell: [usize; 3], field: &[f64]) -> Option<Vector> {
         let corner = |bits: usize| [0, 1, 2].map(|axis| cell[axis] + (bits >> axis & 1));
         let values: [f64; 8] = std::array::from_fn(|bits| field[self.index(corner(bits))]);
+        if values.iter().all(|v| *v < 0.0) || values.iter().all(|v| *v >= 0.0) {
+            return None;
+        }
         let (mut sum, mut crossings) = ([0.0; 3], 0);
         for bits in 0..8 {
             for axis in 0..3 {
@@ -291,6 +301,6 @@ impl Nets {
                 }
             }
         }
-        (crossings > 0).then(|| add(self.start, scale(sum, self.cell / f64::from(crossings))))
+        Some(add(self.start, scale(sum, self.cell / f64::from(crossings))))
     }
 }

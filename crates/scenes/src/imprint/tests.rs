@@ -157,10 +157,25 @@ fn all_thirty_objects_are_closed_bodies_of_their_own() {
             let volume = volume(&vertices, &triangles);
             assert!(volume > 0.0, "{class}: inside out");
             let size = (vertices.len(), triangles.len());
-            assert!((2_000..80_000).contains(&size.1), "{class}: {size:?}");
+            assert!((2_000..150_000).contains(&size.1), "{class}: {size:?}");
             assert!(!seen.contains(&size), "{class}: two objects are the same");
             seen.push(size);
         }
     }
     assert_eq!(seen.len(), 30);
+}
+
+#[test]
+fn a_ray_through_an_edge_or_a_corner_meets_the_surface() {
+    // A sheet of 6 × 6 squares, each of two triangles; rays go through all corners and diagonals.
+    let at = |i: u32| i * 7;
+    let vertices = (0..49).map(|i| [f64::from(i % 7), f64::from(i / 7), 0.0]).collect();
+    let squares = (0..6).flat_map(|r| (0..6).map(move |c| at(r) + c));
+    let triangles = squares.flat_map(|a| [[a, a + 1, a + 8], [a, a + 8, a + 7]]).collect();
+    let mesh = Mesh::new("sheet", vertices, triangles, 72f64.sqrt()).unwrap();
+    let frame = tangent([0.0; 3], [0.0, 0.0, 1.0], 0.0);
+    for side in [13, 25, 31] {
+        let heights = mesh.heights(&frame, Grid { side, pitch: 6.0 / (side - 1) as f64 }, -1.0);
+        assert!(heights.iter().all(Option::is_some), "{side}: {heights:?}");
+    }
 }
