@@ -48,6 +48,8 @@ impl Features {
 pub struct Ridge {
     /// The penalty that was chosen.
     alpha: f64,
+    /// Its mean squared leave-one-out error.
+    error: f64,
     width: usize,
     /// `[classes, width]` on unscaled features.
     weights: Vec<f32>,
@@ -106,7 +108,7 @@ impl Ridge {
                 best = Some((error, alpha, dual));
             }
         }
-        let Some((_, alpha, dual)) = best else {
+        let Some((error, alpha, dual)) = best else {
             return Err(Error::setting("alphas", "none", "leave-one-out errors are not finite"));
         };
         let coefficients = rows.transpose() * dual;
@@ -117,12 +119,17 @@ impl Ridge {
             bias.push((offset - shift) as f32);
             weights.extend(unscaled.iter().map(|w| *w as f32));
         }
-        Ok(Ridge { alpha, width, weights, bias })
+        Ok(Ridge { alpha, error: error / (n * classes) as f64, width, weights, bias })
     }
 
     /// The penalty that was chosen.
     pub fn alpha(&self) -> f64 {
         self.alpha
+    }
+
+    /// Mean squared leave-one-out error of that penalty, over samples and classes.
+    pub fn error(&self) -> f64 {
+        self.error
     }
 
     /// Decision values `[n, classes]`, about 1 for the true class and −1 for others.

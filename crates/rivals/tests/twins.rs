@@ -83,6 +83,8 @@ fn ridge_agrees_with_scikit_learn() {
         let features = |key: &str| Features::new(singles(&case[key]), width as usize);
         let ridge = Ridge::fit(&features("train"), &y, classes, &ALPHAS).unwrap();
         assert!((ridge.alpha() / case["alpha"].as_f64().unwrap() - 1.0).abs() <= 1e-12, "{}", ridge.alpha());
+        let error = case["error"].as_f64().unwrap();
+        assert!((ridge.error() - error).abs() <= 1e-9 * error, "{} and {error}", ridge.error());
         close("ridge", &ridge.decide(&features("test")), &floats(&case["ridge"]), 1e-5);
     }
 }

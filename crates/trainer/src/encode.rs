@@ -405,3 +405,19 @@ fn image_axes(x: ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
         _ => Err(axes_error(&x, IMAGE, source)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn what_lies_beyond_an_image_is_a_reading_of_zero() {
+        let scaling = Scaling::ZScore { mean: vec![2.0, -1.0], sd: vec![4.0, 0.5] };
+        let transform = Transform::Image(scaling);
+        let zeros = transform.apply(&ArrayD::zeros(vec![1, 2, 1, 1]), "zeros").unwrap();
+        assert_eq!(transform.rest().unwrap(), zeros.into_iter().collect::<Vec<f32>>());
+        assert_eq!(Transform::Signal(Scaling::Raw).rest(), None);
+    }
+}
