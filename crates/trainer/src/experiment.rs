@@ -131,19 +131,33 @@ impl Experiment {
     /// A variable that is not set, named with the line that uses it.
     pub fn data_path(&self) -> Result<Option<PathBuf>> {
         let Some(path) = &self.config.data.path else { return Ok(None) };
-        let refuse = |reason: String| {
-            self.refuse(Problem { key: "data.path".into(), value: format!("{path:?}"), reason })
-        };
+        let way_out = "give the data set itself with --data PATH";
+        self.expanded("data.path", path, way_out).map(Some)
+    }
+
+    /// The checkpoint that a network starts from, likewise; `None` for fresh weights.
+    ///
+    /// # Errors
+    /// As [`Experiment::data_path`].
+    pub fn weights_path(&self, network: usize) -> Result<Option<PathBuf>> {
+        let Some(path) = &self.config.networks[network].weights else { return Ok(None) };
+        let way_out = "write the file's own path in the config";
+        self.expanded(&format!("networks.{network}.weights"), path, way_out).map(Some)
+    }
+
+    fn expanded(&self, key: &str, path: &str, way_out: &str) -> Result<PathBuf> {
+        let refuse =
+            |reason: String| self.refuse(Problem { key: key.into(), value: format!("{path:?}"), reason });
         let mut expanded = String::new();
-        let mut rest = path.as_str();
+        let mut rest = path;
         while let Some((before, after)) = rest.split_once("${") {
             let Some((name, tail)) = after.split_once('}') else {
                 return Err(refuse("`${` has no `}`".into()));
             };
             let value = std::env::var(name).map_err(|_| {
                 refuse(format!(
-                    "environment variable {name} is not set; set it to the folder that holds the data set \
-                     (export {name}=/path/to/recordings), or give the data set itself with --data PATH"
+                    "environment variable {name} is not set; set it to the folder that holds the file \
+                     (export {name}=/path/to/folder), or {way_out}"
                 ))
             })?;
             expanded.push_str(before);
@@ -151,7 +165,7 @@ impl Experiment {
             rest = tail;
         }
         expanded.push_str(rest);
-        Ok(Some(PathBuf::from(expanded)))
+        Ok(PathBuf::from(expanded))
     }
 
     /// A [`Error::Value`] with the place where the value was written.

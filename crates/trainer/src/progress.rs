@@ -15,6 +15,8 @@ pub trait Progress {
     fn step(&self, work: u64);
     /// The run has ended, for good or bad.
     fn finish(&self);
+    /// Something that a user should know before the run begins.
+    fn say(&self, _line: &str) {}
 }
 
 /// Says nothing.
@@ -60,5 +62,9 @@ impl Progress for IndicatifProgress {
 
     fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+
+    fn say(&self, line: &str) {
+        self.bar.suspend(|| eprintln!("{line}"));
     }
 }

@@ -191,6 +191,9 @@ pub struct NetworkResults {
     pub paper: String,
     /// Its sizes and settings; what is left out has the default of the zoo.
     pub settings: taxel_zoo::Settings,
+    /// Tensors that did not come from the checkpoint that it started from.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub made_anew: Vec<String>,
     /// What it costs.
     pub costs: Costs,
     /// Finished folds, in %.

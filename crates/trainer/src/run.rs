@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use taxel_data::Fold;
-use taxel_graph::Graph;
+use taxel_graph::{Graph, Weights};
 use taxel_rivals::Method;
 use taxel_zoo::{Entry, Settings};
 
@@ -64,6 +64,8 @@ struct Fitted<'a> {
     entry: &'static Entry,
     settings: Settings,
     graph: Graph,
+    checkpoint: Option<Weights>,
+    anew: Vec<String>,
 }
 
 impl Candidate<'_> {
@@ -121,6 +123,11 @@ pub fn run_on(
         let graph = entry.graph(&settings_of)?;
         let train = config_of.train(&config.train);
         check_frozen(experiment, i, &graph, &train)?;
+        let (start, anew) = checkpoint(experiment, i, &graph, &train)?;
+        if !anew.is_empty() {
+            let (label, anew) = (config_of.label(), anew.join(", "));
+            progress.say(&format!("{label}: made anew, for {} classes: {anew}", samples.classes.len()));
+        }
         candidates.extend(Candidate::rows(config, config_of.label(), || {
             Kind::Network(Box::new(Fitted {
                 config: config_of,
@@ -128,6 +135,8 @@ pub fn run_on(
                 entry,
                 settings: settings_of.clone(),
                 graph: graph.clone(),
+                checkpoint: start.clone(),
+                anew: anew.clone(),
             }))
         }));
     }
@@ -181,20 +190,28 @@ pub fn run_on(
 
 /// Names frozen layers that the network does not have before anything is trained.
 fn check_frozen(experiment: &Experiment, network: usize, graph: &Graph, train: &Train) -> Result<()> {
-    let known = |name: &String| {
-        graph.nodes().iter().filter(|node| !node.params.is_empty()).any(|node| {
-            let rest = node.name.strip_prefix(name.as_str());
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        })
+    graph.covered(&train.frozen).map(|_| ()).map_err(|error| {
+        let (key, value) = (format!("networks.{network}.train.frozen"), format!("{:?}", train.frozen));
+        experiment.refuse(Problem { key, value, reason: error.to_string() })
+    })
+}
+
+/// The checkpoint that a network starts from, and the names of the tensors that it does not give.
+fn checkpoint(
+    experiment: &Experiment,
+    network: usize,
+    graph: &Graph,
+    train: &Train,
+) -> Result<(Option<Weights>, Vec<String>)> {
+    let Some(path) = experiment.weights_path(network)? else { return Ok((None, vec![])) };
+    let refuse = |reason: String| {
+        let (key, value) = (format!("networks.{network}.weights"), format!("{:?}", path.display()));
+        experiment.refuse(Problem { key, value, reason })
     };
-    match train.frozen.iter().find(|name| !known(name)) {
-        None => Ok(()),
-        Some(name) => Err(experiment.refuse(Problem {
-            key: format!("networks.{network}.train.frozen"),
-            value: format!("{name:?}"),
-            reason: format!("{} has no layer of this name; `taxel cost` lists them", graph.name()),
-        })),
-    }
+    let (checkpoint, _) = taxel_devices::checkpoint::read(&path).map_err(|e| refuse(e.to_string()))?;
+    let mut fresh = Weights::init(graph, train.init, 0, "checkpoint");
+    let anew = fresh.start_from(graph, &checkpoint, false).map_err(|e| refuse(e.to_string()))?;
+    Ok((Some(checkpoint), anew))
 }
 
 /// What scores need to know about the samples.
@@ -290,6 +307,7 @@ impl Run<'_> {
             graph: &network.graph,
             train: &network.train,
             choose: config.choose.as_ref(),
+            checkpoint: network.checkpoint.as_ref(),
             seed: config.seed,
             repetition: key.repetition,
             fold: key.fold,
@@ -520,14 +538,15 @@ fn work_per_sample(graph: &Graph) -> u64 {
 fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candidate<'_>]) -> Results {
     let config = experiment.config();
     let network = |c: &Candidate<'_>| {
-        let (zoo, paper, settings, costs, published) = match &c.kind {
+        let (zoo, paper, settings, costs, published, made_anew) = match &c.kind {
             Kind::Network(network) => {
-                let Fitted { config, entry, settings, graph, .. } = &**network;
-                (entry.name, entry.paper, settings.clone(), graph.cost().into(), config.published.clone())
+                let Fitted { config, entry, settings, graph, anew, .. } = &**network;
+                let costs = graph.cost().into();
+                (entry.name, entry.paper, settings.clone(), costs, config.published.clone(), anew.clone())
             }
             Kind::Rival(method) => {
                 let none = Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 };
-                (method.name(), method.reference(), Settings::new(), none, None)
+                (method.name(), method.reference(), Settings::new(), none, None, vec![])
             }
         };
         NetworkResults {
@@ -536,6 +555,7 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
             per_class: c.few.map(|(count, _)| count),
             paper: paper.into(),
             settings,
+            made_anew,
             costs,
             folds: vec![],
             mean: None,

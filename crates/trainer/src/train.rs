@@ -28,6 +28,8 @@ pub struct Task<'a> {
     pub train: &'a Train,
     /// What it chooses by itself.
     pub choose: Option<&'a Choose>,
+    /// Tensors that it starts from; a head for another number of classes is made anew.
+    pub checkpoint: Option<&'a Weights>,
     /// Seed of the experiment.
     pub seed: u64,
     /// Repetition, from 0.
@@ -344,8 +346,11 @@ struct Trainee<'m> {
 impl<'m> Trainee<'m> {
     fn new(task: &Task, train: &Train, material: &Material<'m>, rows: &[usize]) -> Result<Self> {
         let Task { graph, seed, repetition, fold, .. } = *task;
-        let weights =
+        let mut weights =
             Weights::init(graph, train.init, seed, &format!("init/{}/r{repetition}/f{fold}", graph.name()));
+        if let Some(checkpoint) = task.checkpoint {
+            weights.start_from(graph, checkpoint, false).map_err(taxel_engine::Error::from)?;
+        }
         let largest = rows.len().max(material.fold.test.len()).max(material.fold.validation.len());
         let batch = train.batch_size.min(largest).max(1);
         let options = Options { batch, threads: task.threads, frozen: train.frozen.clone() };

@@ -371,3 +371,56 @@ fn a_network_without_its_input_is_refused_before_a_folder_is_made() {
     assert!(error.contains("vgg6-lite-2d reads `image`"), "{error}");
     assert!(!out.exists());
 }
+
+/// A run that starts from another's model: frozen layers stay as they were, a head for other classes is made
+/// anew and said so, and what does not fit is refused before anything is trained.
+#[test]
+fn starting_from_a_checkpoint() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    run_tiny(&at("first"), &[]).unwrap();
+    let model = std::fs::read_dir(at("first/models")).unwrap().map(|e| e.unwrap().path());
+    let model = model.filter(|p| p.to_str().unwrap().contains("resnet8")).min().unwrap();
+    let (before, _) = taxel_devices::checkpoint::read(&model).unwrap();
+    let config = |path: &Path, more: &str| {
+        let second = TINY.replace(
+            "name = \"resnet8-lite-1d\"",
+            &format!("name = \"resnet8-lite-1d\"\nweights = {:?}\n{more}", path.to_str().unwrap()),
+        );
+        let second = second.replace("[[networks]]\nname = \"mlp\"\npublished = { table = \"paper 000, Table 5\", accuracy = [83.13, 2.39] }\n", "");
+        Experiment::parse(&second, "second.toml", &Overrides::default()).unwrap()
+    };
+    let go = |experiment: &Experiment, out: &str| {
+        run(experiment, &options(&at(out), false, 1), &Silent, &AtomicBool::new(false))
+    };
+
+    let names: Vec<String> = before.iter().map(|(name, _)| name.to_string()).collect();
+    let stem = names[0].rsplit_once('.').unwrap().0.to_string();
+    let experiment = config(&model, &format!("train.frozen = [{stem:?}]"));
+    go(&experiment, "second").unwrap();
+    let tuned = std::fs::read_dir(at("second/models")).unwrap().next().unwrap().unwrap().path();
+    let (after, _) = taxel_devices::checkpoint::read(&tuned).unwrap();
+    assert_eq!(before.get(&names[0]), after.get(&names[0]), "{stem} is frozen");
+    let moved = |name: &&String| before.get(name) != after.get(name);
+    assert!(names.iter().filter(moved).count() > names.len() / 2, "the rest is tuned");
+    let results: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(at("second/results.json")).unwrap()).unwrap();
+    assert!(results["networks"][0].get("made_anew").is_none());
+
+    // Four classes instead of three.
+    let four = "scene = \"fingertip\"\nset = { shore = [0, 10, 20, 30] }";
+    let more = config(&model, "").to_toml().unwrap().replace("scene = \"fingertip\"", four);
+    let experiment = Experiment::parse(&more, "four.toml", &Overrides::default()).unwrap();
+    go(&experiment, "four").unwrap();
+    let results: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(at("four/results.json")).unwrap()).unwrap();
+    let anew = results["networks"][0]["made_anew"].as_array().unwrap();
+    assert_eq!(anew.len(), 2, "weight and bias of the head: {anew:?}");
+
+    let message = |path: &Path| go(&config(path, ""), "never").unwrap_err().to_string();
+    assert!(message(&at("none.safetensors")).contains("networks.0.weights"));
+    let mlp = std::fs::read_dir(at("first/models")).unwrap().map(|e| e.unwrap().path());
+    let mlp = mlp.filter(|p| p.to_str().unwrap().contains("mlp")).min().unwrap();
+    assert!(message(&mlp).contains("networks.0.weights"), "{}", message(&mlp));
+    assert!(!at("never").exists(), "nothing was begun");
+}

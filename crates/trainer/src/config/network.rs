@@ -16,6 +16,10 @@ pub struct Network {
     /// Settings of the network other than its input and output sizes, which come from the data.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub set: toml::Table,
+    /// Checkpoint that every fold starts from, `.safetensors` or `.pth`; `${NAME}` is an environment
+    /// variable. A head for another number of classes is made anew. Default fresh weights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<String>,
     /// What this network does otherwise in training.
     #[serde(default, skip_serializing_if = "is_default")]
     pub train: TrainOverride,
