@@ -192,7 +192,8 @@ pub fn run_on(
 fn check_frozen(experiment: &Experiment, network: usize, graph: &Graph, train: &Train) -> Result<()> {
     graph.covered(&train.frozen).map(|_| ()).map_err(|error| {
         let (key, value) = (format!("networks.{network}.train.frozen"), format!("{:?}", train.frozen));
-        experiment.refuse(Problem { key, value, reason: error.to_string() })
+        let reason = format!("{error}; `taxel cost {}` lists and numbers them", graph.name());
+        experiment.refuse(Problem { key, value, reason })
     })
 }
 

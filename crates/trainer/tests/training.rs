@@ -94,7 +94,7 @@ fn frozen_layers_stay_and_unknown_ones_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let experiment = experiment(TINY, &["train.frozen=[\"fc9\"]"]);
     let error = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join("run")).unwrap_err();
-    assert!(error.to_string().contains("mlp has no layer of this name"), "{error}");
+    assert!(error.to_string().contains("mlp: cannot freeze `fc9`"), "{error}");
     assert!(!dir.path().join("run").exists());
 }
 
