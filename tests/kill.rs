@@ -3,8 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+#[path = "support/run_folder.rs"]
+mod run_folder;
+
+use run_folder::contents;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -36,25 +39,6 @@ fn taxel(config: &Path, out: &Path, resume: bool) -> Command {
     }
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     command
-}
-
-/// Every file whose bytes are results.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(at) = open.pop() {
-        for entry in std::fs::read_dir(at).unwrap() {
-            let path = entry.unwrap().path();
-            let name = path.file_name().unwrap().to_str().unwrap().to_string();
-            let is_time = ["timings.jsonl", "environment.json", ".lock"].contains(&name.as_str());
-            if path.is_dir() {
-                open.push(path);
-            } else if !is_time && !name.ends_with(".timing.json") {
-                files.insert(path.strip_prefix(folder).unwrap().into(), std::fs::read(&path).unwrap());
-            }
-        }
-    }
-    files
 }
 
 fn sessions(out: &Path) -> usize {

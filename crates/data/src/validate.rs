@@ -70,7 +70,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
     let mut faults = Faults::default();
     // Labels for fewer samples may have many columns: too many for all samples.
     if (raw.x.shape()[0] as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples {
-        return Err(wrong_length(&raw));
+        return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / raw.columns));
     }
     let table = labels(&raw, &mut faults);
     let classes = class_names(&raw, &table);
@@ -200,11 +200,12 @@ fn names_of(raw: &Raw, column: usize) -> Option<(&Names, &Vec<String>)> {
     names.columns.get(column).filter(|_| fits).map(|list| (names, list))
 }
 
-fn wrong_length(raw: &Raw) -> Error {
+/// `array` has `len` values in place of one per sample.
+fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
     Error::Length {
         file: raw.file.clone(),
-        array: raw.y_name.clone(),
-        len: raw.y.len() / raw.columns,
+        array: array.into(),
+        len,
         x: raw.x_name.clone(),
         samples: raw.x.shape()[0],
     }
@@ -214,7 +215,7 @@ fn wrong_length(raw: &Raw) -> Error {
 fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
     let (samples, columns) = (raw.x.shape()[0], raw.columns);
     if raw.y.len() != samples * columns {
-        faults.push(wrong_length(raw));
+        faults.push(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
     }
     if let Some(names) = raw.names.as_ref().filter(|n| n.columns.len() != columns) {
         faults.push(Error::LabelsForm {
@@ -317,13 +318,7 @@ fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(S
     };
     let samples = raw.x.shape()[0];
     if values.len() != samples {
-        faults.push(Error::Length {
-            file: raw.file.clone(),
-            array: name.clone(),
-            len: values.len(),
-            x: raw.x_name.clone(),
-            samples,
-        });
+        faults.push(wrong_length(raw, name, values.len()));
         return Ok(None);
     }
     let lowest = i128::from(values.iter().min().copied().unwrap_or(0));
@@ -349,15 +344,8 @@ fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(S
 
 fn official(raw: &Raw, faults: &mut Faults) -> Option<Vec<bool>> {
     let (name, values) = raw.official.as_ref()?;
-    let samples = raw.x.shape()[0];
-    if values.len() != samples {
-        faults.push(Error::Length {
-            file: raw.file.clone(),
-            array: name.clone(),
-            len: values.len(),
-            x: raw.x_name.clone(),
-            samples,
-        });
+    if values.len() != raw.x.shape()[0] {
+        faults.push(wrong_length(raw, name, values.len()));
         return None;
     }
     let test: Vec<bool> = values.iter().map(|value| *value != 0).collect();

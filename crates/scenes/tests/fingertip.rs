@@ -1,16 +1,12 @@
 //! The fingertip scene: its physics, its reproducibility and its honest difficulty.
 
+mod common;
+
+use common::{all_but, removable, truth};
 use ndarray::{Array2, ArrayD, Axis};
 use taxel_scenes::{Error, Fingertip, Scene, explain, fingertip::young_modulus, names, simulate};
 
 const FINGERTIP: &str = "fingertip";
-
-fn removable() -> Vec<String> {
-    let effects = explain(FINGERTIP).unwrap_or_default();
-    let mut names: Vec<String> = effects.into_iter().filter(|e| e.removable).map(|e| e.name).collect();
-    names.dedup();
-    names
-}
 
 #[test]
 fn gents_relation_gives_the_moduli_of_the_paper_s_three_cylinders() {
@@ -73,13 +69,8 @@ fn harder_presses_more_and_relaxes_less() {
 
 /// Everything but the named effects removed, one grasp of Shore A 20.
 fn only(effects: &[&str], samples: usize) -> taxel_scenes::Result<Scene> {
-    let without: Vec<String> = removable().into_iter().filter(|e| !effects.contains(&e.as_str())).collect();
     let hands = Fingertip { shore: vec![20.0], ..Fingertip::default() };
-    hands.simulate(samples, 4, &without)
-}
-
-fn truth<'a>(scene: &'a Scene, name: &str) -> &'a [f32] {
-    scene.truth.iter().find(|(n, _)| n == name).map_or(&[], |(_, values)| values)
+    hands.simulate(samples, 4, &all_but(FINGERTIP, effects))
 }
 
 /// Hertz' coefficient in N/mm^1.5 for Shore A 20, tip radius 8 mm, cylinder radius 25 mm.
@@ -158,14 +149,14 @@ fn a_session_has_its_own_slowly_drifting_placement_and_contact() {
 #[test]
 fn every_removable_effect_changes_the_readings() {
     let whole = simulate(FINGERTIP, 60, 9, &[]).unwrap();
-    assert_eq!(removable().len(), 7);
-    for effect in removable() {
+    assert_eq!(removable(FINGERTIP).len(), 7);
+    for effect in removable(FINGERTIP) {
         let without = simulate(FINGERTIP, 60, 9, std::slice::from_ref(&effect)).unwrap();
         let gap = (&whole.x - &without.x).mapv(f32::abs).mean().unwrap();
         assert!(gap > 0.5, "without {effect} the mean reading moves by {gap} counts");
         assert_eq!(whole.y, without.y);
     }
-    let all = simulate(FINGERTIP, 60, 9, &removable()).unwrap();
+    let all = simulate(FINGERTIP, 60, 9, &removable(FINGERTIP)).unwrap();
     assert_eq!(all.x.index_axis(Axis(0), 0), all.x.index_axis(Axis(0), 57), "something is still random");
 }
 

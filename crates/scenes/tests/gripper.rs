@@ -2,26 +2,13 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::{all_but, removable, truth};
 use ndarray::{Array1, Array2, Axis};
 use taxel_scenes::{Error, Gripper, Scene, explain, simulate};
 
 const GRIPPER: &str = "gripper";
-
-fn removable() -> Vec<String> {
-    let effects = explain(GRIPPER).unwrap();
-    let mut names: Vec<String> = effects.into_iter().filter(|e| e.removable).map(|e| e.name).collect();
-    names.sort();
-    names.dedup();
-    names
-}
-
-fn only(effects: &[&str]) -> Vec<String> {
-    removable().into_iter().filter(|name| !effects.contains(&name.as_str())).collect()
-}
-
-fn truth<'a>(scene: &'a Scene, name: &str) -> &'a [f32] {
-    &scene.truth.iter().find(|(n, _)| n == name).unwrap().1
-}
 
 /// `[1 DC + 22 AC, ticks]` of one finger.
 fn finger(scene: &Scene, sample: usize, finger: usize) -> Array2<f32> {
@@ -90,7 +77,7 @@ fn the_contact_judge_finds_the_first_touch() {
 
 #[test]
 fn pressure_rises_at_the_rate_of_object_and_foam_in_series() {
-    let scene = simulate(GRIPPER, 30, 3, &only(&[])).unwrap();
+    let scene = simulate(GRIPPER, 30, 3, &all_but(GRIPPER, &[])).unwrap();
     for sample in 0..30 {
         let (k, contact) = (truth(&scene, "stiffness_n_per_mm")[sample], truth(&scene, "contact_s")[sample]);
         let stop = truth(&scene, "stop_s")[sample];
@@ -108,7 +95,7 @@ fn pressure_rises_at_the_rate_of_object_and_foam_in_series() {
 
 #[test]
 fn harder_rises_faster_and_overshoots_more_and_duller_lets_go() {
-    let scene = simulate(GRIPPER, 30, 3, &only(&["delay", "relaxation"])).unwrap();
+    let scene = simulate(GRIPPER, 30, 3, &all_but(GRIPPER, &["delay", "relaxation"])).unwrap();
     let order = |name: &str| {
         let values = truth(&scene, name);
         let mut order: Vec<usize> = (0..30).collect();
@@ -141,7 +128,7 @@ fn harder_rises_faster_and_overshoots_more_and_duller_lets_go() {
 
 #[test]
 fn ac_rests_at_its_offset_and_rings_longer_on_elastic_objects() {
-    let scene = simulate(GRIPPER, 30, 3, &only(&[])).unwrap();
+    let scene = simulate(GRIPPER, 30, 3, &all_but(GRIPPER, &[])).unwrap();
     let power = |sample: usize, from: usize, to: usize| {
         let readings = finger(&scene, sample, 0);
         let ac: Vec<f32> = (from..to).flat_map(|t| readings.column(t).to_vec().split_off(1)).collect();
@@ -160,8 +147,8 @@ fn ac_rests_at_its_offset_and_rings_longer_on_elastic_objects() {
 #[test]
 fn every_removable_effect_changes_the_readings() {
     let whole = simulate(GRIPPER, 30, 9, &[]).unwrap();
-    assert_eq!(removable().len(), 6);
-    for effect in removable() {
+    assert_eq!(removable(GRIPPER).len(), 6);
+    for effect in removable(GRIPPER) {
         let without = simulate(GRIPPER, 30, 9, std::slice::from_ref(&effect)).unwrap();
         assert_ne!(whole.x, without.x, "{effect}");
         assert_eq!(whole.attributes, without.attributes);
@@ -171,7 +158,7 @@ fn every_removable_effect_changes_the_readings() {
             "{effect} shifts other random numbers"
         );
     }
-    let bare = simulate(GRIPPER, 60, 9, &removable()).unwrap();
+    let bare = simulate(GRIPPER, 60, 9, &removable(GRIPPER)).unwrap();
     let squeeze = |i: usize| truth(&bare, "stop_s")[i] - truth(&bare, "contact_s")[i];
     // Time of contact is all that differs, to one tick.
     assert!((0..30).all(|i| (squeeze(i) - squeeze(i + 30)).abs() <= 0.0101));
@@ -180,7 +167,7 @@ fn every_removable_effect_changes_the_readings() {
 #[test]
 fn every_random_effect_is_another_in_every_grasp() {
     for effect in ["delay", "motor", "placement", "offset", "noise"] {
-        let scene = simulate(GRIPPER, 34, 9, &only(&[effect])).unwrap();
+        let scene = simulate(GRIPPER, 34, 9, &all_but(GRIPPER, &[effect])).unwrap();
         // The first 0.4 s are before contact, the hold is after it: the same object, sessions 0 and 1.
         let differs = |from: usize, to: usize| {
             let (a, b) = (finger(&scene, 3, 0), finger(&scene, 33, 0));

@@ -2,21 +2,20 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use common::truth;
 use ndarray::{Array2, Axis, Slice};
 use taxel_scenes::{Error, Imprint, Scene, Settings, explain};
 
 /// 8 × 8 elements: fast.
 fn small() -> Imprint {
     Imprint { elements: 8, ..Imprint::default() }
-}
-
-fn truth<'a>(scene: &'a Scene, name: &str) -> &'a [f32] {
-    scene.truth.iter().find(|(n, _)| n == name).map_or(&[], |(_, values)| values)
 }
 
 #[test]

@@ -2,31 +2,17 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::{all_but, removable, truth};
 use ndarray::{Array1, Array2, Axis};
 use taxel_scenes::palpation::{Paper, Subset};
 use taxel_scenes::{Error, Palpation, Scene, Settings, explain, simulate};
 
 const PALPATION: &str = "palpation";
 
-fn removable() -> Vec<String> {
-    let effects = explain(PALPATION).unwrap();
-    let mut names: Vec<String> = effects.into_iter().filter(|e| e.removable).map(|e| e.name).collect();
-    names.sort();
-    names.dedup();
-    names
-}
-
-/// Everything removable removed but these.
-fn only(effects: &[&str]) -> Vec<String> {
-    removable().into_iter().filter(|name| !effects.contains(&name.as_str())).collect()
-}
-
 fn paper_002() -> Palpation {
     Palpation { paper: Paper::Manual, ..Palpation::default() }
-}
-
-fn truth<'a>(scene: &'a Scene, name: &str) -> &'a [f32] {
-    &scene.truth.iter().find(|(n, _)| n == name).unwrap().1
 }
 
 fn frame(scene: &Scene, sample: usize, frame: usize) -> Array2<f32> {
@@ -92,9 +78,13 @@ fn a_sample_depends_on_seed_and_index_and_not_on_how_many_there_are() {
 
 #[test]
 fn readings_rise_with_the_squeeze_and_fall_with_the_release() {
-    let scene =
-        simulate(PALPATION, 24, 3, &only(&["placement", "force-steps", "inclusions", "texture", "blur"]))
-            .unwrap();
+    let scene = simulate(
+        PALPATION,
+        24,
+        3,
+        &all_but(PALPATION, &["placement", "force-steps", "inclusions", "texture", "blur"]),
+    )
+    .unwrap();
     for sample in 0..24 {
         let sums = sums(&scene, sample);
         assert!(sums[..26].is_sorted(), "{}: {sums:?}", scene.class_names[sample]);
@@ -106,7 +96,7 @@ fn readings_rise_with_the_squeeze_and_fall_with_the_release() {
 #[test]
 fn manual_force_is_the_force_on_the_taxels() {
     // Without losses, blur and saturation the counts add up to the force, to half a count a taxel.
-    let scene = paper_002().simulate(9, 3, &only(&["force-steps"])).unwrap();
+    let scene = paper_002().simulate(9, 3, &all_but(PALPATION, &["force-steps"])).unwrap();
     let taxel = 34.0 / 255.0 * (53.3 / 28.0) * (95.3 / 50.0) * 1e-3;
     let mut compared = 0;
     for sample in 0..9 {
@@ -148,7 +138,7 @@ fn an_inclusion_is_invisible_at_light_force_and_shows_at_full_force() {
 
 #[test]
 fn twins_are_the_same_but_for_their_inclusions() {
-    let all = only(&["texture"]);
+    let all = all_but(PALPATION, &["texture"]);
     for (paper, plain, lumpy) in [
         (Paper::Manual, "ball", "ball_inclusions"),
         (Paper::Manual, "sponge_smooth", "sponge_smooth_inclusions"),
@@ -164,14 +154,14 @@ fn twins_are_the_same_but_for_their_inclusions() {
 
 #[test]
 fn rougher_is_seen_at_light_force_and_stiffer_is_smaller() {
-    let scene = paper_002().simulate(9, 0, &only(&["texture"])).unwrap();
+    let scene = paper_002().simulate(9, 0, &all_but(PALPATION, &["texture"])).unwrap();
     // Bumps carry the load alone while it is light, and give way under more.
     let highest =
         |name: &str, t: usize| frame(&scene, class(&scene, name), t).iter().copied().fold(0.0, f32::max);
     let ratio = |t: usize| highest("ball_rough", t) / highest("ball", t);
     assert!(ratio(0) > 1.1 && ratio(4) < ratio(0), "{} {}", ratio(0), ratio(4));
     // A stiff mouse, a softer ball, a sponge: the same force on ever more taxels.
-    let scene = simulate(PALPATION, 24, 0, &only(&[])).unwrap();
+    let scene = simulate(PALPATION, 24, 0, &all_but(PALPATION, &[])).unwrap();
     let share = |name: &str| {
         let peak = frame(&scene, class(&scene, name), 25);
         peak.iter().filter(|&&v| v > 0.0).count()
@@ -183,7 +173,7 @@ fn rougher_is_seen_at_light_force_and_stiffer_is_smaller() {
 fn bags_are_packed_anew_and_shift_while_squeezed() {
     let bags = Palpation { subset: Subset::InBag, ..Palpation::default() };
     // Sample 3 and 11 are M6 nuts.
-    let packed = |effects: &[&str]| bags.simulate(16, 2, &only(effects)).unwrap();
+    let packed = |effects: &[&str]| bags.simulate(16, 2, &all_but(PALPATION, effects)).unwrap();
     let same = packed(&[]);
     assert_eq!(frame(&same, 3, 25), frame(&same, 11, 25));
     let anew = packed(&["packing"]);
@@ -209,8 +199,8 @@ fn bags_are_packed_anew_and_shift_while_squeezed() {
 fn every_removable_effect_changes_the_readings_of_the_objects_it_is_about() {
     let short = Palpation { frames: Some(11), ..Palpation::default() };
     let whole = short.simulate(24, 9, &[]).unwrap();
-    assert_eq!(removable().len(), 13);
-    for effect in removable() {
+    assert_eq!(removable(PALPATION).len(), 13);
+    for effect in removable(PALPATION) {
         let without = short.simulate(24, 9, std::slice::from_ref(&effect)).unwrap();
         let gap: Array1<f32> = (0..24)
             .map(|i| {
@@ -232,17 +222,17 @@ fn every_removable_effect_changes_the_readings_of_the_objects_it_is_about() {
             );
         }
     }
-    let all = removable();
+    let all = removable(PALPATION);
     let bare = short.simulate(48, 9, &all).unwrap();
     assert_eq!(bare.x.index_axis(Axis(0), 19), bare.x.index_axis(Axis(0), 43), "something is still random");
 }
 
 #[test]
 fn every_random_effect_is_another_in_every_grasp() {
-    for effect in removable() {
+    for effect in removable(PALPATION) {
         // Samples 5 and 13 are bags of M10 nuts in the sessions 0 and 1.
         let bags = Palpation { subset: Subset::InBag, ..Palpation::default() };
-        let scene = bags.simulate(14, 9, &only(&[effect.as_str()])).unwrap();
+        let scene = bags.simulate(14, 9, &all_but(PALPATION, &[effect.as_str()])).unwrap();
         let same = scene.x.index_axis(Axis(0), 5) == scene.x.index_axis(Axis(0), 13);
         let fixed = ["blur", "texture", "inclusions"].contains(&effect.as_str());
         assert_eq!(same, fixed, "{effect}");

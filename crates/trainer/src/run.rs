@@ -1,6 +1,7 @@
 //! An experiment from start to end: networks × repetitions × folds into a run folder.
 
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -64,7 +65,8 @@ struct Fitted<'a> {
     entry: &'static Entry,
     settings: Settings,
     graph: Graph,
-    checkpoint: Option<Weights>,
+    /// Shared by the rows of a learning curve.
+    checkpoint: Option<Rc<Weights>>,
     anew: Vec<String>,
 }
 
@@ -124,6 +126,7 @@ pub fn run_on(
         let train = config_of.train(&config.train);
         check_frozen(experiment, i, &graph, &train)?;
         let (start, anew) = checkpoint(experiment, i, &graph, &train)?;
+        let start = start.map(Rc::new);
         if !anew.is_empty() {
             let (label, anew) = (config_of.label(), anew.join(", "));
             progress.say(&format!("{label}: made anew, for {} classes: {anew}", samples.classes.len()));
@@ -308,7 +311,7 @@ impl Run<'_> {
             graph: &network.graph,
             train: &network.train,
             choose: config.choose.as_ref(),
-            checkpoint: network.checkpoint.as_ref(),
+            checkpoint: network.checkpoint.as_deref(),
             seed: config.seed,
             repetition: key.repetition,
             fold: key.fold,

@@ -2,10 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+#[path = "../../../tests/support/run_folder.rs"]
+mod run_folder;
+
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
+use run_folder::contents;
 use taxel_trainer::{
     Error, Experiment, FoldKey, Overrides, Progress, RunFolder, RunOptions, Samples, Silent, Table,
     read_checkpoint, run,
@@ -46,26 +49,6 @@ fn options(out: &Path, resume: bool, threads: usize) -> RunOptions {
 
 fn run_tiny(out: &Path, sets: &[&str]) -> Result<RunFolder, Error> {
     run(&experiment(sets), &options(out, false, 1), &Silent, &AtomicBool::new(false))
-}
-
-/// Everything below a run folder that two equal runs have in common.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(at) = open.pop() {
-        for entry in std::fs::read_dir(at).unwrap() {
-            let path = entry.unwrap().path();
-            let name = path.file_name().unwrap().to_str().unwrap().to_string();
-            if path.is_dir() {
-                open.push(path);
-            } else if !["timings.jsonl", "environment.json", ".lock"].contains(&name.as_str())
-                && !name.ends_with(".timing.json")
-            {
-                files.insert(path.strip_prefix(folder).unwrap().into(), std::fs::read(&path).unwrap());
-            }
-        }
-    }
-    files
 }
 
 fn assert_same(a: &Path, b: &Path) {

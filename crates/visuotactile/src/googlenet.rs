@@ -14,7 +14,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, BATCH_NORM_MOMENTUM, Conv, Fill, Flow, Graph, Network, Pool, Result};
 
-use crate::{check_dropout, in_range};
+use crate::{ImageConfig, check_dropout};
 
 /// Table 1: name; filters of 1×1, before and of 3×3, before and of 5×5, after the pool; the kernel of the 3×3 or
 /// 2×2 max-pool that follows, or 0.
@@ -63,12 +63,7 @@ impl Default for GoogLeNetConfig {
 impl Architecture for GoogLeNetConfig {
     fn graph(&self) -> Result<Graph> {
         let GoogLeNetConfig { classes, in_channels, height, width, dropout, aux } = *self;
-        in_range(&[
-            ("classes", classes, 2),
-            ("in_channels", in_channels, 1),
-            ("height", height, 31),
-            ("width", width, 31),
-        ])?;
+        ImageConfig { classes, in_channels, height, width }.check(31)?;
         check_dropout(dropout)?;
         let net = Network::new("googlenet");
         // Cut off at 2, which is 200 standard deviations away.

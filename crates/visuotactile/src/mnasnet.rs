@@ -11,7 +11,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, BATCH_NORM_EPS, Conv, Fill, Flow, Graph, Network, Result};
 
-use crate::{check_dropout, in_range};
+use crate::{ImageConfig, check_dropout};
 
 /// Filters, kernel, stride of the first block, expansion, blocks: torchvision's `layers.8` to `layers.13`.
 const STACKS: [(usize, usize, usize, usize, usize); 6] = [
@@ -50,12 +50,7 @@ impl Default for MnasNetConfig {
 impl Architecture for MnasNetConfig {
     fn graph(&self) -> Result<Graph> {
         let MnasNetConfig { classes, in_channels, height, width, dropout } = *self;
-        in_range(&[
-            ("classes", classes, 2),
-            ("in_channels", in_channels, 1),
-            ("height", height, 1),
-            ("width", width, 1),
-        ])?;
+        ImageConfig { classes, in_channels, height, width }.check(1)?;
         check_dropout(dropout)?;
         let net = Network::new("mnasnet1-0");
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Constant(0.0));

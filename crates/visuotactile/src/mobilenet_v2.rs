@@ -11,7 +11,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Activation, Architecture, Conv, Error, Fill, Flow, Graph, Network, Result};
 
-use crate::{check_dropout, in_range};
+use crate::{ImageConfig, check_dropout};
 
 /// Table 2: expansion, filters, blocks, stride of the first of them.
 const ROWS: [(usize, usize, usize, usize); 7] = [
@@ -60,12 +60,7 @@ impl Default for MobileNetV2Config {
 impl Architecture for MobileNetV2Config {
     fn graph(&self) -> Result<Graph> {
         let MobileNetV2Config { classes, in_channels, height, width, width_mult, dropout } = *self;
-        in_range(&[
-            ("classes", classes, 2),
-            ("in_channels", in_channels, 1),
-            ("height", height, 1),
-            ("width", width, 1),
-        ])?;
+        ImageConfig { classes, in_channels, height, width }.check(1)?;
         check_dropout(dropout)?;
         if !(width_mult > 0.0 && width_mult <= 4.0) {
             return Err(Error::config("width_mult", width_mult, "must be above 0 and at most 4"));
