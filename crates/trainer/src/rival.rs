@@ -13,8 +13,8 @@ use crate::encode::Transform;
 use crate::error::{Error, Result};
 use crate::labels::Labels;
 use crate::metrics::log_loss;
+use crate::predictor::side_by_side;
 use crate::results::Costs;
-use crate::samples::Samples;
 use crate::train::Latency;
 
 /// What rivals read: recordings `[N, channels, length]` as they are; every channel is scaled by the mean
@@ -38,9 +38,9 @@ pub(crate) struct Outcome {
 impl Readings {
     /// Rows of an image and taxels of a frame become channels: `[C, T]` stays, images `[H, W]` are H
     /// channels, colour images `[C, H, W]` C·H, frames `[T, H, W]` H·W channels of length T.
-    pub fn of(samples: &Samples, config: &Config) -> Self {
+    pub fn of(x: &ArrayD<f32>, config: &Config) -> Self {
         let is_image = config.encoding.image.as_ref().is_some_and(|image| image.kind == ImageKind::Raw);
-        let x = samples.x.view();
+        let x = x.view();
         let shape = match *x.shape() {
             [n, length] => vec![n, 1, length],
             [n, channels, length] => vec![n, channels, length],
@@ -53,6 +53,17 @@ impl Readings {
         let values: Vec<f32> = x.iter().copied().collect();
         // The shape has as many values: a failure leaves nothing to rival.
         Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default() }
+    }
+
+    /// Channels and length of a recording.
+    pub fn shape(&self) -> [usize; 2] {
+        let axis = |i: usize| self.x.shape().get(i).copied().unwrap_or(0);
+        [axis(1), axis(2)]
+    }
+
+    /// The recordings.
+    pub fn into_array(self) -> ArrayD<f32> {
+        self.x
     }
 
     /// Why `method` cannot be fitted to `samples` of these recordings, if so.
@@ -73,7 +84,7 @@ pub(crate) fn run(
     (seed, purpose): (u64, &str),
     with_latency: bool,
 ) -> Result<Outcome> {
-    let refuse = |source| Error::Rival { rival: method.name(), source };
+    let refuse = |source| Error::Rival { rival: method.name().into(), source };
     let encoding = |source| Error::Encoding { source_label: "readings".into(), input: "series", source };
     let start = Instant::now();
     let train = readings.x.select(Axis(0), &fold.train);
@@ -103,14 +114,8 @@ pub(crate) fn run(
     };
     let scores = answer(&test)?;
     let test_seconds = start.elapsed().as_secs_f64();
-    // The attributes' scores side by side, sample by sample.
-    let mut probabilities = vec![];
-    for sample in 0..test.len() {
-        for (own, attribute) in scores.iter().zip(labels.attributes()) {
-            let size = attribute.classes.len();
-            probabilities.extend_from_slice(&own[sample * size..(sample + 1) * size]);
-        }
-    }
+    let sizes = labels.levels();
+    let probabilities = side_by_side(&scores, sizes.sizes(), test.len());
     let mut test_loss = 0.0;
     let truth = labels.of(&fold.test);
     for (i, (own, attribute)) in scores.iter().zip(labels.attributes()).enumerate() {

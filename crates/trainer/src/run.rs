@@ -146,7 +146,7 @@ pub fn run_on(
     let folds: Vec<Vec<Fold>> = (0..config.protocol.repetitions)
         .map(|repetition| samples.folds(experiment, repetition))
         .collect::<Result<_>>()?;
-    let readings = Readings::of(samples, config);
+    let readings = Readings::of(&samples.x, config);
     let most = folds.iter().flatten().map(|fold| fold.train.len()).max().unwrap_or(0);
     let mut left_out = std::collections::BTreeMap::new();
     for method in config.rivals.iter().flatten().map(|rival| rival.0) {
@@ -445,7 +445,8 @@ impl Run<'_> {
             _ => Settings::new(),
         };
         let inputs: Vec<(String, Transform)> = vec![("series".into(), outcome.transform)];
-        let metadata = self.metadata(&key, method.name(), settings, inputs);
+        let series = Some(self.readings.shape());
+        let metadata = Metadata { series, ..self.metadata(&key, method.name(), settings, inputs) };
         write_tensors(&self.folder.model_path(&key), &outcome.weights, &metadata)?;
         let (seconds, samples) = ((outcome.train_seconds, outcome.test_seconds), fold.train.len());
         let timing = self.timing(&key, seconds.0, seconds.1, samples, outcome.latency);
@@ -469,6 +470,7 @@ impl Run<'_> {
             settings,
             classes: self.samples.classes.clone(),
             inputs,
+            series: None,
             source: self.samples.source.clone(),
             seed: self.experiment.config().seed,
             repetition: key.repetition,
