@@ -30,6 +30,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(commands::run::Run),
+    Report(commands::report::Report),
     Stress(commands::stress::Stress),
     Zoo(commands::zoo::Zoo),
     Cost(commands::cost::Cost),
@@ -44,6 +45,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(command) => command.run(),
+        Command::Report(command) => command.run(),
         Command::Stress(command) => command.run(),
         Command::Zoo(command) => command.run(),
         Command::Cost(command) => command.run(),

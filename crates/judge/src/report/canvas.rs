@@ -1,0 +1,209 @@
+//! What charts are drawn on: lines, marks and text in inks, with values to hover over; SVG and PNG.
+
+use kuva::backend::raster::RasterBackend;
+use kuva::backend::svg::SvgBackend;
+use kuva::render::color::Color;
+use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
+
+use super::palette::{Ink, Paint};
+
+/// Pixels of a PNG per unit of a chart.
+const SCALE: f32 = 2.0;
+/// Width of an average character, as a share of the size of its font; fonts differ, so rather too wide.
+const WIDTH: f64 = 0.58;
+
+/// Where a text begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Left,
+    Middle,
+    Right,
+}
+
+/// How a text looks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Type {
+    pub size: u32,
+    pub ink: Ink,
+    pub anchor: Anchor,
+    pub bold: bool,
+}
+
+/// The usual text of a chart.
+pub(super) const PLAIN: Type = Type { size: 12, ink: Ink::Text, anchor: Anchor::Left, bold: false };
+
+/// How a line looks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stroke {
+    pub ink: Ink,
+    pub width: f64,
+    pub dash: &'static str,
+}
+
+impl Stroke {
+    pub(super) fn of(ink: Ink, width: f64) -> Self {
+        Stroke { ink, width, dash: "" }
+    }
+
+    pub(super) fn dashed(self, dash: &'static str) -> Self {
+        Stroke { dash, ..self }
+    }
+
+    fn pattern(self) -> Option<String> {
+        (!self.dash.is_empty()).then(|| self.dash.into())
+    }
+}
+
+/// A drawing in units of CSS pixels, from the top left.
+pub(super) struct Canvas {
+    scene: Scene,
+    paint: Paint,
+}
+
+impl Canvas {
+    pub(super) fn new(width: f64, height: f64, paint: Paint) -> Self {
+        let mut scene = Scene::new(width, height);
+        let family = match paint {
+            Paint::Page => "system-ui, sans-serif",
+            Paint::Print => "DejaVu Sans, Verdana, sans-serif",
+        };
+        scene.font_family = Some(family.into());
+        scene.background_color = (paint == Paint::Print).then(|| "#ffffff".into());
+        Canvas { scene, paint }
+    }
+
+    fn colour(&self, ink: Ink) -> Color {
+        ink.colour(self.paint)
+    }
+
+    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+        let ((x1, y1), (x2, y2)) = (from, to);
+        let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
+        let stroke_dasharray = stroke.pattern();
+        self.scene.elements.push(Primitive::Line {
+            x1,
+            y1,
+            x2,
+            y2,
+            stroke: ink,
+            stroke_width,
+            stroke_dasharray,
+        });
+    }
+
+    pub(super) fn path(&mut self, points: Vec<(f64, f64)>, stroke: Stroke) {
+        let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
+        let stroke_dasharray = stroke.pattern();
+        self.scene.elements.push(Primitive::PolyLine { points, stroke: ink, stroke_width, stroke_dasharray });
+    }
+
+    pub(super) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: Ink, edge: Ink) {
+        let (fill, stroke) = (self.colour(fill), Some(self.colour(edge)));
+        let stroke_width = Some(1.6);
+        self.scene.elements.push(Primitive::Circle {
+            cx,
+            cy,
+            r,
+            fill,
+            fill_opacity: None,
+            stroke,
+            stroke_width,
+        });
+    }
+
+    /// A square that stands on a corner.
+    pub(super) fn diamond(&mut self, (x, y): (f64, f64), r: f64, fill: Ink, edge: Ink) {
+        let d = format!("M {} {y} L {x} {} L {} {y} L {x} {} Z", x - r, y - r, x + r, y + r);
+        let (fill, stroke) = (Some(self.colour(fill)), self.colour(edge));
+        let path = PathData { d, fill, stroke, stroke_width: 1.6, opacity: None, stroke_dasharray: None };
+        self.scene.elements.push(Primitive::Path(Box::new(path)));
+    }
+
+    /// A filled rectangle `(x, y, width, height)`.
+    pub(super) fn block(&mut self, (x, y, width, height): (f64, f64, f64, f64), fill: Ink, opacity: f64) {
+        let (fill, opacity) = (self.colour(fill), Some(opacity));
+        self.scene.elements.push(Primitive::Rect {
+            x,
+            y,
+            width,
+            height,
+            fill,
+            stroke: None,
+            stroke_width: None,
+            opacity,
+        });
+    }
+
+    pub(super) fn text(&mut self, at: (f64, f64), text: &str, look: Type) {
+        self.write(at, text, look, None);
+    }
+
+    /// Text that runs from the bottom to the top.
+    pub(super) fn upright(&mut self, at: (f64, f64), text: &str, look: Type) {
+        self.write(at, text, look, Some(-90.0));
+    }
+
+    fn write(&mut self, (x, y): (f64, f64), text: &str, look: Type, rotate: Option<f64>) {
+        let anchor = match look.anchor {
+            Anchor::Left => TextAnchor::Start,
+            Anchor::Middle => TextAnchor::Middle,
+            Anchor::Right => TextAnchor::End,
+        };
+        // Between two dollars kuva would set formulas.
+        let content = clean(text).replace('$', "\\$");
+        let (size, bold, color) = (look.size, look.bold, Some(self.colour(look.ink)));
+        self.scene.elements.push(Primitive::Text { x, y, content, size, anchor, rotate, bold, color });
+    }
+
+    /// What `draw` draws, with a value to hover over.
+    pub(super) fn hover(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
+        let title = Some(clean(title));
+        self.scene.elements.push(Primitive::GroupStart { transform: None, title, extra_attrs: None });
+        draw(self);
+        self.scene.elements.push(Primitive::GroupEnd);
+    }
+
+    /// The drawing as SVG; screen readers hear `label`.
+    pub(super) fn svg(&self, label: &str) -> String {
+        let svg = SvgBackend::new().render_scene(&self.scene);
+        let body = svg.split_once('>').map_or("", |(_, body)| body);
+        let (width, height) = (self.scene.width, self.scene.height);
+        let family = self.scene.font_family.as_deref().unwrap_or_default();
+        let size = match self.paint {
+            Paint::Page => format!(r#"style="min-width:{}px""#, (0.8 * width).round()),
+            Paint::Print => format!(r#"width="{width}" height="{height}""#),
+        };
+        format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size} font-family="{family}" role="img" aria-label="{}">{body}"#,
+            attribute(label)
+        )
+    }
+
+    /// The drawing as PNG, with a font of its own; what is wrong in words.
+    pub(super) fn png(&self) -> Result<Vec<u8>, String> {
+        RasterBackend { scale: SCALE }.render_scene(&self.scene)
+    }
+}
+
+/// Width that `text` takes at most, nearly.
+pub(super) fn width_of(text: &str, size: u32) -> f64 {
+    WIDTH * f64::from(size) * text.chars().count() as f64
+}
+
+/// At most `most` characters of `text`.
+pub(super) fn short(text: &str, most: usize) -> String {
+    match text.chars().count() > most {
+        true => text.chars().take(most.saturating_sub(1)).chain(['…']).collect(),
+        false => text.into(),
+    }
+}
+
+/// `text` without characters that no XML may hold.
+fn clean(text: &str) -> String {
+    let allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    text.chars().map(|c| if allowed(c) { c } else { ' ' }).collect()
+}
+
+fn attribute(text: &str) -> String {
+    clean(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
