@@ -41,7 +41,7 @@ impl Scale {
             let all = (first..=last).flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)));
             return all.filter(|v| (self.low..=self.high).contains(v)).collect();
         }
-        let rough = (self.high - self.low) / 5.0;
+        let rough = (self.high - self.low) / 7.0;
         let power = 10f64.powf(rough.log10().floor());
         let step =
             [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= rough).unwrap_or(rough);
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         let linear = Scale::linear((31.0, 97.0), (300.0, 0.0));
-        assert_eq!(linear.ticks(), [40.0, 60.0, 80.0]);
+        assert_eq!(linear.ticks(), [40.0, 50.0, 60.0, 70.0, 80.0, 90.0]);
         assert_eq!((linear.at(31.0), linear.at(97.0), linear.at(64.0)), (300.0, 0.0, 150.0));
         let log = Scale::log((1.6, 62.5), (0.0, 100.0));
         assert_eq!(log.ticks(), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);

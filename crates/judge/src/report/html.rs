@@ -11,7 +11,7 @@ use super::pictures::Shown;
 use super::tables::{Cell, Table};
 
 /// Rows up to which a table is shown as it is.
-const LONG: usize = 40;
+pub(super) const LONG: usize = 30;
 
 /// A page that needs no other file.
 pub(super) fn frame(title: &str, body: &Markup) -> Markup {
@@ -46,13 +46,17 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
 /// A table that scrolls in its own box and can be sorted by its heads.
 pub(super) fn table(table: &Table) -> Markup {
     let id = format!("table-{}", table.name);
+    // What is not known of any row is no column of the page.
+    let known = |k: usize| table.rows.iter().any(|row| !["", "–"].contains(&row[k].shown.as_str()));
+    let kept: Vec<usize> =
+        (0..table.heads.len()).filter(|&k| k == 0 || (!table.heads[k].in_files && known(k))).collect();
     let scroll = html! {
         div.scroll role="region" tabindex="0" aria-labelledby=(id) {
             table.sortable {
                 caption id=(id) { (table.caption) }
                 thead {
                     tr {
-                        @for head in &table.heads {
+                        @for head in kept.iter().map(|&k| &table.heads[k]) {
                             th scope="col" class=[head.right.then_some("number")] { (head.shown) }
                         }
                     }
@@ -60,9 +64,7 @@ pub(super) fn table(table: &Table) -> Markup {
                 tbody {
                     @for (i, row) in table.rows.iter().enumerate() {
                         tr class=[table.marked.contains(&i).then_some("marked")] {
-                            @for (k, (cell, head)) in row.iter().zip(&table.heads).enumerate() {
-                                (field(cell, k == 0, head.right))
-                            }
+                            @for &k in &kept { (field(&row[k], k == 0, table.heads[k].right)) }
                         }
                     }
                 }
@@ -71,7 +73,7 @@ pub(super) fn table(table: &Table) -> Markup {
         p.files { "As files: " code { "tables/" (table.name) ".csv" } ", " code { "tables/" (table.name) ".md" } }
     };
     match table.rows.len() > LONG {
-        true => folded(&format!("{} rows: {}", table.rows.len(), table.caption), &scroll),
+        true => folded(&format!("{} ({} rows)", table.caption, table.rows.len()), &scroll),
         false => scroll,
     }
 }
@@ -105,6 +107,16 @@ pub(super) fn chart(chart: &Chart, numbers: &str) -> Markup {
                 (chart.reading) " Numbers: " a href=(format!("#table-{numbers}")) { "table" } "; files: "
                 code { "charts/" (chart.name) ".svg" } ", " code { ".png" }
             }
+        }
+    }
+}
+
+/// A chart beside others that are read alike.
+pub(super) fn small_chart(chart: &Chart) -> Markup {
+    html! {
+        figure {
+            figcaption { h4 { (chart.title) } }
+            (drawing(&chart.canvas(Paint::Page), &format!("{}. {}", chart.title, chart.reading)))
         }
     }
 }

@@ -1,12 +1,16 @@
 //! Numbers as people read them.
 
-/// Three digits that count: 0.0123, 1.23, 123, 12345.
+/// Three digits that count: 0.0123, 1.23, 123, 12,345.
 pub(super) fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "-".into();
     }
     if value == 0.0 {
         return "0".into();
+    }
+    if value.abs() >= 9999.5 {
+        let sign = if value < 0.0 { "-" } else { "" };
+        return format!("{sign}{}", taxel_trainer::thousands(value.abs().round() as u64));
     }
     let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.places$}")
@@ -55,7 +59,7 @@ mod tests {
     #[test]
     fn numbers_keep_their_unit_and_three_digits() {
         let all = [0.01234, 1.0, 123.4, 12345.0, 0.0].map(digits);
-        assert_eq!(all, ["0.0123", "1.00", "123", "12345", "0"]);
+        assert_eq!(all, ["0.0123", "1.00", "123", "12,345", "0"]);
         assert_eq!(
             [0.0, 999.0, 1000.0, 13923.0, 19_535_232.0].map(si),
             ["0", "999", "1 k", "13.9 k", "19.5 M"]

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::charts::Chart;
-use super::html::{chart, folded, frame, picture, table};
+use super::html::{LONG, chart, folded, frame, picture, small_chart, table};
 use super::palette::Paint;
 use super::pictures;
 use super::tables::Table;
@@ -69,6 +69,15 @@ impl Parts<'_> {
         self.tables.iter().find(|own| own.name == name).map(table)
     }
 
+    /// A table that is long, or said elsewhere.
+    fn folded(&self, name: &str) -> Markup {
+        match self.tables.iter().find(|own| own.name == name) {
+            Some(own) if own.rows.len() <= LONG => folded(&own.caption, &table(own)),
+            Some(own) => table(own),
+            None => html! {},
+        }
+    }
+
     fn chart(&self, name: &str, numbers: &str) -> Option<Markup> {
         self.charts.iter().find(|own| own.name == name).map(|own| chart(own, numbers))
     }
@@ -82,7 +91,7 @@ impl Parts<'_> {
                 h1 { (results.name) }
                 @if let Some(title) = &results.title { p.lead { (title) } }
                 p {
-                    (results.source) ": " (results.samples) " samples, " (results.classes.len()) " " (what) ". "
+                    (results.source) ", " (results.samples) " samples, " (results.classes.len()) " " (what) ". "
                     (self.judgement.protocol) ", seed " (results.seed) "."
                 }
                 @if !results.complete {
@@ -161,12 +170,10 @@ impl Parts<'_> {
             (self.chart("fault-losses", "fault-losses").unwrap_or_default())
             (self.table("breaking-points").unwrap_or_default())
             (self.chart("fault-curves", "fault-curves").unwrap_or_default())
-            @if let Some(losses) = self.table("fault-losses") {
-                (folded("The map of losses as a table", &losses))
-            }
-            (self.table("fault-curves").unwrap_or_default())
+            (self.folded("fault-losses"))
+            (self.folded("fault-curves"))
             (self.chart("calibration", "breaking-points").unwrap_or_default())
-            @if let Some(kinds) = self.table("faults") { (folded("What the faults are", &kinds)) }
+            (self.folded("faults"))
             @if !stress.left_out.is_empty() {
                 h3 { "Left out" }
                 ul { @for (fault, reason) in &stress.left_out { li { (fault) ": " (reason) } } }
@@ -198,20 +205,21 @@ impl Parts<'_> {
             }
             @if let Some(chart) = self.chart("training", "training") {
                 (chart)
-                (self.table("training").unwrap_or_default())
+                (self.folded("training"))
             }
             @if let Some(chart) = self.chart("weight-changes", "weight-changes") {
                 (chart)
                 (self.table("weight-changes").unwrap_or_default())
             }
-            @if !matrices.is_empty() {
+            @if let Some(first) = matrices.first() {
                 h3 { "What is taken for what" }
-                div.grid { @for own in matrices { (chart(own, numbers)) } }
+                p.reading { (first.reading) " Numbers: " a href={ "#table-" (numbers) } { "table" } "." }
+                div.grid { @for own in &matrices { (small_chart(own)) } }
             }
-            (self.table("confusion").unwrap_or_default())
+            (self.folded("confusion"))
             (self.table("attributes").unwrap_or_default())
-            (self.table("classes").unwrap_or_default())
-            (self.table("folds").unwrap_or_default())
+            (self.folded("classes"))
+            (self.folded("folds"))
         }
     }
 
@@ -225,7 +233,7 @@ impl Parts<'_> {
                 "Images are scaled from their least to their largest value."
             }
             @for (i, own) in self.judgement.examples.iter().enumerate() { (example(i + 1, own)) }
-            (self.table("examples").unwrap_or_default())
+            (self.folded("examples"))
         })
     }
 

@@ -15,6 +15,8 @@ pub(super) enum Ink {
     Paper,
     /// What a reader should see first.
     Accent,
+    /// The same without insisting: what joins marks.
+    Soft,
     /// Cells of a heat map and of a confusion matrix, by their opacity.
     Heat,
     /// One of several things, by its number.
@@ -28,13 +30,14 @@ pub(super) const SERIES: usize = 10;
 
 /// Names of the style sheet's variables with their light and dark values. On their backgrounds, text has a
 /// contrast of at least 4.5, marks of at least 3 (a test holds that).
-pub(super) const COLOURS: [(&str, &str, &str); 6 + SERIES] = [
+pub(super) const COLOURS: [(&str, &str, &str); 7 + SERIES] = [
     ("text", "#1b1f24", "#e8eaed"),
     ("muted", "#626a73", "#9aa3ad"),
     ("grid", "#dde1e6", "#343b43"),
     ("paper", "#ffffff", "#15181c"),
     ("accent", "#0b5fa5", "#6db7f5"),
     ("heat", "#e8871e", "#b8620a"),
+    ("soft", "#a8cdec", "#2a557a"),
     ("s0", "#0b6fb8", "#5fb2f2"),
     ("s1", "#c84e00", "#ff9557"),
     ("s2", "#0a8a5f", "#43c899"),
@@ -65,7 +68,8 @@ impl Ink {
             Ink::Paper => 3,
             Ink::Accent => 4,
             Ink::Heat => 5,
-            Ink::Series(number) => 6 + number % SERIES,
+            Ink::Soft => 6,
+            Ink::Series(number) => 7 + number % SERIES,
             Ink::None => return Color::None,
         };
         let (name, light, _) = COLOURS[at];
@@ -107,7 +111,7 @@ mod tests {
         for (name, light, dark) in COLOURS {
             let least = match name {
                 "text" | "muted" | "accent" => 4.5,
-                "grid" | "paper" | "heat" => continue,
+                "grid" | "paper" | "heat" | "soft" => continue,
                 _ => 3.0,
             };
             assert!(contrast(light, paper.1) >= least, "{name} on light: {}", contrast(light, paper.1));

@@ -7,12 +7,12 @@ use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
 use crate::report::numbers::{tenth, tick};
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::stress_basis;
-use crate::stress::{FaultInfo, Stress};
+use crate::stress::{NetworkStress, Stress};
 
 const WIDTH: f64 = 860.0;
 const COLUMNS: usize = 3;
 /// Size of a small chart with its titles.
-const CELL: (f64, f64) = (282.0, 216.0);
+const CELL: (f64, f64) = (282.0, 206.0);
 
 /// Accuracy by severity, one small chart per fault.
 pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
@@ -29,29 +29,35 @@ pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
 
 fn draw_curves(judgement: &Judgement, stress: &Stress, paint: Paint) -> Canvas {
     let names: Vec<(&str, Look)> =
-        stress.networks.iter().map(|n| n.network.as_str()).map(|n| (n, look(judgement, n))).collect();
+        drawn(judgement, stress).map(|n| (n.network.as_str(), look(judgement, &n.network))).collect();
     let top = 12.0 + legend_height(WIDTH - 20.0, &names);
     let rows = stress.faults.len().div_ceil(COLUMNS);
     let columns = stress.faults.len().min(COLUMNS);
     let width = if columns == COLUMNS { WIDTH } else { (CELL.0 * columns as f64 + 20.0).max(WIDTH * 0.7) };
     let mut canvas = Canvas::new(width, top + rows as f64 * CELL.1 + 4.0, paint);
     legend(&mut canvas, (10.0, 14.0), WIDTH - 20.0, &names);
-    for (i, info) in stress.faults.iter().enumerate() {
+    for i in 0..stress.faults.len() {
         let at = (CELL.0 * (i % COLUMNS) as f64, top + CELL.1 * (i / COLUMNS) as f64);
-        small(&mut canvas, stress, i, info, at, &names);
+        small(&mut canvas, (judgement, stress), i, at, &names);
     }
     canvas
+}
+
+/// All but always naming the commonest class, which is the line of chance.
+fn drawn<'a>(judgement: &'a Judgement, stress: &'a Stress) -> impl Iterator<Item = &'a NetworkStress> {
+    let majority = judgement.networks.iter().find(|n| n.results.zoo == "majority");
+    stress.networks.iter().filter(move |n| majority.is_none_or(|m| m.results.network != n.network))
 }
 
 /// The chart of fault number `i`.
 fn small(
     canvas: &mut Canvas,
-    stress: &Stress,
+    (judgement, stress): (&Judgement, &Stress),
     i: usize,
-    info: &FaultInfo,
     (left, top): (f64, f64),
     names: &[(&str, Look)],
 ) {
+    let info = &stress.faults[i];
     let frame = Frame {
         x: Scale::linear((0.0, 5.0), (left + 38.0, left + CELL.0 - 12.0)),
         y: Scale::linear((0.0, 100.0), (top + 154.0, top + 30.0)),
@@ -67,7 +73,7 @@ fn small(
     canvas.text(((x + to) / 2.0, y + 33.0), &info.unit, look);
     let chance = frame.y.at(stress.chance);
     canvas.line((x, chance), (to, chance), Stroke::of(Ink::Muted, 1.0).dashed("1 3"));
-    for (network, (name, look)) in stress.networks.iter().zip(names) {
+    for (network, (name, look)) in drawn(judgement, stress).zip(names) {
         let Some(curve) = network.curves.get(i) else { continue };
         let mut points = vec![(0u8, network.clean.accuracy)];
         points.extend(curve.points.iter().map(|(severity, score)| (*severity, score.accuracy)));

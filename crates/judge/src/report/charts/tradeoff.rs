@@ -83,6 +83,10 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
         .collect()
 }
 
+fn gflops(n: &Judged) -> Option<f64> {
+    n.results.published.as_ref()?.gflops
+}
+
 /// Where a paper printed both size and accuracy; its MB are 2^20 bytes (docs/costs.md).
 fn printed_size(n: &Judged) -> Option<Printed> {
     let paper = n.results.published.as_ref()?;
@@ -118,9 +122,10 @@ fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f
 }
 
 fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Printed]) -> String {
-    let front: Vec<String> = points
-        .iter()
-        .filter(|p| p.front)
+    let mut front: Vec<&Point> = points.iter().filter(|p| p.front).collect();
+    front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let front: Vec<String> = front
+        .into_iter()
         .map(|p| format!("{} ({}, {} %)", p.name, (axis.unit)(p.cost), tenth(p.accuracy)))
         .collect();
     let mut text = format!(
@@ -138,7 +143,11 @@ fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Prin
         text += " Hollow, dashed: printed by the papers for their own recordings, whiskers their SD; not \
                  measured here.";
     }
-    text + " Dashed line: chance, always naming the commonest class."
+    if axis.name == MACS.name && judgement.networks.iter().any(|n| gflops(n).is_some()) {
+        text += " The papers' GFLOPs stand in the table of published numbers: no one way of counting explains \
+                 them, so they are no points here.";
+    }
+    text + " Dotted line: chance, always naming the commonest class."
 }
 
 fn draw(
@@ -155,12 +164,11 @@ fn draw(
     frame.draw_x(&mut canvas, &frame.x.ticks(), axis.tick);
     frame.titles(&mut canvas, axis.label, "accuracy (%)");
     chance(&mut canvas, &frame, judgement.chance);
-    front(&mut canvas, &frame, points);
+    let mut taken = front(&mut canvas, &frame, points);
     let ink = |point: &Point| if point.front { Ink::Accent } else { Ink::Muted };
     for own in printed {
         hollow(&mut canvas, &frame, axis, own);
     }
-    let mut taken = vec![];
     for point in points {
         taken.extend(mark(&mut canvas, &frame, axis, point, ink(point), chosen == Some(point.name)));
     }
@@ -208,8 +216,8 @@ fn chance(canvas: &mut Canvas, frame: &Frame, chance: f64) {
     }
 }
 
-/// Steps from one network of the front to the next.
-fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) {
+/// Steps from one network of the front to the next; the areas that they take.
+fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) -> Vec<labels::Area> {
     let mut own: Vec<&Point> = points.iter().filter(|p| p.front).collect();
     own.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut steps: Vec<(f64, f64)> = vec![];
@@ -223,7 +231,13 @@ fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) {
     if let Some(&(_, last)) = steps.last() {
         steps.push((AREA.2, last));
     }
-    canvas.path(steps, Stroke::of(Ink::Accent, 1.5));
+    let line = |ends: &[(f64, f64)]| {
+        let ((a, b), (c, d)) = (ends[0], ends[1]);
+        (a.min(c) - 2.0, b.min(d) - 2.0, a.max(c) + 2.0, b.max(d) + 2.0)
+    };
+    let taken = steps.windows(2).map(line).collect();
+    canvas.path(steps, Stroke::of(Ink::Soft, 3.0));
+    taken
 }
 
 /// Draws one network; the areas that its whiskers take.

@@ -37,7 +37,7 @@ pub(super) fn breaking_points(stress: &Stress) -> Table {
         Column::number("ECE broken %", &["calibration_error_broken_percent"], |n: &NetworkStress| {
             percent(n.calibration_error)
         }),
-        Column::text("in words", "verdict", |n: &NetworkStress| Cell::text(&n.verdict)),
+        Column::text("in words", "verdict", |n: &NetworkStress| Cell::text(&n.verdict)).in_files(),
     ];
     let caption = format!(
         "Where networks break: {}; losses in percentage points, mean over faults and severities; mCE: errors \

@@ -61,19 +61,31 @@ pub(super) struct Column<'a, R> {
     head: String,
     csv: Vec<String>,
     right: bool,
+    in_files: bool,
     cell: Box<dyn Fn(&R) -> Cell + 'a>,
 }
 
 impl<'a, R> Column<'a, R> {
     /// A column of text; `csv` names its field.
     pub(super) fn text(head: &str, csv: &str, cell: impl Fn(&R) -> Cell + 'a) -> Self {
-        Column { head: head.into(), csv: vec![csv.into()], right: false, cell: Box::new(cell) }
+        Column {
+            head: head.into(),
+            csv: vec![csv.into()],
+            right: false,
+            in_files: false,
+            cell: Box::new(cell),
+        }
     }
 
     /// A column of numbers; `csv` names their fields, with their units.
     pub(super) fn number(head: &str, csv: &[&str], cell: impl Fn(&R) -> Cell + 'a) -> Self {
         let csv = csv.iter().map(|name| (*name).into()).collect();
-        Column { head: head.into(), csv, right: true, cell: Box::new(cell) }
+        Column { head: head.into(), csv, right: true, in_files: false, cell: Box::new(cell) }
+    }
+
+    /// Left out of the page, where the same is said elsewhere.
+    pub(super) fn in_files(self) -> Self {
+        Column { in_files: true, ..self }
     }
 }
 
@@ -84,6 +96,8 @@ pub(super) struct Head {
     pub csv: Vec<String>,
     /// Whether it holds numbers.
     pub right: bool,
+    /// Whether it is in the files alone.
+    pub in_files: bool,
 }
 
 /// A table with all its numbers.
@@ -103,7 +117,8 @@ impl Table {
     pub(super) fn new<R>(name: &'static str, caption: String, columns: Vec<Column<R>>, rows: &[R]) -> Self {
         let cells = |row: &R| columns.iter().map(|column| (column.cell)(row)).collect();
         let rows = rows.iter().map(cells).collect();
-        let heads = columns.into_iter().map(|c| Head { shown: c.head, csv: c.csv, right: c.right }).collect();
+        let head = |c: Column<R>| Head { shown: c.head, csv: c.csv, right: c.right, in_files: c.in_files };
+        let heads = columns.into_iter().map(head).collect();
         Table { name, caption, heads, rows, marked: vec![] }
     }
 
