@@ -89,12 +89,12 @@ impl Frame {
         }
     }
 
-    /// What the axes stand for.
+    /// What the axes stand for; the y axis says it above.
     pub(super) fn titles(&self, canvas: &mut Canvas, x: &str, y: &str) {
         let ((left, right), (bottom, top)) = (self.x.ends(), self.y.ends());
         let look = Type { anchor: Anchor::Middle, ..PLAIN };
         canvas.text(((left + right) / 2.0, bottom + 36.0), x, look);
-        canvas.upright((left - 42.0, (bottom + top) / 2.0), y, look);
+        canvas.text((left - 30.0, top - 12.0), y, PLAIN);
     }
 }
 

@@ -1,5 +1,7 @@
 //! What charts are drawn on: lines, marks and text in inks, with values to hover over; SVG and PNG.
 
+use std::io::Cursor;
+
 use kuva::backend::raster::RasterBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::color::Color;
@@ -8,7 +10,9 @@ use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 use super::palette::{Ink, Paint};
 
 /// Pixels of a PNG per unit of a chart.
-const SCALE: f32 = 2.0;
+const SCALE: u32 = 2;
+/// It is drawn so many times larger and then made smaller: kuva's upright text is coarse.
+const FINER: u32 = 2;
 /// Widths of characters as shares of the size of their font (DejaVu Sans, wider than most), and of all others.
 const WIDTHS: [(&str, f64); 3] = [("ijlI.,:;'|!", 0.33), ("-frt()[] 1", 0.42), ("mwMWQ%@—…", 0.96)];
 const WIDTH: f64 = 0.63;
@@ -189,7 +193,13 @@ impl Canvas {
 
     /// The drawing as PNG, with a font of its own; what is wrong in words.
     pub(super) fn png(&self) -> Result<Vec<u8>, String> {
-        RasterBackend { scale: SCALE }.render_scene(&self.scene)
+        let large = RasterBackend { scale: (SCALE * FINER) as f32 }.render_scene(&self.scene)?;
+        let large = image::load_from_memory(&large).map_err(|e| e.to_string())?.to_rgb8();
+        let (width, height) = (large.width() / FINER, large.height() / FINER);
+        let small = image::imageops::thumbnail(&large, width, height);
+        let mut png = Cursor::new(vec![]);
+        small.write_to(&mut png, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+        Ok(png.into_inner())
     }
 }
 

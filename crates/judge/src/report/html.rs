@@ -53,7 +53,7 @@ pub(super) fn table(table: &Table) -> Markup {
     let scroll = html! {
         div.scroll role="region" tabindex="0" aria-labelledby=(id) {
             table.sortable {
-                caption id=(id) { (table.caption) }
+                caption id=(id) { span { (table.caption) } }
                 thead {
                     tr {
                         @for head in kept.iter().map(|&k| &table.heads[k]) {

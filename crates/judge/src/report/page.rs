@@ -7,7 +7,7 @@ use super::html::{LONG, chart, folded, frame, picture, small_chart, table};
 use super::palette::Paint;
 use super::pictures;
 use super::tables::Table;
-use super::words::stress_basis;
+use super::words::{runs, stress_basis};
 use crate::choice::Choice;
 use crate::judgement::{Example, Judgement, Kind, Picture, PictureKind};
 
@@ -30,11 +30,11 @@ pub(super) fn page(
         ("recommendation", "Recommendation", Some(parts.recommendation())),
         ("speed", "Accuracy against speed", Some(parts.speed())),
         ("breaking", "Where they break", Some(parts.breaking())),
-        ("evidence", "Evidence of the choice", parts.evidence()),
-        ("claims", "Claims of the papers", parts.claims()),
+        ("evidence", "Evidence", parts.evidence()),
+        ("claims", "Claims", parts.claims()),
         ("details", "Details", Some(parts.details())),
         ("examples", "Examples", parts.examples()),
-        ("how", "How this was measured", Some(parts.how())),
+        ("how", "How it was measured", Some(parts.how())),
     ]
     .into_iter()
     .filter_map(|(id, title, content)| content.map(|content| (id, title, content)))
@@ -193,7 +193,6 @@ impl Parts<'_> {
         let matrices: Vec<&Chart> = self.charts.iter().filter(|c| c.name.starts_with("confusion-")).collect();
         let numbers = if self.judgement.results.attributes.is_empty() { "confusion" } else { "attributes" };
         html! {
-            h3 { "Cost" }
             (self.chart("accuracy-size", "costs").unwrap_or_default())
             (self.chart("accuracy-macs", "costs").unwrap_or_default())
             (self.table("costs").unwrap_or_default())
@@ -240,9 +239,6 @@ impl Parts<'_> {
     fn how(&self) -> Markup {
         let judgement = self.judgement;
         let (then, now) = (&judgement.environment, &judgement.judged_on);
-        let runs: Vec<usize> = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.runs).collect();
-        let (least, most) =
-            (runs.iter().min().copied().unwrap_or(0), runs.iter().max().copied().unwrap_or(0));
         let machine = |own: &taxel_trainer::Environment| {
             let cpu = own.cpu.as_deref().unwrap_or("unknown processor");
             let build = if own.optimised { "release build" } else { "debug build" };
@@ -264,7 +260,8 @@ impl Parts<'_> {
                 "Latency",
                 format!(
                     "one test sample at a time on one thread, from raw reading to probabilities, encoding \
-                     included; {least} to {most} timed runs after up to 50 to warm up"
+                     included; {} timed runs after up to 50 to warm up",
+                    runs(judgement)
                 ),
             ),
             ("Trained on", format!("{}, {} threads", machine(then), then.threads)),

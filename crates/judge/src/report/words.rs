@@ -17,6 +17,15 @@ pub(super) fn few_samples_of(own: &NetworkResults) -> &str {
     ending.and_then(|ending| own.network.strip_suffix(&ending)).unwrap_or(&own.network)
 }
 
+/// How often each network was timed: `1000`, or `37 to 1000`.
+pub(super) fn runs(judgement: &Judgement) -> String {
+    let runs = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.runs);
+    match (runs.clone().min(), runs.max()) {
+        (Some(least), Some(most)) if least < most => format!("{least} to {most}"),
+        (_, most) => most.unwrap_or(0).to_string(),
+    }
+}
+
 /// How many samples, in which range.
 pub(super) fn stress_basis(stress: &Stress) -> String {
     let Stress { samples, of, range, chance, .. } = stress;

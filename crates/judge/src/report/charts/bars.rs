@@ -24,7 +24,7 @@ fn rows(canvas: &mut Canvas, top: f64, rows: usize, most: f64, title: &str) -> F
         let x = frame.x.at(value);
         canvas.line((x, top), (x, bottom), Stroke::of(Ink::Grid, 1.0));
         let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
-        let number = if value > 0.0 && value < 1e-3 { format!("{value:.0e}") } else { tick(value) };
+        let number = if most < 1e-3 { format!("{value:.1e}").replace(".0e", "e") } else { tick(value) };
         canvas.text((x, bottom + 17.0), &number, look);
     }
     let middle = (NAMES + WIDTH - 60.0) / 2.0;

@@ -107,7 +107,7 @@ fn draw_few(judgement: &Judgement, curves: &[(&str, Vec<(usize, &Judged)>)], pai
     let values: Vec<f64> = all.chain([judgement.chance]).collect();
     let frame = Frame {
         x: Scale::log(ends, (64.0, WIDTH - 24.0)),
-        y: Scale::linear(widened(&values, (0.0, 100.0)), (top + 340.0, top + 10.0)),
+        y: Scale::linear(widened(&values, (0.0, 100.0)), (top + 350.0, top + 30.0)),
     };
     frame.draw_y(&mut canvas, tick);
     let counts: Vec<f64> = counts.into_iter().map(|count| count as f64).collect();

@@ -104,7 +104,7 @@ fn small(
 /// Loss by network and fault.
 pub(super) fn heat(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
-    let reading = "Accuracy lost in percentage points, mean over severities: the darker, the more. ✕3: from \
+    let reading = "Accuracy lost in percentage points, mean over severities; the stronger the colour, the more. ✕3: from \
                    severity 3 on half of the margin above chance is gone.";
     Some(Chart::new("fault-losses", "What each fault costs", reading, move |paint| draw_heat(stress, paint)))
 }

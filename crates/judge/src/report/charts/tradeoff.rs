@@ -8,10 +8,11 @@ use crate::report::axes::{Frame, Scale, widened};
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short, width_of};
 use crate::report::numbers::{bytes, digits, si, tenth, tick};
 use crate::report::palette::{Ink, Paint};
+use crate::report::words::runs;
 
-const SIZE: (f64, f64) = (860.0, 500.0);
+const SIZE: (f64, f64) = (860.0, 506.0);
 /// Left, top, right, bottom of the area of the marks.
-const AREA: labels::Area = (64.0, 20.0, 836.0, 400.0);
+const AREA: labels::Area = (64.0, 34.0, 836.0, 414.0);
 
 /// A network in such a chart.
 struct Point<'a> {
@@ -134,9 +135,7 @@ fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Prin
         front.join(", ")
     );
     if points.iter().any(|p| p.worst.is_some()) {
-        let runs = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.runs);
-        let (least, most) = (runs.clone().min().unwrap_or(0), runs.max().unwrap_or(0));
-        let runs = if least == most { most.to_string() } else { format!("{least} to {most}") };
+        let runs = runs(judgement);
         text += &format!(" Horizontal whiskers: from p50 to p95 of {runs} timed runs, encoding included.");
     }
     if !printed.is_empty() {
@@ -147,7 +146,7 @@ fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Prin
         text += " The papers' GFLOPs stand in the table of published numbers: no one way of counting explains \
                  them, so they are no points here.";
     }
-    text + " Dotted line: chance, always naming the commonest class."
+    text + &format!(" Chance, always naming the commonest class: {:.1} %.", judgement.chance)
 }
 
 fn draw(
@@ -274,6 +273,7 @@ fn mark(
             taken.push((x, y - 3.0, worst, y + 3.0));
         }
         if chosen {
+            taken.push((x - 13.0, y - 13.0, x + 13.0, y + 13.0));
             canvas.circle((x, y), 11.0, Ink::None, ink);
         }
         match point.rival {
