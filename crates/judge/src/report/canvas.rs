@@ -42,20 +42,17 @@ pub(super) const PLAIN: Type = Type { size: 12, ink: Ink::Text, anchor: Anchor::
 pub(super) struct Stroke {
     pub ink: Ink,
     pub width: f64,
-    pub dash: &'static str,
+    /// Lengths of a stroke and of the gap behind it; a gap of 0: one line.
+    pub dash: (f64, f64),
 }
 
 impl Stroke {
     pub(super) fn of(ink: Ink, width: f64) -> Self {
-        Stroke { ink, width, dash: "" }
+        Stroke { ink, width, dash: (0.0, 0.0) }
     }
 
-    pub(super) fn dashed(self, dash: &'static str) -> Self {
+    pub(super) fn dashed(self, dash: (f64, f64)) -> Self {
         Stroke { dash, ..self }
-    }
-
-    fn pattern(self) -> Option<String> {
-        (!self.dash.is_empty()).then(|| self.dash.into())
     }
 }
 
@@ -82,24 +79,16 @@ impl Canvas {
     }
 
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
-        let ((x1, y1), (x2, y2)) = (from, to);
-        let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
-        let stroke_dasharray = stroke.pattern();
-        self.scene.elements.push(Primitive::Line {
-            x1,
-            y1,
-            x2,
-            y2,
-            stroke: ink,
-            stroke_width,
-            stroke_dasharray,
-        });
+        self.path(vec![from, to], stroke);
     }
 
     pub(super) fn path(&mut self, points: Vec<(f64, f64)>, stroke: Stroke) {
-        let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
-        let stroke_dasharray = stroke.pattern();
-        self.scene.elements.push(Primitive::PolyLine { points, stroke: ink, stroke_width, stroke_dasharray });
+        // Cut here: kuva's PNG knows no dashes along a path.
+        for points in dashes(points, stroke.dash) {
+            let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
+            let line = Primitive::PolyLine { points, stroke: ink, stroke_width, stroke_dasharray: None };
+            self.scene.elements.push(line);
+        }
     }
 
     pub(super) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: Ink, edge: Ink) {
@@ -203,6 +192,41 @@ impl Canvas {
     }
 }
 
+/// The strokes of a dashed path.
+fn dashes(points: Vec<(f64, f64)>, (stroke, gap): (f64, f64)) -> Vec<Vec<(f64, f64)>> {
+    if stroke <= 0.0 || gap <= 0.0 {
+        return vec![points];
+    }
+    let (mut pieces, mut piece) = (vec![], vec![]);
+    // Whether a stroke is drawn, and how much of it or of the gap is left.
+    let (mut drawn, mut left) = (true, stroke);
+    piece.extend(points.first());
+    for ends in points.windows(2) {
+        let ((mut x, mut y), (to_x, to_y)) = (ends[0], ends[1]);
+        loop {
+            let length = (to_x - x).hypot(to_y - y);
+            if length <= left {
+                left -= length;
+                if drawn {
+                    piece.push((to_x, to_y));
+                }
+                break;
+            }
+            (x, y) = (x + (to_x - x) * left / length, y + (to_y - y) * left / length);
+            piece.push((x, y));
+            if drawn {
+                pieces.push(std::mem::take(&mut piece));
+            }
+            drawn = !drawn;
+            left = if drawn { stroke } else { gap };
+        }
+    }
+    if drawn && piece.len() > 1 {
+        pieces.push(piece);
+    }
+    pieces
+}
+
 /// Width that `text` takes at most, nearly.
 pub(super) fn width_of(text: &str, size: u32) -> f64 {
     let width = |c: char| WIDTHS.iter().find(|(all, _)| all.contains(c)).map_or(WIDTH, |(_, width)| *width);
@@ -225,4 +249,21 @@ fn clean(text: &str) -> String {
 
 fn attribute(text: &str) -> String {
     clean(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_go_round_corners() {
+        let path = vec![(0.0, 0.0), (5.0, 0.0), (5.0, 6.0)];
+        let expected = [
+            vec![(0.0, 0.0), (3.0, 0.0)],
+            vec![(4.0, 0.0), (5.0, 0.0), (5.0, 2.0)],
+            vec![(5.0, 3.0), (5.0, 6.0)],
+        ];
+        assert_eq!(dashes(path.clone(), (3.0, 1.0)), expected);
+        assert_eq!(dashes(path.clone(), (0.0, 0.0)), [path]);
+    }
 }

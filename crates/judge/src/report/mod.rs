@@ -26,6 +26,7 @@ use crate::error::{Error, Result};
 use crate::judgement::{Judgement, Picture};
 use palette::Paint;
 use pictures::Shown;
+use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 pub use overview::{Entry, overview};
@@ -70,11 +71,12 @@ pub fn report(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) 
         files.push((format!("tables/{}.md", table.name), table.markdown().into_bytes()));
         files.push((format!("tables/{}.csv", table.name), table.csv()?));
     }
-    for chart in &charts {
-        let canvas = chart.canvas(Paint::Print);
+    let drawn = |chart: &charts::Chart| {
         let label = format!("{}. {}", chart.title, chart.reading);
-        files.extend(drawing(&format!("charts/{}", chart.name), &canvas, &label)?);
-    }
+        drawing(&format!("charts/{}", chart.name), &chart.canvas(Paint::Print), &label)
+    };
+    let drawings: Vec<_> = charts.par_iter().map(drawn).collect::<Result<_>>()?;
+    files.extend(drawings.into_iter().flatten());
     for (i, example) in judgement.examples.iter().enumerate() {
         for picture in &example.pictures {
             let name = format!("charts/example-{}-{}", i + 1, words::slug(&picture.name));

@@ -1,6 +1,7 @@
 //! A judgement made by hand, with names that want to break out, and what a report makes of it.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use serde_json::{Value, json};
 use taxel_scenes::faults::Fault;
@@ -155,8 +156,10 @@ fn claim() -> Claim {
     }
 }
 
-fn whole() -> Report {
-    report(&judgement(), Some(&choice()), &[claim()]).unwrap()
+fn whole() -> &'static Report {
+    static WHOLE: LazyLock<Report> =
+        LazyLock::new(|| report(&judgement(), Some(&choice()), &[claim()]).unwrap());
+    &WHOLE
 }
 
 fn file<'a>(report: &'a Report, name: &str) -> &'a str {
@@ -174,7 +177,7 @@ fn read(report: &Report, name: &str) -> Vec<BTreeMap<String, String>> {
 #[test]
 fn names_of_users_cannot_break_out_of_the_page() {
     let report = whole();
-    let page = file(&report, "report.html");
+    let page = file(report, "report.html");
     assert!(!page.contains("<b>") && !page.contains("&\"x"), "unescaped");
     assert!(page.matches("&lt;b&gt;&amp;").count() > 10, "it is there, escaped");
     // What remains of the page without its raw parts is well-formed XML but for elements without an end.
@@ -240,17 +243,17 @@ fn drawings_are_well_formed_and_say_their_values() {
         count += 1;
     }
     assert!(count >= 12, "{count} drawings");
-    let chart = file(&report, "charts/accuracy-latency.svg");
+    let chart = file(report, "charts/accuracy-latency.svg");
     assert!(
         chart.contains("<title>small-1d: 91.2 % [87.2, 94.2], 0.0200 ms (p95 0.0300 ms)</title>"),
         "{chart}"
     );
-    let size = file(&report, "charts/accuracy-size.svg");
+    let size = file(report, "charts/accuracy-size.svg");
     assert!(size.contains(
         "<title>published, own recordings: small-1d (paper 000, Table 5): 87.94 ± 1.42 %, 62.9 kB"
     ));
     assert!(!chart.contains("published"), "no paper printed a latency");
-    let matrix = file(&report, "charts/confusion-00-small-1d.svg");
+    let matrix = file(report, "charts/confusion-00-small-1d.svg");
     assert!(
         matrix.contains("<title>soft taken for &lt;b&gt;&amp;&quot;x|$a_1$: 3 of 27</title>"),
         "{matrix}"
@@ -261,7 +264,7 @@ fn drawings_are_well_formed_and_say_their_values() {
 fn files_hold_the_numbers_of_the_judgement() {
     let (report, judgement) = (whole(), judgement());
     let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().unwrap();
-    let rows = read(&report, "networks");
+    let rows = read(report, "networks");
     assert_eq!(rows.len(), judgement.networks.len());
     for (row, n) in rows.iter().zip(&judgement.networks) {
         assert_eq!(row["network"], n.results.network);
@@ -275,7 +278,7 @@ fn files_hold_the_numbers_of_the_judgement() {
         assert_eq!(number(row, "bytes"), n.results.costs.bytes as f64);
         assert_eq!(number(row, "macs"), n.results.costs.macs as f64);
     }
-    for (row, n) in read(&report, "speed").iter().zip(&judgement.networks) {
+    for (row, n) in read(report, "speed").iter().zip(&judgement.networks) {
         let speed = n.speed.unwrap();
         assert_eq!(number(row, "encoding_p50_ms"), speed.encoding_p50_ms);
         assert_eq!(
@@ -285,7 +288,7 @@ fn files_hold_the_numbers_of_the_judgement() {
         assert_eq!(number(row, "samples_per_second"), speed.samples_per_second);
     }
     let stress = judgement.stress.as_ref().unwrap();
-    let mut curves = read(&report, "fault-curves").into_iter();
+    let mut curves = read(report, "fault-curves").into_iter();
     for n in &stress.networks {
         for (curve, info) in n.curves.iter().zip(&stress.faults) {
             for (severity, score) in &curve.points {
@@ -303,24 +306,24 @@ fn files_hold_the_numbers_of_the_judgement() {
         }
     }
     assert!(curves.next().is_none());
-    let losses = &read(&report, "fault-losses")[1];
+    let losses = &read(report, "fault-losses")[1];
     assert_eq!((number(losses, "gain_loss_points"), number(losses, "gain_breaks_at")), (30.0, 3.0));
     assert_eq!((number(losses, "noise_loss_points"), losses["noise_breaks_at"].as_str()), (3.0, ""));
-    let matrix = read(&report, "confusion");
+    let matrix = read(report, "confusion");
     let wrong = matrix.iter().find(|row| row["true"] == "soft" && row["predicted"] == HOSTILE).unwrap();
     assert_eq!(wrong["samples"], "3");
-    let published = &read(&report, "published")[0];
+    let published = &read(report, "published")[0];
     assert_eq!(
         (number(published, "published_accuracy_percent"), number(published, "published_gflops")),
         (87.94, 0.0002)
     );
-    let evidence = &read(&report, "evidence")[0];
+    let evidence = &read(report, "evidence")[0];
     assert_eq!(
         (number(evidence, "difference_points"), number(evidence, "difference_low_points")),
         (-2.25, -3.25)
     );
     assert_eq!((number(evidence, "p"), number(evidence, "p_holm")), (0.25, 0.5));
-    let claims = &read(&report, "claims")[0];
+    let claims = &read(report, "claims")[0];
     assert_eq!((claims["outcome"].as_str(), number(claims, "size_high")), ("does not hold", 0.5));
 }
 
@@ -335,7 +338,7 @@ fn markdown_has_as_many_cells_in_each_row_as_in_its_head() {
         assert!(lines.iter().all(|line| cells(line) == cells(lines[0])), "{name}: {text}");
         assert!(!text.contains("<b>"), "{name}");
     }
-    let first = file(&report, "tables/networks.md");
+    let first = file(report, "tables/networks.md");
     assert!(
         first.contains(
             "| small-1d | network | 91.2 [87.2, 94.2] | 1.5 | 88.2 | 0.0200 | 0.0300 | 55.7 kB | 557 k |"
@@ -357,7 +360,7 @@ fn published_and_measured_numbers_share_no_column() {
 #[test]
 fn equal_judgements_make_equal_bytes_and_old_files_go() {
     let first = whole();
-    assert_eq!(first, whole());
+    assert_eq!(*first, report(&judgement(), Some(&choice()), &[claim()]).unwrap());
     let folder = tempfile::tempdir().unwrap();
     let page = first.write(folder.path()).unwrap();
     assert_eq!(std::fs::read(&page).unwrap(), first.files()[0].1);

@@ -114,7 +114,7 @@ fn draw_few(judgement: &Judgement, curves: &[(&str, Vec<(usize, &Judged)>)], pai
     frame.draw_x(&mut canvas, &counts, tick);
     frame.titles(&mut canvas, "training samples of each class (log)", "accuracy (%)");
     let y = frame.y.at(judgement.chance);
-    canvas.line((64.0, y), (WIDTH - 24.0, y), Stroke::of(Ink::Muted, 1.0).dashed("2 4"));
+    canvas.line((64.0, y), (WIDTH - 24.0, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
     for ((name, points), (_, look)) in curves.iter().zip(&names) {
         let known: Vec<(usize, f64, &Judged)> =
             points.iter().filter_map(|(count, n)| Some((*count, n.results.mean?.accuracy, *n))).collect();

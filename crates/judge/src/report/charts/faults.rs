@@ -72,7 +72,7 @@ fn small(
     let look = Type { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
     canvas.text(((x + to) / 2.0, y + 33.0), &info.unit, look);
     let chance = frame.y.at(stress.chance);
-    canvas.line((x, chance), (to, chance), Stroke::of(Ink::Muted, 1.0).dashed("1 3"));
+    canvas.line((x, chance), (to, chance), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
     for (network, (name, look)) in drawn(judgement, stress).zip(names) {
         let Some(curve) = network.curves.get(i) else { continue };
         let mut points = vec![(0u8, network.clean.accuracy)];

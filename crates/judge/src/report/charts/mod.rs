@@ -21,7 +21,7 @@ pub(super) struct Chart<'a> {
     pub title: String,
     /// How to read it; screen readers hear it in place of the drawing.
     pub reading: String,
-    draw: Box<dyn Fn(Paint) -> Canvas + 'a>,
+    draw: Box<dyn Fn(Paint) -> Canvas + Sync + 'a>,
 }
 
 impl<'a> Chart<'a> {
@@ -29,7 +29,7 @@ impl<'a> Chart<'a> {
         name: impl Into<String>,
         title: impl Into<String>,
         reading: impl Into<String>,
-        draw: impl Fn(Paint) -> Canvas + 'a,
+        draw: impl Fn(Paint) -> Canvas + Sync + 'a,
     ) -> Self {
         Chart { name: name.into(), title: title.into(), reading: reading.into(), draw: Box::new(draw) }
     }
@@ -58,7 +58,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Look {
     ink: Ink,
-    dash: &'static str,
+    dash: (f64, f64),
 }
 
 impl Look {
@@ -73,9 +73,9 @@ fn look(judgement: &Judgement, name: &str) -> Look {
     let (number, rival) =
         shown.enumerate().find(|(_, n)| n.results.network == name).map_or((0, false), |(i, n)| (i, n.rival));
     let dash = match (rival, number >= SERIES) {
-        (true, _) => "5 3",
-        (false, true) => "10 3",
-        (false, false) => "",
+        (true, _) => (5.0, 3.0),
+        (false, true) => (10.0, 3.0),
+        (false, false) => (0.0, 0.0),
     };
     Look { ink: Ink::Series(number), dash }
 }

@@ -209,7 +209,7 @@ fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> Frame 
 fn chance(canvas: &mut Canvas, frame: &Frame, chance: f64) {
     let (y, (bottom, _)) = (frame.y.at(chance), frame.y.ends());
     if y < bottom - 1.0 {
-        canvas.line((AREA.0, y), (AREA.2, y), Stroke::of(Ink::Muted, 1.0).dashed("2 4"));
+        canvas.line((AREA.0, y), (AREA.2, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
         let look = Type { ink: Ink::Muted, anchor: Anchor::Right, ..PLAIN };
         canvas.text((AREA.2, y - 5.0), &format!("chance {chance:.1} %"), look);
     }
@@ -290,7 +290,7 @@ fn hollow(canvas: &mut Canvas, frame: &Frame, axis: &Axis, own: &Printed) {
     let about =
         format!("published, own recordings: {}: {mean} ± {sd} %, {}", own.about, (axis.unit)(own.cost));
     canvas.hover(&about, |canvas| {
-        let stroke = Stroke::of(Ink::Muted, 1.0).dashed("3 3");
+        let stroke = Stroke::of(Ink::Muted, 1.0).dashed((3.0, 3.0));
         canvas.line((x, frame.y.at(mean - sd)), (x, frame.y.at(mean + sd)), stroke);
         canvas.circle((x, y), 5.0, Ink::Paper, Ink::Muted);
     });
