@@ -19,7 +19,8 @@ pub(super) const HOSTILE: &str = "<b>&\"x|$a_1$";
 const NETWORKS: [(&str, f64, f64, u64, bool); 5] = [
     ("small-1d", 91.25, 0.02, 55_692, true),
     ("large-2d", 93.5, 0.71, 1_205_112, true),
-    ("slow-2d", 90.0, 0.9, 2_205_112, false),
+    // As accurate as the one above and slower: dominated.
+    (HOSTILE, 93.5, 0.9, 2_205_112, false),
     ("majority", 33.3, 0.00001, 12, true),
     ("k-nn", 71.0, 0.04, 120_480, false),
 ];
