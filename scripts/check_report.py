@@ -100,7 +100,7 @@ PROBE = """<script>addEventListener("load", () => {
   for (const image of document.images) expect(image.alt && image.naturalWidth > 0, "a picture is not there");
   for (const link of document.querySelectorAll("a[href^='#']"))
     expect(document.getElementById(link.hash.slice(1)), link.hash + " leads nowhere");
-  const levels = [...document.querySelectorAll("h1, h2, h3, h4")].map((head) => Number(head.tagName[1]));
+  const levels = [...document.querySelectorAll("h1, h2, h3, h4, h5, h6")].map((head) => Number(head.tagName[1]));
   expect(levels[0] === 1 && levels.every((level, i) => i === 0 || level <= levels[i - 1] + 1), "headings skip a level");
   const report = document.createElement("pre");
   report.id = "probe";
