@@ -7,6 +7,7 @@
 mod case;
 mod choice;
 mod claims;
+mod contest;
 mod error;
 mod examples;
 mod judgement;
@@ -14,9 +15,12 @@ mod measure;
 mod speed;
 pub mod statistics;
 mod stress;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod synthetic;
 
 pub use case::Case;
-pub use choice::{By, Choice, Evidence, Test, Wish};
+pub use choice::{By, Choice, Evidence, Test, Wish, choose};
 pub use claims::{Claim, Outcome};
 pub use error::{Error, Result};
 pub use judgement::{
