@@ -31,6 +31,7 @@ struct Arguments {
 enum Command {
     Run(commands::run::Run),
     Stress(commands::stress::Stress),
+    Choose(commands::choose::Choose),
     Zoo(commands::zoo::Zoo),
     Cost(commands::cost::Cost),
     Forward(commands::forward::Forward),
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(command) => command.run(),
         Command::Stress(command) => command.run(),
+        Command::Choose(command) => command.run(),
         Command::Zoo(command) => command.run(),
         Command::Cost(command) => command.run(),
         Command::Forward(command) => command.run(),

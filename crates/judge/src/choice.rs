@@ -98,9 +98,11 @@ impl Default for Wish {
 }
 
 impl Wish {
+    /// Refuses what cannot be wished for, before anything is measured.
+    ///
     /// # Errors
     /// A value outside its range.
-    fn check(&self) -> Result<()> {
+    pub fn check(&self) -> Result<()> {
         let refuse = |name, value: f64, reason: &str| {
             Err(Error::Setting { name, value: value.to_string(), reason: reason.into() })
         };
@@ -182,7 +184,10 @@ pub(crate) fn decide(
             worse: false,
             cost: cost(row, wish.by),
             mean_loss,
-            refused: refusal(row, mean_loss, wish),
+            refused: match effect {
+                None => Some(format!("has no finished fold in common with {}", name(best))),
+                Some(_) => refusal(row, mean_loss, wish),
+            },
         });
     }
     correct(&mut evidence, wish.alpha);

@@ -4,6 +4,7 @@
 //! [`Case`] is an opened run folder, [`Judgement`] everything that is measured about it; tables, charts and
 //! words are made of a judgement alone.
 
+mod across;
 mod case;
 mod choice;
 mod claims;
@@ -19,6 +20,7 @@ mod stress;
 #[allow(clippy::unwrap_used)]
 mod synthetic;
 
+pub use across::{Across, across};
 pub use case::Case;
 pub use choice::{By, Choice, Evidence, Test, Wish, choose};
 pub use claims::{Claim, Outcome};

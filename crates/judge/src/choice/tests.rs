@@ -94,6 +94,38 @@ fn too_few_data_are_called_so() {
 }
 
 #[test]
+fn majority_alone_can_show_that_data_are_few() {
+    const WRONG: &[usize] = &[12, 7, 13, 8, 10];
+    let setting = Setting { tested: 20, trained: 80, ..Setting::default() };
+    let players = vec![player("large", 10.0, &[8, 9, 8, 7, 9]), player("majority", 0.001, WRONG)];
+    let choice = chosen(&setting, players, &Wish::default());
+    assert!(!choice.enough_data && choice.chosen.as_deref() == Some("large"));
+    assert!(says(&choice, "Not even majority"), "{:#?}", choice.words);
+}
+
+#[test]
+fn alpha_is_asked_for() {
+    let players = || vec![player("large", 10.0, LARGE), player("poor", 0.1, POOR)];
+    let p = chosen(&Setting::default(), players(), &Wish::default()).evidence[1].p_holm.unwrap();
+    let with = |alpha| chosen(&Setting::default(), players(), &Wish { alpha, ..Wish::default() });
+    assert_eq!(with(1.01 * p).chosen.as_deref(), Some("large"));
+    assert_eq!(with(0.99 * p).chosen.as_deref(), Some("poor"));
+}
+
+#[test]
+fn only_the_same_test_samples_are_compared() {
+    let players = vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
+    let (mut contest, judgement) = synthetic(&Setting::default(), players);
+    contest.networks[1].1[0].index[0] = 499;
+    let four = run(&contest, &judgement, &Wish::default());
+    assert!((four.evidence[1].difference + 0.25).abs() < 1e-9, "{:?}", four.evidence[1]);
+    contest.networks[1].1.clear();
+    let none = run(&contest, &judgement, &Wish::default());
+    assert_eq!(none.chosen.as_deref(), Some("large"));
+    assert!(none.evidence[1].refused.as_deref().unwrap().contains("no finished fold in common"));
+}
+
+#[test]
 fn the_margin_decides_what_few_data_are() {
     let players = || vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
     let wish = |margin| Wish { margin, ..Wish::default() };
