@@ -195,14 +195,13 @@ impl Contest {
         mcnemar(only_a, only_b)
     }
 
-    /// A value of each test part of a network, such as its accuracy in %, and the ratio of test to training
-    /// samples.
-    pub fn values(&self, name: &str, value: impl Fn(Answers) -> f64) -> (Vec<f64>, f64) {
-        let parts = self.parts(&[name]);
-        let of = |part: &Vec<&FoldRecord>| {
-            let rows: Vec<usize> = (0..part[0].index.len()).collect();
-            value(Answers { record: part[0], rows: &rows, width: self.width })
+    /// A value of each test part that two networks share.
+    pub fn values(&self, a: &str, b: &str, value: impl Fn(Answers) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let width = self.width;
+        let of = |record: &FoldRecord| {
+            let rows: Vec<usize> = (0..record.index.len()).collect();
+            value(Answers { record, rows: &rows, width })
         };
-        (parts.iter().map(of).collect(), self.ratio(&parts))
+        self.parts(&[a, b]).iter().map(|part| (of(part[0]), of(part[1]))).unzip()
     }
 }

@@ -23,7 +23,7 @@ mod synthetic;
 pub use across::{Across, across};
 pub use case::Case;
 pub use choice::{By, Choice, Evidence, Test, Wish, choose};
-pub use claims::{Claim, Outcome};
+pub use claims::{Claim, Outcome, claims};
 pub use error::{Error, Result};
 pub use judgement::{
     EpochPoint, Example, Judged, Judgement, Kind, Picture, PictureKind, Verdict, WeightChange,

@@ -21,7 +21,7 @@ mod pairs;
 mod ranks;
 
 pub use bootstrap::cluster_bootstrap;
-pub use pairs::{PairedTest, SpreadRatio, corrected_t, corrected_welch, holm, mcnemar, spread_ratio};
+pub use pairs::{PairedTest, SpreadRatio, corrected_t, holm, independent, mcnemar, spread_ratio};
 pub use ranks::{Friedman, friedman, nemenyi, wilcoxon};
 
 use crate::error::{Error, Result};

@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 use taxel_judge::statistics::{
-    cluster_bootstrap, corrected_t, corrected_welch, friedman, holm, mcnemar, nemenyi, spread_ratio, wilcoxon,
+    cluster_bootstrap, corrected_t, friedman, holm, independent, mcnemar, nemenyi, spread_ratio, wilcoxon,
 };
 use taxel_trainer::metrics::Clusters;
 
@@ -66,16 +66,24 @@ fn differences_without_spread_have_a_documented_answer() {
 }
 
 #[test]
-fn welch_without_overlap_is_the_two_sample_t_test() {
-    for case in cases("welch") {
-        let test = corrected_welch((&floats(&case["a"]), 0.0), (&floats(&case["b"]), 0.0)).unwrap();
-        close("p", test.p, &case["p"]);
-        close_all("interval", &test.interval.unwrap(), &case["interval"]);
+fn independent_estimates_differ_as_newcombe_has_it() {
+    let both = |value: &Value| {
+        let bounds = floats(&value[1]);
+        (value[0].as_f64().unwrap(), [bounds[0], bounds[1]])
+    };
+    for case in cases("independent") {
+        let (size, interval) = independent(both(&case["a"]), both(&case["b"])).unwrap();
+        close("size", size, &case["size"]);
+        close_all("interval", &interval, &case["interval"]);
     }
-    let test = corrected_welch((&[1.0, 2.0, 4.0], 0.0), (&[5.0, 7.0, 6.0], 0.0)).unwrap();
-    let wider = corrected_welch((&[1.0, 2.0, 4.0], 1.0), (&[5.0, 7.0, 6.0], 1.0)).unwrap();
-    assert!(wider.p > test.p);
-    assert!(corrected_welch((&[1.0, 1.0], 0.0), (&[2.0, 2.0], 0.0)).is_err());
+    // Newcombe's Table II, (a): 56 of 70 less 48 of 80.
+    let (_, [low, high]) = {
+        let case = &cases("independent")[0];
+        independent(both(&case["a"]), both(&case["b"])).unwrap()
+    };
+    assert!((low - 0.0524).abs() < 5e-5 && (high - 0.3339).abs() < 5e-5, "{low} {high}");
+    assert!(independent((0.5, [0.6, 0.7]), (0.5, [0.4, 0.6])).is_err());
+    assert!(independent((f64::NAN, [0.6, 0.7]), (0.5, [0.4, 0.6])).is_err());
 }
 
 #[test]

@@ -175,6 +175,9 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
     if !judgement.results.complete {
         words.push("Some folds are not finished; taxel run --resume goes on.".into());
     }
+    if !judgement.judged_on.optimised {
+        words.push("Speeds are those of a build that is not optimised.".into());
+    }
     if judgement.kind == Kind::Simulated {
         words.push("Measured on simulated data: recordings may rank networks otherwise.".into());
     }

@@ -52,29 +52,23 @@ pub fn corrected_t(differences: &[f64], test_to_train: f64, confidence: f64) -> 
     Ok(student(mean, error, n - 1.0, confidence))
 }
 
-/// The same for two experiments on different samples, each with its own ratio of test to training samples:
-/// Welch's test (1947) with Nadeau and Bengio's variance of each mean. The difference is `a` less `b`.
+/// A difference of two independent estimates from the interval of each (Zou & Donner 2008; for shares
+/// Newcombe 1998, method 10): `a` less `b`, both with their lower and upper bound. Intervals need not be
+/// even around their estimates.
 ///
 /// # Errors
-/// As [`corrected_t`]; also values that do not vary in either experiment.
-pub fn corrected_welch((a, ratio_a): (&[f64], f64), (b, ratio_b): (&[f64], f64)) -> Result<PairedTest> {
-    let what = "corrected Welch test";
-    let mut parts = vec![];
-    for (values, ratio) in [(a, ratio_a), (b, ratio_b)] {
-        check(what, values, 2)?;
-        if !(ratio.is_finite() && ratio >= 0.0) {
-            return refuse(what, format!("{ratio} test samples for each training sample"));
+/// Values that are not finite, or an estimate outside its interval.
+pub fn independent(a: (f64, [f64; 2]), b: (f64, [f64; 2])) -> Result<(f64, [f64; 2])> {
+    let what = "difference of independent estimates";
+    for (size, [low, high]) in [a, b] {
+        check(what, &[size, low, high], 3)?;
+        if !(low <= size && size <= high) {
+            return refuse(what, format!("{size} is outside its interval {low} to {high}"));
         }
-        let (mean, sd) = mean_sd(values);
-        let n = values.len() as f64;
-        parts.push((mean, (1.0 / n + ratio) * sd.unwrap_or(0.0).powi(2), n - 1.0));
     }
-    let (mean, variance) = (parts[0].0 - parts[1].0, parts[0].1 + parts[1].1);
-    if does_not_vary(mean, variance.sqrt()) {
-        return refuse(what, "values do not vary in either experiment");
-    }
-    let freedom = variance.powi(2) / parts.iter().map(|(_, v, f)| v.powi(2) / f).sum::<f64>();
-    Ok(student(mean, variance.sqrt(), freedom, 0.95))
+    let ((a, [low_a, high_a]), (b, [low_b, high_b])) = (a, b);
+    let (down, up) = ((a - low_a).hypot(high_b - b), (high_a - a).hypot(b - low_b));
+    Ok((a - b, [a - b - down, a - b + up]))
 }
 
 fn student(mean: f64, error: f64, freedom: f64, confidence: f64) -> PairedTest {
