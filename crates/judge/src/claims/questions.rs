@@ -50,15 +50,16 @@ fn above(least: f64, effect: String, own: Effect) -> Answer {
     Answer { outcome, effect, size: Some(own.size), interval: own.interval }
 }
 
-/// The smallest lower bound first: what comes nearest to refuting a claim.
-fn nearest(a: &(String, Effect), b: &(String, Effect)) -> Ordering {
-    let low = |own: &Effect| own.interval.map_or(f64::NEG_INFINITY, |[low, _]| low);
-    low(&a.1).total_cmp(&low(&b.1))
+/// By lower bound: what comes nearest to refuting a claim first. An effect without an interval comes behind
+/// those that refute the claim and before those that do not.
+fn nearest(least: f64) -> impl Fn(&(String, Effect), &(String, Effect)) -> Ordering {
+    let low = move |own: &Effect| own.interval.map_or(least, |[low, _]| low);
+    move |a, b| low(&a.1).total_cmp(&low(&b.1))
 }
 
 /// Against each of several: the one that comes nearest to refuting the claim.
 fn against_all(least: f64, effects: Vec<(String, Effect)>) -> Answer {
-    let (count, first) = (effects.len(), effects.into_iter().min_by(nearest));
+    let (count, first) = (effects.len(), effects.into_iter().min_by(nearest(least)));
     let Some((effect, own)) = first else { return lacks("test parts that the networks share") };
     let of = if count > 1 { format!("; nearest of {count}") } else { String::new() };
     above(least, format!("{effect}{of}"), own)
@@ -413,9 +414,9 @@ pub(super) fn few_beat_many(run: &Field, few: &[usize], many: &[usize]) -> Resul
     for (few, many) in &pairs {
         let (Some(three), two) = (three(run.with(*few)), two(run.with(*many))) else { continue };
         let effects = against_two(run, three, &two, confidence)?;
-        cases.extend(effects.into_iter().min_by(nearest));
+        cases.extend(effects.into_iter().min_by(nearest(0.0)));
     }
-    let best = cases.into_iter().max_by(nearest);
+    let best = cases.into_iter().max_by(nearest(0.0));
     Ok(match best {
         Some((text, effect)) => above(0.0, format!("{text}; best of {} cases", pairs.len()), effect),
         None => lacks(format!("{BOTH} trained on few ({few:?}) and many ({many:?}) samples per class")),

@@ -45,6 +45,22 @@ fn a_claim_holds_against_each_or_not_at_all() {
     // Beating one of two is not being the best: the nearer one is shown.
     let best = beats(&run, "good", &["fair", "near"], Measure::Accuracy).unwrap();
     is(&best, Outcome::DoesNotHold, "good less near, points; nearest of 2");
+    // Of two of one kind the one that bears its name takes part.
+    let zoo = |name, wrong| Player { zoo: "good", ..player(name, 1.0, wrong) };
+    let players =
+        vec![zoo("good-twice", FAIR), zoo("good", GOOD), zoo("good-last", FAIR), player("fair", 1.0, FAIR)];
+    let named = beats(&field(&Setting::default(), players), "good", &["fair"], Measure::Accuracy).unwrap();
+    is(&named, Outcome::Holds, "good less fair");
+    // What cannot be measured against one does not hide what another refutes, and is not passed over.
+    const ALIKE: &[usize] = &[6, 7, 6, 5, 6];
+    let three =
+        |third| vec![player("good", 1.0, GOOD), player("alike", 1.0, ALIKE), player("third", 1.0, third)];
+    let ask = |third| {
+        let run = field(&Setting::default(), three(third));
+        beats(&run, "good", &["alike", "third"], Measure::Accuracy).unwrap()
+    };
+    is(&ask(NEAR), Outcome::DoesNotHold, "good less third");
+    is(&ask(FAIR), Outcome::CannotBeTested, "good less alike");
     let lacks = beats(&run, "good", &["fair", "gone", "lost"], Measure::Accuracy).unwrap();
     is(&lacks, Outcome::CannotBeTested, "the run lacks gone, lost");
     assert_eq!((lacks.size, lacks.interval), (None, None));
@@ -116,13 +132,15 @@ fn tuned_and_frozen_are_told_apart() {
             with("resnet50", "resnet50", NEAR),
         ],
     );
+    run.entrants[2].frozen = vec!["features".into()];
+    run.entrants[1].checkpoint = true;
+    // Frozen at random is no frozen checkpoint.
     let none = tuned_beats_frozen(&run).unwrap();
     is(&none, Outcome::CannotBeTested, "both tuned and frozen");
     is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Outcome::CannotBeTested, "checkpoint");
-    for at in 1..5 {
+    for at in 2..5 {
         run.entrants[at].checkpoint = true;
     }
-    run.entrants[2].frozen = vec!["features".into()];
     run.entrants[3].frozen = vec!["18:139".into()];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
     is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Outcome::Holds, "tuned less resnet50");
@@ -205,6 +223,12 @@ fn a_learning_curve_answers_for_few_grasps() {
     assert!((margin.size.unwrap() - (34.2 - 15.4)).abs() < 1e-9, "{margin:?}");
     let few = few_beat_many(&run, &[1, 2], &[5, 10]).unwrap();
     is(&few, Outcome::Holds, "tactnet3d-51.n1 less tactnet6.n10, points; best of 1 cases");
+    // The better of two cases, its interval wider for the choice between them.
+    let both = few_beat_many(&run, &[1, 10], &[10]).unwrap();
+    is(&both, Outcome::Holds, "tactnet3d-51.n10 less tactnet6.n10, points; best of 2 cases");
+    let [low, high] = both.interval.unwrap();
+    let [alone_low, alone_high] = few_beat_many(&run, &[10], &[10]).unwrap().interval.unwrap();
+    assert!(low < alone_low - 0.1 && high > alone_high + 0.1, "{low} {alone_low}");
     let other = curve(&[
         ("tactnet3d-51.n1", "tactnet3d-51", 1, FEW_2D),
         ("tactnet6.n1", "tactnet6", 1, FEW_3D),
