@@ -126,7 +126,7 @@ pub(crate) const MAJORITY: &str = "majority";
 
 /// The smallest network of a run that suffices: of those that are not significantly worse than the most
 /// accurate one the cheapest, with the evidence. Rivals take part; majority, which reads nothing, is
-/// compared and never chosen. Of a learning curve only the rows with the most training samples take part.
+/// compared and never chosen, nor is anything that is no better than chance. Of a learning curve only the rows with the most training samples take part.
 ///
 /// # Errors
 /// A wish outside its range, a limit on losses without a stress test, damaged records.
@@ -186,7 +186,7 @@ pub(crate) fn decide(
             mean_loss,
             refused: match effect {
                 None => Some(format!("has no finished fold in common with {}", name(best))),
-                Some(_) => refusal(row, mean_loss, wish),
+                Some(_) => refusal(row, judgement.chance, mean_loss, wish),
             },
         });
     }
@@ -221,16 +221,20 @@ fn cost(row: &Judged, by: By) -> Option<f64> {
 }
 
 /// Why a network cannot be chosen, however accurate it is.
-fn refusal(row: &Judged, mean_loss: Option<f64>, wish: &Wish) -> Option<String> {
+fn refusal(row: &Judged, chance: f64, mean_loss: Option<f64>, wish: &Wish) -> Option<String> {
     if row.results.zoo == MAJORITY {
-        return Some("reads nothing: it is here to be beaten".into());
+        return Some("reads nothing: is here to be beaten".into());
+    }
+    // To rounding: accuracies are means over folds.
+    if accuracy(row) <= chance + 1e-9 {
+        return Some("is no better than always naming the commonest class".into());
     }
     if cost(row, wish.by).is_none() {
-        return Some("its speed was not measured".into());
+        return Some("was not timed: its speed is not known".into());
     }
     match (wish.max_loss, mean_loss) {
         (Some(most), Some(loss)) if loss > most => {
-            Some(format!("faults cost it {loss:.1} points on average, more than {most}"))
+            Some(format!("loses {loss:.1} points to faults on average, more than {most}"))
         }
         (Some(_), None) => Some("was not tested under faults".into()),
         _ => None,

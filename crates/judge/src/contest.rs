@@ -178,6 +178,8 @@ impl Contest {
     pub fn difference(&self, a: &str, b: &str, attribute: Option<usize>) -> Result<Option<Effect>> {
         let statistic = |both: &[Answers]| Some(both[0].accuracy(attribute) - both[1].accuracy(attribute));
         let Some(mut effect) = self.effect(&[a, b], &statistic, 0.95)? else { return Ok(None) };
+        // A t interval of two folds may go beyond what accuracies can differ by.
+        effect.interval = effect.interval.map(|bounds| bounds.map(|bound| bound.clamp(-100.0, 100.0)));
         if let [part] = self.parts(&[a, b]).as_slice() {
             effect.p = Some(self.mcnemar(part, attribute));
         }

@@ -1,5 +1,6 @@
 //! `taxel choose`: the smallest network that suffices.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -95,13 +96,18 @@ impl Choose {
 
     fn one(&self, path: &Path, wish: &Wish) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
         let progress = IndicatifProgress::default();
+        let terminal = std::io::stderr().is_terminal();
         let mut stress = StressOptions::default();
         if let Some(threads) = self.threads {
             stress.threads = threads.max(1);
         }
         let options = Options {
             stress: wish.max_loss.map(|_| stress),
-            say: &|what| progress.say(what),
+            say: &|what| {
+                if terminal {
+                    progress.say(what);
+                }
+            },
             start: &|steps| progress.start(steps),
             tick: &|| progress.step(1),
             ..Options::default()

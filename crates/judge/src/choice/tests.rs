@@ -79,11 +79,7 @@ fn too_few_data_are_called_so() {
     let choice = chosen(&setting, players(), &Wish::default());
     assert!(!choice.enough_data);
     assert_eq!(choice.chosen.as_deref(), Some("small"), "majority is never chosen");
-    assert!(
-        says(&choice, "Too few data to tell") && says(&choice, "Not even majority"),
-        "{:#?}",
-        choice.words
-    );
+    assert!(says(&choice, "(up to 100.0)") && says(&choice, "Not even majority"), "{:#?}", choice.words);
     // Two folds that agree to the sample prove nothing either.
     const ALIKE: &[usize] = &[3, 8];
     let players = vec![player("large", 10.0, A), player("small", 1.0, ALIKE)];
@@ -101,6 +97,15 @@ fn majority_alone_can_show_that_data_are_few() {
     let choice = chosen(&setting, players, &Wish::default());
     assert!(!choice.enough_data && choice.chosen.as_deref() == Some("large"));
     assert!(says(&choice, "Not even majority"), "{:#?}", choice.words);
+}
+
+#[test]
+fn what_is_no_better_than_chance_is_not_chosen() {
+    let setting = Setting { parts: 2, tested: 20, trained: 20, ..Setting::default() };
+    let players = vec![player("large", 10.0, &[1, 6]), player("cheap", 1.0, &[12, 8])];
+    let choice = chosen(&setting, players, &Wish::default());
+    assert!(!choice.evidence[1].worse && choice.chosen.as_deref() == Some("large"), "{choice:#?}");
+    assert!(choice.evidence[1].refused.as_deref().unwrap().contains("commonest class"));
 }
 
 #[test]
@@ -150,7 +155,7 @@ fn what_faults_cost_can_refuse() {
     assert!(choice.evidence[1].refused.as_deref().unwrap().contains("20.0 points"), "{choice:#?}");
     let none = run(&contest, &judgement, &wish(5.0));
     assert_eq!(none.chosen, None);
-    assert!(says(&none, "Nothing suffices: large faults cost it 8.0"), "{:#?}", none.words);
+    assert!(says(&none, "Nothing suffices: large loses 8.0"), "{:#?}", none.words);
     // Without a limit faults are named, not judged.
     let free = run(&contest, &judgement, &Wish::default());
     assert_eq!(free.chosen.as_deref(), Some("small"));
@@ -251,7 +256,7 @@ fn what_is_to_be_small_is_asked_for() {
     judgement.networks[1].speed = None;
     let choice = run(&contest, &judgement, &Wish::default());
     assert_eq!(choice.chosen.as_deref(), Some("large"));
-    assert!(choice.evidence[1].refused.as_deref().unwrap().contains("not measured"));
+    assert!(choice.evidence[1].refused.as_deref().unwrap().contains("not timed"));
 }
 
 #[test]

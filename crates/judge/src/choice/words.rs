@@ -57,11 +57,16 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
 fn suffices(choice: &Choice, chosen: &Evidence, best: &Evidence) -> String {
     let p = chosen.p_holm.map_or(String::new(), |p| format!(" ({}, p {})", test(choice.test), shown(p)));
     let gives_up = match chosen.difference < 0.0 {
-        true => format!("gives up {:.1} points of accuracy", -chosen.difference),
+        true => format!("gives up {} points of accuracy", points(-chosen.difference)),
         false => "gives up no accuracy".into(),
     };
+    let suffices = match unseen(chosen, choice.wish.margin) {
+        true => "would suffice, but the data are too few to tell",
+        false => "suffices",
+    };
     format!(
-        "{} suffices: {:.1} % right; it {gives_up} against {}, the most accurate ({:.1} %), and the data cannot tell the two apart{p}.",
+        "{} {suffices}: {:.1} % right, it {gives_up} against {}, the most accurate ({:.1} %); the two cannot \
+         be told apart{p}.",
         chosen.network, chosen.accuracy, best.network, best.accuracy
     )
 }
@@ -94,9 +99,11 @@ fn saves(small: &Judged, large: &Judged) -> Option<String> {
         times(own.bytes as f64, other.bytes as f64, "smaller", "larger")
             .map(|t| format!("{t} ({} against {} kB)", kilobytes(own.bytes), kilobytes(other.bytes))),
     );
-    let macs = times(own.macs as f64, other.macs as f64, "fewer", "more");
-    parts.extend(macs.map(|t| format!("{t} multiply-accumulates")));
-    (!parts.is_empty()).then(|| format!("It is {}.", listed(&parts)))
+    let macs = times(own.macs as f64, other.macs as f64, "fewer", "more")
+        .map(|t| format!("needs {t} multiply-accumulates"));
+    let is = (!parts.is_empty()).then(|| format!("is {}", listed(&parts)));
+    let all: Vec<String> = is.into_iter().chain(macs).collect();
+    (!all.is_empty()).then(|| format!("It {}.", all.join(", and ")))
 }
 
 /// Whether faults speak against the chosen one.
@@ -104,23 +111,22 @@ fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<S
     let stress = judgement.stress.as_ref()?;
     let loss = chosen.mean_loss?;
     let verdict = stress.networks.iter().find(|n| n.network == chosen.network).map(|n| n.verdict.as_str());
-    let against = match best.mean_loss {
-        Some(other) if best.network != chosen.network && loss > other + NOTABLE => {
+    let own = points(loss);
+    let against = match best.mean_loss.filter(|_| best.network != chosen.network) {
+        Some(other) => {
+            let speak = if loss > other + NOTABLE { "speak" } else { "do not speak" };
+            let other = points(other);
             format!(
-                "Faults speak against it: they cost it {loss:.1} points on average, {} {other:.1}",
+                "Faults {speak} against it: they cost it {own} points on average, {} {other}",
                 best.network
             )
         }
-        Some(other) if best.network != chosen.network => {
-            format!(
-                "Faults do not speak against it: they cost it {loss:.1} points on average, {} {other:.1}",
-                best.network
-            )
-        }
-        _ => format!("Faults cost it {loss:.1} points on average"),
+        None => format!("Faults cost it {own} points on average"),
     };
     Some(match verdict {
-        Some(verdict) if !verdict.is_empty() => format!("{against}; it {}.", verdict.trim_end_matches('.')),
+        Some(verdict) if !verdict.is_empty() => {
+            format!("{against}. {}: {}.", chosen.network, verdict.trim_end_matches('.'))
+        }
         _ => format!("{against}."),
     })
 }
@@ -150,7 +156,7 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
         .collect();
     if !choice.enough_data {
         words.push(format!(
-            "Too few data to tell: a loss of more than {} points could have stayed unseen for {}. More samples, \
+            "Too few data: a loss of more than {} points could have stayed unseen for {}. More samples, \
              folds or repetitions would tell (--set protocol.repetitions=10).",
             wish.margin,
             listed(&hidden)
@@ -205,6 +211,11 @@ fn listed(parts: &[String]) -> String {
         [one] => one.clone(),
         [most @ .., last] => format!("{} and {last}", most.join(", ")),
     }
+}
+
+/// Without the minus of a rounded zero.
+fn points(value: f64) -> String {
+    format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
 }
 
 fn shown(p: f64) -> String {
