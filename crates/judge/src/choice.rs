@@ -33,7 +33,7 @@ pub struct Wish {
     /// The most accuracy that faults may cost on average, in percentage points; none: not asked for.
     pub max_loss: Option<f64>,
     /// An accuracy loss that would matter, in percentage points: a table that could not have seen a loss
-    /// this large has too few data. Default 5.
+    /// this large has too few data, and what seems to lose more is not chosen. Default 5.
     pub margin: f64,
 }
 
@@ -126,7 +126,8 @@ pub(crate) const MAJORITY: &str = "majority";
 
 /// The smallest network of a run that suffices: of those that are not significantly worse than the most
 /// accurate one the cheapest, with the evidence. Rivals take part; majority, which reads nothing, is
-/// compared and never chosen, nor is anything that is no better than chance. Of a learning curve only the rows with the most training samples take part.
+/// compared and never chosen, nor is anything that is no better than chance or seems to lose more than
+/// [`Wish::margin`], significantly or not. Of a learning curve only the rows with the most training samples take part.
 ///
 /// # Errors
 /// A wish outside its range, a limit on losses without a stress test, damaged records.
@@ -191,6 +192,11 @@ pub(crate) fn decide(
         });
     }
     correct(&mut evidence, wish.alpha);
+    for own in evidence.iter_mut().filter(|own| own.refused.is_none() && !own.worse) {
+        let lost = -own.difference;
+        own.refused =
+            (lost > wish.margin).then(|| format!("seems to lose {lost:.1} points, too few data to be sure"));
+    }
     let best = name(best);
     let chosen = cheapest(&evidence).map(|own| own.network.clone());
     let enough_data = evidence.iter().all(|own| own.network == best || !unseen(own, wish.margin));
@@ -260,10 +266,10 @@ fn cheapest(evidence: &[Evidence]) -> Option<&Evidence> {
     })
 }
 
-/// Whether a loss larger than `margin` could have stayed unseen. Majority counts: data that cannot tell it
-/// from the best tell nothing.
+/// Whether a loss larger than `margin` could have stayed unseen, or is seen and not sure. Majority counts:
+/// data that cannot tell it from the best tell nothing.
 fn unseen(own: &Evidence, margin: f64) -> bool {
-    let counts = own.refused.is_none() || own.network == MAJORITY;
+    let counts = own.refused.is_none() || own.network == MAJORITY || own.difference < -margin;
     counts && !own.worse && own.interval.is_none_or(|[low, _]| low < -margin)
 }
 

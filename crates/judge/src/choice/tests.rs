@@ -109,10 +109,23 @@ fn what_is_no_better_than_chance_is_not_chosen() {
 }
 
 #[test]
+fn what_seems_to_lose_much_is_not_chosen_unless_that_is_little() {
+    let setting = Setting { parts: 2, tested: 20, trained: 20, ..Setting::default() };
+    let players = || vec![player("large", 10.0, &[1, 2]), player("cheap", 1.0, &[9, 5])];
+    let choice = chosen(&setting, players(), &Wish::default());
+    assert!(!choice.evidence[1].worse && choice.chosen.as_deref() == Some("large"), "{choice:#?}");
+    assert!(choice.evidence[1].refused.as_deref().unwrap().contains("seems to lose 27.5 points"));
+    assert!(!choice.enough_data && says(&choice, "unseen for cheap"), "{:#?}", choice.words);
+    let free = chosen(&setting, players(), &Wish { margin: 30.0, ..Wish::default() });
+    assert_eq!(free.chosen.as_deref(), Some("cheap"));
+}
+
+#[test]
 fn alpha_is_asked_for() {
     let players = || vec![player("large", 10.0, LARGE), player("poor", 0.1, POOR)];
     let p = chosen(&Setting::default(), players(), &Wish::default()).evidence[1].p_holm.unwrap();
-    let with = |alpha| chosen(&Setting::default(), players(), &Wish { alpha, ..Wish::default() });
+    let with =
+        |alpha| chosen(&Setting::default(), players(), &Wish { alpha, margin: 100.0, ..Wish::default() });
     assert_eq!(with(1.01 * p).chosen.as_deref(), Some("large"));
     assert_eq!(with(0.99 * p).chosen.as_deref(), Some("poor"));
 }
