@@ -195,7 +195,7 @@ pub(crate) fn decide(
     for own in evidence.iter_mut().filter(|own| own.refused.is_none() && !own.worse) {
         let lost = -own.difference;
         own.refused =
-            (lost > wish.margin).then(|| format!("seems to lose {lost:.1} points, too few data to be sure"));
+            (lost > wish.margin).then(|| format!("seems to lose {lost:.1} points, but the data cannot tell"));
     }
     let best = name(best);
     let chosen = cheapest(&evidence).map(|own| own.network.clone());

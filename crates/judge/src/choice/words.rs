@@ -42,14 +42,14 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
     let cheaper: Vec<String> = others
         .filter(|own| own.network != MAJORITY && own.cost < chosen.cost)
         .map(|own| match (&own.refused, own.p_holm) {
-            (Some(reason), _) => format!("{} ({reason})", own.network),
+            (Some(reason), _) => format!("{} {reason}", own.network),
             (_, Some(p)) => format!("{} ({:+.1} points, p {})", own.network, own.difference, shown(p)),
             _ => own.network.clone(),
         })
         .collect();
     let beyond = match cheaper.as_slice() {
         [] => "nothing in the table is cheaper".into(),
-        some => format!("cheaper ones do not suffice: {}", some.join(", ")),
+        some => format!("cheaper ones do not suffice: {}", some.join("; ")),
     };
     format!("{} suffices, and is the most accurate ({:.1} %): {beyond}.", chosen.network, chosen.accuracy)
 }
