@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::choice::MAJORITY;
+use crate::choice::{MAJORITY, shown};
 use crate::error::Result;
 use crate::judgement::Judgement;
 use crate::statistics::{Friedman, friedman, holm, nemenyi, wilcoxon};
@@ -88,12 +88,12 @@ pub fn across(judgements: &[&Judgement], alpha: f64) -> Result<Option<Across>> {
 impl Across {
     fn words(&self, given: usize) -> Vec<String> {
         let (count, best) = (self.runs.len(), &self.networks[0]);
-        let p = self.friedman.p_iman_davenport;
+        let p = shown(self.friedman.p_iman_davenport);
         let mut words = vec![];
-        if p >= self.alpha {
+        if self.friedman.p_iman_davenport >= self.alpha {
             words.push(format!(
                 "Over {count} data sets no network is better than another beyond chance (Friedman, Iman and \
-                 Davenport's p = {p:.3})."
+                 Davenport's p {p})."
             ));
         } else {
             let far =
@@ -104,7 +104,7 @@ impl Across {
                 [] => "but no single one is worse than the best by the critical difference".into(),
                 some => format!("{best} ranks better than {} beyond doubt", some.join(", ")),
             };
-            words.push(format!("Over {count} data sets networks differ (p = {p:.3}); {beaten}."));
+            words.push(format!("Over {count} data sets networks differ (p {p}); {beaten}."));
         }
         if given > count {
             words.push(format!("{} runs on samples that another run has were left out.", given - count));

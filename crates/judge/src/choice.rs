@@ -9,6 +9,7 @@ use crate::contest::{Contest, Effect};
 use crate::error::{Error, Result};
 use crate::judgement::{Judged, Judgement};
 use crate::statistics::holm;
+pub(crate) use words::shown;
 
 /// What is to be small.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -218,7 +218,8 @@ fn points(value: f64) -> String {
     format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
 }
 
-fn shown(p: f64) -> String {
+/// `= 0.043`, `< 0.001`.
+pub(crate) fn shown(p: f64) -> String {
     if p < 0.001 { "< 0.001".into() } else { format!("= {p:.3}") }
 }
 

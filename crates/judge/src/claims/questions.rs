@@ -223,9 +223,15 @@ pub(super) fn smallest_spread(run: &Field, one: &str, others: &[&str]) -> Result
     Ok(if known.len() < others.len() { lacks("folds that differ") } else { against_all(0.0, known) })
 }
 
-/// Every network that the run both tunes and trains with all but its classifier frozen.
+/// Every network that the run both tunes and trains with all but its classifier frozen: by name of
+/// MobileNetV2's body, or no convolution of it having changed.
 pub(super) fn tuned_beats_frozen(run: &Field) -> Result<Answer> {
-    let frozen = run.full().filter(|e| e.checkpoint && e.frozen.iter().any(|part| part == "features"));
+    let still = |e: &Entrant| {
+        let changes = &e.judged.weight_changes;
+        !changes.is_empty() && changes.iter().all(|layer| layer.change == 0.0)
+    };
+    let named = |e: &Entrant| e.frozen.iter().any(|part| part == "features");
+    let frozen = run.full().filter(|e| e.checkpoint && !e.frozen.is_empty() && (named(e) || still(e)));
     let mut effects = vec![];
     for one in frozen {
         let tuned =

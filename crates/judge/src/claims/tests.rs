@@ -143,6 +143,14 @@ fn tuned_and_frozen_are_told_apart() {
     }
     run.entrants[3].frozen = vec!["18:139".into()];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
+    // Whatever a network's parts are called: none of its convolutions has changed.
+    let layer = |change| WeightChange { layer: "conv".into(), change };
+    run.entrants[2].frozen = vec!["conv1".into(), "layer1".into()];
+    is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
+    run.entrants[2].judged.weight_changes = vec![layer(0.0), layer(0.0)];
+    is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
+    run.entrants[2].judged.weight_changes = vec![layer(0.0), layer(0.1)];
+    is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
     is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Outcome::Holds, "tuned less resnet50");
     let own = freezing_costs(&run, "mobilenet-v2", "18:139", 3.0).unwrap();
     is(&own, Outcome::Holds, "middle less tuned");
