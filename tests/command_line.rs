@@ -7,7 +7,7 @@ mod twin;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Output, Stdio};
 
 use assert_cmd::Command;
 use taxel_graph::{Graph, Weights};
@@ -503,4 +503,17 @@ fn help_teaches() {
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");
     }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["cost", "densenet201"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
 }

@@ -42,7 +42,20 @@ enum Command {
     Data(commands::data::Data),
 }
 
+/// Ends quietly when the reader of a pipe has gone (`taxel zoo | head`), where printing would panic.
+fn end_with_the_reader() {
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let gone = panic.payload_as_str().is_some_and(|text| text.contains("Broken pipe"));
+        if gone {
+            std::process::exit(0);
+        }
+        report(panic);
+    }));
+}
+
 fn main() -> ExitCode {
+    end_with_the_reader();
     let outcome = match Arguments::parse().command {
         Command::Run(command) => command.run(),
         Command::Stress(command) => command.run(),
