@@ -495,10 +495,43 @@ fn choose_names_the_smallest_that_suffices() {
 }
 
 #[test]
+fn report_makes_pages_of_runs_and_one_of_them_all() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let (first, second, out) = (at("first run"), at("second"), at("side by side"));
+    for run in [&first, &second] {
+        let few = ["--set", "train.epochs=1", "--set", "data.samples=40", "--out", text(run)];
+        good(&[&["run", QUICKSTART, "--quick"], &few[..]].concat());
+    }
+    let said = good(&["report", text(&first), "--samples", "10", "--json"]);
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(
+        (said["kind"].as_str(), said["networks"][0]["network"].as_str()),
+        (Some("simulated"), Some("mlp"))
+    );
+    assert!(said["networks"][0]["latency_p50_ms"].as_f64().unwrap() > 0.0);
+    let page = fs::read(first.join("report.html")).unwrap();
+    // Measured once: the same judgement makes the same bytes, now beside another run.
+    let judgement = fs::read(first.join("judgement.json")).unwrap();
+    let said = good(&["report", text(&first), text(&second), "--no-stress", "--out", text(&out)]);
+    assert!(said.contains("resnet8-lite-1d") && said.contains("report.html"), "{said}");
+    assert_eq!(fs::read(first.join("judgement.json")).unwrap(), judgement);
+    assert_eq!(fs::read(first.join("report.html")).unwrap(), page);
+    assert!(fs::read_to_string(second.join("report.html")).unwrap().contains("Not tested."));
+    let index = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(index.contains(r#"href="../first%20run/report.html""#), "{index}");
+    assert!(
+        out.join("tables/overview-simulated.csv").is_file() && !out.join("tables/overview-real.csv").exists()
+    );
+    let error = refused(&["report", text(&at("nothing"))]);
+    assert!(error.contains("nothing") && error.contains("config.toml"), "{error}");
+}
+
+#[test]
 fn help_teaches() {
-    for command in
-        ["run", "stress", "choose", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data"]
-    {
+    for command in [
+        "run", "report", "stress", "choose", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data",
+    ] {
         let help =
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");

@@ -30,6 +30,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(commands::run::Run),
+    Report(commands::report::Report),
     Stress(commands::stress::Stress),
     Choose(commands::choose::Choose),
     Zoo(commands::zoo::Zoo),
@@ -58,6 +59,7 @@ fn main() -> ExitCode {
     end_with_the_reader();
     let outcome = match Arguments::parse().command {
         Command::Run(command) => command.run(),
+        Command::Report(command) => command.run(),
         Command::Stress(command) => command.run(),
         Command::Choose(command) => command.run(),
         Command::Zoo(command) => command.run(),

@@ -13,6 +13,7 @@ mod error;
 mod examples;
 mod judgement;
 mod measure;
+mod report;
 mod speed;
 pub mod statistics;
 mod stress;
@@ -29,5 +30,6 @@ pub use judgement::{
     EpochPoint, Example, Judged, Judgement, Kind, Picture, PictureKind, Verdict, WeightChange,
 };
 pub use measure::{Options, judge, judged_before_or_now};
+pub use report::{Entry, Report, Summary, overview, report};
 pub use speed::Speed;
 pub use stress::{FaultCurve, FaultInfo, NetworkStress, Range, Score, Stress, StressOptions, stress};

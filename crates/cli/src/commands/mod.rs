@@ -5,6 +5,7 @@ pub mod cost;
 pub mod data;
 pub mod encode;
 pub mod forward;
+pub mod report;
 pub mod run;
 pub mod simulate;
 pub mod stitch;
