@@ -7,7 +7,7 @@ mod twin;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Output, Stdio};
 
 use assert_cmd::Command;
 use taxel_graph::{Graph, Weights};
@@ -471,6 +471,30 @@ fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {
 }
 
 #[test]
+fn choose_names_the_smallest_that_suffices() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--set", "data.samples=60"];
+    let rivals = ["--set", "rivals=[\"majority\", \"k-nn\"]", "--out", text(&run)];
+    good(&[&quick[..], &rivals].concat());
+    let shown = good(&["choose", text(&run), "--by", "size"]);
+    assert!(shown.contains("95 % interval") && shown.contains("chosen"), "{shown}");
+    assert!(shown.contains("majority") && shown.contains("Too few data"), "{shown}");
+    let json: serde_json::Value =
+        serde_json::from_str(&good(&["choose", text(&run), text(&run), "--json"])).unwrap();
+    let choices = json["choices"].as_array().unwrap();
+    assert_eq!((choices.len(), &json["across"]), (2, &serde_json::Value::Null));
+    assert_eq!(choices[0]["choice"]["evidence"].as_array().unwrap().len(), 4);
+    // Nobody loses less than nothing to faults; majority does, and is never chosen.
+    let none = taxel(&["choose", text(&run), "--max-loss", "0"]);
+    let shown = String::from_utf8(none.stdout).unwrap();
+    assert_eq!(none.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("Nothing suffices") && shown.contains("lost to faults"), "{shown}");
+    assert!(refused(&["choose", text(&run), "--alpha", "2"]).starts_with("--alpha = 2: must be in (0, 1)"));
+    assert!(refused(&["choose", text(folder.path())]).contains("no run folder"));
+}
+
+#[test]
 fn report_makes_pages_of_runs_and_one_of_them_all() {
     let folder = TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -505,11 +529,24 @@ fn report_makes_pages_of_runs_and_one_of_them_all() {
 
 #[test]
 fn help_teaches() {
-    for command in
-        ["run", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data", "stress", "report"]
-    {
+    for command in [
+        "run", "report", "stress", "choose", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data",
+    ] {
         let help =
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");
     }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["cost", "densenet201"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
 }

@@ -1,5 +1,6 @@
 //! One file per command: its arguments and what it does.
 
+pub mod choose;
 pub mod cost;
 pub mod data;
 pub mod encode;

@@ -6,7 +6,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use taxel_judge::{Case, Choice, Claim, Entry, Judgement, Options, StressOptions, judge, overview, report};
+use taxel_judge::{
+    Case, Choice, Claim, Entry, Judgement, Options, StressOptions, Wish, across, choose, claims, judge,
+    overview, report,
+};
 use taxel_trainer::{IndicatifProgress, Progress};
 
 use crate::{Outcome, text};
@@ -46,39 +49,55 @@ pub struct Report {
 
 impl Report {
     pub fn run(self) -> Outcome {
-        let mut entries = vec![];
+        let mut judged = vec![];
         for run in &self.run {
-            entries.push((run, self.one(run)?));
+            let case = Case::open(run)?;
+            let judgement = self.judgement(&case)?;
+            judged.push((case, judgement));
+        }
+        let together: Vec<(&Case, &Judgement)> =
+            judged.iter().map(|(case, judgement)| (case, judgement)).collect();
+        let all = claims(&together)?;
+        let mut entries = vec![];
+        for &(case, judgement) in &together {
+            let choice = choose(case, judgement, &Wish::default())?;
+            let page = self.one(case, judgement, &choice)?;
+            entries.push((page, judgement, choice));
         }
         if entries.len() > 1 || self.out.is_some() {
             let folder = self.out.clone().unwrap_or_else(|| "reports".into());
             std::fs::create_dir_all(&folder)
                 .map_err(|e| format!("{}: cannot be made: {e}", folder.display()))?;
+            let judgements: Vec<&Judgement> = judged.iter().map(|(_, judgement)| judgement).collect();
+            let ranked = across(&judgements, Wish::default().alpha)?;
             let mut linked = vec![];
-            for (run, (judgement, choice)) in entries {
-                linked.push(Entry { page: link(&folder, &run.join("report.html"))?, judgement, choice });
+            for (page, judgement, choice) in entries {
+                let page = link(&folder, &page)?;
+                linked.push(Entry { page, judgement: judgement.clone(), choice: Some(choice) });
             }
-            let page = overview(&linked, &folder)?;
+            let page = overview(&linked, &all, ranked.as_ref(), &folder)?;
             match self.json {
-                true => println!("{}", json!({ "overview": page })),
+                true => println!("{}", json!({ "overview": page, "claims": all, "across": ranked })),
                 false => println!("side by side: {}", page.display()),
             }
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Judges one run, writes its report and prints where it is.
-    fn one(&self, run: &Path) -> Result<(Judgement, Option<Choice>), Box<dyn std::error::Error>> {
-        let case = Case::open(run)?;
-        let judgement = self.judgement(&case)?;
-        let (choice, claims) = verdicts(&case, &judgement);
-        let made = report(&judgement, choice.as_ref(), &claims)?;
+    /// Writes the report of one run and prints where it is.
+    fn one(
+        &self,
+        case: &Case,
+        judgement: &Judgement,
+        choice: &Choice,
+    ) -> Result<PathBuf, Box<dyn std::error::Error>> {
+        let made = report(judgement, Some(choice), &testable(claims(&[(case, judgement)])?))?;
         let page = made.write(case.folder.path())?;
         let results = &judgement.results;
         if self.json {
             let object = json!({
                 "name": results.name, "source": results.source, "kind": judgement.kind, "page": page,
-                "chance_percent": judgement.chance, "chosen": choice.as_ref().and_then(|c| c.chosen.as_ref()),
+                "chance_percent": judgement.chance, "chosen": choice.chosen,
                 "networks": made.summary.json,
             });
             println!("{object}");
@@ -89,10 +108,10 @@ impl Report {
             );
             let head: Vec<&str> = made.summary.head.iter().map(String::as_str).collect();
             println!("{}", text::table(&head, &made.summary.rows, &made.summary.right));
-            choice.iter().flat_map(|choice| &choice.words).for_each(|line| println!("{line}"));
+            choice.words.iter().for_each(|line| println!("{line}"));
             println!("report: {}\n", page.display());
         }
-        Ok((judgement, choice))
+        Ok(page)
     }
 
     /// What is in the run folder already, or is measured now.
@@ -130,9 +149,11 @@ impl Report {
     }
 }
 
-/// The recommendation and the claims of the papers: the one place where they come into a report.
-fn verdicts(_case: &Case, _judgement: &Judgement) -> (Option<Choice>, Vec<Claim>) {
-    (None, vec![])
+/// The claims of those papers of which the run can test at least one.
+fn testable(all: Vec<Claim>) -> Vec<Claim> {
+    let tested = |claim: &&Claim| claim.outcome != taxel_judge::Outcome::CannotBeTested;
+    let papers: Vec<String> = all.iter().filter(tested).map(|claim| claim.paper.clone()).collect();
+    all.into_iter().filter(|claim| papers.contains(&claim.paper)).collect()
 }
 
 /// The way from `folder` to `page` as a link: relative, so that both can be moved together.

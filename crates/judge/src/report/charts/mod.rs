@@ -5,7 +5,10 @@ mod confusion;
 mod curves;
 mod faults;
 mod labels;
+mod ranks;
 mod tradeoff;
+
+pub(super) use ranks::ranks;
 
 use super::canvas::{Canvas, PLAIN, Stroke, Type, short, width_of};
 use super::palette::{Ink, Paint, SERIES};

@@ -63,7 +63,7 @@ pub(super) fn choice(choice: &Choice) -> Table {
     Table { marked, ..Table::new("evidence", caption, columns, &choice.evidence) }
 }
 
-pub(super) fn claims(claims: &[Claim]) -> Table {
+pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
     let columns = vec![
         Column::text("paper", "paper", |c: &Claim| Cell::text(&c.paper)),
         Column::text("printed in", "place", |c: &Claim| Cell::text(&c.place)),

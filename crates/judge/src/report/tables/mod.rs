@@ -5,6 +5,7 @@ mod evidence;
 mod faults;
 mod scores;
 
+pub(super) use evidence::claims;
 pub(super) use scores::networks;
 
 use crate::choice::Choice;
