@@ -26,7 +26,7 @@ TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
 SCENES = {
     "fingertip": (
         "quickstart.toml",
-        ["data.samples=300", "protocol.folds=3", "train.epochs=15", 'networks=[{name="mlp"},{name="resnet8-lite-1d"},{name="vgg6-lite-2d"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
+        ["data.samples=300", 'protocol.split="group"', "train.epochs=15", 'networks=[{name="mlp"},{name="resnet8-lite-1d"},{name="vgg6-lite-2d"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
     ),
     "gripper": (
         "strength/strength-004-unseen-objects.toml",
