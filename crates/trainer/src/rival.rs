@@ -9,7 +9,7 @@ use taxel_graph::{Tensor, Weights};
 use taxel_rivals::{Fitted, Method, Series};
 
 use crate::config::{Config, ImageKind};
-use crate::encode::Transform;
+use crate::encode::{Transform, less_baseline};
 use crate::error::{Error, Result};
 use crate::labels::Labels;
 use crate::metrics::log_loss;
@@ -18,9 +18,10 @@ use crate::samples::Samples;
 use crate::train::Latency;
 
 /// What rivals read: recordings `[N, channels, length]` as they are; every channel is scaled by the mean
-/// and deviation of the training part.
+/// and deviation of the training part, after `encoding.baseline`.
 pub(crate) struct Readings {
     x: ArrayD<f32>,
+    baseline: Option<usize>,
 }
 
 /// A fitted rival's answers.
@@ -38,7 +39,15 @@ pub(crate) struct Outcome {
 impl Readings {
     /// Rows of an image and taxels of a frame become channels: `[C, T]` stays, images `[H, W]` are H
     /// channels, colour images `[C, H, W]` C·H, frames `[T, H, W]` H·W channels of length T.
-    pub fn of(samples: &Samples, config: &Config) -> Self {
+    ///
+    /// # Errors
+    /// Samples that have no baseline.
+    pub fn of(samples: &Samples, config: &Config) -> Result<Self> {
+        let baseline = config.encoding.baseline;
+        if let Some(readings) = baseline {
+            let x = less_baseline(samples.x.clone(), readings, &samples.source)?;
+            return Ok(Readings { x, baseline });
+        }
         let is_image = config.encoding.image.as_ref().is_some_and(|image| image.kind == ImageKind::Raw);
         let x = samples.x.view();
         let shape = match *x.shape() {
@@ -52,7 +61,7 @@ impl Readings {
         let x = if turned { x.permuted_axes(vec![0, 2, 3, 1]) } else { x };
         let values: Vec<f32> = x.iter().copied().collect();
         // The shape has as many values: a failure leaves nothing to rival.
-        Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default() }
+        Ok(Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default(), baseline })
     }
 
     /// Why `method` cannot be fitted to `samples` of these recordings, if so.
@@ -138,7 +147,7 @@ pub(crate) fn run(
     let macs = sum(Fitted::macs);
     Ok(Outcome {
         weights,
-        transform: Transform::Signal(scaling),
+        transform: Transform::Signal(scaling).less(readings.baseline),
         probabilities,
         test_loss,
         costs: Costs { parameters, bytes: 4 * parameters, macs, flops: 2 * macs },

@@ -362,6 +362,7 @@ fn options(data: &Data) -> Options {
         deny_contradictory: data.deny_contradictory.unwrap_or(default.deny_contradictory),
         attribute: data.attribute.unwrap_or(default.attribute),
         test: data.test.clone(),
+        test_above: data.test_above,
         resize: data.resize,
         limits: data.limits.unwrap_or(default.limits),
     }

@@ -196,9 +196,13 @@ fn published_cell(network: &NetworkResults, name_paper: bool) -> String {
     match &network.published {
         None => "-".into(),
         Some(published) => {
-            let [mean, sd] = published.accuracy;
+            let spread = match published.accuracy[..] {
+                [mean, sd] => format!("{mean:.2} ± {sd:.2}"),
+                [mean] => format!("{mean:.2}"),
+                _ => "-".into(),
+            };
             let paper = if name_paper { format!(" [{}]", published.table) } else { String::new() };
-            format!("{mean:.2} ± {sd:.2}{paper}")
+            format!("{spread}{paper}")
         }
     }
 }
