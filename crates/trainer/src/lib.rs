@@ -46,7 +46,9 @@ pub use experiment::{Experiment, Overrides};
 pub use folder::RunFolder;
 pub use labels::{Attribute, Labels};
 pub use progress::{IndicatifProgress, Progress, Silent};
-pub use results::{Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing, Trial};
+pub use results::{
+    Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing, Trial,
+};
 pub use run::{RunOptions, run, run_on};
 pub use samples::Samples;
 pub use table::{Table, thousands};

@@ -264,6 +264,9 @@ pub struct Results {
     /// Cheap rivals that were left out, and why.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, String>,
+    /// Real recordings that a few global statistics tell apart: part of every score may not be touch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortcut: Option<taxel_data::Shortcut>,
     /// Seed of the experiment.
     pub seed: u64,
     /// Always `percent`: of `folds`, `mean`, `sd` and `published`.

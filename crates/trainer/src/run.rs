@@ -433,8 +433,13 @@ impl Run<'_> {
             None => vec![],
         };
         let Trained { epochs, chosen, best_epoch, probabilities, test_loss, .. } = trained;
-        let record =
-            FoldRecord { chosen, best_epoch, epochs, changes, ..self.record(key, fold, probabilities, test_loss) };
+        let record = FoldRecord {
+            chosen,
+            best_epoch,
+            epochs,
+            changes,
+            ..self.record(key, fold, probabilities, test_loss)
+        };
         self.keep(timing, record)?;
         Saver::remove(&session)?;
         Ok(true)
@@ -600,6 +605,7 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
         protocol: config.protocol.clone(),
         folds: 0,
         left_out: Default::default(),
+        shortcut: samples.shortcut(),
         seed: config.seed,
         unit: "percent".into(),
         networks: candidates.iter().map(network).collect(),

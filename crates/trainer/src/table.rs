@@ -103,6 +103,7 @@ impl Table {
             "classes": results.classes,
             "protocol": results.protocol,
             "left_out": results.left_out,
+            "shortcut": results.shortcut,
             "seed": results.seed,
             "unit": results.unit,
             "networks": networks,
@@ -165,6 +166,9 @@ fn caption(results: &Results) -> Vec<String> {
     ];
     for (rival, reason) in &results.left_out {
         lines.push(format!("left out: {rival}: {reason}"));
+    }
+    if let Some(shortcut) = &results.shortcut {
+        lines.push(format!("mind: {shortcut}: confounded?"));
     }
     if !results.complete {
         lines.push(format!("INCOMPLETE: {} folds are missing; go on with --resume", results.missing.len()));

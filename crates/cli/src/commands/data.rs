@@ -13,7 +13,8 @@ pub enum Data {
     Check(Check),
 }
 
-/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels.
+/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
+/// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
 ///
 /// A data set is a .npz with x [N, channels, time], [N, rows, columns] or [N, frames, rows, columns],
 /// y [N] and optionally group [N], with labels.json beside it; or a folder with one sub-folder per class
@@ -26,6 +27,12 @@ pub struct Check {
     /// The array that holds the groups, if it is not called `group`.
     #[arg(long)]
     group: Option<String>,
+    /// Turns that many consecutive group values, or files of a class folder, into one group.
+    #[arg(long)]
+    group_block: Option<u32>,
+    /// Size in pixels that image files are shrunk to first.
+    #[arg(long, value_name = "HEIGHT,WIDTH", value_delimiter = ',', num_args = 2)]
+    resize: Vec<usize>,
     /// JSON instead of text.
     #[arg(long)]
     json: bool,
@@ -34,7 +41,16 @@ pub struct Check {
 impl Data {
     pub fn run(self) -> Outcome {
         let Data::Check(check) = self;
-        let options = taxel_data::Options { group: check.group, ..Default::default() };
+        let resize = match check.resize[..] {
+            [height, width] => Some([height, width]),
+            _ => None,
+        };
+        let options = taxel_data::Options {
+            group: check.group,
+            group_block: check.group_block,
+            resize,
+            ..Default::default()
+        };
         let card = taxel_data::check_with(&check.path, &options)?;
         if check.json {
             println!("{}", serde_json::to_string_pretty(&card)?);
