@@ -389,6 +389,20 @@ fn starting_from_a_checkpoint() {
     let results: serde_json::Value =
         serde_json::from_slice(&std::fs::read(at("second/results.json")).unwrap()).unwrap();
     assert!(results["networks"][0].get("made_anew").is_none());
+    // What training changed: nothing in the frozen convolution, something in every other, averaged over folds.
+    let changes = results["networks"][0]["changes"].as_array().unwrap();
+    assert!(changes.len() > 3, "{changes:?}");
+    for change in changes {
+        let moved = change["change"].as_f64().unwrap();
+        assert_eq!(moved == 0.0, change["layer"] == stem.as_str(), "{change}");
+        let of_folds = [0, 1].map(|fold| {
+            let record = at(&format!("second/folds/resnet8-lite-1d.r0.f{fold}.json"));
+            let record: serde_json::Value = serde_json::from_slice(&std::fs::read(record).unwrap()).unwrap();
+            let own = record["changes"].as_array().unwrap();
+            own.iter().find(|c| c["layer"] == change["layer"]).unwrap()["change"].as_f64().unwrap()
+        });
+        assert!((of_folds[0] + of_folds[1] - 2.0 * moved).abs() < 1e-15, "{of_folds:?} {change}");
+    }
 
     // Four classes instead of three.
     let four = "scene = \"fingertip\"\nset = { shore = [0, 10, 20, 30] }";

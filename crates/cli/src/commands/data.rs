@@ -31,24 +31,29 @@ pub struct Check {
     #[arg(long)]
     group_block: Option<u32>,
     /// Size in pixels that image files are shrunk to first.
-    #[arg(long, value_name = "HEIGHT,WIDTH", value_delimiter = ',', num_args = 2)]
-    resize: Vec<usize>,
+    #[arg(long, value_name = "HEIGHT,WIDTH", value_parser = size)]
+    resize: Option<[usize; 2]>,
     /// JSON instead of text.
     #[arg(long)]
     json: bool,
 }
 
+/// `40,30`.
+fn size(text: &str) -> Result<[usize; 2], String> {
+    let side = |side: &str| side.trim().parse().ok().filter(|side| (1..=4096).contains(side));
+    match text.split_once(',').map(|(height, width)| (side(height), side(width))) {
+        Some((Some(height), Some(width))) => Ok([height, width]),
+        _ => Err("expected height and width in pixels, 1 to 4096 each, such as 40,30".into()),
+    }
+}
+
 impl Data {
     pub fn run(self) -> Outcome {
         let Data::Check(check) = self;
-        let resize = match check.resize[..] {
-            [height, width] => Some([height, width]),
-            _ => None,
-        };
         let options = taxel_data::Options {
             group: check.group,
             group_block: check.group_block,
-            resize,
+            resize: check.resize,
             ..Default::default()
         };
         let card = taxel_data::check_with(&check.path, &options)?;
