@@ -73,7 +73,29 @@ def frames_of(rows: list, title: str, path: Path, times: list[str]) -> None:
     plt.close(figure)
 
 
+def grasps_of(rows: list, title: str, path: Path) -> None:
+    """Rows of (name, grasps [n, 5 fingers, 50 readings]), shares of full scale."""
+    figure, axes = plt.subplots(len(rows), len(rows[0][1]), figsize=(9, 1.4 * len(rows)), sharex=True, sharey=True)
+    for line, (name, grasps) in zip(axes, rows):
+        line[0].set_ylabel(name, fontsize=7)
+        for axis, grasp in zip(line, grasps):
+            axis.plot(grasp.T, lw=0.8)
+            axis.set_ylim(-0.02, 1.02), axis.tick_params(labelsize=6)
+    figure.suptitle(title + "; five fingers, 50 readings, shares of full scale", fontsize=8)
+    figure.tight_layout()
+    save(figure, path)
+    plt.close(figure)
+
+
 def pictures() -> None:
+    arrays, names = simulate("fingertip", 60)
+    rows = [(name, arrays["x"][arrays["y"] == c][:5] / 1023) for c, name in enumerate(names)]
+    grasps_of(rows, "simulated: fingertip (paper 000)", OUT / "fingertip.png")
+    if DATA:
+        recorded, names = real("fsr-glove28")
+        shown = [3, 9, 15, 21]
+        rows = [(names[c], recorded["x"][recorded["y"] == c][:5, 30:35] / 5) for c in shown]
+        grasps_of(rows, "real: fsr-glove28", OUT / "real" / "fsr-glove28.png")
     arrays, names = simulate("palpation", 24)
     shown = [1, 2, 4, 5, 8, 12, 13, 14, 15, 17, 20, 22]
     at = [0, 6, 13, 19, 25, 38]
@@ -159,6 +181,32 @@ def pressure(x: np.ndarray, y: np.ndarray) -> dict:
     }
 
 
+def fingers(x: np.ndarray, full: float) -> dict:
+    """Of grasps [N, 5 fingers, 50 readings]; shares of full scale, means over the samples."""
+    x = x.astype(np.float64) / full
+    moves = np.diff(x, axis=2)
+    peak = x.max(2)
+    touched = peak > 0.05
+    # Readings from a tenth to nine tenths of a finger's way up.
+    low, high = x.min(2, keepdims=True), x.max(2, keepdims=True)
+    way = (x - low) / np.maximum(high - low, 1e-9)
+    rise = (way >= 0.9).argmax(2) - (way >= 0.1).argmax(2)
+    end = x[:, :, 40:]
+    shared = [np.corrcoef(grasp)[np.triu_indices(5, 1)].mean() for grasp in x if (grasp.std(1) > 0).all()]
+    return {
+        "fingers in contact (peak above 5 %)": float(touched.mean()),
+        "peak of a finger in contact": float(peak[touched].mean()),
+        "SD of peaks over a grasp's fingers": float(peak.std(1).mean()),
+        "last 10 readings": float(end.mean()),
+        "readings from 10 to 90 % of the way": float(rise[touched].mean()),
+        "largest step between readings": float(np.abs(moves).max(2)[touched].mean()),
+        "median step in the last 10 readings": float(np.median(np.abs(np.diff(end, axis=2)), axis=2)[touched].mean()),
+        "change over the last 10 readings": float((end[:, :, -1] - end[:, :, 0])[touched].mean()),
+        "saturated readings (above 99.5 %)": float((x > 0.995).mean()),
+        "correlation between fingers": float(np.mean(shared)),
+    }
+
+
 def holds(arrays: dict, ticks: int = 75) -> np.ndarray:
     """AC of both fingers in the hold, [pieces, values], bits."""
     pieces = []
@@ -205,6 +253,12 @@ def statistics() -> None:
         "simulated: palpation (003)": pressure(arrays["x"][:, :21], arrays["y"]),
         "real: tekscan3d-fixtures24": pressure(recorded[0]["x"], recorded[0]["y"]) if recorded else None,
     }
+    arrays, _ = simulate("fingertip", 1500)
+    glove = real("fsr-glove28")
+    grasps = {
+        "simulated: fingertip": fingers(arrays["x"], 1023),
+        "real: fsr-glove28": fingers(glove[0]["x"][:, 30:35], 5.0) if glove else None,
+    }
     arrays, _ = simulate("gripper", 300)
     fine = [(0, 5), (5, 20), (20, 50), (50, 200), (200, 1100)]
     hold = {
@@ -219,6 +273,7 @@ def statistics() -> None:
         "real: biotac-slide20, sliding, mean of each tick": vibration(slide[0]["x"][:, 19], 100, coarse) if slide else None,
     }
     text = "<!-- written by scripts/scenes.py -->\n\n"
+    text += table("Grasp: five force-sensitive resistors, 50 readings, shares of full scale", grasps) + "\n"
     text += table("Squeeze: 21 frames from first touch to full force", squeeze) + "\n"
     text += table("AC in the hold, 2200 Hz", hold) + "\n" + table("AC at 100 Hz", slow)
     (OUT / "statistics.md").write_text(text)
@@ -270,6 +325,7 @@ def difficulty() -> None:
         (OUT / "difficulty.md").write_text(text)
         print(line, note, sep="\n", flush=True)
 
+    cylinders(tell)
     grips(tell)
     jobs = [("003", "all", 720), ("002", "all", 450), ("003", "rigid", 320), ("003", "deformable", 320), ("003", "in-bag", 320)]
     for paper, subset, samples in jobs:
@@ -281,6 +337,20 @@ def nearest(x: np.ndarray, y: np.ndarray, fit, test) -> float:
 
     x = x.reshape(len(x), -1)
     return 100 * (KNeighborsClassifier(3).fit(x[fit], y[fit]).predict(x[test]) == y[test]).mean()
+
+
+def cylinders(tell) -> None:
+    arrays, names = simulate("fingertip", 1500)
+    x, y, session = arrays["x"].astype(np.float32), arrays["y"].astype(np.int64), arrays["group"]
+    last = session.max()
+    fit, test = np.flatnonzero(session != last), np.flatnonzero(session == last)
+    z = (x - x[fit].mean((0, 2), keepdims=True)) / x[fit].std((0, 2), keepdims=True)
+    predicted = train(z, y[:, None], fit, test, [len(names)], True, 20)[:, 0]
+    near = nearest(z, y, fit, test)
+    tell(
+        f"| fingertip, unseen session, {len(x)} samples | {len(names)} | {100 / len(names):.1f} % | {near:.1f} % | {100 * (predicted == y[test]).mean():.1f} % |",
+        f"- fingertip: most confused: {confused(y[test], predicted, names)}.",
+    )
 
 
 def squeezes(paper: str, subset: str, samples: int, tell) -> None:

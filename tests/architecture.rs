@@ -26,7 +26,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("engine", &["graph", "kernels"]),
     ("devices", &["graph"]),
     ("trainer", &["data", "devices", "encodings", "engine", "graph", "rivals", "scenes", "seed", "zoo"]),
-    ("cli", &["data", "devices", "encodings", "engine", "graph", "scenes", "seed", "trainer", "zoo"]),
+    ("judge", &["scenes", "seed", "trainer"]),
+    (
+        "cli",
+        &["data", "devices", "encodings", "engine", "graph", "judge", "scenes", "seed", "trainer", "zoo"],
+    ),
 ];
 
 fn root() -> PathBuf {

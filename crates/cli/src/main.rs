@@ -30,6 +30,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(commands::run::Run),
+    Stress(commands::stress::Stress),
     Zoo(commands::zoo::Zoo),
     Cost(commands::cost::Cost),
     Forward(commands::forward::Forward),
@@ -43,6 +44,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(command) => command.run(),
+        Command::Stress(command) => command.run(),
         Command::Zoo(command) => command.run(),
         Command::Cost(command) => command.run(),
         Command::Forward(command) => command.run(),

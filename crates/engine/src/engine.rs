@@ -19,7 +19,8 @@ use crate::threads::Threads;
 pub struct Options {
     /// Largest number of samples of one batch.
     pub batch: usize,
-    /// Worker threads; 1 runs in the calling thread. Results do not depend on it.
+    /// Worker threads at most; 1 runs in the calling thread, and so do batches too small to share. Results do
+    /// not depend on it.
     pub threads: usize,
     /// Nodes that training leaves as they are, by name, a name's first parts (`stem` is every node `stem.…`)
     /// or a range of layers (`18:139`; see [`Graph::covered`]). Their parameters get no gradient and no step, their batch norms use the running
@@ -47,6 +48,9 @@ pub enum Mode {
 const PARTS: usize = 8;
 /// The most values that the parts' own parameter gradients take together, once there are two parts.
 const PARTIALS: usize = 1 << 24;
+
+/// Multiply-accumulates of a batch up to which other threads cost more than they bring.
+const SMALL: u64 = 1 << 24;
 
 /// A graph ready to train and to answer.
 pub struct Engine {
@@ -110,7 +114,8 @@ impl Engine {
         }
         let frozen = graph.covered(&options.frozen)?;
         let plan = Plan::new(graph, &frozen);
-        let threads = Threads::new(options.threads)?;
+        let is_small = graph.cost().macs * options.batch as u64 <= SMALL;
+        let threads = Threads::new(if is_small { 1 } else { options.threads })?;
         let mut nodes: Vec<NodeState> = vec![];
         let mut batches = vec![];
         let (mut buffers, mut inputs) = (0, 0);

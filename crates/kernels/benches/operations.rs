@@ -47,15 +47,19 @@ fn convolutions(c: &mut Criterion) {
         group.throughput(Throughput::Elements(conv.macs() as u64));
         group.bench_function(format!("forward/{shape}"), |b| {
             b.iter(|| {
-                let padded = conv.pad(black_box(&x), &View::default(), &mut scratch);
-                conv.forward(padded, &weight, &packed, Some(&bias), &mut y, &mut work);
+                for band in conv.bands() {
+                    let padded = conv.pad(black_box(&x), &View::default(), band, &mut scratch);
+                    conv.forward(padded, &weight, &packed, Some(&bias), &mut y, &mut work);
+                }
             });
         });
         let dy = y.clone();
         group.bench_function(format!("weight_gradient/{shape}"), |b| {
             b.iter(|| {
-                let padded = conv.pad(black_box(&x), &View::default(), &mut scratch);
-                conv.backward_weight(padded, &dy, &mut sums, Some(&mut dbias), &mut work);
+                for band in conv.bands() {
+                    let padded = conv.pad(black_box(&x), &View::default(), band, &mut scratch);
+                    conv.backward_weight(padded, &dy, &mut sums, Some(&mut dbias), &mut work);
+                }
             });
         });
         group.bench_function(format!("input_gradient/{shape}"), |b| {

@@ -82,14 +82,18 @@ fn convolution(new: New, (channels, filters, size): (usize, usize, usize)) -> [f
     // The halo is part of the work: it is made anew for every image and pass.
     let forward = best(macs, || {
         for (x, y) in x.chunks(x_len).zip(y.chunks_mut(y_len)) {
-            let padded = conv.pad(x, &View::default(), &mut scratch);
-            conv.forward(padded, &weight, &packed, Some(&bias), y, &mut work);
+            for band in conv.bands() {
+                let padded = conv.pad(x, &View::default(), band, &mut scratch);
+                conv.forward(padded, &weight, &packed, Some(&bias), y, &mut work);
+            }
         }
     });
     let weight_gradient = best(macs, || {
         for (x, dy) in x.chunks(x_len).zip(y.chunks(y_len)) {
-            let padded = conv.pad(x, &View::default(), &mut scratch);
-            conv.backward_weight(padded, dy, &mut dweight, Some(&mut dbias), &mut work);
+            for band in conv.bands() {
+                let padded = conv.pad(x, &View::default(), band, &mut scratch);
+                conv.backward_weight(padded, dy, &mut dweight, Some(&mut dbias), &mut work);
+            }
         }
     });
     let input_gradient = best(macs, || {

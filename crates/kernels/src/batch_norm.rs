@@ -2,7 +2,7 @@
 
 use crate::fold::Fold;
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, load, rectified_gradient, store, vectors};
+use crate::view::{Rectifier, View, block, load, rectified_gradient, store, vectors};
 
 /// Coefficients of a batch norm's input gradient: `dx = a · dy + b · (x − mean) + c` per channel.
 #[derive(Debug, Clone, Default)]
@@ -90,23 +90,27 @@ unsafe fn through_norm_at<S: Simd>(
     let coefficients =
         [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()];
     assert!(coefficients.iter().all(|l| *l == channels));
-    // Channel by channel block, so that the coefficients stay in registers.
-    vectors!(S, channels, c, n, {
-        // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
-        unsafe {
-            let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
-            let (of_dy, of_x) = (load::<S>(norm.dy, c, n), load::<S>(norm.x, c, n));
-            let (mean, constant) = (load::<S>(norm.mean, c, n), load::<S>(norm.constant, c, n));
-            let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
-            for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
-                let (x, dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
-                let dy = rectified_gradient::<S>(rectifier, S::fma(x, scale, shift), dy);
-                let mut value = S::fma(dy, of_dy, S::fma(S::sub(x, mean), of_x, constant));
-                if accumulate {
-                    value = S::add(value, load::<S>(dx, c, n));
+    let block = block(channels);
+    let blocks = x.chunks(block).zip(dy.chunks(block));
+    for (dx, (x, dy)) in dx.chunks_mut(block).zip(blocks) {
+        // Channel by channel, so that the coefficients stay in registers.
+        vectors!(S, channels, c, n, {
+            // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
+            unsafe {
+                let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
+                let (of_dy, of_x) = (load::<S>(norm.dy, c, n), load::<S>(norm.x, c, n));
+                let (mean, constant) = (load::<S>(norm.mean, c, n), load::<S>(norm.constant, c, n));
+                let rows = x.chunks_exact(channels).zip(dy.chunks_exact(channels));
+                for (dx, (x, dy)) in dx.chunks_exact_mut(channels).zip(rows) {
+                    let (x, dy) = (load::<S>(x, c, n), load::<S>(dy, c, n));
+                    let dy = rectified_gradient::<S>(rectifier, S::fma(x, scale, shift), dy);
+                    let mut value = S::fma(dy, of_dy, S::fma(S::sub(x, mean), of_x, constant));
+                    if accumulate {
+                        value = S::add(value, load::<S>(dx, c, n));
+                    }
+                    store::<S>(dx, c, n, value);
                 }
-                store::<S>(dx, c, n, value);
             }
-        }
-    });
+        });
+    }
 }

@@ -43,6 +43,25 @@ pub struct Conv {
     winograd: Option<Winograd>,
 }
 
+/// Some rows of outputs, or all of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Band {
+    from: usize,
+    rows: usize,
+    /// Rows of the padded input under it, over all depths.
+    under: (usize, usize),
+}
+
+/// The input under a band, as the kernel reads it; made by [`Conv::pad`].
+#[derive(Debug, Clone, Copy)]
+pub struct Padded<'a> {
+    values: &'a [f32],
+    band: Band,
+}
+
+/// Values of padded input that stay in a core's own cache, beside the outputs.
+const BAND: usize = 1 << 17;
+
 /// A row of outputs.
 #[derive(Debug, Clone)]
 struct Line {
@@ -171,27 +190,49 @@ impl Conv {
         self.window.output_len() * self.weight_len()
     }
 
-    /// Values of one input image with its halo; what [`Conv::pad`] fills.
+    /// Values of one input image with its halo; what [`Conv::pad`] fills at most.
     pub fn padded_len(&self) -> usize {
         self.padded.iter().product::<usize>() * self.channels
     }
 
-    /// The input as the kernel reads it: seen through `view`, with a halo of zeros. Borrows `x` itself
-    /// where that is the same.
-    pub fn pad<'a>(&self, x: &'a [f32], view: &View, scratch: &'a mut [f32]) -> &'a [f32] {
+    /// The pieces in which passes over an image go best: kernels with few products per value wait for
+    /// memory where the padded image does not stay in cache.
+    pub fn bands(&self) -> impl Iterator<Item = Band> + use<> {
+        let Window3 { output, kernel, stride, .. } = self.window;
+        let row = self.padded[2] * self.channels;
+        let lines = self.padded[0] * self.padded[1];
+        let cut = self.is_depthwise() && output[0] == 1 && kernel[0] == 1 && lines * row > BAND;
+        let most = match cut {
+            true => ((BAND / row).saturating_sub(kernel[1]) / stride[1] + 1).min(output[1]),
+            false => output[1],
+        };
+        (0..output[1]).step_by(most).map(move |from| {
+            let rows = most.min(output[1] - from);
+            let under = match cut {
+                true => (from * stride[1], (rows - 1) * stride[1] + kernel[1]),
+                false => (0, lines),
+            };
+            Band { from, rows, under }
+        })
+    }
+
+    /// The input of a band as the kernel reads it: seen through `view`, with a halo of zeros. Borrows `x`
+    /// itself where that is the same.
+    pub fn pad<'a>(&self, x: &'a [f32], view: &View, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
         let x = &x[..self.x_len()];
-        if view.is_plain() && self.padded == self.window.input && self.window.before == [0; 3] {
-            return x;
-        }
-        let scratch = &mut scratch[..self.padded_len()];
         let Window3 { input, before, .. } = self.window;
         let c = self.channels;
         let row_len = self.padded[2] * c;
+        let (first, count) = band.under;
+        if view.is_plain() && self.padded == input && before == [0; 3] {
+            return Padded { values: &x[first * row_len..(first + count) * row_len], band };
+        }
+        let scratch = &mut scratch[..count * row_len];
         // Columns of the input that windows reach; a stride may leave some out at the end.
         let left = before[2].min(self.padded[2]);
         let kept = input[2].min(self.padded[2] - left);
         let lines = scratch.chunks_exact_mut(row_len);
-        for (line, to) in lines.enumerate() {
+        for (line, to) in (first..).zip(lines) {
             let (d, r) = (line / self.padded[1], line % self.padded[1]);
             let from = d.checked_sub(before[0]).zip(r.checked_sub(before[1]));
             match from.filter(|&(d, r)| d < input[0] && r < input[1]) {
@@ -204,7 +245,18 @@ impl Conv {
                 None => to.fill(0.0),
             }
         }
-        scratch
+        Padded { values: scratch, band }
+    }
+
+    /// A band as a window of its own, the size of its padded input, and where its outputs lie.
+    fn cut(&self, band: Band) -> (Window3, [usize; 3], Range<usize>) {
+        let Window3 { output, .. } = self.window;
+        let window = Window3 { output: [output[0], band.rows, output[2]], ..self.window };
+        let is_whole = band.rows == output[1];
+        let padded = if is_whole { self.padded } else { [1, band.under.1, self.padded[2]] };
+        let row = output[2] * self.filters;
+        let outputs = if is_whole { 0..self.y_len() } else { band.from * row..(band.from + band.rows) * row };
+        (window, padded, outputs)
     }
 
     /// Weights as [`Conv::forward`] wants them; empty where it wants them as they are.
@@ -221,10 +273,10 @@ impl Conv {
         self.winograd.as_ref().map_or(0, Winograd::work_len)
     }
 
-    /// `y = conv(x) + bias`; `padded` comes from [`Conv::pad`], `packed` from [`Conv::pack`].
+    /// `y = conv(x) + bias` of a band; `padded` comes from [`Conv::pad`], `packed` from [`Conv::pack`].
     pub fn forward(
         &self,
-        padded: &[f32],
+        padded: Padded,
         weight: &[f32],
         packed: &[f32],
         bias: Option<&[f32]>,
@@ -234,13 +286,15 @@ impl Conv {
         if let Some(bias) = bias {
             assert_eq!(bias.len(), self.filters, "one bias per filter");
         }
+        let Padded { values: padded, band } = padded;
         if let Some(winograd) = &self.winograd {
             winograd.forward(padded, packed, bias.map_or(Begin::Zero, Begin::Bias), y, work);
             return;
         }
         if self.is_depthwise() {
-            let bias = bias.unwrap_or_default();
-            depthwise::forward(&self.window, self.padded, self.channels, padded, weight, bias, y, false);
+            let (bias, (window, size, outputs)) = (bias.unwrap_or_default(), self.cut(band));
+            let y = &mut y[outputs];
+            depthwise::forward(&window, size, self.channels, padded, weight, bias, y, false);
             return;
         }
         self.blocks(padded, weight, y, |f| match bias {
@@ -346,23 +400,19 @@ impl Conv {
         match &self.turned {
             Some(conv) => {
                 let (scratch, work) = scratch.split_at_mut(conv.padded_len());
-                let padded = conv.pad(dy, &View::default(), scratch);
-                if let Some(winograd) = &conv.winograd {
-                    let start = if accumulate { Begin::Add } else { Begin::Zero };
-                    winograd.forward(padded, turned, start, dx, work);
-                } else if self.is_depthwise() {
-                    depthwise::forward(
-                        &conv.window,
-                        conv.padded,
-                        self.channels,
-                        padded,
-                        turned,
-                        &[],
-                        dx,
-                        accumulate,
-                    );
-                } else {
-                    conv.blocks(padded, turned, dx, |_| if accumulate { Start::Add } else { Start::Zero });
+                for band in conv.bands() {
+                    let padded = conv.pad(dy, &View::default(), band, scratch).values;
+                    if let Some(winograd) = &conv.winograd {
+                        let start = if accumulate { Begin::Add } else { Begin::Zero };
+                        winograd.forward(padded, turned, start, dx, work);
+                    } else if self.is_depthwise() {
+                        let (window, size, outputs) = conv.cut(band);
+                        let dx = &mut dx[outputs];
+                        depthwise::forward(&window, size, self.channels, padded, turned, &[], dx, accumulate);
+                    } else {
+                        let start = |_| if accumulate { Start::Add } else { Start::Zero };
+                        conv.blocks(padded, turned, dx, start);
+                    }
                 }
             }
             None => {
@@ -391,30 +441,34 @@ impl Conv {
         }
     }
 
-    /// Adds the gradients of weights (to `sums`, see [`Conv::finish`]) and bias of one image; `padded`
-    /// comes from [`Conv::pad`].
+    /// Adds the gradients of weights (to `sums`, see [`Conv::finish`]) and bias of a band; `padded` comes
+    /// from [`Conv::pad`].
     pub fn backward_weight(
         &self,
-        padded: &[f32],
+        padded: Padded,
         dy: &[f32],
         sums: &mut [f32],
         dbias: Option<&mut [f32]>,
         work: &mut [f32],
     ) {
-        assert!(padded.len() >= self.padded_len() && sums.len() >= self.sums_len());
-        assert!(dy.len() >= self.y_len(), "a gradient image");
+        let Padded { values: padded, band } = padded;
+        let (window, size, outputs) = self.cut(band);
         if let Some(dbias) = dbias {
-            crate::reduce::add_columns(self.filters, &dy[..self.y_len()], dbias);
+            crate::reduce::add_columns(self.filters, &dy[outputs.clone()], dbias);
         }
         if let Some(winograd) = &self.winograd {
             winograd.backward_weight(padded, dy, sums, work);
-            return;
+        } else if self.is_depthwise() {
+            depthwise::backward_weight(&window, size, self.channels, padded, &dy[outputs], sums);
+        } else {
+            self.weight_blocks(padded, dy, sums);
         }
-        let dweight = sums;
-        if self.is_depthwise() {
-            depthwise::backward_weight(&self.window, self.padded, self.channels, padded, dy, dweight);
-            return;
-        }
+    }
+
+    /// Adds the gradients of the weights to `dweight`, block by block of it.
+    pub(crate) fn weight_blocks(&self, padded: &[f32], dy: &[f32], dweight: &mut [f32]) {
+        assert!(padded.len() >= self.padded_len() && dweight.len() >= self.weight_len());
+        assert!(dy.len() >= self.y_len(), "a gradient image");
         let Window3 { output, stride, .. } = self.window;
         let (inner, out) = (self.channels / self.groups, self.filters / self.groups);
         for group in 0..self.groups {

@@ -25,6 +25,15 @@ macro_rules! vectors {
 }
 pub(crate) use vectors;
 
+/// Values of rows that are gone through once per vector of channels while they are in cache: streams from
+/// memory want to be read in order.
+const BLOCK: usize = 2048;
+
+/// Length of whole rows that is about [`BLOCK`].
+pub(crate) fn block(channels: usize) -> usize {
+    (BLOCK / channels).max(1) * channels
+}
+
 /// What cuts off values at their corners. NaN stays NaN and lets its gradient pass.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum Rectifier {
@@ -109,17 +118,20 @@ unsafe fn affine_at<S: Simd>(
     rectifier: Rectifier,
     y: &mut [f32],
 ) {
-    // Channel by channel block, so that the coefficients stay in registers.
-    vectors!(S, channels, c, n, {
-        // SAFETY: `c + n <= channels`, the length of every row and of the coefficients.
-        unsafe {
-            let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
-            for (x, y) in x.chunks_exact(channels).zip(y.chunks_exact_mut(channels)) {
-                let v = S::fma(load::<S>(x, c, n), scale, shift);
-                store::<S>(y, c, n, rectify::<S>(rectifier, v));
+    let block = block(channels);
+    for (x, y) in x.chunks(block).zip(y.chunks_mut(block)) {
+        // Channel by channel, so that the coefficients stay in registers.
+        vectors!(S, channels, c, n, {
+            // SAFETY: `c + n <= channels`, the length of every row and of the coefficients.
+            unsafe {
+                let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
+                for (x, y) in x.chunks_exact(channels).zip(y.chunks_exact_mut(channels)) {
+                    let v = S::fma(load::<S>(x, c, n), scale, shift);
+                    store::<S>(y, c, n, rectify::<S>(rectifier, v));
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 /// `v` as a rectifier leaves it.

@@ -107,15 +107,20 @@ fn agrees(case: &Case, conv: &Conv, accumulate: bool, relu: bool, gradients: f64
 
     let mut scratch = vec![f32::NAN; conv.padded_len()];
     let mut work = vec![f32::NAN; conv.work_len()];
-    let padded = conv.pad(&x, &view, &mut scratch);
     let (mut packed, mut turned) = (vec![], vec![]);
     conv.pack(&weight, &mut packed);
     let mut got = vec![f32::NAN; conv.y_len()];
-    conv.forward(padded, &weight, &packed, Some(&bias), &mut got, &mut work);
+    for band in conv.bands() {
+        let padded = conv.pad(&x, &view, band, &mut scratch);
+        conv.forward(padded, &weight, &packed, Some(&bias), &mut got, &mut work);
+    }
     close(&got, &y, depth, 1e-5, "y");
     let (mut sums, mut got_bias) = (vec![0.0; conv.sums_len()], vec![0.25; filters]);
     work.fill(f32::NAN);
-    conv.backward_weight(padded, &dy, &mut sums, Some(&mut got_bias), &mut work);
+    for band in conv.bands() {
+        let padded = conv.pad(&x, &view, band, &mut scratch);
+        conv.backward_weight(padded, &dy, &mut sums, Some(&mut got_bias), &mut work);
+    }
     let mut got_weight = vec![0.25; conv.weight_len()];
     conv.finish(&sums, &mut got_weight);
     close(&got_weight, &dweight, positions, gradients, "dweight");
@@ -176,5 +181,28 @@ proptest! {
     fn fewer_products_give_the_same(case in prop_oneof![squares(), lines()], accumulate in any::<bool>(), relu in any::<bool>()) {
         let Case { window, channels, filters, groups } = case;
         agrees(&case, &Conv::winograd(window, channels, filters, groups), accumulate, relu, 5e-5);
+    }
+}
+
+#[test]
+fn large_depthwise_images_go_band_by_band() {
+    // The padded images do not fit into one band; odd strides, kernels and paddings, and a stride that
+    // leaves out the last rows.
+    for (kernel, stride, before, rows) in [(3, 1, 1, 40), (3, 2, 1, 40), (5, 3, 0, 41), (2, 2, 0, 40)] {
+        let (input, channels) = ([1, rows, 30], 150);
+        let out = |size: usize| (size + 2 * before - kernel) / stride + 1;
+        let window = Window3 {
+            input,
+            output: [1, out(rows), out(30)],
+            kernel: [1, kernel, kernel],
+            stride: [1, stride, stride],
+            before: [0, before, before],
+        };
+        let case = Case { window, channels, filters: channels, groups: channels };
+        let conv = Conv::new(window, channels, channels, channels);
+        assert!(conv.bands().count() > 1);
+        for accumulate in [false, true] {
+            agrees(&case, &conv, accumulate, true, 1e-5);
+        }
     }
 }

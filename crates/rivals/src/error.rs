@@ -19,6 +19,8 @@ pub enum Error {
     TooShort { length: usize, least: usize },
     #[error("{name} = {value}: {reason}")]
     Setting { name: &'static str, value: String, reason: &'static str },
+    #[error("saved array {tensor} {reason}; fit the method again")]
+    Saved { tensor: String, reason: &'static str },
 }
 
 /// A result whose error is [`enum@Error`].

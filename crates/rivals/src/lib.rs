@@ -21,12 +21,14 @@ mod error;
 mod minirocket;
 mod nearest;
 mod ridge;
+mod saved;
 mod svm;
 
 pub use error::{Error, Result};
 pub use minirocket::{Draws, MiniRocket};
 pub use nearest::Nearest;
 pub use ridge::{ALPHAS, Features, Ridge};
+pub use saved::Saved;
 pub use svm::{Kernel, Svm};
 
 use serde::{Deserialize, Serialize};
@@ -226,6 +228,25 @@ impl Method {
 }
 
 impl Fitted {
+    /// The `method` that had been fitted to series of `shape` (channels, length) and was saved as
+    /// [`Fitted::tensors`].
+    ///
+    /// # Errors
+    /// An array that is missing or does not fit.
+    pub fn read(method: &Method, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
+        Ok(match *method {
+            Method::Majority => Fitted::Majority(saved.sized("shares", classes)?.to_vec()),
+            Method::NearestNeighbours { k } => Fitted::Nearest(Nearest::read(k, shape, classes, saved)?),
+            Method::MiniRocket { .. } => {
+                let rocket = MiniRocket::read(shape, saved)?;
+                let ridge = Ridge::read(rocket.biases().len(), classes, saved)?;
+                Fitted::MiniRocket(Box::new(rocket), ridge)
+            }
+            Method::SvmLinear { .. } => Fitted::Svm(Svm::read(Kernel::Linear, shape, classes, saved)?),
+            Method::SvmRbf { .. } => Fitted::Svm(Svm::read(Kernel::Rbf, shape, classes, saved)?),
+        })
+    }
+
     /// Scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only
     /// the majority's are probabilities.
     ///

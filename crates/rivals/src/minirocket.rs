@@ -13,7 +13,7 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
-use crate::{Error, Features, Result, Series};
+use crate::{Error, Features, Result, Saved, Series};
 
 /// Length of a kernel.
 pub(crate) const KERNEL: usize = 9;
@@ -217,6 +217,32 @@ impl MiniRocket {
             ("rocket.channels", vec![self.channels.len(), widest], channels.collect()),
             ("rocket.biases", vec![self.biases.len()], self.biases.clone()),
         ]
+    }
+
+    /// What [`MiniRocket::tensors`] has written.
+    pub(crate) fn read(shape: [usize; 2], saved: &Saved) -> Result<Self> {
+        let dilations: Vec<(usize, usize)> = saved
+            .rows("rocket.dilations", 2)?
+            .chunks_exact(2)
+            .map(|pair| (pair[0] as usize, pair[1] as usize))
+            .collect();
+        let widest = saved.get("rocket.channels")?.len() / (dilations.len() * KERNELS).max(1);
+        let row = |own: &[f32]| own.iter().filter(|c| **c >= 0.0).map(|&c| c as usize).collect::<Vec<_>>();
+        let channels: Vec<Vec<usize>> = saved
+            .sized("rocket.channels", dilations.len() * KERNELS * widest)?
+            .chunks_exact(widest.max(1))
+            .map(row)
+            .collect();
+        let features = KERNELS * dilations.iter().map(|(_, count)| count).sum::<usize>();
+        let biases = saved.sized("rocket.biases", features)?.to_vec();
+        let fits = channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < shape[0]))
+            && dilations.iter().all(|&(dilation, _)| (KERNEL - 1) * dilation / 2 * 2 < shape[1].max(1));
+        match fits && !dilations.is_empty() {
+            true => Ok(MiniRocket { shape, dilations, channels, biases }),
+            false => {
+                Err(Error::Saved { tensor: "rocket.channels".into(), reason: "does not fit the series" })
+            }
+        }
     }
 }
 

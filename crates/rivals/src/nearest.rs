@@ -1,6 +1,6 @@
 //! k nearest neighbours.
 
-use crate::{Error, Result, Series};
+use crate::{Error, Result, Saved, Series};
 use rayon::prelude::*;
 
 /// The training part and how many neighbours vote. Of equally far neighbours the first in the training
@@ -56,5 +56,15 @@ impl Nearest {
         let [channels, length] = self.shape;
         let y = self.y.iter().map(|&label| label as f32).collect();
         vec![("x", vec![self.y.len(), channels, length], self.x.clone()), ("y", vec![self.y.len()], y)]
+    }
+
+    /// What [`Nearest::tensors`] has written.
+    pub(crate) fn read(k: usize, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
+        let y: Vec<u32> = saved.get("y")?.iter().map(|&label| label as u32).collect();
+        let x = saved.sized("x", y.len() * shape[0] * shape[1])?.to_vec();
+        match y.iter().all(|&label| (label as usize) < classes) && !y.is_empty() {
+            true => Ok(Nearest { k: k.clamp(1, y.len()), shape, classes, x, y }),
+            false => Err(Error::Saved { tensor: "y".into(), reason: "does not fit the classes" }),
+        }
     }
 }

@@ -8,7 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::{Error, Result, softmax};
+use crate::{Error, Result, Saved, softmax};
 
 /// The penalties that MiniRocket's authors choose from: 10⁻³ to 10³ in ten equal steps of the exponent.
 pub const ALPHAS: [f64; 10] = [
@@ -159,6 +159,19 @@ impl Ridge {
         vec![
             ("ridge.weight", vec![classes, self.width], self.weights.clone()),
             ("ridge.bias", vec![classes], self.bias.clone()),
+            ("ridge.alpha", vec![1], vec![self.alpha as f32]),
+            ("ridge.error", vec![1], vec![self.error as f32]),
         ]
+    }
+
+    /// What [`Ridge::tensors`] has written, for features of `width`.
+    pub(crate) fn read(width: usize, classes: usize, saved: &Saved) -> Result<Self> {
+        Ok(Ridge {
+            alpha: f64::from(saved.one("ridge.alpha")?),
+            error: f64::from(saved.one("ridge.error")?),
+            width,
+            weights: saved.sized("ridge.weight", classes * width)?.to_vec(),
+            bias: saved.sized("ridge.bias", classes)?.to_vec(),
+        })
     }
 }

@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result, Series, softmax};
+use crate::{Error, Result, Saved, Series, softmax};
 
 /// How alike two recordings are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,7 +58,8 @@ impl Svm {
             return Err(Error::setting("samples", n, "are too many for the kernel matrix; at most 8000"));
         }
         let features = train.sample(0).len();
-        let gamma = 1.0 / (features as f64 * variance(train.values)).max(f64::MIN_POSITIVE);
+        // As it is saved.
+        let gamma = f64::from((1.0 / (features as f64 * variance(train.values)).max(1e-30)) as f32);
         let gram: Vec<Vec<f64>> = (0..n)
             .into_par_iter()
             .map(|i| (0..n).map(|j| similar(kernel, gamma, train.sample(i), train.sample(j))).collect())
@@ -91,6 +92,8 @@ impl Svm {
                 }
                 row.push((place[i], coefficient as f32));
             }
+            // As a saved machine is read.
+            row.sort_by_key(|&(vector, _)| vector);
             coefficients.push(row);
         }
         let bias = solved.iter().map(|(_, bias)| *bias as f32).collect();
@@ -164,7 +167,33 @@ impl Svm {
             ("svm.dual", vec![self.pairs.len(), count], dual),
             ("svm.bias", vec![self.pairs.len()], self.bias.clone()),
             ("svm.gamma", vec![1], vec![self.gamma as f32]),
+            (
+                "svm.pairs",
+                vec![self.pairs.len(), 2],
+                self.pairs.iter().flat_map(|&(a, b)| [a as f32, b as f32]).collect(),
+            ),
         ]
+    }
+
+    /// What [`Svm::tensors`] has written.
+    pub(crate) fn read(kernel: Kernel, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
+        let features = shape[0] * shape[1];
+        let (bias, gamma) = (saved.get("svm.bias")?.to_vec(), saved.one("svm.gamma")?);
+        let vectors = saved.rows("svm.vectors", features)?;
+        let pairs: Vec<(usize, usize)> =
+            saved.rows("svm.pairs", 2)?.chunks_exact(2).map(|p| (p[0] as usize, p[1] as usize)).collect();
+        let count = vectors.len() / features;
+        let dual = saved.sized("svm.dual", pairs.len() * count)?;
+        if bias.len() != pairs.len() || pairs.iter().any(|&(a, b)| a >= classes || b >= classes) {
+            return Err(Error::Saved { tensor: "svm.pairs".into(), reason: "does not fit the classes" });
+        }
+        let own = |pair: usize| {
+            let row = dual[pair * count..(pair + 1) * count].iter().copied().enumerate();
+            row.filter(|(_, coefficient)| *coefficient != 0.0).collect()
+        };
+        let coefficients = (0..pairs.len()).map(own).collect();
+        let (vectors, gamma) = (vectors.to_vec(), f64::from(gamma));
+        Ok(Svm { kernel, gamma, shape, classes, vectors, pairs, coefficients, bias })
     }
 }
 

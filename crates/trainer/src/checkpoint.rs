@@ -21,6 +21,9 @@ pub struct Metadata {
     pub classes: Vec<String>,
     /// Input name and how raw samples become it, in the order of the network's inputs.
     pub inputs: Vec<(String, Transform)>,
+    /// Channels and length of the series that a rival reads; none for networks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub series: Option<[usize; 2]>,
     /// What it was trained on: `simulated: ..` or `real: ..`.
     pub source: String,
     /// Seed of the experiment.
@@ -63,13 +66,27 @@ pub(crate) fn write_tensors(path: &Path, weights: &Weights, metadata: &Metadata)
 /// # Errors
 /// A file that cannot be read, is no checkpoint of taxel, or holds other tensors than its network.
 pub fn read_checkpoint(path: &Path) -> Result<(Weights, Metadata)> {
+    let (weights, metadata) = read_tensors(path)?;
+    let refuse = |source| Error::Weights { file: path.display().to_string(), source: Box::new(source) };
+    weights.check(&metadata.graph()?).map_err(refuse)?;
+    Ok((weights, metadata))
+}
+
+/// Reads what [`write_tensors`] wrote.
+pub(crate) fn read_tensors(path: &Path) -> Result<(Weights, Metadata)> {
     let (weights, text) = checkpoint::read(path)?;
     let text = text.ok_or_else(|| {
         Error::damaged(path, "holds no metadata of taxel; give a checkpoint from a run folder")
     })?;
-    let metadata: Metadata = serde_json::from_str(&text)
+    let metadata = serde_json::from_str(&text)
         .map_err(|e| Error::damaged(path, format!("its metadata cannot be read: {e}")))?;
-    let refuse = |source| Error::Weights { file: path.display().to_string(), source: Box::new(source) };
-    weights.check(&metadata.graph()?).map_err(refuse)?;
     Ok((weights, metadata))
+}
+
+/// Reads the tensors of any checkpoint, whoever wrote it.
+///
+/// # Errors
+/// A file that cannot be read or is no checkpoint.
+pub fn read_weights(path: &Path) -> Result<Weights> {
+    Ok(checkpoint::read(path)?.0)
 }

@@ -160,6 +160,11 @@ impl Transform {
         })
     }
 
+    /// Whether every sample is scaled by its own range: twice the readings give the same input.
+    pub fn is_blind_to_amplitude(&self) -> bool {
+        matches!(self, Transform::Field(field) if field.gaf.range == taxel_encodings::Range::PerSample)
+    }
+
     /// Name of the input that it makes.
     fn input(&self) -> &'static str {
         match self {

@@ -37,7 +37,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    pub(crate) fn now(threads: usize, seed: u64, source: &str, data_digest: &str) -> Self {
+    /// This machine and this build, for scores on `source`.
+    pub fn now(threads: usize, seed: u64, source: &str, data_digest: &str) -> Self {
         Environment {
             taxel: env!("CARGO_PKG_VERSION").into(),
             commit: option_env!("TAXEL_COMMIT").map(String::from).or_else(commit),

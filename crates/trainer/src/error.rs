@@ -123,7 +123,7 @@ pub enum Error {
     #[error("{rival}: {source}")]
     Rival {
         /// Its name.
-        rival: &'static str,
+        rival: String,
         /// What it says.
         source: taxel_rivals::Error,
     },

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use crate::environment::Environment;
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Overrides};
 use crate::files::{Lock, is_empty, sweep, write_atomic};
@@ -132,6 +133,31 @@ impl RunFolder {
         let path = self.file("results.json");
         read_json(&path)?
             .ok_or_else(|| Error::damaged(&path, "is not there; run the experiment again with --resume"))
+    }
+
+    /// Machine, code and data of the run.
+    ///
+    /// # Errors
+    /// A missing or damaged `environment.json`.
+    pub fn environment(&self) -> Result<Environment> {
+        let path = self.file("environment.json");
+        read_json(&path)?.ok_or_else(|| Error::damaged(&path, "is not there; run the experiment again"))
+    }
+
+    /// A JSON file that was put beside the run's own; `None` where there is none.
+    ///
+    /// # Errors
+    /// A damaged file.
+    pub fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
+        read_json(&self.file(name))
+    }
+
+    /// Writes a JSON file beside the run's own, whole or not at all.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write<T: Serialize + DeserializeOwned>(&self, name: &str, value: &T) -> Result<()> {
+        write_json(&self.file(name), value, true).map(|_| ())
     }
 
     /// Predictions of a finished fold; `None` where it is not finished.

@@ -130,15 +130,20 @@ impl Objective {
         self.levels.predicted(outputs).iter().zip(labels).filter(|(a, b)| a == b).count()
     }
 
-    /// Logits to probabilities, in place: softmax of one class, a sigmoid per output for several
-    /// attributes, and for the squared error the outputs themselves, cut at 0 and 1.
+    /// [`probabilities`] of this loss.
     pub fn probabilities(&self, logits: &mut [f32]) {
-        match self.loss {
-            Loss::SoftmaxCrossEntropy => crate::metrics::softmax(logits, self.levels.outputs()),
-            Loss::MultiLabelSoftMargin => logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp())),
-            // NaN stays NaN.
-            Loss::MeanSquaredError => logits.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0)),
-        }
+        probabilities(self.loss, self.levels.outputs(), logits);
+    }
+}
+
+/// Logits `[n, outputs]` to probabilities, in place: softmax of one class, a sigmoid per output for several
+/// attributes, and for the squared error the outputs themselves, cut at 0 and 1.
+pub(crate) fn probabilities(loss: Loss, outputs: usize, logits: &mut [f32]) {
+    match loss {
+        Loss::SoftmaxCrossEntropy => crate::metrics::softmax(logits, outputs),
+        Loss::MultiLabelSoftMargin => logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp())),
+        // NaN stays NaN.
+        Loss::MeanSquaredError => logits.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0)),
     }
 }
 

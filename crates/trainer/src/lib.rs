@@ -27,6 +27,7 @@ mod files;
 mod folder;
 mod labels;
 pub mod metrics;
+mod predictor;
 mod progress;
 mod results;
 mod rival;
@@ -37,7 +38,7 @@ mod table;
 mod tensorboard;
 mod train;
 
-pub use checkpoint::{Metadata, read_checkpoint, write_checkpoint};
+pub use checkpoint::{Metadata, read_checkpoint, read_weights, write_checkpoint};
 pub use config::{Config, Problem, Range};
 pub use encode::{Encoded, Encoder, IMAGE, Input, SIGNAL, TENSOR, Transform};
 pub use environment::Environment;
@@ -45,6 +46,7 @@ pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};
 pub use folder::RunFolder;
 pub use labels::{Attribute, Labels};
+pub use predictor::Predictor;
 pub use progress::{IndicatifProgress, Progress, Silent};
 pub use results::{
     Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing, Trial,

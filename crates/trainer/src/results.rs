@@ -11,9 +11,7 @@ use taxel_graph::Cost;
 use crate::config::{Protocol, Published};
 use crate::error::Result;
 use crate::labels::Attribute;
-use crate::metrics::{
-    BINS, Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, brier, calibration_error, mean_sd,
-};
+use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd};
 use crate::train::{Epoch, Latency};
 
 /// Resamples of a bootstrap interval.
@@ -307,7 +305,7 @@ impl NetworkResults {
         let (mut right, mut clusters) = (vec![], vec![]);
         for record in records {
             let confusions = record.confusions(levels)?;
-            let (calibration_error, brier) = calibration(record, levels)?;
+            let (calibration_error, brier) = levels.calibration(&record.probabilities, &record.truth)?;
             self.folds.push(FoldScores {
                 repetition: record.key.repetition,
                 fold: record.key.fold,
@@ -361,23 +359,4 @@ impl NetworkResults {
         };
         Ok(())
     }
-}
-
-/// Calibration error and Brier score, means over the attributes.
-fn calibration(record: &FoldRecord, levels: &Levels) -> Result<(f64, f64)> {
-    let (outputs, width) = (levels.outputs().max(1), levels.sizes().len().max(1));
-    let (mut first, mut sums) = (0, (0.0, 0.0));
-    for (attribute, &size) in levels.sizes().iter().enumerate() {
-        let own: Vec<f32> = record
-            .probabilities
-            .chunks_exact(outputs)
-            .flat_map(|row| &row[first..first + size])
-            .copied()
-            .collect();
-        let truth: Vec<u32> = record.truth.iter().skip(attribute).step_by(width).copied().collect();
-        sums.0 += calibration_error(&own, &truth, size, BINS)?;
-        sums.1 += brier(&own, &truth, size)?;
-        first += size;
-    }
-    Ok((sums.0 / width as f64, sums.1 / width as f64))
 }

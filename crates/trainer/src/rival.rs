@@ -13,15 +13,14 @@ use crate::encode::{Transform, less_baseline};
 use crate::error::{Error, Result};
 use crate::labels::Labels;
 use crate::metrics::log_loss;
+use crate::predictor::side_by_side;
 use crate::results::Costs;
-use crate::samples::Samples;
 use crate::train::Latency;
 
 /// What rivals read: recordings `[N, channels, length]` as they are; every channel is scaled by the mean
 /// and deviation of the training part, after `encoding.baseline`.
 pub(crate) struct Readings {
     x: ArrayD<f32>,
-    baseline: Option<usize>,
 }
 
 /// A fitted rival's answers.
@@ -41,15 +40,13 @@ impl Readings {
     /// channels, colour images `[C, H, W]` C·H, frames `[T, H, W]` H·W channels of length T.
     ///
     /// # Errors
-    /// Samples that have no baseline.
-    pub fn of(samples: &Samples, config: &Config) -> Result<Self> {
-        let baseline = config.encoding.baseline;
-        if let Some(readings) = baseline {
-            let x = less_baseline(samples.x.clone(), readings, &samples.source)?;
-            return Ok(Readings { x, baseline });
+    /// Recordings that have no baseline; `source` names them in the message.
+    pub fn of(x: &ArrayD<f32>, config: &Config, source: &str) -> Result<Self> {
+        if let Some(readings) = config.encoding.baseline {
+            return Ok(Readings { x: less_baseline(x.clone(), readings, source)? });
         }
         let is_image = config.encoding.image.as_ref().is_some_and(|image| image.kind == ImageKind::Raw);
-        let x = samples.x.view();
+        let x = x.view();
         let shape = match *x.shape() {
             [n, length] => vec![n, 1, length],
             [n, channels, length] => vec![n, channels, length],
@@ -61,7 +58,18 @@ impl Readings {
         let x = if turned { x.permuted_axes(vec![0, 2, 3, 1]) } else { x };
         let values: Vec<f32> = x.iter().copied().collect();
         // The shape has as many values: a failure leaves nothing to rival.
-        Ok(Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default(), baseline })
+        Ok(Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default() })
+    }
+
+    /// Channels and length of a recording.
+    pub fn shape(&self) -> [usize; 2] {
+        let axis = |i: usize| self.x.shape().get(i).copied().unwrap_or(0);
+        [axis(1), axis(2)]
+    }
+
+    /// The recordings.
+    pub fn into_array(self) -> ArrayD<f32> {
+        self.x
     }
 
     /// Why `method` cannot be fitted to `samples` of these recordings, if so.
@@ -82,7 +90,7 @@ pub(crate) fn run(
     (seed, purpose): (u64, &str),
     with_latency: bool,
 ) -> Result<Outcome> {
-    let refuse = |source| Error::Rival { rival: method.name(), source };
+    let refuse = |source| Error::Rival { rival: method.name().into(), source };
     let encoding = |source| Error::Encoding { source_label: "readings".into(), input: "series", source };
     let start = Instant::now();
     let train = readings.x.select(Axis(0), &fold.train);
@@ -112,14 +120,8 @@ pub(crate) fn run(
     };
     let scores = answer(&test)?;
     let test_seconds = start.elapsed().as_secs_f64();
-    // The attributes' scores side by side, sample by sample.
-    let mut probabilities = vec![];
-    for sample in 0..test.len() {
-        for (own, attribute) in scores.iter().zip(labels.attributes()) {
-            let size = attribute.classes.len();
-            probabilities.extend_from_slice(&own[sample * size..(sample + 1) * size]);
-        }
-    }
+    let sizes = labels.levels();
+    let probabilities = side_by_side(&scores, sizes.sizes(), test.len());
     let mut test_loss = 0.0;
     let truth = labels.of(&fold.test);
     for (i, (own, attribute)) in scores.iter().zip(labels.attributes()).enumerate() {
@@ -147,7 +149,7 @@ pub(crate) fn run(
     let macs = sum(Fitted::macs);
     Ok(Outcome {
         weights,
-        transform: Transform::Signal(scaling).less(readings.baseline),
+        transform: Transform::Signal(scaling),
         probabilities,
         test_loss,
         costs: Costs { parameters, bytes: 4 * parameters, macs, flops: 2 * macs },

@@ -146,7 +146,7 @@ pub fn run_on(
     let folds: Vec<Vec<Fold>> = (0..config.protocol.repetitions)
         .map(|repetition| samples.folds(experiment, repetition))
         .collect::<Result<_>>()?;
-    let readings = Readings::of(samples, config)?;
+    let readings = Readings::of(&samples.x, config, &samples.source)?;
     let most = folds.iter().flatten().map(|fold| fold.train.len()).max().unwrap_or(0);
     let mut left_out = std::collections::BTreeMap::new();
     for method in config.rivals.iter().flatten().map(|rival| rival.0) {
@@ -219,8 +219,8 @@ fn checkpoint(
 }
 
 /// How far training moved each convolution from the checkpoint.
-fn changes(graph: &Graph, train: &Train, checkpoint: &Weights, trained: &Weights) -> Result<Vec<Change>> {
-    let mut start = Weights::init(graph, train.init, 0, "checkpoint");
+fn changes(graph: &Graph, checkpoint: &Weights, trained: &Weights) -> Result<Vec<Change>> {
+    let mut start = trained.clone();
     start.start_from(graph, checkpoint, false).map_err(taxel_engine::Error::from)?;
     let changes = start.changes(trained, graph).map_err(taxel_engine::Error::from)?;
     Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
@@ -429,7 +429,7 @@ impl Run<'_> {
             ..self.timing(&key, trained.train_seconds, trained.test_seconds, samples, latency)
         };
         let changes = match network.checkpoint.as_deref() {
-            Some(checkpoint) => changes(&network.graph, &network.train, checkpoint, &trained.weights)?,
+            Some(checkpoint) => changes(&network.graph, checkpoint, &trained.weights)?,
             None => vec![],
         };
         let Trained { epochs, chosen, best_epoch, probabilities, test_loss, .. } = trained;
@@ -462,7 +462,8 @@ impl Run<'_> {
             _ => Settings::new(),
         };
         let inputs: Vec<(String, Transform)> = vec![("series".into(), outcome.transform)];
-        let metadata = self.metadata(&key, method.name(), settings, inputs);
+        let series = Some(self.readings.shape());
+        let metadata = Metadata { series, ..self.metadata(&key, method.name(), settings, inputs) };
         write_tensors(&self.folder.model_path(&key), &outcome.weights, &metadata)?;
         let (seconds, samples) = ((outcome.train_seconds, outcome.test_seconds), fold.train.len());
         let timing = self.timing(&key, seconds.0, seconds.1, samples, outcome.latency);
@@ -486,6 +487,7 @@ impl Run<'_> {
             settings,
             classes: self.samples.classes.clone(),
             inputs,
+            series: None,
             source: self.samples.source.clone(),
             seed: self.experiment.config().seed,
             repetition: key.repetition,

@@ -34,6 +34,8 @@ pub struct Samples {
     pub units: Option<Vec<u32>>,
     /// The largest possible reading.
     pub full_scale: Option<f32>,
+    /// Readings without contact, one for all or one per channel, where somebody says so.
+    pub rest: Option<Vec<f32>>,
     /// Where each sample comes from: a file, `x[17]`, or `fingertip[17]`.
     pub origins: Vec<String>,
     /// BLAKE3 of values, labels and groups, in hexadecimal.
@@ -177,6 +179,7 @@ impl Samples {
             groups: dataset.groups,
             units: Some(units),
             full_scale: None,
+            rest: None,
             origins: dataset.sources,
             digest: dataset.digest,
         }
@@ -216,6 +219,7 @@ impl Samples {
             groups: Some(scene.group),
             units: None,
             full_scale: Some(scene.full_scale),
+            rest: Some(scene.rest),
             digest: hasher.finalize().to_hex().to_string(),
         }
     }

@@ -28,6 +28,7 @@ fn samples() -> Samples {
         groups: Some(vec![0, 0, 0, 0, 1, 1, 1, 1]),
         units: None,
         full_scale: None,
+        rest: None,
         origins: vec![String::new(); 8],
         digest: String::new(),
     }

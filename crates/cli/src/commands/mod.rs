@@ -7,6 +7,7 @@ pub mod forward;
 pub mod run;
 pub mod simulate;
 pub mod stitch;
+pub mod stress;
 pub mod zoo;
 
 use taxel_zoo::Settings;

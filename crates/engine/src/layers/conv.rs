@@ -20,9 +20,11 @@ impl Layer for Conv {
     fn forward(&self, inputs: Inputs, params: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
         let (weight, bias) = params.split_at(self.conv.weight_len());
         let (x, view) = inputs.get(0);
-        let padded = self.conv.pad(x, &view, &mut scratch.x);
         let bias = self.bias.then_some(bias);
-        self.conv.forward(padded, weight, inputs.packed, bias, y, &mut scratch.halo);
+        for band in self.conv.bands() {
+            let padded = self.conv.pad(x, &view, band, &mut scratch.x);
+            self.conv.forward(padded, weight, inputs.packed, bias, y, &mut scratch.halo);
+        }
     }
 
     fn backward(
@@ -36,8 +38,11 @@ impl Layer for Conv {
         if !sums.is_empty() {
             let (sums, dbias) = sums.split_at_mut(self.conv.sums_len());
             let (x, view) = pass.inputs.get(0);
-            let padded = self.conv.pad(x, &view, &mut scratch.x);
-            self.conv.backward_weight(padded, dy, sums, self.bias.then_some(dbias), &mut scratch.halo);
+            for band in self.conv.bands() {
+                let dbias = self.bias.then_some(&mut *dbias);
+                let padded = self.conv.pad(x, &view, band, &mut scratch.x);
+                self.conv.backward_weight(padded, dy, sums, dbias, &mut scratch.halo);
+            }
         }
         if let Some((dx, add)) = outputs.get(0) {
             self.conv.backward_input(dy, pass.params, pass.prepared, &mut scratch.halo, dx, add);

@@ -201,7 +201,7 @@ impl Line {
             }
             let elements = v.chunks_exact(self.input_runs.slice()).zip(w.chunks_exact(image));
             for ((v, w), du) in elements.zip(du.chunks_exact_mut(weights)) {
-                self.inner.backward_weight(v, w, du, None, &mut []);
+                self.inner.weight_blocks(v, w, du);
             }
         }
     }

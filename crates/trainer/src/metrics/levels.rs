@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
-use crate::metrics::{ClassScores, Confusion, Scores, argmax};
+use crate::metrics::{BINS, ClassScores, Confusion, Scores, argmax, brier, calibration_error};
 
 /// Several attributes, each one level out of its own outputs.
 ///
@@ -66,6 +66,25 @@ impl Levels {
             }
         }
         levels
+    }
+
+    /// Expected calibration error in [`BINS`] bins and Brier score of probabilities `[n, outputs]`, means over
+    /// the attributes.
+    ///
+    /// # Errors
+    /// No samples, or labels `[n, attributes]` that do not fit.
+    pub fn calibration(&self, probabilities: &[f32], truth: &[u32]) -> Result<(f64, f64)> {
+        let (outputs, width) = (self.outputs().max(1), self.sizes.len().max(1));
+        let (mut first, mut sums) = (0, (0.0, 0.0));
+        for (attribute, &size) in self.sizes.iter().enumerate() {
+            let rows = probabilities.chunks_exact(outputs);
+            let own: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
+            let truth: Vec<u32> = truth.iter().skip(attribute).step_by(width).copied().collect();
+            sums.0 += calibration_error(&own, &truth, size, BINS)?;
+            sums.1 += brier(&own, &truth, size)?;
+            first += size;
+        }
+        Ok((sums.0 / width as f64, sums.1 / width as f64))
     }
 
     /// Scores of each attribute; labels and predictions are `[n, attributes]`.

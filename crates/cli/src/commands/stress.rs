@@ -1,0 +1,110 @@
+//! `taxel stress`: the saved networks of a run under graded faults.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use taxel_judge::{Case, Stress as Outcomes, StressOptions, stress};
+use taxel_scenes::faults::Fault;
+use taxel_trainer::{IndicatifProgress, Progress};
+
+use crate::{Outcome, text};
+
+/// Breaks the test samples of a run on purpose and scores its saved networks again.
+///
+/// Faults act on raw readings, before any encoding, in five severities (docs/faults.md). Printed are the
+/// accuracy lost per fault, in percentage points, mean over severities, and the first severity at which
+/// half of the margin above chance is gone: !3.
+#[derive(Args)]
+#[command(after_help = "Examples:  taxel stress runs/quickstart
+           taxel stress runs/quickstart --fault gain --fault drift --severity 3
+           taxel stress runs/quickstart --json > stress.json")]
+pub struct Stress {
+    /// A run folder.
+    run: PathBuf,
+    /// These faults only.
+    #[arg(long, value_name = "NAME")]
+    fault: Vec<Fault>,
+    /// This severity only, 1 to 5.
+    #[arg(long)]
+    severity: Option<u8>,
+    /// At most so many test samples of each network.
+    #[arg(long, default_value_t = 1000)]
+    samples: usize,
+    /// Prints everything as one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Caps all threads [default: all cores]; results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+impl Stress {
+    pub fn run(self) -> Outcome {
+        let mut options = StressOptions {
+            faults: self.fault,
+            severity: self.severity,
+            samples: self.samples.max(1),
+            ..StressOptions::default()
+        };
+        if let Some(threads) = self.threads {
+            options.threads = threads.max(1);
+        }
+        let case = Case::open(&self.run)?;
+        let progress = IndicatifProgress::default();
+        let outcomes = stress(&case, &options, &|steps| progress.start(steps), &|| progress.step(1));
+        progress.finish();
+        let outcomes = outcomes?;
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&outcomes)?);
+        } else {
+            print(&outcomes);
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn print(outcomes: &Outcomes) {
+    let Outcomes { samples, of, range, chance, .. } = outcomes;
+    let thinned = if samples < of { format!(" of {of}") } else { String::new() };
+    let guessed = if range.from_samples { " (of the samples: no full scale is known)" } else { "" };
+    println!(
+        "{samples}{thinned} test samples, readings {} to {}{guessed}, chance {chance:.1} %",
+        range.low, range.high
+    );
+    println!(
+        "accuracy lost in percentage points, mean over severities; !n: half of the margin is gone at n\n"
+    );
+    let mut header = vec!["network", "clean %", "mean", "mCE %"];
+    header.extend(outcomes.faults.iter().map(|about| about.fault.name()));
+    let rows: Vec<Vec<String>> = outcomes
+        .networks
+        .iter()
+        .map(|network| {
+            let error = network.corruption_error.map_or("-".into(), |e| format!("{e:.0}"));
+            let mut row = vec![
+                network.network.clone(),
+                format!("{:.2}", network.clean.accuracy),
+                format!("{:.1}", network.mean_loss),
+                error,
+            ];
+            row.extend(network.curves.iter().map(|curve| {
+                let broken = curve.breaks_at.map_or(String::new(), |at| format!(" !{at}"));
+                format!("{:.1}{broken}", curve.loss(network.clean))
+            }));
+            row
+        })
+        .collect();
+    let right: Vec<usize> = (1..header.len()).collect();
+    print!("{}", text::table(&header, &rows, &right));
+    if let Some(reference) = &outcomes.reference {
+        println!("\nmCE: errors relative to {reference}'s, mean over faults; below 100 is steadier than it");
+    }
+    for (fault, reason) in &outcomes.left_out {
+        println!("left out: {fault}: {reason}");
+    }
+    println!();
+    for network in &outcomes.networks {
+        println!("{}: {}", network.network, network.verdict);
+    }
+}

@@ -1,0 +1,1 @@
+//! Comparisons of classifiers: each against scipy or a published worked example.

@@ -1,0 +1,151 @@
+//! A small run judged: models answer as they did, faults break what they must, speed is measured.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use taxel_judge::{Case, Judgement, Kind, Options, StressOptions, judge, stress};
+use taxel_scenes::faults::Fault;
+use taxel_trainer::{Experiment, Overrides, RunOptions, Silent, run};
+
+const CONFIG: &str = r#"
+name = "judged"
+seed = 3
+rivals = ["majority", "k-nn", "mini-rocket", "svm-linear", "svm-rbf"]
+[data]
+scene = "fingertip"
+samples = 60
+[encoding]
+signal = { scale = "z-score" }
+image = { kind = "gadf", size = 12, range = "per-sample" }
+[protocol]
+folds = 2
+[train]
+epochs = 6
+batch_size = 8
+optimizer = { name = "adam", lr = 3e-3 }
+[[networks]]
+name = "resnet8-lite-1d"
+[[networks]]
+name = "vgg6-lite-2d"
+"#;
+
+const GRIPPER: &str = r#"
+name = "gripped"
+seed = 1
+rivals = ["k-nn"]
+[data]
+scene = "gripper"
+samples = 60
+attributes = ["elasticity", "hardness"]
+[encoding]
+image = { kind = "numatac" }
+[protocol]
+kind = "random-splits"
+test = 0.5
+[train]
+epochs = 1
+batch_size = 8
+loss = "multi-label-soft-margin"
+optimizer = { name = "adam", lr = 1e-3 }
+[[networks]]
+name = "multiscale-cnn"
+"#;
+
+fn case(config: &str, folder: &Path) -> Case {
+    let experiment = Experiment::parse(config, "test.toml", &Overrides::default()).unwrap();
+    let options = RunOptions { out: Some(folder.into()), ..RunOptions::default() };
+    run(&experiment, &options, &Silent, &AtomicBool::new(false)).unwrap();
+    Case::open(folder).unwrap()
+}
+
+#[test]
+fn saved_models_answer_as_in_their_own_test() {
+    for config in [CONFIG, GRIPPER] {
+        let folder = tempfile::tempdir().unwrap();
+        let case = case(config, folder.path());
+        for network in case.contestants() {
+            for record in case.records(network).unwrap() {
+                let mut model = case.predictor(&record.key, 7, 1).unwrap();
+                let x = case.samples.x.select(ndarray::Axis(0), &record.index);
+                let got = model.predict(&x, "test").unwrap();
+                assert_eq!(got.len(), record.probabilities.len(), "{}", record.key);
+                for (got, want) in got.iter().zip(&record.probabilities) {
+                    assert!((got - want).abs() <= 1e-5, "{}: {got} and {want}", record.key);
+                }
+                assert_eq!(model.predicted(&got), record.predicted, "{}", record.key);
+            }
+        }
+    }
+}
+
+#[test]
+fn faults_are_scored_on_every_network() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(CONFIG, folder.path());
+    let quiet = |options: &StressOptions| stress(&case, options, &|_| {}, &|| {}).unwrap();
+    let options = StressOptions {
+        faults: vec![Fault::Noise, Fault::Saturation],
+        threads: 2,
+        ..StressOptions::default()
+    };
+    let outcome = quiet(&options);
+    assert_eq!((outcome.samples, outcome.of), (60, 60));
+    assert_eq!(outcome, quiet(&StressOptions { threads: 1, ..options.clone() }), "threads do not matter");
+    assert_eq!(outcome.reference.as_deref(), Some("k-nn"));
+    for (network, own) in outcome.networks.iter().zip(&case.results.networks) {
+        // The clean accuracy is the run's own.
+        let accuracy = own.mean.unwrap().accuracy;
+        assert!((network.clean.accuracy - accuracy).abs() < 1e-9, "{}: {accuracy}", network.network);
+        assert_eq!(network.curves.len(), 2);
+        let error: f64 = network.corruption_error.unwrap();
+        if network.network == "k-nn" {
+            assert!((error - 100.0).abs() < 1e-9);
+            assert!((network.relative_corruption_error.unwrap() - 100.0).abs() < 1e-9);
+        }
+        if network.network == "majority" {
+            assert_eq!(network.mean_loss, 0.0, "it reads nothing");
+            assert!(network.verdict.contains("nothing to break"), "{}", network.verdict);
+        }
+    }
+    // Readings cut at 30 % of full scale hold little of a grasp.
+    let rocket = outcome.networks.iter().find(|n| n.network == "mini-rocket").unwrap();
+    assert!(rocket.curves[1].points[4].1.accuracy < rocket.clean.accuracy, "{rocket:?}");
+    // One severity alone gives the same number.
+    let one = StressOptions { faults: vec![Fault::Saturation], severity: Some(5), ..options };
+    assert_eq!(quiet(&one).networks[4].curves[0].points[0], outcome.networks[4].curves[1].points[4]);
+    let shift = StressOptions { faults: vec![Fault::Shift], ..StressOptions::default() };
+    let error = stress(&case, &shift, &|_| {}, &|| {}).unwrap_err().to_string();
+    assert!(error.contains("shift") && error.contains("channels have no place"), "{error}");
+}
+
+#[test]
+fn a_judgement_holds_what_a_report_needs() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(GRIPPER, folder.path());
+    let faults = vec![Fault::Dead, Fault::Onset];
+    let wanted = StressOptions { faults, samples: 10, ..StressOptions::default() };
+    let options = Options { stress: Some(wanted), budget: 0.1, ..Options::default() };
+    let judgement = judge(&case, &options).unwrap();
+    assert_eq!(judgement.kind, Kind::Simulated);
+    assert_eq!(judgement.networks.len(), 2);
+    assert_eq!(judgement.networks[0].inputs, ["image"]);
+    assert!(judgement.networks[1].rival && judgement.networks[1].training.is_empty());
+    assert_eq!(judgement.networks[0].training.len(), 1);
+    for network in &judgement.networks {
+        let speed = network.speed.unwrap();
+        assert!(speed.runs >= 5 && speed.whole_p50_ms >= speed.p50_ms, "{speed:?}");
+        assert!(speed.samples_per_second > 0.0);
+    }
+    assert!(judgement.networks.iter().any(|n| n.on_front));
+    let stress = judgement.stress.as_ref().unwrap();
+    assert!(stress.samples <= 10 && stress.of == 30, "{} of {}", stress.samples, stress.of);
+    assert!(!judgement.examples.is_empty());
+    let example = &judgement.examples[0];
+    assert_eq!(example.pictures[0].name, "reading");
+    assert!(example.truth.starts_with("elasticity:"), "{}", example.truth);
+    assert_eq!(example.verdicts.len(), 2);
+    judgement.write(&case.folder).unwrap();
+    assert_eq!(Judgement::read(&case).unwrap().unwrap(), judgement);
+}

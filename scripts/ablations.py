@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""What each effect of a scene does to the ranking of methods: writes docs/scenes/ablations.md.
+
+    cargo build --release          # or TAXEL=/path/to/taxel
+    python3 scripts/ablations.py [fingertip gripper palpation] [--seeds 0,1] [--threads 1]
+
+For every removable effect the scene is simulated without it and the same methods are trained and tested
+again by `taxel run`, on the same protocol and seeds. A row says how each method changes against the whole
+scene, in percentage points, and whether the order of the methods changes. An effect that changes no method
+by more than the spread over seeds earns nothing: it should be removed from the scene, or its reason be
+written where `--explain` prints it.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
+
+# Config, what is smaller than in it, and the methods: cheap ones, since every effect is a run of its own.
+SCENES = {
+    "fingertip": (
+        "quickstart.toml",
+        ["data.samples=300", "protocol.folds=3", "train.epochs=15", 'networks=[{name="mlp"},{name="resnet8-lite-1d"},{name="vgg6-lite-2d"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
+    ),
+    "gripper": (
+        "strength/strength-004-unseen-objects.toml",
+        ["data.samples=300", "train.epochs=8", 'networks=[{name="multiscale-cnn"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
+    ),
+    "palpation": (
+        "palpation/palpation-002-table-1.toml",
+        ["data.samples=180", "protocol.repetitions=1", "train.epochs=8", 'networks=[{name="tactnet3d-4-8"},{name="tactnet6"}]', 'rivals=["k-nn","svm-linear"]'],
+    ),
+}
+
+
+def accuracies(config: str, settings: list[str], seed: int, threads: int) -> dict[str, float]:
+    """Mean accuracy of every method, in %."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [TAXEL, "run", ROOT / "configs" / config, "--out", pathlib.Path(folder) / "run", "--json"]
+        command += ["--seed", str(seed), "--threads", str(threads)]
+        for setting in settings:
+            command += ["--set", setting]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+    result = json.loads(done.stdout)
+    return {n["network"]: n["measured"]["mean"]["accuracy"] for n in result["networks"]}
+
+
+def effects(scene: str) -> list[str]:
+    done = subprocess.run([TAXEL, "simulate", scene, "--explain", "--json"], check=True, capture_output=True, text=True)
+    return list(dict.fromkeys(e["name"] for e in json.loads(done.stdout) if e["removable"]))
+
+
+def order(scores: dict[str, float]) -> list[str]:
+    return sorted(scores, key=lambda name: -scores[name])
+
+
+def ablate(scene: str, seeds: list[int], threads: int) -> str:
+    config, settings = SCENES[scene]
+    runs = lambda extra: [accuracies(config, settings + extra, seed, threads) for seed in seeds]
+    mean = lambda all_: {name: statistics.mean(one[name] for one in all_) for name in all_[0]}
+    whole = runs([])
+    base = mean(whole)
+    spread = max(max(one[name] for one in whole) - min(one[name] for one in whole) for name in base)
+    names = list(base)
+    lines = [f"## {scene}", "", f"`configs/{config}` with `{' '.join(settings)}`, seeds {', '.join(map(str, seeds))}; "
+             f"the largest spread of a method over the seeds is {spread:.1f} points.", ""]
+    lines += ["| scene | " + " | ".join(names) + " | order |", "|---|" + "---:|" * len(names) + "---|"]
+    lines.append("| whole, accuracy % | " + " | ".join(f"{base[n]:.1f}" for n in names) + " | " + " > ".join(order(base)) + " |")
+    for effect in effects(scene):
+        own = mean(runs([f'data.without=["{effect}"]']))
+        changed = "the same" if order(own) == order(base) else " > ".join(order(own))
+        lines.append(f"| without {effect} | " + " | ".join(f"{own[n] - base[n]:+.1f}" for n in names) + f" | {changed} |")
+        print(lines[-1], flush=True)
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", help="scenes; all where none is named")
+    parser.add_argument("--seeds", default="0,1")
+    parser.add_argument("--threads", type=int, default=1)
+    given = parser.parse_args()
+    path = ROOT / "docs" / "scenes" / "ablations.md"
+    # Other scenes' sections stay.
+    sections = {}
+    if path.is_file():
+        for part in path.read_text().split("\n## ")[1:]:
+            sections[part.split("\n", 1)[0]] = "## " + part.strip() + "\n"
+    for scene in given.scenes or list(SCENES):
+        sections[scene] = ablate(scene, [int(s) for s in given.seeds.split(",")], given.threads)
+        head = "<!-- written by scripts/ablations.py -->\n\n# What each effect does to the ranking\n\nAccuracy on *simulated* data; rows without an effect show the change in percentage points.\n\n"
+        part = path.with_suffix(".part")
+        part.write_text(head + "\n".join(sections[s] for s in SCENES if s in sections))
+        part.replace(path)
+
+
+if __name__ == "__main__":
+    main()
