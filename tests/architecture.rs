@@ -26,7 +26,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("engine", &["graph", "kernels"]),
     ("devices", &["graph"]),
     ("trainer", &["data", "devices", "encodings", "engine", "graph", "rivals", "scenes", "seed", "zoo"]),
-    ("judge", &["scenes", "seed", "trainer"]),
+    ("judge", &["data", "scenes", "seed", "trainer"]),
     (
         "cli",
         &["data", "devices", "encodings", "engine", "graph", "judge", "scenes", "seed", "trainer", "zoo"],

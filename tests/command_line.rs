@@ -7,7 +7,7 @@ mod twin;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Output, Stdio};
 
 use assert_cmd::Command;
 use taxel_graph::{Graph, Weights};
@@ -471,10 +471,82 @@ fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {
 }
 
 #[test]
+fn choose_names_the_smallest_that_suffices() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--set", "data.samples=60"];
+    let rivals = ["--set", "rivals=[\"majority\", \"k-nn\"]", "--out", text(&run)];
+    good(&[&quick[..], &rivals].concat());
+    let shown = good(&["choose", text(&run), "--by", "size"]);
+    assert!(shown.contains("95 % interval") && shown.contains("chosen"), "{shown}");
+    assert!(shown.contains("majority") && shown.contains("Too few data"), "{shown}");
+    let json: serde_json::Value =
+        serde_json::from_str(&good(&["choose", text(&run), text(&run), "--json"])).unwrap();
+    let choices = json["choices"].as_array().unwrap();
+    assert_eq!((choices.len(), &json["across"]), (2, &serde_json::Value::Null));
+    assert_eq!(choices[0]["choice"]["evidence"].as_array().unwrap().len(), 4);
+    // Nobody loses less than nothing to faults; majority does, and is never chosen.
+    let none = taxel(&["choose", text(&run), "--max-loss", "0"]);
+    let shown = String::from_utf8(none.stdout).unwrap();
+    assert_eq!(none.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("Nothing suffices") && shown.contains("lost to faults"), "{shown}");
+    assert!(refused(&["choose", text(&run), "--alpha", "2"]).starts_with("--alpha = 2: must be in (0, 1)"));
+    assert!(refused(&["choose", text(folder.path())]).contains("no run folder"));
+}
+
+#[test]
+fn report_makes_pages_of_runs_and_one_of_them_all() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let (first, second, out) = (at("first run"), at("second"), at("side by side"));
+    for run in [&first, &second] {
+        let few = ["--set", "train.epochs=1", "--set", "data.samples=40", "--out", text(run)];
+        good(&[&["run", QUICKSTART, "--quick"], &few[..]].concat());
+    }
+    let said = good(&["report", text(&first), "--samples", "10", "--json"]);
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(
+        (said["kind"].as_str(), said["networks"][0]["network"].as_str()),
+        (Some("simulated"), Some("mlp"))
+    );
+    assert!(said["networks"][0]["latency_p50_ms"].as_f64().unwrap() > 0.0);
+    let page = fs::read(first.join("report.html")).unwrap();
+    // Measured once: the same judgement makes the same bytes, now beside another run.
+    let judgement = fs::read(first.join("judgement.json")).unwrap();
+    let said = good(&["report", text(&first), text(&second), "--no-stress", "--out", text(&out)]);
+    assert!(said.contains("resnet8-lite-1d") && said.contains("report.html"), "{said}");
+    assert_eq!(fs::read(first.join("judgement.json")).unwrap(), judgement);
+    assert_eq!(fs::read(first.join("report.html")).unwrap(), page);
+    assert!(fs::read_to_string(second.join("report.html")).unwrap().contains("Not tested."));
+    let index = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(index.contains(r#"href="../first%20run/report.html""#), "{index}");
+    assert!(
+        out.join("tables/overview-simulated.csv").is_file() && !out.join("tables/overview-real.csv").exists()
+    );
+    let error = refused(&["report", text(&at("nothing"))]);
+    assert!(error.contains("nothing") && error.contains("config.toml"), "{error}");
+}
+
+#[test]
 fn help_teaches() {
-    for command in ["run", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data"] {
+    for command in [
+        "run", "report", "stress", "choose", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data",
+    ] {
         let help =
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");
     }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["cost", "densenet201"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
 }

@@ -30,7 +30,9 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(commands::run::Run),
+    Report(commands::report::Report),
     Stress(commands::stress::Stress),
+    Choose(commands::choose::Choose),
     Zoo(commands::zoo::Zoo),
     Cost(commands::cost::Cost),
     Forward(commands::forward::Forward),
@@ -41,10 +43,25 @@ enum Command {
     Data(commands::data::Data),
 }
 
+/// Ends quietly when the reader of a pipe has gone (`taxel zoo | head`), where printing would panic.
+fn end_with_the_reader() {
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let gone = panic.payload_as_str().is_some_and(|text| text.contains("Broken pipe"));
+        if gone {
+            std::process::exit(0);
+        }
+        report(panic);
+    }));
+}
+
 fn main() -> ExitCode {
+    end_with_the_reader();
     let outcome = match Arguments::parse().command {
         Command::Run(command) => command.run(),
+        Command::Report(command) => command.run(),
         Command::Stress(command) => command.run(),
+        Command::Choose(command) => command.run(),
         Command::Zoo(command) => command.run(),
         Command::Cost(command) => command.run(),
         Command::Forward(command) => command.run(),

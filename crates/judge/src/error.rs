@@ -33,6 +33,14 @@ pub enum Error {
         /// What would do.
         reason: String,
     },
+    /// Values that a statistic cannot be computed of.
+    #[error("{what}: {reason}")]
+    Statistics {
+        /// The statistic.
+        what: &'static str,
+        /// What is wrong with them.
+        reason: String,
+    },
     /// A file that cannot be written.
     #[error("{path}: cannot be written: {reason}")]
     Write {

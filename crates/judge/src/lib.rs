@@ -4,24 +4,32 @@
 //! [`Case`] is an opened run folder, [`Judgement`] everything that is measured about it; tables, charts and
 //! words are made of a judgement alone.
 
+mod across;
 mod case;
 mod choice;
 mod claims;
+mod contest;
 mod error;
 mod examples;
 mod judgement;
 mod measure;
+mod report;
 mod speed;
 pub mod statistics;
 mod stress;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod synthetic;
 
+pub use across::{Across, across};
 pub use case::Case;
-pub use choice::{By, Choice, Evidence, Test, Wish};
-pub use claims::{Claim, Outcome};
+pub use choice::{By, Choice, Evidence, Test, Wish, choose};
+pub use claims::{Claim, Outcome, claims};
 pub use error::{Error, Result};
 pub use judgement::{
     EpochPoint, Example, Judged, Judgement, Kind, Picture, PictureKind, Verdict, WeightChange,
 };
 pub use measure::{Options, judge, judged_before_or_now};
+pub use report::{Entry, Report, Summary, overview, report};
 pub use speed::Speed;
 pub use stress::{FaultCurve, FaultInfo, NetworkStress, Range, Score, Stress, StressOptions, stress};

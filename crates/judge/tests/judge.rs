@@ -5,7 +5,10 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use taxel_judge::{Case, Judgement, Kind, Options, StressOptions, judge, stress};
+use taxel_judge::{
+    By, Case, Judgement, Kind, Options, Outcome, StressOptions, Test, Wish, across, choose, claims, judge,
+    stress,
+};
 use taxel_scenes::faults::Fault;
 use taxel_trainer::{Experiment, Overrides, RunOptions, Silent, run};
 
@@ -148,4 +151,53 @@ fn a_judgement_holds_what_a_report_needs() {
     assert_eq!(example.verdicts.len(), 2);
     judgement.write(&case.folder).unwrap();
     assert_eq!(Judgement::read(&case).unwrap().unwrap(), judgement);
+}
+
+#[test]
+fn a_run_is_chosen_from_and_asked_about_claims() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(CONFIG, folder.path());
+    let options = Options { stress: None, budget: 0.05, ..Options::default() };
+    let judgement = judge(&case, &options).unwrap();
+    let choice = choose(&case, &judgement, &Wish::default()).unwrap();
+    assert_eq!((choice.test, choice.evidence.len()), (Test::NadeauBengio, 7));
+    let best = choice.evidence.iter().map(|own| own.accuracy).fold(0.0, f64::max);
+    for own in &choice.evidence {
+        let mean = judgement.networks.iter().find(|n| n.results.network == own.network).unwrap();
+        assert_eq!(own.accuracy, mean.results.mean.unwrap().accuracy);
+        assert!((own.difference - (own.accuracy - best)).abs() < 1e-9, "{own:?}");
+        assert_eq!(own.p.is_none(), own.network == choice.best);
+    }
+    // Two folds of thirty tell little, and the words say so.
+    assert!(!choice.enough_data, "{choice:#?}");
+    assert!(choice.words.iter().any(|words| words.starts_with("Too few data")), "{:#?}", choice.words);
+    assert!(choice.chosen.as_deref().is_some_and(|name| name != "majority"));
+    assert_eq!(choice, choose(&case, &judgement, &Wish::default()).unwrap());
+    let text = serde_json::to_string(&choice).unwrap();
+    assert_eq!(serde_json::from_str::<taxel_judge::Choice>(&text).unwrap(), choice);
+    let limited = Wish { max_loss: Some(10.0), by: By::Size, ..Wish::default() };
+    let error = choose(&case, &judgement, &limited).unwrap_err().to_string();
+    assert!(error.contains("stress test"), "{error}");
+    assert_eq!(across(&[&judgement; 5], 0.05).unwrap(), None, "one data set five times is one");
+    let asked = claims(&[(&case, &judgement)]).unwrap();
+    let says = |part: &str| asked.iter().find(|claim| claim.says.contains(part)).unwrap();
+    assert_eq!(says("1D beats 2D: ResNet8").outcome, Outcome::CannotBeTested);
+    assert!(says("1D beats 2D: ResNet8").effect.contains("lacks resnet8-lite-2d"));
+    let shore = says("commonest error of 2D-Vgg6-Lite");
+    assert!(shore.size.is_some_and(f64::is_finite), "{shore:?}");
+    assert_eq!((shore.kind, shore.run.as_str()), (Kind::Simulated, "judged"));
+}
+
+#[test]
+fn one_random_split_is_mcnemars() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(GRIPPER, folder.path());
+    let judgement = judge(&case, &Options { stress: None, budget: 0.05, ..Options::default() }).unwrap();
+    let choice = choose(&case, &judgement, &Wish { by: By::Macs, ..Wish::default() }).unwrap();
+    assert_eq!(choice.test, Test::McNemar);
+    // The gripper's groups are its objects: whole ones are drawn.
+    let other = choice.evidence.iter().find(|own| own.network != choice.best).unwrap();
+    let [low, high] = other.interval.unwrap();
+    assert!(low <= other.difference && other.difference <= high && low < high, "{other:?}");
+    assert!(choice.words.iter().any(|words| words.contains("elasticity and hardness")));
 }

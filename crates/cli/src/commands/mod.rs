@@ -1,9 +1,11 @@
 //! One file per command: its arguments and what it does.
 
+pub mod choose;
 pub mod cost;
 pub mod data;
 pub mod encode;
 pub mod forward;
+pub mod report;
 pub mod run;
 pub mod simulate;
 pub mod stitch;

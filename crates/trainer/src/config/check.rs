@@ -569,6 +569,11 @@ impl Published {
                 return refuse(format!("{at}.{name}"), format!("{pair:?}"), reason);
             }
         }
+        for (name, cost) in [("megabytes", self.megabytes), ("gflops", self.gflops)] {
+            if let Some(cost) = cost.filter(|cost| !(cost.is_finite() && *cost > 0.0)) {
+                return refuse(format!("{at}.{name}"), cost.to_string(), "must be above 0");
+            }
+        }
         Ok(())
     }
 }

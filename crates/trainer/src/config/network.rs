@@ -46,6 +46,12 @@ pub struct Published {
     /// Macro F1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub f1: Option<Vec<f64>>,
+    /// "Model size" as printed, in MB; the papers' are 2^20 bytes (`docs/costs.md`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub megabytes: Option<f64>,
+    /// As printed; what a paper counts as an operation is its own (`docs/costs.md`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gflops: Option<f64>,
 }
 
 fn is_default(train: &TrainOverride) -> bool {

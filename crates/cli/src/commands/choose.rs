@@ -1,0 +1,198 @@
+//! `taxel choose`: the smallest network that suffices.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use taxel_judge::{
+    Across, By, Choice, Evidence, Judgement, Options, StressOptions, Wish, across, choose,
+    judged_before_or_now,
+};
+use taxel_trainer::{IndicatifProgress, Progress};
+
+use crate::{Outcome, text};
+
+/// Names the smallest network of a run that suffices, with the evidence.
+///
+/// A network suffices if it is not significantly worse than the most accurate one: by the corrected
+/// resampled t-test over folds and repetitions (Nadeau and Bengio), or McNemar's exact test where there is
+/// one test part, with Holm's correction over the table. Of those the fastest (or smallest) is chosen;
+/// cheap rivals take part. Nothing that seems to lose more than --margin points is chosen, and where the
+/// data could not have seen such a loss, it says so.
+///
+/// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss breaks test
+/// samples on purpose first. Five or more RUNs that share networks are ranked together too (Friedman, with
+/// Nemenyi's critical difference).
+///
+/// Exit code 0: something is chosen for every run; 1: for some run nothing suffices.
+#[derive(Args)]
+#[command(after_help = "Examples:  taxel choose runs/quickstart
+           taxel choose runs/quickstart --by size --margin 2
+           taxel choose runs/quickstart --max-loss 20
+           taxel choose runs/ucr-* --json > choices.json")]
+pub struct Choose {
+    /// Run folders.
+    #[arg(required = true)]
+    run: Vec<PathBuf>,
+    /// What is to be small: time per sample on one thread, bytes, or multiply-accumulates.
+    #[arg(long, value_enum, default_value = "latency")]
+    by: Small,
+    /// Level of significance over the whole table.
+    #[arg(long, default_value_t = 0.05)]
+    alpha: f64,
+    /// The most accuracy that faults may cost on average, in percentage points.
+    #[arg(long, value_name = "POINTS")]
+    max_loss: Option<f64>,
+    /// A loss of accuracy that would matter, in percentage points.
+    #[arg(long, value_name = "POINTS", default_value_t = 5.0)]
+    margin: f64,
+    /// Prints everything as one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Caps the threads of the stress test [default: all cores]; results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Small {
+    Latency,
+    Size,
+    Macs,
+}
+
+impl Choose {
+    pub fn run(self) -> Outcome {
+        let by = match self.by {
+            Small::Latency => By::Latency,
+            Small::Size => By::Size,
+            Small::Macs => By::Macs,
+        };
+        let wish = Wish { by, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
+        wish.check()?;
+        let (mut judgements, mut choices) = (vec![], vec![]);
+        for path in &self.run {
+            let (judgement, choice) = self.one(path, &wish)?;
+            judgements.push(judgement);
+            choices.push(choice);
+        }
+        let ranked = across(&judgements.iter().collect::<Vec<_>>(), wish.alpha)?;
+        if self.json {
+            let one = |(run, choice): (&PathBuf, &Choice)| serde_json::json!({"run": run.display().to_string(), "choice": choice});
+            let runs: Vec<_> = self.run.iter().zip(&choices).map(one).collect();
+            let all = serde_json::json!({"choices": runs, "across": ranked});
+            println!("{}", serde_json::to_string_pretty(&all)?);
+        } else {
+            for ((path, judgement), choice) in self.run.iter().zip(&judgements).zip(&choices) {
+                print(path, judgement, choice);
+            }
+            if let Some(ranked) = &ranked {
+                print_across(ranked);
+            }
+        }
+        let all = choices.iter().all(|choice| choice.chosen.is_some());
+        Ok(if all { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    fn one(&self, path: &Path, wish: &Wish) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
+        let progress = IndicatifProgress::default();
+        let terminal = std::io::stderr().is_terminal();
+        let mut stress = StressOptions::default();
+        if let Some(threads) = self.threads {
+            stress.threads = threads.max(1);
+        }
+        let options = Options {
+            stress: wish.max_loss.map(|_| stress),
+            say: &|what| {
+                if terminal {
+                    progress.say(what);
+                }
+            },
+            start: &|steps| progress.start(steps),
+            tick: &|| progress.step(1),
+            ..Options::default()
+        };
+        let judged = judged_before_or_now(path, &options);
+        progress.finish();
+        let (case, judgement) = judged?;
+        let choice = choose(&case, &judgement, wish)?;
+        Ok((judgement, choice))
+    }
+}
+
+fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
+    let results = &judgement.results;
+    println!("{}: {}, {}", path.display(), results.source, judgement.protocol);
+    println!();
+    let unit = match choice.wish.by {
+        By::Latency => "ms",
+        By::Size => "kB",
+        By::Macs => "MACs",
+    };
+    let stressed = choice.evidence.iter().any(|own| own.mean_loss.is_some());
+    let mut header = vec!["network", "accuracy %", "against best", "95 % interval", "p (Holm)", unit];
+    if stressed {
+        header.push("lost to faults");
+    }
+    header.push("");
+    let mut evidence: Vec<&Evidence> = choice.evidence.iter().collect();
+    evidence.sort_by(|a, b| b.accuracy.total_cmp(&a.accuracy));
+    let rows: Vec<Vec<String>> = evidence.iter().map(|own| row(own, choice, stressed)).collect();
+    let right: Vec<usize> = (1..header.len() - 1).collect();
+    print!("{}", text::table(&header, &rows, &right));
+    println!();
+    for words in &choice.words {
+        println!("{words}");
+    }
+    println!();
+}
+
+fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
+    let dash = || "-".to_string();
+    let best = own.network == choice.best;
+    let cost = |cost: f64| match choice.wish.by {
+        By::Latency => format!("{cost:.3}"),
+        By::Size => format!("{:.1}", cost / 1e3),
+        By::Macs => format!("{cost:.0}"),
+    };
+    let mut cells = vec![
+        own.network.clone(),
+        format!("{:.2}", own.accuracy),
+        if best { dash() } else { format!("{:+.2}", own.difference) },
+        own.interval.map_or_else(dash, |[low, high]| format!("{low:+.2} to {high:+.2}")),
+        own.p_holm.map_or_else(dash, |p| if p < 0.001 { "< 0.001".into() } else { format!("{p:.3}") }),
+        own.cost.map_or_else(dash, cost),
+    ];
+    if stressed {
+        cells.push(own.mean_loss.map_or_else(dash, |loss| format!("{loss:.1}")));
+    }
+    cells.push(match (&own.refused, own.worse) {
+        _ if choice.chosen.as_ref() == Some(&own.network) => "chosen".into(),
+        (_, true) => "worse".into(),
+        (Some(reason), _) => reason.clone(),
+        _ if best => "best".into(),
+        _ => "not told apart from the best".into(),
+    });
+    cells
+}
+
+fn print_across(ranked: &Across) {
+    println!("{} data sets together: {}", ranked.runs.len(), ranked.runs.join(", "));
+    println!();
+    let rows: Vec<Vec<String>> = (0..ranked.networks.len())
+        .map(|at| {
+            let p = ranked.p_holm[at].map_or("-".into(), |p| format!("{p:.3}"));
+            let mean = ranked.accuracy.iter().map(|row| row[at]).sum::<f64>() / ranked.runs.len() as f64;
+            let rank = ranked.friedman.ranks[at];
+            vec![ranked.networks[at].clone(), format!("{rank:.2}"), format!("{mean:.2}"), p]
+        })
+        .collect();
+    let header = ["network", "mean rank", "mean accuracy %", "p (Wilcoxon, Holm)"];
+    print!("{}", text::table(&header, &rows, &[1, 2, 3]));
+    println!();
+    println!("critical difference of mean ranks at {}: {:.2}", ranked.alpha, ranked.critical_difference);
+    for words in &ranked.words {
+        println!("{words}");
+    }
+}

@@ -1,0 +1,177 @@
+//! `taxel report`: pages, charts and tables from run folders.
+
+use std::io::IsTerminal;
+use std::path::{Component, Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+use taxel_judge::{
+    Case, Choice, Claim, Entry, Judgement, Options, StressOptions, Wish, across, choose, claims, judge,
+    overview, report,
+};
+use taxel_trainer::{IndicatifProgress, Progress};
+
+use crate::{Outcome, text};
+
+/// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
+///
+/// Nothing is trained. Speeds and faults are measured once and kept in judgement.json; then report.html (one
+/// page that needs no network), tables/ (Markdown, CSV) and charts/ (SVG, PNG) are written into the run folder.
+/// Several runs also get one page side by side. Leave the machine alone while networks are timed.
+#[derive(Args)]
+#[command(after_help = "Examples:  taxel report runs/quickstart
+           taxel report runs/quickstart --again --samples 300
+           taxel report runs/hardness-table-5 runs/fsr-glove28 --out reports")]
+pub struct Report {
+    /// Run folders.
+    #[arg(required = true)]
+    run: Vec<PathBuf>,
+    /// Folder of the page that sets runs side by side [default: reports, for several runs].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Leaves the faults out.
+    #[arg(long)]
+    no_stress: bool,
+    /// At most so many test samples of each network under faults.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    samples: usize,
+    /// Measures anew, also where judgement.json is there.
+    #[arg(long)]
+    again: bool,
+    /// Prints one JSON object per run instead of tables.
+    #[arg(long)]
+    json: bool,
+    /// Caps the threads of the fault test [default: all cores]; speed is always measured on one.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+impl Report {
+    pub fn run(self) -> Outcome {
+        let mut judged = vec![];
+        for run in &self.run {
+            let case = Case::open(run)?;
+            let judgement = self.judgement(&case)?;
+            judged.push((case, judgement));
+        }
+        let together: Vec<(&Case, &Judgement)> =
+            judged.iter().map(|(case, judgement)| (case, judgement)).collect();
+        let all = claims(&together)?;
+        let mut entries = vec![];
+        for &(case, judgement) in &together {
+            let choice = choose(case, judgement, &Wish::default())?;
+            let page = self.one(case, judgement, &choice)?;
+            entries.push((page, judgement, choice));
+        }
+        if entries.len() > 1 || self.out.is_some() {
+            let folder = self.out.clone().unwrap_or_else(|| "reports".into());
+            std::fs::create_dir_all(&folder)
+                .map_err(|e| format!("{}: cannot be made: {e}", folder.display()))?;
+            let judgements: Vec<&Judgement> = judged.iter().map(|(_, judgement)| judgement).collect();
+            let ranked = across(&judgements, Wish::default().alpha)?;
+            let mut linked = vec![];
+            for (page, judgement, choice) in entries {
+                let page = link(&folder, &page)?;
+                linked.push(Entry { page, judgement: judgement.clone(), choice: Some(choice) });
+            }
+            let page = overview(&linked, &all, ranked.as_ref(), &folder)?;
+            match self.json {
+                true => println!("{}", json!({ "overview": page, "claims": all, "across": ranked })),
+                false => println!("side by side: {}", page.display()),
+            }
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Writes the report of one run and prints where it is.
+    fn one(
+        &self,
+        case: &Case,
+        judgement: &Judgement,
+        choice: &Choice,
+    ) -> Result<PathBuf, Box<dyn std::error::Error>> {
+        let made = report(judgement, Some(choice), &testable(claims(&[(case, judgement)])?))?;
+        let page = made.write(case.folder.path())?;
+        let results = &judgement.results;
+        if self.json {
+            let object = json!({
+                "name": results.name, "source": results.source, "kind": judgement.kind, "page": page,
+                "chance_percent": judgement.chance, "chosen": choice.chosen,
+                "networks": made.summary.json,
+            });
+            println!("{object}");
+        } else {
+            println!(
+                "{}: {} ({} samples), {}\n",
+                results.name, results.source, results.samples, judgement.protocol
+            );
+            let head: Vec<&str> = made.summary.head.iter().map(String::as_str).collect();
+            println!("{}", text::table(&head, &made.summary.rows, &made.summary.right));
+            choice.words.iter().for_each(|line| println!("{line}"));
+            println!("report: {}\n", page.display());
+        }
+        Ok(page)
+    }
+
+    /// What is in the run folder already, or is measured now.
+    fn judgement(&self, case: &Case) -> Result<Judgement, Box<dyn std::error::Error>> {
+        let before = if self.again { None } else { Judgement::read(case)? };
+        if let Some(judgement) = before.filter(|j| j.stress.is_some() || self.no_stress) {
+            eprintln!(
+                "{}: measured before; --again measures anew",
+                case.folder.file("judgement.json").display()
+            );
+            return Ok(judgement);
+        }
+        let mut stress = StressOptions { samples: self.samples.max(1), ..StressOptions::default() };
+        if let Some(threads) = self.threads {
+            stress.threads = threads.max(1);
+        }
+        let progress = IndicatifProgress::default();
+        let seen = std::io::stderr().is_terminal();
+        let options = Options {
+            stress: (!self.no_stress).then_some(stress),
+            say: &|line| {
+                if seen {
+                    progress.say(line);
+                }
+            },
+            start: &|steps| progress.start(steps),
+            tick: &|| progress.step(1),
+            ..Options::default()
+        };
+        let judgement = judge(case, &options);
+        progress.finish();
+        let judgement = judgement?;
+        judgement.write(&case.folder)?;
+        Ok(judgement)
+    }
+}
+
+/// The claims of those papers of which the run can test at least one.
+fn testable(all: Vec<Claim>) -> Vec<Claim> {
+    let tested = |claim: &&Claim| claim.outcome != taxel_judge::Outcome::CannotBeTested;
+    let papers: Vec<String> = all.iter().filter(tested).map(|claim| claim.paper.clone()).collect();
+    all.into_iter().filter(|claim| papers.contains(&claim.paper)).collect()
+}
+
+/// The way from `folder` to `page` as a link: relative, so that both can be moved together.
+fn link(folder: &Path, page: &Path) -> Result<String, Box<dyn std::error::Error>> {
+    let full =
+        |path: &Path| path.canonicalize().map_err(|e| format!("{}: cannot be read: {e}", path.display()));
+    let (from, to) = (full(folder)?, full(page)?);
+    let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(common).map(|_| "..".to_string());
+    let down = to.components().skip(common).map(|part| match part {
+        Component::Normal(name) => escaped(&name.to_string_lossy()),
+        other => other.as_os_str().to_string_lossy().into_owned(),
+    });
+    Ok(up.chain(down).collect::<Vec<_>>().join("/"))
+}
+
+/// With what a URL may not hold as %XX.
+fn escaped(name: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}

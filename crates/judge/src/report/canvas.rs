@@ -1,0 +1,269 @@
+//! What charts are drawn on: lines, marks and text in inks, with values to hover over; SVG and PNG.
+
+use std::io::Cursor;
+
+use kuva::backend::raster::RasterBackend;
+use kuva::backend::svg::SvgBackend;
+use kuva::render::color::Color;
+use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
+
+use super::palette::{Ink, Paint};
+
+/// Pixels of a PNG per unit of a chart.
+const SCALE: u32 = 2;
+/// It is drawn so many times larger and then made smaller: kuva's upright text is coarse.
+const FINER: u32 = 2;
+/// Widths of characters as shares of the size of their font (DejaVu Sans, wider than most), and of all others.
+const WIDTHS: [(&str, f64); 3] = [("ijlI.,:;'|!", 0.33), ("-frt()[] 1", 0.42), ("mwMWQ%@—…", 0.96)];
+const WIDTH: f64 = 0.63;
+
+/// Where a text begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Left,
+    Middle,
+    Right,
+}
+
+/// How a text looks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Type {
+    pub size: u32,
+    pub ink: Ink,
+    pub anchor: Anchor,
+    pub bold: bool,
+}
+
+/// The usual text of a chart.
+pub(super) const PLAIN: Type = Type { size: 12, ink: Ink::Text, anchor: Anchor::Left, bold: false };
+
+/// How a line looks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stroke {
+    pub ink: Ink,
+    pub width: f64,
+    /// Lengths of a stroke and of the gap behind it; a gap of 0: one line.
+    pub dash: (f64, f64),
+}
+
+impl Stroke {
+    pub(super) fn of(ink: Ink, width: f64) -> Self {
+        Stroke { ink, width, dash: (0.0, 0.0) }
+    }
+
+    pub(super) fn dashed(self, dash: (f64, f64)) -> Self {
+        Stroke { dash, ..self }
+    }
+}
+
+/// A drawing in units of CSS pixels, from the top left.
+pub(super) struct Canvas {
+    scene: Scene,
+    paint: Paint,
+}
+
+impl Canvas {
+    pub(super) fn new(width: f64, height: f64, paint: Paint) -> Self {
+        let mut scene = Scene::new(width, height);
+        let family = match paint {
+            Paint::Page => "system-ui, sans-serif",
+            Paint::Print => "DejaVu Sans, Verdana, sans-serif",
+        };
+        scene.font_family = Some(family.into());
+        scene.background_color = (paint == Paint::Print).then(|| "#ffffff".into());
+        Canvas { scene, paint }
+    }
+
+    fn colour(&self, ink: Ink) -> Color {
+        ink.colour(self.paint)
+    }
+
+    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+        self.path(vec![from, to], stroke);
+    }
+
+    pub(super) fn path(&mut self, points: Vec<(f64, f64)>, stroke: Stroke) {
+        // Cut here: kuva's PNG knows no dashes along a path.
+        for points in dashes(points, stroke.dash) {
+            let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
+            let line = Primitive::PolyLine { points, stroke: ink, stroke_width, stroke_dasharray: None };
+            self.scene.elements.push(line);
+        }
+    }
+
+    pub(super) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: Ink, edge: Ink) {
+        let (fill, stroke) = (self.colour(fill), Some(self.colour(edge)));
+        let stroke_width = Some(1.6);
+        self.scene.elements.push(Primitive::Circle {
+            cx,
+            cy,
+            r,
+            fill,
+            fill_opacity: None,
+            stroke,
+            stroke_width,
+        });
+    }
+
+    /// A square that stands on a corner.
+    pub(super) fn diamond(&mut self, (x, y): (f64, f64), r: f64, fill: Ink, edge: Ink) {
+        let d = format!("M {} {y} L {x} {} L {} {y} L {x} {} Z", x - r, y - r, x + r, y + r);
+        let (fill, stroke) = (Some(self.colour(fill)), self.colour(edge));
+        let path = PathData { d, fill, stroke, stroke_width: 1.6, opacity: None, stroke_dasharray: None };
+        self.scene.elements.push(Primitive::Path(Box::new(path)));
+    }
+
+    /// A filled rectangle `(x, y, width, height)`.
+    pub(super) fn block(&mut self, (x, y, width, height): (f64, f64, f64, f64), fill: Ink, opacity: f64) {
+        let (fill, opacity) = (self.colour(fill), Some(opacity));
+        self.scene.elements.push(Primitive::Rect {
+            x,
+            y,
+            width,
+            height,
+            fill,
+            stroke: None,
+            stroke_width: None,
+            opacity,
+        });
+    }
+
+    pub(super) fn text(&mut self, at: (f64, f64), text: &str, look: Type) {
+        self.write(at, text, look, None);
+    }
+
+    /// Text that runs from the bottom to the top.
+    pub(super) fn upright(&mut self, at: (f64, f64), text: &str, look: Type) {
+        self.write(at, text, look, Some(-90.0));
+    }
+
+    fn write(&mut self, (x, y): (f64, f64), text: &str, look: Type, rotate: Option<f64>) {
+        if text.is_empty() {
+            return;
+        }
+        let anchor = match look.anchor {
+            Anchor::Left => TextAnchor::Start,
+            Anchor::Middle => TextAnchor::Middle,
+            Anchor::Right => TextAnchor::End,
+        };
+        // Between two dollars kuva would set formulas.
+        let content = clean(text).replace('$', "\\$");
+        let (size, bold, color) = (look.size, look.bold, Some(self.colour(look.ink)));
+        self.scene.elements.push(Primitive::Text { x, y, content, size, anchor, rotate, bold, color });
+    }
+
+    /// What `draw` draws, with a value to hover over.
+    pub(super) fn hover(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
+        let title = Some(clean(title));
+        self.scene.elements.push(Primitive::GroupStart { transform: None, title, extra_attrs: None });
+        draw(self);
+        self.scene.elements.push(Primitive::GroupEnd);
+    }
+
+    /// The drawing as SVG; screen readers hear `label`.
+    pub(super) fn svg(&self, label: &str) -> String {
+        let svg = SvgBackend::new().render_scene(&self.scene);
+        let body = svg.split_once('>').map_or("", |(_, body)| body);
+        let (width, height) = (self.scene.width, self.scene.height);
+        let family = self.scene.font_family.as_deref().unwrap_or_default();
+        let size = match self.paint {
+            // Wider than a phone it scrolls, on a large screen it grows a little.
+            Paint::Page => {
+                let (least, most) = ((0.8 * width).round(), (1.25 * width).round());
+                format!(r#"style="min-width:{least}px;max-width:{most}px""#)
+            }
+            Paint::Print => format!(r#"width="{width}" height="{height}""#),
+        };
+        format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size} font-family="{family}" role="img" aria-label="{}">{body}"#,
+            attribute(label)
+        )
+    }
+
+    /// The drawing as PNG, with a font of its own; what is wrong in words.
+    pub(super) fn png(&self) -> Result<Vec<u8>, String> {
+        let large = RasterBackend { scale: (SCALE * FINER) as f32 }.render_scene(&self.scene)?;
+        let large = image::load_from_memory(&large).map_err(|e| e.to_string())?.to_rgb8();
+        let (width, height) = (large.width() / FINER, large.height() / FINER);
+        let small = image::imageops::thumbnail(&large, width, height);
+        let mut png = Cursor::new(vec![]);
+        small.write_to(&mut png, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+        Ok(png.into_inner())
+    }
+}
+
+/// The strokes of a dashed path.
+fn dashes(points: Vec<(f64, f64)>, (stroke, gap): (f64, f64)) -> Vec<Vec<(f64, f64)>> {
+    if stroke <= 0.0 || gap <= 0.0 {
+        return vec![points];
+    }
+    let (mut pieces, mut piece) = (vec![], vec![]);
+    // Whether a stroke is drawn, and how much of it or of the gap is left.
+    let (mut drawn, mut left) = (true, stroke);
+    piece.extend(points.first());
+    for ends in points.windows(2) {
+        let ((mut x, mut y), (to_x, to_y)) = (ends[0], ends[1]);
+        loop {
+            let length = (to_x - x).hypot(to_y - y);
+            if length <= left {
+                left -= length;
+                if drawn {
+                    piece.push((to_x, to_y));
+                }
+                break;
+            }
+            (x, y) = (x + (to_x - x) * left / length, y + (to_y - y) * left / length);
+            piece.push((x, y));
+            if drawn {
+                pieces.push(std::mem::take(&mut piece));
+            }
+            drawn = !drawn;
+            left = if drawn { stroke } else { gap };
+        }
+    }
+    if drawn && piece.len() > 1 {
+        pieces.push(piece);
+    }
+    pieces
+}
+
+/// Width that `text` takes at most, nearly.
+pub(super) fn width_of(text: &str, size: u32) -> f64 {
+    let width = |c: char| WIDTHS.iter().find(|(all, _)| all.contains(c)).map_or(WIDTH, |(_, width)| *width);
+    f64::from(size) * text.chars().map(width).sum::<f64>()
+}
+
+/// At most `most` characters of `text`.
+pub(super) fn short(text: &str, most: usize) -> String {
+    match text.chars().count() > most {
+        true => text.chars().take(most.saturating_sub(1)).chain(['…']).collect(),
+        false => text.into(),
+    }
+}
+
+/// `text` without characters that no XML may hold.
+fn clean(text: &str) -> String {
+    let allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    text.chars().map(|c| if allowed(c) { c } else { ' ' }).collect()
+}
+
+fn attribute(text: &str) -> String {
+    clean(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_go_round_corners() {
+        let path = vec![(0.0, 0.0), (5.0, 0.0), (5.0, 6.0)];
+        let expected = [
+            vec![(0.0, 0.0), (3.0, 0.0)],
+            vec![(4.0, 0.0), (5.0, 0.0), (5.0, 2.0)],
+            vec![(5.0, 3.0), (5.0, 6.0)],
+        ];
+        assert_eq!(dashes(path.clone(), (3.0, 1.0)), expected);
+        assert_eq!(dashes(path.clone(), (0.0, 0.0)), [path]);
+    }
+}

@@ -1,0 +1,134 @@
+//! Training, and accuracy with few samples.
+
+use std::collections::BTreeMap;
+
+use super::{Chart, HEADING, Look, legend, legend_height, look, shown};
+use crate::judgement::{EpochPoint, Judged, Judgement};
+use crate::report::axes::{Frame, Scale, widened};
+use crate::report::canvas::{Canvas, Stroke};
+use crate::report::numbers::{digits, tenth, tick};
+use crate::report::palette::{Ink, Paint};
+use crate::report::words::few_samples_of;
+
+const WIDTH: f64 = 860.0;
+
+/// A value of an epoch, where it has one.
+type Value = fn(&EpochPoint) -> Option<f64>;
+
+/// Heading, unit, on training and on validation samples.
+const PANELS: [(&str, &str, Value, Value); 2] = [
+    ("loss", "", |p| Some(p.train_loss), |p| p.validation_loss),
+    ("accuracy (%)", " %", |p| Some(p.train_accuracy), |p| p.validation_accuracy),
+];
+
+/// Loss and accuracy by epoch.
+pub(super) fn training(judgement: &Judgement) -> Option<Chart<'_>> {
+    let trained: Vec<&Judged> = shown(judgement).filter(|n| n.training.len() > 1).collect();
+    if trained.is_empty() {
+        return None;
+    }
+    let validated = trained.iter().any(|n| n.training.iter().any(|p| p.validation_loss.is_some()));
+    let mut reading = String::from("Mean over folds, on training samples.");
+    if validated {
+        reading += " Thin: on validation samples, which are not trained on.";
+    }
+    let draw = move |paint| draw_training(judgement, &trained, paint);
+    Some(Chart::new("training", "Training", reading, draw))
+}
+
+fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Canvas {
+    let names: Vec<(&str, Look)> =
+        trained.iter().map(|n| n.results.network.as_str()).map(|n| (n, look(judgement, n))).collect();
+    let top = 12.0 + legend_height(WIDTH - 60.0, &names);
+    let mut canvas = Canvas::new(WIDTH, top + 320.0, paint);
+    legend(&mut canvas, (56.0, 14.0), WIDTH - 60.0, &names);
+    let epochs = trained.iter().map(|n| n.training.len()).max().unwrap_or(1) as f64;
+    for (panel, (title, unit, train, validation)) in PANELS.into_iter().enumerate() {
+        let left = 56.0 + 430.0 * panel as f64;
+        let points = || trained.iter().flat_map(|n| &n.training);
+        let values: Vec<f64> = points().flat_map(|p| [train(p), validation(p)]).flatten().collect();
+        let frame = Frame {
+            x: Scale::linear((1.0, epochs), (left, left + 360.0)),
+            y: Scale::linear(widened(&values, (0.0, f64::INFINITY)), (top + 264.0, top + 34.0)),
+        };
+        canvas.text((left, top + 20.0), title, HEADING);
+        frame.draw_y(&mut canvas, tick);
+        let ticks: Vec<f64> = frame.x.ticks().into_iter().filter(|v| v.fract() == 0.0).collect();
+        frame.draw_x(&mut canvas, &ticks, tick);
+        frame.titles(&mut canvas, "epoch", "");
+        for ((network, look), own) in names.iter().zip(trained) {
+            for (value, width, of) in [(train, 2.0, "training"), (validation, 1.0, "validation")] {
+                let known = |p: &EpochPoint| value(p).filter(|v| v.is_finite()).map(|v| (p.epoch + 1, v));
+                let points: Vec<(usize, f64)> = own.training.iter().filter_map(known).collect();
+                let Some((_, last)) = points.last().copied() else { continue };
+                let about = format!("{network}, {of}: {}{unit} in the last epoch", digits(last));
+                let line = points.iter().map(|(epoch, v)| frame.at(*epoch as f64, *v)).collect();
+                canvas.hover(&about, |canvas| canvas.path(line, look.stroke(width)));
+            }
+        }
+    }
+    canvas
+}
+
+/// Accuracy by the number of training samples of each class.
+pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
+    let mut curves: BTreeMap<usize, (&str, Vec<(usize, &Judged)>)> = BTreeMap::new();
+    for n in &judgement.networks {
+        let Some(count) = n.results.per_class else { continue };
+        let name = few_samples_of(&n.results);
+        let at = curves.iter().find(|(_, (own, _))| *own == name).map_or(curves.len(), |(at, _)| *at);
+        curves.entry(at).or_insert((name, vec![])).1.push((count, n));
+    }
+    let curves: Vec<(&str, Vec<(usize, &Judged)>)> = curves.into_values().collect();
+    if curves.iter().all(|(_, points)| points.len() < 2) {
+        return None;
+    }
+    let reading = "Accuracy against the number of training samples of each class; whiskers: 95 % interval. \
+                   Dashed: cheap rivals.";
+    let draw = move |paint| draw_few(judgement, &curves, paint);
+    Some(Chart::new("few-samples", "Accuracy with few samples", reading, draw))
+}
+
+fn draw_few(judgement: &Judgement, curves: &[(&str, Vec<(usize, &Judged)>)], paint: Paint) -> Canvas {
+    let look_of = |points: &[(usize, &Judged)]| {
+        let most = points.iter().max_by_key(|(count, _)| *count);
+        most.map_or(look(judgement, ""), |(_, n)| look(judgement, &n.results.network))
+    };
+    let names: Vec<(&str, Look)> = curves.iter().map(|(name, points)| (*name, look_of(points))).collect();
+    let top = 12.0 + legend_height(WIDTH - 80.0, &names);
+    let mut canvas = Canvas::new(WIDTH, top + 400.0, paint);
+    legend(&mut canvas, (64.0, 14.0), WIDTH - 80.0, &names);
+    let mut counts: Vec<usize> = curves.iter().flat_map(|(_, points)| points.iter().map(|p| p.0)).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let ends = (counts.first().copied().unwrap_or(1) as f64, counts.last().copied().unwrap_or(1) as f64);
+    let ends_of = |n: &Judged| n.results.interval.or(n.results.mean.map(|m| [m.accuracy; 2]));
+    let all = curves.iter().flat_map(|(_, points)| points.iter().filter_map(|(_, n)| ends_of(n)).flatten());
+    let values: Vec<f64> = all.chain([judgement.chance]).collect();
+    let frame = Frame {
+        x: Scale::log(ends, (64.0, WIDTH - 24.0)),
+        y: Scale::linear(widened(&values, (0.0, 100.0)), (top + 350.0, top + 30.0)),
+    };
+    frame.draw_y(&mut canvas, tick);
+    let counts: Vec<f64> = counts.into_iter().map(|count| count as f64).collect();
+    frame.draw_x(&mut canvas, &counts, tick);
+    frame.titles(&mut canvas, "training samples of each class (log)", "accuracy (%)");
+    let y = frame.y.at(judgement.chance);
+    canvas.line((64.0, y), (WIDTH - 24.0, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
+    for ((name, points), (_, look)) in curves.iter().zip(&names) {
+        let known: Vec<(usize, f64, &Judged)> =
+            points.iter().filter_map(|(count, n)| Some((*count, n.results.mean?.accuracy, *n))).collect();
+        canvas.path(known.iter().map(|(c, a, _)| frame.at(*c as f64, *a)).collect(), look.stroke(2.0));
+        for (count, accuracy, n) in known {
+            let (x, y) = frame.at(count as f64, accuracy);
+            let about = format!("{name}, {count} of each class: {} %", tenth(accuracy));
+            canvas.hover(&about, |canvas| {
+                if let Some([low, high]) = n.results.interval {
+                    canvas.line((x, frame.y.at(low)), (x, frame.y.at(high)), Stroke::of(look.ink, 1.0));
+                }
+                canvas.circle((x, y), 4.0, look.ink, Ink::Paper);
+            });
+        }
+    }
+    canvas
+}

@@ -1,0 +1,145 @@
+//! Accuracy under faults: a small chart for each fault, and one map of all losses.
+
+use super::{Chart, HEADING, Look, legend, legend_height, look};
+use crate::judgement::Judgement;
+use crate::report::axes::{Frame, Scale};
+use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use crate::report::numbers::{tenth, tick};
+use crate::report::palette::{Ink, Paint};
+use crate::report::words::stress_basis;
+use crate::stress::{NetworkStress, Stress};
+
+const WIDTH: f64 = 860.0;
+const COLUMNS: usize = 3;
+/// Size of a small chart with its titles.
+const CELL: (f64, f64) = (282.0, 206.0);
+
+/// Accuracy by severity, one small chart per fault.
+pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
+    let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
+    let reading = format!(
+        "Accuracy (%) at each severity, from clean at the left; ringed: half of the margin above chance is gone. \
+         Dashed lines: cheap rivals; dotted: chance. {}.",
+        stress_basis(stress)
+    );
+    Some(Chart::new("fault-curves", "Accuracy under faults", reading, move |paint| {
+        draw_curves(judgement, stress, paint)
+    }))
+}
+
+fn draw_curves(judgement: &Judgement, stress: &Stress, paint: Paint) -> Canvas {
+    let names: Vec<(&str, Look)> =
+        drawn(judgement, stress).map(|n| (n.network.as_str(), look(judgement, &n.network))).collect();
+    let top = 12.0 + legend_height(WIDTH - 20.0, &names);
+    let rows = stress.faults.len().div_ceil(COLUMNS);
+    let columns = stress.faults.len().min(COLUMNS);
+    let width = if columns == COLUMNS { WIDTH } else { (CELL.0 * columns as f64 + 20.0).max(WIDTH * 0.7) };
+    let mut canvas = Canvas::new(width, top + rows as f64 * CELL.1 + 4.0, paint);
+    legend(&mut canvas, (10.0, 14.0), WIDTH - 20.0, &names);
+    for i in 0..stress.faults.len() {
+        let at = (CELL.0 * (i % COLUMNS) as f64, top + CELL.1 * (i / COLUMNS) as f64);
+        small(&mut canvas, (judgement, stress), i, at, &names);
+    }
+    canvas
+}
+
+/// All but always naming the commonest class, which is the line of chance.
+fn drawn<'a>(judgement: &'a Judgement, stress: &'a Stress) -> impl Iterator<Item = &'a NetworkStress> {
+    let majority = judgement.networks.iter().find(|n| n.results.zoo == "majority");
+    stress.networks.iter().filter(move |n| majority.is_none_or(|m| m.results.network != n.network))
+}
+
+/// The chart of fault number `i`.
+fn small(
+    canvas: &mut Canvas,
+    (judgement, stress): (&Judgement, &Stress),
+    i: usize,
+    (left, top): (f64, f64),
+    names: &[(&str, Look)],
+) {
+    let info = &stress.faults[i];
+    let frame = Frame {
+        x: Scale::linear((0.0, 5.0), (left + 38.0, left + CELL.0 - 12.0)),
+        y: Scale::linear((0.0, 100.0), (top + 154.0, top + 30.0)),
+    };
+    canvas.text((left + 6.0, top + 18.0), info.fault.name(), HEADING);
+    frame.draw_y(canvas, tick);
+    frame.draw_x(canvas, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], |severity| match severity as usize {
+        0 => "clean".into(),
+        at => info.levels[at - 1].to_string(),
+    });
+    let ((x, to), (y, _)) = (frame.x.ends(), frame.y.ends());
+    let look = Type { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
+    canvas.text(((x + to) / 2.0, y + 33.0), &info.unit, look);
+    let chance = frame.y.at(stress.chance);
+    canvas.line((x, chance), (to, chance), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
+    for (network, (name, look)) in drawn(judgement, stress).zip(names) {
+        let Some(curve) = network.curves.get(i) else { continue };
+        let mut points = vec![(0u8, network.clean.accuracy)];
+        points.extend(curve.points.iter().map(|(severity, score)| (*severity, score.accuracy)));
+        let place = |(severity, accuracy): &(u8, f64)| frame.at(f64::from(*severity), *accuracy);
+        canvas.path(points.iter().map(place).collect(), look.stroke(1.8));
+        for point in &points {
+            let what = match point.0 {
+                0 => "clean".into(),
+                severity => format!(
+                    "{} {} {}",
+                    info.fault.name(),
+                    info.levels[usize::from(severity.clamp(1, 5)) - 1],
+                    info.unit
+                ),
+            };
+            let broken = curve.breaks_at == Some(point.0);
+            let note = if broken { ", broken" } else { "" };
+            canvas.hover(&format!("{name}, {what}: {} %{note}", tenth(point.1)), |canvas| {
+                canvas.circle(place(point), 2.6, look.ink, look.ink);
+                if broken {
+                    canvas.circle(place(point), 6.0, Ink::None, look.ink);
+                }
+            });
+        }
+    }
+}
+
+/// Loss by network and fault.
+pub(super) fn heat(judgement: &Judgement) -> Option<Chart<'_>> {
+    let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
+    let reading = "Accuracy lost in percentage points, mean over severities; the stronger the colour, the more. ✕3: from \
+                   severity 3 on half of the margin above chance is gone.";
+    Some(Chart::new("fault-losses", "What each fault costs", reading, move |paint| draw_heat(stress, paint)))
+}
+
+fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {
+    let (names, row, column) = (168.0, 30.0, 62.0);
+    let height = 96.0 + row * stress.networks.len() as f64;
+    let width = (names + column * stress.faults.len() as f64 + 52.0).max(420.0);
+    let mut canvas = Canvas::new(width, height, paint);
+    let losses = stress.networks.iter().flat_map(|n| n.curves.iter().map(|c| c.loss(n.clean)));
+    let most = losses.fold(1.0f64, f64::max);
+    for (i, info) in stress.faults.iter().enumerate() {
+        heading(&mut canvas, (names + column * (i as f64 + 0.5), 78.0), info.fault.name());
+    }
+    for (k, network) in stress.networks.iter().enumerate() {
+        let y = 84.0 + row * k as f64;
+        let look = Type { anchor: Anchor::Right, ..PLAIN };
+        canvas.text((names - 8.0, y + row / 2.0 + 4.0), &short(&network.network, 22), look);
+        for (i, curve) in network.curves.iter().enumerate() {
+            let x = names + column * i as f64;
+            let loss = curve.loss(network.clean);
+            let at = curve.breaks_at.map_or(String::new(), |at| format!(" ✕{at}"));
+            let about = format!("{}, {}: {} pp lost{at}", network.network, curve.fault.name(), tenth(loss));
+            canvas.hover(&about, |canvas| {
+                let share = (loss / most).clamp(0.0, 1.0);
+                canvas.block((x + 1.0, y + 1.0, column - 2.0, row - 2.0), Ink::Heat, 0.04 + 0.86 * share);
+                let look = Type { anchor: Anchor::Middle, ..PLAIN };
+                canvas.text((x + column / 2.0, y + row / 2.0 + 4.0), &(tenth(loss) + &at), look);
+            });
+        }
+    }
+    canvas
+}
+
+/// The name of a column, upright so that long ones fit.
+fn heading(canvas: &mut Canvas, at: (f64, f64), text: &str) {
+    canvas.upright((at.0 + 4.0, at.1), text, Type { anchor: Anchor::Left, ..PLAIN });
+}

@@ -1,0 +1,112 @@
+//! What speaks for a choice, for claims, and what networks say about examples.
+
+use super::{Cell, Column, Table};
+use crate::choice::{By, Choice, Evidence, Test};
+use crate::claims::{Claim, Outcome};
+use crate::judgement::{Example, Judgement, Kind, Verdict};
+use crate::report::numbers::{bytes, digits, si, tenth};
+
+fn interval(value: Option<[f64; 2]>, show: fn(f64) -> String) -> (String, [Option<f64>; 2]) {
+    let shown = value.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
+    (shown, value.map_or([None, None], |both| both.map(Some)))
+}
+
+pub(super) fn choice(choice: &Choice) -> Table {
+    let p = |value: Option<f64>| {
+        Cell::number(value, |v| if v < 1e-4 { "< 0.0001".into() } else { format!("{v:.4}") })
+    };
+    let by = choice.wish.by;
+    let (head, csv) = match by {
+        By::Latency => ("latency, ms", "latency_ms"),
+        By::Size => ("size", "bytes"),
+        By::Macs => ("MACs", "macs"),
+    };
+    let cost = move |value: f64| match by {
+        By::Latency => digits(value),
+        By::Size => bytes(value),
+        By::Macs => si(value),
+    };
+    let columns = vec![
+        Column::text("network", "network", |e: &Evidence| Cell::text(&e.network)),
+        Column::number("accuracy %", &["accuracy_percent"], |e: &Evidence| {
+            Cell::number(Some(e.accuracy), tenth)
+        }),
+        Column::number(
+            "behind the best, pp [95 % interval]",
+            &["difference_points", "difference_low_points", "difference_high_points"],
+            |e: &Evidence| {
+                let (shown, ends) = interval(e.interval, tenth);
+                Cell::number(Some(e.difference), tenth).and(shown, &ends)
+            },
+        ),
+        Column::number("p", &["p"], move |e: &Evidence| p(e.p)),
+        Column::number("p, Holm", &["p_holm"], move |e: &Evidence| p(e.p_holm)),
+        Column::text("worse beyond doubt", "worse", |e: &Evidence| Cell::yes(e.worse, "yes")),
+        Column::number(head, &[csv], move |e: &Evidence| Cell::number(e.cost, cost)),
+        Column::number("lost under faults, pp", &["mean_fault_loss_points"], |e: &Evidence| {
+            Cell::number(e.mean_loss, tenth)
+        }),
+        Column::text("refused because", "refused", |e: &Evidence| {
+            Cell::text(e.refused.as_deref().unwrap_or_default())
+        }),
+    ];
+    let test = match choice.test {
+        Test::NadeauBengio => "corrected resampled t-test over folds (Nadeau and Bengio 2003)",
+        Test::McNemar => "exact McNemar test on the shared test part",
+    };
+    let caption = format!(
+        "Each network against {}, the most accurate; {test}, Holm-corrected over the table, level {}",
+        choice.best, choice.wish.alpha
+    );
+    let chosen = |e: &Evidence| Some(&e.network) == choice.chosen.as_ref();
+    let marked = (0..choice.evidence.len()).filter(|&i| chosen(&choice.evidence[i])).collect();
+    Table { marked, ..Table::new("evidence", caption, columns, &choice.evidence) }
+}
+
+pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
+    let columns = vec![
+        Column::text("paper", "paper", |c: &Claim| Cell::text(&c.paper)),
+        Column::text("printed in", "place", |c: &Claim| Cell::text(&c.place)),
+        Column::text("claim", "claim", |c: &Claim| Cell::text(&c.says)),
+        Column::text("run", "run", |c: &Claim| Cell::text(&c.run)),
+        Column::text("on", "source", |c: &Claim| Cell::text(&c.source)),
+        Column::text("readings", "kind", |c: &Claim| {
+            Cell::text(match c.kind {
+                Kind::Simulated => "simulated",
+                Kind::Real => "real",
+            })
+        }),
+        Column::text("outcome", "outcome", |c: &Claim| {
+            Cell::text(match c.outcome {
+                Outcome::Holds => "holds",
+                Outcome::DoesNotHold => "does not hold",
+                Outcome::CannotBeTested => "cannot be tested here",
+            })
+        }),
+        Column::text("effect", "effect", |c: &Claim| Cell::text(&c.effect)),
+        Column::number("size [95 % interval]", &["size", "size_low", "size_high"], |c: &Claim| {
+            let (shown, ends) = interval(c.interval, digits);
+            Cell::number(c.size, digits).and(shown, &ends)
+        }),
+    ];
+    Table::new("claims", "What the papers claim, and what of it holds here".into(), columns, claims)
+}
+
+pub(super) fn examples(judgement: &Judgement) -> Table {
+    type Row<'a> = (&'a Example, &'a Verdict);
+    let mut rows: Vec<Row> = vec![];
+    for example in &judgement.examples {
+        rows.extend(example.verdicts.iter().map(|verdict| (example, verdict)));
+    }
+    let columns = vec![
+        Column::text("sample", "sample", |row: &Row| Cell::text(&row.0.origin)),
+        Column::text("true", "true", |row: &Row| Cell::text(&row.0.truth)),
+        Column::text("network", "network", |row: &Row| Cell::text(&row.1.network)),
+        Column::text("says", "predicted", |row: &Row| Cell::text(&row.1.predicted)),
+        Column::number("sure to %", &["probability_percent"], |row: &Row| {
+            Cell::number(Some(100.0 * row.1.probability), tenth)
+        }),
+        Column::text("right", "right", |row: &Row| Cell::yes(row.1.right, "yes")),
+    ];
+    Table::new("examples", "What the networks say about some test samples".into(), columns, &rows)
+}

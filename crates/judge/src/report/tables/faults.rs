@@ -1,0 +1,112 @@
+//! Accuracy under faults: breaking points, losses, all curves.
+
+use super::{Cell, Column, Table};
+use crate::report::numbers::tenth;
+use crate::report::words::stress_basis;
+use crate::stress::{FaultInfo, NetworkStress, Score, Stress};
+
+fn points(value: f64) -> Cell {
+    Cell::number(Some(value), tenth)
+}
+
+fn percent(share: f64) -> Cell {
+    points(100.0 * share)
+}
+
+pub(super) fn breaking_points(stress: &Stress) -> Table {
+    let reference = stress.reference.as_deref().unwrap_or("none");
+    let ratio = |value: Option<f64>| Cell::number(value, |v| format!("{v:.0}"));
+    let broken = |n: &NetworkStress| n.curves.iter().filter(|c| c.breaks_at.is_some()).count();
+    let columns = vec![
+        Column::text("network", "network", |n: &NetworkStress| Cell::text(&n.network)),
+        Column::number("clean %", &["clean_accuracy_percent"], |n: &NetworkStress| points(n.clean.accuracy)),
+        Column::number("mean loss, pp", &["mean_loss_points"], |n: &NetworkStress| points(n.mean_loss)),
+        Column::number("worst fault, pp", &["worst_loss_points"], |n: &NetworkStress| points(n.worst_loss)),
+        Column::number("faults that break it", &["broken_faults"], move |n: &NetworkStress| {
+            Cell::count(broken(n) as u64)
+        }),
+        Column::number("mCE %", &["corruption_error_percent"], move |n: &NetworkStress| {
+            ratio(n.corruption_error)
+        }),
+        Column::number("relative mCE %", &["relative_corruption_error_percent"], move |n: &NetworkStress| {
+            ratio(n.relative_corruption_error)
+        }),
+        Column::number("ECE clean %", &["calibration_error_clean_percent"], |n: &NetworkStress| {
+            percent(n.clean.calibration_error)
+        }),
+        Column::number("ECE broken %", &["calibration_error_broken_percent"], |n: &NetworkStress| {
+            percent(n.calibration_error)
+        }),
+        Column::text("in words", "verdict", |n: &NetworkStress| Cell::text(&n.verdict)).in_files(),
+    ];
+    let caption = format!(
+        "Where networks break: {}; losses in percentage points, mean over faults and severities; mCE: errors \
+         relative to {reference}'s, below 100 is steadier; ECE: expected calibration error",
+        stress_basis(stress)
+    );
+    Table::new("breaking-points", caption, columns, &stress.networks)
+}
+
+/// One row per network, one column per fault.
+pub(super) fn losses(stress: &Stress) -> Table {
+    let mut columns = vec![Column::text("network", "network", |n: &NetworkStress| Cell::text(&n.network))];
+    for (i, info) in stress.faults.iter().enumerate() {
+        let name = info.fault.name();
+        let (loss, at) = (format!("{name}_loss_points"), format!("{name}_breaks_at"));
+        columns.push(Column::number(name, &[&loss, &at], move |n: &NetworkStress| match n.curves.get(i) {
+            Some(curve) => {
+                let at = curve.breaks_at;
+                let shown = at.map_or(String::new(), |at| format!(" ✕{at}"));
+                points(curve.loss(n.clean)).and(shown, &[at.map(f64::from)])
+            }
+            None => Cell::number(None, tenth).and(String::new(), &[None]),
+        }));
+    }
+    let caption = "Accuracy lost under each fault, percentage points, mean over severities; ✕3: from severity 3 \
+                   on half of the margin above chance is gone";
+    Table::new("fault-losses", caption.into(), columns, &stress.networks)
+}
+
+pub(super) fn curves(stress: &Stress) -> Table {
+    type Row<'a> = (&'a str, &'a FaultInfo, u8, Score, Option<u8>);
+    let mut rows: Vec<Row> = vec![];
+    for network in &stress.networks {
+        for (info, curve) in stress.faults.iter().zip(&network.curves) {
+            let row = |&(severity, score): &(u8, Score)| {
+                (network.network.as_str(), info, severity, score, curve.breaks_at)
+            };
+            rows.extend(curve.points.iter().map(row));
+        }
+    }
+    let level = |row: &Row| f64::from(row.1.levels[usize::from(row.2.clamp(1, 5)) - 1]);
+    let columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(row.0)),
+        Column::text("fault", "fault", |row: &Row| Cell::text(row.1.fault.name())),
+        Column::number("severity", &["severity"], |row: &Row| Cell::count(row.2.into())),
+        Column::number("level", &["level"], move |row: &Row| {
+            Cell::number(Some(level(row)), |v| v.to_string())
+        }),
+        Column::text("unit", "unit", |row: &Row| Cell::text(&row.1.unit)),
+        Column::number("accuracy %", &["accuracy_percent"], |row: &Row| points(row.3.accuracy)),
+        Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
+            percent(row.3.calibration_error)
+        }),
+        Column::number("refused samples", &["refused"], |row: &Row| Cell::count(row.3.refused as u64)),
+        Column::text("broken", "broken", |row: &Row| {
+            Cell::yes(row.4.is_some_and(|at| row.2 >= at), "broken")
+        }),
+    ];
+    let caption = format!("Accuracy under every fault and severity: {}", stress_basis(stress));
+    Table::new("fault-curves", caption, columns, &rows)
+}
+
+pub(super) fn kinds(stress: &Stress) -> Table {
+    let levels = |info: &FaultInfo| info.levels.map(|v| v.to_string()).join(", ");
+    let columns = vec![
+        Column::text("fault", "fault", |info: &FaultInfo| Cell::text(info.fault.name())),
+        Column::text("what happens", "what", |info: &FaultInfo| Cell::text(&info.what)),
+        Column::text("severities 1 to 5", "levels", move |info: &FaultInfo| Cell::text(levels(info))),
+        Column::text("unit", "unit", |info: &FaultInfo| Cell::text(&info.unit)),
+    ];
+    Table::new("faults", "The faults that were tried".into(), columns, &stress.faults)
+}

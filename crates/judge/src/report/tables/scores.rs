@@ -1,0 +1,249 @@
+//! Accuracy: the table of the networks, what papers published, folds, classes.
+
+use taxel_trainer::NetworkResults;
+
+use super::{Cell, Column, Table};
+use crate::choice::Choice;
+use crate::judgement::{Judged, Judgement, Kind};
+use crate::report::numbers::{bytes, digits, si, tenth};
+use crate::report::words::{few_samples_of, is_shown};
+
+/// `simulated: fingertip`: every caption of measured scores says it.
+fn measured_on(judgement: &Judgement) -> String {
+    let kind = match judgement.kind {
+        Kind::Simulated => "simulated readings",
+        Kind::Real => "real readings",
+    };
+    format!("Measured on {kind} ({})", judgement.results.source)
+}
+
+pub(super) fn name(head: &str) -> Column<'_, Judged> {
+    Column::text(head, "network", |n: &Judged| Cell::text(&n.results.network))
+}
+
+pub(super) fn accuracy(own: &NetworkResults) -> Cell {
+    let [low, high] = own.interval.map_or([None, None], |interval| interval.map(Some));
+    let shown = own.interval.map_or(String::new(), |[low, high]| format!(" [{low:.1}, {high:.1}]"));
+    Cell::number(own.mean.map(|m| m.accuracy), tenth).and(shown, &[low, high])
+}
+
+const ACCURACY: [&str; 3] = ["accuracy_percent", "accuracy_low_percent", "accuracy_high_percent"];
+
+/// The table that a report begins with.
+pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>) -> Table {
+    let loss = |n: &Judged| {
+        let stress = judgement.stress.as_ref()?;
+        stress.networks.iter().find(|own| own.network == n.results.network).map(|own| own.mean_loss)
+    };
+    let role = |n: &Judged| {
+        let name = Some(n.results.network.as_str());
+        let best = choice.is_some_and(|c| Some(c.best.as_str()) == name);
+        match choice.and_then(|c| c.chosen.as_deref()) == name {
+            true => "recommended",
+            false if best => "most accurate",
+            false if n.on_front => "on the front",
+            false => "dominated",
+        }
+    };
+    let speed =
+        |value: fn(&crate::Speed) -> f64| move |n: &Judged| Cell::number(n.speed.as_ref().map(value), digits);
+    let mut columns = vec![
+        name("network"),
+        Column::text("what", "kind", |n: &Judged| Cell::text(if n.rival { "rival" } else { "network" })),
+        Column::number("accuracy % [95 % interval]", &ACCURACY, |n: &Judged| accuracy(&n.results)),
+        Column::number("SD over folds, pp", &["accuracy_sd_points"], |n: &Judged| {
+            Cell::number(n.results.sd.map(|sd| sd.accuracy), tenth)
+        }),
+        Column::number("macro F1 %", &["macro_f1_percent"], |n: &Judged| {
+            Cell::number(n.results.mean.map(|m| m.f1), tenth)
+        }),
+        Column::number("latency p50, ms", &["latency_p50_ms"], speed(|s| s.whole_p50_ms)),
+        Column::number("p95, ms", &["latency_p95_ms"], speed(|s| s.whole_p95_ms)),
+        Column::number("size", &["bytes"], |n: &Judged| {
+            Cell::number(Some(n.results.costs.bytes as f64), bytes)
+        }),
+        Column::number("MACs", &["macs"], |n: &Judged| Cell::number(Some(n.results.costs.macs as f64), si)),
+    ];
+    if judgement.stress.is_some() {
+        columns.push(Column::number(
+            "lost under faults, pp",
+            &["mean_fault_loss_points"],
+            move |n: &Judged| Cell::number(loss(n), tenth),
+        ));
+    }
+    columns.push(Column::text("speed against accuracy", "role", move |n: &Judged| {
+        Cell::text(if n.speed.is_some() { role(n) } else { "not timed" })
+    }));
+    let shown: Vec<Judged> = judgement.networks.iter().filter(|n| is_shown(judgement, n)).cloned().collect();
+    let caption = format!(
+        "{}; {}; accuracy: mean over folds; latency: one sample from raw reading to answer, one thread",
+        measured_on(judgement),
+        judgement.protocol
+    );
+    let chosen = choice.and_then(|c| c.chosen.as_ref());
+    let marked = (0..shown.len()).filter(|&i| Some(&shown[i].results.network) == chosen).collect();
+    Table { marked, ..Table::new("networks", caption, columns, &shown) }
+}
+
+/// What authors report on their own data; in no column with what was measured here.
+pub(super) fn published(judgement: &Judgement) -> Table {
+    let pair = |score: &[f64]| {
+        let sd = score.get(1).copied();
+        Cell::number(score.first().copied(), |v| format!("{v:.2}"))
+            .and(sd.map_or(String::new(), |sd| format!(" ± {sd:.2}")), &[sd])
+    };
+    let rows: Vec<_> = judgement
+        .networks
+        .iter()
+        .filter_map(|n| n.results.published.clone().map(|own| (n.results.network.clone(), own)))
+        .collect();
+    type Row = (String, taxel_trainer::config::Published);
+    let columns = vec![
+        Column::text("network", "network", |(name, _): &Row| Cell::text(name)),
+        Column::text("where", "published_in", |(_, own): &Row| Cell::text(&own.table)),
+        Column::number(
+            "accuracy %, published",
+            &["published_accuracy_percent", "published_accuracy_sd"],
+            move |(_, own): &Row| pair(&own.accuracy),
+        ),
+        Column::number(
+            "macro F1 %, published",
+            &["published_f1_percent", "published_f1_sd"],
+            move |(_, own): &Row| pair(own.f1.as_deref().unwrap_or_default()),
+        ),
+        Column::number("size MB, published", &["published_megabytes"], |(_, own): &Row| {
+            Cell::number(own.megabytes, |v| v.to_string())
+        }),
+        Column::number("GFLOPs, published", &["published_gflops"], |(_, own): &Row| {
+            Cell::number(own.gflops, |v| v.to_string())
+        }),
+    ];
+    let caption = "Published by the papers on their own recordings: other data, other machines, not \
+                   measured here and not to be compared digit by digit";
+    Table::new("published", caption.into(), columns, &rows)
+}
+
+/// Each of several attributes.
+pub(super) fn attributes(judgement: &Judgement) -> Table {
+    type Row<'a> = (&'a str, &'a str, &'a taxel_trainer::metrics::LevelScores);
+    let names = &judgement.results.attributes;
+    let mut rows: Vec<Row> = vec![];
+    for n in &judgement.networks {
+        let own = names.iter().zip(&n.results.attributes);
+        rows.extend(
+            own.map(|(attribute, scores)| (n.results.network.as_str(), attribute.name.as_str(), scores)),
+        );
+    }
+    let columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(row.0)),
+        Column::text("attribute", "attribute", |row: &Row| Cell::text(row.1)),
+        Column::number("accuracy %", &["accuracy_percent"], |row: &Row| {
+            Cell::number(Some(100.0 * row.2.scores.accuracy), tenth)
+        }),
+        Column::number("macro F1 %", &["macro_f1_percent"], |row: &Row| {
+            Cell::number(Some(100.0 * row.2.scores.f1), tenth)
+        }),
+        Column::number("off by, levels", &["mean_absolute_error_levels"], |row: &Row| {
+            Cell::number(Some(row.2.mean_absolute_error), digits)
+        }),
+    ];
+    let caption = format!("{}: each attribute, all folds together", measured_on(judgement));
+    Table::new("attributes", caption, columns, &rows)
+}
+
+/// Every fold.
+pub(super) fn folds(judgement: &Judgement) -> Table {
+    type Row<'a> = (&'a str, &'a taxel_trainer::FoldScores);
+    let of = |n: &'_ Judged| n.results.folds.len();
+    let mut rows: Vec<Row> = Vec::with_capacity(judgement.networks.iter().map(of).sum());
+    for n in &judgement.networks {
+        rows.extend(n.results.folds.iter().map(|fold| (n.results.network.as_str(), fold)));
+    }
+    let columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(row.0)),
+        Column::number("repetition", &["repetition"], |row: &Row| Cell::count(row.1.repetition as u64)),
+        Column::number("fold", &["fold"], |row: &Row| Cell::count(row.1.fold as u64)),
+        Column::number("trained on", &["train_samples"], |row: &Row| Cell::count(row.1.train_samples as u64)),
+        Column::number("tested on", &["test_samples"], |row: &Row| Cell::count(row.1.test_samples as u64)),
+        Column::number("accuracy %", &["accuracy_percent"], |row: &Row| {
+            Cell::number(Some(row.1.scores.accuracy), tenth)
+        }),
+        Column::number("macro F1 %", &["macro_f1_percent"], |row: &Row| {
+            Cell::number(Some(row.1.scores.f1), tenth)
+        }),
+        Column::number("loss", &["test_loss"], |row: &Row| Cell::number(Some(row.1.test_loss), digits)),
+        Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
+            Cell::number(Some(100.0 * row.1.calibration_error), tenth)
+        }),
+        Column::number("Brier score, 0 to 2", &["brier"], |row: &Row| {
+            Cell::number(Some(row.1.brier), digits)
+        }),
+    ];
+    Table::new("folds", format!("{}: every fold", measured_on(judgement)), columns, &rows)
+}
+
+/// Every class of every network that is tested further.
+pub(super) fn classes(judgement: &Judgement) -> Table {
+    type Row = (String, String, taxel_trainer::metrics::ClassScores);
+    let mut rows: Vec<Row> = vec![];
+    for n in judgement.networks.iter().filter(|n| is_shown(judgement, n)) {
+        let Some(confusion) = &n.results.confusion else { continue };
+        let own = judgement.results.classes.iter().zip(confusion.per_class());
+        rows.extend(own.map(|(class, scores)| (n.results.network.clone(), class.clone(), scores)));
+    }
+    let percent = |value: f64| Cell::number(Some(100.0 * value), tenth);
+    let columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(&row.0)),
+        Column::text("class", "class", |row: &Row| Cell::text(&row.1)),
+        Column::number("precision %", &["precision_percent"], move |row: &Row| percent(row.2.precision)),
+        Column::number("recall %", &["recall_percent"], move |row: &Row| percent(row.2.recall)),
+        Column::number("F1 %", &["f1_percent"], move |row: &Row| percent(row.2.f1)),
+        Column::number("samples", &["samples"], |row: &Row| Cell::count(row.2.support)),
+    ];
+    let caption = format!("{}: every class, all folds together", measured_on(judgement));
+    Table::new("classes", caption, columns, &rows)
+}
+
+/// Every pair of classes that was seen at least once.
+pub(super) fn confusion(judgement: &Judgement) -> Table {
+    type Row<'a> = (&'a str, &'a str, &'a str, u64);
+    let classes = &judgement.results.classes;
+    let mut rows: Vec<Row> = vec![];
+    for n in judgement.networks.iter().filter(|n| is_shown(judgement, n)) {
+        let Some(confusion) = &n.results.confusion else { continue };
+        for (truth, counts) in classes.iter().zip(confusion.counts()) {
+            let seen = classes.iter().zip(counts).filter(|(_, count)| **count > 0);
+            rows.extend(seen.map(|(predicted, count)| {
+                (n.results.network.as_str(), truth.as_str(), predicted.as_str(), *count)
+            }));
+        }
+    }
+    let columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(row.0)),
+        Column::text("true class", "true", |row: &Row| Cell::text(row.1)),
+        Column::text("predicted class", "predicted", |row: &Row| Cell::text(row.2)),
+        Column::number("samples", &["samples"], |row: &Row| Cell::count(row.3)),
+    ];
+    let caption = format!("{}: what was taken for what, all folds together", measured_on(judgement));
+    Table::new("confusion", caption, columns, &rows)
+}
+
+/// Rows of a learning curve.
+pub(super) fn few_samples(judgement: &Judgement) -> Table {
+    type Row<'a> = (&'a str, usize, &'a Judged);
+    let rows: Vec<Row> = judgement
+        .networks
+        .iter()
+        .filter_map(|n| n.results.per_class.map(|count| (few_samples_of(&n.results), count, n)))
+        .collect();
+    let columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(row.0)),
+        Column::number("training samples per class", &["per_class"], |row: &Row| Cell::count(row.1 as u64)),
+        Column::number("accuracy % [95 % interval]", &ACCURACY, |row: &Row| accuracy(&row.2.results)),
+        Column::number("SD over repetitions, pp", &["accuracy_sd_points"], |row: &Row| {
+            Cell::number(row.2.results.sd.map(|sd| sd.accuracy), tenth)
+        }),
+    ];
+    let caption = format!("{}: accuracy with few training samples", measured_on(judgement));
+    Table::new("few-samples", caption, columns, &rows)
+}

@@ -1,0 +1,399 @@
+//! A judgement made by hand, with names that want to break out, and what a report makes of it.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use serde_json::{Value, json};
+use taxel_scenes::faults::Fault;
+
+use super::tables::tables;
+use super::{Report, report};
+use crate::choice::{By, Choice, Evidence, Test, Wish};
+use crate::claims::{Claim, Outcome};
+use crate::judgement::{Judgement, Kind};
+
+/// A class that would be a tag, an end of an attribute, a column and a formula.
+pub(super) const HOSTILE: &str = "<b>&\"x|$a_1$";
+
+/// Name, accuracy, p50 in ms, bytes, whether it is on the front.
+const NETWORKS: [(&str, f64, f64, u64, bool); 5] = [
+    ("small-1d", 91.25, 0.02, 55_692, true),
+    ("large-2d", 93.5, 0.71, 1_205_112, true),
+    // As accurate as the one above and slower: dominated.
+    (HOSTILE, 93.5, 0.9, 2_205_112, false),
+    ("majority", 33.3, 0.00001, 12, true),
+    ("k-nn", 71.0, 0.04, 120_480, false),
+];
+
+fn network(number: usize) -> Value {
+    let (name, accuracy, p50, bytes, on_front) = NETWORKS[number];
+    let scores = json!({"accuracy": accuracy, "precision": accuracy - 1.0, "recall": accuracy - 2.0, "f1": accuracy - 3.0});
+    let mut fold = scores.clone();
+    for (key, value) in [
+        ("repetition", json!(0)),
+        ("fold", json!(0)),
+        ("train_samples", json!(80)),
+        ("test_samples", json!(40)),
+        ("test_loss", json!(0.25)),
+        ("calibration_error", json!(0.05)),
+        ("brier", json!(0.2)),
+    ] {
+        fold[key] = value;
+    }
+    let published = json!({"table": "paper 000, Table 5", "accuracy": [87.94, 1.42], "megabytes": 0.06, "gflops": 0.0002});
+    let training = json!([
+        {"epoch": 0, "train_loss": 1.0, "train_accuracy": 40.0, "validation_loss": 1.1, "validation_accuracy": 38.0},
+        {"epoch": 1, "train_loss": 0.5, "train_accuracy": 80.0, "validation_loss": 0.7, "validation_accuracy": 75.0},
+    ]);
+    let rival = number >= 3;
+    json!({
+        "network": name, "zoo": name, "paper": "paper 000", "settings": {}, "folds": [fold],
+        "costs": {"parameters": bytes / 4, "bytes": bytes, "macs": if number == 3 { 0 } else { 10 * bytes }, "flops": 20 * bytes},
+        "mean": scores, "sd": {"accuracy": 1.5, "precision": 1.0, "recall": 1.0, "f1": 1.0},
+        "interval": [accuracy - 4.0, accuracy + 3.0],
+        "confusion": [[12, 1], [3, 24]], "published": if number == 0 { published } else { Value::Null },
+        "rival": rival, "inputs": ["signal"],
+        "speed": {
+            "p50_ms": p50 * 0.75, "p95_ms": p50 * 0.8, "encoding_p50_ms": p50 * 0.25, "whole_p50_ms": p50,
+            "whole_p95_ms": p50 * 1.5, "runs": 1000, "samples_per_second": 1e3 / p50, "batch": 64,
+        },
+        "train_seconds": 1.5, "epoch_seconds": if rival { Value::Null } else { json!(0.1) }, "calibration_error": 0.05,
+        "on_front": on_front, "training": if rival { json!([]) } else { training },
+        "weight_changes": if number == 1 { json!([{"layer": HOSTILE, "change": 1.25e-4}]) } else { json!([]) },
+    })
+}
+
+fn stress() -> Value {
+    let score = |accuracy: f64| json!({"accuracy": accuracy, "calibration_error": 0.125});
+    let own = |number: usize| {
+        let (name, clean, ..) = NETWORKS[number];
+        let curve = |fault: &str, step: f64| {
+            let points: Vec<Value> =
+                (1..=5).map(|s| json!([s, score(clean - step * f64::from(s))])).collect();
+            json!({"fault": fault, "points": points, "breaks_at": if step > 5.0 { json!(3) } else { Value::Null }})
+        };
+        json!({
+            "network": name, "clean": score(clean), "curves": [curve("noise", 1.0), curve("gain", 10.0)],
+            "mean_loss": 16.5, "worst_loss": 30.0, "corruption_error": 87.5, "relative_corruption_error": null,
+            "calibration_error": 0.25, "verdict": format!("breaks first under {HOSTILE}"),
+        })
+    };
+    let fault = |fault: Fault| json!({"fault": fault, "what": fault.describe(), "levels": fault.severities(), "unit": fault.unit()});
+    json!({
+        "seed": 3, "samples": 40, "of": 120, "range": {"low": 0.0, "high": 1023.0, "from_samples": false}, "chance": 33.3,
+        "reference": "k-nn", "faults": [fault(Fault::Noise), fault(Fault::Gain)], "left_out": {"shift": HOSTILE},
+        "networks": (0..NETWORKS.len()).map(own).collect::<Vec<_>>(),
+    })
+}
+
+/// What a report shows, every part of it.
+pub(super) fn judgement() -> Judgement {
+    let environment = json!({
+        "taxel": "0.1.0", "commit": "0123abc", "optimised": true, "platform": "linux-x86_64", "cpu": HOSTILE, "cores": 2,
+        "threads": 2, "seed": 3, "source": "simulated: fingertip", "data_digest": "d1ge57",
+    });
+    let picture = |name: &str, kind: &str, shape: &[usize]| {
+        let values: Vec<f32> = (0..shape.iter().product()).map(|i| i as f32).collect();
+        json!({"name": name, "kind": kind, "shape": shape, "values": values})
+    };
+    let verdict = json!({"network": "small-1d", "predicted": HOSTILE, "probability": 0.875, "right": false});
+    let value = json!({
+        "results": {
+            "name": HOSTILE, "title": HOSTILE, "complete": true, "missing": [], "source": "simulated: fingertip",
+            "data_digest": "d1ge57", "samples": 120, "sample_shape": [5, 50], "classes": [HOSTILE, "soft"],
+            "protocol": {"kind": "k-fold", "folds": 2}, "folds": 2, "seed": 3, "unit": "percent", "networks": [],
+            "left_out": {"svm": HOSTILE},
+        },
+        "kind": "simulated", "protocol": "stratified 2-fold", "environment": environment, "judged_on": environment,
+        "chance": 33.3, "networks": (0..NETWORKS.len()).map(network).collect::<Vec<_>>(), "stress": stress(),
+        "examples": [{
+            "origin": HOSTILE, "truth": "soft", "verdicts": [verdict],
+            "pictures": [
+                picture("reading", "lines", &[2, 6]), picture("image", "colour", &[3, 4, 4]),
+                picture("tensor", "frames", &[2, 4, 3]), picture("grey", "grey", &[2, 3]),
+            ],
+        }],
+    });
+    serde_json::from_value(value).unwrap()
+}
+
+fn choice() -> Choice {
+    let wish = Wish { by: By::Latency, alpha: 0.05, max_loss: None, margin: 5.0 };
+    let evidence = |network: &str, difference: f64| Evidence {
+        network: network.into(),
+        accuracy: 93.5 + difference,
+        difference,
+        interval: (difference < 0.0).then_some([difference - 1.0, difference + 1.0]),
+        p: (difference < 0.0).then_some(0.25),
+        p_holm: (difference < 0.0).then_some(0.5),
+        worse: false,
+        cost: Some(0.02),
+        mean_loss: Some(16.5),
+        refused: None,
+    };
+    Choice {
+        wish,
+        test: Test::NadeauBengio,
+        best: "large-2d".into(),
+        chosen: Some("small-1d".into()),
+        enough_data: false,
+        evidence: vec![evidence("small-1d", -2.25), evidence("large-2d", 0.0)],
+        words: vec![format!("small-1d: {HOSTILE}")],
+    }
+}
+
+fn claim() -> Claim {
+    Claim {
+        paper: "000".into(),
+        place: "Table 5".into(),
+        says: HOSTILE.into(),
+        run: "run".into(),
+        source: "simulated: fingertip".into(),
+        kind: Kind::Simulated,
+        outcome: Outcome::DoesNotHold,
+        effect: "accuracy, pp".into(),
+        size: Some(-1.5),
+        interval: Some([-3.0, 0.5]),
+    }
+}
+
+fn whole() -> &'static Report {
+    static WHOLE: LazyLock<Report> =
+        LazyLock::new(|| report(&judgement(), Some(&choice()), &[claim()]).unwrap());
+    &WHOLE
+}
+
+fn file<'a>(report: &'a Report, name: &str) -> &'a str {
+    let (_, bytes) =
+        report.files().iter().find(|(own, _)| own == name).unwrap_or_else(|| panic!("no {name}"));
+    std::str::from_utf8(bytes).unwrap()
+}
+
+/// Rows of a CSV by the names of its columns.
+fn read(report: &Report, name: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(file(report, &format!("tables/{name}.csv")).as_bytes());
+    reader.deserialize().map(|row| row.unwrap()).collect()
+}
+
+#[test]
+fn names_of_users_cannot_break_out_of_the_page() {
+    let report = whole();
+    let page = file(report, "report.html");
+    assert!(!page.contains("<b>") && !page.contains("&\"x"), "unescaped");
+    assert!(page.matches("&lt;b&gt;&amp;").count() > 10, "it is there, escaped");
+    // What remains of the page without its raw parts is well-formed XML but for elements without an end.
+    let mut xml = page.replace("<!DOCTYPE html>", "");
+    for part in ["style", "script"] {
+        let (start, end) =
+            (xml.find(&format!("<{part}>")).unwrap(), xml.rfind(&format!("</{part}>")).unwrap());
+        xml.replace_range(start..end + part.len() + 3, "");
+    }
+    let mut closed = String::new();
+    for piece in xml.split_inclusive('>') {
+        let tag = piece.rsplit('<').next().unwrap();
+        let open = ["meta ", "link ", "img "].iter().any(|void| tag.starts_with(void));
+        closed += &if open { piece.replace('>', "/>") } else { piece.to_string() };
+    }
+    let document = roxmltree::Document::parse(&closed).unwrap();
+    let all = |tag: &str| document.descendants().filter(|n| n.has_tag_name(tag)).count();
+    assert!(document.descendants().all(|n| !n.has_tag_name("b")));
+    assert_eq!(all("h1"), 1);
+    let tables = tables(&judgement(), Some(&choice()), &[claim()]);
+    assert_eq!((all("table"), all("caption")), (tables.len(), tables.len()));
+    let has = |tag: &'static str, attribute: &'static str| {
+        let mut own = document.descendants().filter(move |n| n.tag_name().name() == tag);
+        own.all(|n| n.attribute(attribute).is_some())
+    };
+    assert!(has("th", "scope") && has("img", "alt") && has("html", "lang"));
+    let svg = document.descendants().filter(|n| n.tag_name().name() == "svg");
+    assert!(svg.clone().count() > 8);
+    assert!(svg.clone().all(|n| n.attribute("role") == Some("img") && n.attribute("aria-label").is_some()));
+    let ids: Vec<&str> = document.descendants().filter_map(|n| n.attribute("id")).collect();
+    for id in &ids {
+        assert_eq!(ids.iter().filter(|other| other == &id).count(), 1, "{id} twice");
+    }
+    for link in document.descendants().filter_map(|n| n.attribute("href")).filter_map(|h| h.strip_prefix('#'))
+    {
+        assert!(ids.contains(&link), "#{link} leads nowhere");
+    }
+    for outside in ["http:", "https:", "src=\"/", "url("] {
+        let allowed = "xmlns=\"http://www.w3.org/2000/svg\"";
+        assert!(!page.replace(allowed, "").contains(outside), "{outside}: the page needs nothing else");
+    }
+}
+
+#[test]
+fn drawings_are_well_formed_and_say_their_values() {
+    let report = whole();
+    let drawings = report.files().iter().filter(|(name, _)| name.ends_with(".svg"));
+    let mut count = 0;
+    for (name, bytes) in drawings {
+        let text = std::str::from_utf8(bytes).unwrap();
+        let document = roxmltree::Document::parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(!text.contains("var(--"), "{name}: a file has no style sheet");
+        assert!(!text.contains("NaN") && !text.contains("inf\""), "{name}");
+        let numbers = document.descendants().flat_map(|n| n.attributes().collect::<Vec<_>>());
+        for attribute in numbers.filter(|a| ["cx", "cy", "x", "y", "x1", "y2", "width"].contains(&a.name())) {
+            attribute.value().trim_end_matches('%').parse::<f64>().unwrap();
+        }
+        let png = name.replace(".svg", ".png");
+        assert!(
+            report.files().iter().any(|(own, bytes)| *own == png && bytes.starts_with(b"\x89PNG")),
+            "{png}"
+        );
+        count += 1;
+    }
+    assert!(count >= 12, "{count} drawings");
+    let chart = file(report, "charts/accuracy-latency.svg");
+    assert!(
+        chart.contains("<title>small-1d: 91.2 % [87.2, 94.2], 0.0200 ms (p95 0.0300 ms)</title>"),
+        "{chart}"
+    );
+    let size = file(report, "charts/accuracy-size.svg");
+    assert!(size.contains(
+        "<title>published, own recordings: small-1d (paper 000, Table 5): 87.94 ± 1.42 %, 62.9 kB"
+    ));
+    assert!(!chart.contains("published"), "no paper printed a latency");
+    let matrix = file(report, "charts/confusion-00-small-1d.svg");
+    assert!(
+        matrix.contains("<title>soft taken for &lt;b&gt;&amp;&quot;x|$a_1$: 3 of 27</title>"),
+        "{matrix}"
+    );
+}
+
+#[test]
+fn files_hold_the_numbers_of_the_judgement() {
+    let (report, judgement) = (whole(), judgement());
+    let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().unwrap();
+    let rows = read(report, "networks");
+    assert_eq!(rows.len(), judgement.networks.len());
+    for (row, n) in rows.iter().zip(&judgement.networks) {
+        assert_eq!(row["network"], n.results.network);
+        let (mean, speed) = (n.results.mean.unwrap(), n.speed.unwrap());
+        assert_eq!(number(row, "accuracy_percent"), mean.accuracy);
+        assert_eq!(number(row, "accuracy_low_percent"), n.results.interval.unwrap()[0]);
+        assert_eq!(number(row, "accuracy_high_percent"), n.results.interval.unwrap()[1]);
+        assert_eq!(number(row, "macro_f1_percent"), mean.f1);
+        assert_eq!(number(row, "latency_p50_ms"), speed.whole_p50_ms);
+        assert_eq!(number(row, "latency_p95_ms"), speed.whole_p95_ms);
+        assert_eq!(number(row, "bytes"), n.results.costs.bytes as f64);
+        assert_eq!(number(row, "macs"), n.results.costs.macs as f64);
+    }
+    for (row, n) in read(report, "speed").iter().zip(&judgement.networks) {
+        let speed = n.speed.unwrap();
+        assert_eq!(number(row, "encoding_p50_ms"), speed.encoding_p50_ms);
+        assert_eq!(
+            (number(row, "network_p50_ms"), number(row, "network_p95_ms")),
+            (speed.p50_ms, speed.p95_ms)
+        );
+        assert_eq!(number(row, "samples_per_second"), speed.samples_per_second);
+    }
+    let stress = judgement.stress.as_ref().unwrap();
+    let mut curves = read(report, "fault-curves").into_iter();
+    for n in &stress.networks {
+        for (curve, info) in n.curves.iter().zip(&stress.faults) {
+            for (severity, score) in &curve.points {
+                let row = curves.next().unwrap();
+                assert_eq!(
+                    (row["network"].as_str(), row["fault"].as_str()),
+                    (n.network.as_str(), info.fault.name())
+                );
+                assert_eq!(number(&row, "severity"), f64::from(*severity));
+                assert_eq!(number(&row, "level"), f64::from(info.levels[usize::from(*severity) - 1]));
+                assert_eq!(number(&row, "accuracy_percent"), score.accuracy);
+                assert_eq!(number(&row, "calibration_error_percent"), 100.0 * score.calibration_error);
+                assert_eq!(row["broken"], curve.breaks_at.is_some_and(|at| *severity >= at).to_string());
+            }
+        }
+    }
+    assert!(curves.next().is_none());
+    let losses = &read(report, "fault-losses")[1];
+    assert_eq!((number(losses, "gain_loss_points"), number(losses, "gain_breaks_at")), (30.0, 3.0));
+    assert_eq!((number(losses, "noise_loss_points"), losses["noise_breaks_at"].as_str()), (3.0, ""));
+    let matrix = read(report, "confusion");
+    let wrong = matrix.iter().find(|row| row["true"] == "soft" && row["predicted"] == HOSTILE).unwrap();
+    assert_eq!(wrong["samples"], "3");
+    let published = &read(report, "published")[0];
+    assert_eq!(
+        (number(published, "published_accuracy_percent"), number(published, "published_gflops")),
+        (87.94, 0.0002)
+    );
+    let evidence = &read(report, "evidence")[0];
+    assert_eq!(
+        (number(evidence, "difference_points"), number(evidence, "difference_low_points")),
+        (-2.25, -3.25)
+    );
+    assert_eq!((number(evidence, "p"), number(evidence, "p_holm")), (0.25, 0.5));
+    let claims = &read(report, "claims")[0];
+    assert_eq!((claims["outcome"].as_str(), number(claims, "size_high")), ("does not hold", 0.5));
+}
+
+#[test]
+fn markdown_has_as_many_cells_in_each_row_as_in_its_head() {
+    let report = whole();
+    let tables = report.files().iter().filter(|(name, _)| name.ends_with(".md"));
+    for (name, bytes) in tables {
+        let text = std::str::from_utf8(bytes).unwrap().replace("\\|", "");
+        let cells = |line: &str| line.matches('|').count();
+        let lines: Vec<&str> = text.lines().skip(2).collect();
+        assert!(lines.iter().all(|line| cells(line) == cells(lines[0])), "{name}: {text}");
+        assert!(!text.contains("<b>"), "{name}");
+    }
+    let first = file(report, "tables/networks.md");
+    assert!(
+        first.contains(
+            "| small-1d | network | 91.2 [87.2, 94.2] | 1.5 | 88.2 | 0.0200 | 0.0300 | 55.7 kB | 557 k |"
+        ),
+        "{first}"
+    );
+}
+
+#[test]
+fn published_and_measured_numbers_share_no_column() {
+    for table in tables(&judgement(), Some(&choice()), &[claim()]) {
+        let published =
+            table.heads.iter().flat_map(|head| &head.csv).filter(|name| name.starts_with("published"));
+        let expected = if table.name == "published" { 7 } else { 0 };
+        assert_eq!(published.count(), expected, "{}", table.name);
+    }
+}
+
+#[test]
+fn equal_judgements_make_equal_bytes_and_old_files_go() {
+    let first = whole();
+    assert_eq!(*first, report(&judgement(), Some(&choice()), &[claim()]).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let page = first.write(folder.path()).unwrap();
+    assert_eq!(std::fs::read(&page).unwrap(), first.files()[0].1);
+    // Without a stress test there is no chart of faults; the earlier one must not stay beside the new page.
+    let mut judgement = judgement();
+    judgement.stress = None;
+    std::fs::write(folder.path().join("charts/notes.txt"), "mine").unwrap();
+    report(&judgement, None, &[]).unwrap().write(folder.path()).unwrap();
+    assert!(!folder.path().join("charts/fault-curves.svg").exists());
+    assert!(!folder.path().join("tables/evidence.csv").exists());
+    assert!(folder.path().join("charts/notes.txt").exists(), "a user's own file stays");
+    assert!(std::fs::read_to_string(page).unwrap().contains("Not tested."));
+}
+
+#[test]
+fn a_learning_curve_shows_its_last_row_in_the_table_and_all_in_the_chart() {
+    let mut judgement = judgement();
+    let mut all = vec![];
+    for mut n in judgement.networks.drain(..2) {
+        for (count, less) in [(2, 30.0), (5, 10.0)] {
+            n.results.per_class = Some(count);
+            n.results.network = format!("{}.n{count}", n.results.zoo);
+            n.results.mean.as_mut().unwrap().accuracy -= less;
+            all.push(n.clone());
+        }
+    }
+    judgement.networks = all;
+    let report = report(&judgement, None, &[]).unwrap();
+    assert_eq!(read(&report, "networks").len(), 2);
+    let rows = read(&report, "few-samples");
+    let names: Vec<(&str, &str)> =
+        rows.iter().map(|r| (r["network"].as_str(), r["per_class"].as_str())).collect();
+    assert_eq!(names, [("small-1d", "2"), ("small-1d", "5"), ("large-2d", "2"), ("large-2d", "5")]);
+    assert!(file(&report, "charts/few-samples.svg").contains("small-1d, 2 of each class: 61.2 %"));
+}

@@ -1,0 +1,41 @@
+//! Sentences that tables, charts and page share.
+
+use taxel_trainer::NetworkResults;
+
+use crate::judgement::{Judged, Judgement};
+use crate::stress::Stress;
+
+/// Whether a network stands in the first table: all but the smaller rows of a learning curve.
+pub(super) fn is_shown(judgement: &Judgement, network: &Judged) -> bool {
+    let most = judgement.networks.iter().filter_map(|n| n.results.per_class).max();
+    network.results.per_class == most
+}
+
+/// The network that a row of a learning curve belongs to.
+pub(super) fn few_samples_of(own: &NetworkResults) -> &str {
+    let ending = own.per_class.map(|count| format!(".n{count}"));
+    ending.and_then(|ending| own.network.strip_suffix(&ending)).unwrap_or(&own.network)
+}
+
+/// How often each network was timed: `1000`, or `37 to 1000`.
+pub(super) fn runs(judgement: &Judgement) -> String {
+    let runs = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.runs);
+    match (runs.clone().min(), runs.max()) {
+        (Some(least), Some(most)) if least < most => format!("{least} to {most}"),
+        (_, most) => most.unwrap_or(0).to_string(),
+    }
+}
+
+/// How many samples, in which range.
+pub(super) fn stress_basis(stress: &Stress) -> String {
+    let Stress { samples, of, range, chance, .. } = stress;
+    let part = if samples < of { format!("{samples} of {of}") } else { samples.to_string() };
+    let whose = if range.from_samples { "of the samples; no full scale is known" } else { "of the sensor" };
+    format!("{part} test samples, full scale {} to {} ({whose}), chance {chance:.1} %", range.low, range.high)
+}
+
+/// A name that is safe in a file name and an anchor.
+pub(super) fn slug(text: &str) -> String {
+    let keep = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    text.chars().map(keep).collect()
+}

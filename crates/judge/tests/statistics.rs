@@ -1,0 +1,207 @@
+//! Statistics against SciPy's; `scripts/fixtures/statistics.py` writes its numbers.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use serde_json::Value;
+use taxel_judge::statistics::{
+    cluster_bootstrap, corrected_t, friedman, holm, independent, mcnemar, nemenyi, spread_ratio, wilcoxon,
+};
+use taxel_trainer::metrics::Clusters;
+
+fn cases(name: &str) -> Vec<Value> {
+    let all: Value = serde_json::from_str(include_str!("data/statistics.json")).unwrap();
+    all[name].as_array().unwrap_or_else(|| panic!("no {name}")).clone()
+}
+
+fn floats(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+fn close(name: &str, got: f64, want: &Value) {
+    let want = want.as_f64().unwrap();
+    assert!((got - want).abs() <= 1e-9 * want.abs().max(1.0), "{name}: got {got}, want {want}");
+}
+
+fn close_all(name: &str, got: &[f64], want: &Value) {
+    let want = want.as_array().unwrap();
+    assert_eq!(got.len(), want.len(), "{name}");
+    got.iter().zip(want).for_each(|(got, want)| close(name, *got, want));
+}
+
+#[test]
+fn corrected_t_is_scipys_with_the_corrected_variance() {
+    for case in cases("corrected_t") {
+        let ratio = case["ratio"].as_f64().unwrap();
+        let test = corrected_t(&floats(&case["differences"]), ratio, 0.95).unwrap();
+        close("mean", test.mean, &case["mean"]);
+        close("p", test.p, &case["p"]);
+        close_all("interval", &test.interval.unwrap(), &case["interval"]);
+        // Turned round, everything but p changes its sign.
+        let turned: Vec<f64> = floats(&case["differences"]).iter().map(|d| -d).collect();
+        let other = corrected_t(&turned, ratio, 0.95).unwrap();
+        assert!((other.p - test.p).abs() < 1e-12 && (other.mean + test.mean).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn differences_without_spread_have_a_documented_answer() {
+    let none = corrected_t(&[0.0; 4], 0.25, 0.95).unwrap();
+    assert_eq!((none.mean, none.interval, none.p), (0.0, Some([0.0, 0.0]), 1.0));
+    // All the same is no proof: the sign test of five folds says 1/16.
+    let same = corrected_t(&[3.0; 5], 0.25, 0.95).unwrap();
+    assert_eq!((same.mean, same.interval, same.p), (3.0, None, 0.0625));
+    // Rounding is no spread either.
+    assert_eq!(corrected_t(&[0.1 + 0.2, 0.3], 1.0, 0.95).unwrap().interval, None);
+    for (differences, ratio, confidence, says) in [
+        (&[1.0][..], 0.25, 0.95, "at least 2"),
+        (&[][..], 0.25, 0.95, "at least 2"),
+        (&[1.0, f64::NAN], 0.25, 0.95, "value 1 is NaN"),
+        (&[1.0, 2.0], -0.5, 0.95, "-0.5 test samples"),
+        (&[1.0, 2.0], f64::INFINITY, 0.95, "inf test samples"),
+        (&[1.0, 2.0], 0.25, 1.0, "not in (0, 1)"),
+    ] {
+        let error = corrected_t(differences, ratio, confidence).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn independent_estimates_differ_as_newcombe_has_it() {
+    let both = |value: &Value| {
+        let bounds = floats(&value[1]);
+        (value[0].as_f64().unwrap(), [bounds[0], bounds[1]])
+    };
+    for case in cases("independent") {
+        let (size, interval) = independent(both(&case["a"]), both(&case["b"])).unwrap();
+        close("size", size, &case["size"]);
+        close_all("interval", &interval, &case["interval"]);
+    }
+    // Newcombe's Table II, (a): 56 of 70 less 48 of 80.
+    let (_, [low, high]) = {
+        let case = &cases("independent")[0];
+        independent(both(&case["a"]), both(&case["b"])).unwrap()
+    };
+    assert!((low - 0.0524).abs() < 5e-5 && (high - 0.3339).abs() < 5e-5, "{low} {high}");
+    assert!(independent((0.5, [0.6, 0.7]), (0.5, [0.4, 0.6])).is_err());
+    assert!(independent((f64::NAN, [0.6, 0.7]), (0.5, [0.4, 0.6])).is_err());
+}
+
+#[test]
+fn mcnemar_is_the_exact_binomial_test() {
+    for case in cases("mcnemar") {
+        close("p", mcnemar(case["a"].as_u64().unwrap(), case["b"].as_u64().unwrap()), &case["p"]);
+    }
+    assert_eq!(mcnemar(0, 0), 1.0);
+}
+
+#[test]
+fn holm_steps_down_and_never_falls() {
+    for case in cases("holm") {
+        close_all("adjusted", &holm(&floats(&case["p"])), &case["adjusted"]);
+    }
+    assert!(holm(&[]).is_empty());
+}
+
+#[test]
+fn wilcoxon_counts_every_pattern_of_signs() {
+    for case in cases("wilcoxon") {
+        close("p", wilcoxon(&floats(&case["differences"])).unwrap(), &case["p"]);
+    }
+    assert_eq!(wilcoxon(&[0.0, 0.0]).unwrap(), 1.0);
+    assert!(wilcoxon(&[]).is_err() && wilcoxon(&[f64::NAN]).is_err() && wilcoxon(&[1.0; 501]).is_err());
+}
+
+#[test]
+fn friedman_is_scipys() {
+    for case in cases("friedman") {
+        let scores: Vec<Vec<f64>> = case["scores"].as_array().unwrap().iter().map(floats).collect();
+        let test = friedman(&scores).unwrap();
+        close_all("ranks", &test.ranks, &case["ranks"]);
+        close("statistic", test.statistic, &case["statistic"]);
+        close("p", test.p, &case["p"]);
+        close("p_iman_davenport", test.p_iman_davenport, &case["p_iman_davenport"]);
+    }
+    let ties = friedman(&[vec![1.0; 3], vec![2.0; 3]]).unwrap();
+    assert_eq!((ties.statistic, ties.p, ties.p_iman_davenport), (0.0, 1.0, 1.0));
+    assert_eq!(ties.ranks, [2.0; 3]);
+    let alike = friedman(&[vec![3.0, 2.0, 1.0], vec![9.0, 8.0, 7.0]]).unwrap();
+    assert_eq!((alike.ranks, alike.p_iman_davenport), (vec![1.0, 2.0, 3.0], 0.0));
+    assert!((alike.statistic - 4.0).abs() < 1e-12);
+    for bad in [vec![], vec![vec![1.0; 3]], vec![vec![1.0, 2.0]; 4], vec![vec![1.0; 3], vec![1.0; 4]]] {
+        assert!(friedman(&bad).is_err(), "{bad:?}");
+    }
+    assert!(friedman(&[vec![1.0, 2.0, f64::NAN], vec![1.0; 3]]).is_err());
+}
+
+/// Demsar (2006), section 3.2.3: four classifiers on 14 data sets.
+#[test]
+fn the_worked_example_of_demsar_comes_out() {
+    let scores = &cases("friedman")[0]["scores"];
+    let scores: Vec<Vec<f64>> = scores.as_array().unwrap().iter().map(floats).collect();
+    let ranks = friedman(&scores).unwrap().ranks;
+    for (got, printed) in ranks.iter().zip([3.143, 2.000, 2.893, 1.964]) {
+        assert!((got - printed).abs() < 5e-4, "{got}, printed {printed}");
+    }
+    // His chi-squared is not corrected for ties.
+    let squares: f64 = ranks.iter().map(|r| r * r).sum();
+    let plain = 12.0 * 14.0 / 20.0 * (squares - 4.0 * 25.0 / 4.0);
+    assert!((plain - 9.28).abs() < 0.005, "{plain}");
+    // Critical differences of his text at 5 % and 10 %.
+    assert!((nemenyi(4, 14, 0.05).unwrap() - 1.25).abs() < 0.005);
+    assert!((nemenyi(4, 14, 0.10).unwrap() - 1.12).abs() < 0.005);
+}
+
+#[test]
+fn nemenyis_difference_is_that_of_the_studentized_range() {
+    for case in cases("nemenyi") {
+        let [methods, sets] = ["methods", "sets"].map(|name| case[name].as_u64().unwrap() as usize);
+        let got = nemenyi(methods, sets, case["alpha"].as_f64().unwrap()).unwrap();
+        close("difference", got, &case["difference"]);
+    }
+    // Demsar's Table 5(a): q of 2 to 10 classifiers, 5 % and 10 %.
+    let printed = [
+        [1.960, 2.343, 2.569, 2.728, 2.850, 2.949, 3.031, 3.102, 3.164],
+        [1.645, 2.052, 2.291, 2.459, 2.589, 2.693, 2.780, 2.855, 2.920],
+    ];
+    for (alpha, row) in [0.05, 0.10].into_iter().zip(printed) {
+        for (methods, want) in (2..).zip(row) {
+            let k = methods as f64;
+            let q = nemenyi(methods, 6, alpha).unwrap() / (k * (k + 1.0) / 36.0).sqrt();
+            assert!((q - want).abs() < 2e-3, "{methods} at {alpha}: {q}, printed {want}");
+        }
+    }
+    assert!(nemenyi(1, 5, 0.05).is_err() && nemenyi(3, 0, 0.05).is_err() && nemenyi(3, 5, 0.0).is_err());
+}
+
+#[test]
+fn a_ratio_of_spreads_is_pitmans() {
+    for case in cases("spread") {
+        let own = spread_ratio(&floats(&case["a"]), &floats(&case["b"]), 0.95).unwrap().unwrap();
+        close("ratio", own.ratio, &case["ratio"]);
+        close_all("interval", &own.interval, &case["interval"]);
+    }
+    assert_eq!(spread_ratio(&[1.0; 4], &[1.0, 2.0, 3.0, 4.0], 0.95).unwrap(), None);
+    assert_eq!(spread_ratio(&[1.0, 2.0, 3.0], &[2.0, 4.0, 6.0], 0.95).unwrap(), None);
+    assert!(spread_ratio(&[1.0, 2.0], &[2.0, 3.0], 0.95).is_err());
+    assert!(spread_ratio(&[1.0, 2.0, 3.0], &[2.0, 3.0], 0.95).is_err());
+}
+
+#[test]
+fn the_bootstrap_draws_whole_clusters_and_keeps_pairs() {
+    // A difference of accuracies: the mean of paired differences, as the trainer's own bootstrap has it.
+    let differences = [1.0, 0.0, 0.0, -1.0, 1.0, 1.0, 0.0, 1.0, -1.0];
+    let clusters = [3, 3, 3, 5, 5, 8, 8, 9, 9];
+    let mean =
+        |rows: &[usize]| Some(rows.iter().map(|&row| differences[row]).sum::<f64>() / rows.len() as f64);
+    let own = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
+    let twin = Clusters::new(&differences, &clusters).interval(0.9, 500, 4, "x");
+    assert!((own[0] - twin.0).abs() < 1e-12 && (own[1] - twin.1).abs() < 1e-12, "{own:?} {twin:?}");
+    let again = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
+    assert_eq!(own, again);
+    // One cluster says nothing about others; a statistic that is mostly undefined has no interval.
+    assert_eq!(cluster_bootstrap(&[7; 9], mean, 0.9, 500, (4, "x")).unwrap(), None);
+    assert_eq!(cluster_bootstrap(&clusters, |_| None, 0.9, 500, (4, "x")).unwrap(), None);
+    assert!(cluster_bootstrap(&clusters, |_| Some(f64::NAN), 0.9, 500, (4, "x")).is_err());
+    assert!(cluster_bootstrap(&clusters, mean, 0.0, 500, (4, "x")).is_err());
+    assert!(cluster_bootstrap(&clusters, mean, 0.9, 0, (4, "x")).is_err());
+}
