@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use taxel_scenes::faults::Fault;
 
 use super::tables::tables;
-use super::{Report, report};
+use super::{Entry, Report, overview, report};
+use crate::across::across;
 use crate::choice::{By, Choice, Evidence, Test, Wish};
 use crate::claims::{Claim, Outcome};
 use crate::judgement::{Judgement, Kind};
@@ -396,4 +397,39 @@ fn a_learning_curve_shows_its_last_row_in_the_table_and_all_in_the_chart() {
         rows.iter().map(|r| (r["network"].as_str(), r["per_class"].as_str())).collect();
     assert_eq!(names, [("small-1d", "2"), ("small-1d", "5"), ("large-2d", "2"), ("large-2d", "5")]);
     assert!(file(&report, "charts/few-samples.svg").contains("small-1d, 2 of each class: 61.2 %"));
+}
+
+#[test]
+fn several_runs_share_a_page_of_claims_and_ranks() {
+    let sets: Vec<Judgement> = (0..6)
+        .map(|i| {
+            let mut own = judgement();
+            own.results.name = format!("run-{i}");
+            own.results.data_digest = format!("{i}");
+            own
+        })
+        .collect();
+    let entries: Vec<Entry> = sets
+        .iter()
+        .map(|own| Entry { page: "a/report.html".into(), judgement: own.clone(), choice: None })
+        .collect();
+    let ranked = across(&sets.iter().collect::<Vec<_>>(), 0.05).unwrap().unwrap();
+    let untested = Claim { says: "nobody can test this".into(), outcome: Outcome::CannotBeTested, ..claim() };
+    let elsewhere = Claim { run: "other".into(), outcome: Outcome::Holds, ..claim() };
+    let folder = tempfile::tempdir().unwrap();
+    let claims = [claim(), elsewhere, untested];
+    let page = overview(&entries, &claims, Some(&ranked), folder.path()).unwrap();
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains("critical difference") && page.contains("does not hold"), "{page}");
+    assert!(!page.contains("nobody can test this") && !page.contains(HOSTILE));
+    let rows = std::fs::read_to_string(folder.path().join("tables/claims-by-run.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> =
+        csv::Reader::from_reader(rows.as_bytes()).records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 1);
+    assert_eq!(rows[0].iter().collect::<Vec<_>>(), [HOSTILE, "000", "Table 5", "does not hold", "holds"]);
+    let all = std::fs::read_to_string(folder.path().join("tables/claims.csv")).unwrap();
+    assert!(all.contains("nobody can test this"), "the file holds every claim");
+    for name in ["charts/critical-difference.svg", "charts/critical-difference.png"] {
+        assert!(folder.path().join(name).is_file(), "{name}");
+    }
 }
