@@ -48,7 +48,7 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
         })
         .collect();
     let beyond = match cheaper.as_slice() {
-        [] => "nothing in the table is cheaper".into(),
+        [] => "nothing in the table that beats chance is cheaper".into(),
         some => format!("cheaper ones do not suffice: {}", some.join("; ")),
     };
     format!("{} suffices, and is the most accurate ({:.1} %): {beyond}.", chosen.network, chosen.accuracy)

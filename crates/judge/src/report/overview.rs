@@ -88,7 +88,7 @@ pub fn overview(
                 section {
                     h2 { "Over all data sets" }
                     @for line in *words { p { (line) } }
-                    (super::html::chart(chart, &numbers.name))
+                    (super::html::chart(chart, numbers.name))
                     (table(numbers))
                 }
             }

@@ -13,7 +13,7 @@ const SIZE: (f64, f64) = (380.0, 210.0);
 /// A picture ready to be shown.
 pub(super) enum Shown {
     /// Lines: a drawing.
-    Drawing(Canvas),
+    Drawing(Box<Canvas>),
     /// Pixels: width, height, PNG.
     Pixels(usize, usize, Vec<u8>),
 }
@@ -22,7 +22,7 @@ pub(super) enum Shown {
 pub(super) fn show(picture: &Picture, paint: Paint) -> Option<Shown> {
     match (picture.kind, picture.shape.as_slice()) {
         (PictureKind::Lines, [channels, ticks]) => {
-            lines(picture, *channels, *ticks, paint).map(Shown::Drawing)
+            lines(picture, *channels, *ticks, paint).map(|drawn| Shown::Drawing(Box::new(drawn)))
         }
         (PictureKind::Grey, [h, w]) => pixels(&grey(&picture.values), *h, *w),
         (PictureKind::Colour, [3, h, w]) => pixels(&interleaved(&picture.values, h * w), *h, *w),

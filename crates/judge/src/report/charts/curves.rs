@@ -1,7 +1,5 @@
 //! Training, and accuracy with few samples.
 
-use std::collections::BTreeMap;
-
 use super::{Chart, HEADING, Look, legend, legend_height, look, shown};
 use crate::judgement::{EpochPoint, Judged, Judgement};
 use crate::report::axes::{Frame, Scale, widened};
@@ -70,16 +68,20 @@ fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Ca
     canvas
 }
 
+/// A network with its rows of a learning curve, by the number of training samples of each class.
+type Curve<'a> = (&'a str, Vec<(usize, &'a Judged)>);
+
 /// Accuracy by the number of training samples of each class.
 pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
-    let mut curves: BTreeMap<usize, (&str, Vec<(usize, &Judged)>)> = BTreeMap::new();
+    let mut curves: Vec<Curve> = vec![];
     for n in &judgement.networks {
         let Some(count) = n.results.per_class else { continue };
         let name = few_samples_of(&n.results);
-        let at = curves.iter().find(|(_, (own, _))| *own == name).map_or(curves.len(), |(at, _)| *at);
-        curves.entry(at).or_insert((name, vec![])).1.push((count, n));
+        match curves.iter_mut().find(|(own, _)| *own == name) {
+            Some((_, points)) => points.push((count, n)),
+            None => curves.push((name, vec![(count, n)])),
+        }
     }
-    let curves: Vec<(&str, Vec<(usize, &Judged)>)> = curves.into_values().collect();
     if curves.iter().all(|(_, points)| points.len() < 2) {
         return None;
     }
@@ -89,7 +91,7 @@ pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     Some(Chart::new("few-samples", "Accuracy with few samples", reading, draw))
 }
 
-fn draw_few(judgement: &Judgement, curves: &[(&str, Vec<(usize, &Judged)>)], paint: Paint) -> Canvas {
+fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
     let look_of = |points: &[(usize, &Judged)]| {
         let most = points.iter().max_by_key(|(count, _)| *count);
         most.map_or(look(judgement, ""), |(_, n)| look(judgement, &n.results.network))

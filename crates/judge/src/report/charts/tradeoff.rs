@@ -202,7 +202,7 @@ fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> Frame 
     scores.extend(printed.iter().flat_map(ends));
     let (least, most) = widened(&scores, (0.0, 100.0));
     // Chance is in the picture where that does not press the marks together.
-    let near = least - judgement.chance < 0.8 * (most - least);
+    let near = least - judgement.chance < 0.4 * (most - least);
     let least = if near { least.min(judgement.chance - 2.0).max(0.0) } else { least };
     Frame { x: Scale::log((low, high), (AREA.0, AREA.2)), y: Scale::linear((least, most), (AREA.3, AREA.1)) }
 }

@@ -32,7 +32,7 @@ pub(super) fn choice(choice: &Choice) -> Table {
             Cell::number(Some(e.accuracy), tenth)
         }),
         Column::number(
-            "behind the best, pp [95 % interval]",
+            "against the best, pp [95 % interval]",
             &["difference_points", "difference_low_points", "difference_high_points"],
             |e: &Evidence| {
                 let (shown, ends) = interval(e.interval, tenth);
