@@ -49,10 +49,53 @@ def table(folder, results):
             row.append(f"{line['twin']:.2f}" if line else "–")
         if published:
             own = n.get("published")
-            row.append(f"*{own['accuracy'][0]:.2f} ± {own['accuracy'][1]:.2f}*" if own else "–")
+            # [mean, SD], or [mean] where no spread is published.
+            row.append("*" + " ± ".join(f"{score:.2f}" for score in own["accuracy"]) + "*" if own else "–")
         rows.append(row)
     lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in lines)
+
+
+def chosen(folder, results):
+    """What the folds chose by their validation parts, and how often."""
+    lines = []
+    for n in results["networks"]:
+        records = [json.loads(path.read_text()) for path in sorted(folder.glob(f"folds/{n['network']}.r*.f*.json"))
+                   if not path.name.endswith(".timing.json")]
+        sets = [record["chosen"]["set"] for record in records if record.get("chosen")]
+        words = [", ".join(f"{key} = {value:g}" for key, value in own.items()) for own in sets]
+        if words:
+            counts = ", ".join(f"{word} ({words.count(word)} of {len(words)})" for word in sorted(set(words)))
+            lines.append(f"- `{n['network']}`: {counts}")
+    return "\n\nChosen by the validation part:\n\n" + "\n".join(lines) if lines else ""
+
+
+def changes(results):
+    """How far training moved the convolutions from their start, in thirds of the network."""
+    rows = []
+    for n in results["networks"]:
+        own = [change["change"] for change in n.get("changes", [])]
+        if any(own):
+            third = -(-len(own) // 3)
+            parts = [own[start:start + third] for start in range(0, len(own), third)]
+            most = max(n["changes"], key=lambda change: change["change"])
+            cells = [f"{sum(own) / len(own):.2e}", *(f"{sum(part) / len(part):.2e}" for part in parts)]
+            rows.append(f"| `{n['network']}` | " + " | ".join(cells) + f" | `{most['layer']}` {most['change']:.2e} |")
+    if not rows:
+        return ""
+    head = "| network | mean of all | first third | second | last | most |\n| --- | ---: | ---: | ---: | ---: | --- |\n"
+    words = ("How far training moved the convolutions from where they started: mean squared difference of both kernels "
+             "scaled to 0..1, mean over folds, frozen ones 0 (paper 001, Figs. 3 and 4; all layers are in `results.json`).")
+    return f"\n\n{words}\n\n{head}" + "\n".join(rows)
+
+
+def shortcut(results):
+    found = results.get("shortcut")
+    if not found:
+        return ""
+    return (f"\n\n**Confounded?** {len(found['statistics'])} global statistics of a sample ({', '.join(found['statistics'])}) "
+            f"alone tell {100 * found['accuracy']:.1f} % of the samples (chance {100 * found['chance']:.1f} %): part of "
+            "every score may be the recording, not touch.")
 
 
 def commit(environment):
@@ -87,6 +130,7 @@ def page(folder):
         f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
         f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
     )
+    caption += shortcut(results) + chosen(folder, results) + changes(results)
     return results["name"], table(folder, results), caption, (folder / "config.toml").read_text()
 
 

@@ -47,20 +47,55 @@ fn strength_ones_run() {
     configs("strength").iter().for_each(|config| run_quick(config));
 }
 
+/// Configs of a folder that start from ImageNet weights, or those that do not.
+fn with_weights(folder: &str, wanted: bool) -> Vec<PathBuf> {
+    let mut paths = configs(folder);
+    paths.retain(|path| std::fs::read_to_string(path).unwrap().contains("${TAXEL_WEIGHTS}") == wanted);
+    paths
+}
+
+#[test]
+fn visuotactile_ones_run() {
+    with_weights("visuotactile", false).iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+#[ignore = "needs TAXEL_WEIGHTS"]
+fn visuotactile_ones_run_needs_weights() {
+    with_weights("visuotactile", true).iter().for_each(|config| run_quick(config));
+}
+
 #[test]
 #[ignore = "needs TAXEL_DATA"]
 fn real_ones_run() {
-    configs("real").iter().for_each(|config| run_quick(config));
+    with_weights("real", false).iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA and TAXEL_WEIGHTS"]
+fn real_ones_run_needs_weights() {
+    with_weights("real", true).iter().for_each(|config| run_quick(config));
+}
+
+fn says_what_is_missing(configs: &[PathBuf], variable: &str) {
+    assert!(!configs.is_empty());
+    for config in configs {
+        let mut command = Command::cargo_bin("taxel").unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let command = command.env_remove(variable).current_dir(folder.path());
+        let output = command.args(["run", "--quick", config.to_str().unwrap()]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(error.contains(variable) && error.contains(config.to_str().unwrap()), "{error}");
+    }
 }
 
 #[test]
 fn real_ones_say_what_is_missing() {
-    for config in configs("real") {
-        let mut command = Command::cargo_bin("taxel").unwrap();
-        let output =
-            command.env_remove("TAXEL_DATA").args(["run", config.to_str().unwrap()]).output().unwrap();
-        assert_eq!(output.status.code(), Some(2));
-        let error = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(error.contains("TAXEL_DATA") && error.contains(config.to_str().unwrap()), "{error}");
-    }
+    says_what_is_missing(&configs("real"), "TAXEL_DATA");
+}
+
+#[test]
+fn visuotactile_ones_say_what_is_missing() {
+    says_what_is_missing(&with_weights("visuotactile", true), "TAXEL_WEIGHTS");
 }

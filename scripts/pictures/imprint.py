@@ -52,7 +52,7 @@ class Taxel:
         if not (run / "results.json").exists():
             options = ["--data", str(self.work / f"{data}.npz"), "--set", "data.full_scale=1"]
             options += ["--set", f'protocol.split="{split}"', "--out", str(run)]
-            subprocess.run([self.binary, "run", str(ROOT / "configs/imprint.toml"), *options], check=True)
+            subprocess.run([self.binary, "run", str(ROOT / "configs/visuotactile/imprint.toml"), *options], check=True)
         return json.loads((run / "results.json").read_text())["networks"][0]
 
 

@@ -120,11 +120,12 @@ impl Warp {
         let [_, rows, columns, frames] = shape;
         assert_eq!(image.len(), shape.iter().product::<usize>(), "an image of shape {shape:?}");
         let clean = image.to_vec();
+        let turn = self.degrees.to_radians().sin_cos();
         let plane = rows * columns * frames;
         for (at, pixel) in image.chunks_exact_mut(frames).enumerate() {
             let (channel, at) = (at / (rows * columns), at % (rows * columns));
             let source = &clean[channel * plane..][..plane];
-            let from = self.source(at / columns, at % columns, rows, columns);
+            let from = self.source([at / columns, at % columns], [rows, columns], turn);
             pixel.fill(0.0);
             for ([row, column], weight) in corners(from) {
                 // A weight of zero would make NaN of an infinity.
@@ -142,12 +143,16 @@ impl Warp {
         }
     }
 
-    /// Where the pixel at `row`, `column` comes from.
-    fn source(&self, row: usize, column: usize, rows: usize, columns: usize) -> [f64; 2] {
+    /// Where the pixel at `row`, `column` comes from, with the sine and cosine of the turn.
+    fn source(
+        &self,
+        [row, column]: [usize; 2],
+        [rows, columns]: [usize; 2],
+        (sin, cos): (f64, f64),
+    ) -> [f64; 2] {
         let middle = [(rows as f64 - 1.0) / 2.0, (columns as f64 - 1.0) / 2.0];
         let down = row as f64 - middle[0] - self.shift[0];
         let right = column as f64 - middle[1] - self.shift[1];
-        let (sin, cos) = self.degrees.to_radians().sin_cos();
         let sign = |flip: bool| if flip { -1.0 } else { 1.0 };
         [
             middle[0] + sign(self.flip_rows) * (cos * down + sin * right) / self.scale,

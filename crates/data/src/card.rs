@@ -3,6 +3,7 @@
 use crate::dataset::{Axes, Dataset};
 use crate::duplicates::{contradictory, duplicate_sets};
 use crate::error::plural;
+use crate::shortcut::Shortcut;
 use crate::values::Values;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,6 +106,8 @@ pub struct Card {
     pub duplicates: Vec<Vec<usize>>,
     /// Sets of exact copies with different labels.
     pub contradictions: Vec<Contradiction>,
+    /// How many samples a few global statistics alone tell apart; none for under 40 samples or one class.
+    pub shortcut: Option<Shortcut>,
     /// Sources of rows left out on request.
     pub dropped: Vec<String>,
     /// What keeps the data set from being loaded; empty if it loads.
@@ -162,6 +165,7 @@ impl Card {
             constant_samples: values.constant_samples,
             duplicates: sets.iter().filter(|set| !torn.contains(set)).cloned().collect(),
             contradictions: torn.iter().map(contradiction).collect(),
+            shortcut: Shortcut::of(&data.x, &data.y, data.groups.as_deref(), Some(&data.units())),
             dropped: data.dropped.clone(),
             problems: Vec::new(),
             warnings: Vec::new(),
@@ -217,6 +221,10 @@ impl Card {
             ));
         }
         self.warn_of_classes(&mut warnings);
+        if let Some(shortcut) = self.shortcut.as_ref().filter(|shortcut| shortcut.is_suspicious()) {
+            warnings
+                .push(format!("{shortcut}: confounded? Part of every score may be the recording, not touch"));
+        }
         if let Some(groups) = &self.groups {
             if groups.classes == [1, 1] && self.classes.len() > 1 {
                 warnings.push(format!(

@@ -49,6 +49,9 @@ impl Card {
             entry(out, "also holds", &format!("{names} (group = \"...\" makes groups of one)"))?;
         }
         self.write_values(out)?;
+        if let Some(shortcut) = self.shortcut.as_ref().filter(|shortcut| !shortcut.is_suspicious()) {
+            entry(out, "statistics", &shortcut.to_string())?;
+        }
         if !self.dropped.is_empty() {
             entry(out, "dropped", &format!("{} rows", self.dropped.len()))?;
         }

@@ -165,6 +165,7 @@ fn refuse_array_options(file: &str, options: &Options) -> Result<()> {
         ("y", options.y != default.y),
         ("group", options.group.is_some()),
         ("test", options.test.is_some()),
+        ("test-above", options.test_above.is_some()),
     ];
     match named.iter().find(|(_, set)| *set) {
         None => Ok(()),

@@ -24,6 +24,7 @@ mod npy;
 mod npz;
 mod options;
 mod raw;
+mod shortcut;
 mod split;
 mod ucr;
 mod validate;
@@ -38,6 +39,7 @@ pub use duplicates::duplicate_sets;
 pub use error::{Error, Result};
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};
+pub use shortcut::Shortcut;
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };

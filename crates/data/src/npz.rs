@@ -116,6 +116,10 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
         }
     };
     let official = match &options.test {
+        None if options.test_above.is_some() => {
+            let why = "needs the name of an array in test";
+            return Err(Error::Option { file: path.display().to_string(), option: "test-above", why });
+        }
         None => None,
         Some(name) => {
             let wanted =

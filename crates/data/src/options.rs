@@ -54,6 +54,8 @@ pub struct Options {
     pub deny_contradictory: bool,
     /// Name of the array in the `.npz` that marks samples for testing (not 0). Default none.
     pub test: Option<String>,
+    /// Tests the samples with more than this in the `test` array, in place of those that are not 0.
+    pub test_above: Option<i64>,
     /// For labels `[N, k]`: the column that becomes `y`, 0..k-1. Default 0.
     pub attribute: usize,
     /// For image files: `[height, width]` in pixels to resample to (triangle filter).
@@ -73,6 +75,7 @@ impl Default for Options {
             drop: Vec::new(),
             deny_contradictory: false,
             test: None,
+            test_above: None,
             attribute: 0,
             resize: None,
             limits: Limits::default(),

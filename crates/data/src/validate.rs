@@ -75,7 +75,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
     let table = labels(&raw, &mut faults);
     let classes = class_names(&raw, &table);
     let groups = groups(&raw, options, &mut faults)?;
-    let official = official(&raw, &mut faults);
+    let official = official(&raw, options, &mut faults);
 
     let columns = raw.columns;
     let rows: Vec<&[u32]> = table.chunks(columns).collect();
@@ -342,15 +342,21 @@ fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(S
     Ok(Some((name, groups)))
 }
 
-fn official(raw: &Raw, faults: &mut Faults) -> Option<Vec<bool>> {
+fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Option<Vec<bool>> {
     let (name, values) = raw.official.as_ref()?;
     if values.len() != raw.x.shape()[0] {
         faults.push(wrong_length(raw, name, values.len()));
         return None;
     }
-    let test: Vec<bool> = values.iter().map(|value| *value != 0).collect();
+    let is_tested = |value: &i64| options.test_above.map_or(*value != 0, |above| *value > above);
+    let test: Vec<bool> = values.iter().map(is_tested).collect();
     if test.iter().all(|t| *t) || !test.iter().any(|t| *t) {
-        faults.push(Error::OneSided { file: raw.file.clone(), array: name.clone() });
+        let file = raw.file.clone();
+        let why = "leaves no or all samples to test; choose a value inside the range of the test array";
+        faults.push(match options.test_above {
+            Some(_) => Error::Option { file, option: "test-above", why },
+            None => Error::OneSided { file, array: name.clone() },
+        });
     }
     Some(test)
 }

@@ -199,3 +199,21 @@ fn copies_are_dropped_on_request() {
     let path = npz(folder.path(), &[("x", f32s(&[2, 1], &[1.0; 2])), ("y", i64s(&[2], &[0, 1]))]);
     assert_eq!(refused(&path, &fixed), "grasps.npz: after drop: holds no samples");
 }
+
+#[test]
+fn samples_above_a_number_are_tested() {
+    let folder = tempdir().unwrap();
+    let path =
+        npz(folder.path(), &[("x", samples(4)), ("y", labels()), ("trial", i64s(&[4], &[1, 15, 16, 60]))]);
+    let options = |test: Option<&str>, test_above| Options {
+        test: test.map(String::from),
+        test_above,
+        ..Options::default()
+    };
+    let official = |test_above| load(&path, &options(Some("trial"), test_above)).unwrap().official.unwrap();
+    assert_eq!(official(Some(15)), [false, false, true, true]);
+    let error = load(&path, &options(Some("trial"), Some(60))).unwrap_err().to_string();
+    assert!(error.contains("test-above: leaves no or all samples to test"), "{error}");
+    let error = load(&path, &options(None, Some(15))).unwrap_err().to_string();
+    assert!(error.contains("test-above: needs the name of an array in test"), "{error}");
+}

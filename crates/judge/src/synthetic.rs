@@ -82,6 +82,7 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Contest, Judgement
                 chosen: None,
                 best_epoch: None,
                 costs: None,
+                changes: vec![],
                 epochs: vec![],
             }
         };
@@ -117,6 +118,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             paper: String::new(),
             settings: Default::default(),
             made_anew: vec![],
+            changes: vec![],
             costs: Costs { parameters: bytes / 4, bytes, macs: bytes, flops: 2 * bytes },
             folds: folds.collect(),
             mean: Some(Scores::from_values([0, 1, 2, 3].map(mean))),
@@ -171,6 +173,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
             protocol: Protocol { kind: setting.kind, ..Protocol::default() },
             folds: setting.parts,
             left_out: Default::default(),
+            shortcut: None,
             seed: 0,
             unit: "percent".into(),
             networks: vec![],

@@ -111,6 +111,9 @@ pub struct Data {
     /// Name of the array that marks the samples to test on (not 0) for `protocol.kind = "official"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub test: Option<String>,
+    /// Samples with more than this in the `test` array are tested, in place of those that are not 0.
+    #[serde(default, alias = "test-above", skip_serializing_if = "Option::is_none")]
+    pub test_above: Option<i64>,
     /// For labels `[N, k]`: the column that becomes the class. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attribute: Option<usize>,
@@ -135,6 +138,10 @@ pub struct Data {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Encoding {
+    /// Readings at the start of [N, C, T] whose mean is taken off each channel, for networks and rivals
+    /// alike. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<usize>,
     /// `signal` [N, C, T], for 1D networks and the flattened MLP.
     #[serde(default)]
     pub signal: Signal,
@@ -155,6 +162,9 @@ pub enum Scale {
     ZScore,
     /// `v / full_scale`.
     FullScale,
+    /// `(v / full_scale - mean) / sd` of ImageNet's red, green and blue, as torchvision's networks were
+    /// trained.
+    Imagenet,
     /// As they are.
     Raw,
 }
@@ -180,6 +190,8 @@ pub enum ImageKind {
     Raw,
     /// One frame of each squeeze [N, T, H, W], for 2D networks (papers 002 and 003).
     Frame,
+    /// Series [N, C, T] as one channel of C rows and T columns, each row scaled by itself.
+    Rows,
     /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
     Numatac,
 }
@@ -202,7 +214,8 @@ pub struct Image {
     /// Fields: what a constant recording gives under `per-sample`: `error` (default) or `zero`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constant: Option<Constant>,
-    /// Images as recorded and frames: scale of the pixels. Default `full-scale`.
+    /// Images as recorded and frames: scale of the pixels, default `full-scale`. Rows: of the readings,
+    /// default `z-score`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
     /// Images as recorded and frames: `[height, width]` in pixels to resample to, bilinear.

@@ -27,6 +27,9 @@ pub const IMAGE: &str = "image";
 /// Input of 3D networks: channels × rows × columns × frames.
 pub const TENSOR: &str = "tensor";
 
+/// Mean and SD of ImageNet's red, green and blue in 0..1, as torchvision takes them.
+const IMAGENET: [[f32; 3]; 2] = [[0.485, 0.456, 0.406], [0.229, 0.224, 0.225]];
+
 /// Inputs of all samples under one name, row-major, PyTorch's axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Encoded {
@@ -101,6 +104,34 @@ pub enum Transform {
         /// Scale of the pressures.
         scaling: Scaling,
     },
+    /// `[N, C, T]` as `[N, 1, C, T]`, scaled per row.
+    Rows(Scaling),
+    /// `[N, C, T]` less the mean of its first readings, per sample and channel, and then something else.
+    Baseline {
+        /// How many readings.
+        readings: usize,
+        /// What follows.
+        then: Box<Transform>,
+    },
+}
+
+/// Takes the mean of the first `readings` off each channel of samples `[N, C, T]`.
+///
+/// # Errors
+/// Samples with other axes, or with fewer readings.
+pub(crate) fn less_baseline(mut x: ArrayD<f32>, readings: usize, source: &str) -> Result<ArrayD<f32>> {
+    let length = x.shape().last().copied().unwrap_or(0);
+    if x.ndim() != 3 || length < readings {
+        let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
+        let shape = x.shape().get(1..).unwrap_or_default().to_vec();
+        return Err(Error::Axes { source_label: source.into(), input: SIGNAL, shape, reason });
+    }
+    for mut series in x.lanes_mut(Axis(2)) {
+        let sum: f64 = series.iter().take(readings).map(|&v| f64::from(v)).sum();
+        let mean = (sum / readings as f64) as f32;
+        series.mapv_inplace(|v| v - mean);
+    }
+    Ok(x)
 }
 
 impl Transform {
@@ -118,7 +149,10 @@ impl Transform {
             Transform::Image(scaling)
             | Transform::Picture { scaling, .. }
             | Transform::Tensor { scaling, .. } => scaling,
-            Transform::Signal(_) | Transform::Field(_) | Transform::Numatac { .. } => return None,
+            Transform::Baseline { then, .. } => return then.rest(),
+            Transform::Signal(_) | Transform::Field(_) | Transform::Numatac { .. } | Transform::Rows(_) => {
+                return None;
+            }
         };
         Some(match scaling {
             Scaling::ZScore { mean, sd } => mean.iter().zip(sd).map(|(mean, sd)| -mean / sd).collect(),
@@ -136,6 +170,7 @@ impl Transform {
         match self {
             Transform::Signal(_) => SIGNAL,
             Transform::Tensor { .. } => TENSOR,
+            Transform::Baseline { then, .. } => then.input(),
             _ => IMAGE,
         }
     }
@@ -147,6 +182,10 @@ impl Transform {
         let wrong = |_| axes_error(x, input, source);
         match self {
             Transform::Signal(_) => signal_axes(x.clone(), SIGNAL, source),
+            Transform::Rows(_) => Ok(signal_axes(x.clone(), IMAGE, source)?.insert_axis(Axis(1))),
+            Transform::Baseline { readings, then } => {
+                then.shape(&less_baseline(x.clone(), *readings, source)?, source)
+            }
             Transform::Image(_) => image_axes(x.clone(), source),
             Transform::Field(field) => {
                 let x = signal_axes(x.clone(), IMAGE, source)?;
@@ -194,7 +233,8 @@ impl Transform {
         let refuse = |e| encoding(source, input, e);
         match self {
             Transform::Field(_) => {}
-            Transform::Numatac { scaling, .. } => {
+            Transform::Baseline { then, .. } => return then.scale(x, source),
+            Transform::Numatac { scaling, .. } | Transform::Rows(scaling) => {
                 let view =
                     x.view().into_dimensionality::<Ix4>().map_err(|_| axes_error(&x, input, source))?;
                 return Ok(scale_features(scaling, view).map_err(refuse)?.into_dyn());
@@ -220,11 +260,29 @@ impl Transform {
             }
             Transform::Tensor { tensor, .. } => Transform::Tensor { tensor, scaling: fitted()? },
             Transform::Numatac { numatac, .. } => {
-                let view = train.view().into_dimensionality::<Ix4>();
-                let view = view.map_err(|_| axes_error(&train.to_owned(), IMAGE, source))?;
-                Transform::Numatac { numatac, scaling: fit_features(view).map_err(refuse)? }
+                Transform::Numatac { numatac, scaling: self.fitted_rows(train, source)? }
+            }
+            Transform::Rows(_) => Transform::Rows(self.fitted_rows(train, source)?),
+            Transform::Baseline { readings, then } => {
+                Transform::Baseline { readings, then: Box::new(then.fitted(train, source)?) }
             }
         })
+    }
+}
+
+impl Transform {
+    fn fitted_rows(&self, train: ArrayViewD<f32>, source: &str) -> Result<Scaling> {
+        let view = train.view().into_dimensionality::<Ix4>();
+        let view = view.map_err(|_| axes_error(&train.to_owned(), IMAGE, source))?;
+        fit_features(view).map_err(|e| encoding(source, IMAGE, e))
+    }
+
+    /// The same after the baseline is taken off.
+    pub(crate) fn less(self, baseline: Option<usize>) -> Self {
+        match baseline {
+            Some(readings) => Transform::Baseline { readings, then: Box::new(self) },
+            None => self,
+        }
     }
 }
 
@@ -265,9 +323,9 @@ impl<'a> Encoder<'a> {
         let mut plans = vec![];
         let mut plan = |scale: Scale, with: &dyn Fn(Scaling) -> Transform| -> Result<()> {
             plans.push(match scaling(scale, experiment, samples)? {
-                Some(scaling) => done(with(scaling), samples)?,
+                Some(scaling) => done(with(scaling).less(config.baseline), samples)?,
                 None => {
-                    let transform = with(Scaling::Raw);
+                    let transform = with(Scaling::Raw).less(config.baseline);
                     let x = transform.shape(&samples.x, &samples.source)?;
                     Plan::Fit { transform, x }
                 }
@@ -298,6 +356,7 @@ impl<'a> Encoder<'a> {
                     let frame = Some(image.frame.unwrap_or_default());
                     plan(scale, &|scaling| Transform::Picture { frame, red, resize, scaling })?;
                 }
+                ImageKind::Rows => plan(image.scale.unwrap_or(Scale::ZScore), &Transform::Rows)?,
                 ImageKind::Numatac => {
                     let numatac = NumaTac { window: image.window.unwrap_or(300), ..NumaTac::default() };
                     plan(Scale::ZScore, &|scaling| Transform::Numatac { numatac, scaling })?;
@@ -305,7 +364,8 @@ impl<'a> Encoder<'a> {
                 ImageKind::Gadf | ImageKind::Gasf => {
                     let method =
                         if image.kind == ImageKind::Gadf { Method::Difference } else { Method::Summation };
-                    plans.push(done(Transform::Field(field(image, method)), samples)?);
+                    let field = Transform::Field(field(image, method)).less(config.baseline);
+                    plans.push(done(field, samples)?);
                 }
             }
         }
@@ -366,11 +426,15 @@ fn scaling(scale: Scale, experiment: &Experiment, samples: &Samples) -> Result<O
         (Scale::ZScore, _) => Ok(None),
         (Scale::Raw, _) => Ok(Some(Scaling::Raw)),
         (Scale::FullScale, Some(full_scale)) => Ok(Some(Scaling::FullScale { full_scale })),
-        (Scale::FullScale, None) => Err(experiment.refuse(Problem {
+        (Scale::Imagenet, Some(full_scale)) => {
+            let [mean, sd] = IMAGENET.map(|colours| colours.map(|v| v * full_scale).to_vec());
+            Ok(Some(Scaling::ZScore { mean, sd }))
+        }
+        (Scale::FullScale | Scale::Imagenet, None) => Err(experiment.refuse(Problem {
             key: "data.full_scale".into(),
             value: "not set".into(),
             reason: format!(
-                "scale = \"full-scale\" needs the largest possible reading of {}, such as 1023 for 10-bit \
+                "the scale needs the largest possible reading of {}, such as 1023 for 10-bit \
                  counts or 255 for 8-bit images",
                 samples.source
             ),
@@ -388,7 +452,7 @@ fn axes_error(x: &ArrayD<f32>, input: &'static str, source: &str) -> Error {
         SIGNAL => "a signal is [N, C, T] or [N, F]",
         TENSOR => "a tactile tensor is made of squeezes [N, T, H, W]",
         _ => {
-            "a field is made of [N, C, T]; samples that are images need encoding.image.kind = \"raw\" and \
+            "a field and rows are made of [N, C, T]; samples that are images need encoding.image.kind = \"raw\" and \
               [N, H, W] or [N, C, H, W], squeezes \"frame\" and [N, T, H, W], NumaTac bits \"numatac\""
         }
     };

@@ -48,7 +48,9 @@ pub use folder::RunFolder;
 pub use labels::{Attribute, Labels};
 pub use predictor::Predictor;
 pub use progress::{IndicatifProgress, Progress, Silent};
-pub use results::{Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing, Trial};
+pub use results::{
+    Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing, Trial,
+};
 pub use run::{RunOptions, run, run_on};
 pub use samples::Samples;
 pub use table::{Table, thousands};

@@ -107,7 +107,8 @@ impl Predictor {
         let encode = |(_, transform): &(String, Transform)| match &self.machine {
             Machine::Network { .. } => transform.apply(x, source),
             Machine::Rivals { .. } => {
-                transform.apply(&Readings::of(x, self.experiment.config()).into_array(), source)
+                let readings = Readings::of(x, self.experiment.config(), source)?;
+                transform.apply(&readings.into_array(), source)
             }
         };
         self.metadata.inputs.iter().map(encode).collect()

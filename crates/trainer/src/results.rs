@@ -54,6 +54,15 @@ pub struct Chosen {
     pub trials: Vec<Trial>,
 }
 
+/// How far training moved one convolution from the checkpoint that it started from (paper 001, Figs. 3 and 4).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// The convolution.
+    pub layer: String,
+    /// Mean squared difference of the two kernels, each scaled to 0..1.
+    pub change: f64,
+}
+
 /// A finished fold: `folds/<network>.r<repetition>.f<fold>.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FoldRecord {
@@ -82,6 +91,9 @@ pub struct FoldRecord {
     /// What it costs, where that depends on the training samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub costs: Option<Costs>,
+    /// What training changed, where the network started from a checkpoint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
     /// What happened in training.
     pub epochs: Vec<Epoch>,
 }
@@ -192,6 +204,9 @@ pub struct NetworkResults {
     /// Tensors that did not come from the checkpoint that it started from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub made_anew: Vec<String>,
+    /// Mean over finished folds of what training changed, where the network started from a checkpoint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
     /// What it costs.
     pub costs: Costs,
     /// Finished folds, in %.
@@ -247,6 +262,9 @@ pub struct Results {
     /// Cheap rivals that were left out, and why.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, String>,
+    /// Real recordings that a few global statistics tell apart: part of every score may not be touch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortcut: Option<taxel_data::Shortcut>,
     /// Seed of the experiment.
     pub seed: u64,
     /// Always `percent`: of `folds`, `mean`, `sd` and `published`.
@@ -266,6 +284,15 @@ pub(crate) struct Frame {
     pub look_alikes: Vec<(String, Vec<usize>)>,
     /// Seed of the bootstrap.
     pub seed: u64,
+}
+
+fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
+    let Some(first) = records.first() else { return vec![] };
+    let mean = |(i, change): (usize, &Change)| {
+        let sum: f64 = records.iter().filter_map(|r| r.changes.get(i)).map(|own| own.change).sum();
+        Change { layer: change.layer.clone(), change: sum / records.len() as f64 }
+    };
+    first.changes.iter().enumerate().map(mean).collect()
 }
 
 impl NetworkResults {
@@ -303,6 +330,7 @@ impl NetworkResults {
         if let Some(most) = costs.max_by_key(|costs| (costs.macs, costs.parameters)) {
             self.costs = most;
         }
+        self.changes = mean_changes(records);
         let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
         let drawn = Clusters::new(&right, &clusters);
         self.interval = (drawn.len() > 1 && right.len() == clusters.len()).then(|| {

@@ -9,7 +9,7 @@ use taxel_graph::{Tensor, Weights};
 use taxel_rivals::{Fitted, Method, Series};
 
 use crate::config::{Config, ImageKind};
-use crate::encode::Transform;
+use crate::encode::{Transform, less_baseline};
 use crate::error::{Error, Result};
 use crate::labels::Labels;
 use crate::metrics::log_loss;
@@ -18,7 +18,7 @@ use crate::results::Costs;
 use crate::train::Latency;
 
 /// What rivals read: recordings `[N, channels, length]` as they are; every channel is scaled by the mean
-/// and deviation of the training part.
+/// and deviation of the training part, after `encoding.baseline`.
 pub(crate) struct Readings {
     x: ArrayD<f32>,
 }
@@ -38,7 +38,13 @@ pub(crate) struct Outcome {
 impl Readings {
     /// Rows of an image and taxels of a frame become channels: `[C, T]` stays, images `[H, W]` are H
     /// channels, colour images `[C, H, W]` C·H, frames `[T, H, W]` H·W channels of length T.
-    pub fn of(x: &ArrayD<f32>, config: &Config) -> Self {
+    ///
+    /// # Errors
+    /// Recordings that have no baseline; `source` names them in the message.
+    pub fn of(x: &ArrayD<f32>, config: &Config, source: &str) -> Result<Self> {
+        if let Some(readings) = config.encoding.baseline {
+            return Ok(Readings { x: less_baseline(x.clone(), readings, source)? });
+        }
         let is_image = config.encoding.image.as_ref().is_some_and(|image| image.kind == ImageKind::Raw);
         let x = x.view();
         let shape = match *x.shape() {
@@ -52,7 +58,7 @@ impl Readings {
         let x = if turned { x.permuted_axes(vec![0, 2, 3, 1]) } else { x };
         let values: Vec<f32> = x.iter().copied().collect();
         // The shape has as many values: a failure leaves nothing to rival.
-        Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default() }
+        Ok(Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default() })
     }
 
     /// Channels and length of a recording.

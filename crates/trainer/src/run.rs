@@ -20,7 +20,7 @@ use crate::experiment::{Experiment, settings};
 use crate::files::{Lock, write_atomic};
 use crate::folder::{RunFolder, keys, write_json};
 use crate::progress::Progress;
-use crate::results::{Costs, FoldKey, FoldRecord, Frame, NetworkResults, Results, Timing};
+use crate::results::{Change, Costs, FoldKey, FoldRecord, Frame, NetworkResults, Results, Timing};
 use crate::rival::{self, Readings};
 use crate::samples::Samples;
 use crate::session::Saver;
@@ -146,7 +146,7 @@ pub fn run_on(
     let folds: Vec<Vec<Fold>> = (0..config.protocol.repetitions)
         .map(|repetition| samples.folds(experiment, repetition))
         .collect::<Result<_>>()?;
-    let readings = Readings::of(&samples.x, config);
+    let readings = Readings::of(&samples.x, config, &samples.source)?;
     let most = folds.iter().flatten().map(|fold| fold.train.len()).max().unwrap_or(0);
     let mut left_out = std::collections::BTreeMap::new();
     for method in config.rivals.iter().flatten().map(|rival| rival.0) {
@@ -216,6 +216,14 @@ fn checkpoint(
     let mut fresh = Weights::init(graph, train.init, 0, "checkpoint");
     let anew = fresh.start_from(graph, &checkpoint, false).map_err(|e| refuse(e.to_string()))?;
     Ok((Some(checkpoint), anew))
+}
+
+/// How far training moved each convolution from the checkpoint.
+fn changes(graph: &Graph, checkpoint: &Weights, trained: &Weights) -> Result<Vec<Change>> {
+    let mut start = trained.clone();
+    start.start_from(graph, checkpoint, false).map_err(taxel_engine::Error::from)?;
+    let changes = start.changes(trained, graph).map_err(taxel_engine::Error::from)?;
+    Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
 }
 
 /// What scores need to know about the samples.
@@ -420,9 +428,18 @@ impl Run<'_> {
             encoding_ms_per_sample: own.iter().map(|i| i.ms_per_sample).sum(),
             ..self.timing(&key, trained.train_seconds, trained.test_seconds, samples, latency)
         };
+        let changes = match network.checkpoint.as_deref() {
+            Some(checkpoint) => changes(&network.graph, checkpoint, &trained.weights)?,
+            None => vec![],
+        };
         let Trained { epochs, chosen, best_epoch, probabilities, test_loss, .. } = trained;
-        let record =
-            FoldRecord { chosen, best_epoch, epochs, ..self.record(key, fold, probabilities, test_loss) };
+        let record = FoldRecord {
+            chosen,
+            best_epoch,
+            epochs,
+            changes,
+            ..self.record(key, fold, probabilities, test_loss)
+        };
         self.keep(timing, record)?;
         Saver::remove(&session)?;
         Ok(true)
@@ -510,6 +527,7 @@ impl Run<'_> {
             chosen: None,
             best_epoch: None,
             costs: None,
+            changes: vec![],
             epochs: vec![],
         }
     }
@@ -562,6 +580,7 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
             paper: paper.into(),
             settings,
             made_anew,
+            changes: vec![],
             costs,
             folds: vec![],
             mean: None,
@@ -588,6 +607,7 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
         protocol: config.protocol.clone(),
         folds: 0,
         left_out: Default::default(),
+        shortcut: samples.shortcut(),
         seed: config.seed,
         unit: "percent".into(),
         networks: candidates.iter().map(network).collect(),

@@ -103,6 +103,7 @@ impl Table {
             "classes": results.classes,
             "protocol": results.protocol,
             "left_out": results.left_out,
+            "shortcut": results.shortcut,
             "seed": results.seed,
             "unit": results.unit,
             "networks": networks,
@@ -166,6 +167,9 @@ fn caption(results: &Results) -> Vec<String> {
     for (rival, reason) in &results.left_out {
         lines.push(format!("left out: {rival}: {reason}"));
     }
+    if let Some(shortcut) = &results.shortcut {
+        lines.push(format!("mind: {shortcut}: confounded?"));
+    }
     if !results.complete {
         lines.push(format!("INCOMPLETE: {} folds are missing; go on with --resume", results.missing.len()));
     }
@@ -196,9 +200,13 @@ fn published_cell(network: &NetworkResults, name_paper: bool) -> String {
     match &network.published {
         None => "-".into(),
         Some(published) => {
-            let [mean, sd] = published.accuracy;
+            let spread = match published.accuracy[..] {
+                [mean, sd] => format!("{mean:.2} ± {sd:.2}"),
+                [mean] => format!("{mean:.2}"),
+                _ => "-".into(),
+            };
             let paper = if name_paper { format!(" [{}]", published.table) } else { String::new() };
-            format!("{mean:.2} ± {sd:.2}{paper}")
+            format!("{spread}{paper}")
         }
     }
 }

@@ -207,6 +207,7 @@ fn a_resolved_config_reads_back_as_itself() {
         vec![
             full,
             published,
+            "encoding.baseline=2",
             "train.schedule={ kind = \"steps\", at = [0.6] }",
             "data.without=[\"noise\"]",
             "networks.0.label=twin",
@@ -247,4 +248,37 @@ fn every_shipped_config_is_valid_in_full_and_quick() {
         }
     }
     assert!(names.len() >= 19, "{names:?}");
+}
+
+#[test]
+fn a_published_score_may_have_no_spread() {
+    let with = |accuracy: &str| {
+        set(&[&format!("networks.0.published={{ table = \"paper 001, Table 6\", accuracy = {accuracy} }}")])
+    };
+    let published = with("[78.57]").unwrap().config().networks[0].published.clone().unwrap();
+    assert_eq!(published.accuracy, [78.57]);
+    for bad in ["[]", "[1.0, 2.0, 3.0]", "[101.0]", "[50.0, nan]"] {
+        let error = with(bad).unwrap_err().to_string();
+        assert!(error.contains("must be [mean, SD] or [mean] in %"), "{error}");
+    }
+}
+
+#[test]
+fn settings_that_belong_elsewhere_are_refused() {
+    let refused = |value: &str, part: &str| {
+        let error = set(&[value]).unwrap_err().to_string();
+        assert!(error.contains(part), "{value}: {error}");
+    };
+    refused("encoding.signal.scale=imagenet", "belongs to encoding.image of three channels");
+    refused("encoding.image={ kind = \"rows\", scale = \"imagenet\" }", "three channels");
+    refused("encoding.image={ kind = \"rows\", red = true }", "does not apply to kind = \"rows\"");
+    refused("encoding.baseline=0", "must be in 1..=1000000");
+    refused("data.test_above=15", "works with data.path only");
+    let overrides = Overrides {
+        data: Some("my.npz".into()),
+        set: vec!["data.test_above=15".into()],
+        ..Overrides::default()
+    };
+    let error = Experiment::parse(BASE, "tiny.toml", &overrides).unwrap_err().to_string();
+    assert!(error.contains("needs the name of an array in data.test"), "{error}");
 }

@@ -144,3 +144,57 @@ proptest! {
         prop_assert_eq!(seen, train);
     }
 }
+
+#[test]
+fn a_baseline_is_taken_off_before_anything_else() {
+    let samples = samples();
+    let raw = experiment("baseline = 2\nsignal = { scale = \"raw\" }", "");
+    let inputs = Encoder::new(&raw, &samples, &[SIGNAL]).unwrap().fit(&[0]).unwrap();
+    // 0.1 a tick from the mean of the first two on, whatever sample and channel.
+    for sample in 0..8 {
+        let want = [-0.05, 0.05, 0.15, 0.25, 0.35, 0.45].repeat(2);
+        let pairs = inputs[0].encoded.sample(sample).iter().zip(&want);
+        assert!(pairs.into_iter().all(|(got, want)| (got - want).abs() < 1e-5), "{sample}");
+    }
+    // Scales are fitted to what is left, and the saved transform does the same to new recordings.
+    let scaled = experiment("baseline = 2", "");
+    let inputs = Encoder::new(&scaled, &samples, &[SIGNAL]).unwrap().fit(&[0, 1]).unwrap();
+    let again = inputs[0].transform.apply(&samples.x, "again").unwrap();
+    assert_eq!(again.iter().take(12).copied().collect::<Vec<f32>>(), inputs[0].encoded.sample(0));
+    let Transform::Baseline { readings: 2, then } = &inputs[0].transform else { panic!() };
+    let Transform::Signal(Scaling::ZScore { mean, .. }) = &**then else { panic!() };
+    assert!(mean.iter().all(|mean| (mean - 0.2).abs() < 1e-5), "{mean:?}");
+    let long = experiment("baseline = 7", "");
+    let error = Encoder::new(&long, &samples, &[SIGNAL]).err().unwrap().to_string();
+    assert!(error.contains("encoding.baseline needs [N, C, T] with at least as many readings"), "{error}");
+}
+
+#[test]
+fn rows_are_an_image_and_each_is_scaled_by_itself() {
+    let samples = samples();
+    let rows = experiment("image = { kind = \"rows\" }", "");
+    let encoder = Encoder::new(&rows, &samples, &[IMAGE]).unwrap();
+    assert_eq!(encoder.shape(IMAGE), Some(vec![1, 2, 6]));
+    let inputs = encoder.fit(&[0, 1]).unwrap();
+    let Transform::Rows(Scaling::ZScore { mean, sd }) = &inputs[0].transform else { panic!() };
+    assert!((mean[0] - 0.75).abs() < 1e-5 && (mean[1] - 10.75).abs() < 1e-5, "{mean:?}");
+    assert!((inputs[0].encoded.sample(3)[6] - (13.0 - mean[1]) / sd[1]).abs() < 1e-5);
+}
+
+#[test]
+fn colours_are_scaled_as_imagenet_was() {
+    let x = ArrayD::from_shape_fn(vec![8, 3, 1, 2], |at| (51 * at[1] + 102 * at[3]) as f32);
+    let samples = Samples { x, full_scale: Some(255.0), ..samples() };
+    let colours = experiment("image = { kind = \"raw\", scale = \"imagenet\" }", "");
+    let inputs = Encoder::new(&colours, &samples, &[IMAGE]).unwrap().fit(&[0]).unwrap();
+    // (v / 255 - mean) / sd by hand.
+    let want = [-2.117_904, -0.371_179, -1.142_857, 0.642_857, -0.026_667, 1.751_111];
+    for (got, want) in inputs[0].encoded.sample(5).iter().zip(want) {
+        assert!((got - want).abs() < 1e-5, "{got} {want}");
+    }
+    let grey = Samples { x: ArrayD::zeros(vec![8, 2, 6]), ..samples };
+    assert!(Encoder::new(&colours, &grey, &[IMAGE]).is_err());
+    let red = experiment("image = { kind = \"raw\", scale = \"imagenet\", red = true }", "");
+    let inputs = Encoder::new(&red, &grey, &[IMAGE]).unwrap().fit(&[0]).unwrap();
+    assert!((inputs[0].encoded.sample(0)[12] + 0.456 / 0.224).abs() < 1e-5);
+}

@@ -378,17 +378,34 @@ fn starting_from_a_checkpoint() {
     };
 
     let names: Vec<String> = before.iter().map(|(name, _)| name.to_string()).collect();
-    let stem = names[0].rsplit_once('.').unwrap().0.to_string();
+    // A convolution.
+    let frozen = names.iter().find(|name| before.get(name).unwrap().shape.len() == 3).unwrap().clone();
+    let stem = frozen.rsplit_once('.').unwrap().0.to_string();
     let experiment = config(&model, &format!("train.frozen = [{stem:?}]"));
     go(&experiment, "second").unwrap();
     let tuned = std::fs::read_dir(at("second/models")).unwrap().next().unwrap().unwrap().path();
     let (after, _) = taxel_devices::checkpoint::read(&tuned).unwrap();
-    assert_eq!(before.get(&names[0]), after.get(&names[0]), "{stem} is frozen");
+    assert_eq!(before.get(&frozen), after.get(&frozen), "{stem} is frozen");
     let moved = |name: &&String| before.get(name) != after.get(name);
     assert!(names.iter().filter(moved).count() > names.len() / 2, "the rest is tuned");
     let results: serde_json::Value =
         serde_json::from_slice(&std::fs::read(at("second/results.json")).unwrap()).unwrap();
     assert!(results["networks"][0].get("made_anew").is_none());
+    // What training changed: nothing in the frozen convolution, something in every other, averaged over folds.
+    let changes = results["networks"][0]["changes"].as_array().unwrap();
+    let still = changes.iter().filter(|change| change["change"] == 0.0).count();
+    assert!(changes.len() > 3 && still == 1, "{changes:?}");
+    for change in changes {
+        let moved = change["change"].as_f64().unwrap();
+        assert_eq!(moved == 0.0, change["layer"] == stem.as_str(), "{change}");
+        let of_folds = [0, 1].map(|fold| {
+            let record = at(&format!("second/folds/resnet8-lite-1d.r0.f{fold}.json"));
+            let record: serde_json::Value = serde_json::from_slice(&std::fs::read(record).unwrap()).unwrap();
+            let own = record["changes"].as_array().unwrap();
+            own.iter().find(|c| c["layer"] == change["layer"]).unwrap()["change"].as_f64().unwrap()
+        });
+        assert!((of_folds[0] + of_folds[1] - 2.0 * moved).abs() < 1e-15, "{of_folds:?} {change}");
+    }
 
     // Four classes instead of three.
     let four = "scene = \"fingertip\"\nset = { shore = [0, 10, 20, 30] }";

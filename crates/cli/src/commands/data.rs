@@ -13,7 +13,8 @@ pub enum Data {
     Check(Check),
 }
 
-/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels.
+/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
+/// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
 ///
 /// A data set is a .npz with x [N, channels, time], [N, rows, columns] or [N, frames, rows, columns],
 /// y [N] and optionally group [N], with labels.json beside it; or a folder with one sub-folder per class
@@ -26,15 +27,35 @@ pub struct Check {
     /// The array that holds the groups, if it is not called `group`.
     #[arg(long)]
     group: Option<String>,
+    /// Turns that many consecutive group values, or files of a class folder, into one group.
+    #[arg(long)]
+    group_block: Option<u32>,
+    /// Size in pixels that image files are shrunk to first.
+    #[arg(long, value_name = "HEIGHT,WIDTH", value_parser = size)]
+    resize: Option<[usize; 2]>,
     /// JSON instead of text.
     #[arg(long)]
     json: bool,
 }
 
+/// `40,30`.
+fn size(text: &str) -> Result<[usize; 2], String> {
+    let side = |side: &str| side.trim().parse().ok().filter(|side| (1..=4096).contains(side));
+    match text.split_once(',').map(|(height, width)| (side(height), side(width))) {
+        Some((Some(height), Some(width))) => Ok([height, width]),
+        _ => Err("expected height and width in pixels, 1 to 4096 each, such as 40,30".into()),
+    }
+}
+
 impl Data {
     pub fn run(self) -> Outcome {
         let Data::Check(check) = self;
-        let options = taxel_data::Options { group: check.group, ..Default::default() };
+        let options = taxel_data::Options {
+            group: check.group,
+            group_block: check.group_block,
+            resize: check.resize,
+            ..Default::default()
+        };
         let card = taxel_data::check_with(&check.path, &options)?;
         if check.json {
             println!("{}", serde_json::to_string_pretty(&card)?);

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use crate::config::{
     Choose, ClassWeights, Config, Data, EarlyStopping, Encoding, Image, ImageKind, Network, OptimizerName,
-    OptimizerOverride, Protocol, ProtocolKind, Published, Range, Rival, Schedule, ScheduleKind, Train,
+    OptimizerOverride, Protocol, ProtocolKind, Published, Range, Rival, Scale, Schedule, ScheduleKind, Train,
     TrainOverride,
 };
 
@@ -163,6 +163,7 @@ impl Data {
                 .or(set(self.deny_contradictory.is_some(), "deny_contradictory"))
                 .or(set(self.attribute.is_some(), "attribute"))
                 .or(set(self.test.is_some(), "test"))
+                .or(set(self.test_above.is_some(), "test_above"))
                 .or(set(self.resize.is_some(), "resize"))
                 .or(set(self.limits.is_some(), "limits")),
             None => set(self.samples.is_some(), "samples")
@@ -172,6 +173,9 @@ impl Data {
         if let Some(name) = foreign {
             let other = if self.scene.is_some() { "data.path" } else { "data.scene" };
             return refuse(format!("data.{name}"), "..", format!("works with {other} only; leave it out"));
+        }
+        if self.test.is_none() && self.test_above.is_some() {
+            return refuse("data.test_above", "..", "needs the name of an array in data.test");
         }
         if let Some(i) =
             (1..self.attributes.len()).find(|&i| self.attributes[..i].contains(&self.attributes[i]))
@@ -199,10 +203,21 @@ impl Data {
 
 impl Encoding {
     fn check(&self) -> Check {
-        if let Some(frames) = self.tensor.and_then(|tensor| tensor.frames) {
-            within("encoding.tensor.frames".into(), frames, 1, 4096)?;
+        within("encoding.baseline".into(), self.baseline.unwrap_or(1), 1, 1_000_000)?;
+        if let Some(tensor) = self.tensor {
+            within("encoding.tensor.frames".into(), tensor.frames.unwrap_or(1), 1, 4096)?;
+            no_colours("encoding.tensor.scale", tensor.scale)?;
         }
+        no_colours("encoding.signal.scale", Some(self.signal.scale))?;
         self.image.as_ref().map_or(Ok(()), Image::check)
+    }
+}
+
+/// ImageNet's scale is of three colours.
+fn no_colours(key: &str, scale: Option<Scale>) -> Check {
+    match scale {
+        Some(Scale::Imagenet) => refuse(key, "\"imagenet\"", "belongs to encoding.image of three channels"),
+        _ => Ok(()),
     }
 }
 
@@ -235,6 +250,11 @@ impl Image {
             ImageKind::Numatac => {
                 (field.or(picture).or(frame), "does not apply to kind = \"numatac\"; leave it out")
             }
+            ImageKind::Rows => {
+                no_colours("encoding.image.scale", self.scale)?;
+                let sized = set(self.resize.is_some(), "resize").or(set(self.red.is_some(), "red"));
+                (field.or(sized).or(frame).or(window), "does not apply to kind = \"rows\"; leave it out")
+            }
             ImageKind::Gadf | ImageKind::Gasf => (
                 picture.or(frame).or(window),
                 "belongs to kind = \"raw\"; a field is made from raw readings and has a range",
@@ -263,7 +283,10 @@ impl Image {
     fn fill_defaults(&mut self) {
         match self.kind {
             ImageKind::Raw | ImageKind::Frame => {
-                self.scale.get_or_insert(crate::config::Scale::FullScale);
+                self.scale.get_or_insert(Scale::FullScale);
+            }
+            ImageKind::Rows => {
+                self.scale.get_or_insert(Scale::ZScore);
             }
             ImageKind::Numatac => {
                 self.window.get_or_insert(300);
@@ -533,16 +556,16 @@ impl Network {
 impl Published {
     fn check(&self, at: &str) -> Check {
         let scores = [
-            ("accuracy", Some(self.accuracy)),
-            ("precision", self.precision),
-            ("recall", self.recall),
-            ("f1", self.f1),
+            ("accuracy", Some(&self.accuracy)),
+            ("precision", self.precision.as_ref()),
+            ("recall", self.recall.as_ref()),
+            ("f1", self.f1.as_ref()),
         ];
         for (name, score) in scores {
             if let Some(pair) = score
-                && !pair.iter().all(|v| (0.0..=100.0).contains(v))
+                && !((1..=2).contains(&pair.len()) && pair.iter().all(|v| (0.0..=100.0).contains(v)))
             {
-                let reason = "must be [mean, SD] in %, both in [0, 100]";
+                let reason = "must be [mean, SD] or [mean] in %, each in [0, 100]";
                 return refuse(format!("{at}.{name}"), format!("{pair:?}"), reason);
             }
         }

@@ -28,23 +28,24 @@ pub struct Network {
     pub published: Option<Published>,
 }
 
-/// Published scores in %, each `[mean, SD]`: never measured here, never on these data.
+/// Published scores in %, each `[mean, SD]`, or `[mean]` where no spread is published: never measured here,
+/// never on these data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
     /// Where they stand: `paper 000, Table 5`.
     pub table: String,
     /// Accuracy.
-    pub accuracy: [f64; 2],
+    pub accuracy: Vec<f64>,
     /// Macro precision.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub precision: Option<[f64; 2]>,
+    pub precision: Option<Vec<f64>>,
     /// Macro recall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub recall: Option<[f64; 2]>,
+    pub recall: Option<Vec<f64>>,
     /// Macro F1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub f1: Option<[f64; 2]>,
+    pub f1: Option<Vec<f64>>,
     /// "Model size" as printed, in MB; the papers' are 2^20 bytes (`docs/costs.md`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub megabytes: Option<f64>,

@@ -29,7 +29,8 @@ struct Point<'a> {
 /// What a paper printed: cost and accuracy with its SD.
 struct Printed {
     cost: f64,
-    accuracy: [f64; 2],
+    /// Mean, and SD where one is printed.
+    accuracy: (f64, Option<f64>),
     about: String,
 }
 
@@ -92,7 +93,8 @@ fn gflops(n: &Judged) -> Option<f64> {
 fn printed_size(n: &Judged) -> Option<Printed> {
     let paper = n.results.published.as_ref()?;
     let about = format!("{} ({})", n.results.network, paper.table);
-    Some(Printed { cost: paper.megabytes? * f64::from(1u32 << 20), accuracy: paper.accuracy, about })
+    let accuracy = (*paper.accuracy.first()?, paper.accuracy.get(1).copied());
+    Some(Printed { cost: paper.megabytes? * f64::from(1u32 << 20), accuracy, about })
 }
 
 /// What can be drawn: networks with a cost above 0 (log axis). Always naming the commonest class costs
@@ -175,7 +177,7 @@ fn draw(
     let marks: Vec<((f64, f64), &str)> =
         points.iter().zip(&names).map(|(p, name)| (frame.at(p.cost, p.accuracy), name.as_str())).collect();
     taken.extend(printed.iter().map(|own| {
-        let (x, y) = frame.at(own.cost, own.accuracy[0]);
+        let (x, y) = frame.at(own.cost, own.accuracy.0);
         (x - 6.0, y - 6.0, x + 6.0, y + 6.0)
     }));
     let inside = (AREA.0 + 2.0, AREA.1, SIZE.0 - 4.0, AREA.3 - 4.0);
@@ -196,9 +198,8 @@ fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> Frame 
     let costs: Vec<f64> = costs.chain(printed.iter().map(|own| own.cost)).collect();
     let (low, high) = costs.iter().fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(*v), h.max(*v)));
     let mut scores: Vec<f64> = points.iter().flat_map(|p| p.interval.unwrap_or([p.accuracy; 2])).collect();
-    scores.extend(
-        printed.iter().flat_map(|own| [own.accuracy[0] - own.accuracy[1], own.accuracy.iter().sum()]),
-    );
+    let ends = |own: &Printed| [-1.0, 1.0].map(|sign| own.accuracy.0 + sign * own.accuracy.1.unwrap_or(0.0));
+    scores.extend(printed.iter().flat_map(ends));
     let (least, most) = widened(&scores, (0.0, 100.0));
     // Chance is in the picture where that does not press the marks together.
     let near = least - judgement.chance < 0.4 * (most - least);
@@ -285,10 +286,12 @@ fn mark(
 }
 
 fn hollow(canvas: &mut Canvas, frame: &Frame, axis: &Axis, own: &Printed) {
-    let [mean, sd] = own.accuracy;
+    let (mean, sd) = own.accuracy;
+    let spread = sd.map_or(String::new(), |sd| format!(" ± {sd}"));
+    let sd = sd.unwrap_or(0.0);
     let (x, y) = frame.at(own.cost, mean);
     let about =
-        format!("published, own recordings: {}: {mean} ± {sd} %, {}", own.about, (axis.unit)(own.cost));
+        format!("published, own recordings: {}: {mean}{spread} %, {}", own.about, (axis.unit)(own.cost));
     canvas.hover(&about, |canvas| {
         let stroke = Stroke::of(Ink::Muted, 1.0).dashed((3.0, 3.0));
         canvas.line((x, frame.y.at(mean - sd)), (x, frame.y.at(mean + sd)), stroke);

@@ -87,9 +87,9 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
 
 /// What authors report on their own data; in no column with what was measured here.
 pub(super) fn published(judgement: &Judgement) -> Table {
-    let pair = |value: Option<[f64; 2]>| {
-        let sd = value.map(|[_, sd]| sd);
-        Cell::number(value.map(|[mean, _]| mean), |v| format!("{v:.2}"))
+    let pair = |score: &[f64]| {
+        let sd = score.get(1).copied();
+        Cell::number(score.first().copied(), |v| format!("{v:.2}"))
             .and(sd.map_or(String::new(), |sd| format!(" ± {sd:.2}")), &[sd])
     };
     let rows: Vec<_> = judgement
@@ -104,12 +104,12 @@ pub(super) fn published(judgement: &Judgement) -> Table {
         Column::number(
             "accuracy %, published",
             &["published_accuracy_percent", "published_accuracy_sd"],
-            move |(_, own): &Row| pair(Some(own.accuracy)),
+            move |(_, own): &Row| pair(&own.accuracy),
         ),
         Column::number(
             "macro F1 %, published",
             &["published_f1_percent", "published_f1_sd"],
-            move |(_, own): &Row| pair(own.f1),
+            move |(_, own): &Row| pair(own.f1.as_deref().unwrap_or_default()),
         ),
         Column::number("size MB, published", &["published_megabytes"], |(_, own): &Row| {
             Cell::number(own.megabytes, |v| v.to_string())

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Paper 001, section 7: two MobileNetV2 trained apart on pictures and imprints, stitched into one of two streams.
+
+    TAXEL_WEIGHTS=... python3 scripts/stitch_experiment.py --taxel target/release/taxel --work runs/stitch
+
+Needs numpy. Simulates imprints with pictures of the same objects, trains configs/visuotactile/
+visuotactile-001-section-7.toml on each (layers 18 to 139 frozen as ImageNet left them), stitches the two with
+`taxel stitch`, and asks the stitched network about the test samples of both: it should answer as its parents
+do. Writes docs/results/visuotactile-001-section-7.md. Published: 100 % visual, 77.63 % tactile.
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+
+import numpy as np
+
+from results_table import commit
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+NAME = "visuotactile-001-section-7"
+PUBLISHED = {"visual": 100.0, "tactile": 77.63}
+# torchvision's, as scale = "imagenet" of the config.
+MEAN, SD = [0.485, 0.456, 0.406], [0.229, 0.224, 0.225]
+
+
+def call(*command) -> str:
+    return subprocess.run([str(c) for c in command], check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def train(args, data, stream) -> pathlib.Path:
+    """The run folder of one parent; taken as it is where it is there."""
+    run = args.work / stream
+    if not (run / "results.json").exists():
+        own = ["data.x=view", "encoding.image.red=false"] if stream == "visual" else []
+        sets = ["data.full_scale=1", f"encoding.image.resize=[{args.size}, {args.size}]", *own, *args.set]
+        options = [part for value in sets for part in ("--set", value)]
+        config = ROOT / "configs" / "visuotactile" / f"{NAME}.toml"
+        call(args.taxel, "run", config, "--data", data, "--threads", args.threads, "--out", run, *options)
+    return run
+
+
+def stitched(args, runs) -> pathlib.Path:
+    models = {stream: next((run / "models").glob("frozen-18-139.*")) for stream, run in runs.items()}
+    output = args.work / "stitched.safetensors"
+    scale = ["--mean", ",".join(map(str, 2 * MEAN)), "--std", ",".join(map(str, 2 * SD))]
+    sizes = ["--set", f"height={args.size}", "--set", f"width={args.size}", "--set", "classes=6"]
+    print(call(args.taxel, "stitch", "--visual", models["visual"], "--tactile", models["tactile"], "--output", output,
+               *scale, *sizes), end="")
+    return output
+
+
+def answers(args, weights, images, stream):
+    """Class that the stitched network gives to images `[n, 3, size, size]` of one stream, the other dark."""
+    both = np.zeros((len(images), 6, args.size, args.size), np.float32)
+    (both[:, :3] if stream == "visual" else both[:, 3:])[...] = images
+    np.save(args.work / "input.npy", both)
+    sizes = ["--set", f"height={args.size}", "--set", f"width={args.size}", "--set", "classes=6"]
+    call(args.taxel, "forward", "--model", "mobilenet-v2-split", "--weights", weights, "--input",
+         args.work / "input.npy", "--output", args.work / "output.npy", *sizes)
+    return np.load(args.work / f"output.{stream}.npy").argmax(1)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--taxel", default="target/release/taxel", type=pathlib.Path)
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--size", type=int, default=128, help="elements of the array and pixels of the pictures")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--set", action="append", default=[], help="a further value of the config: train.epochs=2")
+    args = parser.parse_args()
+    args.taxel, args.work = args.taxel.resolve(), args.work.resolve()
+    args.work.mkdir(parents=True, exist_ok=True)
+    data = args.work / "both.npz"
+    if not data.exists():
+        call(args.taxel, "simulate", "imprint", "--samples", 840, "--set", f"elements={args.size}", "--set",
+             f"view={args.size}", "--output", data)
+    runs = {stream: train(args, data, stream) for stream in PUBLISHED}
+    weights = stitched(args, runs)
+    arrays = np.load(data)
+    rows = []
+    for stream, run in runs.items():
+        said = np.load(run / "predictions.npz")
+        index, truth, parent = (said[f"frozen-18-139.{name}"] for name in ("index", "true", "predicted"))
+        images = np.zeros((len(index), 3, args.size, args.size), np.float32)
+        if stream == "visual":
+            images[...] = arrays["view"][index]
+        else:
+            images[:, 0] = arrays["x"][index]
+        both = answers(args, weights, images, stream)
+        percent = [100 * np.mean(own == truth) for own in (parent, both)]
+        cells = [stream, f"{percent[0]:.2f}", f"{percent[1]:.2f}", f"{np.sum(parent == both)} of {len(index)}",
+                 f"*{PUBLISHED[stream]:.2f}*"]
+        rows.append("| " + " | ".join(cells) + " |")
+        print(rows[-1])
+    environment = json.loads((runs["tactile"] / "environment.json").read_text())
+    head = "| stream | parent % [simulated: imprint] | stitched % | same answers | *published*: the paper's own data % |"
+    page = f"""# {NAME}
+
+Generated by `scripts/stitch_experiment.py`.
+
+{head}
+|---|---:|---:|---:|---:|
+{chr(10).join(rows)}
+
+Measured on simulated imprints and pictures of the same 30 objects, 840 samples, {args.size} × {args.size}, one split of
+25 % test, seed 0. taxel {environment['taxel']} at {commit(environment)}, {environment['cpu']}. The stitched network sees one
+stream at a time, the other is dark.
+
+```toml
+{(runs['tactile'] / 'config.toml').read_text()}```
+"""
+    (ROOT / "docs" / "results" / f"{NAME}.md").write_text(page)
+
+
+if __name__ == "__main__":
+    main()
