@@ -61,6 +61,7 @@ pub fn overview(
         .collect();
     let ranks = across.map(|across| (charts::ranks(across), ranked(across), &across.words));
     let asked = asked(claims);
+    let again = again(entries);
     let body = html! {
         header {
             p.kicker { "taxel reports" }
@@ -84,11 +85,21 @@ pub fn overview(
                     (table(own))
                 }
             }
+            @if !again.is_empty() {
+                section {
+                    h2 { "The same readings, divided or seeded otherwise" }
+                    p {
+                        "What accuracy owes to the split (random folds put grasps of one session or object into training "
+                        "and test alike) and to the seed."
+                    }
+                    @for own in &again { (table(own)) }
+                }
+            }
             @if let Some((chart, numbers, words)) = &ranks {
                 section {
                     h2 { "Over all data sets" }
                     @for line in *words { p { (line) } }
-                    (super::html::chart(chart, numbers.name))
+                    (super::html::chart(chart, &numbers.name))
                     (table(numbers))
                 }
             }
@@ -106,6 +117,7 @@ pub fn overview(
     files.push(&all);
     files.extend(ranks.as_ref().map(|(_, numbers, _)| numbers));
     files.extend(&asked);
+    files.extend(&again);
     if let Some((chart, ..)) = &ranks {
         let below = folder.join("charts");
         std::fs::create_dir_all(&below).map_err(|e| refuse(&below, &e))?;
@@ -210,4 +222,59 @@ fn ranked(across: &Across) -> Table {
     ];
     let caption = format!("Mean ranks over {} data sets", across.runs.len());
     Table::new("ranks", caption, columns, &rows)
+}
+
+/// One table for all runs on the same readings: accuracy of each network in each, and how far they lie apart.
+fn again(entries: &[Entry]) -> Vec<Table> {
+    let mut groups: Vec<Vec<&Judgement>> = vec![];
+    for own in entries.iter().map(|entry| &entry.judgement) {
+        // Simulated readings differ with the seed; the scene and the number of samples are the same.
+        let same = |group: &&mut Vec<&Judgement>| {
+            let (a, b) = (&group[0].results, &own.results);
+            (&a.source, a.samples, &a.classes) == (&b.source, b.samples, &b.classes)
+        };
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(own),
+            None => groups.push(vec![own]),
+        }
+    }
+    groups
+        .iter()
+        .filter(|group| group.len() > 1)
+        .enumerate()
+        .filter_map(|(i, group)| beside(i, group))
+        .collect()
+}
+
+fn beside(number: usize, group: &[&Judgement]) -> Option<Table> {
+    let accuracy = |run: &Judgement, name: &str| {
+        let own = run.networks.iter().find(|n| n.results.network == name)?;
+        own.results.mean.map(|mean| mean.accuracy)
+    };
+    let mut names: Vec<&str> = vec![];
+    for network in group.iter().flat_map(|run| &run.networks) {
+        let name = network.results.network.as_str();
+        if !names.contains(&name) && group.iter().filter(|run| accuracy(run, name).is_some()).count() > 1 {
+            names.push(name);
+        }
+    }
+    let mut columns: Vec<Column<&str>> =
+        vec![Column::text("network", "network", |name: &&str| Cell::text(*name))];
+    for (i, run) in group.iter().enumerate() {
+        let head = format!("{}: {}, seed {}, %", run.results.name, run.protocol, run.results.seed);
+        let field = format!("run_{}_accuracy_percent", i + 1);
+        columns.push(Column::number(&head, &[&field], move |name: &&str| {
+            Cell::number(accuracy(run, name), tenth)
+        }));
+    }
+    columns.push(Column::number("apart, pp", &["apart_pp"], |name: &&str| {
+        let all = || group.iter().filter_map(|run| accuracy(run, name));
+        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        Cell::number(Some(high - low), tenth)
+    }));
+    let results = &group[0].results;
+    let caption = format!("Accuracy on {} ({} samples), run by run", results.source, results.samples);
+    let name = format!("same-readings-{}", number + 1);
+    let table = Table::new(name, caption, columns, &names);
+    (!names.is_empty()).then_some(table)
 }

@@ -429,6 +429,16 @@ fn several_runs_share_a_page_of_claims_and_ranks() {
     assert_eq!(rows[0].iter().collect::<Vec<_>>(), [HOSTILE, "000", "Table 5", "does not hold", "holds"]);
     let all = std::fs::read_to_string(folder.path().join("tables/claims.csv")).unwrap();
     assert!(all.contains("nobody can test this"), "the file holds every claim");
+    // Six runs on the same readings, one of them worse.
+    let mut worse = sets.clone();
+    let mean = worse[2].networks[0].results.mean.as_mut().unwrap();
+    mean.accuracy -= 12.5;
+    let entries: Vec<Entry> =
+        worse.into_iter().map(|judgement| Entry { page: String::new(), judgement, choice: None }).collect();
+    overview(&entries, &[], None, folder.path()).unwrap();
+    let rows = std::fs::read_to_string(folder.path().join("tables/same-readings-1.csv")).unwrap();
+    let first = rows.lines().nth(1).unwrap();
+    assert!(first.starts_with("small-1d,91.25,91.25,78.75,") && first.ends_with(",12.5"), "{rows}");
     for name in ["charts/critical-difference.svg", "charts/critical-difference.png"] {
         assert!(folder.path().join(name).is_file(), "{name}");
     }

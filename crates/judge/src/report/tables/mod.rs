@@ -8,6 +8,8 @@ mod scores;
 pub(super) use evidence::claims;
 pub(super) use scores::networks;
 
+use std::borrow::Cow;
+
 use crate::choice::Choice;
 use crate::claims::Claim;
 use crate::error::{Error, Result};
@@ -105,7 +107,7 @@ pub(super) struct Head {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
     /// Name of its files.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// What it shows, on what.
     pub caption: String,
     pub heads: Vec<Head>,
@@ -115,7 +117,13 @@ pub(super) struct Table {
 }
 
 impl Table {
-    pub(super) fn new<R>(name: &'static str, caption: String, columns: Vec<Column<R>>, rows: &[R]) -> Self {
+    pub(super) fn new<R>(
+        name: impl Into<Cow<'static, str>>,
+        caption: String,
+        columns: Vec<Column<R>>,
+        rows: &[R],
+    ) -> Self {
+        let name = name.into();
         let cells = |row: &R| columns.iter().map(|column| (column.cell)(row)).collect();
         let rows = rows.iter().map(cells).collect();
         let head = |c: Column<R>| Head { shown: c.head, csv: c.csv, right: c.right, in_files: c.in_files };
