@@ -89,9 +89,7 @@ impl Case {
     /// Training batch of a network, and of rivals that of the experiment.
     pub fn batch(&self, network: &str) -> usize {
         let config = self.experiment.config();
-        let own = config.networks.iter().find(|n| {
-            network.strip_prefix(n.label()).is_some_and(|rest| rest.is_empty() || rest.starts_with(".n"))
-        });
+        let own = config.network(network);
         own.map_or(config.train.batch_size, |n| n.train(&config.train).batch_size)
     }
 

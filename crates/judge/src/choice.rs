@@ -134,9 +134,10 @@ pub(crate) const MAJORITY: &str = "majority";
 /// A wish outside its range, a limit on losses without a stress test, damaged records.
 ///
 /// ```no_run
-/// use taxel_judge::{Options, Wish, choose, judged_before_or_now};
+/// use taxel_judge::{Case, Options, Wish, choose, judge};
 ///
-/// let (case, judgement) = judged_before_or_now("runs/quickstart".as_ref(), &Options::default())?;
+/// let case = Case::open("runs/quickstart".as_ref())?;
+/// let judgement = judge(&case, &Options::default())?;
 /// let choice = choose(&case, &judgement, &Wish::default())?;
 /// println!("{}", choice.words.join("\n"));
 /// # Ok::<(), taxel_judge::Error>(())

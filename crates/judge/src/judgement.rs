@@ -61,8 +61,6 @@ pub struct Judged {
     pub on_front: bool,
     /// Mean over folds, epoch by epoch; empty for rivals.
     pub training: Vec<EpochPoint>,
-    /// How much training changed each layer of the checkpoint that it started from.
-    pub weight_changes: Vec<WeightChange>,
 }
 
 /// One epoch, mean over the folds that got so far.
@@ -78,15 +76,6 @@ pub struct EpochPoint {
     pub validation_loss: Option<f64>,
     /// In %.
     pub validation_accuracy: Option<f64>,
-}
-
-/// Change of one layer's weights (paper 001, Figs. 3 and 4).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WeightChange {
-    /// The convolution.
-    pub layer: String,
-    /// Mean squared difference of its kernels, scaled to 0..1, before and after training; mean over folds.
-    pub change: f64,
 }
 
 /// A test sample, what networks see of it and say about it.

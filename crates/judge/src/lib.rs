@@ -26,10 +26,8 @@ pub use case::Case;
 pub use choice::{By, Choice, Evidence, Test, Wish, choose};
 pub use claims::{Claim, Outcome, claims};
 pub use error::{Error, Result};
-pub use judgement::{
-    EpochPoint, Example, Judged, Judgement, Kind, Picture, PictureKind, Verdict, WeightChange,
-};
-pub use measure::{Options, judge, judged_before_or_now};
+pub use judgement::{EpochPoint, Example, Judged, Judgement, Kind, Picture, PictureKind, Verdict};
+pub use measure::{Options, judge};
 pub use report::{Entry, Report, Summary, overview, report};
 pub use speed::Speed;
 pub use stress::{FaultCurve, FaultInfo, NetworkStress, Range, Score, Stress, StressOptions, stress};

@@ -1,15 +1,13 @@
 //! From an opened run folder to its [`Judgement`].
 
-use std::path::Path;
-
 use taxel_trainer::{
-    Environment, FoldKey, FoldRecord, NetworkResults, Predictor, Results, RunFolder, Timing, read_weights,
+    Environment, FoldKey, FoldRecord, NetworkResults, Predictor, Results, RunFolder, Timing,
 };
 
 use crate::case::Case;
 use crate::error::Result;
 use crate::examples::examples;
-use crate::judgement::{EpochPoint, Judged, Judgement, Kind, WeightChange};
+use crate::judgement::{EpochPoint, Judged, Judgement, Kind};
 use crate::speed::Speed;
 use crate::stress::{StressOptions, chance, stress};
 
@@ -109,7 +107,6 @@ fn judged(
         calibration_error: mean(&mut own.folds.iter().map(|fold| fold.calibration_error)),
         on_front: false,
         training: (0..epochs).map(|epoch| point(epoch, records)).collect(),
-        weight_changes: weight_changes(case, own, records)?,
         results: own.clone(),
     })
 }
@@ -128,30 +125,6 @@ fn point(epoch: usize, records: &[FoldRecord]) -> EpochPoint {
         validation_loss: mean(&|line| line.validation_loss),
         validation_accuracy: mean(&|line| line.validation_accuracy),
     }
-}
-
-/// How much training changed the convolutions of a network that started from a checkpoint, mean over
-/// folds; empty where the checkpoint is not at hand any more.
-fn weight_changes(case: &Case, own: &NetworkResults, records: &[FoldRecord]) -> Result<Vec<WeightChange>> {
-    let networks = &case.experiment.config().networks;
-    let Some(number) = networks.iter().position(|n| n.label() == own.network) else { return Ok(vec![]) };
-    let Ok(Some(path)) = case.experiment.weights_path(number) else { return Ok(vec![]) };
-    if !path.is_file() {
-        return Ok(vec![]);
-    }
-    let start = read_weights(&path)?;
-    let mut changes: Vec<WeightChange> = vec![];
-    for record in records {
-        let own = case.predictor(&record.key, 1, 1)?.changes_from(&start)?;
-        let share = 1.0 / records.len() as f64;
-        for (i, (layer, change)) in own.into_iter().enumerate() {
-            match changes.get_mut(i) {
-                Some(sum) => sum.change += share * change,
-                None => changes.push(WeightChange { layer, change: share * change }),
-            }
-        }
-    }
-    Ok(changes)
 }
 
 /// Marks those for which no other is at least as fast and at least as accurate, and better in one.
@@ -189,22 +162,6 @@ impl Judgement {
     pub fn write(&self, folder: &RunFolder) -> Result<()> {
         Ok(folder.write("judgement.json", self)?)
     }
-}
-
-/// Opens the run folder at `path` and judges it, unless that was done before.
-///
-/// # Errors
-/// As [`Case::open`] and [`judge`].
-pub fn judged_before_or_now(path: &Path, options: &Options) -> Result<(Case, Judgement)> {
-    let case = Case::open(path)?;
-    if let Some(judgement) =
-        Judgement::read(&case)?.filter(|j| j.stress.is_some() || options.stress.is_none())
-    {
-        return Ok((case, judgement));
-    }
-    let judgement = judge(&case, options)?;
-    judgement.write(&case.folder)?;
-    Ok((case, judgement))
 }
 
 /// Key of the first fold of a network.

@@ -146,7 +146,6 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
         calibration_error: 0.0,
         on_front: false,
         training: vec![],
-        weight_changes: vec![],
     }
 }
 

@@ -82,11 +82,3 @@ pub(crate) fn read_tensors(path: &Path) -> Result<(Weights, Metadata)> {
         .map_err(|e| Error::damaged(path, format!("its metadata cannot be read: {e}")))?;
     Ok((weights, metadata))
 }
-
-/// Reads the tensors of any checkpoint, whoever wrote it.
-///
-/// # Errors
-/// A file that cannot be read or is no checkpoint.
-pub fn read_weights(path: &Path) -> Result<Weights> {
-    Ok(checkpoint::read(path)?.0)
-}

@@ -244,3 +244,13 @@ pub struct Tensor {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
 }
+
+impl Config {
+    /// The network that a row of the results is of: it bears its label, in a learning curve with the number of
+    /// samples behind it (`mlp.n5`). None for a rival.
+    pub fn network(&self, row: &str) -> Option<&Network> {
+        self.networks.iter().find(|network| {
+            row.strip_prefix(network.label()).is_some_and(|rest| rest.is_empty() || rest.starts_with(".n"))
+        })
+    }
+}

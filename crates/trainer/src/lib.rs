@@ -38,7 +38,7 @@ mod table;
 mod tensorboard;
 mod train;
 
-pub use checkpoint::{Metadata, read_checkpoint, read_weights, write_checkpoint};
+pub use checkpoint::{Metadata, read_checkpoint, write_checkpoint};
 pub use config::{Config, Problem, Range};
 pub use encode::{Encoded, Encoder, IMAGE, Input, SIGNAL, TENSOR, Transform};
 pub use environment::Environment;

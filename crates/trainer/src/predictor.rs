@@ -26,7 +26,7 @@ pub struct Predictor {
 }
 
 enum Machine {
-    Network { graph: Box<Graph>, weights: Weights, engine: Box<Engine>, loss: Loss, batch: usize },
+    Network { graph: Box<Graph>, engine: Box<Engine>, loss: Loss, batch: usize },
     Rivals { machines: Vec<Fitted>, shape: [usize; 2] },
 }
 
@@ -47,10 +47,7 @@ impl Predictor {
         let (weights, metadata) = read_tensors(&path)?;
         let levels = Levels::new(&attributes.iter().map(|a| a.classes.len()).collect::<Vec<_>>());
         let config = experiment.config();
-        let network = config.networks.iter().find(|n| {
-            let rest = key.network.strip_prefix(n.label());
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(".n"))
-        });
+        let network = config.network(&key.network);
         let machine = match network {
             Some(network) => {
                 let graph = metadata.graph()?;
@@ -61,7 +58,7 @@ impl Predictor {
                 let engine = Engine::new(&graph, &weights, Options { batch, threads, ..Options::default() })?;
                 let loss = network.train(&config.train).loss;
                 let (graph, engine) = (Box::new(graph), Box::new(engine));
-                Machine::Network { graph, weights, engine, loss, batch }
+                Machine::Network { graph, engine, loss, batch }
             }
             None => rivals(&weights, &metadata, attributes)
                 .map_err(|reason| Error::damaged(&path, format!("holds no rival: {reason}")))?,
@@ -80,18 +77,6 @@ impl Predictor {
             Machine::Network { graph, .. } => Some(graph),
             Machine::Rivals { .. } => None,
         }
-    }
-
-    /// How much training changed every convolution of a network that started from the checkpoint `start`
-    /// ([`Weights::changes`]); nothing for a rival. A head that was made anew has not changed.
-    ///
-    /// # Errors
-    /// A checkpoint of another network.
-    pub fn changes_from(&self, start: &Weights) -> Result<Vec<(String, f64)>> {
-        let Machine::Network { graph, weights, .. } = &self.machine else { return Ok(vec![]) };
-        let mut before = weights.clone();
-        before.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
-        Ok(before.changes(weights, graph).map_err(taxel_engine::Error::from)?)
     }
 
     /// Names of the inputs, in the order of [`Predictor::encode`].

@@ -1,16 +1,12 @@
 //! `taxel choose`: the smallest network that suffices.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use taxel_judge::{
-    Across, By, Choice, Evidence, Judgement, Options, StressOptions, Wish, across, choose,
-    judged_before_or_now,
-};
-use taxel_trainer::{IndicatifProgress, Progress};
+use taxel_judge::{Across, By, Case, Choice, Evidence, Judgement, Wish, across, choose};
 
+use crate::commands::judging::{before, now, stress_options};
 use crate::{Outcome, text};
 
 /// Names the smallest network of a run that suffices, with the evidence.
@@ -96,26 +92,12 @@ impl Choose {
     }
 
     fn one(&self, path: &Path, wish: &Wish) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
-        let progress = IndicatifProgress::default();
-        let terminal = std::io::stderr().is_terminal();
-        let mut stress = StressOptions::default();
-        if let Some(threads) = self.threads {
-            stress.threads = threads.max(1);
-        }
-        let options = Options {
-            stress: wish.max_loss.map(|_| stress),
-            say: &|what| {
-                if terminal {
-                    progress.say(what);
-                }
-            },
-            start: &|steps| progress.start(steps),
-            tick: &|| progress.step(1),
-            ..Options::default()
+        let case = Case::open(path)?;
+        let stress = wish.max_loss.map(|_| stress_options(self.threads));
+        let judgement = match before(&case, stress.as_ref())? {
+            Some(judgement) => judgement,
+            None => now(&case, stress)?,
         };
-        let judged = judged_before_or_now(path, &options);
-        progress.finish();
-        let (case, judgement) = judged?;
         let choice = choose(&case, &judgement, wish)?;
         Ok((judgement, choice))
     }

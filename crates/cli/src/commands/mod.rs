@@ -5,6 +5,7 @@ pub mod cost;
 pub mod data;
 pub mod encode;
 pub mod forward;
+mod judging;
 pub mod report;
 pub mod run;
 pub mod simulate;

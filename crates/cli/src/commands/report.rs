@@ -1,17 +1,15 @@
 //! `taxel report`: pages, charts and tables from run folders.
 
-use std::io::IsTerminal;
 use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
 use taxel_judge::{
-    Case, Choice, Claim, Entry, Judgement, Options, StressOptions, Wish, across, choose, claims, judge,
-    overview, report,
+    Case, Choice, Claim, Entry, Judgement, StressOptions, Wish, across, choose, claims, overview, report,
 };
-use taxel_trainer::{IndicatifProgress, Progress};
 
+use crate::commands::judging::{before, now, stress_options};
 use crate::{Outcome, text};
 
 /// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
@@ -116,36 +114,17 @@ impl Report {
 
     /// What is in the run folder already, or is measured now.
     fn judgement(&self, case: &Case) -> Result<Judgement, Box<dyn std::error::Error>> {
-        let before = if self.again { None } else { Judgement::read(case)? };
-        if let Some(judgement) = before.filter(|j| j.stress.is_some() || self.no_stress) {
+        let stress = (!self.no_stress)
+            .then(|| StressOptions { samples: self.samples.max(1), ..stress_options(self.threads) });
+        let before = if self.again { None } else { before(case, stress.as_ref())? };
+        if let Some(judgement) = before {
             eprintln!(
                 "{}: measured before; --again measures anew",
                 case.folder.file("judgement.json").display()
             );
             return Ok(judgement);
         }
-        let mut stress = StressOptions { samples: self.samples.max(1), ..StressOptions::default() };
-        if let Some(threads) = self.threads {
-            stress.threads = threads.max(1);
-        }
-        let progress = IndicatifProgress::default();
-        let seen = std::io::stderr().is_terminal();
-        let options = Options {
-            stress: (!self.no_stress).then_some(stress),
-            say: &|line| {
-                if seen {
-                    progress.say(line);
-                }
-            },
-            start: &|steps| progress.start(steps),
-            tick: &|| progress.step(1),
-            ..Options::default()
-        };
-        let judgement = judge(case, &options);
-        progress.finish();
-        let judgement = judgement?;
-        judgement.write(&case.folder)?;
-        Ok(judgement)
+        Ok(now(case, stress)?)
     }
 }
 

@@ -8,6 +8,7 @@ use taxel_judge::{Case, Stress as Outcomes, StressOptions, stress};
 use taxel_scenes::faults::Fault;
 use taxel_trainer::{IndicatifProgress, Progress};
 
+use crate::commands::judging::stress_options;
 use crate::{Outcome, text};
 
 /// Breaks the test samples of a run on purpose and scores its saved networks again.
@@ -41,15 +42,12 @@ pub struct Stress {
 
 impl Stress {
     pub fn run(self) -> Outcome {
-        let mut options = StressOptions {
+        let options = StressOptions {
             faults: self.fault,
             severity: self.severity,
             samples: self.samples.max(1),
-            ..StressOptions::default()
+            ..stress_options(self.threads)
         };
-        if let Some(threads) = self.threads {
-            options.threads = threads.max(1);
-        }
         let case = Case::open(&self.run)?;
         let progress = IndicatifProgress::default();
         let outcomes = stress(&case, &options, &|steps| progress.start(steps), &|| progress.step(1));

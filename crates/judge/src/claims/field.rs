@@ -48,10 +48,7 @@ impl<'a> Field<'a> {
         let config = case.experiment.config();
         let entrant = |judged: &Judged| {
             let name = judged.results.network.clone();
-            let own = config.networks.iter().find(|network| {
-                let rest = name.strip_prefix(network.label());
-                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(".n"))
-            });
+            let own = config.network(&name);
             Entrant {
                 checkpoint: own.is_some_and(|network| network.weights.is_some()),
                 frozen: own.map(|network| network.train(&config.train).frozen).unwrap_or_default(),

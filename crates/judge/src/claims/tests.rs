@@ -8,7 +8,6 @@ use super::questions::{
     tuned_close, twins_told_apart, within_look_alikes,
 };
 use super::{Outcome, settle};
-use crate::judgement::WeightChange;
 use crate::synthetic::{Player, Setting, player, synthetic};
 
 fn field(setting: &Setting, players: Vec<Player>) -> Field<'static> {
@@ -144,12 +143,12 @@ fn tuned_and_frozen_are_told_apart() {
     run.entrants[3].frozen = vec!["18:139".into()];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
     // Whatever a network's parts are called: none of its convolutions has changed.
-    let layer = |change| WeightChange { layer: "conv".into(), change };
+    let layer = |change| taxel_trainer::Change { layer: "conv".into(), change };
     run.entrants[2].frozen = vec!["conv1".into(), "layer1".into()];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
-    run.entrants[2].judged.weight_changes = vec![layer(0.0), layer(0.0)];
+    run.entrants[2].judged.results.changes = vec![layer(0.0), layer(0.0)];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
-    run.entrants[2].judged.weight_changes = vec![layer(0.0), layer(0.1)];
+    run.entrants[2].judged.results.changes = vec![layer(0.0), layer(0.1)];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
     is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Outcome::Holds, "tuned less resnet50");
     let own = freezing_costs(&run, "mobilenet-v2", "18:139", 3.0).unwrap();
@@ -159,8 +158,8 @@ fn tuned_and_frozen_are_told_apart() {
     is(&lacks, Outcome::CannotBeTested, "1:150 frozen");
     // Weight changes that fall with depth, rise with it, and do neither.
     let mut ask = |change: fn(usize) -> f64| {
-        let layer = |at: usize| WeightChange { layer: at.to_string(), change: change(at) };
-        run.entrants[1].judged.weight_changes = (0..20).map(layer).collect();
+        let layer = |at: usize| taxel_trainer::Change { layer: at.to_string(), change: change(at) };
+        run.entrants[1].judged.results.changes = (0..20).map(layer).collect();
         early_layers_change_most(&run, "mobilenet-v2").unwrap()
     };
     is(&ask(|at| 1.0 / (at + 1) as f64), Outcome::Holds, "20 layers of tuned");

@@ -60,7 +60,7 @@ fn network(number: usize) -> Value {
         },
         "train_seconds": 1.5, "epoch_seconds": if rival { Value::Null } else { json!(0.1) }, "calibration_error": 0.05,
         "on_front": on_front, "training": if rival { json!([]) } else { training },
-        "weight_changes": if number == 1 { json!([{"layer": HOSTILE, "change": 1.25e-4}]) } else { json!([]) },
+        "changes": if number == 1 { json!([{"layer": HOSTILE, "change": 1.25e-4}]) } else { json!([]) },
     })
 }
 

@@ -18,7 +18,7 @@ pub(in crate::claims) fn tuned_close(run: &Field, one: &str, other: &str, margin
 /// MobileNetV2's body, or no convolution of it having changed.
 pub(in crate::claims) fn tuned_beats_frozen(run: &Field) -> Result<Answer> {
     let still = |e: &Entrant| {
-        let changes = &e.judged.weight_changes;
+        let changes = &e.judged.results.changes;
         !changes.is_empty() && changes.iter().all(|layer| layer.change == 0.0)
     };
     let named = |e: &Entrant| e.frozen.iter().any(|part| part == "features");
@@ -53,11 +53,11 @@ pub(in crate::claims) fn freezing_costs(run: &Field, zoo: &str, range: &str, mar
 pub(in crate::claims) fn early_layers_change_most(run: &Field, zoo: &str) -> Result<Answer> {
     let tuned = run
         .full()
-        .find(|e| e.results().zoo == zoo && e.frozen.is_empty() && e.judged.weight_changes.len() > 3);
+        .find(|e| e.results().zoo == zoo && e.frozen.is_empty() && e.judged.results.changes.len() > 3);
     let Some(own) = tuned else {
         return Ok(lacks(format!("{zoo} tuned from a checkpoint that is still at hand")));
     };
-    let changes: Vec<f64> = own.judged.weight_changes.iter().map(|layer| layer.change).collect();
+    let changes: Vec<f64> = own.judged.results.changes.iter().map(|layer| layer.change).collect();
     let depth: Vec<f64> = (0..changes.len()).map(|at| at as f64).collect();
     let r = -correlation(&ranks(&depth), &ranks(&changes));
     let half = 1.96 / (changes.len() as f64 - 3.0).sqrt();

@@ -116,7 +116,7 @@ fn draw_calibration(networks: &[NetworkStress], paint: Paint) -> Canvas {
 
 /// How much training changed each layer.
 pub(super) fn weight_changes(judgement: &Judgement) -> Option<Chart<'_>> {
-    let changed: Vec<&Judged> = shown(judgement).filter(|n| !n.weight_changes.is_empty()).collect();
+    let changed: Vec<&Judged> = shown(judgement).filter(|n| !n.results.changes.is_empty()).collect();
     if changed.is_empty() {
         return None;
     }
@@ -127,15 +127,15 @@ pub(super) fn weight_changes(judgement: &Judgement) -> Option<Chart<'_>> {
 }
 
 fn draw_changes(changed: &[&Judged], paint: Paint) -> Canvas {
-    let height = |n: &Judged| 88.0 + ROW * n.weight_changes.len() as f64;
+    let height = |n: &Judged| 88.0 + ROW * n.results.changes.len() as f64;
     let mut canvas = Canvas::new(WIDTH, changed.iter().map(|n| height(n)).sum(), paint);
     let mut top = 0.0;
     for n in changed {
         canvas.text((NAMES, top + 20.0), &n.results.network, HEADING);
-        let most = n.weight_changes.iter().map(|c| c.change).fold(0.0, f64::max);
+        let most = n.results.changes.iter().map(|c| c.change).fold(0.0, f64::max);
         let title = "mean squared change";
-        let frame = rows(&mut canvas, top + 32.0, n.weight_changes.len(), most, title);
-        for (i, own) in n.weight_changes.iter().enumerate() {
+        let frame = rows(&mut canvas, top + 32.0, n.results.changes.len(), most, title);
+        for (i, own) in n.results.changes.iter().enumerate() {
             let y = frame.y.at(i as f64 + 0.5);
             name(&mut canvas, y, &own.layer);
             canvas.hover(&format!("{}, {}: {:.3e}", n.results.network, own.layer, own.change), |canvas| {

@@ -3,7 +3,7 @@
 use super::scores::name;
 use super::{Cell, Column, Table};
 use crate::Speed;
-use crate::judgement::{EpochPoint, Judged, Judgement, WeightChange};
+use crate::judgement::{EpochPoint, Judged, Judgement};
 use crate::report::numbers::{bytes, digits, si, tenth};
 
 pub(super) fn speed(judgement: &Judgement) -> Table {
@@ -87,10 +87,10 @@ pub(super) fn training(judgement: &Judgement) -> Table {
 }
 
 pub(super) fn weight_changes(judgement: &Judgement) -> Table {
-    type Row<'a> = (&'a str, &'a WeightChange);
+    type Row<'a> = (&'a str, &'a taxel_trainer::Change);
     let mut rows: Vec<Row> = vec![];
     for n in &judgement.networks {
-        rows.extend(n.weight_changes.iter().map(|change| (n.results.network.as_str(), change)));
+        rows.extend(n.results.changes.iter().map(|change| (n.results.network.as_str(), change)));
     }
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),

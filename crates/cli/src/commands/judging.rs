@@ -1,0 +1,39 @@
+//! What `taxel choose` and `taxel report` have in common: a judgement, from before or measured now.
+
+use std::io::IsTerminal;
+
+use taxel_judge::{Case, Judgement, Options, StressOptions, judge};
+use taxel_trainer::{IndicatifProgress, Progress};
+
+/// Default options on at most `threads` threads.
+pub fn stress_options(threads: Option<usize>) -> StressOptions {
+    let default = StressOptions::default();
+    StressOptions { threads: threads.map_or(default.threads, |threads| threads.max(1)), ..default }
+}
+
+/// The judgement in the run folder, if it has the faults that are asked for.
+pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judgement>, taxel_judge::Error> {
+    Ok(Judgement::read(case)?.filter(|judgement| judgement.stress.is_some() || stress.is_none()))
+}
+
+/// Measures with progress and keeps what was measured in the run folder.
+pub fn now(case: &Case, stress: Option<StressOptions>) -> Result<Judgement, taxel_judge::Error> {
+    let progress = IndicatifProgress::default();
+    let terminal = std::io::stderr().is_terminal();
+    let options = Options {
+        stress,
+        say: &|what| {
+            if terminal {
+                progress.say(what);
+            }
+        },
+        start: &|steps| progress.start(steps),
+        tick: &|| progress.step(1),
+        ..Options::default()
+    };
+    let judgement = judge(case, &options);
+    progress.finish();
+    let judgement = judgement?;
+    judgement.write(&case.folder)?;
+    Ok(judgement)
+}
