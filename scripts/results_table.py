@@ -89,6 +89,17 @@ def changes(results):
     return f"\n\n{words}\n\n{head}" + "\n".join(rows)
 
 
+def other_statistics(results):
+    """What the choice of batch-norm statistics does to the same weights."""
+    lines = []
+    for kind in ("moving", "population"):
+        own = [n for n in results["networks"] if n.get("other_statistics", {}).get("batch_norm") == kind]
+        words = [f"`{n['network']}` {n['other_statistics']['accuracy']:.2f} "
+                 f"({n['other_statistics']['accuracy'] - n['mean']['accuracy']:+.2f})" for n in own]
+        lines += [f"\n\nAccuracy % of the same weights with *{kind}* batch-norm statistics: " + ", ".join(words) + "."] if words else []
+    return "".join(lines)
+
+
 def shortcut(results):
     found = results.get("shortcut")
     if not found:
@@ -130,7 +141,7 @@ def page(folder):
         f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
         f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
     )
-    caption += shortcut(results) + chosen(folder, results) + changes(results)
+    caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results)
     return results["name"], table(folder, results), caption, (folder / "config.toml").read_text()
 
 

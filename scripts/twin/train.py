@@ -11,6 +11,7 @@ and not sample by sample. Prints one line per network and appends it to RUN/twin
 
 import argparse
 import json
+import math
 import os
 import pathlib
 import sys
@@ -26,10 +27,28 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import networks  # noqa: E402
 
 
+def archive_pair(path):
+    """Samples and labels of the UCR and UEA archives: NAME_TRAIN, then NAME_TEST, .ts or .txt."""
+    if pathlib.Path(f"{path}_TRAIN.txt").exists():
+        table = np.concatenate([np.loadtxt(f"{path}_{part}.txt") for part in ("TRAIN", "TEST")])
+        return table[:, None, 1:].astype(np.float32), np.unique(table[:, 0], return_inverse=True)[1].astype(np.int64)
+    samples, labels = [], []
+    for part in ("TRAIN", "TEST"):
+        lines = pathlib.Path(f"{path}_{part}.ts").read_text().splitlines()
+        start = next(i for i, line in enumerate(lines) if line.strip().lower() == "@data")
+        for line in filter(str.strip, lines[start + 1:]):
+            *channels, label = line.strip().split(":")
+            samples.append([[float(v) for v in channel.split(",")] for channel in channels])
+            labels.append(label)
+    return np.array(samples, np.float32), np.unique(labels, return_inverse=True)[1].astype(np.int64)
+
+
 def load(config):
     """Samples and labels as the config's [data] says."""
     data = config["data"]
     path = pathlib.Path(os.path.expandvars(data["path"]))
+    if any(path.parent.glob(path.name + "_TRAIN.*")):
+        return archive_pair(path)
     archive = np.load(path / "data.npz" if path.is_dir() else path)
     x, y = archive[data.get("x", "x")], archive[data.get("y", "y")].astype(np.int64)
     keep = np.ones(len(x), bool)
@@ -104,7 +123,11 @@ def train_fold(net, inputs, y, train, test, recipe, generator):
     optimizer = recipe.get("optimizer", {})
     schedule = recipe.get("schedule", {"kind": "constant"})
     rate = optimizer.get("lr", 0.01)
-    sgd = torch.optim.SGD(net.parameters(), rate, optimizer.get("momentum", 0.9), weight_decay=optimizer.get("weight_decay", 0.0))
+    decay = optimizer.get("weight_decay", 0.0)
+    if optimizer.get("name", "sgdm") == "adam":
+        steps = torch.optim.Adam(net.parameters(), rate, weight_decay=decay)
+    else:
+        steps = torch.optim.SGD(net.parameters(), rate, optimizer.get("momentum", 0.9), weight_decay=decay)
     epochs, size = recipe.get("epochs", 100), recipe.get("batch_size", 64)
     train = torch.as_tensor(train)
 
@@ -116,11 +139,14 @@ def train_fold(net, inputs, y, train, test, recipe, generator):
     for epoch in range(epochs):
         if schedule["kind"] == "steps":
             passed = sum(epoch >= at * epochs for at in schedule["at"])
-            sgd.param_groups[0]["lr"] = rate * schedule.get("factor", 0.1) ** passed
+            steps.param_groups[0]["lr"] = rate * schedule.get("factor", 0.1) ** passed
+        elif schedule["kind"] == "cosine":
+            low = schedule.get("floor", 0.0) * rate
+            steps.param_groups[0]["lr"] = low + (rate - low) * (1 + math.cos(math.pi * epoch / epochs)) / 2
         for rows in batches():
-            sgd.zero_grad()
+            steps.zero_grad()
             F.cross_entropy(net(*[x[rows] for x in inputs]), y[rows]).backward()
-            sgd.step()
+            steps.step()
     if recipe.get("batch_norm", "population") == "population":
         population(net, ([x[rows] for x in inputs] for rows in batches()))
     net.eval()

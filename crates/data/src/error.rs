@@ -12,14 +12,14 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub enum Error {
     // The path.
     #[error(
-        "{file}: no such file or folder; give a .npz, a folder with data.npz, or a folder with \
+        "{file}: no such file or folder; give a .npz or .mat, a folder with data.npz, or a folder with \
          one sub-folder per class"
     )]
     NotFound { file: String },
     #[error("{file}: cannot be read: {kind}")]
     Io { file: String, kind: std::io::ErrorKind },
     #[error(
-        "{file}: not a data set; give a .npz with arrays x and y, or a folder with one \
+        "{file}: not a data set; give a .npz or .mat with arrays x and y, or a folder with one \
          sub-folder per class"
     )]
     NotADataset { file: String },
@@ -62,6 +62,17 @@ pub enum Error {
          3.4e38); rescale it or save it as f32"
     )]
     NotF32 { at: String, index: Vec<usize>, value: String },
+    #[error("{at}{index:?} = {value} is not a whole number; {wanted}")]
+    NotWhole { at: String, index: Vec<usize>, value: String, wanted: &'static str },
+    #[error(
+        "{file}: is a MATLAB file of version 7.3 (HDF5); save it again with save(..., '-v7'), which is what \
+         version 7 and earlier do by themselves"
+    )]
+    Matlab73 { file: String },
+    #[error("{file}: is not a MATLAB file of version 5 to 7 ({why}); write it with save(..., '-v7')")]
+    NotMatlab { file: String, why: &'static str },
+    #[error("{file}: {why}; copy it again or save it anew with save(..., '-v7')")]
+    DamagedMatlab { file: String, why: String },
     #[error("{at}{index:?} = {value} does not fit a signed 64-bit integer")]
     NotI64 { at: String, index: Vec<usize>, value: u64 },
 
@@ -115,7 +126,7 @@ pub enum Error {
     EmptyClassFolder { file: String },
     #[error("{file}: a folder inside a class folder; put the recordings right into it")]
     NestedFolder { file: String },
-    #[error("{file}: unknown kind of recording; use .csv, .npy, .png, .jpg or .jpeg")]
+    #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .png, .jpg or .jpeg")]
     UnknownExtension { file: String },
     #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
     MixedKinds { file: String, kind: String, first: String, first_kind: String },

@@ -4,7 +4,7 @@ use crate::dataset::{Axes, RowHash, hash_row};
 use crate::npy;
 use crate::options::{Limits, Options};
 use crate::raw::{Names, Raw, name_of};
-use crate::{Error, Result, csv_file, image_file};
+use crate::{Error, Result, arrays, csv_file, image_file, mat};
 use ndarray::ArrayD;
 use std::cmp::Ordering;
 use std::fs::{self, File};
@@ -19,6 +19,7 @@ const MAX_SIDE: usize = 1 << 14;
 enum Kind {
     Csv,
     Npy,
+    Mat,
     Image,
 }
 
@@ -28,6 +29,7 @@ impl Kind {
         match extension.as_str() {
             "csv" => Some(Self::Csv),
             "npy" => Some(Self::Npy),
+            "mat" => Some(Self::Mat),
             "png" | "jpg" | "jpeg" => Some(Self::Image),
             _ => None,
         }
@@ -37,6 +39,7 @@ impl Kind {
         match self {
             Self::Csv => "CSV",
             Self::Npy => "NPY",
+            Self::Mat => "MAT",
             Self::Image => "an image",
         }
     }
@@ -85,9 +88,9 @@ pub(crate) fn read_text(path: &Path, limits: &Limits) -> Result<String> {
 /// Reads every recording of every class folder of `root`.
 pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Result<Raw> {
     let file = root.display().to_string();
-    refuse_array_options(&file, options)?;
     let files = list(classes)?;
     let (kind, first) = same_kind(&files, &file)?;
+    refuse_array_options(&file, kind, options)?;
     if options.resize.is_some() && kind != Kind::Image {
         return Err(Error::Option {
             file,
@@ -126,8 +129,8 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
     let axes = match (kind, shape.len()) {
         (Kind::Image, 3) => Axes::ColourHeightWidth,
         (Kind::Image, _) => Axes::HeightWidth,
-        (Kind::Npy, 3) => Axes::TimeHeightWidth,
-        (Kind::Npy, _) if dtype.ends_with("u1") => Axes::HeightWidth,
+        (Kind::Npy | Kind::Mat, 3) => Axes::TimeHeightWidth,
+        (Kind::Npy | Kind::Mat, _) if dtype.ends_with("u1") => Axes::HeightWidth,
         _ => Axes::ChannelsTime,
     };
     let full: Vec<usize> = std::iter::once(y.len()).chain(shape).collect();
@@ -158,10 +161,10 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
     })
 }
 
-fn refuse_array_options(file: &str, options: &Options) -> Result<()> {
+fn refuse_array_options(file: &str, kind: Kind, options: &Options) -> Result<()> {
     let default = Options::default();
     let named = [
-        ("x", options.x != default.x),
+        ("x", options.x != default.x && kind != Kind::Mat),
         ("y", options.y != default.y),
         ("group", options.group.is_some()),
         ("test", options.test.is_some()),
@@ -276,7 +279,7 @@ fn same_form(
             first: first.into(),
             first_shape: head.0.clone(),
             hint: match kind {
-                Kind::Csv => " (channels, time): cut or pad the recordings",
+                Kind::Csv | Kind::Mat => " (channels, time): cut or pad the recordings",
                 Kind::Npy => "",
                 Kind::Image => ": set resize = [height, width], or use grey or colour throughout",
             },
@@ -309,22 +312,18 @@ fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<Sample> {
         Kind::Npy => {
             let mut reader = BufReader::new(File::open(path).map_err(io)?);
             let header = npy::read_header(&mut reader, &file)?;
-            if !(2..=3).contains(&header.shape.len()) {
-                return Err(Error::Shape {
-                    at: file,
-                    shape: header.shape,
-                    wanted: "one recording is [C, T], [H, W] or [T, H, W]",
-                });
-            }
-            if let Some(axis) = header.shape.iter().position(|axis| *axis == 0) {
-                let shape = header.shape;
-                return Err(Error::EmptyAxis { at: file, shape, axis });
-            }
-            let array = header.read_f32(&mut reader, &file, npy::Cap::of_samples(limits))?;
-            let shape = array.shape().to_vec();
-            let values = array.into_iter().collect::<Vec<f32>>();
-            let hash = hash_row(&values);
-            Ok(Sample { shape, values, hash, dtype: header.dtype })
+            one(&header, &mut reader, &file, limits)
+        }
+        Kind::Mat => {
+            let mut archive = mat::Archive::open(path)?;
+            let held = archive.recordings();
+            let name = match held.as_slice() {
+                [one] => one.clone(),
+                _ if held.contains(&options.x) => options.x.clone(),
+                _ => return Err(arrays::missing(&file, &options.x, &held, "x")),
+            };
+            let at = format!("{file}: {name}");
+            archive.with(&name, &at, |header, reader, at| one(header, reader, at, limits))
         }
         Kind::Image => {
             let picture = image_file::read(path, &file, options.resize, limits)?;
@@ -336,6 +335,23 @@ fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<Sample> {
             })
         }
     }
+}
+
+/// One array as one recording.
+fn one(header: &npy::Header, reader: &mut dyn Read, at: &str, limits: &Limits) -> Result<Sample> {
+    let shape = header.shape.clone();
+    if !(2..=3).contains(&shape.len()) {
+        let wanted = "one recording is [C, T], [H, W] or [T, H, W]";
+        return Err(Error::Shape { at: at.into(), shape, wanted });
+    }
+    if let Some(axis) = shape.iter().position(|axis| *axis == 0) {
+        return Err(Error::EmptyAxis { at: at.into(), shape, axis });
+    }
+    let array = header.read_f32(reader, at, npy::Cap::of_samples(limits))?;
+    let shape = array.shape().to_vec();
+    let values = array.into_iter().collect::<Vec<f32>>();
+    let hash = hash_row(&values);
+    Ok(Sample { shape, values, hash, dtype: header.dtype.clone() })
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 //! Every message names the file, the array and the sample, the value, and the way out.
 
 mod array;
+mod arrays;
 mod augment;
 mod card;
 mod card_text;
@@ -20,6 +21,7 @@ mod folder;
 mod image_file;
 mod labels;
 mod load;
+mod mat;
 mod npy;
 mod npz;
 mod options;

@@ -5,18 +5,21 @@ use crate::dataset::Dataset;
 use crate::options::Options;
 use crate::raw::Raw;
 use crate::validate::assemble;
-use crate::{Error, Result, folder, npz, ucr};
+use crate::{Error, Result, arrays, folder, mat, ucr};
 use std::io;
 use std::path::Path;
 
-/// Reads the data set at `path`: a `.npz`, a folder with `data.npz`, or a folder with one
+/// Reads the data set at `path`: a `.npz` or `.mat`, a folder with `data.npz`, or a folder with one
 /// sub-folder per class.
 ///
 /// - `.npz`: samples `x` `[N, F]`, `[N, C, T]`, `[N, H, W]` or `[N, T, H, W]` of integers, f32 or
 ///   f64; labels `y` `[N]` or `[N, k]` of integers or booleans; optional groups `[N]`. Class names
 ///   come from `<name>.classes.json` or `labels.json` beside it, otherwise they are `0`, `1`, ...
+/// - `.mat` of MATLAB 5 to 7: the same with variables for arrays, samples along the first axis; numbers of
+///   any class, labels a row or a column, counted from 1 or from 0. Version 7.3 is refused.
 /// - folder per class: classes by name, files in counting order; CSV (rows = time, columns =
-///   channels) as `[C, T]`, NPY as stored, PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
+///   channels) as `[C, T]`, NPY as stored, of a `.mat` its one array or the one named by
+///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
 /// - pair of files of the UCR and UEA archives: `GunPoint` reads `GunPoint_TRAIN.ts` and
 ///   `GunPoint_TEST.ts` (or `.tsv`, `.txt`) as `[C, T]`, with their split in [`Dataset::official`].
 ///
@@ -70,14 +73,15 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
     })?;
     if metadata.is_file() {
         let is_npz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-        return if is_npz { npz::read(path, options) } else { Err(Error::NotADataset { file }) };
+        let is_archive = is_npz || mat::is_named(path);
+        return if is_archive { arrays::read(path, options) } else { Err(Error::NotADataset { file }) };
     }
     if !metadata.is_dir() {
         return Err(Error::NotADataset { file });
     }
     let data = path.join("data.npz");
     if data.is_file() {
-        return npz::read(&data, options);
+        return arrays::read(&data, options);
     }
     let entries = folder::entries(path)?;
     let classes: Vec<_> = entries.iter().filter(|e| e.is_dir()).cloned().collect();
@@ -86,7 +90,7 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
     }
     let archives: Vec<String> = entries
         .iter()
-        .filter(|e| e.extension().is_some_and(|x| x.eq_ignore_ascii_case("npz")))
+        .filter(|e| e.extension().is_some_and(|x| x.eq_ignore_ascii_case("npz")) || mat::is_named(e))
         .filter_map(|e| Some(e.file_name()?.to_string_lossy().into_owned()))
         .collect();
     let hint = match archives.as_slice() {

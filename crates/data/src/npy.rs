@@ -48,10 +48,16 @@ pub(crate) struct Header {
     /// As written, such as `<f4`.
     pub dtype: String,
     pub shape: Vec<u64>,
-    fortran: bool,
-    big: bool,
-    kind: Option<Kind>,
-    size: usize,
+    /// Whether the first axis runs fastest.
+    pub fortran: bool,
+    /// Whether the highest byte comes first.
+    pub big: bool,
+    /// None for what this crate does not read.
+    pub kind: Option<Kind>,
+    /// Bytes of a value.
+    pub size: usize,
+    /// MATLAB knows no vectors, only rows and columns, and keeps whole numbers as floats.
+    pub matlab: bool,
 }
 
 /// Reads the magic, version and dictionary of an array; `at` is for messages.
@@ -136,7 +142,7 @@ fn parse_dict(text: &str) -> Option<Header> {
     }
     let dtype = dtype?;
     let (kind, size, big) = number(&dtype);
-    Some(Header { shape: shape?, fortran: fortran?, big, kind, size, dtype })
+    Some(Header { shape: shape?, fortran: fortran?, big, kind, size, dtype, matlab: false })
 }
 
 fn quoted(text: &str) -> Option<(&str, &str)> {
@@ -166,6 +172,17 @@ fn number(dtype: &str) -> (Option<Kind>, usize, bool) {
 }
 
 impl Header {
+    /// One value per sample: of a MATLAB file a row or a column.
+    pub(crate) fn as_column(&self) -> Self {
+        let mut header = self.clone();
+        if let (true, &[rows, columns]) = (self.matlab, self.shape.as_slice())
+            && rows.min(columns) == 1
+        {
+            header.shape = vec![rows.max(columns)];
+        }
+        header
+    }
+
     /// Number of values, if it is within `limit`.
     fn count(&self, at: &str, cap: Cap) -> Result<u64> {
         self.shape
@@ -251,6 +268,7 @@ impl Header {
         let values = match self.kind {
             Some(Kind::Bool) => self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(i64::from(b != 0))),
             Some(Kind::Int | Kind::Uint) => self.integers(reader, at, cap, signed, unsigned),
+            Some(Kind::Float) if self.matlab => self.whole(reader, at, cap, wanted),
             _ => return Err(self.unsupported(at, wanted)),
         }?;
         if self.fortran && self.shape.len() == 2 {
@@ -258,6 +276,27 @@ impl Header {
             return Ok((0..values.len()).map(|i| values[(i % columns) * rows + i / columns]).collect());
         }
         Ok(values)
+    }
+
+    /// Floats that are whole.
+    fn whole(&self, reader: &mut dyn Read, at: &str, cap: Cap, wanted: &'static str) -> Result<Vec<i64>> {
+        let big = self.big;
+        let whole = |flat, value: f64| {
+            // Up to here every whole number has a float of its own.
+            if value.fract() == 0.0 && value.abs() <= (1u64 << 53) as f64 {
+                return Ok(value as i64);
+            }
+            let (at, index) = (at.into(), self.index(flat));
+            Err(Error::NotWhole { at, index, value: value.to_string(), wanted })
+        };
+        match self.size {
+            4 => self.values(reader, at, cap, |flat, b| {
+                whole(flat, f64::from(if big { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) }))
+            }),
+            _ => self.values(reader, at, cap, |flat, b| {
+                whole(flat, if big { f64::from_be_bytes(b) } else { f64::from_le_bytes(b) })
+            }),
+        }
     }
 
     fn integers<T>(

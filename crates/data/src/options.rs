@@ -36,11 +36,12 @@ impl Default for Limits {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct Options {
-    /// Name of the array of samples in the `.npz`. Default `x`.
+    /// Name of the array of samples in the `.npz` or `.mat`. Default `x`. In a folder per class of `.mat`
+    /// files it may be left out where each holds one array.
     pub x: String,
-    /// Name of the array of labels in the `.npz`. Default `y`.
+    /// Name of the array of labels. Default `y`.
     pub y: String,
-    /// Name of the array of groups in the `.npz` (`block`, `session`, `trial`, ...). By default
+    /// Name of the array of groups (`block`, `session`, `trial`, ...). By default
     /// `group` where the file holds it, otherwise no groups.
     pub group: Option<String>,
     /// Turns consecutive group values into blocks: `(v - min) / group_block`, from 1 up. In a
@@ -52,7 +53,7 @@ pub struct Options {
     pub drop: Vec<Drop>,
     /// Refuse the data set if exact copies carry different labels and are not dropped.
     pub deny_contradictory: bool,
-    /// Name of the array in the `.npz` that marks samples for testing (not 0). Default none.
+    /// Name of the array that marks samples for testing (not 0). Default none.
     pub test: Option<String>,
     /// Tests the samples with more than this in the `test` array, in place of those that are not 0.
     pub test_above: Option<i64>,

@@ -53,6 +53,18 @@ proptest! {
     }
 
     #[test]
+    fn a_damaged_matlab_file((edits, cut) in edits(), compressed: bool) {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("grasps.mat");
+        let fixture = if compressed { "grasps-v7.mat" } else { "grasps-v6.mat" };
+        let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(fixture);
+        let mut bytes = std::fs::read(fixture).unwrap();
+        damage(&mut bytes, &edits, cut);
+        std::fs::write(&path, bytes).unwrap();
+        prop_assert!(ends(&path));
+    }
+
+    #[test]
     fn a_damaged_header(edits in prop::collection::vec((8usize..128, "[ -~]"), 1..4), big: bool) {
         // Repacked, so that no checksum hides the array from the reader.
         let mut x = npy("<f4", big, &[3, 2, 3], &[0; 72]);

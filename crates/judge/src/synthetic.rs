@@ -83,6 +83,7 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Contest, Judgement
                 best_epoch: None,
                 costs: None,
                 changes: vec![],
+                other_statistics: None,
                 epochs: vec![],
             }
         };
@@ -119,6 +120,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             settings: Default::default(),
             made_anew: vec![],
             changes: vec![],
+            other_statistics: None,
             costs: Costs { parameters: bytes / 4, bytes, macs: bytes, flops: 2 * bytes },
             folds: folds.collect(),
             mean: Some(Scores::from_values([0, 1, 2, 3].map(mean))),

@@ -208,7 +208,8 @@ fn leaves(table: &Table) -> Vec<(String, Value)> {
     let mut found = vec![];
     for (key, value) in table {
         match value {
-            Value::Table(inner) if !inner.contains_key("kind") => {
+            // A grid has dotted keys of its own and is replaced whole, as a table of one kind is.
+            Value::Table(inner) if !inner.contains_key("kind") && key != "grid" => {
                 found.extend(leaves(inner).into_iter().map(|(rest, v)| (format!("{key}.{rest}"), v)));
             }
             _ => found.push((key.clone(), value.clone())),

@@ -49,7 +49,8 @@ pub use labels::{Attribute, Labels};
 pub use predictor::Predictor;
 pub use progress::{IndicatifProgress, Progress, Silent};
 pub use results::{
-    Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, Results, Timing, Trial,
+    Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, OtherStatistics, Results, Timing,
+    Trial,
 };
 pub use run::{RunOptions, run, run_on};
 pub use samples::Samples;

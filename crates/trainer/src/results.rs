@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use taxel_graph::Cost;
 
-use crate::config::{Protocol, Published};
+use crate::config::{BatchNorm, Protocol, Published};
 use crate::error::Result;
 use crate::labels::Attribute;
 use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd};
@@ -63,6 +63,17 @@ pub struct Change {
     pub change: f64,
 }
 
+/// How the same weights do with the other kind of batch-norm statistics.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OtherStatistics {
+    /// The kind that the experiment does not use.
+    pub batch_norm: BatchNorm,
+    /// Share of the test samples that is right in %, with several attributes of their levels.
+    pub accuracy: f64,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+}
+
 /// A finished fold: `folds/<network>.r<repetition>.f<fold>.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FoldRecord {
@@ -94,6 +105,10 @@ pub struct FoldRecord {
     /// What training changed, where the network started from a checkpoint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Change>,
+    /// What the choice of batch-norm statistics does; none without batch norms, where the loss is not
+    /// finite, and after early stopping with the population's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_statistics: Option<OtherStatistics>,
     /// What happened in training.
     pub epochs: Vec<Epoch>,
 }
@@ -207,6 +222,9 @@ pub struct NetworkResults {
     /// Mean over finished folds of what training changed, where the network started from a checkpoint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Change>,
+    /// Mean over finished folds of what the other kind of batch-norm statistics does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_statistics: Option<OtherStatistics>,
     /// What it costs.
     pub costs: Costs,
     /// Finished folds, in %.
@@ -295,6 +313,14 @@ fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
     first.changes.iter().enumerate().map(mean).collect()
 }
 
+/// None unless every fold has it.
+fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
+    let own: Vec<OtherStatistics> = records.iter().map(|r| r.other_statistics).collect::<Option<_>>()?;
+    let mean = |value: fn(&OtherStatistics) -> f64| own.iter().map(value).sum::<f64>() / own.len() as f64;
+    let batch_norm = own.first()?.batch_norm;
+    Some(OtherStatistics { batch_norm, accuracy: mean(|o| o.accuracy), test_loss: mean(|o| o.test_loss) })
+}
+
 impl NetworkResults {
     /// Puts the finished folds and all that follows from them in.
     pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
@@ -331,6 +357,7 @@ impl NetworkResults {
             self.costs = most;
         }
         self.changes = mean_changes(records);
+        self.other_statistics = mean_other(records);
         let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
         let drawn = Clusters::new(&right, &clusters);
         self.interval = (drawn.len() > 1 && right.len() == clusters.len()).then(|| {

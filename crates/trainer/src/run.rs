@@ -432,12 +432,13 @@ impl Run<'_> {
             Some(checkpoint) => changes(&network.graph, checkpoint, &trained.weights)?,
             None => vec![],
         };
-        let Trained { epochs, chosen, best_epoch, probabilities, test_loss, .. } = trained;
+        let Trained { epochs, chosen, best_epoch, probabilities, test_loss, other_statistics, .. } = trained;
         let record = FoldRecord {
             chosen,
             best_epoch,
             epochs,
             changes,
+            other_statistics,
             ..self.record(key, fold, probabilities, test_loss)
         };
         self.keep(timing, record)?;
@@ -528,6 +529,7 @@ impl Run<'_> {
             best_epoch: None,
             costs: None,
             changes: vec![],
+            other_statistics: None,
             epochs: vec![],
         }
     }
@@ -581,6 +583,7 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
             settings,
             made_anew,
             changes: vec![],
+            other_statistics: None,
             costs,
             folds: vec![],
             mean: None,

@@ -6,6 +6,7 @@ use std::fmt;
 
 use serde_json::{Value, json};
 
+use crate::config::BatchNorm;
 use crate::error::Result;
 use crate::folder::RunFolder;
 use crate::results::{NetworkResults, Results};
@@ -89,6 +90,7 @@ impl Table {
                     "interval": network.interval,
                     "attributes": network.attributes,
                 },
+                "other_statistics": network.other_statistics,
                 "latency_p50_ms": latency.map(|l| l.p50_ms),
                 "latency_p95_ms": latency.map(|l| l.p95_ms),
                 "published_on_own_data": network.published,
@@ -167,6 +169,7 @@ fn caption(results: &Results) -> Vec<String> {
     for (rival, reason) in &results.left_out {
         lines.push(format!("left out: {rival}: {reason}"));
     }
+    lines.extend(results.batch_norm_words());
     if let Some(shortcut) = &results.shortcut {
         lines.push(format!("mind: {shortcut}: confounded?"));
     }
@@ -174,6 +177,23 @@ fn caption(results: &Results) -> Vec<String> {
         lines.push(format!("INCOMPLETE: {} folds are missing; go on with --resume", results.missing.len()));
     }
     lines
+}
+
+impl Results {
+    /// What the choice of batch-norm statistics does, a line per kind.
+    pub fn batch_norm_words(&self) -> Vec<String> {
+        let line = |kind: BatchNorm| {
+            let own = self.networks.iter().filter_map(|n| {
+                let other = n.other_statistics.filter(|other| other.batch_norm == kind)?;
+                let change = other.accuracy - n.mean?.accuracy;
+                Some(format!("{} {:.2} ({change:+.2})", n.network, other.accuracy))
+            });
+            let own: Vec<String> = own.collect();
+            let words = || format!("accuracy with {} batch-norm statistics: {}", kind.name(), own.join(", "));
+            (!own.is_empty()).then(words)
+        };
+        [BatchNorm::Moving, BatchNorm::Population].into_iter().filter_map(line).collect()
+    }
 }
 
 /// Papers that published numbers come from, each once.

@@ -14,7 +14,7 @@ use crate::config::{BatchNorm, By, Choose, OptimizerName, Train};
 use crate::encode::{Encoded, Input};
 use crate::error::{Error, Result};
 use crate::labels::{Labels, Objective};
-use crate::results::{Chosen, Trial};
+use crate::results::{Chosen, OtherStatistics, Trial};
 use crate::session::{Best, Saver, Session};
 
 /// One network on one fold.
@@ -90,6 +90,8 @@ pub struct Trained {
     pub probabilities: Vec<f32>,
     /// Mean loss over the test samples.
     pub test_loss: f64,
+    /// The same weights with the other kind of batch-norm statistics.
+    pub other_statistics: Option<OtherStatistics>,
     /// Seconds of training, batch-norm statistics included.
     pub train_seconds: f64,
     /// Seconds of testing.
@@ -160,22 +162,46 @@ impl Task<'_> {
         else {
             return Ok(None);
         };
-        let train_seconds = watch.saver.seconds();
+        let aside = Instant::now();
+        let test = &material.fold.test;
+        let mut other = match train.batch_norm {
+            BatchNorm::Population if trainee.has_norms && !trainee.settled => {
+                Some((BatchNorm::Moving, trainee.validate(test, material.labels)?))
+            }
+            _ => None,
+        };
+        let aside = aside.elapsed().as_secs_f64();
+        if !trainee.settle(&rows, &watch)? {
+            return Ok(None);
+        }
+        let train_seconds = watch.saver.seconds() - aside;
         let start = Instant::now();
-        let (mut probabilities, test_loss) = trainee.test(&material.fold.test, material.labels)?;
+        let (mut probabilities, test_loss) = trainee.test(test, material.labels)?;
+        let test_seconds = start.elapsed().as_secs_f64();
         trainee.objective.probabilities(&mut probabilities);
         if let Some(&bad) = probabilities.iter().find(|p| !p.is_finite()) {
             return Err(trainee.diverged_at_the_end(bad));
         }
+        let weights = trainee.engine.weights();
+        if train.batch_norm == BatchNorm::Moving && trainee.has_norms {
+            if !trainee.population(&rows, &watch)? {
+                return Ok(None);
+            }
+            other = Some((BatchNorm::Population, trainee.validate(test, material.labels)?));
+        }
+        let other_statistics = other
+            .filter(|(_, (loss, _))| loss.is_finite())
+            .map(|(batch_norm, (test_loss, accuracy))| OtherStatistics { batch_norm, accuracy, test_loss });
         Ok(Some(Trained {
-            weights: trainee.engine.weights(),
+            weights,
             epochs: session.state.stage.epochs,
             chosen,
             best_epoch: session.state.stage.best.map(|best| best.epoch),
             probabilities,
             test_loss,
+            other_statistics,
             train_seconds,
-            test_seconds: start.elapsed().as_secs_f64(),
+            test_seconds,
         }))
     }
 
@@ -227,7 +253,12 @@ impl Task<'_> {
             let stopping = if train.early_stopping.is_some() { validation.as_slice() } else { &[] };
             let scores = match self.fit(&train, material, &rows, stopping, session, watch) {
                 Ok(None) => return Ok(None),
-                Ok(Some(mut trainee)) => Some(trainee.validate(&validation, material.labels)?),
+                Ok(Some(mut trainee)) => {
+                    if !trainee.settle(&rows, watch)? {
+                        return Ok(None);
+                    }
+                    Some(trainee.validate(&validation, material.labels)?)
+                }
                 // A rate that is too high is an answer, not a failure.
                 Err(Error::Diverged { .. }) => None,
                 Err(error) => return Err(error),
@@ -265,7 +296,8 @@ impl Task<'_> {
         Ok(Some((train, Some(Chosen { set: trials[best].set.clone(), trials }))))
     }
 
-    /// Trains on `rows`; with a validation part, the weights are those of its best epoch.
+    /// Trains on `rows`; with a validation part, the weights are those of its best epoch. What remains to be
+    /// done is [`Trainee::settle`].
     fn fit<'m>(
         &self,
         train: &Train,
@@ -291,7 +323,7 @@ impl Task<'_> {
                 return Ok(None);
             };
             if let Some(stopping) = train.early_stopping.as_ref().filter(|_| !validation.is_empty()) {
-                if !trainee.population(rows, watch)? {
+                if train.batch_norm == BatchNorm::Population && !trainee.population(rows, watch)? {
                     return Ok(None);
                 }
                 let (loss, accuracy) = trainee.validate(validation, material.labels)?;
@@ -308,14 +340,10 @@ impl Task<'_> {
             session.state.stage.epochs.push(line);
             watch.saver.save(session, Some(&trainee.engine))?;
         }
-        match &session.best {
+        if let Some(best) = &session.best {
+            trainee.engine.set_weights(best)?;
             // Their statistics are those of their own epoch.
-            Some(best) => trainee.engine.set_weights(best)?,
-            None => {
-                if !trainee.population(rows, watch)? {
-                    return Ok(None);
-                }
-            }
+            trainee.settled = true;
         }
         Ok(Some(trainee))
     }
@@ -338,6 +366,8 @@ struct Trainee<'m> {
     batch: usize,
     steps: usize,
     has_norms: bool,
+    /// Whether the batch-norm statistics are those that the experiment wants.
+    settled: bool,
     objective: Objective,
     engine: Engine,
     feed: Feed<'m>,
@@ -363,6 +393,7 @@ impl<'m> Trainee<'m> {
             batch,
             steps: rows.len().div_ceil(batch),
             has_norms: graph.buffer_count() > 0,
+            settled: train.batch_norm == BatchNorm::Moving,
             objective: Objective::new(train, material.labels.levels(), &material.labels.of(rows)),
             engine: Engine::new(graph, &weights, options)?,
             feed: Feed::new(graph, material.inputs)?,
@@ -431,10 +462,18 @@ impl<'m> Trainee<'m> {
         }
     }
 
-    /// Batch-norm statistics over the whole training part, where the experiment wants them; false if
-    /// cancelled. Training does not see them.
+    /// Batch-norm statistics as the experiment wants them; false if cancelled.
+    fn settle(&mut self, rows: &[usize], watch: &Watch) -> Result<bool> {
+        if !self.settled && !self.population(rows, watch)? {
+            return Ok(false);
+        }
+        self.settled = true;
+        Ok(true)
+    }
+
+    /// Batch-norm statistics over the whole training part; false if cancelled. Training does not see them.
     fn population(&mut self, rows: &[usize], watch: &Watch) -> Result<bool> {
-        if self.train.batch_norm != BatchNorm::Population || !self.has_norms {
+        if !self.has_norms {
             return Ok(true);
         }
         let (seed, repetition, fold) = self.key;

@@ -153,6 +153,16 @@ fn quick_values_replace_full_ones() {
     let without = BASE.split("[quick]").next().unwrap();
     let error = Experiment::parse(without, "tiny.toml", &quick).unwrap_err().to_string();
     assert_eq!(error, "tiny.toml: has no [quick] table; leave --quick out");
+
+    // A grid's keys are dotted themselves: it is replaced whole.
+    let chosen = BASE.replace(
+        "[quick]",
+        "[choose]\ngrid = { \"optimizer.lr\" = [0.1, 0.01], \"batch_size\" = [8, 16] }\n\n[quick]\nchoose.grid = { \"optimizer.lr\" = [0.1] }",
+    );
+    let experiment = Experiment::parse(&chosen, "tiny.toml", &quick).unwrap();
+    let grid = &experiment.config().choose.as_ref().unwrap().grid;
+    assert_eq!(grid.keys().collect::<Vec<_>>(), ["optimizer.lr"]);
+    assert_eq!(grid["optimizer.lr"].len(), 1);
 }
 
 #[test]

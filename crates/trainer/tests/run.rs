@@ -209,6 +209,35 @@ fn population_statistics_are_those_of_the_training_set() {
 }
 
 #[test]
+fn the_other_statistics_are_those_that_the_other_setting_tests_with() {
+    let dir = tempfile::tempdir().unwrap();
+    let of = |kind: &str| {
+        let set = format!("train.batch_norm={kind}");
+        let folder = run_tiny(&dir.path().join(kind), &[&set, "train.epochs=1"]).unwrap();
+        let words = Table::of(&folder).unwrap().to_string();
+        (folder.results().unwrap().networks, words)
+    };
+    let ((population, words), (moving, _)) = (of("population"), of("moving"));
+    assert!(population[0].other_statistics.is_none(), "an MLP has no batch norm");
+    for (own, other, name) in
+        [(&population[1], &moving[1], "moving"), (&moving[1], &population[1], "population")]
+    {
+        let seen = own.other_statistics.unwrap();
+        assert_eq!(seen.batch_norm.name(), name);
+        assert!((seen.accuracy - other.mean.unwrap().accuracy).abs() < 1e-9);
+        let losses: Vec<f64> = other.folds.iter().map(|fold| fold.test_loss).collect();
+        assert_eq!(seen.test_loss, losses.iter().sum::<f64>() / losses.len() as f64);
+    }
+    let losses = [&population[1], &moving[1]].map(|n| n.other_statistics.unwrap().test_loss);
+    assert_ne!(losses[0], losses[1], "else nothing was compared");
+    assert!(words.contains("accuracy with moving batch-norm statistics: resnet8-lite-1d "), "{words}");
+
+    let stopped = ["train.early_stopping.patience=2"];
+    let folder = run_tiny(&dir.path().join("stopped"), &stopped).unwrap();
+    assert!(folder.results().unwrap().networks[1].other_statistics.is_none());
+}
+
+#[test]
 fn every_sample_of_every_epoch_is_a_piece_of_the_work_announced() {
     #[derive(Default)]
     struct Count(AtomicU64, AtomicU64);

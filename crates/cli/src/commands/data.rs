@@ -16,13 +16,14 @@ pub enum Data {
 /// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
 /// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
 ///
-/// A data set is a .npz with x [N, channels, time], [N, rows, columns] or [N, frames, rows, columns],
-/// y [N] and optionally group [N], with labels.json beside it; or a folder with one sub-folder per class
-/// holding CSV (rows = time), NPY, PNG or JPEG files. Ends with 1 if something keeps it from being used.
+/// A data set is a .npz or a .mat of MATLAB 5 to 7 with x [N, channels, time], [N, rows, columns] or
+/// [N, frames, rows, columns], y [N] and optionally group [N], with labels.json beside it; or a folder with
+/// one sub-folder per class holding CSV (rows = time), NPY, MAT, PNG or JPEG files. Ends with 1 if something
+/// keeps it from being used.
 #[derive(Args)]
 #[command(after_help = "Example:  taxel data check recordings/ --json")]
 pub struct Check {
-    /// A .npz file or a folder.
+    /// A .npz file, a .mat file or a folder.
     path: PathBuf,
     /// The array that holds the groups, if it is not called `group`.
     #[arg(long)]

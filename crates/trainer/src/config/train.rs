@@ -92,6 +92,16 @@ pub enum BatchNorm {
     Moving,
 }
 
+impl BatchNorm {
+    /// The name in a config.
+    pub fn name(self) -> &'static str {
+        match self {
+            BatchNorm::Population => "population",
+            BatchNorm::Moving => "moving",
+        }
+    }
+}
+
 /// How much the mistakes on a class count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
