@@ -102,7 +102,7 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
         let names =
             |column| (0..=last(column).min(x.shape()[0] as i64)).map(|c| (c + 1).to_string()).collect();
         let columns = (0..columns).map(names).collect();
-        numbered = Some(Names { file: options.y.clone(), columns, source: None });
+        numbered = Some(Names { file: options.y.clone(), columns, source: None, full_scale: None });
     }
     let groups = match group_array(&file, &archive, options)? {
         None => None,

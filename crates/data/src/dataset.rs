@@ -65,6 +65,8 @@ pub struct Dataset {
     pub group_name: Option<String>,
     /// What the samples are, if the file of class names says it: `simulated: fingertip`.
     pub source: Option<String>,
+    /// The highest reading that the sensor gives, if that file says it.
+    pub full_scale: Option<f64>,
     /// Where each sample comes from: its file, or `x[17]`.
     pub sources: Vec<String>,
     /// Sources of the rows left out by [`Options::drop`](crate::Options::drop).

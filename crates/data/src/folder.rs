@@ -150,6 +150,7 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
             file: file.clone(),
             columns: vec![classes.iter().map(name).collect()],
             source: None,
+            full_scale: None,
         }),
         groups: options.group_block.map(|_| ("position".into(), positions)),
         official: None,

@@ -11,26 +11,33 @@ use std::path::Path;
 ///
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
 /// a list of k such lists. A text under `source` says what the samples are
-/// (`simulated: fingertip`). Other keys are for people and not read.
+/// (`simulated: fingertip`), a number under `full_scale` how high its readings go. Other keys are for people and not read.
 pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<Option<Names>> {
     let stem = npz.file_stem().unwrap_or_default().to_string_lossy();
     for name in [format!("{stem}.classes.json"), "labels.json".to_string()] {
         let path = npz.with_file_name(&name);
         if path.exists() {
-            let (columns, source) = read(&path, limits)?;
-            return Ok(Some(Names { file: name, columns, source }));
+            return read(&path, name, limits).map(Some);
         }
     }
     Ok(None)
 }
 
-fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Option<String>)> {
+fn read(path: &Path, name: String, limits: &Limits) -> Result<Names> {
     let file = path.display().to_string();
     let text = crate::folder::read_text(path, limits)?;
     let value: Value = serde_json::from_str(&text)
         .map_err(|e| Error::LabelsJson { file: file.clone(), why: e.to_string().to_lowercase() })?;
     let form = |why: String| Error::LabelsForm { file: file.clone(), why };
     let source = value.get("source").and_then(Value::as_str).map(String::from);
+    let full_scale = match value.get("full_scale") {
+        None | Some(Value::Null) => None,
+        Some(given) => match given.as_f64().filter(|v| v.is_finite() && *v > 0.0) {
+            Some(number) => Some(number),
+            None => return Err(form(format!("full_scale is {given}, not a number above 0"))),
+        },
+    };
+    let named = |columns| Names { file: name, columns, source, full_scale };
     let list = match &value {
         Value::Object(map) => map.get("classes").ok_or_else(|| form("has no key \"classes\"".into()))?,
         other => other,
@@ -48,9 +55,9 @@ fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Option<String
             strings(names, &format!("classes[{column}]"), &file)
         };
         let columns = list.iter().enumerate().map(nested).collect::<Result<_>>()?;
-        return Ok((columns, source));
+        return Ok(named(columns));
     }
-    Ok((vec![strings(list, "classes", &file)?], source))
+    Ok(named(vec![strings(list, "classes", &file)?]))
 }
 
 fn strings(list: &[Value], at: &str, file: &str) -> Result<Vec<String>> {

@@ -44,6 +44,8 @@ pub(crate) struct Names {
     pub columns: Vec<Vec<String>>,
     /// What the samples are, in the words of the file: `simulated: fingertip`.
     pub source: Option<String>,
+    /// The highest reading that the sensor gives.
+    pub full_scale: Option<f64>,
 }
 
 /// The name of a path without its extension; `data.npz` goes by its folder.

@@ -97,7 +97,7 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
         y_name: "the classes".into(),
         y,
         columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![classes], source: None }),
+        names: Some(Names { file: file.clone(), columns: vec![classes], source: None, full_scale: None }),
         groups: None,
         official: Some(("the _TEST file".into(), test)),
         sources,

@@ -141,6 +141,7 @@ pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
     let (group_name, groups) = groups.unzip();
     let dataset = Dataset {
         source: raw.names.as_ref().and_then(|names| names.source.clone()),
+        full_scale: raw.names.as_ref().and_then(|names| names.full_scale),
         name: raw.name,
         digest: digest(&x, &y, attributes.as_ref(), groups.as_deref()),
         axes: raw.axes,

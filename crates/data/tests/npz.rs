@@ -90,6 +90,18 @@ fn class_names_come_from_the_nearer_file() {
 }
 
 #[test]
+fn the_file_of_names_may_say_how_high_readings_go() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    assert_eq!(load(&path, &Options::default()).unwrap().full_scale, None);
+    files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": 255}"#)]);
+    assert_eq!(load(&path, &Options::default()).unwrap().full_scale, Some(255.0));
+    files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": -1}"#)]);
+    let message = refused(&path, &Options::default());
+    assert!(message.starts_with("labels.json: full_scale is -1, not a number above 0"), "{message}");
+}
+
+#[test]
 fn channels_are_selected_along_axis_1() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);

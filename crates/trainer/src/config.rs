@@ -84,7 +84,8 @@ pub struct Data {
     /// A `.npz` or folder of recordings; `${NAME}` is replaced by the environment variable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// The largest possible reading, for `scale = "full-scale"`; a scene knows its own.
+    /// The largest possible reading, for `scale = "full-scale"`; a scene knows its own, and so does
+    /// a data set with `full_scale` in its labels.json.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full_scale: Option<f64>,
     /// Name of the array of samples. Default `x`.

@@ -51,7 +51,7 @@ impl Lock {
             .truncate(false)
             .open(&path)
             .map_err(|e| Error::io(&path, "created", e))?;
-        match file.try_lock() {
+        match patiently(|| file.try_lock()) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut holder = String::new();
@@ -73,6 +73,19 @@ impl Lock {
         written.map_err(|e| Error::io(&path, "written", e))?;
         Ok(Lock { _file: file })
     }
+}
+
+/// Asks again for a moment: a child that a process is just starting holds its locks until it has started.
+fn patiently(
+    lock: impl Fn() -> std::result::Result<(), TryLockError>,
+) -> std::result::Result<(), TryLockError> {
+    for _ in 0..10 {
+        match lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(std::time::Duration::from_millis(20)),
+            answer => return answer,
+        }
+    }
+    lock()
 }
 
 /// Removes what killed processes have left half-written in `folder`; only for the holder of its lock.

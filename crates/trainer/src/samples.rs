@@ -178,7 +178,7 @@ impl Samples {
             classes: dataset.classes,
             groups: dataset.groups,
             units: Some(units),
-            full_scale: None,
+            full_scale: dataset.full_scale.map(|v| v as f32),
             rest: None,
             origins: dataset.sources,
             digest: dataset.digest,
