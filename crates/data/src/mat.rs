@@ -241,7 +241,7 @@ impl Element<'_> {
             return Err(Broken::Is("an array without flags".into()));
         }
         let flags = self.number(&flags[..4]);
-        let (class, logical, complex) = (flags & 0xFF, flags & 0x200 != 0, flags & 0x800 != 0);
+        let (class, complex) = (flags & 0xFF, flags & 0x800 != 0);
         // Objects such as `categorical` and `table` have no shape.
         let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)?.1 };
         let shape: Vec<u64> = shape.chunks_exact(4).map(|axis| self.number(axis).into()).collect();
@@ -250,7 +250,7 @@ impl Element<'_> {
             return Ok(None);
         }
         let mut header = Header {
-            dtype: dtype(class, logical, complex),
+            dtype: dtype(class, complex),
             shape,
             fortran: true,
             big: self.big,
@@ -263,7 +263,7 @@ impl Element<'_> {
             let Some((kind, size)) = number(stored) else {
                 return Err(Broken::Is(format!("numbers stored as type {stored}")));
             };
-            header.kind = Some(if logical { Kind::Bool } else { kind });
+            header.kind = Some(kind);
             header.size = size;
             self.values = Some(Values { small, bytes });
         }
@@ -305,7 +305,7 @@ impl Element<'_> {
 }
 
 /// How NumPy names what MATLAB keeps; other classes by MATLAB's names.
-fn dtype(class: u32, logical: bool, complex: bool) -> String {
+fn dtype(class: u32, complex: bool) -> String {
     let name = match class {
         1 => "cell",
         2 => "struct",
@@ -314,7 +314,6 @@ fn dtype(class: u32, logical: bool, complex: bool) -> String {
         6 => "<f8",
         7 => "<f4",
         8 => "|i1",
-        9 if logical => "|b1",
         9 => "|u1",
         10 => "<i2",
         11 => "<u2",
