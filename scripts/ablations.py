@@ -2,7 +2,7 @@
 """What each effect of a scene does to the ranking of methods: writes docs/scenes/ablations.md.
 
     cargo build --release          # or TAXEL=/path/to/taxel
-    python3 scripts/ablations.py [fingertip gripper palpation] [--seeds 0,1,2,3] [--threads 1]
+    python3 scripts/ablations.py [fingertip gripper palpation imprint] [--seeds 0,1,2,3] [--threads 1]
 
 For every removable effect the scene is simulated without it and the same methods are trained and tested
 again by `taxel run`, on the same protocol and seeds. A row says how each method changes against the whole
@@ -36,8 +36,12 @@ SCENES = {
         ["data.samples=300", "train.epochs=8", 'networks=[{name="multiscale-cnn"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
     ),
     "palpation": (
-        "palpation/palpation-002-table-1.toml",
-        ["data.samples=270", "protocol.test=0.4", "protocol.repetitions=1", "train.epochs=12", "train.optimizer.lr=0.01", 'networks=[{name="tactnet3d-4-8"},{name="tactnet6"}]', 'rivals=["k-nn","svm-linear"]'],
+        "palpation/palpation-003-fig-6-all.toml",
+        ["data.samples=480", "protocol.per_class=[10]", "protocol.repetitions=1", "train.epochs=10", "train.optimizer.lr=0.01", 'networks=[{name="tactnet6"}]', 'rivals=["k-nn","svm-linear"]'],
+    ),
+    "imprint": (
+        "visuotactile/imprint.toml",
+        ["data.samples=300", "data.set.elements=32", "train.epochs=10", 'networks=[{name="resnet8-lite-2d"}]', 'rivals=["k-nn","svm-linear"]'],
     ),
 }
 

@@ -3,7 +3,7 @@
 //! After MathWorks, "MAT-File Format", chapter 1. Only what a data set needs: dense real arrays of numbers.
 //! Nothing of a file is held but the names and shapes of its variables; values are streamed.
 
-use crate::npy::{Header, Kind};
+use crate::npy::{Header, Kind, read_up_to};
 use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
 use std::fs::File;
@@ -159,19 +159,6 @@ fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
         (b"IM" | b"MI", _) => Err(not("its version is another one")),
         _ => Err(not("it has no such header; version 4 is not read")),
     }
-}
-
-fn read_up_to(reader: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
-    let mut filled = 0;
-    while filled < buffer.len() {
-        match reader.read(&mut buffer[filled..]) {
-            Ok(0) => break,
-            Ok(n) => filled += n,
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(filled)
 }
 
 /// What is wrong with an element.

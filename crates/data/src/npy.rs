@@ -361,17 +361,20 @@ impl Header {
     }
 }
 
-/// Fills the buffer as far as the stream goes.
 fn fill(reader: &mut dyn Read, buffer: &mut [u8], at: &str) -> Result<usize> {
+    read_up_to(reader, buffer)
+        .map_err(|e| Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() })
+}
+
+/// Fills the buffer as far as the stream goes.
+pub(crate) fn read_up_to(reader: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {
         match reader.read(&mut buffer[filled..]) {
             Ok(0) => break,
             Ok(n) => filled += n,
             Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => {
-                return Err(Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() });
-            }
+            Err(e) => return Err(e),
         }
     }
     Ok(filled)
