@@ -32,8 +32,8 @@ SCENES = {
         ["data.samples=600", 'protocol.split="group"', "train.epochs=15", 'networks=[{name="mlp"},{name="resnet8-lite-1d"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
     ),
     "gripper": (
-        "strength/strength-004-unseen-objects.toml",
-        ["data.samples=300", "train.epochs=8", 'networks=[{name="multiscale-cnn"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
+        "strength/strength-004-table-2.toml",
+        ["data.samples=400", "protocol.test=0.4", "train.epochs=8", 'networks=[{name="multiscale-cnn"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
     ),
     "palpation": (
         "palpation/palpation-003-fig-6-all.toml",

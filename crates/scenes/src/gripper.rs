@@ -10,8 +10,8 @@
 //!
 //! The physics: object and foam in series, `F = K (depth - flow)`, with `K = k k_s / (k + k_s)`; the
 //! object flows towards a share of its indentation (a standard linear solid), `d flow/dt = (g d - flow)
-//! / tau`; DC is proportional to F; AC is the pressure above 10 Hz, the decaying ring of the first
-//! touch and the motor's hum.
+//! / tau`; DC is proportional to F; AC is the pressure above 10 Hz and the decaying ring of the first
+//! touch.
 //!
 //! # What tells the levels
 //!
@@ -21,7 +21,7 @@
 //!
 //! # What is left out
 //!
-//! Temperature, slip, the arm's own motion, and shape: the fluid pressure does not know where it is
+//! Temperature, slip, the arm's own motion, the motor's hum (with one, no method did better or worse), and shape: the fluid pressure does not know where it is
 //! touched.
 
 mod objects;

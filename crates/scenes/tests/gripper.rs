@@ -147,7 +147,7 @@ fn ac_rests_at_its_offset_and_rings_longer_on_elastic_objects() {
 #[test]
 fn every_removable_effect_changes_the_readings() {
     let whole = simulate(GRIPPER, 30, 9, &[]).unwrap();
-    assert_eq!(removable(GRIPPER).len(), 6);
+    assert_eq!(removable(GRIPPER).len(), 5);
     for effect in removable(GRIPPER) {
         let without = simulate(GRIPPER, 30, 9, std::slice::from_ref(&effect)).unwrap();
         assert_ne!(whole.x, without.x, "{effect}");
@@ -166,7 +166,7 @@ fn every_removable_effect_changes_the_readings() {
 
 #[test]
 fn every_random_effect_is_another_in_every_grasp() {
-    for effect in ["delay", "motor", "placement", "offset", "noise"] {
+    for effect in ["delay", "placement", "offset", "noise"] {
         let scene = simulate(GRIPPER, 34, 9, &all_but(GRIPPER, &[effect])).unwrap();
         // The first 0.4 s are before contact, the hold is after it: the same object, sessions 0 and 1.
         let differs = |from: usize, to: usize| {
@@ -174,7 +174,7 @@ fn every_random_effect_is_another_in_every_grasp() {
             (from..to).any(|t| a.column(t) != b.column(t))
         };
         let after = truth(&scene, "peak_force_left_n")[3] != truth(&scene, "peak_force_left_n")[33];
-        let at_rest = ["motor", "offset", "noise"].contains(&effect);
+        let at_rest = ["offset", "noise"].contains(&effect);
         assert_eq!((differs(0, 39), after || at_rest), (at_rest, true), "{effect}");
     }
 }

@@ -58,9 +58,6 @@ parameters! {
         "harder objects ring higher";
     TAP_DAMPING: "tap", "its damping ratio, elasticity levels 10 and 1", [0.03, 0.3], "", ASSUMED,
         "elastic objects ring longer";
-    MOTOR: "motor", "vibration of the closing motor, in contact with a hard object", [5.0], "Pa", ASSUMED,
-        "AC is not silent while the fingers move";
-    MOTOR_PITCH: "motor", "its frequency", [90.0], "Hz", ASSUMED, "below the taps";
     AREA: "placement", "pressure per force, per grasp and finger, log SD", [0.1], "",
         "slight posture changes: paper 004, section 3.2.2; the amount: assumed", "amplitude says less";
     OFF_CENTRE: "placement", "object off the middle, SD", [0.25], "mm",
@@ -78,7 +75,7 @@ parameters! {
 }
 
 /// Effects that the scene works without.
-pub(super) const REMOVABLE: [&str; 6] = ["delay", "relaxation", "motor", "placement", "offset", "noise"];
+pub(super) const REMOVABLE: [&str; 5] = ["delay", "relaxation", "placement", "offset", "noise"];
 
 /// All parameters and objects, as `taxel simulate gripper --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {

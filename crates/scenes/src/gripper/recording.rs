@@ -90,9 +90,9 @@ impl Grasp {
         for tick in 0..ticks {
             for sub in 0..burst {
                 let time = (tick * burst + sub) as f64 * step;
-                let (depth, speed) = self.motion(time, outcome.stop);
+                let depth = self.depth(time, outcome.stop);
                 for (finger, fluid) in fingers.iter_mut().enumerate() {
-                    let ac = fluid.step(self, time, depth - self.late[finger], speed);
+                    let ac = fluid.step(self, time, depth - self.late[finger]);
                     into[(finger * (burst + 1) + 1 + sub) * ticks + tick] = ac;
                 }
             }
@@ -110,13 +110,12 @@ impl Grasp {
         outcome
     }
 
-    /// How far the fingers have come since the first touch in mm, and their speed.
-    fn motion(&self, time: f64, stop: f64) -> (f64, f64) {
+    /// How far the fingers have come since the first touch, mm.
+    fn depth(&self, time: f64, stop: f64) -> f64 {
         let speed = SPEED.get();
         let closing = time.min(stop) - self.contact;
         let opening = (time - stop - HOLD.get()).max(0.0);
-        let moving = time < stop || opening > 0.0;
-        (speed * (closing - opening), if moving { speed } else { 0.0 })
+        speed * (closing - opening)
     }
 }
 
@@ -125,7 +124,6 @@ struct Finger {
     rng: Rng,
     noise: [f64; 2],
     tremble: f64,
-    motor: f64,
     pressure: f64,
     offset: [f64; 2],
     /// N.
@@ -136,18 +134,15 @@ struct Finger {
     slow: f64,
     wobble: f64,
     touched: Option<f64>,
-    phase: f64,
 }
 
 impl Finger {
     fn new(grasp: &Grasp, world: &World, i: usize, finger: usize) -> Finger {
         let quiet = |value: f64| world.unless("noise", value, 0.0);
-        let mut phase = world.rng(&format!("{i}/motor/{finger}"));
         Finger {
             rng: world.rng(&format!("{i}/noise/{finger}")),
             noise: [quiet(NOISE.value[0]), quiet(NOISE.value[1])],
             tremble: quiet(TREMBLE.get()),
-            motor: world.unless("motor", MOTOR.get(), 0.0),
             pressure: grasp.pressure[finger],
             offset: grasp.offset[finger],
             force: 0.0,
@@ -155,12 +150,11 @@ impl Finger {
             slow: 0.0,
             wobble: 0.0,
             touched: None,
-            phase: TAU * phase.random::<f64>(),
         }
     }
 
     /// Goes on by one AC value, bits.
-    fn step(&mut self, grasp: &Grasp, time: f64, depth: f64, speed: f64) -> f32 {
+    fn step(&mut self, grasp: &Grasp, time: f64, depth: f64) -> f32 {
         let step = TICK.get() / BURST.get();
         // Object and foam in series, the object's flow taken off: F = K (depth - flow).
         let (material, firm) = (&grasp.material, grasp.material.firmness());
@@ -178,10 +172,7 @@ impl Finger {
             let strength = grasp.tap * (TAP.value[0] + TAP.value[1] * firm);
             strength * (-material.damping * turn).exp() * turn.sin()
         });
-        let held = if self.force > 0.0 { 0.3 + 0.7 * firm } else { 0.3 };
-        let moving = if speed > 0.0 { self.motor } else { 0.0 };
-        let motor = moving * held * (TAU * MOTOR_PITCH.get() * time + self.phase).sin();
-        let vibration = (pressure - self.slow + tap + motor) / AC_UNIT.get();
+        let vibration = (pressure - self.slow + tap) / AC_UNIT.get();
         // First-order red noise of the wanted SD.
         let kept = (-TAU * TREMBLE_CORNER.get() * step).exp();
         self.wobble = kept * self.wobble + (1.0 - kept * kept).sqrt() * normal(&mut self.rng);
