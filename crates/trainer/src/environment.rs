@@ -1,8 +1,6 @@
 //! `environment.json`: on what machine and with which code a run was made.
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Environment {
     /// Version of taxel.
     pub taxel: String,
-    /// Git commit of its source, with `-dirty` behind it if files were changed since.
+    /// Git commit that it was built from, with `-dirty` behind it if sources had been changed since.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub commit: Option<String>,
     /// The compiler that built it.
@@ -41,7 +39,7 @@ impl Environment {
     pub fn now(threads: usize, seed: u64, source: &str, data_digest: &str) -> Self {
         Environment {
             taxel: env!("CARGO_PKG_VERSION").into(),
-            commit: option_env!("TAXEL_COMMIT").map(String::from).or_else(commit),
+            commit: option_env!("TAXEL_COMMIT").map(String::from),
             rustc: option_env!("TAXEL_RUSTC").map(String::from),
             optimised: !cfg!(debug_assertions),
             platform: format!("{}-{}", std::env::consts::OS, std::env::consts::ARCH),
@@ -58,18 +56,6 @@ impl Environment {
 /// Hardware threads that the process may use; 1 where that is unknown.
 pub(crate) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, Into::into)
-}
-
-/// The commit of the source folder that built this, where it still is.
-fn commit() -> Option<String> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let output = Command::new("git")
-        .args(["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"])
-        .current_dir(source)
-        .output()
-        .ok()?;
-    let text = String::from_utf8(output.stdout).ok()?.trim().to_string();
-    (output.status.success() && !text.is_empty()).then_some(text)
 }
 
 fn cpu() -> Option<String> {
