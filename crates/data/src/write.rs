@@ -82,9 +82,11 @@ impl Npz {
         let options = FileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .last_modified_time(DateTime::default());
-        let mut array = self.archive.array(name, options)?.default_dtype().shape(&long(shape)).begin_nd()?;
-        array.extend(values.iter().copied())?;
-        array.finish()
+        // In one piece: the compressor clears its buffer at every call.
+        let bytes = npy_bytes(shape, values)?;
+        let zip = self.archive.zip_writer();
+        zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
+        zip.write_all(&bytes)
     }
 
     /// The archive's bytes.
