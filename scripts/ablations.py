@@ -90,7 +90,8 @@ def ablate(scene: str, seeds: list[int], threads: int) -> str:
     silent = []
     for effect in effects(scene):
         own = runs([f'data.without=["{effect}"]'])
-        changed = "the same" if order(mean(own)) == order(base) else " > ".join(order(mean(own)))
+        ranked = order(mean(own))
+        changed = "the same" if ranked == order(base) else " > ".join(ranked)
         cells = [change([one[n] for one in whole], [one[n] for one in own], len(names)) for n in names]
         lines.append(f"| without {effect} | " + " | ".join(words for words, _ in cells) + f" | {changed} |")
         if not any(told for _, told in cells):

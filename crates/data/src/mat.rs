@@ -3,12 +3,14 @@
 //! After MathWorks, "MAT-File Format", chapter 1. Only what a data set needs: dense real arrays of numbers.
 //! Nothing of a file is held but the names and shapes of its variables; values are streamed.
 
+use crate::Error;
 use crate::npy::{Header, Kind, read_up_to};
-use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
+
+type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Bytes before the first element.
 const START: u64 = 128;
@@ -61,17 +63,15 @@ impl Archive {
         let mut at = START;
         while at < len {
             if archive.variables.len() == MAX_ELEMENTS {
-                return Err(archive.damaged(format!("holds more than {MAX_ELEMENTS} variables")));
+                return Err(damaged(&place, format!("holds more than {MAX_ELEMENTS} variables")));
             }
-            let (end, mut element) = archive.element(at)?;
+            let (end, element) = archive.element(at)?;
             let found = element.variable().map_err(|why| why.at(&place, at))?;
-            drop(element);
+            let found = found.map(|(name, header, _)| Variable { name, at, header });
             if end > len {
-                return Err(archive.damaged(format!("is cut short: it has {len} of at least {end} bytes")));
+                return Err(damaged(&place, format!("is cut short: it has {len} of at least {end} bytes")));
             }
-            if let Some((name, header)) = found {
-                archive.variables.push(Variable { name, at, header });
-            }
+            archive.variables.extend(found);
             at = end;
         }
         archive.arrays = archive.variables.iter().map(|v| v.name.clone()).collect();
@@ -99,17 +99,12 @@ impl Archive {
         let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
             return Err(crate::arrays::missing(&self.file, name, &self.arrays, "x"));
         };
-        let (at, header) = (variable.at, variable.header.clone());
-        let (_, mut element) = self.element(at)?;
-        let mut values: Box<dyn Read + '_> = match header.kind {
-            Some(_) => {
-                element.variable().map_err(|why| why.at(place, at))?;
-                Box::new(element.values.take().unwrap_or_default().chain_to(element.stream))
-            }
-            // The header says so and nothing is read.
-            None => Box::new(io::empty()),
-        };
-        read(&header, &mut values, place)
+        let at = variable.at;
+        let (_, element) = self.element(at)?;
+        match element.variable().map_err(|why| why.at(place, at))? {
+            Some((_, header, mut values)) => read(&header, &mut values, place),
+            None => Err(damaged(place, "has changed while it was read")),
+        }
     }
 
     /// The element at a position, uncompressed, and where it ends.
@@ -134,12 +129,12 @@ impl Archive {
             }
             other => return Err(Broken::Is(format!("type {other}")).at(&file, at)),
         }
-        Ok((end, Element { stream, big, values: None }))
+        Ok((end, Element { stream, big }))
     }
+}
 
-    fn damaged(&self, why: String) -> Error {
-        Error::DamagedMatlab { file: self.file.clone(), why }
-    }
+fn damaged(file: &str, why: impl Into<String>) -> Error {
+    Error::DamagedMatlab { file: file.into(), why: why.into() }
 }
 
 /// Reads the first 128 bytes: the kind of file and the order of its bytes.
@@ -178,7 +173,7 @@ impl Broken {
             }
             Broken::Is(what) => format!("has at byte {at} {what}, which is no variable of numbers or text"),
         };
-        Error::DamagedMatlab { file: place.into(), why }
+        damaged(place, why)
     }
 }
 
@@ -195,44 +190,29 @@ fn word(stream: &mut dyn Read, big: bool) -> io::Result<u32> {
 }
 
 /// Type and length in bytes.
-fn tag(stream: &mut dyn Read, big: bool) -> std::result::Result<(u32, u32), Broken> {
+fn tag(stream: &mut dyn Read, big: bool) -> Result<(u32, u32), Broken> {
     Ok((word(stream, big)?, word(stream, big)?))
 }
+
+/// Name, form and values of a variable.
+type Content<'a> = (String, Header, Box<dyn Read + 'a>);
 
 /// The content of a variable's element.
 struct Element<'a> {
     stream: Box<dyn Read + 'a>,
     big: bool,
-    values: Option<Values>,
 }
 
-/// Where the values are: up to four bytes within the tag, or the next so many.
-#[derive(Default)]
-struct Values {
-    small: Vec<u8>,
-    bytes: u64,
-}
-
-impl Values {
-    fn chain_to<'a>(self, stream: Box<dyn Read + 'a>) -> impl Read + 'a {
-        Cursor::new(self.small).chain(stream.take(self.bytes))
-    }
-}
-
-impl Element<'_> {
-    /// Name and form of the variable; the stream then stands at its values. None for what MATLAB keeps
-    /// for itself.
-    fn variable(&mut self) -> std::result::Result<Option<(String, Header)>, Broken> {
-        let flags = self.part(16)?.1;
-        if flags.len() < 4 {
-            return Err(Broken::Is("an array without flags".into()));
-        }
-        let flags = self.number(&flags[..4]);
+impl<'a> Element<'a> {
+    /// The variable; of what is no number the values are empty. None for what MATLAB keeps for itself.
+    fn variable(mut self) -> Result<Option<Content<'a>>, Broken> {
+        let flags = word(&mut self.part(16)?.as_slice(), self.big)?;
         let (class, complex) = (flags & 0xFF, flags & 0x800 != 0);
         // Objects such as `categorical` and `table` have no shape.
-        let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)?.1 };
-        let shape: Vec<u64> = shape.chunks_exact(4).map(|axis| self.number(axis).into()).collect();
-        let name = String::from_utf8_lossy(&self.part(MAX_NAME)?.1).into_owned();
+        let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)? };
+        let axes = shape.chunks_exact(4).map(|mut axis| word(&mut axis, self.big).map(u64::from));
+        let shape = axes.collect::<io::Result<_>>()?;
+        let name = String::from_utf8_lossy(&self.part(MAX_NAME)?).into_owned();
         if name.is_empty() {
             return Ok(None);
         }
@@ -245,26 +225,19 @@ impl Element<'_> {
             size: 0,
             matlab: true,
         };
-        if (6..=15).contains(&class) && !complex {
-            let (stored, small, bytes) = self.start()?;
-            let Some((kind, size)) = number(stored) else {
-                return Err(Broken::Is(format!("numbers stored as type {stored}")));
-            };
-            header.kind = Some(kind);
-            header.size = size;
-            self.values = Some(Values { small, bytes });
+        if !(6..=15).contains(&class) || complex {
+            return Ok(Some((name, header, Box::new(io::empty()))));
         }
-        Ok(Some((name, header)))
-    }
-
-    fn number(&self, bytes: &[u8]) -> u32 {
-        let mut four = [0; 4];
-        four.copy_from_slice(&bytes[..4]);
-        if self.big { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) }
+        let (stored, small, bytes) = self.start()?;
+        let Some((kind, size)) = number(stored) else {
+            return Err(Broken::Is(format!("numbers stored as type {stored}")));
+        };
+        (header.kind, header.size) = (Some(kind), size);
+        Ok(Some((name, header, Box::new(Cursor::new(small).chain(self.stream.take(bytes))))))
     }
 
     /// Type of the next part, the bytes within its tag, and how many follow.
-    fn start(&mut self) -> std::result::Result<(u32, Vec<u8>, u64), Broken> {
+    fn start(&mut self) -> Result<(u32, Vec<u8>, u64), Broken> {
         let first = word(&mut self.stream, self.big)?;
         if first >> 16 == 0 {
             return Ok((first, vec![], word(&mut self.stream, self.big)?.into()));
@@ -276,8 +249,8 @@ impl Element<'_> {
     }
 
     /// The next part whole, with what fills it up to eight bytes.
-    fn part(&mut self, most: usize) -> std::result::Result<(u32, Vec<u8>), Broken> {
-        let (kind, mut bytes, follow) = self.start()?;
+    fn part(&mut self, most: usize) -> Result<Vec<u8>, Broken> {
+        let (_, mut bytes, follow) = self.start()?;
         if follow > most as u64 {
             return Err(Broken::Is(format!("a header part of {follow} bytes")));
         }
@@ -287,7 +260,7 @@ impl Element<'_> {
             self.stream.read_exact(&mut bytes)?;
             bytes.truncate(len);
         }
-        Ok((kind, bytes))
+        Ok(bytes)
     }
 }
 
