@@ -29,19 +29,19 @@ TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
 SCENES = {
     "fingertip": (
         "quickstart.toml",
-        ["data.samples=600", 'protocol.split="group"', "train.epochs=15", 'networks=[{name="mlp"},{name="resnet8-lite-1d"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
+        ["data.samples=600", 'protocol.split="group"', "train.epochs=15", 'networks=[{name="mlp"},{name="resnet8-lite-1d"}]', 'baselines=["k-nn","mini-rocket","svm-linear"]'],
     ),
     "gripper": (
         "strength/strength-004-table-2.toml",
-        ["data.samples=400", "protocol.test=0.4", "train.epochs=8", 'networks=[{name="multiscale-cnn"}]', 'rivals=["k-nn","mini-rocket","svm-linear"]'],
+        ["data.samples=400", "protocol.test=0.4", "train.epochs=8", 'networks=[{name="multiscale-cnn"}]', 'baselines=["k-nn","mini-rocket","svm-linear"]'],
     ),
     "palpation": (
         "palpation/palpation-003-fig-6-all.toml",
-        ["data.samples=480", "protocol.per_class=[10]", "protocol.repetitions=1", "train.epochs=10", "train.optimizer.lr=0.01", 'networks=[{name="tactnet6"}]', 'rivals=["k-nn","svm-linear"]'],
+        ["data.samples=480", "protocol.per_class=[10]", "protocol.repetitions=1", "train.epochs=10", "train.optimizer.lr=0.01", 'networks=[{name="tactnet6"}]', 'baselines=["k-nn","svm-linear"]'],
     ),
     "imprint": (
         "visuotactile/imprint.toml",
-        ["data.samples=300", "data.set.elements=32", "train.epochs=10", 'networks=[{name="resnet8-lite-2d"}]', 'rivals=["k-nn","svm-linear"]'],
+        ["data.samples=300", "data.set.elements=32", "train.epochs=10", 'networks=[{name="resnet8-lite-2d"}]', 'baselines=["k-nn","svm-linear"]'],
     ),
 }
 

@@ -3,7 +3,7 @@
 
     python3 scripts/kill_resume.py [--taxel target/release/taxel] [--kills 20] [--seed 0]
 
-Five networks (1D, 2D, recurrent, 3D-free hybrids with dropout-free and batch-norm layers) and two rivals on the
+Five networks (1D, 2D, recurrent, 3D-free hybrids with dropout-free and batch-norm layers) and two baselines on the
 simulated fingertip, two folds. Each network's run is killed (SIGKILL) at random moments of its length until
 the kills are used up, and resumed each time. Exit code 0: all bytes are equal; 1: some differ. Wall times
 (timings.jsonl, environment.json, folds/*.timing.json) are no results and not compared.
@@ -23,7 +23,7 @@ NETWORKS = ["mlp", "lstm", "resnet8-lite-1d", "vgg6-lite-2d", "hybrid-resvgg"]
 CONFIG = """
 name = "killed"
 seed = 11
-rivals = ["k-nn", "mini-rocket"]
+baselines = ["k-nn", "mini-rocket"]
 [data]
 scene = "fingertip"
 samples = 120

@@ -15,7 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("scenes", &["seed"]),
     ("graph", &["seed"]),
     ("kernels", &[]),
-    ("rivals", &["seed"]),
+    ("baselines", &["seed"]),
     ("data", &["encodings", "seed"]),
     ("hybrid-cnn", &["graph"]),
     ("tactnet3d", &["graph"]),
@@ -25,10 +25,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("zoo", &["graph", "hybrid-cnn", "tactnet3d", "multiscale-cnn", "visuotactile", "comparators"]),
     ("engine", &["graph", "kernels"]),
     ("devices", &["graph"]),
-    ("trainer", &["data", "devices", "encodings", "engine", "graph", "rivals", "scenes", "seed", "zoo"]),
+    ("trainer", &["data", "devices", "encodings", "engine", "graph", "baselines", "scenes", "seed", "zoo"]),
     ("judge", &["data", "scenes", "seed", "trainer"]),
     (
-        "cli",
+        "taxel",
         &["data", "devices", "encodings", "engine", "graph", "judge", "scenes", "seed", "trainer", "zoo"],
     ),
 ];

@@ -475,8 +475,8 @@ fn choose_names_the_smallest_that_suffices() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--set", "data.samples=60"];
-    let rivals = ["--set", "rivals=[\"majority\", \"k-nn\"]", "--out", text(&run)];
-    good(&[&quick[..], &rivals].concat());
+    let baselines = ["--set", "baselines=[\"majority\", \"k-nn\"]", "--out", text(&run)];
+    good(&[&quick[..], &baselines].concat());
     let shown = good(&["choose", text(&run), "--by", "size"]);
     assert!(shown.contains("95 % interval") && shown.contains("chosen"), "{shown}");
     assert!(shown.contains("majority") && shown.contains("Too few data"), "{shown}");

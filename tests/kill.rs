@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 const CONFIG: &str = r#"
 name = "killed"
 seed = 5
-rivals = ["k-nn"]
+baselines = ["k-nn"]
 [data]
 scene = "fingertip"
 samples = 60

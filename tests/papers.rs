@@ -37,7 +37,7 @@ fn paper_000_hardness_from_fingertips() {
         r#"
 name = "paper-000"
 seed = 1
-rivals = ["majority", "mini-rocket"]
+baselines = ["majority", "mini-rocket"]
 [data]
 scene = "fingertip"
 samples = 150
@@ -73,7 +73,7 @@ fn paper_001_touch_on_virtual_arrays() {
         r#"
 name = "paper-001"
 seed = 1
-rivals = []
+baselines = []
 [data]
 scene = "imprint"
 samples = 240
@@ -105,7 +105,7 @@ fn papers_002_and_003_squeezes() {
         r#"
 name = "paper-002"
 seed = 1
-rivals = []
+baselines = []
 [data]
 scene = "palpation"
 samples = 90
@@ -143,7 +143,7 @@ fn paper_004_levels_of_elasticity_and_hardness() {
         r#"
 name = "paper-004"
 seed = 1
-rivals = ["majority"]
+baselines = ["majority"]
 [data]
 scene = "gripper"
 samples = 240

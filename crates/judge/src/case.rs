@@ -78,7 +78,7 @@ impl Case {
         Ok(records)
     }
 
-    /// Names of the networks and rivals whose models are tested further: of a learning curve's rows the
+    /// Names of the networks and baselines whose models are tested further: of a learning curve's rows the
     /// one with the most training samples.
     pub fn contestants(&self) -> Vec<&str> {
         let most = self.results.networks.iter().filter_map(|n| n.per_class).max();
@@ -86,7 +86,7 @@ impl Case {
         rows.map(|n| n.network.as_str()).collect()
     }
 
-    /// Training batch of a network, and of rivals that of the experiment.
+    /// Training batch of a network, and of baselines that of the experiment.
     pub fn batch(&self, network: &str) -> usize {
         let config = self.experiment.config();
         let own = config.network(network);

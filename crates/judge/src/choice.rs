@@ -122,11 +122,11 @@ impl Wish {
     }
 }
 
-/// The rival that reads nothing.
+/// The baseline that reads nothing.
 pub(crate) const MAJORITY: &str = "majority";
 
 /// The smallest network of a run that suffices: of those that are not significantly worse than the most
-/// accurate one the cheapest, with the evidence. Rivals take part; majority, which reads nothing, is
+/// accurate one the cheapest, with the evidence. Baselines take part; majority, which reads nothing, is
 /// compared and never chosen, nor is anything that is no better than chance or seems to lose more than
 /// [`Wish::margin`], significantly or not. Of a learning curve only the rows with the most training samples take part.
 ///

@@ -73,7 +73,7 @@ pub(crate) struct Effect {
 pub(crate) type Statistic<'s> = &'s dyn Fn(&[Answers]) -> Option<f64>;
 
 impl Contest {
-    /// All networks and rivals of a run.
+    /// All networks and baselines of a run.
     ///
     /// # Errors
     /// A damaged record.

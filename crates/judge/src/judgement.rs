@@ -31,7 +31,7 @@ pub struct Judgement {
     pub judged_on: Environment,
     /// Share in % that is right by always naming the commonest class.
     pub chance: f64,
-    /// In the order of the config, rivals behind.
+    /// In the order of the config, baselines behind.
     pub networks: Vec<Judged>,
     /// Accuracy under faults; none where it was not asked for.
     pub stress: Option<Stress>,
@@ -39,27 +39,27 @@ pub struct Judgement {
     pub examples: Vec<Example>,
 }
 
-/// One network or rival.
+/// One network or baseline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// Scores, costs, confusion, published numbers.
     #[serde(flatten)]
     pub results: NetworkResults,
-    /// Whether it is a cheap rival and no network.
-    pub rival: bool,
-    /// Names of the inputs that it reads: `signal`, `image`, `tensor`; `series` for rivals.
+    /// Whether it is a baseline and no network.
+    pub baseline: bool,
+    /// Names of the inputs that it reads: `signal`, `image`, `tensor`; `series` for baselines.
     pub inputs: Vec<String>,
     /// Measured here; none for a network without a saved model.
     pub speed: Option<Speed>,
     /// Seconds of training per fold, mean over finished folds.
     pub train_seconds: f64,
-    /// Seconds of one epoch, mean over finished folds; none for rivals.
+    /// Seconds of one epoch, mean over finished folds; none for baselines.
     pub epoch_seconds: Option<f64>,
     /// Expected calibration error over the test parts, 0 to 1, mean over folds.
     pub calibration_error: f64,
     /// Whether no other is at least as accurate and faster, or as fast and more accurate.
     pub on_front: bool,
-    /// Mean over folds, epoch by epoch; empty for rivals.
+    /// Mean over folds, epoch by epoch; empty for baselines.
     pub training: Vec<EpochPoint>,
 }
 

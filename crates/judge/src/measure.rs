@@ -98,7 +98,7 @@ fn judged(
         None => None,
     };
     Ok(Judged {
-        rival: model.as_ref().is_some_and(|model| model.graph().is_none()),
+        baseline: model.as_ref().is_some_and(|model| model.graph().is_none()),
         inputs: model.iter().flat_map(Predictor::inputs).map(String::from).collect(),
         speed,
         train_seconds: mean(&mut times.iter().map(|t| t.train_seconds)),

@@ -197,7 +197,7 @@ pub fn stress(
     })
 }
 
-/// Rivals and networks that corruption errors are relative to, the first that a run has.
+/// Baselines and networks that corruption errors are relative to, the first that a run has.
 const REFERENCES: [&str; 3] = ["k-nn", "mini-rocket", "mlp"];
 
 impl FaultInfo {

@@ -131,7 +131,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             attributes: vec![],
             published: None,
         },
-        rival: ["majority", "k-nn"].contains(&player.zoo),
+        baseline: ["majority", "k-nn"].contains(&player.zoo),
         inputs: vec![],
         speed: Some(Speed {
             p50_ms: whole,

@@ -15,7 +15,7 @@ use taxel_trainer::{Experiment, Overrides, RunOptions, Silent, run};
 const CONFIG: &str = r#"
 name = "judged"
 seed = 3
-rivals = ["majority", "k-nn", "mini-rocket", "svm-linear", "svm-rbf"]
+baselines = ["majority", "k-nn", "mini-rocket", "svm-linear", "svm-rbf"]
 [data]
 scene = "fingertip"
 samples = 60
@@ -37,7 +37,7 @@ name = "vgg6-lite-2d"
 const GRIPPER: &str = r#"
 name = "gripped"
 seed = 1
-rivals = ["k-nn"]
+baselines = ["k-nn"]
 [data]
 scene = "gripper"
 samples = 60
@@ -134,7 +134,7 @@ fn a_judgement_holds_what_a_report_needs() {
     assert_eq!(judgement.kind, Kind::Simulated);
     assert_eq!(judgement.networks.len(), 2);
     assert_eq!(judgement.networks[0].inputs, ["image"]);
-    assert!(judgement.networks[1].rival && judgement.networks[1].training.is_empty());
+    assert!(judgement.networks[1].baseline && judgement.networks[1].training.is_empty());
     assert_eq!(judgement.networks[0].training.len(), 1);
     for network in &judgement.networks {
         let speed = network.speed.unwrap();

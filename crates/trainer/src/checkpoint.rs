@@ -21,7 +21,7 @@ pub struct Metadata {
     pub classes: Vec<String>,
     /// Input name and how raw samples become it, in the order of the network's inputs.
     pub inputs: Vec<(String, Transform)>,
-    /// Channels and length of the series that a rival reads; none for networks.
+    /// Channels and length of the series that a baseline reads; none for networks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub series: Option<[usize; 2]>,
     /// What it was trained on: `simulated: ..` or `real: ..`.
@@ -54,7 +54,7 @@ pub fn write_checkpoint(path: &Path, graph: &Graph, weights: &Weights, metadata:
     write_tensors(path, weights, metadata)
 }
 
-/// Writes the tensors of what is no graph: a rival.
+/// Writes the tensors of what is no graph: a baseline.
 pub(crate) fn write_tensors(path: &Path, weights: &Weights, metadata: &Metadata) -> Result<()> {
     let text = serde_json::to_string(metadata)
         .map_err(|e| Error::damaged(path, format!("cannot be encoded: {e}")))?;

@@ -4,19 +4,19 @@
 //! Ranges are checked in [`Config::check`]; files, `[quick]` and `--set` are read by
 //! [`crate::Experiment`].
 
+mod baseline;
 mod check;
 pub(crate) mod lines;
 mod network;
 mod protocol;
 mod range;
-mod rival;
 mod train;
 
+pub use baseline::Baseline;
 pub use check::Problem;
 pub use network::{Network, Published};
 pub use protocol::{Protocol, ProtocolKind, Split};
 pub use range::Range;
-pub use rival::Rival;
 pub use train::{
     BatchNorm, By, Choose, ClassWeights, EarlyStopping, Optimizer, OptimizerName, OptimizerOverride,
     Schedule, ScheduleKind, Train, TrainOverride,
@@ -59,7 +59,7 @@ pub struct Config {
     pub networks: Vec<Network>,
     /// Methods that cost almost nothing and stand in the table too. Default all; `[]` for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rivals: Option<Vec<Rival>>,
+    pub baselines: Option<Vec<Baseline>>,
     /// Values that replace the ones above under `--quick`; empty in a resolved config.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub quick: toml::Table,
@@ -139,7 +139,7 @@ pub struct Data {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Encoding {
-    /// Readings at the start of [N, C, T] whose mean is taken off each channel, for networks and rivals
+    /// Readings at the start of [N, C, T] whose mean is taken off each channel, for networks and baselines
     /// alike. Default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub baseline: Option<usize>,
@@ -248,7 +248,7 @@ pub struct Tensor {
 
 impl Config {
     /// The network that a row of the results is of: it bears its label, in a learning curve with the number of
-    /// samples behind it (`mlp.n5`). None for a rival.
+    /// samples behind it (`mlp.n5`). None for a baseline.
     pub fn network(&self, row: &str) -> Option<&Network> {
         self.networks.iter().find(|network| {
             row.strip_prefix(network.label()).is_some_and(|rest| rest.is_empty() || rest.starts_with(".n"))

@@ -119,13 +119,13 @@ pub enum Error {
         /// Combinations that were tried.
         trials: usize,
     },
-    /// A cheap rival refuses its data.
-    #[error("{rival}: {source}")]
-    Rival {
+    /// A baseline refuses its data.
+    #[error("{baseline}: {source}")]
+    Baseline {
         /// Its name.
-        rival: String,
+        baseline: String,
         /// What it says.
-        source: taxel_rivals::Error,
+        source: taxel_baselines::Error,
     },
     /// The run folder holds something else, or another process works in it.
     #[error("{folder}: {reason}")]

@@ -17,6 +17,7 @@
 //! ```
 
 mod assemble;
+mod baseline;
 mod checkpoint;
 pub mod config;
 mod encode;
@@ -30,7 +31,6 @@ pub mod metrics;
 mod predictor;
 mod progress;
 mod results;
-mod rival;
 mod run;
 mod samples;
 mod session;

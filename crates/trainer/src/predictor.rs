@@ -1,10 +1,11 @@
-//! A saved network or rival, ready for raw samples.
+//! A saved network or baseline, ready for raw samples.
 
 use ndarray::{ArrayD, Axis};
+use taxel_baselines::{Fitted, Method, Saved, Series};
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Graph, Loss, Weights};
-use taxel_rivals::{Fitted, Method, Saved, Series};
 
+use crate::baseline::Readings;
 use crate::checkpoint::{Metadata, read_tensors};
 use crate::encode::Transform;
 use crate::error::{Error, Result};
@@ -13,7 +14,6 @@ use crate::folder::RunFolder;
 use crate::labels::{Attribute, probabilities};
 use crate::metrics::Levels;
 use crate::results::FoldKey;
-use crate::rival::Readings;
 
 /// What a fold has learned: raw samples in, probabilities out, as in the fold's own test.
 ///
@@ -27,12 +27,12 @@ pub struct Predictor {
 
 enum Machine {
     Network { graph: Box<Graph>, engine: Box<Engine>, loss: Loss, batch: usize },
-    Rivals { machines: Vec<Fitted>, shape: [usize; 2] },
+    Baselines { machines: Vec<Fitted>, shape: [usize; 2] },
 }
 
 impl Predictor {
     /// The model of a finished fold. `attributes` are those of the samples it was trained on; a network
-    /// answers at most `batch` samples at a time, on `threads` threads (rivals on those of the caller).
+    /// answers at most `batch` samples at a time, on `threads` threads (baselines on those of the caller).
     ///
     /// # Errors
     /// A model that is not there, is damaged or belongs to another network.
@@ -60,8 +60,8 @@ impl Predictor {
                 let (graph, engine) = (Box::new(graph), Box::new(engine));
                 Machine::Network { graph, engine, loss, batch }
             }
-            None => rivals(&weights, &metadata, attributes)
-                .map_err(|reason| Error::damaged(&path, format!("holds no rival: {reason}")))?,
+            None => baselines(&weights, &metadata, attributes)
+                .map_err(|reason| Error::damaged(&path, format!("holds no baseline: {reason}")))?,
         };
         Ok(Predictor { metadata, levels, experiment: experiment.clone(), machine })
     }
@@ -71,11 +71,11 @@ impl Predictor {
         &self.metadata
     }
 
-    /// The network; none for a rival.
+    /// The network; none for a baseline.
     pub fn graph(&self) -> Option<&Graph> {
         match &self.machine {
             Machine::Network { graph, .. } => Some(graph),
-            Machine::Rivals { .. } => None,
+            Machine::Baselines { .. } => None,
         }
     }
 
@@ -91,7 +91,7 @@ impl Predictor {
     pub fn encode(&self, x: &ArrayD<f32>, source: &str) -> Result<Vec<ArrayD<f32>>> {
         let encode = |(_, transform): &(String, Transform)| match &self.machine {
             Machine::Network { .. } => transform.apply(x, source),
-            Machine::Rivals { .. } => {
+            Machine::Baselines { .. } => {
                 let readings = Readings::of(x, self.experiment.config(), source)?;
                 transform.apply(&readings.into_array(), source)
             }
@@ -123,9 +123,9 @@ impl Predictor {
                 probabilities(*loss, self.levels.outputs(), &mut outputs);
                 Ok(outputs)
             }
-            Machine::Rivals { machines, shape: [channels, length] } => {
-                let rival = self.metadata.network.as_str();
-                let refuse = |source| Error::Rival { rival: rival.into(), source };
+            Machine::Baselines { machines, shape: [channels, length] } => {
+                let baseline = self.metadata.network.as_str();
+                let refuse = |source| Error::Baseline { baseline: baseline.into(), source };
                 let series = Series::new(values.first().copied().unwrap_or_default(), *channels, *length)
                     .map_err(refuse)?;
                 let own: Vec<Vec<f32>> = machines
@@ -163,7 +163,7 @@ pub(crate) fn side_by_side(own: &[Vec<f32>], sizes: &[usize], n: usize) -> Vec<f
     rows
 }
 
-fn rivals(
+fn baselines(
     weights: &Weights,
     metadata: &Metadata,
     attributes: &[Attribute],
@@ -186,5 +186,5 @@ fn rivals(
         Fitted::read(&method, shape, attribute.classes.len(), &saved).map_err(|e| e.to_string())
     };
     let machines = attributes.iter().map(machine).collect::<std::result::Result<_, _>>()?;
-    Ok(Machine::Rivals { machines, shape })
+    Ok(Machine::Baselines { machines, shape })
 }

@@ -207,7 +207,7 @@ impl From<Cost> for Costs {
 pub struct NetworkResults {
     /// Name of the network in the experiment.
     pub network: String,
-    /// Name in the zoo, or of the cheap rival.
+    /// Name in the zoo, or of the baseline.
     pub zoo: String,
     /// Training samples per class, in a learning curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -277,7 +277,7 @@ pub struct Results {
     pub protocol: Protocol,
     /// Folds of one repetition.
     pub folds: usize,
-    /// Cheap rivals that were left out, and why.
+    /// Baselines that were left out, and why.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, String>,
     /// Real recordings that a few global statistics tell apart: part of every score may not be touch.

@@ -5,12 +5,13 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use taxel_baselines::Method;
 use taxel_data::Fold;
 use taxel_graph::{Graph, Weights};
-use taxel_rivals::Method;
 use taxel_zoo::{Entry, Settings};
 
 use crate::assemble::assemble;
+use crate::baseline::{self, Readings};
 use crate::checkpoint::{Metadata, write_checkpoint, write_tensors};
 use crate::config::{Config, Network, Problem, ProtocolKind, Train};
 use crate::encode::{Encoder, Input, Transform};
@@ -21,7 +22,6 @@ use crate::files::{Lock, write_atomic};
 use crate::folder::{RunFolder, keys, write_json};
 use crate::progress::Progress;
 use crate::results::{Change, Costs, FoldKey, FoldRecord, Frame, NetworkResults, Results, Timing};
-use crate::rival::{self, Readings};
 use crate::samples::Samples;
 use crate::session::Saver;
 use crate::tensorboard;
@@ -45,7 +45,7 @@ pub struct RunOptions {
     pub save_every: Option<f64>,
 }
 
-/// One row of the table: a network or a rival, in a learning curve with one number of samples.
+/// One row of the table: a network or a baseline, in a learning curve with one number of samples.
 struct Candidate<'a> {
     label: String,
     kind: Kind<'a>,
@@ -55,7 +55,7 @@ struct Candidate<'a> {
 
 enum Kind<'a> {
     Network(Box<Fitted<'a>>),
-    Rival(Method),
+    Baseline(Method),
 }
 
 /// A network of the experiment, fitted to the samples.
@@ -149,12 +149,12 @@ pub fn run_on(
     let readings = Readings::of(&samples.x, config, &samples.source)?;
     let most = folds.iter().flatten().map(|fold| fold.train.len()).max().unwrap_or(0);
     let mut left_out = std::collections::BTreeMap::new();
-    for method in config.rivals.iter().flatten().map(|rival| rival.0) {
+    for method in config.baselines.iter().flatten().map(|baseline| baseline.0) {
         match readings.unfit(&method, most) {
             Some(reason) => {
                 left_out.insert(method.name().to_string(), reason);
             }
-            None => candidates.extend(Candidate::rows(config, method.name(), || Kind::Rival(method))),
+            None => candidates.extend(Candidate::rows(config, method.name(), || Kind::Baseline(method))),
         }
     }
     let per_row = match config.protocol.kind {
@@ -373,11 +373,11 @@ impl Run<'_> {
     ) -> Result<bool> {
         match &self.candidates[candidate].kind {
             Kind::Network(_) => self.network_fold(candidate, key, progress, cancel),
-            &Kind::Rival(method) => {
+            &Kind::Baseline(method) => {
                 if cancel.load(std::sync::atomic::Ordering::Relaxed) {
                     return Ok(false);
                 }
-                self.rival_fold(&method, key)
+                self.baseline_fold(&method, key)
             }
         }
     }
@@ -446,15 +446,15 @@ impl Run<'_> {
         Ok(true)
     }
 
-    fn rival_fold(&mut self, method: &Method, key: FoldKey) -> Result<bool> {
+    fn baseline_fold(&mut self, method: &Method, key: FoldKey) -> Result<bool> {
         let Some(fold) = self.fold_of(&key) else { return Ok(true) };
         let seed = self.experiment.config().seed;
         let purpose = format!("r{}/f{}", key.repetition, key.fold);
         let first = !self.timings.iter().any(|t| t.key.network == key.network && t.latency.is_some());
-        let pool = rival::pool(self.threads)?;
+        let pool = baseline::pool(self.threads)?;
         let labels = &self.samples.labels;
         let outcome =
-            pool.install(|| rival::run(method, &self.readings, labels, fold, (seed, &purpose), first))?;
+            pool.install(|| baseline::run(method, &self.readings, labels, fold, (seed, &purpose), first))?;
         let settings = match serde_json::to_value(method) {
             Ok(serde_json::Value::Object(mut settings)) => {
                 settings.remove("name");
@@ -570,7 +570,7 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
                 let costs = graph.cost().into();
                 (entry.name, entry.paper, settings.clone(), costs, config.published.clone(), anew.clone())
             }
-            Kind::Rival(method) => {
+            Kind::Baseline(method) => {
                 let none = Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 };
                 (method.name(), method.reference(), Settings::new(), none, None, vec![])
             }

@@ -166,8 +166,8 @@ fn caption(results: &Results) -> Vec<String> {
         ),
         "scores in %, mean ± SD over folds (n - 1); latency: median of one sample, one thread".into(),
     ];
-    for (rival, reason) in &results.left_out {
-        lines.push(format!("left out: {rival}: {reason}"));
+    for (baseline, reason) in &results.left_out {
+        lines.push(format!("left out: {baseline}: {reason}"));
     }
     lines.extend(results.batch_norm_words());
     if let Some(shortcut) = &results.shortcut {

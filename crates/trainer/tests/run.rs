@@ -17,7 +17,7 @@ use taxel_trainer::{
 const TINY: &str = r#"
 name = "tiny"
 seed = 3
-rivals = []
+baselines = []
 
 [data]
 scene = "fingertip"

@@ -1,4 +1,4 @@
-//! What a training does besides its steps: choosing, stopping, several attributes, rivals, protocols.
+//! What a training does besides its steps: choosing, stopping, several attributes, baselines, protocols.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -14,7 +14,7 @@ use taxel_trainer::{
 const TINY: &str = r#"
 name = "tiny"
 seed = 3
-rivals = []
+baselines = []
 [data]
 scene = "fingertip"
 samples = 45
@@ -200,7 +200,7 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
         "train.loss=multi-label-soft-margin",
         "train.epochs=60",
         "train.optimizer={ name = \"adam\", lr = 0.02 }",
-        "rivals=[\"majority\", \"svm-linear\"]",
+        "baselines=[\"majority\", \"svm-linear\"]",
     ];
     let experiment = two_level_experiment(&two_attributes(dir.path()), &sets);
     let samples = Samples::load(&experiment).unwrap();
@@ -273,7 +273,7 @@ fn protocols_cut_as_they_say() {
 #[test]
 fn a_learning_curve_has_a_row_per_number_of_samples() {
     let protocol = "protocol={ kind = \"few-samples\", per_class = [1, 3], test = 0.4, repetitions = 2 }";
-    let (_keep, folder) = run_tiny(&[protocol, "rivals=[\"k-nn\"]"]);
+    let (_keep, folder) = run_tiny(&[protocol, "baselines=[\"k-nn\"]"]);
     let results = folder.results().unwrap();
     let rows: Vec<(&str, Option<usize>)> =
         results.networks.iter().map(|n| (n.network.as_str(), n.per_class)).collect();
@@ -286,13 +286,13 @@ fn a_learning_curve_has_a_row_per_number_of_samples() {
 }
 
 #[test]
-fn rivals_stand_in_the_table_and_follow_the_seed() {
+fn baselines_stand_in_the_table_and_follow_the_seed() {
     let dir = tempfile::tempdir().unwrap();
-    let text = TINY.replace("rivals = []\n", "");
+    let text = TINY.replace("baselines = []\n", "");
     let plain = experiment(
         &text,
         &[
-            "rivals=[\"majority\", { name = \"k-nn\", k = 3 }, { name = \"mini-rocket\", features = 168 }, \"svm-linear\", \"svm-rbf\"]",
+            "baselines=[\"majority\", { name = \"k-nn\", k = 3 }, { name = \"mini-rocket\", features = 168 }, \"svm-linear\", \"svm-rbf\"]",
         ],
     );
     let samples = Samples::load(&plain).unwrap();
@@ -313,15 +313,15 @@ fn rivals_stand_in_the_table_and_follow_the_seed() {
     assert!(bytes(&folder) == bytes(&again));
     // By default all of them are there; an unknown one is named with its line.
     let config = experiment(&text, &[]).config().clone();
-    assert_eq!(config.rivals.unwrap().len(), 5);
+    assert_eq!(config.baselines.unwrap().len(), 5);
     let error = Experiment::parse(&TINY.replace("[]", "[\"knn\"]"), "tiny.toml", &Overrides::default());
     let error = error.unwrap_err().to_string();
-    assert!(error.starts_with("tiny.toml:4:") && error.contains("no rival is called `knn`"), "{error}");
+    assert!(error.starts_with("tiny.toml:4:") && error.contains("no baseline is called `knn`"), "{error}");
 }
 
 #[test]
 fn classes_can_be_kept_and_look_alikes_are_told_apart() {
-    let keep = ["data.classes=[\"shore-20\", \"shore-00\"]", "rivals=[\"k-nn\"]"];
+    let keep = ["data.classes=[\"shore-20\", \"shore-00\"]", "baselines=[\"k-nn\"]"];
     let (_keep, folder) = run_tiny(&keep);
     let results: Results = folder.results().unwrap();
     assert_eq!(results.classes, ["shore-20", "shore-00"]);
@@ -351,7 +351,7 @@ fn batches_follow_seed_repetition_fold_and_epoch_alone() {
 
 const IMAGES: &str = r#"
 name = "squeezes"
-rivals = []
+baselines = []
 [data]
 scene = "palpation"
 samples = 60

@@ -58,13 +58,13 @@ fn a_cheap_one_that_is_worse_is_not_chosen() {
 }
 
 #[test]
-fn a_rival_that_suffices_is_called_one() {
+fn a_baseline_that_suffices_is_called_one() {
     let players = vec![player("large", 10.0, LARGE), player("k-nn", 1.0, LARGE)];
     let choice = chosen(&Setting::default(), players, &Wish::default());
     assert_eq!(choice.chosen.as_deref(), Some("k-nn"));
     // Equal accuracies: the cheaper is called the best, and there is no test of it with itself.
     assert_eq!(choice.best, "k-nn");
-    assert!(says(&choice, "cheap rival and no network"), "{:#?}", choice.words);
+    assert!(says(&choice, "baseline and no network"), "{:#?}", choice.words);
     assert_eq!(choice.evidence[0].p, Some(1.0));
     assert_eq!(choice.evidence[0].interval, Some([0.0, 0.0]));
 }

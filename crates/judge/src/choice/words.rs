@@ -25,9 +25,9 @@ pub(super) fn words(choice: &Choice, judgement: &Judgement, rows: &[&Judged]) ->
         if chosen.network != best.network {
             words.extend(saves(small, large));
         }
-        if small.rival {
+        if small.baseline {
             words.push(format!(
-                "{} is a cheap rival and no network: no network of this table earns its cost on these data.",
+                "{} is a baseline and no network: no network of this table earns its cost on these data.",
                 chosen.network
             ));
         }

@@ -136,8 +136,8 @@ pub(super) fn close(run: &Field, ones: &[&str], others: &[&str], margin: f64) ->
     if !absent.is_empty() {
         return Ok(lacks(absent.join(", ")));
     }
-    let rivals: Vec<&Entrant> = others.iter().filter_map(|name| run.find(name)).collect();
-    not_worse(run, own, &rivals, margin)
+    let baselines: Vec<&Entrant> = others.iter().filter_map(|name| run.find(name)).collect();
+    not_worse(run, own, &baselines, margin)
 }
 
 fn not_worse(run: &Field, own: &Entrant, others: &[&Entrant], margin: f64) -> Result<Answer> {
@@ -190,12 +190,12 @@ fn share(answers: Answers, [from, to]: [usize; 2]) -> f64 {
 
 /// How much more `one` varies over the folds than `other`, in %.
 fn spread(run: &Field, one: &str, other: &str) -> Result<Option<(String, Effect)>> {
-    let (Some(own), Some(rival)) = (run.find(one), run.find(other)) else { return Ok(None) };
-    let (a, b) = run.contest.values(&own.name, &rival.name, |answers| answers.accuracy(None));
+    let (Some(own), Some(baseline)) = (run.find(one), run.find(other)) else { return Ok(None) };
+    let (a, b) = run.contest.values(&own.name, &baseline.name, |answers| answers.accuracy(None));
     if a.len() < 3 {
         return Ok(None);
     }
-    let text = format!("SD over folds: {} more than {}, %", own.name, rival.name);
+    let text = format!("SD over folds: {} more than {}, %", own.name, baseline.name);
     let effect = |ratio: SpreadRatio| Effect {
         size: 100.0 * (ratio.ratio - 1.0),
         interval: Some(ratio.interval.map(|bound| 100.0 * (bound - 1.0))),

@@ -277,7 +277,7 @@ impl Parts<'_> {
             dl { @for (name, text) in &facts { dt { (name) } dd { (text) } } }
             @for line in judgement.results.batch_norm_words() { p { "The same weights: " (line) "." } }
             @if !judgement.results.left_out.is_empty() {
-                h3 { "Rivals that were left out" }
+                h3 { "Baselines that were left out" }
                 ul { @for (name, reason) in &judgement.results.left_out { li { (name) ": " (reason) } } }
             }
             p {

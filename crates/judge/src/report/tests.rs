@@ -46,20 +46,20 @@ fn network(number: usize) -> Value {
         {"epoch": 0, "train_loss": 1.0, "train_accuracy": 40.0, "validation_loss": 1.1, "validation_accuracy": 38.0},
         {"epoch": 1, "train_loss": 0.5, "train_accuracy": 80.0, "validation_loss": 0.7, "validation_accuracy": 75.0},
     ]);
-    let rival = number >= 3;
+    let baseline = number >= 3;
     json!({
         "network": name, "zoo": name, "paper": "paper 000", "settings": {}, "folds": [fold],
         "costs": {"parameters": bytes / 4, "bytes": bytes, "macs": if number == 3 { 0 } else { 10 * bytes }, "flops": 20 * bytes},
         "mean": scores, "sd": {"accuracy": 1.5, "precision": 1.0, "recall": 1.0, "f1": 1.0},
         "interval": [accuracy - 4.0, accuracy + 3.0],
         "confusion": [[12, 1], [3, 24]], "published": if number == 0 { published } else { Value::Null },
-        "rival": rival, "inputs": ["signal"],
+        "baseline": baseline, "inputs": ["signal"],
         "speed": {
             "p50_ms": p50 * 0.75, "p95_ms": p50 * 0.8, "encoding_p50_ms": p50 * 0.25, "whole_p50_ms": p50,
             "whole_p95_ms": p50 * 1.5, "runs": 1000, "samples_per_second": 1e3 / p50, "batch": 64,
         },
-        "train_seconds": 1.5, "epoch_seconds": if rival { Value::Null } else { json!(0.1) }, "calibration_error": 0.05,
-        "on_front": on_front, "training": if rival { json!([]) } else { training },
+        "train_seconds": 1.5, "epoch_seconds": if baseline { Value::Null } else { json!(0.1) }, "calibration_error": 0.05,
+        "on_front": on_front, "training": if baseline { json!([]) } else { training },
         "changes": if number == 1 { json!([{"layer": HOSTILE, "change": 1.25e-4}]) } else { json!([]) },
     })
 }

@@ -98,7 +98,7 @@ pub(super) fn all(
             tick();
         }
     };
-    // Rivals spread over the threads of their pool: here each worker has one.
+    // Baselines spread over the threads of their pool: here each worker has one.
     let alone = || match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
         Ok(pool) => pool.install(worker),
         Err(_) => worker(),

@@ -7,9 +7,9 @@ use taxel_graph::Loss;
 use toml::{Table, Value};
 
 use crate::config::{
-    Choose, ClassWeights, Config, Data, EarlyStopping, Encoding, Image, ImageKind, Network, OptimizerName,
-    OptimizerOverride, Protocol, ProtocolKind, Published, Range, Rival, Scale, Schedule, ScheduleKind, Train,
-    TrainOverride,
+    Baseline, Choose, ClassWeights, Config, Data, EarlyStopping, Encoding, Image, ImageKind, Network,
+    OptimizerName, OptimizerOverride, Protocol, ProtocolKind, Published, Range, Scale, Schedule,
+    ScheduleKind, Train, TrainOverride,
 };
 
 /// A value outside its range.
@@ -104,10 +104,10 @@ impl Config {
                 return refuse(format!("{at}.label"), format!("{:?}", network.label()), reason);
             }
         }
-        for (i, Rival(method)) in self.rivals.iter().flatten().enumerate() {
+        for (i, Baseline(method)) in self.baselines.iter().flatten().enumerate() {
             if !labels.insert(method.name()) {
                 let reason = "two rows of the table would go by this name; leave one of them out";
-                return refuse(format!("rivals.{i}"), format!("{:?}", method.name()), reason);
+                return refuse(format!("baselines.{i}"), format!("{:?}", method.name()), reason);
             }
         }
         Ok(())
@@ -122,7 +122,7 @@ impl Config {
             self.data.samples.get_or_insert(1500);
         }
         self.protocol.fill_defaults();
-        self.rivals.get_or_insert_with(|| taxel_rivals::Method::all().map(Rival).to_vec());
+        self.baselines.get_or_insert_with(|| taxel_baselines::Method::all().map(Baseline).to_vec());
     }
 }
 

@@ -16,7 +16,7 @@ fn three<'f>(entrants: impl Iterator<Item = &'f Entrant>) -> Option<&'f Entrant>
 
 /// Networks that see single frames.
 fn two<'f>(entrants: impl Iterator<Item = &'f Entrant>) -> Vec<&'f Entrant> {
-    entrants.filter(|e| !e.judged.rival && e.judged.inputs == ["image"]).collect()
+    entrants.filter(|e| !e.judged.baseline && e.judged.inputs == ["image"]).collect()
 }
 
 const BOTH: &str = "TactNet3D and a 2D network";
@@ -106,8 +106,8 @@ pub(in crate::claims) fn within_look_alikes(run: &Field, count: usize) -> Result
     let entrants: Vec<&Entrant> =
         if run.counts().contains(&count) { run.with(count).collect() } else { run.full().collect() };
     let own = three(entrants.iter().copied());
-    let rivals = two(entrants.iter().copied());
-    let (Some(own), false) = (own, rivals.is_empty()) else { return Ok(lacks(BOTH)) };
+    let baselines = two(entrants.iter().copied());
+    let (Some(own), false) = (own, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
     let inside = |answers: Answers| {
         let (mut errors, mut within) = (0, 0);
         for (truth, predicted) in answers.each().filter(|(truth, predicted)| truth[0] != predicted[0]) {
@@ -119,7 +119,7 @@ pub(in crate::claims) fn within_look_alikes(run: &Field, count: usize) -> Result
     };
     let more = |both: &[Answers]| Some(inside(both[0])? - inside(both[1])?);
     let mut effects = vec![];
-    for other in rivals {
+    for other in baselines {
         if let Some(effect) = run.contest.effect(&[&own.name, &other.name], &more, 0.95)? {
             let text = format!("errors inside look-alikes: {} less {}, % of errors", own.name, other.name);
             effects.push((text, effect));
@@ -138,8 +138,8 @@ pub(in crate::claims) fn twins_told_apart(run: &Field, suffix: &str) -> Result<A
         return Ok(lacks(format!("objects with twins (a name and the same with {suffix})")));
     }
     let own = three(run.full());
-    let rivals = two(run.full());
-    let (Some(own), false) = (own, rivals.is_empty()) else { return Ok(lacks(BOTH)) };
+    let baselines = two(run.full());
+    let (Some(own), false) = (own, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
     let told = |answers: Answers| {
         let (mut all, mut mistaken) = (0, 0);
         for (truth, predicted) in answers.each() {
@@ -155,7 +155,7 @@ pub(in crate::claims) fn twins_told_apart(run: &Field, suffix: &str) -> Result<A
     };
     let more = |both: &[Answers]| Some(told(both[0])? - told(both[1])?);
     let mut effects = vec![];
-    for other in rivals {
+    for other in baselines {
         if let Some(effect) = run.contest.effect(&[&own.name, &other.name], &more, 0.95)? {
             let text = format!("twins told apart: {} less {}, % of their grasps", own.name, other.name);
             effects.push((text, effect));

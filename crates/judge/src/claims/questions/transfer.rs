@@ -9,7 +9,7 @@ use crate::statistics::independent;
 /// Tuned from a checkpoint, `one` is less than `margin` points worse than `other`.
 pub(in crate::claims) fn tuned_close(run: &Field, one: &str, other: &str, margin: f64) -> Result<Answer> {
     match (run.tuned(one), run.tuned(other)) {
-        (Some(own), Some(rival)) => not_worse(run, own, &[rival], margin),
+        (Some(own), Some(baseline)) => not_worse(run, own, &[baseline], margin),
         _ => Ok(lacks(format!("{one} and {other}, both tuned from a checkpoint"))),
     }
 }
@@ -109,7 +109,7 @@ pub(in crate::claims) fn resolution_matters(
         )));
     };
     let mut effects = vec![];
-    for fine in run.full().filter(|e| !e.judged.rival) {
+    for fine in run.full().filter(|e| !e.judged.baseline) {
         let twin = coarse.full().find(|e| e.name == fine.name && e.results().zoo == fine.results().zoo);
         let known = |e: &Entrant| Some((e.results().mean?.accuracy, e.results().interval?));
         let (Some(a), Some(b)) = (known(fine), twin.and_then(known)) else { continue };

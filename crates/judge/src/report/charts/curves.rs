@@ -86,7 +86,7 @@ pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
         return None;
     }
     let reading = "Accuracy against the number of training samples of each class; whiskers: 95 % interval. \
-                   Dashed: cheap rivals.";
+                   Dashed: baselines.";
     let draw = move |paint| draw_few(judgement, &curves, paint);
     Some(Chart::new("few-samples", "Accuracy with few samples", reading, draw))
 }

@@ -19,7 +19,7 @@ pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = format!(
         "Accuracy (%) at each severity, from clean at the left; ringed: half of the margin above chance is gone. \
-         Dashed lines: cheap rivals; dotted: chance. {}.",
+         Dashed lines: baselines; dotted: chance. {}.",
         stress_basis(stress)
     );
     Some(Chart::new("fault-curves", "Accuracy under faults", reading, move |paint| {

@@ -57,7 +57,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     all
 }
 
-/// How lines and marks of one network look in all charts: networks in solid lines, rivals dashed.
+/// How lines and marks of one network look in all charts: networks in solid lines, baselines dashed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Look {
     ink: Ink,
@@ -73,9 +73,11 @@ impl Look {
 /// The look of the network called `name`.
 fn look(judgement: &Judgement, name: &str) -> Look {
     let shown = judgement.networks.iter().filter(|n| is_shown(judgement, n));
-    let (number, rival) =
-        shown.enumerate().find(|(_, n)| n.results.network == name).map_or((0, false), |(i, n)| (i, n.rival));
-    let dash = match (rival, number >= SERIES) {
+    let (number, baseline) = shown
+        .enumerate()
+        .find(|(_, n)| n.results.network == name)
+        .map_or((0, false), |(i, n)| (i, n.baseline));
+    let dash = match (baseline, number >= SERIES) {
         (true, _) => (5.0, 3.0),
         (false, true) => (10.0, 3.0),
         (false, false) => (0.0, 0.0),
@@ -105,7 +107,7 @@ fn legend_height(width: f64, names: &[(&str, Look)]) -> f64 {
     legend(&mut Canvas::new(0.0, 0.0, Paint::Print), (0.0, 0.0), width, names)
 }
 
-/// Contestants: networks and rivals of the first table.
+/// Contestants: networks and baselines of the first table.
 fn shown(judgement: &Judgement) -> impl Iterator<Item = &Judged> {
     judgement.networks.iter().filter(move |n| is_shown(judgement, n))
 }

@@ -22,7 +22,7 @@ struct Point<'a> {
     worst: Option<f64>,
     accuracy: f64,
     interval: Option<[f64; 2]>,
-    rival: bool,
+    baseline: bool,
     front: bool,
 }
 
@@ -104,8 +104,8 @@ fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f
         .filter_map(|n| {
             let (cost, worst) = cost(n)?;
             let (accuracy, interval) = (n.results.mean?.accuracy, n.results.interval);
-            let (name, rival) = (n.results.network.as_str(), n.rival);
-            Some(Point { name, cost, worst, accuracy, interval, rival, front: false })
+            let (name, baseline) = (n.results.network.as_str(), n.baseline);
+            Some(Point { name, cost, worst, accuracy, interval, baseline, front: false })
         })
         .collect();
     let beaten = |own: &Point| {
@@ -277,7 +277,7 @@ fn mark(
             taken.push((x - 13.0, y - 13.0, x + 13.0, y + 13.0));
             canvas.circle((x, y), 11.0, Ink::None, ink);
         }
-        match point.rival {
+        match point.baseline {
             true => canvas.diamond((x, y), 6.5, ink, Ink::Paper),
             false => canvas.circle((x, y), 6.0, ink, Ink::Paper),
         }
@@ -307,11 +307,11 @@ fn key(canvas: &mut Canvas, points: &[Point], printed: &[Printed], chosen: Optio
         canvas.text((x + 14.0, y + 4.0), text, PLAIN);
         x += 30.0 + width_of(text, PLAIN.size);
     };
-    if points.iter().any(|p| !p.rival) {
+    if points.iter().any(|p| !p.baseline) {
         entry(canvas, "network", &|c, at| c.circle(at, 6.0, Ink::Text, Ink::Paper));
     }
-    if points.iter().any(|p| p.rival) {
-        entry(canvas, "cheap rival", &|c, at| c.diamond(at, 6.5, Ink::Text, Ink::Paper));
+    if points.iter().any(|p| p.baseline) {
+        entry(canvas, "baseline", &|c, at| c.diamond(at, 6.5, Ink::Text, Ink::Paper));
     }
     entry(canvas, "on the front", &|c, at| c.circle(at, 6.0, Ink::Accent, Ink::Paper));
     if points.iter().any(|p| !p.front) {

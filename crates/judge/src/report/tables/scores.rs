@@ -49,7 +49,9 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         |value: fn(&crate::Speed) -> f64| move |n: &Judged| Cell::number(n.speed.as_ref().map(value), digits);
     let mut columns = vec![
         name("network"),
-        Column::text("what", "kind", |n: &Judged| Cell::text(if n.rival { "rival" } else { "network" })),
+        Column::text("what", "kind", |n: &Judged| {
+            Cell::text(if n.baseline { "baseline" } else { "network" })
+        }),
         Column::number("accuracy % [95 % interval]", &ACCURACY, |n: &Judged| accuracy(&n.results)),
         Column::number("SD over folds, pp", &["accuracy_sd_points"], |n: &Judged| {
             Cell::number(n.results.sd.map(|sd| sd.accuracy), tenth)

@@ -1,12 +1,12 @@
-//! Cheap rivals on the folds of the networks.
+//! Baselines on the folds of the networks.
 
 use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
+use taxel_baselines::{Fitted, Method, Series};
 use taxel_data::Fold;
 use taxel_encodings::Scaling;
 use taxel_graph::{Tensor, Weights};
-use taxel_rivals::{Fitted, Method, Series};
 
 use crate::config::{Config, ImageKind};
 use crate::encode::{Transform, less_baseline};
@@ -17,13 +17,13 @@ use crate::predictor::side_by_side;
 use crate::results::Costs;
 use crate::train::Latency;
 
-/// What rivals read: recordings `[N, channels, length]` as they are; every channel is scaled by the mean
+/// What baselines read: recordings `[N, channels, length]` as they are; every channel is scaled by the mean
 /// and deviation of the training part, after `encoding.baseline`.
 pub(crate) struct Readings {
     x: ArrayD<f32>,
 }
 
-/// A fitted rival's answers.
+/// A fitted baseline's answers.
 pub(crate) struct Outcome {
     pub weights: Weights,
     pub transform: Transform,
@@ -57,7 +57,7 @@ impl Readings {
         let turned = x.ndim() == 4 && !is_image;
         let x = if turned { x.permuted_axes(vec![0, 2, 3, 1]) } else { x };
         let values: Vec<f32> = x.iter().copied().collect();
-        // The shape has as many values: a failure leaves nothing to rival.
+        // The shape has as many values: a failure leaves nothing to baseline.
         Ok(Readings { x: ArrayD::from_shape_vec(shape, values).unwrap_or_default() })
     }
 
@@ -90,7 +90,7 @@ pub(crate) fn run(
     (seed, purpose): (u64, &str),
     with_latency: bool,
 ) -> Result<Outcome> {
-    let refuse = |source| Error::Rival { rival: method.name().into(), source };
+    let refuse = |source| Error::Baseline { baseline: method.name().into(), source };
     let encoding = |source| Error::Encoding { source_label: "readings".into(), input: "series", source };
     let start = Instant::now();
     let train = readings.x.select(Axis(0), &fold.train);
@@ -159,7 +159,7 @@ pub(crate) fn run(
     })
 }
 
-/// Threads for the rivals of a run.
+/// Threads for the baselines of a run.
 pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

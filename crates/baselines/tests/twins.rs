@@ -1,12 +1,12 @@
-//! Rivals against NumPy and scikit-learn; `scripts/fixtures/rivals.py` writes their numbers.
+//! Baselines against NumPy and scikit-learn; `scripts/fixtures/baselines.py` writes their numbers.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use serde_json::Value;
-use taxel_rivals::{ALPHAS, Draws, Features, Fitted, Kernel, Method, MiniRocket, Ridge, Series, Svm};
+use taxel_baselines::{ALPHAS, Draws, Features, Fitted, Kernel, Method, MiniRocket, Ridge, Series, Svm};
 
 fn fixture() -> Value {
-    serde_json::from_str(include_str!("data/rivals.json")).unwrap()
+    serde_json::from_str(include_str!("data/baselines.json")).unwrap()
 }
 
 fn floats(value: &Value) -> Vec<f64> {

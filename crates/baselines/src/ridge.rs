@@ -3,7 +3,7 @@
 //! # Reference
 //! scikit-learn's `RidgeClassifierCV` (Rifkin & Lippert 2007): targets −1 and 1, columns scaled to unit
 //! deviation and centred, all leave-one-out errors from one eigendecomposition of the Gram matrix. Here
-//! the Gram matrix of samples is used whatever the number of features: rivals see thousands of samples
+//! the Gram matrix of samples is used whatever the number of features: baselines see thousands of samples
 //! at most.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};

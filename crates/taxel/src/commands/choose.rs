@@ -14,7 +14,7 @@ use crate::{Outcome, text};
 /// A network suffices if it is not significantly worse than the most accurate one: by the corrected
 /// resampled t-test over folds and repetitions (Nadeau and Bengio), or McNemar's exact test where there is
 /// one test part, with Holm's correction over the table. Of those the fastest (or smallest) is chosen;
-/// cheap rivals take part. Nothing that seems to lose more than --margin points is chosen, and where the
+/// baselines take part. Nothing that seems to lose more than --margin points is chosen, and where the
 /// data could not have seen such a loss, it says so.
 ///
 /// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss breaks test

@@ -4,14 +4,14 @@
 //! for the predicted one: [`Method::fit`] learns from the training part, [`Fitted::scores`] answers.
 //!
 //! ```
-//! use taxel_rivals::{Method, Series};
+//! use taxel_baselines::{Method, Series};
 //!
 //! let x = [0.0, 0.1, 0.9, 1.0];
 //! let train = Series::new(&x, 1, 1)?;
 //! let fitted = Method::NearestNeighbours { k: 1 }.fit(&train, &[0, 0, 1, 1], 2, 0, "doc")?;
 //! let scores = fitted.scores(&Series::new(&[0.2, 0.8], 1, 1)?)?;
 //! assert_eq!(scores, [1.0, 0.0, 0.0, 1.0]);
-//! # Ok::<(), taxel_rivals::Error>(())
+//! # Ok::<(), taxel_baselines::Error>(())
 //! ```
 //!
 //! # Reference
