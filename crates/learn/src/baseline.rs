@@ -1,0 +1,128 @@
+//! Baselines on labelled series: fitted, asked, saved.
+
+use taxel_baselines::{Fitted, Method, Saved, Series};
+use taxel_data::{Attribute, Labels};
+use taxel_graph::{Tensor, Weights};
+
+use crate::encoding::Encoded;
+use crate::error::{Error, Result};
+use crate::records::Costs;
+
+/// A baseline that has seen its training part: one fitted method per attribute.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FittedBaseline {
+    pub method: Method,
+    /// Channels and length of a recording.
+    pub shape: [usize; 2],
+    own: Vec<Fitted>,
+    /// Classes of each attribute.
+    sizes: Vec<usize>,
+}
+
+impl FittedBaseline {
+    /// Learns from the recordings in `rows`; `seed` and `purpose` key what is drawn at random.
+    ///
+    /// # Errors
+    /// What the method refuses.
+    pub fn fit(
+        method: Method,
+        series: &Encoded,
+        labels: &Labels,
+        rows: &[usize],
+        (seed, purpose): (u64, &str),
+    ) -> Result<Self> {
+        let refuse = |source| Error::Baseline { baseline: method.name().into(), source };
+        let shape = shape_of(series)?;
+        let mut values = vec![];
+        series.gather(rows, &mut values);
+        let train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
+        let truth = labels.of(rows);
+        let sizes = labels.sizes();
+        let mut own = vec![];
+        for (i, &size) in sizes.iter().enumerate() {
+            let y: Vec<u32> = truth.iter().skip(i).step_by(sizes.len()).copied().collect();
+            let purpose = format!("{purpose}/{i}");
+            own.push(method.fit(&train, &y, size, seed, &purpose).map_err(refuse)?);
+        }
+        Ok(FittedBaseline { method, shape, own, sizes })
+    }
+
+    /// Scores `[n, outputs]` of recordings `[n, channels, length]`, row-major.
+    ///
+    /// # Errors
+    /// Recordings of another shape, or that are not finite.
+    pub fn scores(&self, values: &[f32]) -> Result<Vec<f32>> {
+        let refuse = |source| Error::Baseline { baseline: self.method.name().into(), source };
+        let x = Series::new(values, self.shape[0], self.shape[1]).map_err(refuse)?;
+        let each: Vec<Vec<f32>> =
+            self.own.iter().map(|own| own.scores(&x).map_err(refuse)).collect::<Result<_>>()?;
+        let mut rows = vec![];
+        for sample in 0..x.len() {
+            for (scores, &size) in each.iter().zip(&self.sizes) {
+                rows.extend_from_slice(&scores[sample * size..(sample + 1) * size]);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Everything that was fitted; of several attributes under the attribute's name.
+    pub fn tensors(&self, attributes: &[Attribute]) -> Weights {
+        let mut weights = Weights::new();
+        for (own, attribute) in self.own.iter().zip(attributes) {
+            for (name, shape, data) in own.tensors() {
+                weights.insert(&format!("{}{name}", prefix(attributes, attribute)), Tensor { shape, data });
+            }
+        }
+        weights
+    }
+
+    /// What [`FittedBaseline::tensors`] gave.
+    ///
+    /// # Errors
+    /// A tensor that is missing or does not fit, by name.
+    pub fn read(
+        method: Method,
+        shape: [usize; 2],
+        attributes: &[Attribute],
+        weights: &Weights,
+    ) -> taxel_baselines::Result<Self> {
+        let mut own = vec![];
+        for attribute in attributes {
+            let prefix = prefix(attributes, attribute);
+            let mut saved = Saved::default();
+            for (name, tensor) in weights.iter() {
+                if let Some(name) = name.strip_prefix(&prefix) {
+                    saved.insert(name, &tensor.data);
+                }
+            }
+            own.push(Fitted::read(&method, shape, attribute.classes.len(), &saved)?);
+        }
+        let sizes = attributes.iter().map(|attribute| attribute.classes.len()).collect();
+        Ok(FittedBaseline { method, shape, own, sizes })
+    }
+
+    /// What one answer costs.
+    pub fn costs(&self) -> Costs {
+        let sum = |cost: fn(&Fitted) -> u64| self.own.iter().map(cost).sum::<u64>();
+        let (parameters, macs) = (sum(Fitted::parameters), sum(Fitted::macs));
+        Costs { parameters, bytes: 4 * parameters, macs, flops: 2 * macs }
+    }
+}
+
+/// Channels and length of encoded series.
+pub(crate) fn shape_of(series: &Encoded) -> Result<[usize; 2]> {
+    match *series.shape() {
+        [channels, length] => Ok([channels, length]),
+        ref shape => Err(Error::Axes {
+            source_label: "readings".into(),
+            input: crate::encoding::SERIES,
+            shape: shape.to_vec(),
+            reason: "baselines read channels × time",
+        }),
+    }
+}
+
+/// Tensors of one attribute go by their own names, those of several by the attribute's before it.
+fn prefix(attributes: &[Attribute], attribute: &Attribute) -> String {
+    if attributes.len() > 1 { format!("{}.", attribute.name) } else { String::new() }
+}

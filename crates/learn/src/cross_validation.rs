@@ -1,0 +1,222 @@
+//! Networks and baselines compared on the same folds: what is run, on what, how it is divided.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+use taxel_data::Dataset;
+
+use crate::candidate::{Candidate, Estimator, file_name};
+use crate::encoding::{Encoder, Encoding};
+use crate::environment::cores;
+use crate::error::{Error, Result};
+use crate::folder::{Identity, RunFolder};
+use crate::plan::Plan;
+use crate::problem::Problem;
+use crate::progress::{Progress, Silent};
+use crate::protocol::Protocol;
+use crate::results::Results;
+use crate::run::Run;
+
+/// Seconds between two savings of a fold in training, where nothing else is said.
+const SAVE_EVERY: f64 = 10.0;
+
+/// Networks and baselines that are trained and tested on the same folds of one data set.
+///
+/// ```
+/// use taxel_baselines::Method;
+/// use taxel_data::Dataset;
+/// use taxel_encodings::Layout;
+/// use taxel_learn::{Candidate, CrossValidation, Protocol};
+/// # let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], |at| (at[0] % 2) as f32 + 0.01 * at[2] as f32);
+/// # let labels: Vec<&str> = (0..12).map(|i| ["soft", "hard"][i % 2]).collect();
+///
+/// let presses = Dataset::new("presses", Layout::Series, x, &labels)?;
+/// let results = CrossValidation::new(&presses)
+///     .protocol(Protocol::k_fold(3))
+///     .candidate(Candidate::baseline(Method::NearestNeighbours { k: 1 }))
+///     .run()?;
+/// assert_eq!(results.networks[0].mean.map(|mean| mean.accuracy), Some(100.0));
+/// # Ok::<(), taxel_learn::Error>(())
+/// ```
+pub struct CrossValidation<'a> {
+    /// Name of the run: letters, digits, `.`, `_`, `-`.
+    pub name: String,
+    /// One line for tables and reports.
+    pub title: Option<String>,
+    /// How samples are divided.
+    pub protocol: Protocol,
+    /// What is compared, in the order of the table.
+    pub candidates: Vec<Candidate>,
+    /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
+    pub look_alikes: BTreeMap<String, Vec<String>>,
+    /// Seed of every random choice.
+    pub seed: u64,
+    encoding: Encoding,
+    encoder: Encoder<'a>,
+}
+
+/// How a run is made; none of it changes a result.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunOptions {
+    /// Whether the folder may hold the same run already: its finished folds are kept, and a fold in training
+    /// goes on where it was saved.
+    pub resume: bool,
+    /// Worker threads. Default one per core.
+    pub threads: Option<usize>,
+    /// Seconds between two savings of a fold in training. Default 10; never more than a twentieth of the
+    /// time is spent on it.
+    pub save_every: Option<f64>,
+}
+
+impl RunOptions {
+    /// Worker threads, at least one.
+    pub fn threads(&self) -> usize {
+        self.threads.unwrap_or_else(cores).max(1)
+    }
+
+    /// Seconds between two savings.
+    pub fn save_every(&self) -> f64 {
+        self.save_every.unwrap_or(SAVE_EVERY)
+    }
+}
+
+impl<'a> CrossValidation<'a> {
+    /// Stratified 5-fold cross-validation of nothing yet, on z-scored signals, with seed 0.
+    pub fn new(dataset: &'a Dataset) -> Self {
+        CrossValidation {
+            name: dataset.name.clone(),
+            title: None,
+            protocol: Protocol::default(),
+            candidates: vec![],
+            look_alikes: BTreeMap::new(),
+            seed: 0,
+            encoding: Encoding::default(),
+            encoder: Encoder::new(&Encoding::default(), dataset),
+        }
+    }
+
+    /// Adds a network or baseline.
+    pub fn candidate(mut self, candidate: Candidate) -> Self {
+        self.candidates.push(candidate);
+        self
+    }
+
+    /// Divides samples otherwise.
+    pub fn protocol(self, protocol: Protocol) -> Self {
+        CrossValidation { protocol, ..self }
+    }
+
+    /// Encodes samples otherwise.
+    pub fn encoding(self, encoding: Encoding) -> Self {
+        let encoder = Encoder::new(&encoding, self.encoder.dataset());
+        CrossValidation { encoding, encoder, ..self }
+    }
+
+    /// Another seed.
+    pub fn seed(self, seed: u64) -> Self {
+        CrossValidation { seed, ..self }
+    }
+
+    /// What makes the inputs: asked for their shapes before networks are built for them.
+    pub fn encoder(&mut self) -> &mut Encoder<'a> {
+        &mut self.encoder
+    }
+
+    /// Trains and tests everything in memory: no file is written, no model kept.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`].
+    pub fn run(self) -> Result<Results> {
+        let plan = self.plan()?;
+        let mut run = Run::new(plan, &RunOptions::default(), None);
+        run.all(&Silent, &AtomicBool::new(false))?;
+        run.into_results()
+    }
+
+    /// Trains and tests everything and writes the run folder `out`; a set `cancel` ends it between two
+    /// steps. The folder remembers what was run, and a resumed run must be the same.
+    ///
+    /// # Errors
+    /// Settings out of range, data that cannot be encoded, a network that does not fit them, a folder that
+    /// holds something else, training that diverges; [`Error::Cancelled`] if `cancel` was set. Finished folds
+    /// are on disk in every case.
+    pub fn run_in(
+        self,
+        out: &Path,
+        options: &RunOptions,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<RunFolder> {
+        let own = self.identity();
+        let difference = |path: &Path, before: &str| {
+            let before: Value = serde_json::from_str(before)
+                .map_err(|e| Error::damaged(path, format!("cannot be read: {e}")))?;
+            Ok((before != own).then(|| "its settings are others".to_string()))
+        };
+        let identity =
+            Identity { file: "run.json", text: format!("{own:#}\n"), difference: &difference };
+        self.run_as(out, &identity, options, progress, cancel)
+    }
+
+    /// [`CrossValidation::run_in`] with another text that makes two runs the same.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`].
+    pub fn run_as(
+        self,
+        out: &Path,
+        identity: &Identity,
+        options: &RunOptions,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<RunFolder> {
+        let plan = self.plan()?;
+        plan.say(progress);
+        let (folder, lock) = RunFolder::prepare(out, identity, options.resume)?;
+        let mut run = Run::new(plan, options, Some(folder.clone()));
+        run.begin()?;
+        let outcome = run.all(progress, cancel);
+        progress.finish();
+        // Also after an error: what was finished must be readable.
+        run.assemble()?;
+        drop(lock);
+        outcome.map(|()| folder)
+    }
+
+    fn plan(mut self) -> Result<Plan<'a>> {
+        file_name("name", &self.name)?;
+        self.protocol.check().map_err(|problem| problem.below("protocol"))?;
+        self.encoding.check().map_err(|problem| problem.below("encoding"))?;
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            candidate.check()?;
+            if self.candidates[..i].iter().any(|other| other.name == candidate.name) {
+                let reason = "two candidates go by this name; give one of them another";
+                return Err(Problem::new("name", format!("{:?}", candidate.name), reason).into());
+            }
+        }
+        let names: Vec<&str> = self.candidates.iter().flat_map(Candidate::inputs).collect();
+        self.encoder.prepare(&names)?;
+        Plan::new(self.name, self.title, self.protocol, self.candidates, &self.look_alikes, self.seed, self.encoder)
+    }
+
+    /// Everything that the results depend on besides the samples.
+    fn identity(&self) -> Value {
+        let candidate = |own: &Candidate| match &own.estimator {
+            Estimator::Network(network) => json!({
+                "name": own.name, "graph": network.graph, "recipe": network.recipe,
+                "search": network.search.as_ref().map(|search| {
+                    search.grid.iter().map(|own| &own.recipe).collect::<Vec<_>>()
+                }),
+                "starts from a checkpoint": network.start.is_some(),
+            }),
+            Estimator::Baseline(method) => json!({ "name": own.name, "baseline": method }),
+        };
+        json!({
+            "name": self.name, "seed": self.seed, "protocol": self.protocol, "encoding": self.encoding,
+            "look_alikes": self.look_alikes,
+            "candidates": self.candidates.iter().map(candidate).collect::<Vec<_>>(),
+        })
+    }
+}

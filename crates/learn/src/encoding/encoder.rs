@@ -1,0 +1,247 @@
+//! A data set's samples as the inputs of networks, fold by fold.
+
+use std::rc::Rc;
+use std::time::Instant;
+
+use ndarray::{ArrayD, Axis};
+use taxel_data::Dataset;
+use taxel_encodings::{Gaf, HardnessImage, Method, NumaTac, Resize, Scaling, TactileTensor};
+
+use super::settings::{Encoding, Field, Image, Picture, Scale, SqueezeFrame};
+use super::transform::{IMAGE, SERIES, SIGNAL, TENSOR, Transform};
+
+use crate::error::Result;
+use crate::problem::Problem;
+
+/// Mean and SD of ImageNet's red, green and blue in 0..1, as torchvision takes them.
+const IMAGENET: [[f32; 3]; 2] = [[0.485, 0.456, 0.406], [0.229, 0.224, 0.225]];
+
+/// Inputs of all samples under one name, row-major, PyTorch's axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Encoded {
+    shape: Vec<usize>,
+    values: Vec<f32>,
+}
+
+impl Encoded {
+    fn new(x: ArrayD<f32>) -> Self {
+        let shape = x.shape().get(1..).unwrap_or_default().to_vec();
+        let x = if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() };
+        let (mut values, offset) = x.into_raw_vec_and_offset();
+        values.drain(..offset.unwrap_or(0));
+        Encoded { shape, values }
+    }
+
+    /// Shape of one sample.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// Values of one sample.
+    pub(crate) fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Values of sample `i`; empty where there is no such sample.
+    pub fn sample(&self, i: usize) -> &[f32] {
+        let len = self.shape.iter().product::<usize>();
+        self.values.get(i * len..(i + 1) * len).unwrap_or_default()
+    }
+
+    /// Puts the values of `rows`, one after the other, into `batch`.
+    pub fn gather(&self, rows: &[usize], batch: &mut Vec<f32>) {
+        batch.clear();
+        rows.iter().for_each(|&row| batch.extend_from_slice(self.sample(row)));
+    }
+}
+
+/// One input, fitted for a fold.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// `signal`, `image`, `tensor` or `series`.
+    pub name: &'static str,
+    /// How it was made.
+    pub transform: Transform,
+    /// The input of every sample, training and test.
+    pub encoded: Rc<Encoded>,
+    /// Time to encode one sample, in ms, averaged over all.
+    pub ms_per_sample: f64,
+}
+
+/// The inputs of one data set.
+pub struct Encoder<'a> {
+    encoding: Encoding,
+    dataset: &'a Dataset,
+    source: String,
+    plans: Vec<Plan>,
+}
+
+enum Plan {
+    /// The same in every fold.
+    Done(Input),
+    /// Samples with the axes of the input, to be scaled by z-scores.
+    Fit { name: &'static str, transform: Transform, x: ArrayD<f32> },
+}
+
+impl<'a> Encoder<'a> {
+    /// An encoder that has made nothing yet.
+    pub fn new(encoding: &Encoding, dataset: &'a Dataset) -> Self {
+        Encoder { encoding: encoding.clone(), dataset, source: dataset.source.to_string(), plans: vec![] }
+    }
+
+    /// The samples.
+    pub fn dataset(&self) -> &'a Dataset {
+        self.dataset
+    }
+
+    /// Prepares the inputs in `names` that are not there yet; what needs no fitting is encoded now. An input
+    /// that the encoding does not make is left out: [`Encoder::shape`] knows no shape of it.
+    ///
+    /// # Errors
+    /// Samples with the wrong axes, readings that cannot be encoded, or a full scale that nobody
+    /// names.
+    pub fn prepare(&mut self, names: &[&str]) -> Result<()> {
+        let baseline = self.encoding.baseline;
+        let missing = |own: &Self, name| names.contains(&name) && own.shape(name).is_none();
+        if missing(self, SIGNAL) {
+            self.plan(self.encoding.signal.scale, baseline, Transform::Signal)?;
+        }
+        if let Some(tensor) = self.encoding.tensor.filter(|_| missing(self, TENSOR)) {
+            let frames = TactileTensor { frames: tensor.frames };
+            self.plan(tensor.scale, baseline, |scaling| Transform::Tensor { tensor: frames, scaling })?;
+        }
+        if let Some(image) = self.encoding.image.clone().filter(|_| missing(self, IMAGE)) {
+            self.image(&image, baseline)?;
+        }
+        if missing(self, SERIES) {
+            let layout = self.dataset.reading.layout;
+            let signal = Transform::Signal(Scaling::Raw);
+            let transform = match baseline {
+                Some(_) => signal.less(baseline),
+                None => Transform::Series { layout, then: Box::new(signal) },
+            };
+            self.fit_later(SERIES, transform)?;
+        }
+        Ok(())
+    }
+
+    fn image(&mut self, image: &Image, baseline: Option<usize>) -> Result<()> {
+        match *image {
+            Image::Raw(Picture { scale, resize: None, red: false }) => {
+                self.plan(scale, baseline, Transform::Image)
+            }
+            Image::Raw(Picture { scale, resize, red }) => {
+                let resize = resize.map(bilinear);
+                self.plan(scale, baseline, |scaling| Transform::Picture { frame: None, red, resize, scaling })
+            }
+            Image::Frame(SqueezeFrame { frame, scale, resize, red }) => {
+                let (frame, resize) = (Some(frame), resize.map(bilinear));
+                self.plan(scale, baseline, |scaling| Transform::Picture { frame, red, resize, scaling })
+            }
+            Image::Rows(rows) => self.plan(rows.scale, baseline, Transform::Rows),
+            Image::Numatac(bits) => {
+                let numatac = NumaTac { window: bits.window, ..NumaTac::default() };
+                self.plan(Scale::ZScore, baseline, |scaling| Transform::Numatac { numatac, scaling })
+            }
+            Image::Gadf(own) => self.encode_now(IMAGE, field(own, Method::Difference).less(baseline)),
+            Image::Gasf(own) => self.encode_now(IMAGE, field(own, Method::Summation).less(baseline)),
+        }
+    }
+
+    /// Encodes now, unless the scale has to be fitted.
+    fn plan(
+        &mut self,
+        scale: Scale,
+        baseline: Option<usize>,
+        with: impl Fn(Scaling) -> Transform,
+    ) -> Result<()> {
+        let name = with(Scaling::Raw).input();
+        match self.scaling(scale)? {
+            Some(scaling) => self.encode_now(name, with(scaling).less(baseline)),
+            None => self.fit_later(name, with(Scaling::Raw).less(baseline)),
+        }
+    }
+
+    fn encode_now(&mut self, name: &'static str, transform: Transform) -> Result<()> {
+        let start = Instant::now();
+        let x = transform.apply(&self.dataset.x, &self.source)?;
+        self.plans.push(Plan::Done(Input::new(name, transform, x, start)));
+        Ok(())
+    }
+
+    fn fit_later(&mut self, name: &'static str, transform: Transform) -> Result<()> {
+        let x = transform.shape(&self.dataset.x, &self.source)?;
+        self.plans.push(Plan::Fit { name, transform, x });
+        Ok(())
+    }
+
+    /// `None` for a scale that is fitted per fold.
+    fn scaling(&self, scale: Scale) -> Result<Option<Scaling>> {
+        match (scale, self.dataset.reading.full_scale) {
+            (Scale::ZScore, _) => Ok(None),
+            (Scale::Raw, _) => Ok(Some(Scaling::Raw)),
+            (Scale::FullScale, Some(full_scale)) => Ok(Some(Scaling::FullScale { full_scale })),
+            (Scale::Imagenet, Some(full_scale)) => {
+                let [mean, sd] = IMAGENET.map(|colours| colours.map(|v| v * full_scale).to_vec());
+                Ok(Some(Scaling::ZScore { mean, sd }))
+            }
+            (Scale::FullScale | Scale::Imagenet, None) => {
+                let reason = format!(
+                    "the scale needs the largest possible reading of {}, such as 1023 for 10-bit counts or 255 \
+                     for 8-bit images",
+                    self.source
+                );
+                Err(Problem::new("data.full_scale", "not set", reason).into())
+            }
+        }
+    }
+
+    /// Shape of one sample of input `name`, if the encoding makes it.
+    pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
+        self.plans.iter().find(|plan| plan.name() == name).map(|plan| match plan {
+            Plan::Done(input) => input.encoded.shape().to_vec(),
+            Plan::Fit { x, .. } => x.shape()[1..].to_vec(),
+        })
+    }
+
+    /// The inputs in `names` with everything fitted on the samples in `train` alone.
+    ///
+    /// # Errors
+    /// Readings that are not finite.
+    pub fn fit(&self, names: &[&str], train: &[usize]) -> Result<Vec<Input>> {
+        let fit = |plan: &Plan| match plan {
+            Plan::Done(input) => Ok(input.clone()),
+            Plan::Fit { name, transform, x } => {
+                let transform = transform.fitted(x.select(Axis(0), train).view(), &self.source)?;
+                let start = Instant::now();
+                let x = transform.scale(x.clone(), &self.source)?;
+                Ok(Input::new(name, transform, x, start))
+            }
+        };
+        self.plans.iter().filter(|plan| names.contains(&plan.name())).map(fit).collect()
+    }
+}
+
+impl Plan {
+    fn name(&self) -> &'static str {
+        match self {
+            Plan::Done(input) => input.name,
+            Plan::Fit { name, .. } => name,
+        }
+    }
+}
+
+impl Input {
+    fn new(name: &'static str, transform: Transform, x: ArrayD<f32>, start: Instant) -> Self {
+        let ms_per_sample = 1e3 * start.elapsed().as_secs_f64() / x.shape()[0].max(1) as f64;
+        Input { name, transform, encoded: Rc::new(Encoded::new(x)), ms_per_sample }
+    }
+}
+
+fn bilinear([height, width]: [usize; 2]) -> Resize {
+    Resize { height, width, filter: Default::default() }
+}
+
+fn field(Field { size, range, colormap, constant }: Field, method: Method) -> Transform {
+    Transform::Field(HardnessImage { gaf: Gaf { size, method, range: range.into(), constant }, colormap })
+}

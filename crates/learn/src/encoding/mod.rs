@@ -1,0 +1,16 @@
+//! What networks and baselines read: from raw samples to the inputs of a network, fold by fold.
+//!
+//! An [`Encoding`] says what is wanted, an [`Encoder`] makes it of a data set. What needs no fitting is
+//! computed once; what does (z-scores) is fitted on the training part of each fold. What was fitted is a
+//! [`Transform`], saved with the model and enough to encode new recordings.
+
+mod axes;
+mod encoder;
+mod range;
+mod settings;
+mod transform;
+
+pub use encoder::{Encoded, Encoder, Input};
+pub use range::Range;
+pub use settings::{Bits, Encoding, Field, Image, Picture, Scale, Signal, SqueezeFrame, Tensor};
+pub use transform::{IMAGE, SERIES, SIGNAL, TENSOR, Transform};

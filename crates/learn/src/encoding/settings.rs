@@ -1,0 +1,225 @@
+//! What an encoding is asked to do; nothing of it is fitted.
+
+use serde::{Deserialize, Serialize};
+use taxel_encodings::{Colormap, Constant, Frame, Layout};
+
+use super::range::Range;
+use crate::problem::{Check, require, within};
+
+/// How samples become the inputs of networks.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Encoding {
+    /// Readings at the start of [N, C, T] whose mean is taken off each channel, for networks and baselines
+    /// alike. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<usize>,
+    /// `signal` [N, C, T], for 1D networks and the flattened MLP.
+    pub signal: Signal,
+    /// `image` [N, C, H, W], for 2D networks; no image without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub image: Option<Image>,
+    /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tensor: Option<Tensor>,
+}
+
+/// How readings are scaled.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// `(v - mean) / sd` per channel, fitted on the training part of each fold.
+    #[default]
+    ZScore,
+    /// `v / full_scale`.
+    FullScale,
+    /// `(v / full_scale - mean) / sd` of ImageNet's red, green and blue, as torchvision's networks were
+    /// trained.
+    Imagenet,
+    /// As they are.
+    Raw,
+}
+
+/// The `signal` input.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Signal {
+    /// Scale of the readings. Default `z-score`; paper 000 names none.
+    pub scale: Scale,
+}
+
+/// The `image` input, by what it is made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Image {
+    /// Gramian angular difference field of the raw readings, coloured: paper 000's choice.
+    Gadf(Field),
+    /// Gramian angular summation field of the raw readings, coloured.
+    Gasf(Field),
+    /// The samples are images: [N, H, W] becomes [N, 1, H, W], [N, C, H, W] stays.
+    Raw(Picture),
+    /// One frame of each squeeze [N, T, H, W], for 2D networks (papers 002 and 003).
+    Frame(SqueezeFrame),
+    /// Series [N, C, T] as one channel of C rows and T columns, each row scaled by itself.
+    Rows(Signal),
+    /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
+    Numatac(Bits),
+}
+
+/// A field is always made from raw readings, whatever the `signal` input says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Field {
+    /// Rows and columns. Default 50.
+    pub size: usize,
+    /// `"per-sample"` (default; amplitude is lost) or `{ low, high }` in the unit of the readings.
+    pub range: Range,
+    /// `jet` (default), `viridis` or `grey`.
+    pub colormap: Colormap,
+    /// What a constant recording gives under `per-sample`: `error` (default) or `zero`.
+    pub constant: Constant,
+}
+
+impl Default for Field {
+    fn default() -> Self {
+        let (range, colormap) = (Range::default(), Colormap::default());
+        Field { size: 50, range, colormap, constant: Constant::default() }
+    }
+}
+
+/// Images as recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Picture {
+    /// Scale of the pixels. Default `full-scale`.
+    pub scale: Scale,
+    /// `[height, width]` in pixels to resample to, bilinear. Default as recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resize: Option<[usize; 2]>,
+    /// One grey channel becomes the red of three (paper 001). Default false.
+    pub red: bool,
+}
+
+impl Default for Picture {
+    fn default() -> Self {
+        Picture { scale: Scale::FullScale, resize: None, red: false }
+    }
+}
+
+/// One frame of a squeeze.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SqueezeFrame {
+    /// `"peak"` (default), or `{ at = 5 }`.
+    pub frame: Frame,
+    /// As of [`Picture`].
+    pub scale: Scale,
+    /// As of [`Picture`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resize: Option<[usize; 2]>,
+    /// As of [`Picture`].
+    pub red: bool,
+}
+
+impl Default for SqueezeFrame {
+    fn default() -> Self {
+        let Picture { scale, resize, red } = Picture::default();
+        SqueezeFrame { frame: Frame::default(), scale, resize, red }
+    }
+}
+
+/// NumaTac bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bits {
+    /// Ticks from contact on. Default 300.
+    pub window: usize,
+}
+
+impl Default for Bits {
+    fn default() -> Self {
+        Bits { window: 300 }
+    }
+}
+
+/// Squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (paper 003).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tensor {
+    /// Frames to resample to. Default as recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
+    /// Scale of the readings. Default `full-scale`.
+    pub scale: Scale,
+}
+
+impl Default for Tensor {
+    fn default() -> Self {
+        Tensor { frames: None, scale: Scale::FullScale }
+    }
+}
+
+impl Encoding {
+    /// # Errors
+    /// The first setting outside its range.
+    pub fn check(&self) -> Check {
+        if let Some(readings) = self.baseline {
+            within("baseline", readings, 1, 1_000_000)?;
+        }
+        no_colours("signal.scale", self.signal.scale)?;
+        if let Some(tensor) = self.tensor {
+            within("tensor.frames", tensor.frames.unwrap_or(1), 1, 4096)?;
+            no_colours("tensor.scale", tensor.scale)?;
+        }
+        self.image.as_ref().map_or(Ok(()), |image| image.check().map_err(|problem| problem.below("image")))
+    }
+
+    /// Whether pixels or taxels lie side by side as on the sensor, so that they can be moved.
+    pub fn is_warpable(&self) -> bool {
+        self.tensor.is_some() || matches!(self.image, Some(Image::Raw(_) | Image::Frame(_)))
+    }
+
+    /// What the images take samples for, where that leaves no choice.
+    pub fn layout(&self, shape: &[usize]) -> Option<Layout> {
+        match (self.image.as_ref()?, shape) {
+            (Image::Numatac(_), [_, _, _]) => Some(Layout::Fingers),
+            (Image::Raw(_), [3, _, _]) => Some(Layout::Colour),
+            (Image::Raw(_), [_, _]) => Some(Layout::Image),
+            _ => None,
+        }
+    }
+}
+
+/// ImageNet's scale is of three colours.
+fn no_colours(key: &str, scale: Scale) -> Check {
+    let reason = "belongs to encoding.image of three channels";
+    require(scale != Scale::Imagenet, key, "\"imagenet\"", reason)
+}
+
+impl Image {
+    fn check(&self) -> Check {
+        match self {
+            Image::Gadf(field) | Image::Gasf(field) => field.check(),
+            Image::Raw(Picture { resize, .. }) | Image::Frame(SqueezeFrame { resize, .. }) => {
+                resize.iter().flatten().try_for_each(|side| within("resize", *side, 1, 4096))
+            }
+            Image::Rows(rows) => no_colours("scale", rows.scale),
+            Image::Numatac(bits) => within("window", bits.window, 1, 1_000_000),
+        }
+    }
+}
+
+impl Field {
+    fn check(&self) -> Check {
+        let least = if self.range == Range::PerSample { 2 } else { 1 };
+        within("size", self.size, least, 4096)?;
+        match self.range {
+            Range::PerSample => Ok(()),
+            Range::Fixed { low, high } => {
+                let ordered = low.is_finite() && high.is_finite() && (low as f32) < (high as f32);
+                let value = format!("{{ low = {low}, high = {high} }}");
+                require(ordered, "range", value, "low must be below high, both finite")
+            }
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! How raw samples become one input; everything that was fitted is in it.
+
+use ndarray::{ArrayD, ArrayViewD, Axis, Ix3, Ix4};
+use serde::{Deserialize, Serialize};
+use taxel_encodings::numatac::{fit_features, scale_features};
+use taxel_encodings::{Frame, HardnessImage, Layout, NumaTac, Resize, Scaling, TactileTensor, red_channel};
+
+use super::axes::{image_axes, less_baseline, refused, series, signal_axes, wrong_axes};
+use crate::error::Result;
+
+/// Input of 1D networks: channels × time.
+pub const SIGNAL: &str = "signal";
+/// Input of 2D networks: channels × rows × columns.
+pub const IMAGE: &str = "image";
+/// Input of 3D networks: channels × rows × columns × frames.
+pub const TENSOR: &str = "tensor";
+/// Input of baselines: channels × time.
+pub const SERIES: &str = "series";
+
+/// How raw samples `[N, ..]` become one input; everything that was fitted is in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Transform {
+    /// `[N, C, T]` (or `[N, F]` as one channel) scaled per channel.
+    Signal(Scaling),
+    /// `[N, H, W]` as `[N, 1, H, W]`, or `[N, C, H, W]`, scaled per channel.
+    Image(Scaling),
+    /// `[N, C, T]` as a coloured Gramian angular field `[N, C, H, W]`.
+    Field(HardnessImage),
+    /// Images, or one frame of each `[N, T, H, W]`, coloured and resized, then scaled per channel.
+    Picture {
+        /// Which frame; none where the samples are images.
+        frame: Option<Frame>,
+        /// Whether one grey channel becomes the red of three.
+        red: bool,
+        /// The new size.
+        resize: Option<Resize>,
+        /// Scale of the pixels.
+        scaling: Scaling,
+    },
+    /// `[N, T, H, W]` as `[N, 1, H, W, T]`, scaled.
+    Tensor {
+        /// Frames.
+        tensor: TactileTensor,
+        /// Scale of the readings.
+        scaling: Scaling,
+    },
+    /// Bits `[N, fingers, features, ticks]` in Pa from contact on, scaled per finger and feature.
+    Numatac {
+        /// Contact judge and offsets.
+        numatac: NumaTac,
+        /// Scale of the pressures.
+        scaling: Scaling,
+    },
+    /// `[N, C, T]` as `[N, 1, C, T]`, scaled per row.
+    Rows(Scaling),
+    /// Samples of any layout as `[N, C, T]`, and then something else: what baselines read.
+    Series {
+        /// What the axes of a sample are.
+        layout: Layout,
+        /// What follows.
+        then: Box<Transform>,
+    },
+    /// `[N, C, T]` less the mean of its first readings, per sample and channel, and then something else.
+    Baseline {
+        /// How many readings.
+        readings: usize,
+        /// What follows.
+        then: Box<Transform>,
+    },
+}
+
+impl Transform {
+    /// Encodes raw samples `[N, ..]`; `source` names them in messages.
+    ///
+    /// # Errors
+    /// Samples with other axes than the transform takes, or readings that cannot be encoded.
+    pub fn apply(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+        self.scale(self.shape(x, source)?, source)
+    }
+
+    /// What a reading of 0 becomes, per channel of images and tensors: what lies beyond their edges.
+    pub(crate) fn rest(&self) -> Option<Vec<f32>> {
+        let scaling = match self {
+            Transform::Image(scaling)
+            | Transform::Picture { scaling, .. }
+            | Transform::Tensor { scaling, .. } => scaling,
+            Transform::Baseline { then, .. } | Transform::Series { then, .. } => return then.rest(),
+            Transform::Signal(_) | Transform::Field(_) | Transform::Numatac { .. } | Transform::Rows(_) => {
+                return None;
+            }
+        };
+        Some(match scaling {
+            Scaling::ZScore { mean, sd } => mean.iter().zip(sd).map(|(mean, sd)| -mean / sd).collect(),
+            Scaling::Raw | Scaling::FullScale { .. } => vec![0.0],
+        })
+    }
+
+    /// Whether every sample is scaled by its own range: twice the readings give the same input.
+    pub fn is_blind_to_amplitude(&self) -> bool {
+        matches!(self, Transform::Field(field) if field.gaf.range == taxel_encodings::Range::PerSample)
+    }
+
+    /// Name of the input that it makes.
+    pub(super) fn input(&self) -> &'static str {
+        match self {
+            Transform::Signal(_) => SIGNAL,
+            Transform::Tensor { .. } => TENSOR,
+            Transform::Baseline { then, .. } | Transform::Series { then, .. } => then.input(),
+            _ => IMAGE,
+        }
+    }
+
+    /// Everything but the scaling.
+    pub(super) fn shape(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+        let input = self.input();
+        let refuse = |e| refused(source, input, e);
+        let wrong = |_| wrong_axes(x, input, source);
+        match self {
+            Transform::Signal(_) => signal_axes(x.clone(), SIGNAL, source),
+            Transform::Rows(_) => Ok(signal_axes(x.clone(), IMAGE, source)?.insert_axis(Axis(1))),
+            Transform::Baseline { readings, then } => {
+                then.shape(&less_baseline(x.clone(), *readings, source)?, source)
+            }
+            Transform::Series { layout, then } => then.shape(&series(x, *layout, source)?, source),
+            Transform::Image(_) => image_axes(x.clone(), source),
+            Transform::Field(field) => {
+                let x = signal_axes(x.clone(), IMAGE, source)?;
+                let x = x.view().into_dimensionality::<Ix3>().map_err(wrong)?;
+                Ok(field.encode_batch(x).map_err(refuse)?.into_dyn())
+            }
+            Transform::Picture { frame, red, resize, .. } => {
+                let images = match frame {
+                    None => image_axes(x.clone(), source)?,
+                    Some(frame) => {
+                        let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                        frame.encode_batch(x).map_err(refuse)?.into_dyn()
+                    }
+                };
+                let mut images = images.into_dimensionality::<Ix4>().map_err(wrong)?;
+                if *red && images.shape()[1] == 1 {
+                    images = red_channel(images.index_axis(Axis(1), 0));
+                }
+                if let Some(resize) = resize {
+                    images = resize.encode_batch(images.view()).map_err(refuse)?;
+                }
+                Ok(images.into_dyn())
+            }
+            Transform::Tensor { tensor, .. } => {
+                let squeezes = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                let tensors: Vec<_> = squeezes
+                    .outer_iter()
+                    .map(|one| tensor.encode(one))
+                    .collect::<std::result::Result<_, _>>()
+                    .map_err(refuse)?;
+                let views: Vec<_> = tensors.iter().map(|one| one.view()).collect();
+                ndarray::stack(Axis(0), &views)
+                    .map(ndarray::ArrayBase::into_dyn)
+                    .map_err(|_| wrong_axes(x, input, source))
+            }
+            Transform::Numatac { numatac, .. } => {
+                let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                Ok(numatac.encode_batch(x).map_err(refuse)?.into_dyn())
+            }
+        }
+    }
+
+    pub(super) fn scale(&self, mut x: ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+        let input = self.input();
+        let refuse = |e| refused(source, input, e);
+        match self {
+            Transform::Field(_) => {}
+            Transform::Baseline { then, .. } | Transform::Series { then, .. } => {
+                return then.scale(x, source);
+            }
+            Transform::Numatac { scaling, .. } | Transform::Rows(scaling) => {
+                let view =
+                    x.view().into_dimensionality::<Ix4>().map_err(|_| wrong_axes(&x, input, source))?;
+                return Ok(scale_features(scaling, view).map_err(refuse)?.into_dyn());
+            }
+            Transform::Signal(scaling)
+            | Transform::Image(scaling)
+            | Transform::Picture { scaling, .. }
+            | Transform::Tensor { scaling, .. } => scaling.apply(&mut x).map_err(refuse)?,
+        }
+        Ok(x)
+    }
+
+    /// The same with a scale fitted to `train`, shaped but not scaled.
+    pub(super) fn fitted(&self, train: ArrayViewD<f32>, source: &str) -> Result<Self> {
+        let refuse = |e| refused(source, self.input(), e);
+        let fitted = || Scaling::fit_z_score(train.view()).map_err(refuse);
+        Ok(match self.clone() {
+            Transform::Signal(_) => Transform::Signal(fitted()?),
+            Transform::Image(_) => Transform::Image(fitted()?),
+            Transform::Field(field) => Transform::Field(field),
+            Transform::Picture { frame, red, resize, .. } => {
+                Transform::Picture { frame, red, resize, scaling: fitted()? }
+            }
+            Transform::Tensor { tensor, .. } => Transform::Tensor { tensor, scaling: fitted()? },
+            Transform::Numatac { numatac, .. } => {
+                Transform::Numatac { numatac, scaling: self.fitted_rows(train, source)? }
+            }
+            Transform::Rows(_) => Transform::Rows(self.fitted_rows(train, source)?),
+            Transform::Series { layout, then } => {
+                Transform::Series { layout, then: Box::new(then.fitted(train, source)?) }
+            }
+            Transform::Baseline { readings, then } => {
+                Transform::Baseline { readings, then: Box::new(then.fitted(train, source)?) }
+            }
+        })
+    }
+}
+
+impl Transform {
+    fn fitted_rows(&self, train: ArrayViewD<f32>, source: &str) -> Result<Scaling> {
+        let view = train.view().into_dimensionality::<Ix4>();
+        let view = view.map_err(|_| wrong_axes(&train.to_owned(), IMAGE, source))?;
+        fit_features(view).map_err(|e| refused(source, IMAGE, e))
+    }
+
+    /// The same after the baseline is taken off.
+    pub(super) fn less(self, baseline: Option<usize>) -> Self {
+        match baseline {
+            Some(readings) => Transform::Baseline { readings, then: Box::new(self) },
+            None => self,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn what_lies_beyond_an_image_is_a_reading_of_zero() {
+        let scaling = Scaling::ZScore { mean: vec![2.0, -1.0], sd: vec![4.0, 0.5] };
+        let transform = Transform::Image(scaling);
+        let zeros = transform.apply(&ArrayD::zeros(vec![1, 2, 1, 1]), "zeros").unwrap();
+        assert_eq!(transform.rest().unwrap(), zeros.into_iter().collect::<Vec<f32>>());
+        assert_eq!(Transform::Signal(Scaling::Raw).rest(), None);
+    }
+}

@@ -1,0 +1,69 @@
+//! `environment.json`: on what machine and with which code a run was made.
+
+use std::fs;
+
+use serde::{Deserialize, Serialize};
+use taxel_data::Source;
+
+/// Git commit that this program was built from, with `-dirty` behind it if sources had been changed since.
+pub(crate) const COMMIT: Option<&str> = option_env!("TAXEL_COMMIT");
+
+/// Machine, code and data of a run; what cannot be found out is left out.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Environment {
+    /// Version of taxel.
+    pub taxel: String,
+    /// Git commit that it was built from, with `-dirty` behind it if sources had been changed since.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// The compiler that built it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rustc: Option<String>,
+    /// Whether it was built with `--release`.
+    pub optimised: bool,
+    /// Operating system and architecture.
+    pub platform: String,
+    /// Processor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu: Option<String>,
+    /// Hardware threads that the process may use.
+    pub cores: usize,
+    /// Worker threads of the run.
+    pub threads: usize,
+    /// Seed of the experiment.
+    pub seed: u64,
+    /// What the scores were measured on.
+    pub source: Source,
+    /// BLAKE3 of the samples.
+    pub data_digest: String,
+}
+
+impl Environment {
+    /// This machine and this build, for scores on `source`.
+    pub fn now(threads: usize, seed: u64, source: &Source, data_digest: &str) -> Self {
+        Environment {
+            taxel: env!("CARGO_PKG_VERSION").into(),
+            commit: COMMIT.map(String::from),
+            rustc: option_env!("TAXEL_RUSTC").map(String::from),
+            optimised: !cfg!(debug_assertions),
+            platform: format!("{}-{}", std::env::consts::OS, std::env::consts::ARCH),
+            cpu: cpu(),
+            cores: cores(),
+            threads,
+            seed,
+            source: source.clone(),
+            data_digest: data_digest.into(),
+        }
+    }
+}
+
+/// Hardware threads that the process may use; 1 where that is unknown.
+pub(crate) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, Into::into)
+}
+
+fn cpu() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().into())
+}

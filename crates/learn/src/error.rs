@@ -1,0 +1,194 @@
+//! The one error type of this crate.
+
+use std::path::Path;
+
+use crate::problem::Problem;
+
+/// A training that cannot be done, or was stopped; a model or run folder that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder cannot be read or written.
+    #[error("{file}: cannot be {action}: {source}")]
+    Io {
+        /// The path as the user gave it.
+        file: String,
+        /// `read`, `written`, `created`, …
+        action: &'static str,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A setting outside its range, or one that the samples do not allow.
+    #[error("{0}")]
+    Setting(Problem),
+    /// Samples that cannot be used as asked.
+    #[error(transparent)]
+    Data(Box<taxel_data::Error>),
+    /// A checkpoint cannot be read or written.
+    #[error(transparent)]
+    Checkpoint(#[from] taxel_checkpoint::Error),
+    /// The samples cannot be encoded.
+    #[error("{source_label}: {input}: {source}")]
+    Encoding {
+        /// The data set or scene.
+        source_label: String,
+        /// `signal`, `image`, `tensor` or `series`.
+        input: &'static str,
+        /// What the encoder says.
+        source: taxel_encodings::Error,
+    },
+    /// The samples have the wrong axes for an encoding.
+    #[error("{source_label}: samples of shape {shape:?} cannot become `{input}`: {reason}")]
+    Axes {
+        /// The data set or scene.
+        source_label: String,
+        /// `signal`, `image`, `tensor` or `series`.
+        input: &'static str,
+        /// Shape of one sample.
+        shape: Vec<usize>,
+        /// The shapes that work.
+        reason: &'static str,
+    },
+    /// A network reads something that the encoding does not make, or of another shape.
+    #[error("{network} reads `{input}`: {reason}")]
+    Input {
+        /// Name of the network.
+        network: String,
+        /// Name of the input.
+        input: String,
+        /// What is there instead.
+        reason: String,
+    },
+    /// The engine refuses a graph, its weights or a batch.
+    #[error(transparent)]
+    Engine(Box<taxel_engine::Error>),
+    /// Training has left the finite numbers.
+    #[error(
+        "{network}, repetition {repetition}, fold {fold}: the loss is {loss} in epoch {epoch}, batch {batch}; \
+         lower train.optimizer.lr ({lr}) or check the scale of the readings"
+    )]
+    Diverged {
+        /// Name of the network in the experiment.
+        network: String,
+        /// Repetition, from 0.
+        repetition: usize,
+        /// Fold, from 0.
+        fold: usize,
+        /// Epoch, from 0.
+        epoch: usize,
+        /// Batch, from 0.
+        batch: usize,
+        /// NaN or infinity.
+        loss: f32,
+        /// Learning rate of the step before.
+        lr: f32,
+    },
+    /// Every combination of settings has left the finite numbers.
+    #[error(
+        "{network}, repetition {repetition}, fold {fold}: training diverged with all {trials} combinations of \
+         choose.grid; add smaller learning rates or check the scale of the readings"
+    )]
+    NothingChosen {
+        /// Name of the network in the experiment.
+        network: String,
+        /// Repetition, from 0.
+        repetition: usize,
+        /// Fold, from 0.
+        fold: usize,
+        /// Combinations that were tried.
+        trials: usize,
+    },
+    /// A baseline refuses its data.
+    #[error("{baseline}: {source}")]
+    Baseline {
+        /// Its name.
+        baseline: String,
+        /// What it says.
+        source: taxel_baselines::Error,
+    },
+    /// The run folder holds something else, or another process works in it.
+    #[error("{folder}: {reason}")]
+    Folder {
+        /// The run folder.
+        folder: String,
+        /// What is in the way, and the way out.
+        reason: String,
+    },
+    /// A file of a run folder or a model is damaged.
+    #[error("{file}: {reason}")]
+    Damaged {
+        /// The file.
+        file: String,
+        /// What is wrong with it, and the way out.
+        reason: String,
+    },
+    /// Samples that are not what a model reads.
+    #[error("{model} reads {expected}; {given}")]
+    Samples {
+        /// Name of the model.
+        model: String,
+        /// Layout and shape of what it reads.
+        expected: String,
+        /// What is there instead.
+        given: String,
+    },
+    /// Stopped from outside.
+    #[error("stopped after {done} of {total} folds; continue with --resume --out {folder}")]
+    Cancelled {
+        /// Finished folds.
+        done: usize,
+        /// All folds.
+        total: usize,
+        /// The run folder; empty where nothing was to be written.
+        folder: String,
+    },
+    /// Numbers that do not describe a set of predictions.
+    #[error("{what}: {reason}")]
+    Metrics {
+        /// Which numbers.
+        what: &'static str,
+        /// What is wrong with them.
+        reason: String,
+    },
+}
+
+/// A result whose error is [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl From<Problem> for Error {
+    fn from(problem: Problem) -> Self {
+        Error::Setting(problem)
+    }
+}
+
+impl From<taxel_engine::Error> for Error {
+    fn from(error: taxel_engine::Error) -> Self {
+        Error::Engine(Box::new(error))
+    }
+}
+
+impl From<taxel_graph::Error> for Error {
+    fn from(error: taxel_graph::Error) -> Self {
+        taxel_engine::Error::from(error).into()
+    }
+}
+
+impl From<taxel_data::Error> for Error {
+    fn from(error: taxel_data::Error) -> Self {
+        Error::Data(Box::new(error))
+    }
+}
+
+impl Error {
+    pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
+        Error::Io { file: path.display().to_string(), action, source }
+    }
+
+    pub(crate) fn folder(path: &Path, reason: impl Into<String>) -> Self {
+        Error::Folder { folder: path.display().to_string(), reason: reason.into() }
+    }
+
+    pub(crate) fn damaged(path: &Path, reason: impl Into<String>) -> Self {
+        Error::Damaged { file: path.display().to_string(), reason: reason.into() }
+    }
+}

@@ -1,0 +1,76 @@
+//! Batches of encoded samples for an engine.
+
+use taxel_data::{Augment, Key};
+use taxel_engine::{Engine, Mode};
+use taxel_graph::Graph;
+
+use crate::encoding::{Encoded, Input};
+use crate::error::Result;
+
+/// Gathers the rows of a batch into one slice per input of the graph.
+pub(crate) struct Feed<'a> {
+    inputs: Vec<&'a Encoded>,
+    /// What lies beyond the edges of an input's images, per channel.
+    rests: Vec<Option<Vec<f32>>>,
+    batches: Vec<Vec<f32>>,
+}
+
+impl<'a> Feed<'a> {
+    /// # Errors
+    /// An input of the network that is not encoded.
+    pub fn new(graph: &Graph, inputs: &'a [Input]) -> Result<Self> {
+        let find = |node: &taxel_graph::Node| inputs.iter().find(|input| input.name == node.name);
+        let found: Vec<&Input> = graph.inputs().filter_map(find).collect();
+        if found.len() != graph.inputs().len() {
+            let model = graph.name().to_string();
+            let reason = "an input of the network is not encoded".to_string();
+            return Err(taxel_engine::Error::Batch { model, reason }.into());
+        }
+        let rests = found.iter().map(|input| input.transform.rest()).collect();
+        let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests })
+    }
+
+    fn gather(&mut self, rows: &[usize]) {
+        for (input, batch) in self.inputs.iter().zip(&mut self.batches) {
+            input.gather(rows, batch);
+        }
+    }
+
+    fn run<'e>(&self, engine: &'e mut Engine, n: usize, mode: Mode) -> Result<&'e [f32]> {
+        let slices: Vec<&[f32]> = self.batches.iter().map(Vec::as_slice).collect();
+        Ok(engine.forward(&slices, n, mode)?)
+    }
+
+    /// A pass over `rows`.
+    pub fn forward<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], mode: Mode) -> Result<&'e [f32]> {
+        self.gather(rows);
+        self.run(engine, rows.len(), mode)
+    }
+
+    /// A training pass over `rows`; with an augmentation, over what it makes of them under `key`.
+    pub fn augmented<'e>(
+        &mut self,
+        engine: &'e mut Engine,
+        rows: &[usize],
+        augment: Option<(&Augment, Key)>,
+    ) -> Result<&'e [f32]> {
+        self.gather(rows);
+        for ((input, rest), batch) in self.inputs.iter().zip(&self.rests).zip(&mut self.batches) {
+            let (Some((augment, key)), Some(rest)) = (augment, rest) else { continue };
+            let (&[channels, height, width, ref frames @ ..], len) = (input.shape(), input.len()) else {
+                continue;
+            };
+            let frames: usize = frames.iter().product();
+            for (&sample, values) in rows.iter().zip(batch.chunks_exact_mut(len)) {
+                let warp = augment.draw(&Key { sample, ..key });
+                // Each channel has its own value at rest.
+                for (channel, plane) in values.chunks_exact_mut(len / channels).enumerate() {
+                    let outside = rest.get(channel).or(rest.first()).copied().unwrap_or(0.0);
+                    warp.apply(plane, [1, height, width, frames], outside);
+                }
+            }
+        }
+        self.run(engine, rows.len(), Mode::Train)
+    }
+}

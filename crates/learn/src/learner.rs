@@ -1,0 +1,195 @@
+//! An engine with what it learns: epochs, batch-norm statistics, tests.
+
+use rand::RngExt;
+use taxel_data::{Key, Labels};
+use taxel_engine::{Engine, Mode, Options};
+use taxel_graph::{Graph, Weights};
+
+use crate::encoding::Input;
+use crate::epoch::Epoch;
+use crate::error::{Error, Result};
+use crate::feed::Feed;
+use crate::hooks::Hooks;
+use crate::objective::Objective;
+use crate::part::Part;
+use crate::recipe::{BatchNorm, Recipe};
+
+/// An engine with what it learns.
+pub(crate) struct Learner<'d> {
+    name: String,
+    part: Part,
+    dropout: u64,
+    recipe: Recipe,
+    labels: &'d Labels,
+    steps: usize,
+    /// Samples that an answer takes at a time.
+    pub batch: usize,
+    pub has_norms: bool,
+    /// Whether the batch-norm statistics are those that the recipe wants.
+    pub settled: bool,
+    pub objective: Objective,
+    pub engine: Engine,
+    feed: Feed<'d>,
+}
+
+/// What a learner is made of.
+pub(crate) struct Task<'t> {
+    pub name: &'t str,
+    pub graph: &'t Graph,
+    /// Tensors that it starts from; a head for another number of classes is drawn.
+    pub start: Option<&'t Weights>,
+    pub part: Part,
+    /// Worker threads; results do not depend on them.
+    pub threads: usize,
+}
+
+impl<'d> Learner<'d> {
+    /// A network with its first weights; `largest` is the most samples that it meets in one part.
+    ///
+    /// # Errors
+    /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
+    pub fn new(
+        task: &Task,
+        recipe: &Recipe,
+        labels: &'d Labels,
+        inputs: &'d [Input],
+        rows: &[usize],
+        largest: usize,
+    ) -> Result<Self> {
+        let Task { graph, part, .. } = *task;
+        let purpose = part.purpose(&format!("init/{}", graph.name()));
+        let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
+        if let Some(start) = task.start {
+            weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
+        }
+        let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
+        let options = Options { batch, threads: task.threads, frozen: recipe.frozen.clone() };
+        let purpose = part.purpose(&format!("dropout/{}", graph.name()));
+        Ok(Learner {
+            name: task.name.into(),
+            part,
+            dropout: taxel_seed::rng(part.seed, &purpose).random(),
+            recipe: recipe.clone(),
+            labels,
+            steps: rows.len().div_ceil(batch),
+            batch,
+            has_norms: graph.buffer_count() > 0,
+            settled: recipe.batch_norm == BatchNorm::Moving,
+            objective: Objective::new(recipe, labels, rows),
+            engine: Engine::new(graph, &weights, options)?,
+            feed: Feed::new(graph, inputs)?,
+        })
+    }
+
+    /// One pass over `rows`; `None` if cancelled. A function of weights, part and epoch.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] for a loss that is not finite.
+    pub fn epoch(&mut self, epoch: usize, rows: &[usize], hooks: &mut Hooks) -> Result<Option<Epoch>> {
+        let Part { seed, repetition, fold } = self.part;
+        let order = self.part.shuffled(rows, epoch);
+        let lr = self.recipe.schedule.rate(self.recipe.optimizer.lr(), epoch, self.recipe.epochs);
+        let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
+        for (number, rows) in order.chunks(self.batch).enumerate() {
+            if hooks.is_cancelled() {
+                return Ok(None);
+            }
+            let labels = self.labels.of(rows);
+            self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
+            let key = Key { seed, repetition, fold, epoch, sample: 0 };
+            let augment = self.recipe.augment.as_ref().map(|augment| (augment, key));
+            let logits = self.feed.augmented(&mut self.engine, rows, augment)?;
+            correct += self.objective.correct(logits, &labels);
+            seen += labels.len();
+            let engine = &mut self.engine;
+            let loss =
+                self.objective.backward(&labels, |loss, targets| engine.backward_with(loss, targets))?;
+            if !loss.is_finite() {
+                return Err(self.diverged(epoch, number, loss, lr));
+            }
+            if let Some(clip) = self.recipe.clip {
+                self.engine.clip_gradients(clip as f32);
+            }
+            self.recipe.optimizer.step(&mut self.engine, lr);
+            loss_sum += f64::from(loss) * rows.len() as f64;
+            (hooks.tick)(rows.len());
+        }
+        Ok(Some(Epoch {
+            epoch,
+            lr,
+            train_loss: loss_sum / order.len().max(1) as f64,
+            train_accuracy: 100.0 * correct as f64 / seen.max(1) as f64,
+            validation_loss: None,
+            validation_accuracy: None,
+        }))
+    }
+
+    /// Batch-norm statistics as the recipe wants them; false if cancelled.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn settle(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
+        if !self.settled && !self.population(rows, hooks)? {
+            return Ok(false);
+        }
+        self.settled = true;
+        Ok(true)
+    }
+
+    /// Batch-norm statistics over the whole training part; false if cancelled. Training does not see them.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn population(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
+        if !self.has_norms {
+            return Ok(true);
+        }
+        self.engine.begin_population();
+        self.engine.set_dropout(self.dropout, 1 << 32);
+        for rows in self.part.shuffle(rows, &self.part.purpose("population")).chunks(self.batch) {
+            if hooks.is_cancelled() {
+                return Ok(false);
+            }
+            self.feed.forward(&mut self.engine, rows, Mode::Train)?;
+        }
+        self.engine.end_population();
+        Ok(true)
+    }
+
+    /// Logits of `rows` and their mean loss.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn test(&mut self, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
+        let mut logits = vec![];
+        for rows in rows.chunks(self.batch) {
+            logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
+        }
+        let loss = self.objective.value(&logits, &self.labels.of(rows));
+        Ok((logits, loss))
+    }
+
+    /// Mean loss of `rows`, and the share that is right in %.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn validate(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
+        let (logits, loss) = self.test(rows)?;
+        let labels = self.labels.of(rows);
+        Ok((loss, 100.0 * self.objective.correct(&logits, &labels) as f64 / labels.len().max(1) as f64))
+    }
+
+    fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {
+        let Part { repetition, fold, .. } = self.part;
+        let network = self.name.clone();
+        Error::Diverged { network, repetition, fold, epoch, batch, loss, lr: lr as f32 }
+    }
+
+    /// The last epoch left the finite numbers.
+    pub fn diverged_at_the_end(&self, value: f32) -> Error {
+        let Recipe { epochs, schedule, optimizer, .. } = &self.recipe;
+        let last = epochs.saturating_sub(1);
+        let lr = schedule.rate(optimizer.lr(), last, *epochs);
+        self.diverged(last, self.steps.saturating_sub(1), value, lr)
+    }
+}

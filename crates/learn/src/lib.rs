@@ -1,0 +1,94 @@
+//! Any network on any samples: recipe, fit, cross-validation, resume, metrics, and the model in one file.
+//!
+//! A [`Candidate`] is a network with its [`Recipe`], or a baseline. [`CrossValidation`] trains and tests
+//! candidates on the same folds, in memory or into a [`RunFolder`] that an interrupted run goes on with.
+//! [`fit()`] trains one on everything, and a [`Model`] is the file that is shipped:
+//!
+//! ```
+//! use taxel_data::Dataset;
+//! use taxel_encodings::Layout;
+//! use taxel_graph::Network;
+//! use taxel_learn::{Candidate, Encoding, Model, Recipe, fit};
+//!
+//! // Twelve presses of one sensor, ten readings each.
+//! let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], |at| (at[0] % 2) as f32 + 0.01 * at[2] as f32);
+//! let labels: Vec<&str> = (0..12).map(|i| ["soft", "hard"][i % 2]).collect();
+//! let presses = Dataset::new("presses", Layout::Series, x.clone(), &labels)?;
+//!
+//! let net = Network::new("own");
+//! let logits = net.input("signal", &[1, 10]).flatten().linear("fc", 2);
+//! let graph = net.finish(&[("logits", logits)])?;
+//! let own = Candidate::network(graph, Recipe { epochs: 20, ..Recipe::default() });
+//!
+//! let path = std::env::temp_dir().join("taxel-learn-doc.safetensors");
+//! fit(&own, &presses, &Encoding::default())?.save(&path)?;
+//! let model = Model::open(&path)?;
+//! let answers = model.predict(&x)?;
+//! assert_eq!((answers.class(0), answers.class(1)), ("soft", "hard"));
+//! # std::fs::remove_file(&path)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Equal settings on equal data give equal bytes for any number of threads, except for `timings.jsonl`,
+//! `environment.json` and `folds/*.timing.json` of a run folder.
+
+mod assemble;
+mod baseline;
+mod candidate;
+mod cross_validation;
+pub mod encoding;
+mod environment;
+mod epoch;
+mod error;
+mod feed;
+mod fit;
+mod folder;
+mod hooks;
+mod json_file;
+mod latency;
+mod learner;
+mod lock;
+mod making;
+pub mod metrics;
+mod model;
+mod objective;
+mod optimizer;
+mod part;
+mod plan;
+mod problem;
+mod progress;
+mod protocol;
+mod recipe;
+mod records;
+mod results;
+mod run;
+mod schedule;
+mod search;
+mod session;
+mod table;
+mod tensorboard;
+mod training;
+
+pub use candidate::{Candidate, Estimator, Published, Trainable, file_name};
+pub use cross_validation::{CrossValidation, RunOptions};
+pub use encoding::{Encoder, Encoding, Transform};
+pub use environment::Environment;
+pub use epoch::Epoch;
+pub use error::{Error, Result};
+pub use fit::{Fit, fit};
+pub use folder::{Identity, RunFolder};
+pub use latency::{Latency, Stopwatch, milliseconds};
+pub use model::{
+    Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,
+};
+pub use optimizer::{Moments, Optimizer};
+pub use part::shuffled;
+pub use problem::{Check, Problem, require, share, within};
+pub use progress::{IndicatifProgress, Progress, Silent};
+pub use protocol::{Protocol, Split};
+pub use recipe::{BatchNorm, ClassWeights, Criterion, EarlyStopping, Recipe};
+pub use records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, Timing};
+pub use results::{FoldScores, NetworkResults, Results};
+pub use schedule::Schedule;
+pub use search::{Chosen, Combination, Search, Trial};
+pub use table::{Table, thousands};

@@ -1,0 +1,87 @@
+//! Models out of trainings: what each says about itself.
+
+use taxel_data::Dataset;
+
+use crate::baseline::FittedBaseline;
+use crate::candidate::{Candidate, Trainable};
+use crate::encoding::Input;
+use crate::environment::COMMIT;
+use crate::model::{Anatomy, Card, FORMAT, Model, ModelInput, TrainedOn, TrainingPart};
+use crate::training::Trained;
+
+/// What a model was trained on.
+pub(crate) struct Origin<'a> {
+    pub dataset: &'a Dataset,
+    /// Training samples.
+    pub samples: usize,
+    /// Repetition and fold; none for all samples.
+    pub fold: Option<(usize, usize)>,
+    pub seed: u64,
+}
+
+/// The model of a trained network.
+pub(crate) fn network_model(
+    candidate: &Candidate,
+    network: &Trainable,
+    inputs: &[Input],
+    trained: &Trained,
+    origin: &Origin,
+) -> Model {
+    let anatomy = Anatomy::Network {
+        graph: Box::new(network.graph.clone()),
+        loss: trained.recipe.loss,
+        batch: trained.batch,
+        recipe: Box::new(trained.recipe.clone()),
+    };
+    // In the order of the network's inputs.
+    let names = network.graph.inputs().map(|node| &node.name);
+    let own = names.filter_map(|name| inputs.iter().find(|input| input.name == name));
+    Model::new(card(candidate, anatomy, own, origin), trained.weights.clone())
+}
+
+/// The model of a fitted baseline.
+pub(crate) fn baseline_model(
+    candidate: &Candidate,
+    fitted: &FittedBaseline,
+    inputs: &[Input],
+    origin: &Origin,
+) -> Model {
+    let anatomy = Anatomy::Baseline { method: fitted.method, series: fitted.shape };
+    let card = card(candidate, anatomy, inputs.iter(), origin);
+    Model::new(card, fitted.tensors(origin.dataset.labels.attributes()))
+}
+
+fn card<'i>(
+    candidate: &Candidate,
+    anatomy: Anatomy,
+    inputs: impl Iterator<Item = &'i Input>,
+    origin: &Origin,
+) -> Card {
+    let Origin { dataset, samples, fold, seed } = *origin;
+    let input = |input: &Input| ModelInput { name: input.name.into(), transform: input.transform.clone() };
+    let part = match fold {
+        Some((repetition, fold)) => TrainingPart::Fold { repetition, fold },
+        None => TrainingPart::Everything,
+    };
+    Card {
+        format: FORMAT,
+        taxel: env!("CARGO_PKG_VERSION").into(),
+        commit: COMMIT.map(String::from),
+        name: candidate.name.clone(),
+        paper: candidate.paper.clone(),
+        anatomy,
+        reading: dataset.reading.clone(),
+        inputs: inputs.map(input).collect(),
+        attributes: dataset.labels.attributes().to_vec(),
+        trained_on: TrainedOn {
+            source: dataset.source.clone(),
+            digest: dataset.digest.clone(),
+            samples,
+            part,
+            seed,
+        },
+        score: None,
+        // Of the tensors: filled in with them.
+        tensors: String::new(),
+    }
+}

@@ -1,0 +1,90 @@
+//! Bootstrap intervals of a mean over samples that come in clusters.
+
+use std::collections::BTreeMap;
+
+use rand::RngExt;
+
+/// Sums and counts per cluster: grasps of one session or object are not independent, so whole clusters
+/// are drawn (Cameron, Gelbach & Miller 2008, section III).
+///
+/// ```
+/// use taxel_learn::metrics::Clusters;
+///
+/// // Four samples in two sessions, three of them right.
+/// let clusters = Clusters::new(&[1.0, 1.0, 0.0, 1.0], &[7, 7, 9, 9]);
+/// assert_eq!(clusters.mean(), 0.75);
+/// let (low, high) = clusters.interval(0.95, 2000, 0, "doc");
+/// assert_eq!((low, high), (0.5, 1.0));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clusters {
+    /// Sum and number of values, clusters in ascending order.
+    sums: Vec<(f64, usize)>,
+}
+
+impl Clusters {
+    /// One value per sample (1 where a prediction is right) and the cluster it belongs to.
+    pub fn new(values: &[f64], clusters: &[u32]) -> Self {
+        let mut sums: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
+        for (value, cluster) in values.iter().zip(clusters) {
+            let (sum, count) = sums.entry(*cluster).or_default();
+            *sum += value;
+            *count += 1;
+        }
+        Clusters { sums: sums.into_values().collect() }
+    }
+
+    /// Number of clusters.
+    pub fn len(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.sums.is_empty()
+    }
+
+    /// Mean over all samples; NaN without any.
+    pub fn mean(&self) -> f64 {
+        self.mean_of(&(0..self.len()).collect::<Vec<_>>())
+    }
+
+    /// Mean over the samples of the clusters in `drawn`, each as often as it is there.
+    pub fn mean_of(&self, drawn: &[usize]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0);
+        for (own, n) in drawn.iter().filter_map(|&cluster| self.sums.get(cluster)) {
+            sum += own;
+            count += n;
+        }
+        sum / count as f64
+    }
+
+    /// The percentile interval of the mean that covers `share`, from `draws` resamples of as many clusters
+    /// as there are; `seed` and `purpose` choose the draws. NaN without clusters; the mean itself with one:
+    /// one cluster says nothing about others.
+    pub fn interval(&self, share: f64, draws: usize, seed: u64, purpose: &str) -> (f64, f64) {
+        if self.is_empty() {
+            return (f64::NAN, f64::NAN);
+        }
+        let mut rng = taxel_seed::rng(seed, &format!("bootstrap/{purpose}"));
+        let mut drawn = vec![0; self.len()];
+        let mut means: Vec<f64> = (0..draws.max(1))
+            .map(|_| {
+                drawn.iter_mut().for_each(|cluster| *cluster = rng.random_range(0..self.sums.len()));
+                self.mean_of(&drawn)
+            })
+            .collect();
+        means.sort_by(f64::total_cmp);
+        let tail = (1.0 - share) / 2.0;
+        (quantile(&means, tail), quantile(&means, 1.0 - tail))
+    }
+}
+
+/// The value below which the share `q` of the ascending `sorted` lies, interpolated linearly
+/// (`numpy.quantile`); NaN of nothing.
+pub fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let at = q.clamp(0.0, 1.0) * last as f64;
+    let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
+    low + (high - low) * at.fract()
+}

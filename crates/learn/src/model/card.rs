@@ -1,0 +1,233 @@
+//! What a model says about itself: the metadata of its file.
+//!
+//! The file is safetensors. Its tensors bear PyTorch's names; its metadata hold one JSON text under the key
+//! `taxel`, which is a [`Card`].
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use taxel_baselines::Method;
+use taxel_data::{Attribute, Reading, Source};
+use taxel_graph::{Graph, Loss};
+
+use crate::encoding::Transform;
+use crate::metrics::{Levels, Scores};
+use crate::protocol::Protocol;
+use crate::recipe::Recipe;
+
+/// Number of the format of model files that this version writes.
+pub const FORMAT: u32 = 1;
+
+/// Everything that a model says about itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Card {
+    /// Number of the format; a reader of another one refuses the file.
+    pub format: u32,
+    /// Version of taxel that wrote it.
+    pub taxel: String,
+    /// Git commit that this version was built from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// Name in its experiment.
+    pub name: String,
+    /// Where the network or baseline is published.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub paper: String,
+    /// A network or a baseline.
+    pub anatomy: Anatomy,
+    /// One raw sample: layout, shape, unit, rate, full scale.
+    pub reading: Reading,
+    /// How raw samples become inputs, everything fitted included; in the order of the network's inputs.
+    pub inputs: Vec<ModelInput>,
+    /// What it answers: one attribute called `class`, or several.
+    pub attributes: Vec<Attribute>,
+    /// What it has learned from.
+    pub trained_on: TrainedOn,
+    /// How its recipe scored on samples that it had not seen; none where that was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub score: Option<Score>,
+    /// BLAKE3 of the tensors in order of their names: name, shape, values.
+    pub tensors: String,
+}
+
+/// What kind of method a model is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Anatomy {
+    /// A network.
+    Network {
+        /// The network itself.
+        graph: Box<Graph>,
+        /// What its outputs were trained for: it says how they become probabilities.
+        loss: Loss,
+        /// Samples that are answered at a time; equal batches give equal bits.
+        batch: usize,
+        /// How it was trained.
+        recipe: Box<Recipe>,
+    },
+    /// A baseline.
+    Baseline {
+        /// The method with its settings.
+        method: Method,
+        /// Channels and length of the series that it reads.
+        series: [usize; 2],
+    },
+}
+
+/// An input of a model and how it is made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelInput {
+    /// `signal`, `image`, `tensor`, `series`, or what an own network calls it.
+    pub name: String,
+    /// From raw samples to this input.
+    pub transform: Transform,
+}
+
+/// What a model has learned from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainedOn {
+    /// `simulated: ..` or `real: ..`.
+    pub source: Source,
+    /// BLAKE3 of the data set.
+    pub digest: String,
+    /// Samples that it was trained on, those held back for early stopping included.
+    pub samples: usize,
+    /// Which part of the data set they are.
+    pub part: TrainingPart,
+    /// Seed of every random choice.
+    pub seed: u64,
+}
+
+/// Which part of a data set a model was trained on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrainingPart {
+    /// All samples.
+    Everything,
+    /// All but the test part of a fold (and what the protocol leaves out).
+    Fold {
+        /// Repetition, from 0.
+        repetition: usize,
+        /// Fold, from 0.
+        fold: usize,
+    },
+}
+
+/// Cross-validated scores in %: of other models with the same recipe, each on samples that it had not seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Score {
+    /// How samples were divided.
+    pub protocol: Protocol,
+    /// Folds behind the mean.
+    pub folds: usize,
+    /// Mean over folds, in %.
+    pub mean: Scores,
+    /// Sample standard deviation (n - 1) over folds, in percentage points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sd: Option<Scores>,
+    /// 95 % bootstrap interval of the accuracy, in %.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+}
+
+impl Card {
+    /// Sizes of the attributes: the outputs lie one after the other.
+    pub fn levels(&self) -> Levels {
+        Levels::new(&self.attributes.iter().map(|own| own.classes.len()).collect::<Vec<_>>())
+    }
+
+    /// The network; none for a baseline.
+    pub fn graph(&self) -> Option<&Graph> {
+        match &self.anatomy {
+            Anatomy::Network { graph, .. } => Some(graph),
+            Anatomy::Baseline { .. } => None,
+        }
+    }
+
+    /// Samples that are answered at a time.
+    pub fn batch(&self) -> usize {
+        match self.anatomy {
+            Anatomy::Network { batch, .. } => batch,
+            Anatomy::Baseline { .. } => 64,
+        }
+    }
+}
+
+impl fmt::Display for Card {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |f: &mut fmt::Formatter<'_>, what: &str, text: String| writeln!(f, "{what:<12} {text}");
+        let paper = if self.paper.is_empty() { String::new() } else { format!(" ({})", self.paper) };
+        match &self.anatomy {
+            Anatomy::Network { graph, .. } => {
+                let cost = graph.cost();
+                let own = if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
+                line(f, "network", format!("{}{own}{paper}", self.name))?;
+                line(f, "size", format!("{} parameters, {} MACs", cost.parameters, cost.macs))?;
+            }
+            Anatomy::Baseline { method, .. } => {
+                line(f, "baseline", format!("{}{paper}", self.name))?;
+                let settings = serde_json::to_value(method).map_err(|_| fmt::Error)?;
+                let own = settings.as_object().into_iter().flatten().filter(|(key, _)| *key != "name");
+                let own: Vec<String> = own.map(|(key, value)| format!("{key} = {value}")).collect();
+                if !own.is_empty() {
+                    line(f, "settings", own.join(", "))?;
+                }
+            }
+        }
+        let Reading { layout, shape, unit, rate, full_scale, .. } = &self.reading;
+        let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
+        let mut reading = format!("{} of {} ({layout})", sizes.join(" × "), layout.axes());
+        unit.iter().for_each(|unit| reading += &format!(", in {unit}"));
+        rate.iter().for_each(|rate| reading += &format!(", {rate} Hz"));
+        full_scale.iter().for_each(|full| reading += &format!(", full scale {full}"));
+        line(f, "reads", reading)?;
+        let inputs: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
+        line(f, "inputs", inputs.join(" + "))?;
+        for own in &self.attributes {
+            line(f, "answers", format!("{}: {}", own.name, shortened(&own.classes)))?;
+        }
+        let TrainedOn { source, digest, samples, part, seed } = &self.trained_on;
+        let part = match part {
+            TrainingPart::Everything => "all of them".to_string(),
+            TrainingPart::Fold { repetition, fold } => format!("repetition {repetition}, fold {fold}"),
+        };
+        line(f, "trained on", format!("{source}, {samples} samples ({part}), seed {seed}"))?;
+        line(f, "data digest", digest.clone())?;
+        let score = match &self.score {
+            None => "not measured".into(),
+            Some(score) => score.words(),
+        };
+        line(f, "scored", score)?;
+        let commit = self.commit.as_ref().map_or(String::new(), |commit| format!(" at {commit}"));
+        line(f, "written by", format!("taxel {}{commit}, format {}", self.taxel, self.format))
+    }
+}
+
+impl Score {
+    /// `accuracy 90.83 ± 2.70 %, macro-F1 90.81 ± 2.71 % (stratified 5-fold, 5 folds)`.
+    pub fn words(&self) -> String {
+        let spread = |sd: Option<f64>| sd.map_or(String::new(), |sd| format!(" ± {sd:.2}"));
+        format!(
+            "accuracy {:.2}{} %, macro-F1 {:.2}{} % ({}, {} folds of samples that were not trained on)",
+            self.mean.accuracy,
+            spread(self.sd.map(|sd| sd.accuracy)),
+            self.mean.f1,
+            spread(self.sd.map(|sd| sd.f1)),
+            self.protocol.words(),
+            self.folds
+        )
+    }
+}
+
+/// The first names of a long list.
+fn shortened(names: &[String]) -> String {
+    const MOST: usize = 12;
+    match names.len() > MOST {
+        true => format!("{}, … ({} in all)", names[..MOST].join(", "), names.len()),
+        false => names.join(", "),
+    }
+}

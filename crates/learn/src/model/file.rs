@@ -1,0 +1,171 @@
+//! A model as a file, and back.
+
+use std::path::Path;
+
+use ndarray::ArrayD;
+use serde_json::Value;
+use taxel_graph::Weights;
+
+use super::card::{Anatomy, Card, FORMAT};
+use super::predictions::Predictions;
+use super::predictor::Predictor;
+use crate::baseline::FittedBaseline;
+use crate::error::{Error, Result};
+
+/// A trained network or baseline that says all about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    card: Card,
+    weights: Weights,
+}
+
+impl Model {
+    /// A model of its parts; the card's digest is that of `weights`.
+    pub(crate) fn new(card: Card, weights: Weights) -> Self {
+        let tensors = digest(&weights);
+        Model { card: Card { tensors, ..card }, weights }
+    }
+
+    /// Reads a model file; nothing else needs to be there.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no model of taxel, was written in another format, or whose tensors
+    /// are not those that its card describes: by file and name.
+    pub fn open(path: &Path) -> Result<Self> {
+        let (weights, text) = taxel_checkpoint::read(path)?;
+        let no_model = "holds no model card: it is a checkpoint, or was written by an older version; make a \
+                        model of it by training";
+        let text = text.filter(|text| !text.is_empty()).ok_or_else(|| Error::damaged(path, no_model))?;
+        let card = read_card(path, &text)?;
+        check(path, &card, &weights)?;
+        Ok(Model { card, weights })
+    }
+
+    /// Writes the model, whole or not at all. Equal models give equal bytes.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string(&self.card)
+            .map_err(|e| Error::damaged(path, format!("the card cannot be encoded: {e}")))?;
+        Ok(taxel_checkpoint::write(path, &self.weights, &text)?)
+    }
+
+    /// What the model says about itself.
+    pub fn card(&self) -> &Card {
+        &self.card
+    }
+
+    /// Its tensors, under PyTorch's names.
+    pub fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// The same model with a score that was measured elsewhere.
+    pub fn with_score(self, score: Option<super::card::Score>) -> Self {
+        Model { card: Card { score, ..self.card }, ..self }
+    }
+
+    /// The model ready to answer many samples, at most `batch` at a time on `threads` threads.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn predictor(&self, batch: usize, threads: usize) -> Result<Predictor> {
+        Predictor::new(&self.card, &self.weights, batch, threads)
+    }
+
+    /// What it says about raw samples `[n, ..]`, each of the shape that its card states.
+    ///
+    /// # Errors
+    /// Samples of another shape, or readings that are not finite or cannot be encoded.
+    pub fn predict(&self, x: &ArrayD<f32>) -> Result<Predictions> {
+        self.predictor(self.card.batch(), 1)?.predict(x)
+    }
+}
+
+/// The card of a model file, if this version knows its format.
+fn read_card(path: &Path, text: &str) -> Result<Card> {
+    let broken = |e: serde_json::Error| Error::damaged(path, format!("its model card cannot be read: {e}"));
+    // The format first: a newer card may hold what this version cannot read.
+    let value: Value = serde_json::from_str(text).map_err(broken)?;
+    match value.get("format").and_then(Value::as_u64) {
+        Some(format) if format == u64::from(FORMAT) => {}
+        Some(format) => {
+            let by = value.get("taxel").and_then(Value::as_str).unwrap_or("another version");
+            let reason = format!(
+                "is a model of format {format}, written by taxel {by}; this version ({}) reads format {FORMAT}: \
+                 open it with taxel {by} or newer",
+                env!("CARGO_PKG_VERSION")
+            );
+            return Err(Error::damaged(path, reason));
+        }
+        None => {
+            let reason = "was written by a version without model files, or by another program; train it again";
+            return Err(Error::damaged(path, reason));
+        }
+    }
+    serde_json::from_value(value).map_err(broken)
+}
+
+/// Whether tensors and card belong together.
+fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
+    let refuse = |reason: String| Err(Error::damaged(path, reason));
+    let outputs = card.levels().outputs();
+    if card.attributes.is_empty() || card.attributes.iter().any(|own| own.classes.is_empty()) {
+        return refuse("its card names no classes".into());
+    }
+    if !card.reading.layout.fits(&card.reading.shape) {
+        let (layout, shape) = (card.reading.layout, &card.reading.shape);
+        return refuse(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
+    }
+    match &card.anatomy {
+        Anatomy::Network { graph, batch, .. } => {
+            if let Err(error) = weights.check(graph) {
+                return refuse(format!("its tensors are not those of its network: {error}"));
+            }
+            let answered = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
+            if answered.iter().product::<usize>() != outputs {
+                return refuse(format!("its network has outputs {answered:?}, its card names {outputs}"));
+            }
+            let names = graph.inputs().map(|node| node.name.as_str());
+            if !names.eq(card.inputs.iter().map(|input| input.name.as_str())) {
+                return refuse("its network reads other inputs than its card makes".into());
+            }
+            if *batch == 0 {
+                return refuse("its card says that it answers no sample at a time".into());
+            }
+        }
+        Anatomy::Baseline { method, series } => {
+            if let Err(error) = FittedBaseline::read(*method, *series, &card.attributes, weights) {
+                return refuse(format!("its tensors are not those of its baseline: {error}"));
+            }
+            if card.inputs.len() != 1 {
+                return refuse("a baseline reads one input; its card makes another number".into());
+            }
+        }
+    }
+    match digest(weights) == card.tensors {
+        true => Ok(()),
+        false => refuse(
+            "its tensors are not those that its card was written for (digests differ); fit the model again"
+                .into(),
+        ),
+    }
+}
+
+/// BLAKE3 of all tensors in order of their names.
+fn digest(weights: &Weights) -> String {
+    let mut named: Vec<_> = weights.iter().collect();
+    named.sort_by_key(|(name, _)| *name);
+    let mut hasher = blake3::Hasher::new();
+    for (name, tensor) in named {
+        hasher.update(&(name.len() as u64).to_le_bytes()).update(name.as_bytes());
+        hasher.update(&(tensor.shape.len() as u64).to_le_bytes());
+        tensor.shape.iter().for_each(|axis| {
+            hasher.update(&(*axis as u64).to_le_bytes());
+        });
+        let bytes: Vec<u8> = tensor.data.iter().flat_map(|v| v.to_le_bytes()).collect();
+        hasher.update(&bytes);
+    }
+    hasher.finalize().to_hex().to_string()
+}

@@ -1,0 +1,11 @@
+//! A model in one file: what was trained, what it reads, what it answers, and how well.
+
+mod card;
+mod file;
+mod predictions;
+mod predictor;
+
+pub use card::{Anatomy, Card, FORMAT, ModelInput, Score, TrainedOn, TrainingPart};
+pub use file::Model;
+pub use predictions::Predictions;
+pub use predictor::Predictor;

@@ -1,0 +1,112 @@
+//! What moves the weights.
+
+use serde::{Deserialize, Serialize};
+use taxel_engine::{Adam, Engine, Sgdm};
+
+use crate::problem::{Check, require};
+
+/// An optimiser with its settings, named and counted as in `torch.optim`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "name", deny_unknown_fields)]
+pub enum Optimizer {
+    /// Stochastic gradient descent with momentum (`torch.optim.SGD`).
+    Sgdm {
+        /// Learning rate, above 0. Default 0.01.
+        #[serde(default = "lr")]
+        lr: f64,
+        /// Share of the last step that is kept, `[0, 1)`. Default 0.9.
+        #[serde(default = "momentum")]
+        momentum: f64,
+        /// L2 penalty, `[0, 1]`. Default 0.
+        #[serde(default)]
+        weight_decay: f64,
+    },
+    /// `torch.optim.Adam`: the penalty is part of the gradient.
+    Adam(Moments),
+    /// `torch.optim.AdamW`: the penalty shrinks the weights.
+    Adamw(Moments),
+}
+
+/// Settings of the optimisers that remember two moments of the gradient.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Moments {
+    /// Learning rate, above 0. Default 0.01.
+    pub lr: f64,
+    /// L2 penalty, `[0, 1]`. Default 0.
+    pub weight_decay: f64,
+    /// Decay of the first and second moment, each in `[0, 1)`. Default `[0.9, 0.999]`.
+    pub betas: [f64; 2],
+    /// Added to the root of the second moment, in (0, 1). Default 1e-8.
+    pub eps: f64,
+}
+
+impl Default for Moments {
+    fn default() -> Self {
+        Moments { lr: lr(), weight_decay: 0.0, betas: [0.9, 0.999], eps: 1e-8 }
+    }
+}
+
+fn lr() -> f64 {
+    0.01
+}
+
+fn momentum() -> f64 {
+    0.9
+}
+
+impl Default for Optimizer {
+    fn default() -> Self {
+        Optimizer::Sgdm { lr: lr(), momentum: momentum(), weight_decay: 0.0 }
+    }
+}
+
+impl Optimizer {
+    /// The first learning rate.
+    pub fn lr(&self) -> f64 {
+        match self {
+            Optimizer::Sgdm { lr, .. } => *lr,
+            Optimizer::Adam(moments) | Optimizer::Adamw(moments) => moments.lr,
+        }
+    }
+
+    /// One step with the gradients of the last backward pass, at learning rate `lr`.
+    pub(crate) fn step(&self, engine: &mut Engine, lr: f64) {
+        let adam = |own: &Moments| {
+            let [first, second] = own.betas;
+            Adam { lr, betas: (first, second), eps: own.eps, weight_decay: own.weight_decay }
+        };
+        match self {
+            Optimizer::Sgdm { momentum, weight_decay, .. } => engine.sgdm(&Sgdm {
+                lr: lr as f32,
+                momentum: *momentum as f32,
+                weight_decay: *weight_decay as f32,
+            }),
+            Optimizer::Adam(own) => engine.adam(&adam(own)),
+            Optimizer::Adamw(own) => engine.adamw(&adam(own)),
+        }
+    }
+
+    /// # Errors
+    /// A setting outside its range.
+    pub fn check(&self) -> Check {
+        let decay = match self {
+            Optimizer::Sgdm { momentum, weight_decay, .. } => {
+                require((0.0..1.0).contains(momentum), "momentum", momentum, "must be in [0, 1)")?;
+                weight_decay
+            }
+            Optimizer::Adam(own) | Optimizer::Adamw(own) => {
+                let betas = own.betas.iter().all(|beta| (0.0..1.0).contains(beta));
+                require(betas, "betas", format!("{:?}", own.betas), "must be two numbers in [0, 1)")?;
+                let eps = own.eps > 0.0 && own.eps < 1.0;
+                require(eps, "eps", own.eps, "must be in (0, 1), usually 1e-8")?;
+                &own.weight_decay
+            }
+        };
+        require((0.0..=1.0).contains(decay), "weight_decay", decay, "must be in [0, 1]")?;
+        // Rates are applied in f32: one that rounds to 0 would never learn.
+        let rate = self.lr() as f32;
+        let reason = "must be positive and finite, usually 1e-4 to 0.1";
+        require(rate > 0.0 && rate.is_finite(), "lr", self.lr(), reason)
+    }
+}

@@ -1,0 +1,250 @@
+//! A run before it begins: rows, folds and empty results.
+
+use std::collections::BTreeMap;
+
+use taxel_data::{Dataset, Fold, Shortcut};
+
+use crate::candidate::{Candidate, Estimator, Trainable};
+use crate::encoding::{Encoder, SERIES};
+use crate::error::{Error, Result};
+use crate::metrics::Levels;
+use crate::problem::Problem;
+use crate::progress::Progress;
+use crate::protocol::Protocol;
+use crate::records::{Costs, FoldKey};
+use crate::results::{Frame, NetworkResults, Results};
+
+/// One row of the table: a candidate, in a learning curve with one number of samples.
+pub(crate) struct Row {
+    /// Name of the row.
+    pub name: String,
+    /// Position of the candidate.
+    pub candidate: usize,
+    /// Training samples per class, and the fold that has so many.
+    pub few: Option<(usize, usize)>,
+}
+
+/// Everything that a run needs to know before it begins.
+pub(crate) struct Plan<'a> {
+    pub dataset: &'a Dataset,
+    pub encoder: Encoder<'a>,
+    pub protocol: Protocol,
+    pub seed: u64,
+    pub candidates: Vec<Candidate>,
+    pub rows: Vec<Row>,
+    /// Folds of each repetition.
+    pub folds: Vec<Vec<Fold>>,
+    /// Every fold of every row, in the order in which they are run.
+    pub keys: Vec<FoldKey>,
+    /// What scores need to know about the samples.
+    pub frame: Frame,
+    /// Results without a score.
+    pub results: Results,
+    drawn: Vec<(String, Vec<String>)>,
+}
+
+impl<'a> Plan<'a> {
+    /// Divides the samples and checks that every candidate can be trained on them; baselines that cannot be
+    /// are left out.
+    ///
+    /// # Errors
+    /// Folds that cannot be made, a network whose inputs the encoding does not make, a checkpoint of another
+    /// network.
+    pub fn new(
+        name: String,
+        title: Option<String>,
+        protocol: Protocol,
+        candidates: Vec<Candidate>,
+        look_alikes: &BTreeMap<String, Vec<String>>,
+        seed: u64,
+        encoder: Encoder<'a>,
+    ) -> Result<Self> {
+        let dataset = encoder.dataset();
+        let mut drawn = vec![];
+        for candidate in &candidates {
+            if let Estimator::Network(network) = &candidate.estimator {
+                check_inputs(candidate, network, &encoder)?;
+                drawn.push((candidate.name.clone(), network.drawn()?));
+            }
+        }
+        let folds: Vec<Vec<Fold>> = (0..protocol.repetitions())
+            .map(|repetition| protocol.folds(dataset, seed, repetition))
+            .collect::<Result<_>>()?;
+        let (candidates, left_out) = able(candidates, &encoder, &folds);
+        let rows = rows(&candidates, &protocol)?;
+        let per_row = if protocol.per_class().is_some() { 1 } else { folds.first().map_or(0, Vec::len) };
+        let drawn_of = |name: &str| drawn.iter().find(|(own, _)| own == name).map(|(_, names)| names.clone());
+        let networks = rows
+            .iter()
+            .map(|row| {
+                let candidate = &candidates[row.candidate];
+                empty_row(row, candidate, drawn_of(&candidate.name).unwrap_or_default())
+            })
+            .collect();
+        let results = Results {
+            name,
+            title,
+            folds: per_row,
+            left_out,
+            networks,
+            ..Results::empty(dataset, &protocol, seed, shortcut(dataset))
+        };
+        let names = rows.iter().map(|row| row.name.as_str());
+        Ok(Plan {
+            dataset,
+            keys: FoldKey::all(names, folds.len(), per_row),
+            frame: frame(dataset, look_alikes, seed)?,
+            encoder,
+            protocol,
+            seed,
+            candidates,
+            rows,
+            folds,
+            results,
+            drawn,
+        })
+    }
+
+    /// Says which tensors of a checkpoint are not used.
+    pub fn say(&self, progress: &dyn Progress) {
+        for (name, drawn) in self.drawn.iter().filter(|(_, drawn)| !drawn.is_empty()) {
+            let (drawn, classes) = (drawn.join(", "), self.dataset.classes.len());
+            progress.say(&format!("{name}: drawn anew, for {classes} classes: {drawn}"));
+        }
+    }
+
+    /// The row of a fold.
+    pub fn row(&self, key: &FoldKey) -> Option<&Row> {
+        self.rows.iter().find(|row| row.name == key.network)
+    }
+
+    /// The samples of a fold.
+    pub fn fold(&self, key: &FoldKey) -> Option<&Fold> {
+        let few = self.row(key)?.few;
+        self.folds.get(key.repetition)?.get(few.map_or(key.fold, |(_, fold)| fold))
+    }
+}
+
+/// One row per candidate; of a learning curve one per number of samples. Rows name files: no two are alike.
+fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<Row>> {
+    let mut rows: Vec<Row> = vec![];
+    for (candidate, own) in candidates.iter().enumerate() {
+        match protocol.per_class() {
+            None => rows.push(Row { name: own.name.clone(), candidate, few: None }),
+            Some(counts) => rows.extend(counts.iter().enumerate().map(|(fold, &count)| Row {
+                name: format!("{}.n{count}", own.name),
+                candidate,
+                few: Some((count, fold)),
+            })),
+        }
+    }
+    for (i, row) in rows.iter().enumerate() {
+        if rows[..i].iter().any(|other| other.name == row.name) {
+            let reason = "two rows of the learning curve would go by this name; give one another label";
+            return Err(Problem::new("label", format!("{:?}", row.name), reason).into());
+        }
+    }
+    Ok(rows)
+}
+
+/// Refuses a network whose inputs are not what the encoding makes.
+///
+/// # Errors
+/// The first such input.
+pub(crate) fn check_inputs(candidate: &Candidate, network: &Trainable, encoder: &Encoder) -> Result<()> {
+    for node in network.graph.inputs() {
+        let refuse = |reason: String| Error::Input {
+            network: candidate.name.clone(),
+            input: node.name.clone(),
+            reason,
+        };
+        let shape =
+            encoder.shape(&node.name).ok_or_else(|| refuse("the encoding makes no such input".into()))?;
+        let flat = node.shape.len() == 1 && node.shape[0] == shape.iter().product::<usize>();
+        if node.shape != shape && !flat {
+            return Err(refuse(format!("it takes {:?}, the samples are {shape:?}", node.shape)));
+        }
+    }
+    Ok(())
+}
+
+/// The candidates that can be fitted to these samples, and why others cannot.
+fn able(
+    candidates: Vec<Candidate>,
+    encoder: &Encoder,
+    folds: &[Vec<Fold>],
+) -> (Vec<Candidate>, BTreeMap<String, String>) {
+    let most = folds.iter().flatten().map(|fold| fold.train.len()).max().unwrap_or(0);
+    let length = encoder.shape(SERIES).and_then(|shape| shape.last().copied()).unwrap_or(0);
+    let mut left_out = BTreeMap::new();
+    let able = candidates.into_iter().filter(|candidate| {
+        let Estimator::Baseline(method) = &candidate.estimator else { return true };
+        match method.unfit(most, length) {
+            None => true,
+            Some(reason) => {
+                left_out.insert(candidate.name.clone(), reason);
+                false
+            }
+        }
+    });
+    let able = able.collect();
+    (able, left_out)
+}
+
+/// How many samples a few global statistics tell apart, where that is so many that it makes real
+/// recordings suspicious. A simulated world has no recording that could differ.
+fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
+    if dataset.source.is_simulated() {
+        return None;
+    }
+    let found = Shortcut::of(&dataset.x, &dataset.y, dataset.groups.as_deref(), dataset.units.as_deref());
+    found.filter(Shortcut::is_suspicious)
+}
+
+/// What scores need to know about the samples.
+fn frame(dataset: &Dataset, look_alikes: &BTreeMap<String, Vec<String>>, seed: u64) -> Result<Frame> {
+    let mut groups: Vec<(String, Vec<usize>)> = vec![];
+    for (name, classes) in look_alikes {
+        // Of the classes that were kept, so that one list serves every subset.
+        let own = |class: &String| dataset.classes.iter().position(|known| known == class);
+        let own: Vec<usize> = classes.iter().filter_map(own).collect();
+        if !own.is_empty() {
+            groups.push((name.clone(), own));
+        }
+    }
+    let named: Vec<usize> = groups.iter().flat_map(|(_, classes)| classes).copied().collect();
+    let torn = (0..dataset.classes.len()).find(|c| named.iter().filter(|n| *n == c).count() != 1);
+    if let Some(class) = torn.filter(|_| !look_alikes.is_empty()) {
+        let reason = "must be in exactly one group; every class needs one";
+        let value = format!("{:?}", dataset.classes[class]);
+        return Err(Problem::new("data.look_alikes", value, reason).into());
+    }
+    let levels = Levels::new(&dataset.labels.sizes());
+    Ok(Frame { levels, clusters: dataset.clusters(), look_alikes: groups, seed })
+}
+
+fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {
+    let costs = match &candidate.estimator {
+        Estimator::Network(network) => network.graph.cost().into(),
+        Estimator::Baseline(_) => Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 },
+    };
+    NetworkResults {
+        network: row.name.clone(),
+        zoo: candidate.zoo.clone(),
+        per_class: row.few.map(|(count, _)| count),
+        paper: candidate.paper.clone(),
+        settings: candidate.settings.clone(),
+        drawn,
+        changes: vec![],
+        other_statistics: None,
+        costs,
+        folds: vec![],
+        mean: None,
+        sd: None,
+        interval: None,
+        confusion: None,
+        look_alikes: None,
+        attributes: vec![],
+        published: candidate.published.clone(),
+    }
+}

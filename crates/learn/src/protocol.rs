@@ -1,0 +1,317 @@
+//! How samples become training, validation and test parts.
+
+use serde::{Deserialize, Serialize};
+use taxel_data::{
+    Dataset, Fold, Shares, few_per_class, group_k_fold, random_group_split, random_split, stratified_k_fold,
+};
+
+use crate::error::Result;
+use crate::problem::{Check, Problem, require, share, within};
+
+/// What a part keeps even or together.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Split {
+    /// Classes are spread evenly; exact copies stay in one part.
+    #[default]
+    Stratified,
+    /// No group (session, object, block) is in two parts.
+    Group,
+}
+
+/// How samples become training, validation and test parts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
+pub enum Protocol {
+    /// Every sample is tested once per repetition (paper 000: stratified, 5 folds).
+    KFold {
+        /// 2 to 1000. Default 5.
+        #[serde(default = "five")]
+        folds: usize,
+        /// What a part keeps even or together.
+        #[serde(default)]
+        split: Split,
+        /// How often everything is repeated with other parts, 1 to 1000. Default 1.
+        #[serde(default = "one")]
+        repetitions: usize,
+    },
+    /// One random cut per repetition (paper 002: 80/10/10, 20 repetitions; paper 001: 75/25).
+    RandomSplits {
+        /// What a part keeps even or together.
+        #[serde(default)]
+        split: Split,
+        /// As in [`Protocol::KFold`].
+        #[serde(default = "one")]
+        repetitions: usize,
+        /// Share that is tested, (0, 1). Default 0.2.
+        #[serde(default = "fifth")]
+        test: f64,
+        /// Share for validation, `[0, 1)`. Default 0.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        validation: f64,
+    },
+    /// A learning curve (paper 003): per repetition one random test part, and from the rest as many
+    /// training samples of each class as `per_class` says, the smaller sets inside the larger ones.
+    FewSamples {
+        /// What a part keeps even or together.
+        #[serde(default)]
+        split: Split,
+        /// As in [`Protocol::KFold`].
+        #[serde(default = "one")]
+        repetitions: usize,
+        /// Share that is tested, (0, 1). Default 0.2.
+        #[serde(default = "fifth")]
+        test: f64,
+        /// Training samples of each class, ascending. Default `[1, 2, 5, 10, 20]`.
+        #[serde(default = "few")]
+        per_class: Vec<usize>,
+    },
+    /// Each group (object, session) is tested once, all others are trained on.
+    LeaveGroupOut {
+        /// Says nothing here: the groups are the parts.
+        #[serde(default)]
+        split: Split,
+        /// 1: there is one cut only.
+        #[serde(default = "one")]
+        repetitions: usize,
+    },
+    /// The cut that the data set's authors made.
+    Official {
+        /// What a held-back validation part keeps together.
+        #[serde(default)]
+        split: Split,
+        /// 1: there is one cut only.
+        #[serde(default = "one")]
+        repetitions: usize,
+    },
+}
+
+fn one() -> usize {
+    1
+}
+
+fn five() -> usize {
+    5
+}
+
+fn fifth() -> f64 {
+    0.2
+}
+
+fn few() -> Vec<usize> {
+    vec![1, 2, 5, 10, 20]
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
+}
+
+impl Default for Protocol {
+    fn default() -> Self {
+        Protocol::k_fold(five())
+    }
+}
+
+impl Protocol {
+    /// Stratified cross-validation, once.
+    pub fn k_fold(folds: usize) -> Self {
+        Protocol::KFold { folds, split: Split::Stratified, repetitions: 1 }
+    }
+
+    /// Cross-validation in which no group is in two parts.
+    pub fn group_k_fold(folds: usize) -> Self {
+        Protocol::KFold { folds, split: Split::Group, repetitions: 1 }
+    }
+
+    /// How often everything is repeated with other parts.
+    pub fn repetitions(&self) -> usize {
+        match self {
+            Protocol::KFold { repetitions, .. }
+            | Protocol::RandomSplits { repetitions, .. }
+            | Protocol::FewSamples { repetitions, .. }
+            | Protocol::LeaveGroupOut { repetitions, .. }
+            | Protocol::Official { repetitions, .. } => *repetitions,
+        }
+    }
+
+    /// Training samples per class of a learning curve's rows; none for other protocols.
+    pub fn per_class(&self) -> Option<&[usize]> {
+        match self {
+            Protocol::FewSamples { per_class, .. } => Some(per_class),
+            _ => None,
+        }
+    }
+
+    fn split(&self) -> Split {
+        match self {
+            Protocol::KFold { split, .. }
+            | Protocol::RandomSplits { split, .. }
+            | Protocol::FewSamples { split, .. }
+            | Protocol::LeaveGroupOut { split, .. }
+            | Protocol::Official { split, .. } => *split,
+        }
+    }
+
+    /// # Errors
+    /// A value outside its range.
+    pub fn check(&self) -> Check {
+        within("repetitions", self.repetitions(), 1, 1000)?;
+        match self {
+            Protocol::KFold { folds, .. } => within("folds", *folds, 2, 1000),
+            Protocol::RandomSplits { test, validation, .. } => {
+                share("test", *test)?;
+                if *validation != 0.0 {
+                    share("validation", *validation)?;
+                }
+                let reason = "test and validation together leave nothing to train on";
+                require(test + validation < 1.0, "validation", validation, reason)
+            }
+            Protocol::FewSamples { test, per_class, .. } => {
+                share("test", *test)?;
+                let ascending = per_class.windows(2).all(|pair| pair[0] < pair[1]);
+                let positive = per_class.first().is_some_and(|least| *least > 0);
+                let reason = "must be ascending numbers from 1, such as [1, 2, 5, 10, 20]";
+                require(ascending && positive, "per_class", format!("{per_class:?}"), reason)
+            }
+            Protocol::LeaveGroupOut { repetitions, .. } | Protocol::Official { repetitions, .. } => {
+                let reason = "this kind of protocol has one cut only: repeat it with another seed";
+                require(*repetitions == 1, "repetitions", repetitions, reason)
+            }
+        }
+    }
+
+    /// The protocol in a few words, for captions: `stratified 5-fold, 2 repetitions`.
+    pub fn words(&self) -> String {
+        let split = match self.split() {
+            Split::Stratified => "stratified",
+            Split::Group => "grouped",
+        };
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        let mut words = match self {
+            Protocol::KFold { folds, .. } => format!("{split} {folds}-fold"),
+            Protocol::RandomSplits { test, validation, .. } if *validation > 0.0 => {
+                let (test, validation) = (percent(*test), percent(*validation));
+                format!("{split} random splits ({test} test, {validation} validation)")
+            }
+            Protocol::RandomSplits { test, .. } => {
+                format!("{split} random splits ({} test)", percent(*test))
+            }
+            Protocol::FewSamples { test, .. } => {
+                format!("few samples per class, {split} random {} test", percent(*test))
+            }
+            Protocol::LeaveGroupOut { .. } => "leave one group out".into(),
+            Protocol::Official { .. } => "the data set's own split".into(),
+        };
+        if self.repetitions() > 1 {
+            words.push_str(&format!(", {} repetitions", self.repetitions()));
+        }
+        words
+    }
+
+    /// What no part of a split may share with another: groups under `split = "group"`, otherwise exact
+    /// copies, if there can be any.
+    ///
+    /// # Errors
+    /// Groups that are asked for and not there.
+    pub fn inseparable<'d>(&self, dataset: &'d Dataset) -> Result<Option<&'d [u32]>> {
+        let (key, value) = match self {
+            Protocol::LeaveGroupOut { .. } => ("protocol.kind", "\"leave-group-out\""),
+            _ if self.split() == Split::Group => ("protocol.split", "\"group\""),
+            _ => return Ok(dataset.units.as_deref()),
+        };
+        let groups = dataset.groups.as_deref().ok_or_else(|| {
+            let reason = format!(
+                "{} has no groups; name the array that holds them (data.group = \"session\") or use split = \
+                 \"stratified\"",
+                dataset.source
+            );
+            Problem::new(key, value, reason)
+        })?;
+        Ok(Some(groups))
+    }
+
+    /// The folds of one repetition; of a learning curve one per number of training samples per class.
+    ///
+    /// # Errors
+    /// Groups or an official split that are not there, or too few samples or groups for the protocol.
+    pub fn folds(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
+        let units = self.inseparable(dataset)?;
+        let (y, repetition) = (&dataset.y, repetition as u32);
+        match self {
+            Protocol::KFold { folds, split: Split::Group, .. } => {
+                Ok(group_k_fold(units.unwrap_or_default(), y, *folds, seed, repetition)?)
+            }
+            Protocol::KFold { folds, .. } => match stratified_k_fold(y, *folds, seed, repetition, units) {
+                Err(taxel_data::Error::ClassTooSmall { .. }) if has_combinations(dataset) => {
+                    Ok(group_k_fold(&atoms(dataset, units), y, *folds, seed, repetition)?)
+                }
+                other => Ok(other?),
+            },
+            Protocol::LeaveGroupOut { .. } => {
+                let groups = units.unwrap_or_default();
+                let mut names = groups.to_vec();
+                names.sort_unstable();
+                names.dedup();
+                Ok(group_k_fold(groups, y, names.len(), seed, repetition)?)
+            }
+            Protocol::RandomSplits { split, test, validation, .. } => {
+                let shares = Shares { test: *test, validation: *validation };
+                Ok(vec![cut(dataset, *split, units, shares, seed, repetition)?])
+            }
+            Protocol::FewSamples { split, test, per_class, .. } => {
+                let shares = Shares { test: *test, validation: 0.0 };
+                let whole = cut(dataset, *split, units, shares, seed, repetition)?;
+                let few = |&count: &usize| -> Result<Fold> {
+                    let train = few_per_class(&whole.train, y, count, seed, repetition)?;
+                    Ok(Fold { train, ..whole.clone() })
+                };
+                per_class.iter().map(few).collect()
+            }
+            Protocol::Official { .. } => official(dataset).map(|fold| vec![fold]),
+        }
+    }
+}
+
+/// One random cut.
+fn cut(
+    dataset: &Dataset,
+    split: Split,
+    units: Option<&[u32]>,
+    shares: Shares,
+    seed: u64,
+    repetition: u32,
+) -> Result<Fold> {
+    let y = &dataset.y;
+    if let (Split::Group, Some(groups)) = (split, units) {
+        return Ok(random_group_split(groups, y, shares, seed, repetition)?);
+    }
+    match random_split(y, shares, seed, repetition, units) {
+        Err(taxel_data::Error::ClassNotInPart { .. }) if has_combinations(dataset) => {
+            Ok(random_group_split(&atoms(dataset, units), y, shares, seed, repetition)?)
+        }
+        other => Ok(other?),
+    }
+}
+
+fn official(dataset: &Dataset) -> Result<Fold> {
+    let test = dataset.official.as_ref().ok_or_else(|| {
+        let reason = format!(
+            "{} has no split of its own; name the array that marks test samples (data.test = \"test\") or use \
+             kind = \"k-fold\"",
+            dataset.source
+        );
+        Problem::new("protocol.kind", "\"official\"", reason)
+    })?;
+    let (test, train) = (0..dataset.len()).partition(|&row| test[row]);
+    Ok(Fold { train, test, validation: vec![] })
+}
+
+/// Whether `y` counts combinations of levels: rare ones need not be in every part.
+fn has_combinations(dataset: &Dataset) -> bool {
+    dataset.labels.attributes().len() > 1
+}
+
+/// What is dealt as one where nothing else says so: exact copies, or each sample by itself.
+fn atoms(dataset: &Dataset, units: Option<&[u32]>) -> Vec<u32> {
+    units.map_or_else(|| (0..dataset.len() as u32).collect(), <[u32]>::to_vec)
+}

@@ -1,0 +1,178 @@
+//! What is kept of every fold: predictions, epochs, times.
+//!
+//! Everything here except [`Timing`] is a function of settings and data alone: equal runs write equal bytes.
+
+use serde::{Deserialize, Serialize};
+use taxel_graph::Cost;
+
+use crate::epoch::Epoch;
+use crate::error::Result;
+use crate::latency::Latency;
+use crate::metrics::{Confusion, Levels, Scores};
+use crate::recipe::BatchNorm;
+use crate::search::Chosen;
+
+/// Which fold of which network.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct FoldKey {
+    /// Name of the network in the experiment.
+    pub network: String,
+    /// Repetition, from 0.
+    pub repetition: usize,
+    /// Fold, from 0.
+    pub fold: usize,
+}
+
+impl FoldKey {
+    /// Every fold of every network, in the order in which they are run.
+    pub(crate) fn all<'a>(
+        networks: impl Iterator<Item = &'a str>,
+        repetitions: usize,
+        folds: usize,
+    ) -> Vec<FoldKey> {
+        let mut keys = vec![];
+        for network in networks {
+            for repetition in 0..repetitions {
+                keys.extend((0..folds).map(|fold| FoldKey { network: network.into(), repetition, fold }));
+            }
+        }
+        keys
+    }
+}
+
+impl std::fmt::Display for FoldKey {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.r{}.f{}", self.network, self.repetition, self.fold)
+    }
+}
+
+/// How far training moved one convolution from the checkpoint that it started from (paper 001, Figs. 3 and 4).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// The convolution.
+    pub layer: String,
+    /// Mean squared difference of the two kernels, each scaled to 0..1.
+    pub change: f64,
+}
+
+/// How the same weights do with the other kind of batch-norm statistics.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OtherStatistics {
+    /// The kind that the experiment does not use.
+    pub batch_norm: BatchNorm,
+    /// Share of the test samples that is right in %, with several attributes of their levels.
+    pub accuracy: f64,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+}
+
+/// A finished fold: `folds/<network>.r<repetition>.f<fold>.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoldRecord {
+    /// Which fold of which network.
+    #[serde(flatten)]
+    pub key: FoldKey,
+    /// Number of training samples.
+    pub train_samples: usize,
+    /// Test samples by position in the data set, ascending.
+    pub index: Vec<usize>,
+    /// Their classes, or with several attributes their levels `[test samples, attributes]`.
+    #[serde(rename = "true")]
+    pub truth: Vec<u32>,
+    /// The classes or levels predicted.
+    pub predicted: Vec<u32>,
+    /// Probabilities `[test samples, outputs]`, row-major.
+    pub probabilities: Vec<f32>,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+    /// What the fold has chosen by its validation part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<Chosen>,
+    /// The epoch whose weights were tested, with early stopping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub best_epoch: Option<usize>,
+    /// What it costs, where that depends on the training samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub costs: Option<Costs>,
+    /// What training changed, where the network started from a checkpoint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
+    /// What the choice of batch-norm statistics does; none without batch norms, where the loss is not
+    /// finite, and after early stopping with the population's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_statistics: Option<OtherStatistics>,
+    /// What happened in training.
+    pub epochs: Vec<Epoch>,
+}
+
+impl FoldRecord {
+    /// Counts `[true][predicted]` of each attribute.
+    ///
+    /// # Errors
+    /// A damaged record.
+    pub fn confusions(&self, levels: &Levels) -> Result<Vec<Confusion>> {
+        Ok(levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.confusion).collect())
+    }
+
+    /// Accuracy and macro means; with several attributes their means over them.
+    ///
+    /// # Errors
+    /// A damaged record.
+    pub fn scores(&self, levels: &Levels) -> Result<Scores> {
+        let each: Vec<Scores> =
+            levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.scores).collect();
+        Ok(mean_scores(&each))
+    }
+}
+
+fn mean_scores(each: &[Scores]) -> Scores {
+    let mean = |i: usize| each.iter().map(|s| s.values()[i]).sum::<f64>() / each.len().max(1) as f64;
+    Scores::from_values([0, 1, 2, 3].map(mean))
+}
+
+/// How long a fold took; `folds/<..>.timing.json` and a line of `timings.jsonl`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Which fold of which network.
+    #[serde(flatten)]
+    pub key: FoldKey,
+    /// Seconds of training, batch-norm statistics included.
+    pub train_seconds: f64,
+    /// Training samples times epochs.
+    pub samples: u64,
+    /// Seconds of testing.
+    pub test_seconds: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// Time to encode one sample for this network, in ms.
+    pub encoding_ms_per_sample: f64,
+    /// Batch 1, one thread; measured once per network, on its first fold.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
+}
+
+/// What a network costs for one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Costs {
+    /// Trained values.
+    pub parameters: u64,
+    /// Bytes of parameters and batch-norm statistics in f32.
+    pub bytes: u64,
+    /// Multiply-accumulates.
+    pub macs: u64,
+    /// 2 per multiply-accumulate, 1 per bias addition.
+    pub flops: u64,
+}
+
+impl From<Cost> for Costs {
+    fn from(cost: Cost) -> Self {
+        Costs { parameters: cost.parameters, bytes: cost.bytes(), macs: cost.macs, flops: cost.flops }
+    }
+}
+
+impl Timing {
+    /// Training samples times epochs per second.
+    pub fn samples_per_second(&self) -> f64 {
+        self.samples as f64 / self.train_seconds.max(1e-9)
+    }
+}

@@ -1,0 +1,364 @@
+//! A run from start to end: every row on every fold, into a run folder or into memory.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use taxel_engine::{Engine, Mode, Options};
+use taxel_graph::{Graph, Weights};
+
+use crate::assemble::{assemble, fill};
+use crate::baseline::FittedBaseline;
+use crate::candidate::{Candidate, Estimator, Trainable};
+use crate::cross_validation::RunOptions;
+use crate::encoding::{Input, SERIES};
+use crate::environment::Environment;
+use crate::error::{Error, Result};
+use crate::feed::Feed;
+use crate::folder::RunFolder;
+use crate::hooks::Hooks;
+use crate::json_file::{write_atomic, write_json};
+use crate::latency::{Latency, Stopwatch, milliseconds};
+use crate::metrics::mean_log_loss;
+use crate::making::{Origin, baseline_model, network_model};
+use crate::part::{Part, pool};
+use crate::plan::Plan;
+use crate::progress::Progress;
+use crate::records::{Change, FoldKey, FoldRecord, Timing};
+use crate::results::Results;
+use crate::session::Saver;
+use crate::tensorboard;
+use crate::training::{Trained, Training};
+
+/// The latency that stands in the table: it costs two seconds at most.
+const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
+
+/// A run that is under way.
+pub(crate) struct Run<'a> {
+    plan: Plan<'a>,
+    folder: Option<RunFolder>,
+    threads: usize,
+    save_every: f64,
+    records: Vec<FoldRecord>,
+    timings: Vec<Timing>,
+}
+
+/// What is kept of a finished fold.
+struct Finished {
+    record: FoldRecord,
+    timing: Timing,
+}
+
+impl<'a> Run<'a> {
+    /// A run that writes to `folder`, or keeps its records in memory.
+    pub fn new(plan: Plan<'a>, options: &RunOptions, folder: Option<RunFolder>) -> Self {
+        let (threads, save_every) = (options.threads(), options.save_every());
+        Run { plan, folder, threads, save_every, records: vec![], timings: vec![] }
+    }
+
+    /// Takes over what an earlier run of the folder has finished.
+    ///
+    /// # Errors
+    /// A folder that was run on other data, or a fold of another split.
+    pub fn begin(&mut self) -> Result<()> {
+        let Some(folder) = self.folder.clone() else { return Ok(()) };
+        let dataset = self.plan.dataset;
+        if folder.file("results.json").is_file() {
+            let before = folder.results()?;
+            if before.data_digest != dataset.digest {
+                let reason = format!(
+                    "was run on other data ({} {}, now {} {}); give another folder",
+                    before.source, before.data_digest, dataset.source, dataset.digest
+                );
+                return Err(Error::folder(folder.path(), reason));
+            }
+        }
+        for key in &self.plan.keys {
+            let path = folder.record_path(key);
+            let Some(record) = folder.record(key)? else { continue };
+            Saver::remove(&folder.session_path(key))?;
+            if record.key != *key || Some(&record.index) != self.plan.fold(key).map(|fold| &fold.test) {
+                let reason = "belongs to another split; give another folder, or delete the run folder";
+                return Err(Error::damaged(&path, reason));
+            }
+            self.timings.extend(folder.timing(key)?);
+            self.records.push(record);
+        }
+        let environment = folder.file("environment.json");
+        if !environment.is_file() {
+            let now = Environment::now(self.threads, self.plan.seed, &dataset.source, &dataset.digest);
+            write_json(&environment, &now, true)?;
+        }
+        self.assemble()
+    }
+
+    /// Trains and tests what is not finished yet.
+    ///
+    /// # Errors
+    /// What a training refuses; [`Error::Cancelled`] if `cancel` was set.
+    pub fn all(&mut self, progress: &dyn Progress, cancel: &AtomicBool) -> Result<()> {
+        let finished = |key: &&FoldKey| !self.records.iter().any(|r| r.key == **key);
+        let open: Vec<FoldKey> = self.plan.keys.iter().filter(finished).cloned().collect();
+        progress.start(open.iter().map(|key| self.work(key)).sum());
+        let (begin, mut assembling) = (Instant::now(), 0.0);
+        let before = self.records.len();
+        for (done, key) in open.into_iter().enumerate() {
+            progress.fold(&key, before + done + 1, self.plan.keys.len());
+            let Some(Finished { record, timing }) = self.one(&key, progress, cancel)? else {
+                return Err(Error::Cancelled {
+                    done: self.records.len(),
+                    total: self.plan.keys.len(),
+                    folder: self.folder.as_ref().map_or(String::new(), |f| f.path().display().to_string()),
+                });
+            };
+            self.keep(record, timing)?;
+            // After every fold, unless that would take a share of the time worth mentioning.
+            if self.folder.is_some() && assembling * 20.0 <= begin.elapsed().as_secs_f64() {
+                let start = Instant::now();
+                self.assemble()?;
+                assembling += start.elapsed().as_secs_f64();
+            }
+        }
+        Ok(())
+    }
+
+    /// Multiply-accumulates of a fold's training; baselines cost next to nothing.
+    fn work(&self, key: &FoldKey) -> u64 {
+        let (Some(candidate), Some(fold)) = (self.candidate(key), self.plan.fold(key)) else { return 0 };
+        match &candidate.estimator {
+            Estimator::Network(network) => {
+                work_per_sample(&network.graph) * Training::samples(network, fold) as u64
+            }
+            Estimator::Baseline(_) => 0,
+        }
+    }
+
+    fn candidate(&self, key: &FoldKey) -> Option<&Candidate> {
+        Some(&self.plan.candidates[self.plan.row(key)?.candidate])
+    }
+
+    /// Trains and tests one fold; none if it was cancelled.
+    fn one(&self, key: &FoldKey, progress: &dyn Progress, cancel: &AtomicBool) -> Result<Option<Finished>> {
+        #[expect(clippy::expect_used, reason = "keys are made of the plan's rows")]
+        let candidate = self.candidate(key).expect("a row of the plan");
+        match &candidate.estimator {
+            Estimator::Network(network) => self.network(key, candidate, network, progress, cancel),
+            Estimator::Baseline(_) if cancel.load(Ordering::Relaxed) => Ok(None),
+            &Estimator::Baseline(method) => self.baseline(key, candidate, method).map(Some),
+        }
+    }
+
+    fn network(
+        &self,
+        key: &FoldKey,
+        candidate: &Candidate,
+        network: &Trainable,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Finished>> {
+        let Plan { dataset, encoder, protocol, .. } = &self.plan;
+        let fold = self.fold(key);
+        let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
+        let training = Training {
+            name: &candidate.name,
+            network,
+            part: self.part(key),
+            threads: self.threads,
+            dataset,
+            units: protocol.inseparable(dataset)?,
+            inputs: &inputs,
+            fold,
+        };
+        let weight = work_per_sample(&network.graph);
+        let mut tick = |samples: usize| progress.step(weight * samples as u64);
+        let mut saver = match &self.folder {
+            Some(folder) => Saver::new(folder.session_path(key), self.save_every),
+            None => Saver::none(),
+        };
+        let mut hooks = Hooks { tick: &mut tick, cancel, saver: &mut saver };
+        let Some(trained) = training.run(&mut hooks)? else { return Ok(None) };
+        if let Some(folder) = &self.folder {
+            let model = network_model(candidate, network, &inputs, &trained, &self.origin(key));
+            model.save(&folder.model_path(key))?;
+        }
+        let latency = match fold.test.first().filter(|_| self.is_first(key)) {
+            Some(&row) => Some(latency(&network.graph, &trained.weights, &inputs, row)?),
+            None => None,
+        };
+        let timing = Timing {
+            encoding_ms_per_sample: inputs.iter().map(|i| i.ms_per_sample).sum(),
+            samples: (trained.epochs.len() * fold.train.len()) as u64,
+            latency,
+            ..self.timing(key, trained.train_seconds, trained.test_seconds)
+        };
+        let changes = match network.start.as_deref() {
+            Some(start) => changes(&network.graph, start, &trained.weights)?,
+            None => vec![],
+        };
+        let Trained { epochs, chosen, best_epoch, probabilities, test_loss, other_statistics, .. } = trained;
+        let record = self.record(key, probabilities, test_loss);
+        let record = FoldRecord { chosen, best_epoch, epochs, changes, other_statistics, ..record };
+        Ok(Some(Finished { record, timing }))
+    }
+
+    fn baseline(
+        &self,
+        key: &FoldKey,
+        candidate: &Candidate,
+        method: taxel_baselines::Method,
+    ) -> Result<Finished> {
+        let (dataset, fold, part) = (self.plan.dataset, self.fold(key), self.part(key));
+        let start = Instant::now();
+        let inputs = self.plan.encoder.fit(&[SERIES], &fold.train)?;
+        let series = &inputs[0].encoded;
+        let (labels, purpose) = (&dataset.labels, format!("r{}/f{}", part.repetition, part.fold));
+        let threads = pool(self.threads)?;
+        let fitted = threads
+            .install(|| FittedBaseline::fit(method, series, labels, &fold.train, (part.seed, &purpose)))?;
+        let train_seconds = start.elapsed().as_secs_f64();
+        let mut test = vec![];
+        series.gather(&fold.test, &mut test);
+        let start = Instant::now();
+        let probabilities = threads.install(|| fitted.scores(&test))?;
+        let test_seconds = start.elapsed().as_secs_f64();
+        let test_loss = mean_log_loss(&probabilities, &labels.of(&fold.test), &labels.sizes())?;
+        let latency = match self.is_first(key) {
+            true => {
+                let one = series.sample(fold.test[0]);
+                // As the networks: one sample, one thread.
+                let run = || TABLE.time(|_| Ok::<_, Error>(timed(|| fitted.scores(one))?));
+                Some(Latency::of(pool(1)?.install(run)?))
+            }
+            false => None,
+        };
+        if let Some(folder) = &self.folder {
+            let model = baseline_model(candidate, &fitted, &inputs, &self.origin(key));
+            model.save(&folder.model_path(key))?;
+        }
+        let timing = Timing { latency, ..self.timing(key, train_seconds, test_seconds) };
+        let record = self.record(key, probabilities, test_loss);
+        Ok(Finished { record: FoldRecord { costs: Some(fitted.costs()), ..record }, timing })
+    }
+
+    fn fold(&self, key: &FoldKey) -> &taxel_data::Fold {
+        #[expect(clippy::expect_used, reason = "keys are made of the plan's folds")]
+        self.plan.fold(key).expect("a fold of the plan")
+    }
+
+    fn part(&self, key: &FoldKey) -> Part {
+        Part { seed: self.plan.seed, repetition: key.repetition, fold: key.fold }
+    }
+
+    fn origin(&self, key: &FoldKey) -> Origin<'_> {
+        Origin {
+            dataset: self.plan.dataset,
+            samples: self.fold(key).train.len(),
+            fold: Some((key.repetition, key.fold)),
+            seed: self.plan.seed,
+        }
+    }
+
+    /// Whether no fold of this row has been timed yet.
+    fn is_first(&self, key: &FoldKey) -> bool {
+        !self.timings.iter().any(|t| t.key.network == key.network && t.latency.is_some())
+    }
+
+    fn timing(&self, key: &FoldKey, train_seconds: f64, test_seconds: f64) -> Timing {
+        Timing {
+            key: key.clone(),
+            train_seconds,
+            samples: self.fold(key).train.len() as u64,
+            test_seconds,
+            threads: self.threads,
+            encoding_ms_per_sample: 0.0,
+            latency: None,
+        }
+    }
+
+    fn record(&self, key: &FoldKey, probabilities: Vec<f32>, test_loss: f64) -> FoldRecord {
+        let fold = self.fold(key);
+        FoldRecord {
+            key: key.clone(),
+            train_samples: fold.train.len(),
+            index: fold.test.clone(),
+            truth: self.plan.dataset.labels.of(&fold.test),
+            predicted: self.plan.frame.levels.predicted(&probabilities),
+            probabilities,
+            test_loss,
+            chosen: None,
+            best_epoch: None,
+            costs: None,
+            changes: vec![],
+            other_statistics: None,
+            epochs: vec![],
+        }
+    }
+
+    fn keep(&mut self, record: FoldRecord, timing: Timing) -> Result<()> {
+        let Some(folder) = &self.folder else {
+            self.timings.push(timing);
+            self.records.push(record);
+            return Ok(());
+        };
+        self.timings.push(write_json(&folder.timing_path(&timing.key), &timing, true)?);
+        if !record.epochs.is_empty() {
+            let events = folder.events_path(&record.key);
+            std::fs::create_dir_all(&events).map_err(|e| Error::io(&events, "created", e))?;
+            write_atomic(&events.join("events.out.tfevents.0"), &tensorboard::events(&record))?;
+        }
+        // Last: a fold with a record is a finished fold.
+        self.records.push(write_json(&folder.record_path(&record.key), &record, false)?);
+        Saver::remove(&folder.session_path(&record.key))
+    }
+
+    /// Writes everything that follows from the finished folds.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn assemble(&mut self) -> Result<()> {
+        let place = |key: &FoldKey| self.plan.keys.iter().position(|k| k == key);
+        self.records.sort_by_key(|r| place(&r.key));
+        self.timings.sort_by_key(|t| place(&t.key));
+        let plan = &mut self.plan;
+        fill(&mut plan.results, &plan.keys, &self.records, &plan.frame)?;
+        match &self.folder {
+            Some(folder) => assemble(folder, &plan.results, &self.records, &self.timings, &plan.frame.levels),
+            None => Ok(()),
+        }
+    }
+
+    /// The scores of all that is finished.
+    ///
+    /// # Errors
+    /// Records that do not fit the data.
+    pub fn into_results(mut self) -> Result<Results> {
+        self.assemble()?;
+        Ok(self.plan.results)
+    }
+}
+
+/// Multiply-accumulates, and something for what a small network spends besides them.
+fn work_per_sample(graph: &Graph) -> u64 {
+    graph.cost().macs + 200_000
+}
+
+/// How far training moved each convolution from the checkpoint.
+fn changes(graph: &Graph, start: &Weights, trained: &Weights) -> Result<Vec<Change>> {
+    let mut before = trained.clone();
+    before.start_from(graph, start, false)?;
+    let changes = before.changes(trained, graph)?;
+    Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
+}
+
+/// Time of one encoded sample through the network, batch 1, one thread.
+fn latency(graph: &Graph, weights: &Weights, inputs: &[Input], row: usize) -> Result<Latency> {
+    let mut engine = Engine::new(graph, weights, Options { batch: 1, threads: 1, ..Options::default() })?;
+    let mut feed = Feed::new(graph, inputs)?;
+    let run = |_| timed(|| feed.forward(&mut engine, &[row], Mode::Eval).map(|logits| logits[0]));
+    Ok(Latency::of(TABLE.time(run)?))
+}
+
+/// Milliseconds of something that may fail.
+fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<f64> {
+    let (ms, done) = milliseconds(work);
+    done.map(|_| ms)
+}

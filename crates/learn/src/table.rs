@@ -1,0 +1,245 @@
+//! The result table: aligned text, Markdown, JSON.
+//!
+//! What was measured here and what authors report on their own data never share a column.
+
+use std::fmt;
+
+use serde_json::{Value, json};
+
+use crate::error::Result;
+use crate::folder::RunFolder;
+use crate::latency::Latency;
+use crate::recipe::BatchNorm;
+use crate::results::{NetworkResults, Results};
+
+/// The table of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    caption: Vec<String>,
+    head: Vec<String>,
+    rows: Vec<Vec<String>>,
+    json: Value,
+}
+
+impl Table {
+    /// The table of a run folder.
+    ///
+    /// # Errors
+    /// A damaged file in it.
+    pub fn of(folder: &RunFolder) -> Result<Self> {
+        let timings = folder.timings()?;
+        let latency = |network: &str| {
+            timings.iter().filter(|t| t.key.network == network).find_map(|timing| timing.latency)
+        };
+        Ok(Self::new(&folder.results()?, latency))
+    }
+
+    /// The table of `results`, with the latency of each network where it was measured.
+    pub fn new(results: &Results, latency: impl Fn(&str) -> Option<Latency>) -> Self {
+        let mut head: Vec<String> =
+            ["network", "parameters", "MACs", "accuracy", "precision", "recall", "F1"]
+                .map(String::from)
+                .to_vec();
+        for attribute in &results.attributes {
+            head.extend([attribute.name.clone(), format!("{} off by", attribute.name)]);
+        }
+        head.push("latency ms".into());
+        let published = results.networks.iter().any(|n| n.published.is_some());
+        let papers = papers(results);
+        if published {
+            head.push(match papers.as_slice() {
+                [one] => format!("published ({one}, own data)"),
+                _ => "published (own data)".into(),
+            });
+        }
+        let mut rows = vec![];
+        let mut networks = vec![];
+        for network in &results.networks {
+            let latency = latency(&network.network);
+            let mut row = vec![
+                network.network.clone(),
+                thousands(network.costs.parameters),
+                thousands(network.costs.macs),
+            ];
+            row.extend((0..4).map(|i| score(network, i)));
+            for i in 0..results.attributes.len() {
+                row.extend(match network.attributes.get(i) {
+                    Some(own) => {
+                        let accuracy = 100.0 * own.scores.accuracy;
+                        [format!("{accuracy:.2}"), format!("{:.2}", own.mean_absolute_error)]
+                    }
+                    None => ["-".into(), "-".into()],
+                });
+            }
+            row.push(latency.map_or("-".into(), |l| format!("{:.3}", l.p50_ms)));
+            if published {
+                row.push(published_cell(network, papers.len() > 1));
+            }
+            rows.push(row);
+            networks.push(json!({
+                "network": network.network,
+                "parameters": network.costs.parameters,
+                "bytes": network.costs.bytes,
+                "macs": network.costs.macs,
+                "flops": network.costs.flops,
+                "folds": network.folds.len(),
+                "per_class": network.per_class,
+                "measured": {
+                    "mean": network.mean,
+                    "sd": network.sd,
+                    "interval": network.interval,
+                    "attributes": network.attributes,
+                },
+                "other_statistics": network.other_statistics,
+                "latency_p50_ms": latency.map(|l| l.p50_ms),
+                "latency_p95_ms": latency.map(|l| l.p95_ms),
+                "published_on_own_data": network.published,
+            }));
+        }
+        let json = json!({
+            "name": results.name,
+            "complete": results.complete,
+            "missing_folds": results.missing.len(),
+            "source": results.source,
+            "samples": results.samples,
+            "classes": results.classes,
+            "protocol": results.protocol,
+            "left_out": results.left_out,
+            "shortcut": results.shortcut,
+            "seed": results.seed,
+            "unit": results.unit,
+            "networks": networks,
+        });
+        Table { caption: caption(results), head, rows, json }
+    }
+
+    /// The same numbers as one JSON object.
+    pub fn json(&self) -> &Value {
+        &self.json
+    }
+
+    /// The table in Markdown, with its caption above.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule: Vec<String> =
+            (0..self.head.len()).map(|i| if i == 0 { "---" } else { "---:" }.into()).collect();
+        let mut text = format!("{}\n\n{}{}", self.caption.join("  \n"), line(&self.head), line(&rule));
+        self.rows.iter().for_each(|row| text.push_str(&line(row)));
+        text
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for line in &self.caption {
+            writeln!(f, "{line}")?;
+        }
+        writeln!(f)?;
+        let lines: Vec<&Vec<String>> = std::iter::once(&self.head).chain(&self.rows).collect();
+        let width = |i: usize| lines.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
+        for row in lines {
+            let mut text = String::new();
+            for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                // Names to the left, numbers to the right.
+                let cell = if i == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") };
+                text.push_str(&cell);
+            }
+            writeln!(f, "{}", text.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+fn caption(results: &Results) -> Vec<String> {
+    let title = results.title.as_ref().map_or(String::new(), |title| format!(": {title}"));
+    let mut lines = vec![
+        format!("{}{title}", results.name),
+        format!(
+            "measured on: {} ({} samples, {} {}), {}, seed {}",
+            results.source,
+            results.samples,
+            results.classes.len(),
+            if results.attributes.is_empty() { "classes" } else { "levels" },
+            results.protocol.words(),
+            results.seed
+        ),
+        "scores in %, mean ± SD over folds (n - 1); latency: median of one sample, one thread".into(),
+    ];
+    for (baseline, reason) in &results.left_out {
+        lines.push(format!("left out: {baseline}: {reason}"));
+    }
+    lines.extend(results.batch_norm_words());
+    if let Some(shortcut) = &results.shortcut {
+        lines.push(format!("mind: {shortcut}: confounded?"));
+    }
+    if !results.complete {
+        lines.push(format!("INCOMPLETE: {} folds are missing; resume the run", results.missing.len()));
+    }
+    lines
+}
+
+impl Results {
+    /// What the choice of batch-norm statistics does, a line per kind.
+    pub fn batch_norm_words(&self) -> Vec<String> {
+        let line = |kind: BatchNorm| {
+            let own = self.networks.iter().filter_map(|n| {
+                let other = n.other_statistics.filter(|other| other.batch_norm == kind)?;
+                let change = other.accuracy - n.mean?.accuracy;
+                Some(format!("{} {:.2} ({change:+.2})", n.network, other.accuracy))
+            });
+            let own: Vec<String> = own.collect();
+            let words = || format!("accuracy with {} batch-norm statistics: {}", kind.name(), own.join(", "));
+            (!own.is_empty()).then(words)
+        };
+        [BatchNorm::Moving, BatchNorm::Population].into_iter().filter_map(line).collect()
+    }
+}
+
+/// Papers that published numbers come from, each once.
+fn papers(results: &Results) -> Vec<&str> {
+    let mut papers = vec![];
+    for published in results.networks.iter().filter_map(|n| n.published.as_ref()) {
+        let paper = published.table.split(',').next().unwrap_or_default().trim();
+        if !papers.contains(&paper) {
+            papers.push(paper);
+        }
+    }
+    papers
+}
+
+fn score(network: &NetworkResults, i: usize) -> String {
+    match (network.mean, network.sd) {
+        (Some(mean), Some(sd)) => format!("{:.2} ± {:.2}", mean.values()[i], sd.values()[i]),
+        (Some(mean), None) => format!("{:.2}", mean.values()[i]),
+        _ => "-".into(),
+    }
+}
+
+fn published_cell(network: &NetworkResults, name_paper: bool) -> String {
+    match &network.published {
+        None => "-".into(),
+        Some(published) => {
+            let spread = match published.accuracy[..] {
+                [mean, sd] => format!("{mean:.2} ± {sd:.2}"),
+                [mean] => format!("{mean:.2}"),
+                _ => "-".into(),
+            };
+            let paper = if name_paper { format!(" [{}]", published.table) } else { String::new() };
+            format!("{spread}{paper}")
+        }
+    }
+}
+
+/// Thousands apart: 1,234,567.
+pub fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
