@@ -13,7 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("seed", &[]),
     ("files", &[]),
     ("encodings", &[]),
-    ("scenes", &["seed"]),
+    ("scenes", &["encodings", "seed"]),
     ("graph", &["seed"]),
     ("kernels", &[]),
     ("rivals", &["seed"]),
