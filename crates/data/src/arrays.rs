@@ -1,10 +1,11 @@
 //! Samples, labels and groups by name, from a `.npz` archive or a MATLAB file.
 
-use crate::dataset::{Axes, hash_row};
+use crate::hash::hash_row;
 use crate::npy::{Cap, Header};
 use crate::options::{Limits, Options};
 use crate::raw::{Names, Raw, name_of};
-use crate::{Error, Result, labels, mat, npz};
+use crate::{Error, Result, mat, names_file, npz};
+use ndarray::ArrayD;
 use std::io::Read;
 use std::path::Path;
 
@@ -38,7 +39,7 @@ impl Archive {
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
         if !self.arrays().iter().any(|name| name == array) {
-            return Err(missing(file, array, self.arrays(), option));
+            return Err(Error::missing(file, array, self.arrays(), option));
         }
         let at = format!("{file}: {array}");
         match self {
@@ -48,36 +49,66 @@ impl Archive {
     }
 }
 
-/// No array of that name among those `held`.
-pub(crate) fn missing(file: &str, array: &str, held: &[String], option: &'static str) -> Error {
-    Error::MissingArray {
-        file: file.into(),
-        array: array.into(),
-        held: match held {
-            [] => "no arrays".into(),
-            names => names.join(", "),
-        },
-        option,
-    }
-}
-
 /// Reads the arrays that `options` names; labels and groups stay as stored.
 pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
-    let limits = &options.limits;
     let file = path.display().to_string();
     let mut archive = Archive::open(path)?;
     if options.resize.is_some() {
-        return Err(Error::Option {
-            file,
-            option: "resize",
-            why: "applies to a folder of PNG or JPEG files only; leave it out",
-        });
+        let why = "applies to a folder of PNG or JPEG files only; leave it out";
+        return Err(Error::Option { file, option: "resize", why });
     }
-    let (x, dtype) = archive.with(&file, &options.x, "x", |header, reader, at| {
+    let (x, dtype) = read_samples(&mut archive, &file, options)?;
+    let samples = x.shape()[0];
+    let (y, columns, numbered) = read_labels(&mut archive, &file, options, samples)?;
+    let groups = read_groups(&mut archive, &file, options)?;
+    let official = read_official(&mut archive, &file, options)?;
+    let used = |name: &String| {
+        let is = |array: &Option<(String, Vec<i64>)>| array.as_ref().is_some_and(|(own, _)| own == name);
+        *name == options.x || *name == options.y || is(&groups) || is(&official)
+    };
+    let others = archive.arrays().iter().filter(|n| !used(n)).cloned().collect();
+    #[expect(clippy::expect_used, reason = "a reader gives C order")]
+    let values = x.as_slice().expect("C order");
+    let row_hash = values.chunks_exact(values.len() / samples).map(hash_row).collect();
+    let (names, facts) = names_file::beside(path, &options.limits)?;
+    Ok(Raw {
+        name: name_of(path),
+        format: None,
+        dtype,
+        origins: (0..samples).map(|i| format!("{}[{i}]", options.x)).collect(),
+        x,
+        x_name: options.x.clone(),
+        y_name: options.y.clone(),
+        y,
+        columns,
+        names: names.or(numbered),
+        facts,
+        groups,
+        official,
+        row_hash,
+        others,
+        is_folder: false,
+        file,
+    })
+}
+
+/// Samples `[N, ...]` and the type that they are stored in; no axis is empty.
+fn read_samples(archive: &mut Archive, file: &str, options: &Options) -> Result<(ArrayD<f32>, String)> {
+    let limits = &options.limits;
+    archive.with(file, &options.x, "x", |header, reader, at| {
         sample_shape(header, at, limits)?;
         Ok((header.read_f32(reader, at, Cap::of_samples(limits))?, header.dtype.clone()))
-    })?;
-    let (mut y, columns) = archive.with(&file, &options.y, "y", |header, reader, at| {
+    })
+}
+
+/// Labels row by row, how many a sample has, and names of labels that a MATLAB file counts from 1.
+fn read_labels(
+    archive: &mut Archive,
+    file: &str,
+    options: &Options,
+    samples: usize,
+) -> Result<(Vec<i64>, usize, Option<Names>)> {
+    let (mut y, columns) = archive.with(file, &options.y, "y", |header, reader, at| {
         let header = &header.as_column();
         let columns = match *header.shape.as_slice() {
             [_] => 1,
@@ -91,78 +122,56 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
             }
         };
         let wanted = "labels are whole numbers from 0: save y as an integer array";
-        Ok((header.read_i64(reader, at, Cap::of_labels(limits), wanted)?, columns))
+        Ok((header.read_i64(reader, at, Cap::of_labels(&options.limits), wanted)?, columns))
     })?;
     // MATLAB counts from 1.
-    let mut numbered = None;
-    if matches!(archive, Archive::Mat(_)) && y.iter().min() == Some(&1) {
-        y.iter_mut().for_each(|label| *label -= 1);
-        let last = |column: usize| y.iter().skip(column).step_by(columns).max().copied().unwrap_or(0);
-        // Numbers that no file of so many samples can fill are named nowhere: they are refused as gaps.
-        let names =
-            |column| (0..=last(column).min(x.shape()[0] as i64)).map(|c| (c + 1).to_string()).collect();
-        let columns = (0..columns).map(names).collect();
-        numbered = Some(Names { file: options.y.clone(), columns, source: None, full_scale: None });
+    if !matches!(archive, Archive::Mat(_)) || y.iter().min() != Some(&1) {
+        return Ok((y, columns, None));
     }
-    let groups = match group_array(&file, &archive, options)? {
-        None => None,
-        Some(name) => {
-            let values = archive.with(&file, &name, "group", |header, reader, at| {
-                let header = &header.as_column();
-                if header.shape.len() != 1 {
-                    return Err(Error::Shape {
-                        at: at.into(),
-                        shape: header.shape.clone(),
-                        wanted: "groups are [N], one whole number per sample",
-                    });
-                }
-                let wanted = "groups are whole numbers: save them as an integer array";
-                header.read_i64(reader, at, Cap::of_labels(limits), wanted)
-            })?;
-            Some((name, values))
-        }
+    y.iter_mut().for_each(|label| *label -= 1);
+    let names = |column: usize| match y.iter().skip(column).step_by(columns).max() {
+        None => vec![],
+        // Numbers that no file of so many samples can fill are named nowhere: they are refused as gaps.
+        Some(last) => (0..=*last.min(&(samples as i64))).map(|label| (label + 1).to_string()).collect(),
     };
-    let official = match &options.test {
-        None if options.test_above.is_some() => {
-            let why = "needs the name of an array in test";
-            return Err(Error::Option { file, option: "test-above", why });
+    let names = Names { file: options.y.clone(), columns: (0..columns).map(names).collect() };
+    Ok((y, columns, Some(names)))
+}
+
+/// Groups and the name of their array.
+fn read_groups(archive: &mut Archive, file: &str, options: &Options) -> Result<Option<(String, Vec<i64>)>> {
+    let Some(name) = group_array(file, archive, options)? else { return Ok(None) };
+    let values = archive.with(file, &name, "group", |header, reader, at| {
+        let header = &header.as_column();
+        if header.shape.len() != 1 {
+            return Err(Error::Shape {
+                at: at.into(),
+                shape: header.shape.clone(),
+                wanted: "groups are [N], one whole number per sample",
+            });
         }
-        None => None,
-        Some(name) => {
-            let wanted =
-                "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
-            let read = |header: &Header, reader: &mut dyn Read, at: &str| {
-                header.as_column().read_i64(reader, at, Cap::of_labels(limits), wanted)
-            };
-            Some((name.clone(), archive.with(&file, name, "test", read)?))
-        }
+        let wanted = "groups are whole numbers: save them as an integer array";
+        header.read_i64(reader, at, Cap::of_labels(&options.limits), wanted)
+    })?;
+    Ok(Some((name, values)))
+}
+
+/// Marks of the samples that the authors test on, and the name of their array.
+fn read_official(archive: &mut Archive, file: &str, options: &Options) -> Result<Option<(String, Vec<i64>)>> {
+    let Some(name) = &options.test else {
+        return match options.test_above {
+            None => Ok(None),
+            Some(_) => {
+                let (file, why) = (file.into(), "needs the name of an array in test");
+                Err(Error::Option { file, option: "test-above", why })
+            }
+        };
     };
-    let used = |name: &String| {
-        let is = |array: &Option<(String, Vec<i64>)>| array.as_ref().is_some_and(|(own, _)| own == name);
-        *name == options.x || *name == options.y || is(&groups) || is(&official)
+    let wanted = "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
+    let read = |header: &Header, reader: &mut dyn Read, at: &str| {
+        header.as_column().read_i64(reader, at, Cap::of_labels(&options.limits), wanted)
     };
-    let others = archive.arrays().iter().filter(|n| !used(n)).cloned().collect();
-    let rows = x.len() / x.shape()[0].max(1);
-    let row_hash =
-        x.as_slice().map(|values| values.chunks(rows.max(1)).map(hash_row).collect()).unwrap_or_default();
-    Ok(Raw {
-        name: name_of(path),
-        axes: axes(x.ndim(), &dtype),
-        dtype,
-        sources: (0..x.shape()[0]).map(|i| format!("{}[{i}]", options.x)).collect(),
-        x,
-        x_name: options.x.clone(),
-        y_name: options.y.clone(),
-        y,
-        columns,
-        names: labels::beside(path, &options.limits)?.or(numbered),
-        groups,
-        official,
-        row_hash,
-        others,
-        is_folder: false,
-        file,
-    })
+    Ok(Some((name.clone(), archive.with(file, name, "test", read)?)))
 }
 
 fn group_array(file: &str, archive: &Archive, options: &Options) -> Result<Option<String>> {
@@ -196,15 +205,5 @@ fn sample_shape(header: &Header, at: &str, limits: &Limits) -> Result<()> {
         Some(0) => Err(Error::NoSamples { at: at.into() }),
         Some(axis) => Err(Error::EmptyAxis { at: at.into(), shape, axis }),
         None => Ok(()),
-    }
-}
-
-/// A `.npz` does not say what its axes are; bytes in three axes are taken for images.
-fn axes(rank: usize, dtype: &str) -> Axes {
-    match rank {
-        2 => Axes::Features,
-        3 if dtype.ends_with("u1") => Axes::HeightWidth,
-        3 => Axes::ChannelsTime,
-        _ => Axes::TimeHeightWidth,
     }
 }

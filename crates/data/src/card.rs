@@ -1,17 +1,9 @@
 //! What a data set holds, and what to mind before training on it.
 
-use crate::dataset::{Axes, Dataset};
-use crate::duplicates::{contradictory, duplicate_sets};
-use crate::error::plural;
 use crate::shortcut::Shortcut;
-use crate::values::Values;
-use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
-
-/// Below this many samples a class cannot fill the usual five folds.
-const FEW: usize = 5;
-/// A largest class this many times the smallest is worth a warning.
-const UNEVEN: usize = 3;
+use crate::values::ChannelRange;
+use serde::{Serialize, Serializer};
+use taxel_encodings::Layout;
 
 /// One class and its size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,21 +31,6 @@ pub struct GroupSummary {
     pub classes_in_one_group: Vec<String>,
 }
 
-/// Range of one channel over all samples and times.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ChannelRange {
-    /// Index along the channel axis.
-    pub channel: usize,
-    /// Lowest finite value; none if there is no finite value.
-    pub min: Option<f32>,
-    /// Highest finite value.
-    pub max: Option<f32>,
-    /// Share of finite values equal to the lowest, 0..1.
-    pub at_min: f64,
-    /// Share of finite values equal to the highest, 0..1: near 0 unless the sensor saturates.
-    pub at_max: f64,
-}
-
 /// Copies of one recording that carry different labels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contradiction {
@@ -65,7 +42,7 @@ pub struct Contradiction {
     pub labels: Vec<String>,
 }
 
-/// The description of a data set that `taxel data check` prints.
+/// The description of a data set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Card {
     /// Name of the data set.
@@ -74,8 +51,10 @@ pub struct Card {
     pub digest: String,
     /// Shape of `x`, samples first.
     pub shape: Vec<usize>,
-    /// What the axes are; for a `.npz` a guess from rank and type.
-    pub axes: Axes,
+    /// What the axes of a sample are; of an array a guess from rank and type where nobody says it. In JSON
+    /// the axes of `x`: `N×C×T`.
+    #[serde(rename = "axes", serialize_with = "axes")]
+    pub layout: Layout,
     /// Type of the stored values.
     pub dtype: String,
     /// Classes by label.
@@ -117,181 +96,23 @@ pub struct Card {
 }
 
 impl Card {
-    /// Describes `data`.
-    pub fn new(data: &Dataset) -> Self {
-        let counts = data.class_counts();
-        let classes: Vec<ClassCount> = data
-            .classes
-            .iter()
-            .zip(&counts)
-            .enumerate()
-            .map(|(label, (name, samples))| ClassCount {
-                label: label as u32,
-                name: name.clone(),
-                samples: *samples,
-            })
-            .collect();
-        let sets = duplicate_sets(&data.row_hash);
-        let torn = contradictory(&sets, &data.y);
-        let name = |row: usize| {
-            let label = data.y[row];
-            let name = data.classes.get(label as usize).cloned();
-            name.unwrap_or_else(|| "no class".into())
-        };
-        let contradiction = |rows: &Vec<usize>| Contradiction {
-            rows: rows.clone(),
-            sources: rows.iter().map(|row| data.sources[*row].clone()).collect(),
-            labels: rows.iter().map(|row| name(*row)).collect(),
-        };
-        let values = Values::of(data);
-        let largest = counts.iter().max().copied().unwrap_or(0);
-        let mut card = Self {
-            name: data.name.clone(),
-            digest: data.digest.clone(),
-            shape: data.x.shape().to_vec(),
-            axes: data.axes,
-            dtype: data.dtype.clone(),
-            classes,
-            majority_share: largest as f64 / data.len().max(1) as f64,
-            groups: groups(data),
-            other_arrays: Vec::new(),
-            range: values.all.range(),
-            saturation: values.all.shares(),
-            nan: values.nan,
-            infinite: values.infinite,
-            channels: values.channels(),
-            taxels: values.taxels.len(),
-            constant_taxels: values.constant_taxels(data),
-            constant_samples: values.constant_samples,
-            duplicates: sets.iter().filter(|set| !torn.contains(set)).cloned().collect(),
-            contradictions: torn.iter().map(contradiction).collect(),
-            shortcut: Shortcut::of(&data.x, &data.y, data.groups.as_deref(), Some(&data.units())),
-            dropped: data.dropped.clone(),
-            problems: Vec::new(),
-            warnings: Vec::new(),
-        };
-        card.warnings = card.warn(data, &sets);
-        card
-    }
-
-    fn warn(&self, data: &Dataset, sets: &[Vec<usize>]) -> Vec<String> {
-        let mut warnings = Vec::new();
-        if let Some(first) = self.contradictions.first() {
-            let rows: usize = self.contradictions.iter().map(|c| c.rows.len()).sum();
-            let other = first.labels.iter().position(|label| *label != first.labels[0]);
-            let other = other.unwrap_or(0);
-            warnings.push(format!(
-                "{rows} rows are copies of a row with another label, such as {} ({}) = {} ({}): \
-                 set drop = [\"contradictory\"]",
-                first.sources[0], first.labels[0], first.sources[other], first.labels[other]
-            ));
-        }
-        if let Some(first) = self.duplicates.first() {
-            warnings.push(format!(
-                "{} of exact copies within a class, such as {} = {}: keep each set in one \
-                 fold, or set drop = [\"duplicates\"]",
-                plural(self.duplicates.len(), "set"),
-                data.sources[first[0]],
-                data.sources[first[1]]
-            ));
-        }
-        if let Some(groups) = &data.groups {
-            let torn = |set: &&Vec<usize>| set.iter().any(|row| groups[*row] != groups[set[0]]);
-            let torn = sets.iter().filter(torn).count();
-            if torn > 0 {
-                warnings.push(format!(
-                    "{} of exact copies across groups: a test group may hold what was trained on",
-                    plural(torn, "set")
-                ));
-            }
-        }
-        if !self.constant_taxels.is_empty() {
-            warnings.push(format!(
-                "{} of {} taxels never change, the first is {:?}: dead, or always saturated",
-                self.constant_taxels.len(),
-                self.taxels,
-                self.constant_taxels[0]
-            ));
-        }
-        if let Some(first) = self.constant_samples.first() {
-            warnings.push(format!(
-                "{} with one value throughout, the first is {}: no contact?",
-                plural(self.constant_samples.len(), "sample"),
-                data.sources[*first]
-            ));
-        }
-        self.warn_of_classes(&mut warnings);
-        if let Some(shortcut) = self.shortcut.as_ref().filter(|shortcut| shortcut.is_suspicious()) {
-            warnings
-                .push(format!("{shortcut}: confounded? Part of every score may be the recording, not touch"));
-        }
-        if let Some(groups) = &self.groups {
-            if groups.classes == [1, 1] && self.classes.len() > 1 {
-                warnings.push(format!(
-                    "every {} holds one class only: leaving one out tests on a single class",
-                    groups.name
-                ));
-            }
-            if let Some(first) = groups.classes_in_one_group.first() {
-                warnings.push(format!(
-                    "classes in one {} only: {} of {}, such as {first}: left out, they \
-                     are never trained, so leave-group-out is impossible",
-                    groups.name,
-                    groups.classes_in_one_group.len(),
-                    self.classes.len()
-                ));
-            }
-        }
-        warnings
-    }
-
-    fn warn_of_classes(&self, warnings: &mut Vec<String>) {
-        if self.classes.len() == 1 {
-            warnings.push("there is one class only: nothing to tell apart".into());
-        }
-        let by_size = |class: &&ClassCount| class.samples;
-        let smallest = self.classes.iter().min_by_key(by_size);
-        let largest = self.classes.iter().max_by_key(by_size);
-        let (Some(smallest), Some(largest)) = (smallest, largest) else {
-            return;
-        };
-        if smallest.samples < FEW {
-            warnings.push(format!(
-                "class {} has {}: too few for {FEW} folds",
-                smallest.name,
-                plural(smallest.samples, "sample")
-            ));
-        }
-        if largest.samples > UNEVEN * smallest.samples {
-            warnings.push(format!(
-                "classes are uneven: {} has {} samples, {} has {}; read balanced accuracy",
-                largest.name, largest.samples, smallest.name, smallest.samples
-            ));
-        }
+    /// The axes of `x` as people write them: `N×C×T`.
+    pub(crate) fn axes(&self) -> &'static str {
+        letters(self.layout)
     }
 }
 
-fn groups(data: &Dataset) -> Option<GroupSummary> {
-    let groups = data.groups.as_ref()?;
-    let mut of_group: BTreeMap<u32, (usize, BTreeSet<u32>)> = BTreeMap::new();
-    let mut of_class: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-    for (group, label) in groups.iter().zip(&data.y) {
-        let (samples, classes) = of_group.entry(*group).or_default();
-        *samples += 1;
-        classes.insert(*label);
-        of_class.entry(*label).or_default().insert(*group);
+fn letters(layout: Layout) -> &'static str {
+    match layout {
+        Layout::Features => "N×F",
+        Layout::Series => "N×C×T",
+        Layout::Image => "N×H×W",
+        Layout::Colour => "N×3×H×W",
+        Layout::Sequence => "N×T×H×W",
+        Layout::Fingers => "N×F×C×T",
     }
-    let span = |sizes: Vec<usize>| {
-        [sizes.iter().min().copied().unwrap_or(0), sizes.iter().max().copied().unwrap_or(0)]
-    };
-    let one = of_class.iter().filter(|(_, groups)| groups.len() == 1);
-    Some(GroupSummary {
-        name: data.group_name.clone().unwrap_or_else(|| "group".into()),
-        groups: of_group.len(),
-        samples: span(of_group.values().map(|(samples, _)| *samples).collect()),
-        classes: span(of_group.values().map(|(_, classes)| classes.len()).collect()),
-        classes_in_one_group: one
-            .filter_map(|(label, _)| data.classes.get(*label as usize).cloned())
-            .collect(),
-    })
+}
+
+fn axes<S: Serializer>(layout: &Layout, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(letters(*layout))
 }

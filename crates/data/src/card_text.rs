@@ -21,7 +21,7 @@ impl Card {
         let shape: Vec<String> = self.shape.iter().map(ToString::to_string).collect();
         entry(out, "data", &self.name)?;
         let shape = shape.join("×");
-        entry(out, "shape", &format!("{shape} ({}, stored as {})", self.axes, self.dtype))?;
+        entry(out, "shape", &format!("{shape} ({}, stored as {})", self.axes(), self.dtype))?;
         entry(out, "digest", self.digest.get(..16).unwrap_or(&self.digest))?;
         let share = self.majority_share * 100.0;
         let classes: Vec<String> =
@@ -92,7 +92,7 @@ impl Card {
         }
         if self.channels.len() > LINES {
             let more = self.channels.len() - LINES;
-            entry(out, "", &format!("      and {more} more, see --json"))?;
+            entry(out, "", &format!("      and {more} more, listed in JSON"))?;
         }
         Ok(())
     }

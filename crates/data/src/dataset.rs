@@ -1,78 +1,55 @@
 //! The data set in memory.
 
-use ndarray::{Array2, ArrayD};
-use serde::Serialize;
+use crate::hash::{RowHash, digest};
+use crate::labels::Labels;
+use crate::reading::Reading;
+use crate::source::Source;
+use crate::{Error, Result};
+use ndarray::{ArrayD, Axis};
+use taxel_encodings::Layout;
 
-/// First 16 bytes of the BLAKE3 hash of one recorded sample.
-pub type RowHash = [u8; 16];
-
-/// What the axes of `x` are; for a `.npz` this is a guess from rank and type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Axes {
-    /// `[N, F]`: one row of numbers per sample.
-    #[serde(rename = "N×F")]
-    Features,
-    /// `[N, C, T]`: channels over time.
-    #[serde(rename = "N×C×T")]
-    ChannelsTime,
-    /// `[N, H, W]`: one pressure image.
-    #[serde(rename = "N×H×W")]
-    HeightWidth,
-    /// `[N, T, H, W]`: pressure images over time.
-    #[serde(rename = "N×T×H×W")]
-    TimeHeightWidth,
-    /// `[N, 3, H, W]`: one colour image, red, green, blue.
-    #[serde(rename = "N×3×H×W")]
-    ColourHeightWidth,
-}
-
-impl std::fmt::Display for Axes {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Self::Features => "N×F",
-            Self::ChannelsTime => "N×C×T",
-            Self::HeightWidth => "N×H×W",
-            Self::TimeHeightWidth => "N×T×H×W",
-            Self::ColourHeightWidth => "N×3×H×W",
-        })
-    }
-}
-
-/// Labelled recordings, all of one shape.
+/// Labelled samples, all of one shape, as read: nothing is scaled.
+///
+/// Every field is public; whoever fills them keeps as many entries per sample as each says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     /// The file or folder name without extension; `data.npz` goes by its folder.
     pub name: String,
-    /// Samples `[N, ...]` in C order, as stored: no scaling.
+    /// Whether samples were simulated or recorded: stands beside every score.
+    pub source: Source,
+    /// What one sample is: axes, shape, unit, rate, range.
+    pub reading: Reading,
+    /// Samples `[N, ...]` in C order, in the unit of the readings.
     pub x: ArrayD<f32>,
-    /// What the axes of `x` are.
-    pub axes: Axes,
-    /// Type of the stored values: `<f4`, `|u1`, `csv`, `png/jpeg u8`.
-    pub dtype: String,
-    /// Class of each sample, `0..classes.len()`; every class has at least one sample.
+    /// What is learned: one attribute of the name `class`, or with
+    /// [`learn_attributes`](Self::learn_attributes) several.
+    pub labels: Labels,
+    /// All label columns where the file holds k > 1 of them, named `attribute-0`, `attribute-1`, ... until
+    /// [`learn_attributes`](Self::learn_attributes) names them.
+    pub columns: Option<Labels>,
+    /// What splits keep even `[N]`: the class of each sample, or the combination of its levels.
     pub y: Vec<u32>,
-    /// Class names by label.
+    /// Names of a network's outputs: the classes, each with a sample at least, or `attribute:level`.
     pub classes: Vec<String>,
-    /// All label columns `[N, k]` where the file holds k > 1 of them.
-    pub attributes: Option<Array2<u32>>,
-    /// Value names of each column of `attributes`; empty without them.
-    pub attribute_classes: Vec<Vec<String>>,
     /// Which samples the data set's authors test on, where they say so.
     pub official: Option<Vec<bool>>,
     /// Group (object, session, block) of each sample.
     pub groups: Option<Vec<u32>>,
     /// What the groups are, such as `session` or `trial/12`.
     pub group_name: Option<String>,
-    /// What the samples are, if the file of class names says it: `simulated: fingertip`.
-    pub source: Option<String>,
-    /// The highest reading that the sensor gives, if that file says it.
-    pub full_scale: Option<f64>,
-    /// Where each sample comes from: its file, or `x[17]`.
-    pub sources: Vec<String>,
-    /// Sources of the rows left out by [`Options::drop`](crate::Options::drop).
+    /// For each sample the index, as read, of the first sample that is an exact copy of it: its unit,
+    /// which [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold. None where there can be no
+    /// copies.
+    pub units: Option<Vec<u32>>,
+    /// Where each sample comes from: its file, `x[17]`, or `fingertip[17]`.
+    pub origins: Vec<String>,
+    /// Origins of the rows left out by [`Options::drop`](crate::Options::drop).
     pub dropped: Vec<String>,
-    /// Hash of each full recorded sample, before channels are selected or images resized.
+    /// Hash of each full recorded sample, before channels are selected or images resized; empty where there
+    /// can be no copies.
     pub row_hash: Vec<RowHash>,
+    /// Type of the stored values: `<f4`, `|u1`, `csv`, `png/jpeg u8`.
+    pub dtype: String,
     /// BLAKE3 of shape, values, labels and groups, in hexadecimal.
     pub digest: String,
 }
@@ -90,69 +67,90 @@ impl Dataset {
 
     /// Shape of one sample: the axes of `x` after the first.
     pub fn sample_shape(&self) -> &[usize] {
-        self.x.shape().get(1..).unwrap_or_default()
+        &self.reading.shape
     }
 
-    /// Samples per class, in the order of `classes`.
+    /// Samples per class, in the order of `classes`; of several attributes, samples per level.
     pub fn class_counts(&self) -> Vec<usize> {
         let mut counts = vec![0; self.classes.len()];
-        for label in &self.y {
-            if let Some(count) = counts.get_mut(*label as usize) {
-                *count += 1;
-            }
+        for output in (0..self.len()).flat_map(|row| self.outputs(row)) {
+            counts[output] += 1;
         }
         counts
     }
-}
 
-/// Hashes one sample; -0 and 0 count as equal.
-pub(crate) fn hash_row(row: &[f32]) -> RowHash {
-    let mut hasher = blake3::Hasher::new();
-    update(&mut hasher, row.iter().map(|v| (v + 0.0).to_le_bytes()));
-    let mut hash = [0; 16];
-    hash.copy_from_slice(&hasher.finalize().as_bytes()[..16]);
-    hash
-}
-
-/// BLAKE3 of the content, each part preceded by its length.
-pub(crate) fn digest(
-    x: &ArrayD<f32>,
-    y: &[u32],
-    attributes: Option<&Array2<u32>>,
-    groups: Option<&[u32]>,
-) -> String {
-    let mut hasher = blake3::Hasher::new();
-    let len = |hasher: &mut blake3::Hasher, n: usize| {
-        hasher.update(&(n as u64).to_le_bytes());
-    };
-    len(&mut hasher, x.ndim());
-    for axis in x.shape() {
-        len(&mut hasher, *axis);
+    /// Positions of a sample's labels in `classes`, one per attribute; of a label that is no class, which
+    /// only a card meets, none.
+    pub(crate) fn outputs(&self, row: usize) -> Vec<usize> {
+        let mut start = 0;
+        let attributes = self.labels.sizes().into_iter().zip(self.labels.of(&[row]));
+        let places = attributes.map(|(size, label)| {
+            start += size;
+            ((label as usize) < size).then_some(start - size + label as usize)
+        });
+        places.flatten().collect()
     }
-    update(&mut hasher, x.iter().map(|v| v.to_le_bytes()));
-    len(&mut hasher, y.len());
-    update(&mut hasher, y.iter().map(|v| v.to_le_bytes()));
-    let groups = groups.unwrap_or_default();
-    len(&mut hasher, groups.len());
-    update(&mut hasher, groups.iter().map(|v| v.to_le_bytes()));
-    if let Some(attributes) = attributes {
-        len(&mut hasher, attributes.ncols());
-        update(&mut hasher, attributes.iter().map(|v| v.to_le_bytes()));
-    }
-    hasher.finalize().to_hex().to_string()
-}
 
-/// Feeds four-byte words to the hasher in large pieces: many small ones are slow.
-fn update(hasher: &mut blake3::Hasher, words: impl Iterator<Item = [u8; 4]>) {
-    let mut buffer = [0; 1 << 14];
-    let mut used = 0;
-    for word in words {
-        buffer[used..used + 4].copy_from_slice(&word);
-        used += 4;
-        if used == buffer.len() {
-            hasher.update(&buffer);
-            used = 0;
+    /// The samples `rows`, in that order; classes without a sample keep their names. The digest is that of
+    /// what is left.
+    ///
+    /// # Panics
+    ///
+    /// For a row that is not there.
+    pub fn select(&self, rows: &[usize]) -> Self {
+        let mut selected = self.rows(rows);
+        selected.digest_anew();
+        selected
+    }
+
+    /// Takes the axes of a sample for others, where a file does not say what they are.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Layout`] where the shape of a sample does not fit.
+    pub fn set_layout(&mut self, layout: Layout) -> Result<()> {
+        refuse_layout(&self.name, layout, &self.reading.shape)?;
+        self.reading.layout = layout;
+        Ok(())
+    }
+
+    /// The samples `rows`, under the digest of all samples.
+    pub(crate) fn rows(&self, rows: &[usize]) -> Self {
+        let take = |values: &Vec<u32>| rows.iter().map(|&row| values[row]).collect::<Vec<_>>();
+        Self {
+            name: self.name.clone(),
+            source: self.source.clone(),
+            reading: self.reading.clone(),
+            x: self.x.select(Axis(0), rows),
+            labels: self.labels.select(rows),
+            columns: self.columns.as_ref().map(|columns| columns.select(rows)),
+            y: take(&self.y),
+            classes: self.classes.clone(),
+            official: self.official.as_ref().map(|test| rows.iter().map(|&row| test[row]).collect()),
+            groups: self.groups.as_ref().map(take),
+            group_name: self.group_name.clone(),
+            units: self.units.as_ref().map(take),
+            origins: rows.iter().map(|&row| self.origins[row].clone()).collect(),
+            dropped: self.dropped.clone(),
+            row_hash: match self.row_hash.as_slice() {
+                [] => vec![],
+                hashes => rows.iter().map(|&row| hashes[row]).collect(),
+            },
+            dtype: self.dtype.clone(),
+            digest: self.digest.clone(),
         }
     }
-    hasher.update(&buffer[..used]);
+
+    /// Brings the digest up to date with samples, labels and groups.
+    pub(crate) fn digest_anew(&mut self) {
+        self.digest = digest(&self.x, &self.y, self.columns.as_ref(), self.groups.as_deref());
+    }
+}
+
+/// Refuses a layout that samples of this shape cannot have; `at` says who wants it.
+pub(crate) fn refuse_layout(at: &str, layout: Layout, shape: &[usize]) -> Result<()> {
+    match layout.fits(shape) {
+        true => Ok(()),
+        false => Err(Error::Layout { at: at.into(), layout, shape: shape.to_vec() }),
+    }
 }

@@ -1,6 +1,6 @@
 //! Exact copies of recordings.
 
-use crate::dataset::{Dataset, RowHash};
+use crate::hash::RowHash;
 use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
 
@@ -31,12 +31,8 @@ pub(crate) fn later_copies<L: Eq + Hash>(sets: &[Vec<usize>], labels: &[L]) -> V
     later
 }
 
-impl Dataset {
-    /// For each sample the index of the first sample that is an exact copy of it: its unit,
-    /// which [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold.
-    pub fn units(&self) -> Vec<u32> {
-        let mut first = HashMap::new();
-        let unit = |(i, hash)| *first.entry(hash).or_insert(i as u32);
-        self.row_hash.iter().enumerate().map(unit).collect()
-    }
+/// For each sample the index of the first sample that is an exact copy of it.
+pub(crate) fn units(row_hash: &[RowHash]) -> Vec<u32> {
+    let mut first = HashMap::new();
+    row_hash.iter().enumerate().map(|(i, hash)| *first.entry(hash).or_insert(i as u32)).collect()
 }

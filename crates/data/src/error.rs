@@ -1,5 +1,7 @@
 //! Everything that can be wrong with a data set, in words a user can act on.
 
+use taxel_encodings::Layout;
+
 /// The result of this crate's functions.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -113,13 +115,25 @@ pub enum Error {
     )]
     OneSided { file: String, array: String },
 
-    // Class names.
+    // Class names and facts.
     #[error("{file}: is not valid JSON ({why}); write {{\"classes\": [\"name of 0\", ...]}}")]
     LabelsJson { file: String, why: String },
     #[error("{file}: {why}; write {{\"classes\": [\"name of 0\", ...]}}")]
     LabelsForm { file: String, why: String },
+    #[error("{at}: {key} is {value}, {wanted}")]
+    Fact { at: String, key: &'static str, value: String, wanted: String },
+    #[error("{at}: layout is {layout}, but a sample of shape {shape:?} is not {}", layout.describe())]
+    Layout { at: String, layout: Layout, shape: Vec<usize> },
+    #[error("source = {text:?}: is neither \"simulated: NAME\" nor \"real: NAME\"")]
+    Source { text: String },
     #[error("{file}: classes {first} and {second} are both named {name:?}; give each its own name")]
     ClassNamedTwice { file: String, name: String, first: usize, second: usize },
+
+    // What is learned.
+    #[error("{reason}")]
+    LearnAttributes { reason: String },
+    #[error("{value}: {reason}")]
+    KeepClasses { value: String, reason: String },
 
     // A folder per class.
     #[error("{file}: class folder holds no files; fill or remove it")]
@@ -184,6 +198,17 @@ pub enum Error {
     NothingToSplit,
     #[error("{what} has {len} entries for {samples} labels; one per sample")]
     SplitLength { what: &'static str, len: usize, samples: usize },
+}
+
+impl Error {
+    /// No array of that name among those `held`.
+    pub(crate) fn missing(file: &str, array: &str, held: &[String], option: &'static str) -> Self {
+        let held = match held {
+            [] => "no arrays".into(),
+            names => names.join(", "),
+        };
+        Self::MissingArray { file: file.into(), array: array.into(), held, option }
+    }
 }
 
 /// A number and what it counts.

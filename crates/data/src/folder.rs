@@ -1,15 +1,17 @@
 //! A folder with one sub-folder of recordings per class.
 
-use crate::dataset::{Axes, RowHash, hash_row};
+use crate::hash::{RowHash, hash_row};
 use crate::npy;
 use crate::options::{Limits, Options};
-use crate::raw::{Names, Raw, name_of};
-use crate::{Error, Result, arrays, csv_file, image_file, mat};
+use crate::raw::{Facts, Names, Raw, name_of};
+use crate::text::read_text;
+use crate::{Error, Result, csv_file, image_file, mat};
 use ndarray::ArrayD;
 use std::cmp::Ordering;
 use std::fs::{self, File};
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
+use taxel_encodings::Layout;
 
 /// Most pixels along one side of a resampled image.
 const MAX_SIDE: usize = 1 << 14;
@@ -67,45 +69,14 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Reads a text file, refusing large and non-UTF-8 ones.
-pub(crate) fn read_text(path: &Path, limits: &Limits) -> Result<String> {
-    let file = path.display().to_string();
-    let io = |e: std::io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-    let reader = File::open(path).map_err(io)?;
-    let mut bytes = Vec::new();
-    let limit = limits.max_file_bytes;
-    reader.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
-    if bytes.len() as u64 > limit {
-        let bytes = path.metadata().map_or(limit + 1, |data| data.len());
-        return Err(Error::FileTooLarge { at: file, bytes, limit });
-    }
-    if bytes.is_empty() {
-        return Err(Error::EmptyFile { file });
-    }
-    String::from_utf8(bytes).map_err(|e| Error::NotUtf8 { file, byte: e.utf8_error().valid_up_to() })
-}
-
 /// Reads every recording of every class folder of `root`.
 pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Result<Raw> {
     let file = root.display().to_string();
     let files = list(classes)?;
     let (kind, first) = same_kind(&files, &file)?;
     refuse_array_options(&file, kind, options)?;
-    if options.resize.is_some() && kind != Kind::Image {
-        return Err(Error::Option {
-            file,
-            option: "resize",
-            why: "applies to PNG and JPEG files only; leave it out",
-        });
-    }
-    if options.resize.is_some_and(|size| size.iter().any(|n| !(1..=MAX_SIDE).contains(n))) {
-        return Err(Error::Option {
-            file,
-            option: "resize",
-            why: "is [height, width] in pixels, each 1..16384",
-        });
-    }
-    let (mut values, mut row_hash, mut sources) = (Vec::new(), Vec::new(), Vec::new());
+    refuse_resize(&file, kind, options)?;
+    let (mut values, mut row_hash, mut origins) = (Vec::new(), Vec::new(), Vec::new());
     let (mut y, mut positions) = (Vec::new(), Vec::new());
     let mut head: Option<(Vec<usize>, String)> = None;
     for (label, folder) in files.iter().enumerate() {
@@ -122,44 +93,53 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
             row_hash.push(sample.hash);
             y.push(label as i64);
             positions.push(position as i64);
-            sources.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
+            #[expect(clippy::expect_used, reason = "files are sought below root")]
+            origins.push(path.strip_prefix(root).expect("a path below root").display().to_string());
         }
     }
     let (shape, dtype) = head.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
-    let axes = match (kind, shape.len()) {
-        (Kind::Image, 3) => Axes::ColourHeightWidth,
-        (Kind::Image, _) => Axes::HeightWidth,
-        (Kind::Npy | Kind::Mat, 3) => Axes::TimeHeightWidth,
-        (Kind::Npy | Kind::Mat, _) if dtype.ends_with("u1") => Axes::HeightWidth,
-        _ => Axes::ChannelsTime,
+    let format = match (kind, shape.len()) {
+        (Kind::Image, 3) => Some(Layout::Colour),
+        (Kind::Image, _) => Some(Layout::Image),
+        (Kind::Csv, _) => Some(Layout::Series),
+        (Kind::Npy | Kind::Mat, _) => None,
     };
     let full: Vec<usize> = std::iter::once(y.len()).chain(shape).collect();
     let x = ArrayD::from_shape_vec(full, values)
         .map_err(|e| Error::NotAnArray { at: file.clone(), why: e.to_string() })?;
+    // A class folder is an entry of root, and entries have names.
     let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into();
     Ok(Raw {
         name: name_of(root),
         dtype,
-        axes,
+        format,
         x,
         x_name: "the files".into(),
         y_name: "the class folders".into(),
         y,
         columns: 1,
-        names: Some(Names {
-            file: file.clone(),
-            columns: vec![classes.iter().map(name).collect()],
-            source: None,
-            full_scale: None,
-        }),
+        names: Some(Names { file: file.clone(), columns: vec![classes.iter().map(name).collect()] }),
+        facts: Facts::default(),
         groups: options.group_block.map(|_| ("position".into(), positions)),
         official: None,
-        sources,
+        origins,
         row_hash,
         others: Vec::new(),
         is_folder: true,
         file,
     })
+}
+
+fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
+    let Some(size) = options.resize else { return Ok(()) };
+    let why = if kind != Kind::Image {
+        "applies to PNG and JPEG files only; leave it out"
+    } else if size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
+        "is [height, width] in pixels, each 1..16384"
+    } else {
+        return Ok(());
+    };
+    Err(Error::Option { file: file.into(), option: "resize", why })
 }
 
 fn refuse_array_options(file: &str, kind: Kind, options: &Options) -> Result<()> {
@@ -321,7 +301,7 @@ fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<Sample> {
             let name = match held.as_slice() {
                 [one] => one.clone(),
                 _ if held.contains(&options.x) => options.x.clone(),
-                _ => return Err(arrays::missing(&file, &options.x, &held, "x")),
+                _ => return Err(Error::missing(&file, &options.x, &held, "x")),
             };
             let at = format!("{file}: {name}");
             archive.with(&name, &at, |header, reader, at| one(header, reader, at, limits))

@@ -1,88 +1,89 @@
-//! Class names from `labels.json` or `<name>.classes.json`.
+//! Labels and what they mean.
 
-use crate::options::Limits;
-use crate::raw::Names;
-use crate::{Error, Result};
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::path::Path;
 
-/// Looks for class names beside `npz`: first `<name>.classes.json`, then `labels.json`.
-///
-/// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
-/// a list of k such lists. A text under `source` says what the samples are
-/// (`simulated: fingertip`), a number under `full_scale` how high its readings go. Other keys are for people and not read.
-pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<Option<Names>> {
-    let stem = npz.file_stem().unwrap_or_default().to_string_lossy();
-    for name in [format!("{stem}.classes.json"), "labels.json".to_string()] {
-        let path = npz.with_file_name(&name);
-        if path.exists() {
-            return read(&path, name, limits).map(Some);
-        }
-    }
-    Ok(None)
+/// One attribute of the samples and the names of its levels.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Attribute {
+    /// `elasticity`; `class` where samples have one class each.
+    pub name: String,
+    /// Names by label.
+    pub classes: Vec<String>,
 }
 
-fn read(path: &Path, name: String, limits: &Limits) -> Result<Names> {
-    let file = path.display().to_string();
-    let text = crate::folder::read_text(path, limits)?;
-    let value: Value = serde_json::from_str(&text)
-        .map_err(|e| Error::LabelsJson { file: file.clone(), why: e.to_string().to_lowercase() })?;
-    let form = |why: String| Error::LabelsForm { file: file.clone(), why };
-    let source = value.get("source").and_then(Value::as_str).map(String::from);
-    let full_scale = match value.get("full_scale") {
-        None | Some(Value::Null) => None,
-        Some(given) => match given.as_f64().filter(|v| v.is_finite() && *v > 0.0) {
-            Some(number) => Some(number),
-            None => return Err(form(format!("full_scale is {given}, not a number above 0"))),
-        },
-    };
-    let named = |columns| Names { file: name, columns, source, full_scale };
-    let list = match &value {
-        Value::Object(map) => map.get("classes").ok_or_else(|| form("has no key \"classes\"".into()))?,
-        other => other,
-    };
-    let list = list.as_array().ok_or_else(|| form(format!("classes is {}, not a list", kind(list))))?;
-    if list.is_empty() {
-        return Err(form("classes is empty".into()));
-    }
-    if list.iter().all(Value::is_array) {
-        let nested = |(column, names): (usize, &Value)| {
-            let names = names.as_array().map(Vec::as_slice).unwrap_or_default();
-            if names.is_empty() {
-                return Err(form(format!("classes[{column}] is empty")));
-            }
-            strings(names, &format!("classes[{column}]"), &file)
-        };
-        let columns = list.iter().enumerate().map(nested).collect::<Result<_>>()?;
-        return Ok(named(columns));
-    }
-    Ok(named(vec![strings(list, "classes", &file)?]))
+/// Labels `[N, attributes]` and what they mean.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labels {
+    attributes: Vec<Attribute>,
+    values: Vec<u32>,
 }
 
-fn strings(list: &[Value], at: &str, file: &str) -> Result<Vec<String>> {
-    let mut seen = HashMap::new();
-    let mut names = Vec::with_capacity(list.len());
-    for (i, value) in list.iter().enumerate() {
-        let name = value.as_str().ok_or_else(|| Error::LabelsForm {
-            file: file.into(),
-            why: format!("{at}[{i}] is {}, not a text", kind(value)),
-        })?;
-        if let Some(first) = seen.insert(name, i) {
-            return Err(Error::ClassNamedTwice { file: file.into(), name: name.into(), first, second: i });
-        }
-        names.push(name.to_string());
+impl Labels {
+    /// Labels `[N, attributes]`, row-major; each below the number of its attribute's classes.
+    pub fn new(attributes: Vec<Attribute>, values: Vec<u32>) -> Self {
+        Self { attributes, values }
     }
-    Ok(names)
+
+    /// One class per sample: a single attribute of the name `class`.
+    pub fn of_classes(classes: &[String], values: &[u32]) -> Self {
+        let attribute = Attribute { name: "class".into(), classes: classes.to_vec() };
+        Self::new(vec![attribute], values.to_vec())
+    }
+
+    /// Attributes that have no names yet: `attribute-0`, `attribute-1`, ... with the names of their levels;
+    /// labels `[N, attributes]`, row-major.
+    pub fn numbered(classes: Vec<Vec<String>>, values: Vec<u32>) -> Self {
+        let attribute =
+            |(i, classes): (usize, Vec<String>)| Attribute { name: format!("attribute-{i}"), classes };
+        Self::new(classes.into_iter().enumerate().map(attribute).collect(), values)
+    }
+
+    /// The attributes; one of the name `class` where samples have one class each.
+    pub fn attributes(&self) -> &[Attribute] {
+        &self.attributes
+    }
+
+    /// Number of levels of each attribute.
+    pub fn sizes(&self) -> Vec<usize> {
+        self.attributes.iter().map(|attribute| attribute.classes.len()).collect()
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.attributes.len().max(1)
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Labels of `rows`, `[rows, attributes]`.
+    pub fn of(&self, rows: &[usize]) -> Vec<u32> {
+        let width = self.attributes.len();
+        rows.iter().flat_map(|&row| &self.values[row * width..(row + 1) * width]).copied().collect()
+    }
+
+    /// All labels `[N, attributes]`, row-major.
+    pub fn values(&self) -> &[u32] {
+        &self.values
+    }
+
+    /// The same attributes with the labels of `rows` only.
+    pub(crate) fn select(&self, rows: &[usize]) -> Self {
+        Self::new(self.attributes.clone(), self.of(rows))
+    }
 }
 
-fn kind(value: &Value) -> &'static str {
-    match value {
-        Value::Null => "null",
-        Value::Bool(_) => "true or false",
-        Value::Number(_) => "a number",
-        Value::String(_) => "a text",
-        Value::Array(_) => "a list",
-        Value::Object(_) => "an object",
-    }
+/// The names that occur, each once, and for each sample the position of its own: numbers by value (2 before
+/// 10), then words by the alphabet.
+pub(crate) fn by_name(names: Vec<String>) -> (Vec<String>, Vec<u32>) {
+    let mut classes = names.clone();
+    let number = |name: &str| name.parse::<f64>().unwrap_or(f64::INFINITY);
+    classes.sort_by(|a, b| number(a).total_cmp(&number(b)).then(a.cmp(b)));
+    classes.dedup();
+    let position: HashMap<&str, u32> = classes.iter().map(String::as_str).zip(0..).collect();
+    let labels = names.iter().map(|name| position[name.as_str()]).collect();
+    (classes, labels)
 }

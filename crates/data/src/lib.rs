@@ -6,43 +6,86 @@
 //! cut the samples into [`Fold`]s that no duplicate and no group straddles; [`Augment`] reflects,
 //! moves, scales and turns training images.
 //!
+//! [`Dataset::new`] takes arrays that are in memory already. Either way the facts travel with the samples:
+//! what one sample is ([`Reading`]), whether it was simulated or recorded ([`Source`]), what its labels mean
+//! ([`Labels`]).
+//!
+//! ```
+//! use ndarray::Array3;
+//! use taxel_data::{Dataset, Layout, stratified_k_fold};
+//!
+//! // Six grasps of 5 channels and 50 readings each, of two objects.
+//! let grasps = Array3::from_shape_fn((6, 5, 50), |(i, channel, t)| (i * channel + t) as f32);
+//! let objects = ["pear", "apple", "pear", "apple", "pear", "apple"];
+//! let data = Dataset::new("glove", Layout::Series, grasps.into_dyn(), &objects)?
+//!     .with_groups(&[1, 1, 2, 2, 3, 3])?
+//!     .with_unit("N")
+//!     .with_rate(100.0)?
+//!     .with_full_scale(20.0)?;
+//! assert_eq!((data.classes.as_slice(), data.y[0]), (["apple".to_string(), "pear".into()].as_slice(), 1));
+//! assert_eq!(data.source.to_string(), "real: glove");
+//! assert_eq!((data.reading.shape.as_slice(), data.reading.rate), ([5, 50].as_slice(), Some(100.0)));
+//! let folds = stratified_k_fold(&data.y, 3, 0, 0, data.units.as_deref())?;
+//! assert_eq!(data.select(&folds[0].test).class_counts(), [1, 1]);
+//! # Ok::<(), taxel_data::Error>(())
+//! ```
+//!
 //! Every message names the file, the array and the sample, the value, and the way out.
 
 mod array;
 mod arrays;
+mod assemble;
 mod augment;
 mod card;
 mod card_text;
 mod csv_file;
 mod dataset;
+mod describe;
 mod duplicates;
 mod error;
 mod folder;
+mod hash;
 mod image_file;
 mod labels;
+mod learn;
 mod load;
 mod mat;
+mod memory;
+mod names_file;
 mod npy;
 mod npz;
 mod options;
+mod problems;
 mod raw;
+mod reading;
+mod reading_of;
 mod shortcut;
+mod source;
 mod split;
+mod text;
 mod ucr;
 mod validate;
 mod values;
+mod warnings;
 mod write;
 
 pub use array::read_npy;
 pub use augment::{Augment, Key, Warp};
-pub use card::{Card, ChannelRange, ClassCount, Contradiction, GroupSummary};
-pub use dataset::{Axes, Dataset, RowHash};
+pub use card::{Card, ClassCount, Contradiction, GroupSummary};
+pub use dataset::Dataset;
 pub use duplicates::duplicate_sets;
 pub use error::{Error, Result};
+pub use hash::RowHash;
+pub use labels::{Attribute, Labels};
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};
+pub use reading::Reading;
 pub use shortcut::Shortcut;
+pub use source::{Source, SourceKind};
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };
-pub use write::{Npz, PART, npy_bytes, write_whole};
+pub use taxel_encodings::Layout;
+pub use taxel_files::{PART, write_whole};
+pub use values::ChannelRange;
+pub use write::{Npz, npy_bytes};

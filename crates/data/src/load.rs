@@ -1,10 +1,10 @@
 //! From a path to a data set, or to a card of what is wrong with it.
 
+use crate::assemble::assemble;
 use crate::card::Card;
 use crate::dataset::Dataset;
 use crate::options::Options;
 use crate::raw::Raw;
-use crate::validate::assemble;
 use crate::{Error, Result, arrays, folder, mat, ucr};
 use std::io;
 use std::path::Path;

@@ -97,7 +97,7 @@ impl Archive {
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
         let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
-            return Err(crate::arrays::missing(&self.file, name, &self.arrays, "x"));
+            return Err(Error::missing(&self.file, name, &self.arrays, "x"));
         };
         let at = variable.at;
         let (_, element) = self.element(at)?;

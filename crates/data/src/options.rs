@@ -1,6 +1,7 @@
 //! What to read from a data set and what to leave out.
 
 use serde::{Deserialize, Serialize};
+use taxel_encodings::Layout;
 
 /// Rows to leave out of a data set, decided on the full recorded sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,7 +34,7 @@ impl Default for Limits {
 /// How to read a data set; the default reads arrays `x`, `y` and, where present, `group`.
 ///
 /// Unknown keys are refused when deserialized; keys are kebab-case (`group-block`).
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct Options {
     /// Name of the array of samples in the `.npz` or `.mat`. Default `x`. In a folder per class of `.mat`
@@ -61,6 +62,10 @@ pub struct Options {
     pub attribute: usize,
     /// For image files: `[height, width]` in pixels to resample to (triangle filter).
     pub resize: Option<[usize; 2]>,
+    /// What the axes of a sample are, whatever the file says of them.
+    pub layout: Option<Layout>,
+    /// Readings per second (Hz), whatever the file says of it; above 0.
+    pub rate: Option<f64>,
     /// Ceilings on sizes.
     pub limits: Limits,
 }
@@ -79,6 +84,8 @@ impl Default for Options {
             test_above: None,
             attribute: 0,
             resize: None,
+            layout: None,
+            rate: None,
             limits: Limits::default(),
         }
     }
@@ -90,16 +97,22 @@ mod tests {
 
     #[test]
     fn keys_are_kebab_case_and_unknown_ones_are_refused() {
-        let text = r#"{"group": "trial", "group-block": 12, "drop": ["contradictory"],
+        let text = r#"{"group": "trial", "group-block": 12, "drop": ["contradictory"], "layout": "image", "rate": 100,
                        "limits": {"max-values": 9}}"#;
         let options: Options = serde_json::from_str(text).unwrap();
         assert_eq!(options.group_block, Some(12));
         assert_eq!(options.drop, [Drop::Contradictory]);
         assert_eq!(options.limits.max_values, 9);
+        assert_eq!((options.layout, options.rate), (Some(Layout::Image), Some(100.0)));
         assert_eq!(options.x, "x");
         let back: Options = serde_json::from_str(&serde_json::to_string(&options).unwrap()).unwrap();
         assert_eq!(back, options);
-        for bad in [r#"{"group_block": 12}"#, r#"{"drop": ["all"]}"#, r#"{"limits": {"values": 1}}"#] {
+        for bad in [
+            r#"{"group_block": 12}"#,
+            r#"{"drop": ["all"]}"#,
+            r#"{"layout": "Image"}"#,
+            r#"{"limits": {"values": 1}}"#,
+        ] {
             let message = serde_json::from_str::<Options>(bad).unwrap_err().to_string();
             assert!(message.contains("expected"), "{message}");
         }

@@ -1,7 +1,9 @@
 //! What a reader brings home before anything about the content is judged.
 
-use crate::dataset::{Axes, RowHash};
+use crate::hash::RowHash;
+use crate::source::Source;
 use ndarray::ArrayD;
+use taxel_encodings::Layout;
 
 /// A data set as stored: structurally sound, content unchecked.
 #[derive(Debug)]
@@ -12,7 +14,8 @@ pub(crate) struct Raw {
     pub file: String,
     /// Type of the stored values.
     pub dtype: String,
-    pub axes: Axes,
+    /// What the axes of a sample are by the format; none of a format that does not say.
+    pub format: Option<Layout>,
     /// Samples `[N, ...]`, all channels.
     pub x: ArrayD<f32>,
     /// Names of the arrays of samples and labels, for messages.
@@ -22,16 +25,17 @@ pub(crate) struct Raw {
     pub y: Vec<i64>,
     pub columns: usize,
     pub names: Option<Names>,
+    pub facts: Facts,
     pub groups: Option<(String, Vec<i64>)>,
     /// Not 0 for samples that the authors test on, with the array's name.
     pub official: Option<(String, Vec<i64>)>,
     /// File of each sample, or `x[17]`.
-    pub sources: Vec<String>,
+    pub origins: Vec<String>,
     /// Hash of each full recorded sample.
     pub row_hash: Vec<RowHash>,
     /// Arrays of the archive that were not read, such as `trial`.
     pub others: Vec<String>,
-    /// Whether `sources` are paths below `file`.
+    /// Whether `origins` are paths below `file`.
     pub is_folder: bool,
 }
 
@@ -42,10 +46,23 @@ pub(crate) struct Names {
     pub file: String,
     /// Per label column the names of 0, 1, ...
     pub columns: Vec<Vec<String>>,
-    /// What the samples are, in the words of the file: `simulated: fingertip`.
-    pub source: Option<String>,
+}
+
+/// What the file of class names says of the readings.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Facts {
+    /// The path of that file, for messages.
+    pub file: String,
+    /// Where the samples come from.
+    pub source: Option<Source>,
+    /// What the axes of a sample are.
+    pub layout: Option<Layout>,
+    /// Unit of the readings.
+    pub unit: Option<String>,
+    /// Readings per second (Hz).
+    pub rate: Option<f64>,
     /// The highest reading that the sensor gives.
-    pub full_scale: Option<f64>,
+    pub full_scale: Option<f32>,
 }
 
 /// The name of a path without its extension; `data.npz` goes by its folder.
@@ -59,5 +76,6 @@ pub(crate) fn name_of(path: &std::path::Path) -> String {
     } else {
         text(absolute.file_stem())
     };
+    // The root of a file system has no name.
     named.unwrap_or_else(|| "data".into())
 }

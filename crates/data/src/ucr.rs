@@ -1,12 +1,14 @@
 //! Time series of the UCR and UEA archives: `<name>_TRAIN` and `<name>_TEST`, as `.ts` or plain text.
 
-use crate::dataset::{Axes, hash_row};
-use crate::folder::read_text;
+use crate::hash::hash_row;
+use crate::labels::by_name;
 use crate::options::Options;
-use crate::raw::{Names, Raw};
+use crate::raw::{Facts, Names, Raw};
+use crate::text::read_text;
 use crate::{Error, Result};
 use ndarray::ArrayD;
 use std::path::{Path, PathBuf};
+use taxel_encodings::Layout;
 
 /// The endings that are tried, in this order.
 const ENDINGS: [&str; 4] = ["ts", "tsv", "txt", ""];
@@ -40,7 +42,49 @@ pub(crate) fn find(path: &Path) -> Option<[PathBuf; 2]> {
 pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Result<Raw> {
     let file = path.display().to_string();
     refuse_options(&file, options)?;
-    let (mut cases, mut sources, mut test) = (vec![], vec![], vec![]);
+    let Cases { cases, shape, origins, test } = read_both(files, options)?;
+    let (classes, y) = by_name(cases.iter().map(|case| case.class.clone()).collect());
+    let rows: Vec<Vec<f32>> = cases.into_iter().map(|case| case.channels.concat()).collect();
+    let row_hash = rows.iter().map(|row| hash_row(row)).collect();
+    let full = [vec![rows.len()], shape].concat();
+    let x = ArrayD::from_shape_vec(full, rows.concat())
+        .map_err(|e| Error::NotAnArray { at: file.clone(), why: e.to_string() })?;
+    // A path without a file name names no pair of files.
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.split("_TRAIN").next().and_then(|n| n.split("_TEST").next()).unwrap_or_default();
+    Ok(Raw {
+        name: name.to_string(),
+        dtype: "text".into(),
+        format: Some(Layout::Series),
+        x,
+        x_name: "the series".into(),
+        y_name: "the classes".into(),
+        y: y.into_iter().map(i64::from).collect(),
+        columns: 1,
+        names: Some(Names { file: file.clone(), columns: vec![classes] }),
+        facts: Facts::default(),
+        groups: None,
+        official: Some(("the _TEST file".into(), test)),
+        origins,
+        row_hash,
+        others: vec![],
+        is_folder: false,
+        file,
+    })
+}
+
+/// The cases of both files, all of one shape `[channels, length]`.
+struct Cases {
+    cases: Vec<Case>,
+    shape: Vec<usize>,
+    /// File and position of each.
+    origins: Vec<String>,
+    /// 0 for training, 1 for testing.
+    test: Vec<i64>,
+}
+
+fn read_both(files: &[PathBuf; 2], options: &Options) -> Result<Cases> {
+    let (mut cases, mut origins, mut test) = (vec![], vec![], vec![]);
     let mut first: Option<(String, Vec<usize>)> = None;
     for (part, path) in files.iter().enumerate() {
         let name = path.display().to_string();
@@ -65,47 +109,14 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
                     hint: "; series of unequal length are not supported, cut or resample them",
                 });
             }
-            sources.push(at);
+            origins.push(at);
             test.push(part as i64);
             cases.push(case);
         }
     }
-    let mut classes: Vec<String> = cases.iter().map(|case| case.class.clone()).collect();
-    // 2 before 10, words by the alphabet.
-    let key = |name: &String| (name.parse::<f64>().map_or(f64::INFINITY, |v| v), name.clone());
-    classes.sort_by(|a, b| {
-        let (a, b) = (key(a), key(b));
-        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
-    });
-    classes.dedup();
-    let label = |case: &Case| classes.iter().position(|name| *name == case.class).unwrap_or(0) as i64;
-    let y = cases.iter().map(label).collect();
-    let (_, shape) = first.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
-    let rows: Vec<Vec<f32>> = cases.into_iter().map(|case| case.channels.concat()).collect();
-    let row_hash = rows.iter().map(|row| hash_row(row)).collect();
-    let full = [vec![rows.len()], shape].concat();
-    let x = ArrayD::from_shape_vec(full, rows.concat())
-        .map_err(|e| Error::NotAnArray { at: file.clone(), why: e.to_string() })?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.split("_TRAIN").next().and_then(|n| n.split("_TEST").next()).unwrap_or_default();
-    Ok(Raw {
-        name: name.to_string(),
-        dtype: "text".into(),
-        axes: Axes::ChannelsTime,
-        x,
-        x_name: "the series".into(),
-        y_name: "the classes".into(),
-        y,
-        columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![classes], source: None, full_scale: None }),
-        groups: None,
-        official: Some(("the _TEST file".into(), test)),
-        sources,
-        row_hash,
-        others: vec![],
-        is_folder: false,
-        file,
-    })
+    #[expect(clippy::expect_used, reason = "a file without a case was refused")]
+    let (_, shape) = first.expect("a case at least");
+    Ok(Cases { cases, shape, origins, test })
 }
 
 fn refuse_options(file: &str, options: &Options) -> Result<()> {

@@ -1,168 +1,16 @@
-//! From stored arrays to a data set: labels, groups, channels, rows to leave out.
+//! Checks of stored arrays: labels, groups, channels, values.
 
-use crate::dataset::{Dataset, digest};
-use crate::duplicates::{contradictory, duplicate_sets, later_copies};
-use crate::options::{Drop, Options};
+use crate::options::Options;
+use crate::problems::Faults;
 use crate::raw::{Names, Raw};
 use crate::{Error, Result};
-use ndarray::{Array2, ArrayD, Axis, Dimension};
+use ndarray::{ArrayD, Dimension};
 
 /// Label of a row whose stored label is unusable; only inside a card.
 const NO_LABEL: u32 = u32::MAX;
 
-/// One kind of fault: its first occurrence and how often it occurs.
-#[derive(Debug)]
-pub(crate) struct Problem {
-    pub first: Error,
-    pub count: usize,
-}
-
-impl std::fmt::Display for Problem {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", self.first)?;
-        match self.count {
-            0 | 1 => Ok(()),
-            count => write!(f, " (and {} more like it)", count - 1),
-        }
-    }
-}
-
-/// A data set with everything that keeps it from being used.
-#[derive(Debug)]
-pub(crate) struct Checked {
-    pub dataset: Dataset,
-    pub problems: Vec<Problem>,
-}
-
-/// Collects faults.
-#[derive(Default)]
-struct Faults(Vec<Problem>);
-
-impl Faults {
-    fn push(&mut self, first: Error) {
-        self.0.push(Problem { first, count: 1 });
-    }
-
-    /// Adds one more of the kind that `seen` remembers; only the first is written out.
-    fn more(&mut self, seen: &mut Option<usize>, error: impl FnOnce() -> Error) {
-        match *seen {
-            Some(at) => self.0[at].count += 1,
-            None => {
-                *seen = Some(self.0.len());
-                self.push(error());
-            }
-        }
-    }
-}
-
-/// Builds the data set; faults of the content are collected, faults of the options end it.
-pub(crate) fn assemble(raw: Raw, options: &Options) -> Result<Checked> {
-    if options.attribute >= raw.columns {
-        return Err(Error::Attribute {
-            file: raw.file,
-            attribute: options.attribute,
-            y: raw.y_name,
-            columns: raw.columns,
-            last: raw.columns - 1,
-        });
-    }
-    let channels = channels(&raw, options)?;
-    let mut faults = Faults::default();
-    // Labels for fewer samples may have many columns: too many for all samples.
-    if (raw.x.shape()[0] as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples {
-        return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / raw.columns));
-    }
-    let table = labels(&raw, &mut faults);
-    let classes = class_names(&raw, &table);
-    let groups = groups(&raw, options, &mut faults)?;
-    let official = official(&raw, options, &mut faults);
-
-    let columns = raw.columns;
-    let rows: Vec<&[u32]> = table.chunks(columns).collect();
-    let sets = duplicate_sets(&raw.row_hash);
-    let mut keep = vec![true; rows.len()];
-    let torn = contradictory(&sets, &rows);
-    if options.drop.contains(&Drop::Contradictory) {
-        torn.iter().flatten().for_each(|row| keep[*row] = false);
-    } else if options.deny_contradictory
-        && let Some(set) = torn.first()
-    {
-        let second = set.iter().find(|row| rows[**row] != rows[set[0]]);
-        let second = *second.unwrap_or(&set[0]);
-        let labelled = |row: usize| {
-            let label = rows[row][options.attribute];
-            let name = classes[options.attribute].get(label as usize);
-            let name = name.cloned().unwrap_or_else(|| label.to_string());
-            format!("{} ({name})", raw.sources[row])
-        };
-        faults.push(Error::Contradiction {
-            file: raw.file.clone(),
-            first: labelled(set[0]),
-            second: labelled(second),
-            rows: torn.iter().map(Vec::len).sum(),
-        });
-    }
-    if options.drop.contains(&Drop::Duplicates) {
-        for row in later_copies(&sets, &rows) {
-            keep[row] = false;
-        }
-    }
-    let kept: Vec<usize> = (0..keep.len()).filter(|row| keep[*row]).collect();
-    if kept.is_empty() {
-        return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
-    }
-    gaps(&raw, &table, &kept, &classes, &mut faults);
-
-    let take = |table: &[u32], column: usize, width: usize| -> Vec<u32> {
-        kept.iter().map(|row| table[row * width + column]).collect()
-    };
-    let y = take(&table, options.attribute, columns);
-    let attributes = (columns > 1)
-        .then(|| Array2::from_shape_fn((kept.len(), columns), |(i, j)| table[kept[i] * columns + j]));
-    let groups = groups.map(|(name, values)| (name, take(&values, 0, 1)));
-    let official = official.map(|test| kept.iter().map(|row| test[*row]).collect());
-    let dropped = (0..keep.len()).filter(|row| !keep[*row]);
-    let dropped = dropped.map(|row| raw.sources[row].clone()).collect();
-    let mut x = raw.x;
-    if kept.len() < keep.len() {
-        x = x.select(Axis(0), &kept);
-    }
-    if let Some(channels) = &channels {
-        x = x.select(Axis(1), channels);
-    }
-    if !x.is_standard_layout() {
-        x = x.as_standard_layout().into_owned();
-    }
-    let sources: Vec<String> = kept.iter().map(|row| raw.sources[*row].clone()).collect();
-    let separator = if raw.is_folder { "/" } else { ": " };
-    not_finite(&x, channels.as_deref(), &mut faults, |row| {
-        format!("{}{separator}{}", raw.file, sources[row])
-    });
-    let (group_name, groups) = groups.unzip();
-    let dataset = Dataset {
-        source: raw.names.as_ref().and_then(|names| names.source.clone()),
-        full_scale: raw.names.as_ref().and_then(|names| names.full_scale),
-        name: raw.name,
-        digest: digest(&x, &y, attributes.as_ref(), groups.as_deref()),
-        axes: raw.axes,
-        dtype: raw.dtype,
-        y,
-        classes: classes[options.attribute].clone(),
-        attribute_classes: if columns > 1 { classes } else { Vec::new() },
-        attributes,
-        official,
-        groups,
-        group_name,
-        sources,
-        dropped,
-        row_hash: kept.iter().map(|row| raw.row_hash[*row]).collect(),
-        x,
-    };
-    let problems = faults.0;
-    Ok(Checked { dataset, problems })
-}
-
-fn channels(raw: &Raw, options: &Options) -> Result<Option<Vec<usize>>> {
+/// The channels to keep; none for all of them.
+pub(crate) fn channels(raw: &Raw, options: &Options) -> Result<Option<Vec<usize>>> {
     let Some(channels) = &options.channels else {
         return Ok(None);
     };
@@ -202,7 +50,7 @@ fn names_of(raw: &Raw, column: usize) -> Option<(&Names, &Vec<String>)> {
 }
 
 /// `array` has `len` values in place of one per sample.
-fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
+pub(crate) fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
     Error::Length {
         file: raw.file.clone(),
         array: array.into(),
@@ -213,7 +61,7 @@ fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
 }
 
 /// All labels `[N * columns]`, unusable ones as [`NO_LABEL`].
-fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
+pub(crate) fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
     let (samples, columns) = (raw.x.shape()[0], raw.columns);
     if raw.y.len() != samples * columns {
         faults.push(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
@@ -253,7 +101,7 @@ fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
 }
 
 /// Names of each column's labels; numbers where no file names them.
-fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
+pub(crate) fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
     let column_names = |column: usize| match names_of(raw, column) {
         Some((_, list)) => list.clone(),
         None => {
@@ -270,7 +118,7 @@ fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
 }
 
 /// Every class must have a sample, or its output is never trained.
-fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], faults: &mut Faults) {
+pub(crate) fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], faults: &mut Faults) {
     for (column, names) in classes.iter().enumerate() {
         let (mut stored, mut left) = (vec![false; names.len()], vec![false; names.len()]);
         let label = |row: usize| table[row * raw.columns + column] as usize;
@@ -306,7 +154,12 @@ fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], fault
     }
 }
 
-fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(String, Vec<u32>)>> {
+/// The group of each sample and what the groups are.
+pub(crate) fn groups(
+    raw: &Raw,
+    options: &Options,
+    faults: &mut Faults,
+) -> Result<Option<(String, Vec<u32>)>> {
     if options.group_block == Some(0) {
         return Err(Error::Option {
             file: raw.file.clone(),
@@ -322,7 +175,8 @@ fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(S
         faults.push(wrong_length(raw, name, values.len()));
         return Ok(None);
     }
-    let lowest = i128::from(values.iter().min().copied().unwrap_or(0));
+    // There is a sample at least, and so a value.
+    let lowest = values.iter().min().map_or(0, |value| i128::from(*value));
     let (mut groups, mut range) = (Vec::with_capacity(samples), None);
     for (row, value) in values.iter().enumerate() {
         let group = match options.group_block {
@@ -343,7 +197,8 @@ fn groups(raw: &Raw, options: &Options, faults: &mut Faults) -> Result<Option<(S
     Ok(Some((name, groups)))
 }
 
-fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Option<Vec<bool>> {
+/// Which samples the authors test on.
+pub(crate) fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Option<Vec<bool>> {
     let (name, values) = raw.official.as_ref()?;
     if values.len() != raw.x.shape()[0] {
         faults.push(wrong_length(raw, name, values.len()));
@@ -362,7 +217,8 @@ fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Option<Vec<boo
     Some(test)
 }
 
-fn not_finite(
+/// Notes values that are NaN or infinite; `sample` names a row.
+pub(crate) fn not_finite(
     x: &ArrayD<f32>,
     channels: Option<&[usize]>,
     faults: &mut Faults,

@@ -1,7 +1,23 @@
 //! One pass over all values for a card: ranges, saturation, constant taxels.
 
-use crate::card::ChannelRange;
-use crate::dataset::{Axes, Dataset};
+use crate::dataset::Dataset;
+use serde::Serialize;
+use taxel_encodings::Layout;
+
+/// Range of one channel over all samples and times.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelRange {
+    /// Index along the channel axis.
+    pub channel: usize,
+    /// Lowest finite value; none if there is no finite value.
+    pub min: Option<f32>,
+    /// Highest finite value.
+    pub max: Option<f32>,
+    /// Share of finite values equal to the lowest, 0..1.
+    pub at_min: f64,
+    /// Share of finite values equal to the highest, 0..1: near 0 unless the sensor saturates.
+    pub at_max: f64,
+}
 
 /// Lowest and highest finite value seen, and how often.
 #[derive(Debug, Clone, Copy)]
@@ -55,16 +71,19 @@ impl Values {
     pub(crate) fn of(data: &Dataset) -> Self {
         let shape = data.sample_shape();
         let size: usize = shape.iter().product();
+        let layout = data.reading.layout;
+        let last: usize = shape.iter().rev().take(1).product();
         let last_two: usize = shape.iter().rev().take(2).product();
         // Taxel and channel of the j-th value of a sample.
-        let taxel = |j: usize| match data.axes {
-            Axes::ChannelsTime => j / shape.last().copied().unwrap_or(1).max(1),
-            _ => j % last_two.max(1),
+        let taxel = |j: usize| match layout {
+            Layout::Series | Layout::Fingers => j / last,
+            Layout::Features => j,
+            Layout::Image | Layout::Colour | Layout::Sequence => j % last_two,
         };
-        let channel = |j: usize| match data.axes {
-            Axes::ColourHeightWidth => Some(j / last_two.max(1)),
-            Axes::ChannelsTime | Axes::Features => Some(taxel(j)),
-            Axes::HeightWidth | Axes::TimeHeightWidth => None,
+        let channel = |j: usize| match layout {
+            Layout::Colour => Some(j / last_two),
+            Layout::Series | Layout::Fingers | Layout::Features => Some(taxel(j)),
+            Layout::Image | Layout::Sequence => None,
         };
         let taxel_of: Vec<usize> = (0..size).map(taxel).collect();
         let channel_of: Vec<Option<usize>> = (0..size).map(channel).collect();
@@ -111,13 +130,14 @@ impl Values {
     }
 
     pub(crate) fn constant_taxels(&self, data: &Dataset) -> Vec<Vec<usize>> {
-        let width = data.sample_shape().last().copied().unwrap_or(1).max(1);
+        // Channels of a finger, or taxels of a row.
+        let width = match (data.reading.layout, data.sample_shape()) {
+            (Layout::Features | Layout::Series, _) => None,
+            (Layout::Fingers, shape) => shape.get(1),
+            (Layout::Image | Layout::Colour | Layout::Sequence, shape) => shape.last(),
+        };
+        let place = |taxel: usize| width.map_or(vec![taxel], |width| vec![taxel / width, taxel % width]);
         let constant = self.taxels.iter().enumerate().filter(|(_, extent)| extent.is_constant());
-        constant
-            .map(|(taxel, _)| match data.axes {
-                Axes::ChannelsTime | Axes::Features => vec![taxel],
-                _ => vec![taxel / width, taxel % width],
-            })
-            .collect()
+        constant.map(|(taxel, _)| place(taxel)).collect()
     }
 }

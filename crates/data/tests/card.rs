@@ -4,7 +4,7 @@
 mod common;
 
 use common::{f32s, files, i64s, npy, npz};
-use taxel_data::{Axes, Options, check, check_with};
+use taxel_data::{Layout, Options, check, check_with};
 use tempfile::tempdir;
 
 /// Eight samples `[2, 2]`; channel 1 is dead, row 5 copies row 1 under another label, row 6
@@ -26,7 +26,7 @@ fn a_card_counts_what_distorts_a_score() {
     let path = npz(folder.path(), &arrays());
     let options = Options { group: Some("object".into()), ..Options::default() };
     let card = check_with(&path, &options).unwrap();
-    assert_eq!((card.shape.as_slice(), card.axes), ([8, 2, 2].as_slice(), Axes::ChannelsTime));
+    assert_eq!((card.shape.as_slice(), card.layout), ([8, 2, 2].as_slice(), Layout::Series));
     assert_eq!((card.classes[1].name.as_str(), card.classes[1].samples), ("slip", 1));
     assert_eq!(card.majority_share, 7.0 / 8.0);
     assert_eq!((card.range, card.saturation), (Some([0.0, 9.0]), [18.0 / 32.0, 2.0 / 32.0]));
@@ -77,16 +77,16 @@ fn dead_taxels_of_images_are_named_by_row_and_column() {
     let folder = tempdir().unwrap();
     let y = || ("y", i64s(&[6], &[0, 1, 0, 1, 0, 1]));
     let card = check(&npz(folder.path(), &[("x", npy("|u1", false, &[6, 2, 3], &values)), y()])).unwrap();
-    assert_eq!((card.axes, card.taxels, card.channels.len()), (Axes::HeightWidth, 6, 0));
+    assert_eq!((card.layout, card.taxels, card.channels.len()), (Layout::Image, 6, 0));
     assert_eq!(card.constant_taxels, [[0, 2]]);
     let y = ("y", i64s(&[3], &[0, 1, 0]));
     let card = check(&npz(folder.path(), &[("x", npy("|u1", false, &[3, 2, 2, 3], &values)), y])).unwrap();
-    assert_eq!((card.axes, card.taxels), (Axes::TimeHeightWidth, 6));
+    assert_eq!((card.layout, card.taxels), (Layout::Sequence, 6));
     assert_eq!(card.constant_taxels, [[0, 2]]);
     // A feature per column.
     let (x, y) = (npy("|u1", false, &[6, 6], &values), ("y", i64s(&[6], &[0, 1, 0, 1, 0, 1])));
     let card = check(&npz(folder.path(), &[("x", x), y])).unwrap();
-    assert_eq!((card.axes, card.constant_taxels.as_slice()), (Axes::Features, [vec![2]].as_slice()));
+    assert_eq!((card.layout, card.constant_taxels.as_slice()), (Layout::Features, [vec![2]].as_slice()));
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod common;
 use common::{f32s, files, npy};
 use image::{DynamicImage, GrayImage, Luma, Rgb, RgbImage, RgbaImage};
 use std::path::Path;
-use taxel_data::{Axes, Limits, Options, check, load};
+use taxel_data::{Layout, Limits, Options, check, load};
 use tempfile::{TempDir, tempdir};
 
 fn refused_with(root: &Path, options: &Options) -> String {
@@ -54,8 +54,8 @@ fn csv_files_are_channels_by_time() {
     assert_eq!(data.x.shape(), [3, 2, 3]);
     assert_eq!(data.x.as_slice().unwrap()[6..], [7., 9., 11., 8., 10., 12., 1., 3., 5., 2., 4., 6.]);
     assert_eq!((data.classes, data.y), (vec!["apple".into(), "pear".into()], vec![0, 1, 1]));
-    assert_eq!(data.sources, ["apple/a.csv", "pear/take9.csv", "pear/take10.csv"]);
-    assert_eq!((data.axes, data.dtype.as_str()), (Axes::ChannelsTime, "csv"));
+    assert_eq!(data.origins, ["apple/a.csv", "pear/take9.csv", "pear/take10.csv"]);
+    assert_eq!((data.reading.layout, data.dtype.as_str()), (Layout::Series, "csv"));
     let blocks = Options { group_block: Some(1), channels: Some(vec![1]), ..Options::default() };
     let data = load(folder.path(), &blocks).unwrap();
     assert_eq!((data.groups, data.group_name.as_deref()), (Some(vec![0, 0, 1]), Some("position/1")));
@@ -93,7 +93,7 @@ fn images_are_planes_of_their_stored_values() {
     png(root, "a/1.png", grey(4, 2, 0));
     png(root, "b/1.png", grey(4, 2, 100));
     let data = load(root, &Options::default()).unwrap();
-    assert_eq!((data.x.shape(), data.axes), ([2, 2, 4].as_slice(), Axes::HeightWidth));
+    assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 4].as_slice(), Layout::Image));
     assert_eq!(data.x.as_slice().unwrap()[..8], [0., 1., 2., 3., 10., 11., 12., 13.]);
     assert_ne!(data.row_hash[0], data.row_hash[1]);
     let halved = Options { resize: Some([1, 2]), ..Options::default() };
@@ -108,7 +108,7 @@ fn images_are_planes_of_their_stored_values() {
     png(root, "a/1.png", rgb.clone());
     png(root, "b/1.png", DynamicImage::ImageRgb8(rgb).to_rgba8());
     let data = load(root, &Options::default()).unwrap();
-    assert_eq!((data.x.shape(), data.axes), ([2, 3, 2, 3].as_slice(), Axes::ColourHeightWidth));
+    assert_eq!((data.x.shape(), data.reading.layout), ([2, 3, 2, 3].as_slice(), Layout::Colour));
     let plane = data.x.as_slice().unwrap();
     assert_eq!(plane[..8], [0., 1., 2., 0., 1., 2., 50., 50.]);
     assert_eq!(plane[12..24], [[200.; 6], [0., 1., 2., 0., 1., 2.]].concat());

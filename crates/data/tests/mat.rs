@@ -46,9 +46,9 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
     assert_eq!(dataset.official, Some(vec![false, false, true, true]));
     let levels = with(Options { y: "levels".into(), attribute: 1, ..Options::default() });
     assert_eq!(levels.y, [2, 1, 0, 2]);
-    let table = levels.attributes.unwrap();
-    assert_eq!(table.row(1).to_vec(), [1, 1]);
-    assert_eq!(levels.attribute_classes[1], ["1", "2", "3"]);
+    let table = levels.columns.unwrap();
+    assert_eq!(table.of(&[1]), [1, 1]);
+    assert_eq!(table.attributes()[1].classes, ["1", "2", "3"]);
     // 300 + 2 as a byte.
     let counts = with(Options { x: "counts".into(), ..Options::default() });
     assert_eq!((counts.x.shape(), counts.x[[3, 2]]), (&[4, 3][..], 46.0));

@@ -18,7 +18,7 @@ fn an_archive_is_read_deflated_and_stored() {
     assert_eq!(deflated.classes, ["0", "1"]);
     assert_eq!(deflated.groups, Some(vec![7, 7, 9, 9]));
     assert_eq!(deflated.group_name.as_deref(), Some("group"));
-    assert_eq!((deflated.name.as_str(), deflated.sources[3].as_str()), ("grasps", "x[3]"));
+    assert_eq!((deflated.name.as_str(), deflated.origins[3].as_str()), ("grasps", "x[3]"));
     std::fs::write(folder.path().join("grasps.npz"), stored(&arrays)).unwrap();
     let plain = load(&folder.path().join("grasps.npz"), &Options::default()).unwrap();
     assert_eq!(plain, deflated);
@@ -93,9 +93,9 @@ fn class_names_come_from_the_nearer_file() {
 fn the_file_of_names_may_say_how_high_readings_go() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
-    assert_eq!(load(&path, &Options::default()).unwrap().full_scale, None);
+    assert_eq!(load(&path, &Options::default()).unwrap().reading.full_scale, None);
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": 255}"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().full_scale, Some(255.0));
+    assert_eq!(load(&path, &Options::default()).unwrap().reading.full_scale, Some(255.0));
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": -1}"#)]);
     let message = refused(&path, &Options::default());
     assert!(message.starts_with("labels.json: full_scale is -1, not a number above 0"), "{message}");
@@ -152,8 +152,13 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y.clone())]);
     let data = load(&path, &Options::default()).unwrap();
     assert_eq!(data.y, [0, 1, 1, 0]);
-    assert_eq!(data.attributes.unwrap().column(1).to_vec(), [2, 0, 1, 2]);
-    assert_eq!(data.attribute_classes[1], ["0", "1", "2"]);
+    let columns = data.columns.unwrap();
+    assert_eq!(columns.values(), [0, 2, 1, 0, 1, 1, 0, 2]);
+    assert_eq!(columns.attributes()[1].classes, ["0", "1", "2"]);
+    assert_eq!((columns.sizes(), columns.len()), (vec![2, 3], 4));
+    let names: Vec<&str> = columns.attributes().iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["attribute-0", "attribute-1"]);
+    assert_eq!((data.labels.attributes()[0].name.as_str(), data.labels.values()), ("class", &data.y[..]));
     files(folder.path(), &[("labels.json", r#"{"classes": [["soft", "stiff"], ["a", "b", "c"]]}"#)]);
     let mut options = Options { attribute: 1, ..Options::default() };
     let data = load(&path, &options).unwrap();
@@ -169,10 +174,10 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     // In Fortran order columns follow each other.
     let bytes: Vec<u8> = [0i64, 1, 1, 0, 2, 0, 1, 2].iter().flat_map(|v| v.to_le_bytes()).collect();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", npy("<i8", true, &[4, 2], &bytes))]);
-    assert_eq!(load(&path, &Options::default()).unwrap().attributes.unwrap().row(2).to_vec(), [1, 1]);
+    assert_eq!(load(&path, &Options::default()).unwrap().columns.unwrap().of(&[2]), [1, 1]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 1], &[0, 1, 1, 0]))]);
     std::fs::remove_file(folder.path().join("labels.json")).unwrap();
-    assert_eq!(load(&path, &Options::default()).unwrap().attributes, None);
+    assert_eq!(load(&path, &Options::default()).unwrap().columns, None);
 }
 
 #[test]
@@ -185,12 +190,12 @@ fn copies_are_dropped_on_request() {
     let path = npz(folder.path(), &[("x", x.clone()), ("y", i64s(&[7], &y))]);
     let with = |drop: &[Drop]| Options { drop: drop.to_vec(), channels: Some(vec![0]), ..Options::default() };
     let all = load(&path, &with(&[])).unwrap();
-    assert_eq!(all.units(), [0, 1, 0, 1, 4, 5, 5]);
-    let kept = |drop: &[Drop]| load(&path, &with(drop)).unwrap().sources.join(" ");
+    assert_eq!(all.units.unwrap(), [0, 1, 0, 1, 4, 5, 5]);
+    let kept = |drop: &[Drop]| load(&path, &with(drop)).unwrap().origins.join(" ");
     assert_eq!(kept(&[Drop::Contradictory]), "x[1] x[3] x[4] x[5] x[6]");
     assert_eq!(kept(&[Drop::Duplicates]), "x[0] x[1] x[2] x[4] x[5]");
     let data = load(&path, &with(&[Drop::Duplicates, Drop::Contradictory])).unwrap();
-    assert_eq!(data.sources, ["x[1]", "x[4]", "x[5]"]);
+    assert_eq!(data.origins, ["x[1]", "x[4]", "x[5]"]);
     assert_eq!(data.dropped, ["x[0]", "x[2]", "x[3]", "x[6]"]);
     assert_eq!(data.x.as_slice().unwrap(), [2.0, 2.0, -0.0]);
     assert_eq!((data.y.len(), data.row_hash.len()), (3, 3));

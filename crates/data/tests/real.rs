@@ -4,7 +4,7 @@
 use ndarray::Axis;
 use std::path::PathBuf;
 use std::time::Instant;
-use taxel_data::{Axes, Drop, Options, check, check_with, group_k_fold, load, stratified_k_fold};
+use taxel_data::{Drop, Layout, Options, check, check_with, group_k_fold, load, stratified_k_fold};
 
 fn path(name: &str) -> PathBuf {
     PathBuf::from(std::env::var_os("TAXEL_DATA").expect("TAXEL_DATA names the data folder")).join(name)
@@ -37,11 +37,11 @@ fn fsr_glove28() {
     assert_eq!(data.dropped.len(), 18);
     assert_eq!(data.dropped[..3], ["x[56]", "x[57]", "x[58]"]);
     // 168 and 169 are one recording, six dropped rows before them.
-    assert_eq!(data.units()[163], 162);
+    assert_eq!(data.units.as_ref().unwrap()[163], 162);
     let groups = data.groups.as_ref().unwrap();
     let folds = group_k_fold(groups, &data.y, 5, 0, 0).unwrap();
     assert!(folds.iter().all(|fold| fold.test.iter().all(|i| groups[*i] == groups[fold.test[0]])));
-    let folds = stratified_k_fold(&data.y, 5, 0, 0, Some(&data.units())).unwrap();
+    let folds = stratified_k_fold(&data.y, 5, 0, 0, data.units.as_deref()).unwrap();
     assert!(folds.iter().all(|fold| fold.test.contains(&162) == fold.test.contains(&163)));
 
     let both = Options { drop: vec![Drop::Contradictory, Drop::Duplicates], ..fsr };
@@ -59,7 +59,7 @@ fn fsr_glove28_card() {
     let card = check_with(&path("fsr-glove28"), &options).unwrap();
     println!("{card}");
     assert_eq!(card.problems, [""; 0]);
-    assert_eq!(card.axes, Axes::ChannelsTime);
+    assert_eq!(card.layout, Layout::Series);
     assert_eq!((card.contradictions.len(), card.duplicates.len()), (9, 1));
     assert_eq!(card.duplicates[0], [168, 169]);
     assert_eq!(card.contradictions[8].rows, [882, 935]);
@@ -78,7 +78,7 @@ fn tekscan22_images() {
     assert_eq!(data.class_counts(), [50; 22]);
     let card = check(&path("tekscan22-images")).unwrap();
     println!("{card}");
-    assert_eq!(card.axes, Axes::HeightWidth);
+    assert_eq!(card.layout, Layout::Image);
     assert_eq!((card.contradictions.len(), card.duplicates.len()), (0, 5));
     let class = |set: &Vec<usize>| data.classes[data.y[set[0]] as usize].as_str();
     let classes: Vec<_> = card.duplicates.iter().map(class).collect();
@@ -88,14 +88,14 @@ fn tekscan22_images() {
     let files = load(&path("tekscan22-images/Images"), &Options::default()).unwrap();
     assert_eq!(files.x.shape(), [1100, 28, 50]);
     assert_eq!(files.classes, data.classes);
-    assert_eq!(files.sources[1], "adhesive/adhesive2.jpg");
+    assert_eq!(files.origins[1], "adhesive/adhesive2.jpg");
     // The archive has them in plain text order; decoders may round differently.
     let mut order: Vec<usize> = (0..1100).collect();
-    order.sort_by_key(|i| &files.sources[*i]);
+    order.sort_by_key(|i| &files.origins[*i]);
     for (row, file) in order.iter().enumerate() {
         let pair = data.x.index_axis(Axis(0), row).into_iter().zip(files.x.index_axis(Axis(0), *file));
         let worst = pair.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        assert!(worst <= 4.0, "{}: {worst}", files.sources[*file]);
+        assert!(worst <= 4.0, "{}: {worst}", files.origins[*file]);
     }
 }
 
@@ -109,14 +109,14 @@ fn gelsight_materials10() {
     let options = Options { resize: Some([32, 24]), group_block: Some(20), ..Options::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!(data.x.shape(), [1000, 3, 32, 24]);
-    assert_eq!(data.axes, Axes::ColourHeightWidth);
+    assert_eq!(data.reading.layout, Layout::Colour);
     let mean = data.x.mean().unwrap();
     assert!((60.0..200.0).contains(&mean), "{mean}");
     assert_eq!(data.classes[9], "material_10");
     assert_eq!(data.class_counts(), [100; 10]);
     let groups = data.groups.as_ref().unwrap();
     assert_eq!((groups[19], groups[20], groups[99], groups[100]), (0, 1, 4, 0));
-    assert_eq!(data.units(), (0..1000).collect::<Vec<u32>>());
+    assert_eq!(data.units.unwrap(), (0..1000).collect::<Vec<u32>>());
 }
 
 #[test]

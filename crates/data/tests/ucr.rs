@@ -20,7 +20,7 @@ fn a_ts_pair_is_read_with_its_split() {
     assert_eq!(data.classes, ["2", "10", "run"]);
     assert_eq!(data.y, [2, 1, 0]);
     assert_eq!(data.official, Some(vec![false, false, true]));
-    assert_eq!((data.name.as_str(), data.sources[2].as_str()), ("Two", "Two_TEST.ts[0]"));
+    assert_eq!((data.name.as_str(), data.origins[2].as_str()), ("Two", "Two_TEST.ts[0]"));
     let same = load(&dir.path().join("Two_TEST.ts"), &Options::default()).unwrap();
     assert_eq!((same.name, same.digest), (data.name, data.digest));
 }

@@ -74,6 +74,14 @@ pub enum Error {
         /// The values that work.
         expected: &'static str,
     },
+    /// No layout has this name.
+    #[error("there is no layout `{name}`; known: {known}")]
+    Layout {
+        /// The name asked for.
+        name: String,
+        /// All names.
+        known: String,
+    },
     /// The contact judge never fired.
     #[error(
         "no AC value is more than {above} or less than {below} times the one before: nothing was touched, or the thresholds do not fit the sensor"

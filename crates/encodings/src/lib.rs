@@ -1,5 +1,5 @@
 //! Readings to tensors: Gramian angular fields, colour maps, frame sequences, dual-channel series,
-//! sizes, scaling.
+//! sizes, scaling; and what the axes of a raw sample are ([`Layout`]).
 //!
 //! Everything here is a function of one sample, or is fitted on training data and carries what it
 //! has fitted ([`Scaling::ZScore`]). Bad readings are errors that name them, never NaN pixels.
@@ -23,6 +23,7 @@ mod colormap;
 mod error;
 mod gaf;
 mod hardness;
+mod layout;
 pub mod numatac;
 mod resize;
 mod scale;
@@ -34,6 +35,7 @@ pub use colormap::Colormap;
 pub use error::{Error, Result};
 pub use gaf::{Constant, Gaf, Method, Range};
 pub use hardness::HardnessImage;
+pub use layout::Layout;
 pub use numatac::NumaTac;
 pub use resize::{Filter, Resize, red_channel};
 pub use scale::Scaling;

@@ -127,8 +127,10 @@ impl Frame {
 pub fn all_frames(recordings: ArrayView4<f32>) -> Array4<f32> {
     let (samples, frames, rows, columns) = recordings.dim();
     let values: Vec<f32> = recordings.iter().copied().collect();
-    // The number of values is that of the recordings.
-    Array4::from_shape_vec((samples * frames, 1, rows, columns), values).unwrap_or_default()
+    #[expect(clippy::expect_used, reason = "the number of values is that of the recordings")]
+    let images = Array4::from_shape_vec((samples * frames, 1, rows, columns), values)
+        .expect("as many values as the recordings have");
+    images
 }
 
 pub(crate) fn check_finite(recording: &ArrayView3<f32>) -> Result<()> {

@@ -27,7 +27,8 @@ mod signal;
 mod time;
 mod work;
 
-pub use sensor::{Layout, Sensor};
+pub use sensor::Sensor;
+pub use taxel_encodings::Layout;
 
 use crate::{Error, Result};
 use ndarray::ArrayViewMutD;
@@ -123,7 +124,7 @@ impl Fault {
         }
     }
 
-    /// Name on the command line and in reports.
+    /// Name in settings and in reports.
     pub fn name(self) -> &'static str {
         self.row().0
     }
@@ -175,7 +176,8 @@ impl Fault {
         self.refusal(layout).is_none()
     }
 
-    /// Breaks one sample in place; `sample` is its index in the data set.
+    /// Breaks one sample in place; `sample` is its index in the data set. A row of features `[F]` is
+    /// broken as a series `[1, F]`.
     ///
     /// Everything random comes from seed, fault and sample. Readings end within `sensor`'s range.
     ///

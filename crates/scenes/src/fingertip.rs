@@ -180,7 +180,9 @@ impl Fingertip {
         let shore = least + (most - least) * world.rng(&format!("{i}/hardness")).random::<f32>();
         let gap = |class: &usize| (self.shore[*class] - shore).abs();
         let nearest = (0..self.shore.len()).min_by(|a, b| gap(a).total_cmp(&gap(b)));
-        (nearest.unwrap_or(0), shore)
+        #[expect(clippy::expect_used, reason = "settings without a hardness are refused")]
+        let nearest = nearest.expect("check() wants a hardness at least");
+        (nearest, shore)
     }
 }
 

@@ -104,7 +104,7 @@ impl Gripper {
                 None => {
                     return reject(
                         name.clone(),
-                        "is none of the 30; `taxel simulate gripper --explain` lists them",
+                        "is none of the 30 objects that the explanation of scene gripper lists",
                     );
                 }
             }
@@ -143,7 +143,9 @@ impl Gripper {
             objects.iter().map(|object| object.hardness).collect(),
         ];
         let attributes = attributes(&levels, samples);
-        let x = Array4::from_shape_vec((samples, shape[0], shape[1], shape[2]), x).unwrap_or_default();
+        #[expect(clippy::expect_used, reason = "x was made with so many values")]
+        let x = Array4::from_shape_vec((samples, shape[0], shape[1], shape[2]), x)
+            .expect("as many values as made");
         Ok(Scene {
             x: x.into_dyn(),
             streams: Vec::new(),

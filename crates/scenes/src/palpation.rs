@@ -173,7 +173,8 @@ impl Palpation {
             .enumerate()
             .map(|(i, recording)| lab.squeeze(i, session(i), objects[i % objects.len()], recording))
             .collect();
-        let x = Array4::from_shape_vec((samples, frames, rows, columns_), x).unwrap_or_default();
+        #[expect(clippy::expect_used, reason = "x was made with so many values")]
+        let x = Array4::from_shape_vec((samples, frames, rows, columns_), x).expect("as many values as made");
         Ok(Scene {
             x: x.into_dyn(),
             streams: Vec::new(),

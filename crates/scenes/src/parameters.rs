@@ -1,4 +1,4 @@
-//! Tables of parameters: one table for a simulation and for `--explain`.
+//! Tables of parameters: one table for a simulation and for the explanation.
 //!
 //! # Reference
 //!
@@ -38,7 +38,7 @@ macro_rules! parameters {
 }
 pub(crate) use parameters;
 
-/// The table as `taxel simulate SCENE --explain` prints it.
+/// The table as [`explain`](crate::explain) gives it.
 pub(crate) fn rows(table: &[Parameter], removable: &[&str]) -> Vec<Effect> {
     let row = |p: &Parameter| Effect {
         name: p.effect.into(),

@@ -446,6 +446,27 @@ fn the_stated_number_of_swaps_puts_the_channels_right_again() {
 }
 
 #[test]
+fn a_row_of_features_breaks_as_one_channel() {
+    let row = press(Layout::Series, &[1, 60]).remove_axis(Axis(0));
+    for fault in Fault::ALL {
+        assert_eq!(fault.refusal(Layout::Features), fault.refusal(Layout::Series), "{fault}");
+        if !fault.applicable(Layout::Features) {
+            continue;
+        }
+        for (severity, sample) in (1..=5).flat_map(|severity| (0..8).map(move |sample| (severity, sample))) {
+            let rest = Sensor { rest: vec![120.0], ..Sensor::new(Layout::Features, FULL) };
+            let channel = Sensor { layout: Layout::Series, ..rest.clone() };
+            let wanted = broken(fault, &row.clone().insert_axis(Axis(0)), &channel, severity, sample);
+            assert_eq!(broken(fault, &row, &rest, severity, sample), wanted.remove_axis(Axis(0)), "{fault}");
+        }
+    }
+    let mut channel = row.insert_axis(Axis(0));
+    let error = Fault::Noise.apply(channel.view_mut(), &Sensor::new(Layout::Features, FULL), 1, 0, 4);
+    let message = "sample 4: shape [1, 60] is not a row of features [F]";
+    assert_eq!(error.unwrap_err().to_string(), message);
+}
+
+#[test]
 fn what_has_no_meaning_is_refused_by_name() {
     let mut x = ArrayD::from_elem(IxDyn(&[5, 50]), 1.0);
     let error = Fault::Rotation.apply(x.view_mut(), &Sensor::new(Layout::Series, FULL), 1, 0, 0);
@@ -482,6 +503,9 @@ fn impossible_requests_name_the_value_and_leave_the_readings_alone() {
     );
     let flat = clean.clone().into_shape_with_order(IxDyn(&[250])).unwrap();
     assert_eq!(refused(&flat, &sensor, 1), "sample 7: shape [250] is not a series [C, T]");
+    let four = ArrayD::from_elem(IxDyn(&[4, 5, 6]), 1.0);
+    let colour = refused(&four, &Sensor::new(Layout::Colour, FULL), 1);
+    assert_eq!(colour, "sample 7: shape [4, 5, 6] is not a colour image [3, H, W]");
     let empty = ArrayD::zeros(IxDyn(&[0, 50]));
     assert_eq!(refused(&empty, &sensor, 1), "sample 7: shape [0, 50] is not a series [C, T]");
     let refused = |sensor: Sensor| refused(&clean, &sensor, 1);
@@ -507,7 +531,7 @@ fn names_are_read_back() {
 fn every_scene_can_be_broken_and_knows_its_rest() {
     for name in taxel_scenes::names() {
         let clean = taxel_scenes::simulate(name, 2, 0, &[]).unwrap();
-        assert_eq!(clean.x.ndim(), 1 + clean.layout.axes(), "{name}");
+        assert!(clean.layout.fits(&clean.x.shape()[1..]), "{name}");
         for fault in Fault::ALL.into_iter().filter(|fault| fault.applicable(clean.layout)) {
             let mut broken = clean.clone();
             broken.corrupt(fault, 5, 0).unwrap();

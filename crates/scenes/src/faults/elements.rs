@@ -35,7 +35,7 @@ pub(super) fn stuck(work: &mut Work, share: f64) {
 /// Sets `count` rows or columns of an array, fingers, or channels to rest; all but one at most.
 pub(super) fn dead_line(work: &mut Work, count: usize) {
     let lines: Vec<Vec<usize>> = match work.sensor.layout {
-        Layout::Series => (0..work.columns).map(|c| vec![c]).collect(),
+        Layout::Features | Layout::Series => (0..work.columns).map(|c| vec![c]).collect(),
         Layout::Fingers => (0..work.rows).map(|r| work.row(r)).collect(),
         Layout::Image | Layout::Colour | Layout::Sequence => {
             let rows = (0..work.rows).map(|r| work.row(r));

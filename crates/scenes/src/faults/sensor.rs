@@ -5,54 +5,7 @@
 //! None.
 
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
-
-/// The axes of one sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Layout {
-    /// `[C, T]`: channels over time; each channel is a sensor of its own, such as a finger's.
-    Series,
-    /// `[H, W]`: one image of an array of taxels.
-    Image,
-    /// `[3, H, W]`: one colour image of a camera-based sensor; a taxel is a pixel.
-    Colour,
-    /// `[T, H, W]`: an array of taxels over time.
-    Sequence,
-    /// `[F, C, T]`: fingers of several channels over time; each finger is a sensor of its own.
-    Fingers,
-}
-
-impl Layout {
-    /// Name and axes, for messages.
-    pub fn describe(self) -> &'static str {
-        match self {
-            Self::Series => "a series [C, T]",
-            Self::Image => "an image [H, W]",
-            Self::Colour => "a colour image [3, H, W]",
-            Self::Sequence => "a sequence of images [T, H, W]",
-            Self::Fingers => "a series of several fingers [F, C, T]",
-        }
-    }
-
-    /// Whether a sample goes on in time.
-    pub fn has_time(self) -> bool {
-        !matches!(self, Self::Image | Self::Colour)
-    }
-
-    /// Whether taxels lie on a surface, in rows and columns.
-    pub fn has_area(self) -> bool {
-        matches!(self, Self::Image | Self::Colour | Self::Sequence)
-    }
-
-    /// Number of axes of one sample.
-    pub fn axes(self) -> usize {
-        match self {
-            Self::Series | Self::Image => 2,
-            Self::Colour | Self::Sequence | Self::Fingers => 3,
-        }
-    }
-}
+use taxel_encodings::Layout;
 
 /// Axes and range of raw readings.
 #[derive(Debug, Clone, PartialEq)]

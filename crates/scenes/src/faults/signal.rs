@@ -39,7 +39,7 @@ pub(super) fn drift(work: &mut Work, share: f64) {
     let mut sign = 0.0;
     for element in 0..work.elements() {
         let another = match work.sensor.layout {
-            Layout::Series => true,
+            Layout::Features | Layout::Series => true,
             Layout::Fingers => element % work.columns == 0,
             Layout::Image | Layout::Colour | Layout::Sequence => element == 0,
         };

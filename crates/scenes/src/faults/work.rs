@@ -26,7 +26,7 @@ pub(super) struct Work<'a> {
 impl<'a> Work<'a> {
     pub fn new(x: ArrayViewD<f32>, sensor: &'a Sensor, rng: Rng, sample: usize) -> Result<Self> {
         let wrong = |reason| Err(Error::Sample { sample, reason });
-        if x.ndim() != sensor.layout.axes() || x.is_empty() {
+        if !sensor.layout.fits(x.shape()) || x.is_empty() {
             return wrong(format!("shape {:?} is not {}", x.shape(), sensor.layout.describe()));
         }
         if let Some((at, value)) = x.indexed_iter().find(|(_, v)| !v.is_finite()) {
@@ -35,6 +35,7 @@ impl<'a> Work<'a> {
         }
         let shape = x.shape();
         let (rows, columns, times) = match sensor.layout {
+            Layout::Features => (1, 1, shape[0]),
             Layout::Series => (1, shape[0], shape[1]),
             Layout::Image => (shape[0], shape[1], 1),
             Layout::Sequence | Layout::Colour => (shape[1], shape[2], shape[0]),

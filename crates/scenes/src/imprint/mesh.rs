@@ -103,7 +103,8 @@ impl Mesh {
     /// The point that three numbers in 0..1 choose, uniformly over the surface, and the unit normal
     /// of its triangle.
     pub fn point(&self, chosen: [f64; 3]) -> (Vector, Vector) {
-        let total = self.area_up_to.last().copied().unwrap_or_default();
+        #[expect(clippy::expect_used, reason = "a mesh without an area is refused")]
+        let total = *self.area_up_to.last().expect("new() wants a triangle at least");
         let triangle = self.area_up_to.partition_point(|&sum| sum <= chosen[0] * total);
         let triangle = triangle.min(self.triangles.len() - 1);
         let [a, b, c] = self.corners(triangle);

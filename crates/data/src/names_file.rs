@@ -1,0 +1,118 @@
+//! Class names and facts from `labels.json` or `<name>.classes.json`.
+
+use crate::options::Limits;
+use crate::raw::{Facts, Names};
+use crate::source::Source;
+use crate::text::read_text;
+use crate::{Error, Result};
+use serde_json::Value;
+use std::collections::HashMap;
+use std::path::Path;
+use taxel_encodings::Layout;
+
+/// Looks for class names beside `npz`: first `<name>.classes.json`, then `labels.json`.
+///
+/// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
+/// a list of k such lists. An object may also say where the samples come from (`source`, a text:
+/// `simulated: fingertip`), what their axes are (`layout`: `series`, `image`, ...), their `unit` (a text),
+/// `rate` (a number, Hz), and how high readings go (`full_scale`, a number in that unit). Other keys are for
+/// people and not read.
+pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
+    // A path without a file name was refused when the archive was opened.
+    let stem = npz.file_stem().unwrap_or_default().to_string_lossy();
+    for name in [format!("{stem}.classes.json"), "labels.json".to_string()] {
+        let path = npz.with_file_name(&name);
+        if path.exists() {
+            let (columns, facts) = read(&path, limits)?;
+            return Ok((Some(Names { file: name, columns }), facts));
+        }
+    }
+    Ok((None, Facts::default()))
+}
+
+/// Class names per column of labels, and facts.
+fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Facts)> {
+    let file = path.display().to_string();
+    let text = read_text(path, limits)?;
+    let value: Value = serde_json::from_str(&text)
+        .map_err(|e| Error::LabelsJson { file: file.clone(), why: e.to_string().to_lowercase() })?;
+    let facts = facts(&value, &file)?;
+    let form = |why: String| Error::LabelsForm { file: file.clone(), why };
+    let list = match &value {
+        Value::Object(map) => map.get("classes").ok_or_else(|| form("has no key \"classes\"".into()))?,
+        other => other,
+    };
+    let list = list.as_array().ok_or_else(|| form(format!("classes is {}, not a list", kind(list))))?;
+    if list.is_empty() {
+        return Err(form("classes is empty".into()));
+    }
+    let nested: Option<Vec<&Vec<Value>>> = list.iter().map(Value::as_array).collect();
+    let Some(nested) = nested else {
+        return Ok((vec![strings(list, "classes", &file)?], facts));
+    };
+    let column = |(column, names): (usize, &Vec<Value>)| match names.as_slice() {
+        [] => Err(form(format!("classes[{column}] is empty"))),
+        names => strings(names, &format!("classes[{column}]"), &file),
+    };
+    Ok((nested.into_iter().enumerate().map(column).collect::<Result<_>>()?, facts))
+}
+
+/// What an object says of the readings; of a list, nothing. `null` says nothing.
+fn facts(value: &Value, file: &str) -> Result<Facts> {
+    let given = |key: &'static str| value.get(key).filter(|given| !given.is_null()).map(|given| (key, given));
+    let refuse = |key: &'static str, given: &Value, wanted: String| Error::Fact {
+        at: file.into(),
+        key,
+        value: given.to_string(),
+        wanted,
+    };
+    let text = |(key, given): (&'static str, &Value)| {
+        given.as_str().map(String::from).ok_or_else(|| refuse(key, given, "not a text".into()))
+    };
+    let number = |(key, given): (&'static str, &Value)| {
+        // A reading is an f32.
+        let number = given.as_f64().filter(|v| *v as f32 > 0.0 && (*v as f32).is_finite());
+        number.ok_or_else(|| refuse(key, given, "not a number above 0".into()))
+    };
+    let layout = |(key, given): (&'static str, &Value)| {
+        let known = || format!("none of {}", Layout::ALL.map(Layout::name).join(", "));
+        let named = given.as_str().and_then(|name| name.parse::<Layout>().ok());
+        named.ok_or_else(|| refuse(key, given, known()))
+    };
+    Ok(Facts {
+        file: file.into(),
+        // Whoever says anything else recorded the samples.
+        source: given("source").map(text).transpose()?.and_then(|text| text.parse::<Source>().ok()),
+        layout: given("layout").map(layout).transpose()?,
+        unit: given("unit").map(text).transpose()?,
+        rate: given("rate").map(number).transpose()?,
+        full_scale: given("full_scale").map(number).transpose()?.map(|number| number as f32),
+    })
+}
+
+fn strings(list: &[Value], at: &str, file: &str) -> Result<Vec<String>> {
+    let mut seen = HashMap::new();
+    let mut names = Vec::with_capacity(list.len());
+    for (i, value) in list.iter().enumerate() {
+        let name = value.as_str().ok_or_else(|| Error::LabelsForm {
+            file: file.into(),
+            why: format!("{at}[{i}] is {}, not a text", kind(value)),
+        })?;
+        if let Some(first) = seen.insert(name, i) {
+            return Err(Error::ClassNamedTwice { file: file.into(), name: name.into(), first, second: i });
+        }
+        names.push(name.to_string());
+    }
+    Ok(names)
+}
+
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "true or false",
+        Value::Number(_) => "a number",
+        Value::String(_) => "a text",
+        Value::Array(_) => "a list",
+        Value::Object(_) => "an object",
+    }
+}

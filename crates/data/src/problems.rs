@@ -1,0 +1,41 @@
+//! What is wrong with the content of a data set, each kind of fault once.
+
+use crate::Error;
+
+/// One kind of fault: its first occurrence and how often it occurs.
+#[derive(Debug)]
+pub(crate) struct Problem {
+    pub first: Error,
+    pub count: usize,
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.first)?;
+        match self.count {
+            0 | 1 => Ok(()),
+            count => write!(f, " (and {} more like it)", count - 1),
+        }
+    }
+}
+
+/// Collects faults.
+#[derive(Default)]
+pub(crate) struct Faults(pub Vec<Problem>);
+
+impl Faults {
+    pub fn push(&mut self, first: Error) {
+        self.0.push(Problem { first, count: 1 });
+    }
+
+    /// Adds one more of the kind that `seen` remembers; only the first is written out.
+    pub fn more(&mut self, seen: &mut Option<usize>, error: impl FnOnce() -> Error) {
+        match *seen {
+            Some(at) => self.0[at].count += 1,
+            None => {
+                *seen = Some(self.0.len());
+                self.push(error());
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! What one raw sample is.
+
+use serde::{Deserialize, Serialize};
+use taxel_encodings::Layout;
+
+/// What one raw sample is: everything that a model must know to read another one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reading {
+    /// What the axes are.
+    pub layout: Layout,
+    /// Lengths of the axes, in the order of [`Layout::axes`].
+    pub shape: Vec<usize>,
+    /// Unit of the values, such as `N`, where somebody says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Readings per second (Hz), where somebody says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// The largest possible reading, in `unit`; above 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub full_scale: Option<f32>,
+    /// Readings without contact, one for all or one per channel, in `unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest: Option<Vec<f32>>,
+}
+
+impl Reading {
+    /// A sample of known axes, and nothing else known.
+    pub fn new(layout: Layout, shape: &[usize]) -> Self {
+        Self { layout, shape: shape.to_vec(), unit: None, rate: None, full_scale: None, rest: None }
+    }
+}

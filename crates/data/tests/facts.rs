@@ -1,0 +1,172 @@
+//! Facts about the readings travel from files and options into the data set.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
+mod common;
+
+use common::{f32s, files, i64s, labels, npy, npz, refused, samples};
+use image::RgbImage;
+use taxel_data::{Dataset, Layout, Options, Reading, Source, load};
+use tempfile::tempdir;
+
+fn read(path: &std::path::Path) -> Dataset {
+    load(path, &Options::default()).unwrap()
+}
+
+#[test]
+fn the_file_of_names_says_what_readings_are() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    let unknown = Reading::new(Layout::Series, &[2, 3]);
+    assert_eq!(read(&path).reading, unknown, "a guess and nothing else");
+    let text = r#"{"classes": ["a", "b"], "layout": "image", "unit": "kPa", "rate": 62.5, "full_scale": 34}"#;
+    files(folder.path(), &[("labels.json", text)]);
+    let reading = read(&path).reading;
+    let known = Reading {
+        layout: Layout::Image,
+        unit: Some("kPa".into()),
+        rate: Some(62.5),
+        full_scale: Some(34.0),
+        ..unknown.clone()
+    };
+    assert_eq!(reading, known);
+    let null = r#"{"classes": ["a", "b"], "layout": null, "unit": null, "rate": null, "source": null}"#;
+    files(folder.path(), &[("grasps.classes.json", null)]);
+    assert_eq!(read(&path).reading, unknown, "the nearer file counts, and null says nothing");
+}
+
+#[test]
+fn options_override_the_file_and_the_file_the_format() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "layout": "image", "rate": 50}"#)]);
+    let options = Options { layout: Some(Layout::Series), rate: Some(100.0), ..Options::default() };
+    let reading = load(&path, &options).unwrap().reading;
+    assert_eq!((reading.layout, reading.rate), (Layout::Series, Some(100.0)));
+
+    let csv = tempdir().unwrap();
+    files(csv.path(), &[("a/1.csv", "1,2\n3,4\n"), ("b/1.csv", "5,6\n7,8\n")]);
+    assert_eq!(read(csv.path()).reading.layout, Layout::Series);
+    let image = Options { layout: Some(Layout::Image), ..Options::default() };
+    assert_eq!(load(csv.path(), &image).unwrap().reading.layout, Layout::Image);
+}
+
+#[test]
+fn a_layout_is_guessed_from_rank_and_type_alone() {
+    let folder = tempdir().unwrap();
+    let y = || ("y", i64s(&[2], &[0, 1]));
+    let cases: [(&[u64], Layout, Layout); 3] = [
+        (&[2, 6], Layout::Features, Layout::Features),
+        (&[2, 2, 3], Layout::Series, Layout::Image),
+        (&[2, 3, 2, 1], Layout::Sequence, Layout::Sequence),
+    ];
+    for (shape, of_floats, of_bytes) in cases {
+        let values: Vec<u8> = (0..12).collect();
+        let floats: Vec<f32> = values.iter().map(|v| f32::from(*v)).collect();
+        let layout = |x| read(&npz(folder.path(), &[("x", x), y()])).reading.layout;
+        assert_eq!(layout(f32s(shape, &floats)), of_floats, "{shape:?}");
+        assert_eq!(layout(npy("|u1", false, shape, &values)), of_bytes, "{shape:?}");
+    }
+}
+
+#[test]
+fn an_image_of_which_planes_are_left_out_is_no_colour_image() {
+    let folder = tempdir().unwrap();
+    for (class, value) in [("a", 10), ("b", 200)] {
+        std::fs::create_dir(folder.path().join(class)).unwrap();
+        let image = RgbImage::from_fn(4, 2, |x, y| image::Rgb([value, x as u8, y as u8]));
+        image.save(folder.path().join(class).join("1.png")).unwrap();
+    }
+    assert_eq!(read(folder.path()).reading, Reading::new(Layout::Colour, &[3, 2, 4]));
+    let red = Options { channels: Some(vec![0]), ..Options::default() };
+    let reading = load(folder.path(), &red).unwrap().reading;
+    assert_eq!(reading, Reading::new(Layout::Sequence, &[1, 2, 4]));
+    let colour = Options { layout: Some(Layout::Colour), ..red };
+    let message = load(folder.path(), &colour).unwrap_err().to_string();
+    let end = ": layout is colour, but a sample of shape [1, 2, 4] is not a colour image [3, H, W]";
+    assert!(message.ends_with(end), "{message}");
+}
+
+#[test]
+fn a_wrong_fact_is_refused_by_file_and_key() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    let none = "none of features, series, image, colour, sequence, fingers";
+    let cases = [
+        (r#""layout": "strip""#, format!("layout is \"strip\", {none}")),
+        (r#""layout": 2"#, format!("layout is 2, {none}")),
+        (r#""unit": 5"#, "unit is 5, not a text".into()),
+        (r#""rate": "fast""#, "rate is \"fast\", not a number above 0".into()),
+        (r#""rate": 0"#, "rate is 0, not a number above 0".into()),
+        (r#""full_scale": 1e300"#, "full_scale is 1e+300, not a number above 0".into()),
+        (r#""source": ["glove"]"#, "source is [\"glove\"], not a text".into()),
+        (
+            r#""layout": "colour""#,
+            "layout is colour, but a sample of shape [2, 3] is not a colour image [3, H, W]".into(),
+        ),
+    ];
+    for (fact, why) in cases {
+        files(folder.path(), &[("labels.json", &format!(r#"{{"classes": ["a", "b"], {fact}}}"#))]);
+        assert_eq!(refused(&path, &Options::default()), format!("labels.json: {why}"));
+    }
+    std::fs::remove_file(folder.path().join("labels.json")).unwrap();
+    let options = Options { layout: Some(Layout::Sequence), ..Options::default() };
+    assert_eq!(
+        refused(&path, &options),
+        "grasps.npz: layout is sequence, but a sample of shape [2, 3] is not a sequence of images [T, H, W]"
+    );
+    for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let options = Options { rate: Some(rate), ..Options::default() };
+        let why = "rate: is in readings per second (Hz), above 0";
+        assert_eq!(refused(&path, &options), format!("grasps.npz: {why}"));
+    }
+}
+
+#[test]
+fn a_saved_scene_is_still_simulated_and_everything_else_is_real() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
+    assert_eq!(read(&path).source, Source::real("grasps"));
+    let cases = [
+        ("simulated: fingertip without noise", "simulated: fingertip without noise (grasps)"),
+        ("real: glove", "real: grasps"),
+        ("the glove of 2019", "real: grasps"),
+    ];
+    for (word, source) in cases {
+        files(
+            folder.path(),
+            &[("labels.json", &format!(r#"{{"classes": ["a", "b"], "source": "{word}"}}"#))],
+        );
+        assert_eq!(read(&path).source.to_string(), source);
+    }
+}
+
+#[test]
+fn a_source_is_written_and_read_as_one_text() {
+    for source in [Source::real("glove"), Source::simulated("fingertip without noise (a: b)")] {
+        let json = serde_json::to_string(&source).unwrap();
+        assert_eq!(json, format!("\"{source}\""));
+        assert_eq!(serde_json::from_str::<Source>(&json).unwrap(), source);
+        assert_eq!(source.is_simulated(), json.starts_with("\"simulated: "));
+    }
+    let error = serde_json::from_str::<Source>("\"measured: glove\"").unwrap_err().to_string();
+    let why = "source = \"measured: glove\": is neither \"simulated: NAME\" nor \"real: NAME\"";
+    assert!(error.starts_with(why), "{error}");
+}
+
+#[test]
+fn a_reading_is_written_without_what_nobody_said() {
+    let bare = Reading::new(Layout::Sequence, &[10, 14, 25]);
+    let json = r#"{"layout":"sequence","shape":[10,14,25]}"#;
+    assert_eq!(serde_json::to_string(&bare).unwrap(), json);
+    assert_eq!(serde_json::from_str::<Reading>(json).unwrap(), bare);
+    let full = Reading {
+        unit: Some("N".into()),
+        rate: Some(100.0),
+        full_scale: Some(20.0),
+        rest: Some(vec![0.5, 0.25]),
+        ..bare
+    };
+    let json = serde_json::to_string(&full).unwrap();
+    assert_eq!(serde_json::from_str::<Reading>(&json).unwrap(), full);
+    assert!(serde_json::from_str::<Reading>(r#"{"layout":"image","shape":[2,2],"hz":3}"#).is_err());
+}

@@ -1,0 +1,122 @@
+//! What the axes of one raw sample are.
+//!
+//! # Reference
+//!
+//! None: the five kinds of recordings of papers 000 to 004, and a row of numbers.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+/// The axes of one raw sample, by kebab-case name in files and settings.
+///
+/// ```
+/// use taxel_encodings::Layout;
+///
+/// let layout: Layout = "sequence".parse()?;
+/// assert_eq!((layout.rank(), layout.axes()), (3, "time × rows × columns"));
+/// assert!(layout.fits(&[10, 14, 25]) && !layout.fits(&[14, 25]));
+/// # Ok::<(), taxel_encodings::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// `[F]`: one row of numbers.
+    Features,
+    /// `[C, T]`: channels over time; each channel is a sensor of its own, such as a finger's.
+    Series,
+    /// `[H, W]`: one image of an array of taxels.
+    Image,
+    /// `[3, H, W]`: one colour image of a camera-based sensor, red, green, blue; a taxel is a pixel.
+    Colour,
+    /// `[T, H, W]`: an array of taxels over time.
+    Sequence,
+    /// `[F, C, T]`: fingers of several channels over time; each finger is a sensor of its own.
+    Fingers,
+}
+
+impl Layout {
+    /// Every layout.
+    pub const ALL: [Self; 6] =
+        [Self::Features, Self::Series, Self::Image, Self::Colour, Self::Sequence, Self::Fingers];
+
+    /// Number of axes of one sample.
+    pub fn rank(self) -> usize {
+        match self {
+            Self::Features => 1,
+            Self::Series | Self::Image => 2,
+            Self::Colour | Self::Sequence | Self::Fingers => 3,
+        }
+    }
+
+    /// The axes in words, slowest first: `channels × time`.
+    pub fn axes(self) -> &'static str {
+        match self {
+            Self::Features => "features",
+            Self::Series => "channels × time",
+            Self::Image => "rows × columns",
+            Self::Colour => "colours × rows × columns",
+            Self::Sequence => "time × rows × columns",
+            Self::Fingers => "fingers × channels × time",
+        }
+    }
+
+    /// Name in files and settings: `series`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Features => "features",
+            Self::Series => "series",
+            Self::Image => "image",
+            Self::Colour => "colour",
+            Self::Sequence => "sequence",
+            Self::Fingers => "fingers",
+        }
+    }
+
+    /// What a sample is, and its axes, for messages: `a series [C, T]`.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Features => "a row of features [F]",
+            Self::Series => "a series [C, T]",
+            Self::Image => "an image [H, W]",
+            Self::Colour => "a colour image [3, H, W]",
+            Self::Sequence => "a sequence of images [T, H, W]",
+            Self::Fingers => "a series of several fingers [F, C, T]",
+        }
+    }
+
+    /// Whether one sample may have this shape: as many axes, and three planes of a colour image.
+    pub fn fits(self, shape: &[usize]) -> bool {
+        shape.len() == self.rank() && (self != Self::Colour || shape[0] == 3)
+    }
+
+    /// Whether a sample goes on in time; a row of features counts as one channel.
+    pub fn has_time(self) -> bool {
+        !matches!(self, Self::Image | Self::Colour)
+    }
+
+    /// Whether taxels lie on a surface, in rows and columns.
+    pub fn has_area(self) -> bool {
+        matches!(self, Self::Image | Self::Colour | Self::Sequence)
+    }
+}
+
+impl fmt::Display for Layout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Layout {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|layout| layout.name() == name)
+            .ok_or_else(|| Error::Layout { name: name.into(), known: Self::ALL.map(Self::name).join(", ") })
+    }
+}
