@@ -11,12 +11,13 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 /// `docs/architecture.md` draws the same table.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("seed", &[]),
+    ("files", &[]),
     ("encodings", &[]),
     ("scenes", &["seed"]),
     ("graph", &["seed"]),
     ("kernels", &[]),
     ("baselines", &["seed"]),
-    ("data", &["encodings", "seed"]),
+    ("data", &["encodings", "files", "seed"]),
     ("hybrid-cnn", &["graph"]),
     ("tactnet3d", &["graph"]),
     ("multiscale-cnn", &["graph"]),

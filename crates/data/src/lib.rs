@@ -45,4 +45,5 @@ pub use shortcut::Shortcut;
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };
-pub use write::{Npz, PART, npy_bytes, write_whole};
+pub use taxel_files::{PART, write_whole};
+pub use write::{Npz, npy_bytes};

@@ -1,46 +1,10 @@
-//! Files that are whole or not there, and NumPy arrays in them.
+//! NumPy arrays as bytes: one `.npy`, or several in an `.npz`.
 
-use std::fs::{self, File};
 use std::io::{self, Cursor, Write};
-use std::path::{Path, PathBuf};
 
 use npyz::npz::NpzWriter;
 use npyz::zip::{CompressionMethod, DateTime, write::FileOptions};
 use npyz::{AutoSerialize, WriterBuilder};
-
-/// Ending of a file that is being written.
-pub const PART: &str = ".part";
-
-/// Writes `bytes` under another name in the same folder, flushes them to disk, then renames: no
-/// reader sees half a file.
-///
-/// # Errors
-///
-/// What the system says.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(PART);
-    let part = PathBuf::from(part);
-    let written = File::create(&part).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()
-    });
-    let written = written.and_then(|()| fs::rename(&part, path)).and_then(|()| sync_folder(path));
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&part);
-    }
-    written
-}
-
-/// Flushes the folder that a file was renamed in, so that the new name survives a power cut.
-fn sync_folder(path: &Path) -> io::Result<()> {
-    match path.parent() {
-        // Other systems cannot open a folder.
-        Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
-        _ => Ok(()),
-    }
-}
 
 /// One array as the bytes of a `.npy`, row-major.
 ///
