@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use taxel_devices::checkpoint;
+use taxel_checkpoint as checkpoint;
 use taxel_graph::{Graph, Weights};
 
 use crate::encode::Transform;

@@ -212,7 +212,7 @@ fn checkpoint(
         let (key, value) = (format!("networks.{network}.weights"), format!("{:?}", path.display()));
         experiment.refuse(Problem { key, value, reason })
     };
-    let (checkpoint, _) = taxel_devices::checkpoint::read(&path).map_err(|e| refuse(e.to_string()))?;
+    let (checkpoint, _) = taxel_checkpoint::read(&path).map_err(|e| refuse(e.to_string()))?;
     let mut fresh = Weights::init(graph, train.init, 0, "checkpoint");
     let anew = fresh.start_from(graph, &checkpoint, false).map_err(|e| refuse(e.to_string()))?;
     Ok((Some(checkpoint), anew))

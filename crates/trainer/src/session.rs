@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use taxel_devices::checkpoint;
+use taxel_checkpoint as checkpoint;
 use taxel_engine::{Engine, OptimizerState};
 use taxel_graph::Weights;
 
