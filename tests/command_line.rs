@@ -72,7 +72,7 @@ impl Case {
     }
 
     fn save(&self, weights: &Weights) {
-        taxel_devices::checkpoint::write(&self.path("w.safetensors"), weights, "").unwrap();
+        taxel_checkpoint::write(&self.path("w.safetensors"), weights, "").unwrap();
     }
 
     fn arguments(&self, backend: &str) -> Vec<String> {
@@ -180,7 +180,7 @@ fn two_trained_networks_are_stitched_into_one() {
         tactile.insert(&param.name, visual.get(&param.name).unwrap().clone());
     }
     for (name, weights) in [("v.safetensors", &visual), ("t.safetensors", &tactile)] {
-        taxel_devices::checkpoint::write(&folder.path().join(name), weights, "").unwrap();
+        taxel_checkpoint::write(&folder.path().join(name), weights, "").unwrap();
     }
     let stitch = |tactile: &str, more: &[&str]| {
         let mut list = vec!["stitch".to_string(), "--visual".into(), at("v.safetensors")];
@@ -216,7 +216,7 @@ fn two_trained_networks_are_stitched_into_one() {
     assert_eq!(fs::read(at("y.npy")).unwrap(), fs::read(at("y.tactile.npy")).unwrap());
     assert_ne!(fs::read(at("y.npy")).unwrap(), fs::read(at("y.visual.npy")).unwrap());
     fs::remove_file(at("both.safetensors")).unwrap();
-    taxel_devices::checkpoint::write(&folder.path().join("o.safetensors"), &fresh(2), "").unwrap();
+    taxel_checkpoint::write(&folder.path().join("o.safetensors"), &fresh(2), "").unwrap();
     let refusal = refuse(stitch("o.safetensors", &[]));
     assert!(
         refusal.contains("shared tensor `features.3.conv.0.0.weight` is another in `visual`"),

@@ -103,6 +103,12 @@ impl Dataset {
         selected
     }
 
+    /// What a bootstrap draws as one, per sample: its group, else its exact copies, else itself.
+    pub fn clusters(&self) -> Vec<u32> {
+        let own = || (0..self.len() as u32).collect();
+        self.groups.clone().or_else(|| self.units.clone()).unwrap_or_else(own)
+    }
+
     /// Takes the axes of a sample for others, where a file does not say what they are.
     ///
     /// # Errors

@@ -1,8 +1,6 @@
-//! What a device or a checkpoint refuses.
+//! What a device refuses.
 
-use std::path::PathBuf;
-
-/// A graph that cannot run on a device, or a checkpoint that cannot be used.
+/// A graph that cannot run on a device.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The graph or its weights are not usable.
@@ -22,14 +20,6 @@ pub enum Error {
         /// Network name.
         model: String,
         /// What does not fit.
-        reason: String,
-    },
-    /// A checkpoint cannot be read or written.
-    #[error("{}: {reason}", path.display())]
-    Checkpoint {
-        /// File.
-        path: PathBuf,
-        /// What is wrong, and the way out.
         reason: String,
     },
 }

@@ -7,7 +7,8 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use taxel_devices::{Device, Model, checkpoint};
+use taxel_checkpoint as checkpoint;
+use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Graph, Weights};
 

@@ -3,7 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use taxel_devices::{Device, Model, checkpoint};
+use taxel_checkpoint as checkpoint;
+use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options, Sgdm};
 use taxel_graph::{Graph, Init, NodeId, Op, Scheme, Tensor, Weights};
 use taxel_zoo::{Entry, NETWORKS, Settings};

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Result;
 use crate::metrics::quantile;
 
 /// Times of one sample, one after the other on one thread, from the shortest to the longest.

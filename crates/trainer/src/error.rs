@@ -43,7 +43,7 @@ pub enum Error {
     Data(Box<taxel_data::Error>),
     /// A checkpoint cannot be read or written.
     #[error(transparent)]
-    Checkpoint(#[from] taxel_devices::Error),
+    Checkpoint(#[from] taxel_checkpoint::Error),
     /// An experiment's scene cannot be simulated.
     #[error(transparent)]
     Scene(#[from] taxel_scenes::Error),

@@ -393,7 +393,7 @@ fn starting_from_a_checkpoint() {
     run_tiny(&at("first"), &[]).unwrap();
     let model = std::fs::read_dir(at("first/models")).unwrap().map(|e| e.unwrap().path());
     let model = model.filter(|p| p.to_str().unwrap().contains("resnet8")).min().unwrap();
-    let (before, _) = taxel_devices::checkpoint::read(&model).unwrap();
+    let (before, _) = taxel_checkpoint::read(&model).unwrap();
     let config = |path: &Path, more: &str| {
         let second = TINY.replace(
             "name = \"resnet8-lite-1d\"",
@@ -413,7 +413,7 @@ fn starting_from_a_checkpoint() {
     let experiment = config(&model, &format!("train.frozen = [{stem:?}]"));
     go(&experiment, "second").unwrap();
     let tuned = std::fs::read_dir(at("second/models")).unwrap().next().unwrap().unwrap().path();
-    let (after, _) = taxel_devices::checkpoint::read(&tuned).unwrap();
+    let (after, _) = taxel_checkpoint::read(&tuned).unwrap();
     assert_eq!(before.get(&frozen), after.get(&frozen), "{stem} is frozen");
     let moved = |name: &&String| before.get(name) != after.get(name);
     assert!(names.iter().filter(moved).count() > names.len() / 2, "the rest is tuned");

@@ -1,6 +1,6 @@
 //! A data set's samples as the inputs of networks, fold by fold.
 
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
@@ -63,7 +63,7 @@ pub struct Input {
     /// How it was made.
     pub transform: Transform,
     /// The input of every sample, training and test.
-    pub encoded: Rc<Encoded>,
+    pub encoded: Arc<Encoded>,
     /// Time to encode one sample, in ms, averaged over all.
     pub ms_per_sample: f64,
 }
@@ -234,7 +234,7 @@ impl Plan {
 impl Input {
     fn new(name: &'static str, transform: Transform, x: ArrayD<f32>, start: Instant) -> Self {
         let ms_per_sample = 1e3 * start.elapsed().as_secs_f64() / x.shape()[0].max(1) as f64;
-        Input { name, transform, encoded: Rc::new(Encoded::new(x)), ms_per_sample }
+        Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample }
     }
 }
 

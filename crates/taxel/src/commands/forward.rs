@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use ndarray::{ArrayD, IxDyn};
-use taxel_devices::{Device, Model, checkpoint};
+use taxel_checkpoint as checkpoint;
+#[cfg(feature = "candle")]
+use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options};
 
 use crate::Outcome;
@@ -109,6 +111,14 @@ impl Forward {
                     engine.outputs().for_each(|(name, values)| keep(name, values));
                 }
             }
+            #[cfg(not(feature = "candle"))]
+            Backend::Candle => {
+                return Err(
+                    "--backend candle: this build holds no candle; build taxel with `--features candle`"
+                        .into(),
+                );
+            }
+            #[cfg(feature = "candle")]
             Backend::Candle => {
                 let model = Model::new(&graph, &weights, &device()?)?;
                 for from in (0..samples).step_by(CHUNK) {
@@ -145,6 +155,7 @@ fn read_input(path: &Path, shape: &[usize], name: &str) -> Result<ArrayD<f32>, B
 }
 
 /// The accelerator this build knows, else the CPU.
+#[cfg(feature = "candle")]
 fn device() -> Result<Device, Box<dyn std::error::Error>> {
     if cfg!(feature = "cuda") {
         Ok(Device::new_cuda(0)?)

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel_devices::checkpoint;
+use taxel_checkpoint as checkpoint;
 use taxel_graph::{Graph, Tensor, Weights};
 use taxel_trainer::thousands;
 

@@ -1,0 +1,70 @@
+//! What is wrong with a checkpoint.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A checkpoint that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {cause}", path.display())]
+pub struct Error {
+    /// File.
+    pub path: PathBuf,
+    /// What is wrong with it, and the way out.
+    pub cause: Cause,
+}
+
+impl Error {
+    pub(crate) fn new(path: &Path, cause: Cause) -> Self {
+        Error { path: path.into(), cause }
+    }
+}
+
+/// What is wrong with the content of a checkpoint.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Cause {
+    /// The system refused.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The ending of the name says nothing.
+    #[error("unknown kind of weights; expected .safetensors, .pth or .pt")]
+    Kind,
+    /// Damaged, or of another format.
+    #[error("not a whole safetensors file: {0}")]
+    NotSafetensors(String),
+    /// Integers, booleans and the like.
+    #[error("tensor `{tensor}` is {dtype}; expected F32, F64, F16 or BF16")]
+    Type {
+        /// Tensor name.
+        tensor: String,
+        /// Its type in the file.
+        dtype: String,
+    },
+    /// A tensor in memory that is none.
+    #[error("tensor `{tensor}` holds {values} values, which do not fill its shape {shape:?}")]
+    Shape {
+        /// Tensor name.
+        tensor: String,
+        /// Axis sizes.
+        shape: Vec<usize>,
+        /// Number of values.
+        values: usize,
+    },
+    /// PyTorch's format, which this build does not read.
+    #[error(
+        "this build does not read PyTorch's format; save it as .safetensors, or build taxel with `--features candle`"
+    )]
+    NoPthReader,
+    /// Saved by PyTorch before 1.6.
+    #[error(
+        "is in the format of PyTorch before 1.6; load it with PyTorch 1.6 or newer and \
+         save it again with torch.save(model.state_dict(), path)"
+    )]
+    LegacyPth,
+    /// Another object than a `state_dict`, or damaged.
+    #[error("{0}; save it again with torch.save(model.state_dict(), path)")]
+    Pth(String),
+}
+
+/// Result with this crate's [`struct@Error`].
+pub type Result<T> = std::result::Result<T, Error>;

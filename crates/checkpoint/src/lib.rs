@@ -1,0 +1,88 @@
+//! Named tensors on disk: `.safetensors` both ways and, with the cargo feature `pth`, PyTorch's `.pth` inwards.
+//!
+//! ```
+//! use taxel_graph::{Tensor, Weights};
+//!
+//! let mut weights = Weights::new();
+//! weights.insert("head.bias", Tensor { shape: vec![2], data: vec![0.5, -1.0] });
+//! let bytes = taxel_checkpoint::to_bytes(&weights, "two classes")?;
+//! let (read, text) = taxel_checkpoint::from_bytes(&bytes)?;
+//! assert_eq!((read, text.as_deref()), (weights, Some("two classes")));
+//! # Ok::<(), taxel_checkpoint::Cause>(())
+//! ```
+
+mod error;
+#[cfg(feature = "pth")]
+mod pth;
+mod safetensors;
+
+use std::fs::File;
+use std::path::Path;
+
+use taxel_graph::Weights;
+
+pub use error::{Cause, Error, Result};
+pub use safetensors::{from_bytes, to_bytes};
+
+/// What the ending of a file says about it.
+enum Kind {
+    Safetensors,
+    Pth,
+}
+
+impl Kind {
+    fn of(path: &Path) -> std::result::Result<Self, Cause> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("safetensors") => Ok(Kind::Safetensors),
+            Some("pth" | "pt") => Ok(Kind::Pth),
+            _ => Err(Cause::Kind),
+        }
+    }
+}
+
+/// Reads `.safetensors` or `.pth`/`.pt`; the text is taxel's metadata, if the file has some. All values become
+/// `f32`; PyTorch's `num_batches_tracked` is let pass.
+///
+/// # Errors
+/// A file that is missing, broken or of another kind, and tensors that are not floating point.
+pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
+    let weights = || match Kind::of(path)? {
+        Kind::Safetensors => from_bytes(&std::fs::read(path)?),
+        Kind::Pth => Ok((read_pth(path)?, None)),
+    };
+    weights().map_err(|cause| Error::new(path, cause))
+}
+
+/// The text that [`write`] kept in a `.safetensors`, read from the file's header alone; none in other files.
+///
+/// # Errors
+/// A file that is missing, broken or of another kind. Values are not read, so damage there is not seen.
+pub fn read_text(path: &Path) -> Result<Option<String>> {
+    let text = || match Kind::of(path)? {
+        Kind::Safetensors => {
+            let mut file = File::open(path)?;
+            let length = file.metadata()?.len();
+            safetensors::read_text(&mut file, length)
+        }
+        Kind::Pth => Ok(None),
+    };
+    text().map_err(|cause| Error::new(path, cause))
+}
+
+/// Writes `.safetensors`, under a temporary name first: a reader never sees half a file. Equal weights and text
+/// give equal bytes.
+///
+/// # Errors
+/// A tensor whose values are not as many as its shape says, and a folder that is missing or cannot be written.
+pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
+    let write = || Ok(taxel_files::write_whole(path, &to_bytes(weights, text)?)?);
+    write().map_err(|cause| Error::new(path, cause))
+}
+
+#[cfg(feature = "pth")]
+use pth::read as read_pth;
+
+#[cfg(not(feature = "pth"))]
+fn read_pth(_: &Path) -> std::result::Result<Weights, Cause> {
+    Err(Cause::NoPthReader)
+}
