@@ -6,7 +6,7 @@ use crate::op::Op;
 pub type NodeId = usize;
 
 /// Whether training moves a tensor by its gradient.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Trained by gradient.
     Parameter,
@@ -15,7 +15,7 @@ pub enum Kind {
 }
 
 /// How a fresh tensor is filled.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Init {
     /// Every value the same.
     Constant(f32),
@@ -32,7 +32,7 @@ pub enum Init {
 }
 
 /// One tensor of a node.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Param {
     /// Full name as in a PyTorch `state_dict`: `stem.bn.running_mean`.
     pub name: String,
@@ -59,7 +59,7 @@ impl Param {
 }
 
 /// One operation with its inputs, output shape and tensors.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Node {
     /// Unique name; nodes with tensors carry the prefix of their tensors (`stem.conv`).
     pub name: String,
@@ -74,7 +74,7 @@ pub struct Node {
 }
 
 /// A network: nodes in topological order, inputs and outputs by name.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Graph {
     pub(crate) name: String,
     pub(crate) nodes: Vec<Node>,

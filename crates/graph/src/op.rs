@@ -28,7 +28,7 @@ pub fn describe(shape: &[usize]) -> String {
 }
 
 /// A sliding window: how a kernel moves over the spatial axes.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Window {
     /// Size per spatial axis.
     pub kernel: Vec<usize>,
@@ -57,7 +57,7 @@ impl Window {
 }
 
 /// What a node computes.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Op {
     /// A named input of the network.
     Input,
@@ -156,7 +156,7 @@ pub enum Op {
 }
 
 /// A function of one value. NaN stays NaN; gradients at the corners are PyTorch's.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Activation {
     /// `min(max(x, 0), 6)`; the gradient at 0 and 6 is 0.
     Relu6,
