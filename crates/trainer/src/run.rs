@@ -116,7 +116,7 @@ pub fn run_on(
     let config = experiment.config();
     let entries: Vec<&'static Entry> =
         config.networks.iter().map(|n| Ok(taxel_zoo::find(&n.name)?)).collect::<Result<_>>()?;
-    let wanted: Vec<&str> = entries.iter().flat_map(|e| e.inputs).map(|input| input.name).collect();
+    let wanted: Vec<&str> = entries.iter().flat_map(|e| &e.inputs).map(|input| input.name.as_str()).collect();
     let encoder = Encoder::new(experiment, samples, &wanted)?;
     let mut candidates = vec![];
     for (i, (config_of, entry)) in config.networks.iter().zip(entries).enumerate() {
@@ -193,7 +193,8 @@ pub fn run_on(
 
 /// Names frozen layers that the network does not have before anything is trained.
 fn check_frozen(experiment: &Experiment, network: usize, graph: &Graph, train: &Train) -> Result<()> {
-    graph.covered(&train.frozen).map(|_| ()).map_err(|error| {
+    let names = taxel_zoo::matlab::resolve(graph, &train.frozen);
+    names.and_then(|names| graph.covered(&names)).map(|_| ()).map_err(|error| {
         let (key, value) = (format!("networks.{network}.train.frozen"), format!("{:?}", train.frozen));
         let reason = format!("{error}; `taxel cost {}` lists and numbers them", graph.name());
         experiment.refuse(Problem { key, value, reason })

@@ -383,7 +383,8 @@ impl<'m> Trainee<'m> {
         }
         let largest = rows.len().max(material.fold.test.len()).max(material.fold.validation.len());
         let batch = train.batch_size.min(largest).max(1);
-        let options = Options { batch, threads: task.threads, frozen: train.frozen.clone() };
+        let frozen = taxel_zoo::matlab::resolve(graph, &train.frozen).map_err(taxel_engine::Error::from)?;
+        let options = Options { batch, threads: task.threads, frozen };
         let purpose = format!("dropout/{}/r{repetition}/f{fold}", graph.name());
         Ok(Trainee {
             label: task.label.into(),
