@@ -8,9 +8,7 @@
 //! goes to the classifier, is what its size and GFLOPs leave. Two bias vectors, as PyTorch has them.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result};
-
-use crate::in_range;
+use taxel_graph::{Architecture, Graph, Network, Result, at_least};
 
 /// `signal` `[in_channels, length]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,7 +33,7 @@ impl Default for LstmConfig {
 impl Architecture for LstmConfig {
     fn graph(&self) -> Result<Graph> {
         let LstmConfig { classes, in_channels, length, hidden } = *self;
-        in_range(&[
+        at_least(&[
             ("classes", classes, 2),
             ("in_channels", in_channels, 1),
             ("length", length, 1),

@@ -7,7 +7,7 @@
 //! The paper gives no widths: 250–128–classes with ReLU is what its size and GFLOPs leave.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Error, Graph, Network, Result};
+use taxel_graph::{Architecture, Graph, Network, Result, within};
 
 /// `signal` `[1, in_features]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,9 +33,7 @@ impl Architecture for MlpConfig {
         for (key, value, least) in
             [("classes", classes, 2), ("in_features", in_features, 1), ("hidden", hidden, 1)]
         {
-            if !(least..=16_777_216).contains(&value) {
-                return Err(Error::config(key, value, &format!("must be in {least}..=16777216")));
-            }
+            within(key, value, least..=16_777_216)?;
         }
         let net = Network::new("mlp");
         let x = net.input("signal", &[1, in_features]).flatten();

@@ -10,9 +10,7 @@
 //! the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result};
-
-use crate::in_range;
+use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result, at_least};
 
 /// Filters of TactNet6's convolutions, each followed by batch norm, ReLU and a 2/2 max-pool; the first has
 /// a kernel of 5, the others of 3. TactNet4 has the first three.
@@ -31,6 +29,9 @@ pub enum TactNetDepth {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TactNetConfig {
+    /// Which of the two; no setting.
+    #[serde(skip)]
+    pub depth: TactNetDepth,
     /// Output classes, at least 2.
     pub classes: usize,
     /// Colour planes, at least 1.
@@ -41,31 +42,34 @@ pub struct TactNetConfig {
     pub width: usize,
 }
 
+impl TactNetConfig {
+    /// `tactnet4` with paper 000's image and classes.
+    pub const FOUR: TactNetConfig =
+        TactNetConfig { depth: TactNetDepth::Four, classes: 3, in_channels: 3, height: 50, width: 50 };
+    /// `tactnet6`, likewise.
+    pub const SIX: TactNetConfig = TactNetConfig { depth: TactNetDepth::Six, ..TactNetConfig::FOUR };
+}
+
 impl Default for TactNetConfig {
     fn default() -> Self {
-        TactNetConfig { classes: 3, in_channels: 3, height: 50, width: 50 }
+        TactNetConfig::FOUR
     }
 }
 
-/// A TactNet with its configuration.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TactNet {
-    /// Number of layers with weights.
-    pub depth: TactNetDepth,
-    /// Sizes.
-    pub config: TactNetConfig,
-}
+impl Architecture for TactNetConfig {
+    fn with(&self, settings: Self) -> Self {
+        TactNetConfig { depth: self.depth, ..settings }
+    }
 
-impl Architecture for TactNet {
     fn graph(&self) -> Result<Graph> {
-        let TactNetConfig { classes, in_channels, height, width } = self.config;
-        in_range(&[
+        let TactNetConfig { depth, classes, in_channels, height, width } = *self;
+        at_least(&[
             ("classes", classes, 2),
             ("in_channels", in_channels, 1),
             ("height", height, 1),
             ("width", width, 1),
         ])?;
-        let (name, filters) = match self.depth {
+        let (name, filters) = match depth {
             TactNetDepth::Four => ("tactnet4", &FILTERS[..3]),
             TactNetDepth::Six => ("tactnet6", &FILTERS[..]),
         };

@@ -12,9 +12,7 @@
 //! addition, all as in ResNet.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result};
-
-use crate::in_range;
+use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result, at_least};
 
 /// Name and filters of each residual block; where the filters grow, the shortcut is a convolution.
 const BLOCKS: [(&str, usize); 4] = [("res2", 64), ("res3", 64), ("res4", 128), ("res5", 128)];
@@ -42,7 +40,7 @@ impl Default for TactResNetConfig {
 impl Architecture for TactResNetConfig {
     fn graph(&self) -> Result<Graph> {
         let TactResNetConfig { classes, in_channels, height, width } = *self;
-        in_range(&[
+        at_least(&[
             ("classes", classes, 2),
             ("in_channels", in_channels, 1),
             ("height", height, 21),

@@ -144,7 +144,7 @@ impl Model {
         let tensor = |i: usize| self.tensors[&node.params[i].name].as_tensor();
         match &node.op {
             Op::Input => Ok(x.clone()),
-            Op::Conv { window, groups, bias } => {
+            Op::Conv { window, groups, bias, .. } => {
                 let y = self.conv(x, tensor(0), window, *groups, node)?;
                 if *bias { y.broadcast_add(&per_channel(tensor(1), y.rank())?) } else { Ok(y) }
             }
@@ -191,7 +191,7 @@ impl Model {
             }
             Op::GlobalAveragePool => x.flatten_from(2)?.mean(2),
             Op::Flatten => x.flatten_from(1),
-            Op::Linear { bias } => {
+            Op::Linear { bias, .. } => {
                 let y = x.matmul(&tensor(0).t()?)?;
                 if *bias { y.broadcast_add(tensor(1)) } else { Ok(y) }
             }
@@ -203,7 +203,7 @@ impl Model {
                 x.reshape(split)?.transpose(1, 2)?.contiguous()?.reshape(dims)
             }
             Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),
-            Op::Standardize => {
+            Op::Standardize { .. } => {
                 let rank = x.rank();
                 x.broadcast_sub(&per_channel(tensor(0), rank)?)?.broadcast_div(&per_channel(tensor(1), rank)?)
             }

@@ -7,7 +7,7 @@ use taxel_checkpoint as checkpoint;
 use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options, Sgdm};
 use taxel_graph::{Graph, Init, NodeId, Op, Scheme, Tensor, Weights};
-use taxel_zoo::{Entry, NETWORKS, Settings};
+use taxel_zoo::{Entry, Settings, built_in};
 
 /// Batch norm over two samples would give ±1, and gradients of zero.
 const BATCH: usize = 3;
@@ -57,7 +57,7 @@ fn random(count: usize, salt: usize) -> impl Iterator<Item = f32> {
 
 /// A network with fresh weights and one batch.
 struct Case {
-    name: &'static str,
+    name: String,
     graph: Graph,
     weights: Weights,
     inputs: Vec<Vec<f32>>,
@@ -78,7 +78,7 @@ impl Case {
         }
         let lens = graph.inputs().map(|node| node.shape.iter().product::<usize>());
         let inputs = lens.enumerate().map(|(salt, len)| random(BATCH * len, salt).collect()).collect();
-        Case { name: entry.name, graph, weights, inputs, labels: vec![0, 1, 0] }
+        Case { name: entry.name.clone(), graph, weights, inputs, labels: vec![0, 1, 0] }
     }
 
     fn xs(&self) -> Vec<&[f32]> {
@@ -175,9 +175,9 @@ fn engine(case: &Case, weights: &Weights) -> Result<Engine, taxel_engine::Error>
 fn on_the_engine_at_the_published_input() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("w.safetensors");
-    for entry in NETWORKS {
-        let case = Case::new(entry, &published(entry.name));
-        let name = entry.name;
+    for entry in built_in().entries() {
+        let case = Case::new(entry, &published(&entry.name));
+        let name = &entry.name;
         let mut engine = engine(&case, &case.weights).unwrap();
         let eval = engine.forward(&case.xs(), BATCH, Mode::Eval).unwrap().to_vec();
         assert!(eval.iter().all(|v| v.is_finite()), "{name}");
@@ -207,9 +207,9 @@ fn on_the_engine_at_the_published_input() {
 fn on_candle() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("w.safetensors");
-    for entry in NETWORKS {
-        let case = Case::new(entry, &smaller(entry.name));
-        let name = entry.name;
+    for entry in built_in().entries() {
+        let case = Case::new(entry, &smaller(&entry.name));
+        let name = &entry.name;
         let model = |weights: &Weights| Model::new(&case.graph, weights, &Device::Cpu).unwrap();
         let net = model(&case.weights);
         let answer = |model: &Model, train| {
@@ -248,8 +248,8 @@ fn on_candle() {
 
 #[test]
 fn tensors_and_batches_that_do_not_fit_are_refused_by_name() {
-    for entry in NETWORKS {
-        let case = Case::new(entry, &smaller(entry.name));
+    for entry in built_in().entries() {
+        let case = Case::new(entry, &smaller(&entry.name));
         for (weights, words) in case.broken() {
             let refusal = engine(&case, &weights).err().unwrap().to_string();
             assert!(refusal.starts_with(&words), "engine: {refusal}");
@@ -281,25 +281,25 @@ fn tensors_and_batches_that_do_not_fit_are_refused_by_name() {
 /// one that the network cannot reduce is refused by the name of its key or node.
 #[test]
 fn channels_and_sizes_that_do_not_fit_are_refused_by_name() {
-    for entry in NETWORKS {
-        let case = Case::new(entry, &smaller(entry.name));
-        for input in entry.inputs {
+    for entry in built_in().entries() {
+        let case = Case::new(entry, &smaller(&entry.name));
+        for input in &entry.inputs {
             let shape = &case.graph.inputs().find(|node| node.name == input.name).unwrap().shape;
-            let (key, sizes) = match input.keys {
-                [flat] => (*flat, input.keys),
-                keys => (keys[0], &keys[1..]),
+            let (key, sizes) = match &input.keys[..] {
+                [flat] => (flat, &input.keys[..]),
+                keys => (&keys[0], &keys[1..]),
             };
-            let mut wider = smaller(entry.name);
+            let mut wider = smaller(&entry.name);
             // Two streams share the channels.
             let more = if entry.name == "mobilenet-v2-split" { 2 } else { 1 };
             let channels = if input.keys.len() == 1 { shape.iter().product() } else { shape[0] };
-            wider.insert(key.into(), (channels + more).into());
+            wider.insert(key.clone(), (channels + more).into());
             let refusal = case.weights.check(&entry.graph(&wider).unwrap()).unwrap_err().to_string();
             assert!(refusal.contains("has shape") && refusal.contains("expected"), "{refusal}");
             for size in sizes {
                 for value in [0, 1] {
-                    let mut small = smaller(entry.name);
-                    small.insert((*size).into(), value.into());
+                    let mut small = smaller(&entry.name);
+                    small.insert(size.clone(), value.into());
                     let refusal = match entry.graph(&small) {
                         Err(error) => error.to_string(),
                         Ok(_) if value == 1 => continue,

@@ -8,7 +8,7 @@ mod twin;
 use taxel_devices::{Device, Model};
 use taxel_engine::{Engine, Mode, Options, Sgdm};
 use taxel_graph::{Conv, Graph, Kind, Network, Scheme, Tensor, Weights};
-use taxel_zoo::{NETWORKS, Settings};
+use taxel_zoo::{Settings, built_in, matlab};
 use twin::Twin;
 
 fn graph(name: &str, settings: &str) -> Graph {
@@ -39,7 +39,8 @@ fn frozen_layers_learn_nothing_and_keep_their_statistics() {
     for twin in twins {
         let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
         let before = twin.weights();
-        let options = Options { batch: twin.batch, frozen: vec![twin.range()], ..Options::default() };
+        let frozen = matlab::range(&graph, &twin.range()).unwrap();
+        let options = Options { batch: twin.batch, frozen: frozen.clone(), ..Options::default() };
         let mut engine = Engine::new(&graph, &before, options).unwrap();
         let inputs = twin.inputs(&graph, 500);
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
@@ -54,7 +55,7 @@ fn frozen_layers_learn_nothing_and_keep_their_statistics() {
         engine.sgdm(&Sgdm { lr: 0.01, momentum: 0.9, weight_decay: 0.1 });
         let after = engine.weights();
         twin.assert_digests("running", |name| after.get(name).map(|t| t.data.clone()), tolerance.values);
-        let covered = graph.covered(&[twin.range()]).unwrap();
+        let covered = graph.covered(&frozen).unwrap();
         for (node, covered) in graph.nodes().iter().zip(covered) {
             for param in &node.params {
                 let kept = before.get(&param.name) == after.get(&param.name);
@@ -69,7 +70,7 @@ fn blocks_and_ranges_name_nodes() {
     let graph = graph("mobilenet-v2", "");
     let names = |what: &[&str]| -> Vec<String> {
         let what: Vec<String> = what.iter().map(|name| name.to_string()).collect();
-        let covered = graph.covered(&what).unwrap();
+        let covered = graph.covered(&matlab::resolve(&graph, &what).unwrap()).unwrap();
         let nodes = graph.nodes().iter().zip(covered).filter(|(_, covered)| *covered);
         nodes.map(|(node, _)| node.name.clone()).collect()
     };
@@ -84,13 +85,14 @@ fn blocks_and_ranges_name_nodes() {
     assert_eq!(names(&["features", "classifier"]), names(&["1:154"]));
     for (name, words) in [
         ("features.20", "no node with tensors has that name"),
-        ("153:154", "no node with tensors has that name"),
+        ("153:154", "no node with tensors is among them"),
         ("0:3", "expected first:last within layers 1 to 154"),
         ("9:8", "expected first:last within layers 1 to 154"),
         ("1:155", "expected first:last within layers 1 to 154"),
         ("1:x", "expected first:last within layers 1 to 154"),
     ] {
-        let refusal = graph.covered(&[name.into()]).unwrap_err().to_string();
+        let names = matlab::resolve(&graph, &[name.into()]);
+        let refusal = names.and_then(|names| graph.covered(&names)).unwrap_err().to_string();
         assert_eq!(refusal, format!("mobilenet-v2: cannot freeze `{name}`: {words}"));
     }
 }
@@ -163,20 +165,20 @@ fn spatial_features_come_out_in_pytorchs_order() {
         assert!(refusal.contains(&format!("output `{node}` has spatial axes")), "{refusal}");
     }
     let refusal = graph("mlp", "").cut("fc9").unwrap_err().to_string();
-    assert_eq!(refusal, "mlp: has no node `fc9`; `taxel cost mlp` lists them");
+    assert_eq!(refusal, "mlp: has no node `fc9`; did you mean `fc1` or `fc2`?");
 }
 
 #[test]
 fn another_number_of_classes_replaces_the_head_alone_and_says_so() {
-    for entry in NETWORKS {
+    for entry in built_in().entries() {
         // Small ones of the wide.
-        let sizes = match entry.name {
+        let sizes = match entry.name.as_str() {
             "alexnet" | "vgg16" => "hidden=8",
             "tactnet3d-51" => "frames=17",
             _ => "",
         };
-        let trained = graph(entry.name, sizes);
-        let wanted = graph(entry.name, &format!("{sizes} classes=31"));
+        let trained = graph(&entry.name, sizes);
+        let wanted = graph(&entry.name, &format!("{sizes} classes=31"));
         let (checkpoint, own) = (fresh(&trained, 1), fresh(&wanted, 2));
         let mut weights = own.clone();
         let replaced = weights.start_from(&wanted, &checkpoint, false).unwrap();
@@ -248,7 +250,7 @@ fn stitched_streams_answer_as_their_parents_bit_for_bit() {
         weights
     };
     let (visual, mut tactile) = (trained(1), trained(2));
-    let covered = parent.covered(&["18:139".into()]).unwrap();
+    let covered = parent.covered(&matlab::range(&parent, "18:139").unwrap()).unwrap();
     for (node, _) in parent.nodes().iter().zip(covered).filter(|(_, covered)| *covered) {
         node.params.iter().for_each(|p| tactile.insert(&p.name, visual.get(&p.name).unwrap().clone()));
     }

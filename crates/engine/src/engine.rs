@@ -22,8 +22,8 @@ pub struct Options {
     /// Worker threads at most; 1 runs in the calling thread, and so do batches too small to share. Results do
     /// not depend on it.
     pub threads: usize,
-    /// Nodes that training leaves as they are, by name, a name's first parts (`stem` is every node `stem.…`)
-    /// or a range of layers (`18:139`; see [`Graph::covered`]). Their parameters get no gradient and no step, their batch norms use the running
+    /// Nodes that training leaves as they are, by name or a name's first parts (`stem` is every node `stem.…`,
+    /// see [`Graph::covered`]). Their parameters get no gradient and no step, their batch norms use the running
     /// statistics and keep them (PyTorch: `requires_grad_(False)` and `eval()`).
     pub frozen: Vec<String>,
 }

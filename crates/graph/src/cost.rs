@@ -41,8 +41,9 @@ impl std::ops::Add for Cost {
         Cost {
             parameters: self.parameters + other.parameters,
             buffers: self.buffers + other.buffers,
-            macs: self.macs + other.macs,
-            flops: self.flops + other.flops,
+            // Of a node they fit by the limit on its values; of many they might not.
+            macs: self.macs.saturating_add(other.macs),
+            flops: self.flops.saturating_add(other.flops),
             activations: self.activations + other.activations,
         }
     }
@@ -61,7 +62,7 @@ impl Node {
         let outputs: u64 = self.shape.iter().product::<usize>() as u64;
         let (macs, bias) = match &self.op {
             // Every output value meets one row of the weight tensor.
-            Op::Conv { bias, .. } | Op::Linear { bias } => {
+            Op::Conv { bias, .. } | Op::Linear { bias, .. } => {
                 let row: usize = self.params.first().map_or(0, |w: &Param| w.shape[1..].iter().product());
                 (outputs * row as u64, if *bias { outputs } else { 0 })
             }

@@ -14,7 +14,7 @@ pub enum Error {
     /// A configuration value outside its range.
     #[error("{key} = {value}: {reason}")]
     Config {
-        /// Key as written in a config file or after `--set`.
+        /// Key of the setting.
         key: String,
         /// The value given.
         value: String,
@@ -62,7 +62,8 @@ impl Error {
         Error::Config { key: key.into(), value: value.to_string(), reason: reason.into() }
     }
 
-    pub(crate) fn node(node: &str, reason: impl Into<String>) -> Self {
+    /// A [`Error::Node`]: `node: reason`; `node` may also be a network or a tensor.
+    pub fn node(node: &str, reason: impl Into<String>) -> Self {
         Error::Node { node: node.into(), reason: reason.into() }
     }
 }

@@ -1,6 +1,6 @@
 //! How a network wants its fresh weights drawn.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::graph::Init;
 
 /// A rule for the tensors of a convolution or linear layer, by the shape of its weight.
@@ -29,19 +29,21 @@ pub enum Fill {
 
 impl Fill {
     /// What it says for tensor `name` of a layer whose weight has shape `weight` (out × in × kernel).
+    ///
+    /// # Errors
+    /// Numbers that nothing can be drawn from.
     pub(crate) fn resolve(self, name: &str, weight: &[usize]) -> Result<Init> {
-        let fan_in = weight[1..].iter().product::<usize>() as f32;
-        let fan_out = (weight[0] * weight[2..].iter().product::<usize>()) as f32;
-        Ok(match self {
+        let fan_in = weight.iter().skip(1).product::<usize>() as f32;
+        let fan_out = weight.iter().take(1).chain(weight.iter().skip(2)).product::<usize>() as f32;
+        let init = match self {
             Fill::Pytorch => Init::Uniform { bound: 1.0 / fan_in.sqrt() },
             Fill::Constant(value) => Init::Constant(value),
-            Fill::Normal { sd } if !(sd >= 0.0 && sd.is_finite()) => {
-                return Err(Error::node(name, format!("standard deviation {sd} must be at least 0")));
-            }
             Fill::Normal { sd } => Init::Normal { sd },
             Fill::KaimingNormalFanIn => Init::Normal { sd: (2.0 / fan_in).sqrt() },
             Fill::KaimingNormalFanOut => Init::Normal { sd: (2.0 / fan_out).sqrt() },
             Fill::KaimingUniformFanOut => Init::Uniform { bound: (3.0 / fan_out).sqrt() },
-        })
+        };
+        init.check(name)?;
+        Ok(init)
     }
 }

@@ -1,12 +1,18 @@
 //! The network as a value: nodes in the order they run, with shapes and named tensors.
 
+use std::collections::HashSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
 use crate::op::Op;
 
 /// Position of a node in [`Graph::nodes`].
 pub type NodeId = usize;
 
 /// Whether training moves a tensor by its gradient.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Trained by gradient.
     Parameter,
@@ -15,7 +21,8 @@ pub enum Kind {
 }
 
 /// How a fresh tensor is filled.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Init {
     /// Every value the same.
     Constant(f32),
@@ -29,6 +36,25 @@ pub enum Init {
         /// Standard deviation.
         sd: f32,
     },
+}
+
+impl Init {
+    /// Refuses what no value can be drawn from, for tensor `name`.
+    pub(crate) fn check(self, name: &str) -> Result<()> {
+        let reason = match self {
+            Init::Constant(value) if !value.is_finite() => format!("value {value} must be finite"),
+            // A range wider than the largest number cannot be drawn from.
+            Init::Uniform { bound } if !(0.0..=f32::MAX / 2.0).contains(&bound) => {
+                format!("bound {bound} must be in 0..={:e}", f32::MAX / 2.0)
+            }
+            Init::Normal { sd } if sd.is_infinite() => format!("standard deviation {sd} must be finite"),
+            Init::Normal { sd } if sd < 0.0 || sd.is_nan() => {
+                format!("standard deviation {sd} must be at least 0")
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::node(name, reason))
+    }
 }
 
 /// One tensor of a node.
@@ -84,6 +110,42 @@ pub struct Graph {
 }
 
 impl Graph {
+    /// The network of `nodes`, of which each is built on those before it.
+    ///
+    /// # Errors
+    /// No output, one that is no node, a loss weight that is not finite, or names that two nodes, tensors or
+    /// outputs share.
+    pub(crate) fn new(
+        name: String,
+        nodes: Vec<Node>,
+        outputs: Vec<(String, NodeId)>,
+        loss_weights: Vec<f32>,
+    ) -> Result<Graph> {
+        let refuse = |reason: String| Err(Error::node(&name, reason));
+        if let Some(twice) = twice(nodes.iter().map(|node| &node.name)) {
+            return Err(Error::node(twice, "two nodes carry this name"));
+        }
+        if let Some(twice) = twice(nodes.iter().flat_map(|node| &node.params).map(|param| &param.name)) {
+            return Err(Error::node(twice, "two tensors carry this name"));
+        }
+        if let Some(twice) = twice(outputs.iter().map(|(name, _)| name)) {
+            return refuse(format!("two outputs are called `{twice}`"));
+        }
+        if outputs.is_empty() {
+            return refuse("needs at least one output".into());
+        }
+        for ((output, id), weight) in outputs.iter().zip(&loss_weights) {
+            if *id >= nodes.len() {
+                return refuse(format!("output `{output}` is node {id} of {}", nodes.len()));
+            }
+            if !weight.is_finite() {
+                return refuse(format!("loss weight {weight} of output `{output}` must be finite"));
+            }
+        }
+        let inputs = (0..nodes.len()).filter(|&id| nodes[id].op == Op::Input).collect();
+        Ok(Graph { name, nodes, inputs, outputs, loss_weights })
+    }
+
     /// Registry name of the network.
     pub fn name(&self) -> &str {
         &self.name
@@ -124,4 +186,10 @@ impl Graph {
     pub fn buffer_count(&self) -> usize {
         self.params().filter(|p| p.kind == Kind::Buffer).map(Param::len).sum()
     }
+}
+
+/// The first name that comes a second time.
+fn twice<'a>(names: impl Iterator<Item = &'a String>) -> Option<&'a str> {
+    let mut seen = HashSet::new();
+    names.map(String::as_str).find(|name| !seen.insert(*name))
 }

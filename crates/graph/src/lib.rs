@@ -2,7 +2,8 @@
 //!
 //! A [`Graph`] is a list of [`Node`]s: an [`Op`] with its attributes, the nodes it reads, its output
 //! shape and its named tensors. `engine` trains it, `devices` runs it on candle, [`Graph::cost`]
-//! counts it. Network files write it with [`Network`] and [`Flow`].
+//! counts it. Network files write it with [`Network`] and [`Flow`]; serde writes it as a file and reads it back
+//! equal, see [`Graph`].
 //!
 //! Shapes leave the batch axis out and carry axis names in every error:
 //!
@@ -23,25 +24,34 @@ mod cost;
 mod dropout;
 mod error;
 mod fill;
+mod flow;
 mod graph;
+mod infer;
 mod loss;
+mod nearest;
 mod op;
 mod parts;
+mod serial;
+mod settings;
+mod shape;
+mod spec;
+mod state;
 mod transfer;
 mod weights;
+mod window;
 
-pub use builder::{BATCH_NORM_EPS, BATCH_NORM_MOMENTUM, Flow, Network};
+pub use builder::Network;
 pub use cost::Cost;
 pub use dropout::DropoutMask;
 pub use error::{Error, Result};
 pub use fill::Fill;
+pub use flow::{BATCH_NORM_EPS, BATCH_NORM_MOMENTUM, Flow};
 pub use graph::{Graph, Init, Kind, Node, NodeId, Param};
 pub use loss::{Loss, Targets};
-pub use op::{Activation, Conv, Extent, Op, Padding, Pool, Window, axis_names, describe};
+pub use nearest::nearest;
+pub use op::{Activation, Op};
+pub use settings::{Architecture, at_least, share, within};
+pub use shape::{axis_names, describe};
+pub use spec::{Conv, Extent, Padding, Pool};
 pub use weights::{Scheme, Tensor, Weights};
-
-/// A network family's configuration: checked values that become a [`Graph`].
-pub trait Architecture {
-    /// The graph, or which value is out of range.
-    fn graph(&self) -> Result<Graph>;
-}
+pub use window::Window;

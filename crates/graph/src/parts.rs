@@ -1,47 +1,23 @@
-//! Parts of a network: which nodes a name or a range of layers means, and the network up to a node.
-
-use std::ops::RangeInclusive;
+//! Parts of a network: which nodes a name means, and the network up to a node.
 
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Node, NodeId};
+use crate::nearest::nearest;
 use crate::op::Op;
 
-/// MATLAB counts a softmax and a classification layer after the last node.
-const AFTER: usize = 2;
-
 impl Graph {
-    /// Nodes with their layer numbers: from 1, in order, dropout without one.
-    ///
-    /// In `mobilenet-v2` these are the numbers of MATLAB's 154 layers, of which the last two, softmax and
-    /// classification, are no nodes here (paper 001, Table 6).
-    pub fn layers(&self) -> impl Iterator<Item = (Option<usize>, &Node)> {
-        let number = |last: &mut usize, node| {
-            let counts = !matches!(node, &Node { op: Op::Dropout { .. }, .. });
-            *last += usize::from(counts);
-            Some((counts.then_some(*last), node))
-        };
-        self.nodes.iter().scan(0, number)
-    }
-
-    /// Which nodes `names` cover: of each the node of that name, or all whose names start with it and a
-    /// point (`stem` is every node `stem.…`), or a range of [`Graph::layers`], both ends included
-    /// (`18:139`).
+    /// Which nodes `names` cover: of each the node of that name, and all whose names start with it and a
+    /// point (`stem` is every node `stem.…`). Only nodes with tensors are covered.
     ///
     /// # Errors
-    /// A name or range without a node that has tensors.
+    /// A name without a node that has tensors.
     pub fn covered(&self, names: &[String]) -> Result<Vec<bool>> {
         let mut covered = vec![false; self.nodes.len()];
         for name in names {
-            let range = self.range(name)?;
             let mut found = false;
-            for (covered, (number, node)) in covered.iter_mut().zip(self.layers()) {
-                let here = match &range {
-                    Some(range) => number.is_some_and(|n| range.contains(&n)),
-                    None => {
-                        let rest = node.name.strip_prefix(name.as_str());
-                        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-                    }
-                };
+            for (covered, node) in covered.iter_mut().zip(&self.nodes) {
+                let rest = node.name.strip_prefix(name.as_str());
+                let here = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
                 if here && !node.params.is_empty() {
                     (*covered, found) = (true, true);
                 }
@@ -52,19 +28,6 @@ impl Graph {
             }
         }
         Ok(covered)
-    }
-
-    fn range(&self, name: &str) -> Result<Option<RangeInclusive<usize>>> {
-        let Some((first, last)) = name.split_once(':') else { return Ok(None) };
-        let count = self.layers().filter_map(|(number, _)| number).max().unwrap_or(0) + AFTER;
-        match (first.parse::<usize>(), last.parse::<usize>()) {
-            (Ok(first), Ok(last)) if 1 <= first && first <= last && last <= count => Ok(Some(first..=last)),
-            _ => {
-                let reason =
-                    format!("cannot freeze `{name}`: expected first:last within layers 1 to {count}");
-                Err(Error::node(&self.name, reason))
-            }
-        }
     }
 
     /// The network up to a node, which becomes its only output and gives it its name. All inputs stay.
@@ -85,8 +48,7 @@ impl Graph {
         let inside =
             |n: &Node| n.name.strip_prefix(node).is_some_and(|rest| rest.starts_with('.')) && !ends(&n.op);
         let Some(end) = exact.or_else(|| self.nodes.iter().rposition(inside)) else {
-            let reason = format!("has no node `{node}`; `taxel cost {}` lists them", self.name);
-            return Err(Error::node(&self.name, reason));
+            return Err(Error::node(&self.name, format!("has no node `{node}`{}", self.meant(node))));
         };
         let mut kept: Vec<bool> = self.nodes.iter().map(|n| n.op == Op::Input).collect();
         kept[end] = true;
@@ -107,6 +69,18 @@ impl Graph {
             outputs: vec![(self.nodes[end].name.clone(), at(end))],
             loss_weights: vec![1.0],
         })
+    }
+
+    /// "; did you mean …?" with the names of nodes that are nearest to `name`, or with the first and the last.
+    fn meant(&self, name: &str) -> String {
+        let names = self.nodes.iter().map(|node| node.name.as_str());
+        match nearest(name, names.clone()).as_slice() {
+            [] => {
+                let ends: Vec<&str> = [names.clone().next(), names.last()].into_iter().flatten().collect();
+                format!("; its nodes are `{}`", ends.join("` to `"))
+            }
+            names => format!("; did you mean `{}`?", names.join("` or `")),
+        }
     }
 
     /// Names of the tensors of the heads: of each output, those between the last convolution, linear or

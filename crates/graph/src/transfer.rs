@@ -94,7 +94,9 @@ impl Weights {
         let mut changes = vec![];
         for node in graph.nodes().iter().filter(|node| matches!(node.op, Op::Conv { .. })) {
             let name = &node.params[0].name;
-            let (Some(before), Some(after)) = (self.get(name), tuned.get(name)) else { continue };
+            #[expect(clippy::expect_used, reason = "both were checked against the graph above")]
+            let [before, after] =
+                [self, tuned].map(|weights| weights.get(name).expect("a tensor of the graph"));
             let pairs = unit(&before.data).zip(unit(&after.data));
             let sum: f64 = pairs.map(|(a, b)| (a - b) * (a - b)).sum();
             changes.push((node.name.clone(), sum / before.data.len() as f64));

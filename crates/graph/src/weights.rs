@@ -58,7 +58,9 @@ impl Weights {
 
     /// Names and tensors in order of insertion.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Tensor)> {
-        self.names.iter().filter_map(|name| Some((name.as_str(), self.tensors.get(name)?)))
+        #[expect(clippy::expect_used, reason = "names and tensors are inserted together")]
+        let tensor = |name| self.tensors.get(name).expect("every name has its tensor");
+        self.names.iter().map(move |name| (name.as_str(), tensor(name)))
     }
 
     /// Number of tensors.
@@ -139,13 +141,15 @@ fn draw(param: &Param, scheme: Scheme, seed: u64, purpose: &str) -> Vec<f32> {
     let count = param.len();
     match init {
         Init::Constant(value) => vec![value; count],
-        Init::Uniform { bound } => match Uniform::new_inclusive(-bound, bound) {
-            Ok(uniform) => uniform.sample_iter(&mut rng).take(count).collect(),
-            Err(_) => vec![0.0; count],
-        },
-        Init::Normal { sd } => match Normal::new(0.0, sd) {
-            Ok(normal) => normal.sample_iter(&mut rng).take(count).collect(),
-            Err(_) => vec![0.0; count],
-        },
+        Init::Uniform { bound } => {
+            #[expect(clippy::expect_used, reason = "a graph's bounds are checked, and the schemes' are")]
+            let uniform = Uniform::new_inclusive(-bound, bound).expect("a bound is finite and at least 0");
+            uniform.sample_iter(&mut rng).take(count).collect()
+        }
+        Init::Normal { sd } => {
+            #[expect(clippy::expect_used, reason = "a graph's deviations are checked, and the schemes' are")]
+            let normal = Normal::new(0.0, sd).expect("a standard deviation is finite and at least 0");
+            normal.sample_iter(&mut rng).take(count).collect()
+        }
     }
 }

@@ -8,14 +8,17 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result};
+use taxel_graph::{Architecture, Graph, Network, Result, at_least};
 
-use crate::{Body, positive};
+use crate::Body;
 
 /// A hybrid: `signal` [in_channels, length] + `image` [image_channels, height, width] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HybridConfig {
+    /// Which of the five; no setting.
+    #[serde(skip)]
+    pub branches: Branches,
     /// Output classes, at least 2.
     pub classes: usize,
     /// Sensors of the signal, at least 1.
@@ -30,10 +33,17 @@ pub struct HybridConfig {
     pub width: usize,
 }
 
-impl Default for HybridConfig {
-    fn default() -> Self {
-        HybridConfig { classes: 3, in_channels: 5, length: 50, image_channels: 3, height: 50, width: 50 }
-    }
+/// What sets one hybrid apart from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Branches {
+    /// Registry name.
+    pub name: &'static str,
+    /// 1D body of the signal.
+    pub temporal: Body,
+    /// 2D body of the image.
+    pub spatial: Body,
+    /// Fusion head.
+    pub fusion: Fusion,
 }
 
 /// What stands between the joined features and the classifier.
@@ -45,37 +55,66 @@ pub enum Fusion {
     None,
 }
 
-/// A hybrid network: two bodies, their fusion and the sizes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Hybrid {
-    /// Registry name.
-    pub name: &'static str,
-    /// 1D body of the signal.
-    pub temporal: Body,
-    /// 2D body of the image.
-    pub spatial: Body,
-    /// Fusion head.
-    pub fusion: Fusion,
-    /// Sizes.
-    pub config: HybridConfig,
+impl HybridConfig {
+    /// `hybrid-vgg`, section 3.2.
+    pub const VGG: HybridConfig = HybridConfig::of("hybrid-vgg", Body::Vgg6, Body::Vgg6);
+    /// `hybrid-resnet`, section 3.2.
+    pub const RESNET: HybridConfig = HybridConfig::of("hybrid-resnet", Body::ResNet8, Body::ResNet8);
+    /// `hybrid-densenet`, section 3.2.
+    pub const DENSENET: HybridConfig = HybridConfig::of("hybrid-densenet", Body::DenseNet6, Body::DenseNet6);
+    /// `hybrid-resvgg`, section 3.2: what the paper proposes.
+    pub const RESVGG: HybridConfig = HybridConfig::of("hybrid-resvgg", Body::ResNet8, Body::Vgg6);
+    /// `hybrid-resvgg-nofc`, Table 4.
+    pub const RESVGG_NOFC: HybridConfig = HybridConfig {
+        branches: Branches {
+            name: "hybrid-resvgg-nofc",
+            fusion: Fusion::None,
+            ..HybridConfig::RESVGG.branches
+        },
+        ..HybridConfig::RESVGG
+    };
+
+    /// Two bodies with the paper's fusion and sizes.
+    const fn of(name: &'static str, temporal: Body, spatial: Body) -> Self {
+        HybridConfig {
+            branches: Branches { name, temporal, spatial, fusion: Fusion::FullyConnected },
+            classes: 3,
+            in_channels: 5,
+            length: 50,
+            image_channels: 3,
+            height: 50,
+            width: 50,
+        }
+    }
 }
 
-impl Architecture for Hybrid {
+impl Default for HybridConfig {
+    fn default() -> Self {
+        HybridConfig::RESVGG
+    }
+}
+
+impl Architecture for HybridConfig {
+    fn with(&self, settings: Self) -> Self {
+        HybridConfig { branches: self.branches, ..settings }
+    }
+
     fn graph(&self) -> Result<Graph> {
-        let HybridConfig { classes, in_channels, length, image_channels, height, width } = self.config;
-        positive(&[
-            ("classes", classes),
-            ("in_channels", in_channels),
-            ("length", length),
-            ("image_channels", image_channels),
-            ("height", height),
-            ("width", width),
+        let HybridConfig { branches, classes, in_channels, length, image_channels, height, width } = *self;
+        at_least(&[
+            ("classes", classes, 2),
+            ("in_channels", in_channels, 1),
+            ("length", length, 1),
+            ("image_channels", image_channels, 1),
+            ("height", height, 1),
+            ("width", width, 1),
         ])?;
-        let net = Network::new(self.name);
+        let net = Network::new(branches.name);
         let signal = net.input("signal", &[in_channels, length]).within("temporal");
         let image = net.input("image", &[image_channels, height, width]).within("spatial");
-        let joined = net.concat("fusion", &[&self.temporal.features(signal), &self.spatial.features(image)]);
-        let fused = match self.fusion {
+        let joined =
+            net.concat("fusion", &[&branches.temporal.features(signal), &branches.spatial.features(image)]);
+        let fused = match branches.fusion {
             Fusion::FullyConnected => {
                 let half = joined.shape().iter().sum::<usize>() / 2;
                 joined.linear("fuse", half).relu()

@@ -13,7 +13,7 @@
 //! deviation 1" is taken for weights and biases alike.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Activation, Architecture, Conv, Error, Fill, Flow, Graph, Network, Pool, Result};
+use taxel_graph::{Activation, Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result, at_least};
 
 /// Table 1: filters of the multi-channel convolution of each block (`Conv1_2`, `Conv2_2`, `Conv3_2`). The
 /// single-channel one beside it has 1; both have a kernel of 3 and padding 1, every max-pool 2/2.
@@ -62,16 +62,12 @@ impl Default for MultiscaleConfig {
 impl Architecture for MultiscaleConfig {
     fn graph(&self) -> Result<Graph> {
         let MultiscaleConfig { classes, in_channels, height, width, activation } = *self;
-        for (key, value, least) in [
+        at_least(&[
             ("classes", classes, 2),
             ("in_channels", in_channels, 1),
             ("height", height, 8),
             ("width", width, 8),
-        ] {
-            if !(least..=65_536).contains(&value) {
-                return Err(Error::config(key, value, &format!("must be in {least}..=65536")));
-            }
-        }
+        ])?;
         let activation = match activation {
             BlockActivation::LeakyRelu => Activation::LeakyRelu { slope: 0.01 },
             BlockActivation::Sigmoid => Activation::Sigmoid,

@@ -2,4 +2,4 @@
 
 mod tactnet3d;
 
-pub use tactnet3d::{TactNet3d, TactNet3dConfig};
+pub use tactnet3d::{Layers, TactNet3dConfig};

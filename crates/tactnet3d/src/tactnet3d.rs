@@ -13,7 +13,7 @@
 //! kernel of the second. Softmax belongs to the loss.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Error, Graph, Network, Pool, Result};
+use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result, share, within};
 
 /// Rows, columns, frames.
 type Kernel = [usize; 3];
@@ -25,8 +25,11 @@ const PALPATION_KERNELS: [Kernel; 2] = [[5, 3, 8], [5, 3, 8]];
 
 /// `tensor` `[in_channels, height, width, frames]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct TactNet3dConfig {
+    /// Which of the papers' networks; no setting.
+    #[serde(skip)]
+    pub layers: Layers,
     /// Output classes, at least 2.
     pub classes: usize,
     /// Readings per taxel, at least 1.
@@ -45,58 +48,69 @@ pub struct TactNet3dConfig {
     pub dropout: f32,
 }
 
-/// One of the papers' networks: widths and kernels with the sizes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TactNet3d {
+/// What sets one of the papers' networks apart from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layers {
     /// Registry name.
     pub name: &'static str,
     /// Filters of each convolution.
     filters: &'static [usize],
     kernels: [Kernel; 2],
-    /// Sizes.
-    pub config: TactNet3dConfig,
 }
 
-const ACTIVE_CONFIG: TactNet3dConfig = TactNet3dConfig {
-    classes: 9,
-    in_channels: 1,
-    height: 28,
-    width: 50,
-    frames: 10,
-    hidden: 64,
-    pool: 1,
-    dropout: 0.2,
-};
-
-impl TactNet3d {
-    /// Paper 002, Table I, second row: what the paper calls TactNet3D.
-    pub const ACTIVE: TactNet3d =
-        TactNet3d { name: "tactnet3d", filters: &[8, 16], kernels: ACTIVE_KERNELS, config: ACTIVE_CONFIG };
-    /// Paper 002, Table I, first row.
-    pub const ACTIVE_4_8: TactNet3d =
-        TactNet3d { name: "tactnet3d-4-8", filters: &[4, 8], ..TactNet3d::ACTIVE };
-    /// Paper 002, Table I, third row.
-    pub const ACTIVE_FC32: TactNet3d = TactNet3d {
-        name: "tactnet3d-fc32",
-        config: TactNet3dConfig { hidden: 32, ..ACTIVE_CONFIG },
-        ..TactNet3d::ACTIVE
+impl TactNet3dConfig {
+    /// `tactnet3d`: paper 002, Table I, second row, what the paper calls TactNet3D.
+    pub const ACTIVE: TactNet3dConfig = TactNet3dConfig {
+        layers: Layers { name: "tactnet3d", filters: &[8, 16], kernels: ACTIVE_KERNELS },
+        classes: 9,
+        in_channels: 1,
+        height: 28,
+        width: 50,
+        frames: 10,
+        hidden: 64,
+        pool: 1,
+        dropout: 0.2,
     };
-    /// Paper 002, Table I, fourth row.
-    pub const ACTIVE_8_16_32: TactNet3d =
-        TactNet3d { name: "tactnet3d-8-16-32", filters: &[8, 16, 32], ..TactNet3d::ACTIVE };
-    /// Paper 003, Fig. 4.
-    pub const PALPATION: TactNet3d = TactNet3d {
-        name: "tactnet3d-51",
-        filters: &[16, 32],
-        kernels: PALPATION_KERNELS,
-        config: TactNet3dConfig { classes: 24, frames: 51, dropout: 0.7, ..ACTIVE_CONFIG },
+    /// `tactnet3d-4-8`: paper 002, Table I, first row.
+    pub const ACTIVE_4_8: TactNet3dConfig = TactNet3dConfig {
+        layers: Layers { name: "tactnet3d-4-8", filters: &[4, 8], kernels: ACTIVE_KERNELS },
+        ..TactNet3dConfig::ACTIVE
+    };
+    /// `tactnet3d-fc32`: paper 002, Table I, third row.
+    pub const ACTIVE_FC32: TactNet3dConfig = TactNet3dConfig {
+        layers: Layers { name: "tactnet3d-fc32", ..TactNet3dConfig::ACTIVE.layers },
+        hidden: 32,
+        ..TactNet3dConfig::ACTIVE
+    };
+    /// `tactnet3d-8-16-32`: paper 002, Table I, fourth row.
+    pub const ACTIVE_8_16_32: TactNet3dConfig = TactNet3dConfig {
+        layers: Layers { name: "tactnet3d-8-16-32", filters: &[8, 16, 32], kernels: ACTIVE_KERNELS },
+        ..TactNet3dConfig::ACTIVE
+    };
+    /// `tactnet3d-51`: paper 003, Fig. 4.
+    pub const PALPATION: TactNet3dConfig = TactNet3dConfig {
+        layers: Layers { name: "tactnet3d-51", filters: &[16, 32], kernels: PALPATION_KERNELS },
+        classes: 24,
+        frames: 51,
+        dropout: 0.7,
+        ..TactNet3dConfig::ACTIVE
     };
 }
 
-impl Architecture for TactNet3d {
+impl Default for TactNet3dConfig {
+    fn default() -> Self {
+        TactNet3dConfig::ACTIVE
+    }
+}
+
+impl Architecture for TactNet3dConfig {
+    fn with(&self, settings: Self) -> Self {
+        TactNet3dConfig { layers: self.layers, ..settings }
+    }
+
     fn graph(&self) -> Result<Graph> {
-        let TactNet3dConfig { classes, in_channels, height, width, frames, hidden, pool, dropout } =
-            self.config;
+        let &TactNet3dConfig { layers, classes, in_channels, height, width, frames, hidden, pool, dropout } =
+            self;
         for (key, value, least, most) in [
             ("classes", classes, 2, 65_536),
             ("in_channels", in_channels, 1, 65_536),
@@ -106,17 +120,13 @@ impl Architecture for TactNet3d {
             ("hidden", hidden, 1, 65_536),
             ("pool", pool, 1, 4096),
         ] {
-            if !(least..=most).contains(&value) {
-                return Err(Error::config(key, value, &format!("must be in {least}..={most}")));
-            }
+            within(key, value, least..=most)?;
         }
-        if !(0.0..1.0).contains(&dropout) {
-            return Err(Error::config("dropout", dropout, "must be at least 0 and below 1"));
-        }
-        let net = Network::new(self.name);
+        share("dropout", dropout)?;
+        let net = Network::new(layers.name);
         let mut x = net.input("tensor", &[in_channels, height, width, frames]);
-        for (i, &filters) in self.filters.iter().enumerate() {
-            let kernel = self.kernels[i.min(1)];
+        for (i, &filters) in layers.filters.iter().enumerate() {
+            let kernel = layers.kernels[i.min(1)];
             x = x.conv(&format!("convs.{i}"), Conv::new(filters, kernel)).bn_relu(&format!("bns.{i}"));
             if pool > 1 {
                 x = x.max_pool(Pool::new(pool));

@@ -110,7 +110,7 @@ fn values_out_of_range_name_the_line_and_the_range() {
         (
             "\"mlp\"",
             "\"mpl\"",
-            "tiny.toml:14: networks.0.name = \"mpl\": no network is called `mpl`; known: mlp",
+            "tiny.toml:14: networks.0.name = \"mpl\": no network is called `mpl`; did you mean `mlp`?",
         ),
         ("hidden = 16", "hiden = 16", "tiny.toml:15: networks.0.set = "),
         ("hidden = 16", "classes = 16", "tiny.toml:15: networks.0.set.classes = 16: comes from the data"),

@@ -9,9 +9,10 @@
 //! has neither, and its checkpoints are what users have. Images that leave another size than 6×6 are pooled to
 //! that, as torchvision does; there is nothing to pool at 224×224.
 
-use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result};
+use serde::{Deserialize, Serialize};
+use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result, at_least, share};
 
-use crate::HiddenConfig;
+use crate::check_image;
 
 /// Number in torchvision's `features`, filters, kernel, stride, padding, whether a 3/2 max-pool follows.
 const LAYERS: [(usize, usize, usize, usize, usize, bool); 5] = [
@@ -22,22 +23,39 @@ const LAYERS: [(usize, usize, usize, usize, usize, bool); 5] = [
     (10, 256, 3, 1, 1, true),
 ];
 
-/// Rows and columns; the pools leave nothing of less.
-const LEAST_SIDE: usize = 63;
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AlexNetConfig {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Colour planes, at least 1.
+    pub in_channels: usize,
+    /// Rows, at least 63: the pools leave nothing of less.
+    pub height: usize,
+    /// Columns, at least 63.
+    pub width: usize,
+    /// Units of each of the two fully connected layers before the last, at least 1.
+    pub hidden: usize,
+    /// Share of their values dropped in training, in 0..1.
+    pub dropout: f32,
+}
 
-/// AlexNet with its configuration.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AlexNet(
-    /// Sizes.
-    pub HiddenConfig,
-);
+impl Default for AlexNetConfig {
+    fn default() -> Self {
+        AlexNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 }
+    }
+}
 
-impl Architecture for AlexNet {
+impl Architecture for AlexNetConfig {
     fn graph(&self) -> Result<Graph> {
-        let HiddenConfig { classes, hidden, dropout, .. } = self.0;
-        self.0.check(LEAST_SIDE)?;
+        let AlexNetConfig { classes, in_channels, height, width, hidden, dropout } = *self;
+        let image = [in_channels, height, width];
+        check_image(classes, image, 63)?;
+        at_least(&[("hidden", hidden, 1)])?;
+        share("dropout", dropout)?;
         let net = Network::new("alexnet");
-        let mut x = net.input("image", &self.0.shape());
+        let mut x = net.input("image", &image);
         for (number, filters, kernel, stride, padding, pool) in LAYERS {
             let conv = Conv::new(filters, kernel).stride(stride).pad(padding);
             x = x.conv(&format!("features.{number}"), conv).relu();

@@ -8,32 +8,45 @@
 //! # Departures
 //! No counting convention tried gives the GFLOPs of paper 000; 1·MAC is 4.2895.
 
+use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result};
 
-use crate::ImageConfig;
+use crate::check_image;
 
 /// Table 1: layers of the four dense blocks.
 const LAYERS: [usize; 4] = [6, 12, 48, 32];
 /// Filters that each layer adds; its 1×1 convolution has four times as many.
 const GROWTH: usize = 32;
 
-/// Rows and columns; the pools leave nothing of less.
-const LEAST_SIDE: usize = 29;
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DenseNet201Config {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Colour planes, at least 1.
+    pub in_channels: usize,
+    /// Rows, at least 29: the pools leave nothing of less.
+    pub height: usize,
+    /// Columns, at least 29.
+    pub width: usize,
+}
 
-/// DenseNet201 with its configuration.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DenseNet201(
-    /// Sizes.
-    pub ImageConfig,
-);
+impl Default for DenseNet201Config {
+    fn default() -> Self {
+        DenseNet201Config { classes: 3, in_channels: 3, height: 224, width: 224 }
+    }
+}
 
-impl Architecture for DenseNet201 {
+impl Architecture for DenseNet201Config {
     fn graph(&self) -> Result<Graph> {
-        self.0.check(LEAST_SIDE)?;
+        let DenseNet201Config { classes, in_channels, height, width } = *self;
+        let shape = [in_channels, height, width];
+        check_image(classes, shape, 29)?;
         let net = Network::new("densenet201");
         net.conv_init(Fill::KaimingNormalFanIn, Fill::Pytorch);
         net.linear_init(Fill::Pytorch, Fill::Constant(0.0));
-        let image = net.input("image", &self.0.shape());
+        let image = net.input("image", &shape);
         let stem = image
             .conv("features.conv0", Conv::new(64, 7).stride(2).pad(3).no_bias())
             .bn_relu("features.norm0");
@@ -47,7 +60,7 @@ impl Architecture for DenseNet201 {
             }
         }
         let features = x.bn_relu("features.norm5").global_average_pool();
-        net.finish(&[("logits", features.linear("classifier", self.0.classes))])
+        net.finish(&[("logits", features.linear("classifier", classes))])
     }
 }
 

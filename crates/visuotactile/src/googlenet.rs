@@ -12,9 +12,9 @@
 //! encoding's business.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, BATCH_NORM_MOMENTUM, Conv, Fill, Flow, Graph, Network, Pool, Result};
+use taxel_graph::{Architecture, BATCH_NORM_MOMENTUM, Conv, Fill, Flow, Graph, Network, Pool, Result, share};
 
-use crate::{ImageConfig, check_dropout};
+use crate::check_image;
 
 /// Table 1: name; filters of 1×1, before and of 3×3, before and of 5×5, after the pool; the kernel of the 3×3 or
 /// 2×2 max-pool that follows, or 0.
@@ -63,14 +63,15 @@ impl Default for GoogLeNetConfig {
 impl Architecture for GoogLeNetConfig {
     fn graph(&self) -> Result<Graph> {
         let GoogLeNetConfig { classes, in_channels, height, width, dropout, aux } = *self;
-        ImageConfig { classes, in_channels, height, width }.check(31)?;
-        check_dropout(dropout)?;
+        let shape = [in_channels, height, width];
+        check_image(classes, shape, 31)?;
+        share("dropout", dropout)?;
         let net = Network::new("googlenet");
         // Cut off at 2, which is 200 standard deviations away.
         net.conv_init(Fill::Normal { sd: 0.01 }, Fill::Pytorch);
         net.linear_init(Fill::Normal { sd: 0.01 }, Fill::Pytorch);
         let pool = || Pool::new(3).stride(2).round_up();
-        let image = net.input("image", &[in_channels, height, width]);
+        let image = net.input("image", &shape);
         let x = conv_bn(&image, "conv1", Conv::new(64, 7).stride(2).pad(3)).max_pool(pool());
         let x = conv_bn(&x, "conv2", Conv::new(64, 1));
         let mut x = conv_bn(&x, "conv3", Conv::new(192, 3).pad(1)).max_pool(pool());

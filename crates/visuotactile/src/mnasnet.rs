@@ -9,9 +9,9 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, BATCH_NORM_EPS, Conv, Fill, Flow, Graph, Network, Result};
+use taxel_graph::{Architecture, BATCH_NORM_EPS, Conv, Fill, Flow, Graph, Network, Result, share};
 
-use crate::{ImageConfig, check_dropout};
+use crate::check_image;
 
 /// Filters, kernel, stride of the first block, expansion, blocks: torchvision's `layers.8` to `layers.13`.
 const STACKS: [(usize, usize, usize, usize, usize); 6] = [
@@ -50,12 +50,13 @@ impl Default for MnasNetConfig {
 impl Architecture for MnasNetConfig {
     fn graph(&self) -> Result<Graph> {
         let MnasNetConfig { classes, in_channels, height, width, dropout } = *self;
-        ImageConfig { classes, in_channels, height, width }.check(1)?;
-        check_dropout(dropout)?;
+        let shape = [in_channels, height, width];
+        check_image(classes, shape, 1)?;
+        share("dropout", dropout)?;
         let net = Network::new("mnasnet1-0");
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Constant(0.0));
         net.linear_init(Fill::KaimingUniformFanOut, Fill::Constant(0.0));
-        let image = net.input("image", &[in_channels, height, width]);
+        let image = net.input("image", &shape);
         let stem = conv_bn(&image, "layers", 0, Conv::new(32, 3).stride(2).pad(1)).relu();
         let depthwise = conv_bn(&stem, "layers", 3, Conv::new(32, 3).pad(1).groups(32)).relu();
         let mut x = conv_bn(&depthwise, "layers", 6, Conv::new(16, 1));

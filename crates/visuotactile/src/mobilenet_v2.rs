@@ -9,9 +9,9 @@
 //! Dropout of 0.2 before the classifier is torchvision's; paper 001's MATLAB network has none (`dropout = 0`).
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Activation, Architecture, Conv, Error, Fill, Flow, Graph, Network, Result};
+use taxel_graph::{Activation, Architecture, Conv, Error, Fill, Flow, Graph, Network, Result, share};
 
-use crate::{ImageConfig, check_dropout};
+use crate::check_image;
 
 /// Table 2: expansion, filters, blocks, stride of the first of them.
 const ROWS: [(usize, usize, usize, usize); 7] = [
@@ -60,14 +60,15 @@ impl Default for MobileNetV2Config {
 impl Architecture for MobileNetV2Config {
     fn graph(&self) -> Result<Graph> {
         let MobileNetV2Config { classes, in_channels, height, width, width_mult, dropout } = *self;
-        ImageConfig { classes, in_channels, height, width }.check(1)?;
-        check_dropout(dropout)?;
+        let shape = [in_channels, height, width];
+        check_image(classes, shape, 1)?;
+        share("dropout", dropout)?;
         if !(width_mult > 0.0 && width_mult <= 4.0) {
             return Err(Error::config("width_mult", width_mult, "must be above 0 and at most 4"));
         }
         let net = Network::new("mobilenet-v2");
         initial_weights(&net);
-        let image = net.input("image", &[in_channels, height, width]);
+        let image = net.input("image", &shape);
         let mut x = conv_bn(&image, "features.0.0", "features.0.1", stem(width_mult));
         for block in blocks(width_mult) {
             x = block.apply(&x);

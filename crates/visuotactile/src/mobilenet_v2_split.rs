@@ -5,15 +5,14 @@
 //! 18–139 shared, 140–154 per stream; 11,652 KB in place of 16,644 KB.
 //!
 //! # Departures
-//! Without dropout. The paper stitches it from two trained networks and only predicts with it (`taxel stitch`);
+//! Without dropout. The paper stitches it from two trained networks and only predicts with it (`Weights::stitched`);
 //! trained directly, the losses of both outputs add up. The switch looks at the standardised channels, which are
 //! constant where the raw ones are; "zero variance" is taken exactly, largest value = smallest, and per sample.
 //! Where both streams are lit their features add up, which the paper leaves open.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Error, Flow, Graph, Network, Result};
+use taxel_graph::{Architecture, Error, Flow, Graph, Network, Result, at_least};
 
-use crate::in_range;
 use crate::mobilenet_v2::{blocks, conv_bn, initial_weights, last, stem};
 
 /// MATLAB's layer 17 ends block 2 of torchvision's `features`, layer 139 ends block 16.
@@ -42,7 +41,7 @@ impl Default for MobileNetV2SplitConfig {
 impl Architecture for MobileNetV2SplitConfig {
     fn graph(&self) -> Result<Graph> {
         let MobileNetV2SplitConfig { classes, in_channels, height, width } = *self;
-        in_range(&[
+        at_least(&[
             ("classes", classes, 2),
             ("in_channels", in_channels, 2),
             ("height", height, 1),

@@ -9,9 +9,10 @@
 //! ResNet50 has its strides in the convolutions of 3, as torchvision; He et al. have them in the 1×1 before.
 //! Paper 000 counts 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
 
+use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result};
 
-use crate::ImageConfig;
+use crate::check_image;
 
 /// Table 1: widths of the four groups of blocks; each but the first starts with a stride of 2.
 const WIDTHS: [usize; 4] = [64, 128, 256, 512];
@@ -38,22 +39,51 @@ impl ResNetDepth {
 /// Input, name, width, stride.
 type Block = fn(&Flow, &str, usize, usize) -> Flow;
 
-/// A ResNet with its configuration.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ResNet {
-    /// Number of layers with weights.
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ResNetConfig {
+    /// Which of them; no setting.
+    #[serde(skip)]
     pub depth: ResNetDepth,
-    /// Sizes.
-    pub config: ImageConfig,
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Colour planes, at least 1.
+    pub in_channels: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// Columns, at least 1.
+    pub width: usize,
 }
 
-impl Architecture for ResNet {
+impl ResNetConfig {
+    /// `resnet18` with paper 000's classes.
+    pub const EIGHTEEN: ResNetConfig =
+        ResNetConfig { depth: ResNetDepth::Eighteen, classes: 3, in_channels: 3, height: 224, width: 224 };
+    /// `resnet50` with paper 001's classes.
+    pub const FIFTY: ResNetConfig =
+        ResNetConfig { depth: ResNetDepth::Fifty, classes: 6, ..ResNetConfig::EIGHTEEN };
+}
+
+impl Default for ResNetConfig {
+    fn default() -> Self {
+        ResNetConfig::EIGHTEEN
+    }
+}
+
+impl Architecture for ResNetConfig {
+    fn with(&self, settings: Self) -> Self {
+        ResNetConfig { depth: self.depth, ..settings }
+    }
+
     fn graph(&self) -> Result<Graph> {
-        self.config.check(1)?;
-        let (name, groups, block) = self.depth.table();
+        let ResNetConfig { depth, classes, in_channels, height, width } = *self;
+        let shape = [in_channels, height, width];
+        check_image(classes, shape, 1)?;
+        let (name, groups, block) = depth.table();
         let net = Network::new(name);
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Pytorch);
-        let image = net.input("image", &self.config.shape());
+        let image = net.input("image", &shape);
         let stem = image.conv("conv1", Conv::new(64, 7).stride(2).pad(3).no_bias()).bn_relu("bn1");
         let mut x = stem.max_pool(Pool::new(3).stride(2).pad(1));
         for (g, (width, blocks)) in WIDTHS.into_iter().zip(groups).enumerate() {
@@ -62,7 +92,7 @@ impl Architecture for ResNet {
                 x = block(&x, &format!("layer{}.{b}", g + 1), width, stride);
             }
         }
-        net.finish(&[("logits", x.global_average_pool().linear("fc", self.config.classes))])
+        net.finish(&[("logits", x.global_average_pool().linear("fc", classes))])
     }
 }
 

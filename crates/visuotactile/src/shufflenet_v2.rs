@@ -7,25 +7,41 @@
 //! # Departures
 //! None known.
 
+use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result};
 
-use crate::ImageConfig;
+use crate::check_image;
 
 /// Table 5: channels and blocks of stages 2 to 4; each starts with a stride of 2.
 const STAGES: [(usize, usize); 3] = [(116, 4), (232, 8), (464, 4)];
 
-/// ShuffleNetV2 with its configuration.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ShuffleNetV2(
-    /// Sizes.
-    pub ImageConfig,
-);
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShuffleNetV2Config {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Colour planes, at least 1.
+    pub in_channels: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// Columns, at least 1.
+    pub width: usize,
+}
 
-impl Architecture for ShuffleNetV2 {
+impl Default for ShuffleNetV2Config {
+    fn default() -> Self {
+        ShuffleNetV2Config { classes: 20, in_channels: 2, height: 23, width: 300 }
+    }
+}
+
+impl Architecture for ShuffleNetV2Config {
     fn graph(&self) -> Result<Graph> {
-        self.0.check(1)?;
+        let ShuffleNetV2Config { classes, in_channels, height, width } = *self;
+        let shape = [in_channels, height, width];
+        check_image(classes, shape, 1)?;
         let net = Network::new("shufflenet-v2");
-        let image = net.input("image", &self.0.shape());
+        let image = net.input("image", &shape);
         let stem = image.conv("conv1.0", Conv::new(24, 3).stride(2).pad(1).no_bias()).bn_relu("conv1.1");
         let mut x = stem.max_pool(Pool::new(3).stride(2).pad(1));
         for (stage, (channels, blocks)) in (2..).zip(STAGES) {
@@ -36,7 +52,7 @@ impl Architecture for ShuffleNetV2 {
             }
         }
         let last = x.conv("conv5.0", Conv::new(1024, 1).no_bias()).bn_relu("conv5.1");
-        net.finish(&[("logits", last.global_average_pool().linear("fc", self.0.classes))])
+        net.finish(&[("logits", last.global_average_pool().linear("fc", classes))])
     }
 }
 

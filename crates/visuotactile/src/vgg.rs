@@ -9,31 +9,49 @@
 //! Images that leave another size than 7×7 are pooled to that, as torchvision does; there is nothing to pool
 //! at 224×224.
 
-use taxel_graph::{Architecture, Conv, Fill, Graph, Network, Pool, Result};
+use serde::{Deserialize, Serialize};
+use taxel_graph::{Architecture, Conv, Fill, Graph, Network, Pool, Result, at_least, share};
 
-use crate::HiddenConfig;
+use crate::check_image;
 
 /// Table 1, column D: filters and number of convolutions before each max-pool.
 const GROUPS: [(usize, usize); 5] = [(64, 2), (128, 2), (256, 3), (512, 3), (512, 3)];
 
-/// Rows and columns; the pools leave nothing of less.
-const LEAST_SIDE: usize = 32;
+/// `image` `[in_channels, height, width]` → logits `[classes]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Vgg16Config {
+    /// Output classes, at least 2.
+    pub classes: usize,
+    /// Colour planes, at least 1.
+    pub in_channels: usize,
+    /// Rows, at least 32: the pools leave nothing of less.
+    pub height: usize,
+    /// Columns, at least 32.
+    pub width: usize,
+    /// Units of each of the two fully connected layers before the last, at least 1.
+    pub hidden: usize,
+    /// Share of their values dropped in training, in 0..1.
+    pub dropout: f32,
+}
 
-/// VGG16 with its configuration.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Vgg16(
-    /// Sizes.
-    pub HiddenConfig,
-);
+impl Default for Vgg16Config {
+    fn default() -> Self {
+        Vgg16Config { classes: 3, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 }
+    }
+}
 
-impl Architecture for Vgg16 {
+impl Architecture for Vgg16Config {
     fn graph(&self) -> Result<Graph> {
-        let HiddenConfig { classes, hidden, dropout, .. } = self.0;
-        self.0.check(LEAST_SIDE)?;
+        let Vgg16Config { classes, in_channels, height, width, hidden, dropout } = *self;
+        let image = [in_channels, height, width];
+        check_image(classes, image, 32)?;
+        at_least(&[("hidden", hidden, 1)])?;
+        share("dropout", dropout)?;
         let net = Network::new("vgg16");
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Constant(0.0));
         net.linear_init(Fill::Normal { sd: 0.01 }, Fill::Constant(0.0));
-        let mut x = net.input("image", &self.0.shape());
+        let mut x = net.input("image", &image);
         // torchvision numbers ReLUs and pools as well.
         let mut number = 0;
         for (filters, convolutions) in GROUPS {

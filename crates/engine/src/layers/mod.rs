@@ -183,7 +183,7 @@ pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize) -> Option<Ba
     let input = &graph.nodes()[*node.inputs.first()?].shape;
     let (inputs, outputs) = (input.iter().product(), node.shape[0]);
     let layer: Box<dyn BatchLayer> = match node.op {
-        Op::Linear { bias } => Box::new(linear::Linear::new(inputs, outputs, bias, batch)),
+        Op::Linear { bias, .. } => Box::new(linear::Linear::new(inputs, outputs, bias, batch)),
         Op::Lstm { hidden, steps } => {
             let sizes = taxel_kernels::lstm::Lstm { channels: input[0], steps, hidden };
             Box::new(lstm::Lstm::new(sizes, batch))
@@ -208,7 +208,7 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let (channels, len) = (node.shape[0], node.shape.iter().product());
     Some(match &node.op {
         Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
-        Op::Conv { window, groups, bias } => {
+        Op::Conv { window, groups, bias, .. } => {
             let window = window3(window, &input(0).shape);
             Box::new(conv::Conv::new(window, input(0).shape[0], node.shape[0], *groups, *bias))
         }
@@ -249,7 +249,7 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             Box::new(adaptive_pool::AdaptiveAveragePool { pool })
         }
         Op::Scale => Box::new(scale::Scale { channels, len }),
-        Op::Standardize => Box::new(streams::Standardize { channels, len }),
+        Op::Standardize { .. } => Box::new(streams::Standardize { channels, len }),
         Op::SwitchScale => {
             let stream = &input(1).shape;
             Box::new(streams::SwitchScale { channels, len, stream: [stream[0], stream.iter().product()] })

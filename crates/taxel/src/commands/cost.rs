@@ -39,7 +39,7 @@ impl Cost {
                     "macs": cost.macs, "flops": cost.flops, "activation_bytes": cost.activation_bytes(),
                 })
             };
-            let layers = graph.layers().map(|(number, node)| {
+            let layers = taxel_zoo::matlab::layers(&graph).map(|(number, node)| {
                 json!({
                     "number": number, "name": node.name, "operation": node.op.kind(), "shape": node.shape,
                     "cost": object(node.cost()),
@@ -64,7 +64,7 @@ impl Cost {
             ]
         };
         let mut rows: Vec<Vec<String>> = vec![];
-        for (number, node) in graph.layers() {
+        for (number, node) in taxel_zoo::matlab::layers(&graph) {
             rows.push(row(number, &node.name, node.op.kind(), text::shape(&node.shape), node.cost()));
         }
         rows.push(row(None, "total", "", String::new(), total));

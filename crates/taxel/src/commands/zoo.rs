@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 use taxel_trainer::thousands;
-use taxel_zoo::{NETWORKS, Settings};
+use taxel_zoo::{Settings, built_in};
 
 use crate::Outcome;
 use crate::text;
@@ -23,14 +23,14 @@ impl Zoo {
     pub fn run(self) -> Outcome {
         let mut rows = vec![];
         let mut list = vec![];
-        for entry in NETWORKS {
+        for entry in built_in().entries() {
             let graph = entry.graph(&Settings::new())?;
             let cost = graph.cost();
             let inputs: Vec<String> = graph.inputs().map(|n| text::shape(&n.shape)).collect();
             rows.push(vec![
-                entry.name.into(),
-                entry.family.into(),
-                entry.paper.into(),
+                entry.name.clone(),
+                entry.family.clone(),
+                entry.paper.clone(),
                 inputs.join(" + "),
                 thousands(cost.parameters),
                 thousands(cost.macs),

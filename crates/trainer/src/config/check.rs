@@ -536,10 +536,10 @@ impl Network {
         if let Some(label) = &self.label {
             file_name(&format!("{at}.label"), label)?;
         }
-        let sizes = entry.inputs.iter().flat_map(|input| input.keys).chain(&["classes"]);
-        if let Some(key) = sizes.into_iter().find(|key| self.set.contains_key(**key)) {
+        let sizes = entry.inputs.iter().flat_map(|input| &input.keys).map(String::as_str).chain(["classes"]);
+        if let Some(key) = sizes.into_iter().find(|key| self.set.contains_key(*key)) {
             let reason = "comes from the data and its encoding; leave it out";
-            return refuse(format!("{at}.set.{key}"), &self.set[*key], reason);
+            return refuse(format!("{at}.set.{key}"), &self.set[key], reason);
         }
         let settings = crate::experiment::settings(&self.set);
         if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&settings) {

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use taxel_graph::{Cost, Graph, Node, Op};
-use taxel_zoo::{NETWORKS, Settings, find};
+use taxel_zoo::{Settings, built_in, find, matlab};
 
 /// How a paper seems to have counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,7 +162,7 @@ pub fn table_1_shape(graph: &Graph, node: &str) -> Option<Vec<usize>> {
 pub fn matlab_blocks() -> Vec<(String, usize, usize)> {
     let graph = graph("mobilenet-v2");
     let mut blocks: Vec<(String, usize, usize)> = vec![];
-    for (number, node) in graph.layers() {
+    for (number, node) in matlab::layers(&graph) {
         let Some(number) = number else { continue };
         let here = match node.name.split(['.', '/']).nth(1) {
             _ if node.op == Op::GlobalAveragePool => "global average pool".into(),
@@ -236,8 +236,8 @@ execution that shares memory needs less.
 | network | input | parameters | statistics | MiB | MACs | FLOPs | activations MiB |
 |---|---|---:|---:|---:|---:|---:|---:|
 ";
-    for entry in NETWORKS {
-        let graph = graph(entry.name);
+    for entry in built_in().entries() {
+        let graph = graph(&entry.name);
         let cost = graph.cost();
         let inputs: Vec<String> = graph.inputs().map(|node| shape(&node.shape)).collect();
         let _ = writeln!(

@@ -1,0 +1,156 @@
+//! One registered network: what it reads, and how settings become its graph.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use taxel_graph::{Architecture, Graph};
+
+use crate::error::{Error, Result};
+
+/// Configuration values by key; what is left out keeps the paper's value.
+pub type Settings = serde_json::Map<String, Value>;
+
+/// One input of a network and the configuration keys that hold its axis sizes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// `signal` (channels × time), `image` (channels × rows × columns) or `tensor` (channels × rows ×
+    /// columns × frames).
+    pub name: String,
+    /// Keys of the axes in order; a single key means that the whole sample is flattened into it.
+    pub keys: Vec<String>,
+}
+
+impl Input {
+    /// An input `name` whose axis sizes are the settings `keys`.
+    pub fn new(name: &str, keys: &[&str]) -> Self {
+        Input { name: name.into(), keys: keys.iter().map(|key| key.to_string()).collect() }
+    }
+
+    /// `signal` `[in_channels, length]`.
+    pub fn signal() -> Self {
+        Input::new("signal", &["in_channels", "length"])
+    }
+
+    /// `signal` flattened to `[1, in_features]`.
+    pub fn flat() -> Self {
+        Input::new("signal", &["in_features"])
+    }
+
+    /// `image` `[in_channels, height, width]`.
+    pub fn image() -> Self {
+        Input::new("image", &["in_channels", "height", "width"])
+    }
+
+    /// `tensor` `[in_channels, height, width, frames]`.
+    pub fn tensor() -> Self {
+        Input::new("tensor", &["in_channels", "height", "width", "frames"])
+    }
+}
+
+/// Settings that do not become a graph.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// An unknown key or a value of the wrong type.
+    #[error(transparent)]
+    Settings(#[from] serde_json::Error),
+    /// A value out of range, or a node that does not fit.
+    #[error(transparent)]
+    Graph(#[from] taxel_graph::Error),
+}
+
+type Build = dyn Fn(&Settings) -> std::result::Result<Graph, BuildError> + Send + Sync;
+
+/// A registered network.
+#[derive(Clone)]
+pub struct Entry {
+    /// Name in configs, on the command line and in run folders.
+    pub name: String,
+    /// Family crate.
+    pub family: String,
+    /// Where it is published.
+    pub paper: String,
+    /// What it reads.
+    pub inputs: Vec<Input>,
+    build: Arc<Build>,
+}
+
+impl fmt::Debug for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Entry").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl Entry {
+    /// A network whose graph `build` makes of settings.
+    pub fn new(
+        name: &str,
+        family: &str,
+        paper: &str,
+        inputs: impl Into<Vec<Input>>,
+        build: impl Fn(&Settings) -> std::result::Result<Graph, BuildError> + Send + Sync + 'static,
+    ) -> Self {
+        Entry {
+            name: name.into(),
+            family: family.into(),
+            paper: paper.into(),
+            inputs: inputs.into(),
+            build: Arc::new(build),
+        }
+    }
+
+    /// The network that `own` is, with settings in place of its values.
+    pub fn of<C>(own: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
+    where
+        C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
+    {
+        Entry::new(name, family, paper, inputs, move |settings| {
+            let mut merged: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
+            merged.extend(settings.clone());
+            Ok(own.with(serde_json::from_value(Value::Object(merged))?).graph()?)
+        })
+    }
+
+    /// The network with `settings` in place of the paper's values.
+    ///
+    /// # Errors
+    /// An unknown key, a value of the wrong type or out of range, or sizes that a node does not fit.
+    pub fn graph(&self, settings: &Settings) -> Result<Graph> {
+        let model = self.name.clone();
+        (self.build)(settings).map_err(|error| match error {
+            BuildError::Settings(source) => Error::Settings { model, source },
+            BuildError::Graph(source) => Error::Graph { model, source },
+        })
+    }
+
+    /// Settings that fit the network to samples: `shape_of` tells the shape of an input by name.
+    ///
+    /// # Errors
+    /// An input that the data do not have, or with another number of axes.
+    pub fn fit(&self, classes: usize, shape_of: impl Fn(&str) -> Option<Vec<usize>>) -> Result<Settings> {
+        let mut settings = Settings::new();
+        settings.insert("classes".into(), classes.into());
+        for input in &self.inputs {
+            let refuse = |reason: String| Error::Input {
+                model: self.name.clone(),
+                input: input.name.clone(),
+                axes: input.keys.len(),
+                reason,
+            };
+            let shape = shape_of(&input.name)
+                .ok_or_else(|| refuse(format!("the experiment encodes no `{}`", input.name)))?;
+            if let [key] = &input.keys[..] {
+                settings.insert(key.clone(), shape.iter().product::<usize>().into());
+            } else if input.keys.len() == shape.len() {
+                for (key, size) in input.keys.iter().zip(&shape) {
+                    settings.insert(key.clone(), (*size).into());
+                }
+            } else {
+                return Err(refuse(format!("the samples are {shape:?}")));
+            }
+        }
+        Ok(settings)
+    }
+}

@@ -1,0 +1,51 @@
+//! What can be wrong with a name, a network's settings or its data.
+
+/// A network that is not there or cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No network of that name.
+    #[error("no network is called `{name}`; {hint}")]
+    Unknown {
+        /// Name asked for.
+        name: String,
+        /// The names nearest to it, or all of them where none is near.
+        hint: String,
+    },
+    /// A second network of one name.
+    #[error("a network is called `{name}` already; give the other one another name")]
+    Twice {
+        /// The name.
+        name: String,
+    },
+    /// A setting has an unknown key or a value of the wrong type.
+    #[error("{model}: {source}")]
+    Settings {
+        /// Network name.
+        model: String,
+        /// What serde says.
+        source: serde_json::Error,
+    },
+    /// The network refuses its configuration.
+    #[error("{model}: {source}")]
+    Graph {
+        /// Network name.
+        model: String,
+        /// What the graph says.
+        source: taxel_graph::Error,
+    },
+    /// The data do not have what the network reads.
+    #[error("{model} reads `{input}` with {axes} axes; {reason}")]
+    Input {
+        /// Network name.
+        model: String,
+        /// Input name.
+        input: String,
+        /// Axes the network expects, batch left out.
+        axes: usize,
+        /// What is there instead.
+        reason: String,
+    },
+}
+
+/// Result with this crate's [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,97 @@
+//! The registry: names, networks of one's own, and how a network is sized by data.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use taxel_graph::Network;
+use taxel_zoo::{BuildError, Entry, Input, Registry, Settings, built_in, find, matlab};
+
+fn own(name: &str) -> Entry {
+    let called = name.to_string();
+    Entry::new(name, "own", "unpublished", [Input::flat()], move |settings| {
+        let classes = settings.get("classes").and_then(|v| v.as_u64()).unwrap_or(2) as usize;
+        let net = Network::new(&called);
+        let x = net.input("signal", &[1, 4]).flatten().linear("fc", classes);
+        Ok::<_, BuildError>(net.finish(&[("logits", x)])?)
+    })
+}
+
+#[test]
+fn a_network_is_registered_once() {
+    let mut registry = Registry::empty();
+    assert_eq!(
+        registry.find("mlp").unwrap_err().to_string(),
+        "no network is called `mlp`; none is registered"
+    );
+    registry.add(own("mine")).unwrap();
+    let refusal = registry.add(own("mine")).unwrap_err().to_string();
+    assert_eq!(refusal, "a network is called `mine` already; give the other one another name");
+    assert_eq!(registry.entries().count(), 1);
+    assert_eq!(registry.find("mine").unwrap().graph(&Settings::new()).unwrap().name(), "mine");
+    let mut registry = Registry::built_in();
+    assert!(registry.add(own("mlp")).is_err());
+    registry.add(own("mine")).unwrap();
+    assert_eq!(registry.clone().entries().count(), built_in().entries().count() + 1);
+    assert!(find("mine").is_err(), "the built-in ones stay as they are");
+}
+
+#[test]
+fn an_unknown_name_meets_the_nearest() {
+    for (name, hint) in [
+        ("resnet8-lite1d", "did you mean `resnet8-lite-1d`?"),
+        ("mpl", "did you mean `mlp`?"),
+        ("MobileNet_V2", "did you mean `mobilenet-v2`?"),
+        ("vgg6-lite", "did you mean `vgg6-lite-1d` or `vgg6-lite-2d`?"),
+        ("tactnet5", "did you mean `tactnet4` or `tactnet6`?"),
+    ] {
+        assert_eq!(find(name).unwrap_err().to_string(), format!("no network is called `{name}`; {hint}"));
+    }
+    let far = find("transformer-of-mine-and-yours").unwrap_err().to_string();
+    assert!(far.contains("; known: mlp, lstm, tactnet4, "), "{far}");
+}
+
+#[test]
+fn a_network_of_ones_own_says_what_is_wrong_with_it() {
+    let entry = own("mine");
+    let settings = Settings::from_iter([("classes".to_string(), 0.into())]);
+    let refusal = entry.graph(&settings).unwrap_err().to_string();
+    assert_eq!(refusal, "mine: fc: must have at least one output");
+    assert_eq!(entry.fit(3, |_| Some(vec![5, 50])).unwrap()["in_features"], 250);
+    let refusal = entry.fit(3, |_| None).unwrap_err().to_string();
+    assert_eq!(refusal, "mine reads `signal` with 1 axes; the experiment encodes no `signal`");
+}
+
+/// Sisters share their settings, not their layers and not the papers' values.
+#[test]
+fn settings_leave_alone_what_sets_a_network_apart() {
+    let classes = Settings::from_iter([("classes".to_string(), 7.into())]);
+    for entry in built_in().entries() {
+        let (own, seven) = (entry.graph(&Settings::new()).unwrap(), entry.graph(&classes).unwrap());
+        assert_eq!((own.name(), seven.name()), (entry.name.as_str(), entry.name.as_str()));
+        let kinds = |graph: &taxel_graph::Graph| {
+            graph.nodes().iter().map(|n| (n.name.clone(), n.op.kind())).collect::<Vec<_>>()
+        };
+        assert_eq!(kinds(&own), kinds(&seven), "{}", entry.name);
+    }
+    // What is no setting cannot be set.
+    for (name, key) in [("resnet50", "depth"), ("tactnet3d", "layers"), ("hybrid-vgg", "branches")] {
+        let settings = Settings::from_iter([(key.to_string(), "Fifty".into())]);
+        let refusal = find(name).unwrap().graph(&settings).unwrap_err().to_string();
+        assert!(refusal.starts_with(&format!("{name}: unknown field `{key}`")), "{refusal}");
+    }
+}
+
+/// A range is resolved to names, and a name also covers what lies below it: they must mean the same nodes.
+#[test]
+fn a_range_of_one_layer_covers_that_node_alone() {
+    for entry in built_in().entries() {
+        let graph = entry.graph(&Settings::new()).unwrap();
+        for (number, node) in matlab::layers(&graph) {
+            let Some(number) = number.filter(|_| !node.params.is_empty()) else { continue };
+            let names = matlab::range(&graph, &format!("{number}:{number}")).unwrap();
+            let covered = graph.covered(&names).unwrap();
+            let covered: Vec<_> = graph.nodes().iter().zip(covered).filter(|(_, c)| *c).collect();
+            assert_eq!(covered.len(), 1, "{}: {}", entry.name, node.name);
+            assert_eq!(covered[0].0.name, node.name);
+        }
+    }
+}
