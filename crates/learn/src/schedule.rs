@@ -8,12 +8,11 @@ use crate::problem::{Check, require};
 const FACTOR: f64 = 0.1;
 
 /// The learning rate of each epoch as a multiple of the first.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum Schedule {
     /// The same rate in every epoch.
-    #[default]
-    Constant,
+    Constant {},
     /// Multiplied by `factor` at each share of the epochs in `at`.
     Steps {
         /// Shares of the epochs, ascending in (0, 1), such as `[0.6, 0.85]`.
@@ -31,6 +30,12 @@ pub enum Schedule {
     },
 }
 
+impl Default for Schedule {
+    fn default() -> Self {
+        Schedule::Constant {}
+    }
+}
+
 fn factor() -> f64 {
     FACTOR
 }
@@ -45,7 +50,7 @@ impl Schedule {
     pub fn rate(&self, lr: f64, epoch: usize, epochs: usize) -> f64 {
         let done = epoch as f64 / epochs.max(1) as f64;
         match self {
-            Schedule::Constant => lr,
+            Schedule::Constant {} => lr,
             Schedule::Steps { at, factor } => {
                 let passed = at.iter().filter(|&&share| epoch as f64 >= share * epochs as f64).count();
                 lr * factor.powi(passed as i32)
@@ -60,7 +65,7 @@ impl Schedule {
     /// Shares that are none, do not ascend or leave (0, 1), a factor or floor outside its range.
     pub fn check(&self) -> Check {
         match self {
-            Schedule::Constant => Ok(()),
+            Schedule::Constant {} => Ok(()),
             Schedule::Steps { at, factor } => {
                 let inside = at.iter().all(|share| *share > 0.0 && *share < 1.0);
                 let ascending = at.windows(2).all(|pair| pair[0] < pair[1]);

@@ -1,257 +1,333 @@
-//! What an experiment is: the tables of its TOML file.
+//! What an experiment is: every table of its TOML file, resolved.
 //!
-//! Defaults are the recipe of paper 000 (Hybrid-CNN hardness recognition), Table 1 and section 5.1.
-//! Ranges are checked in [`Config::check`]; files, `[quick]` and `--set` are read by
-//! [`crate::Experiment`].
+//! Nothing here is optional that has a default: defaults are those of the values themselves ([`Recipe`],
+//! [`Protocol`], [`Encoding`]), put below what the file says.
 
-mod baseline;
-mod check;
-pub(crate) mod lines;
-mod network;
-mod protocol;
-mod range;
-mod train;
+use std::collections::{BTreeMap, BTreeSet};
 
-pub use baseline::Baseline;
-pub use check::Problem;
-pub use network::{Network, Published};
-pub use protocol::{Protocol, ProtocolKind, Split};
-pub use range::Range;
-pub use train::{
-    BatchNorm, By, Choose, ClassWeights, EarlyStopping, Optimizer, OptimizerName, OptimizerOverride,
-    Schedule, ScheduleKind, Train, TrainOverride,
+use serde::{Deserialize, Deserializer, Serialize};
+use taxel_baselines::Method;
+use taxel_graph::Loss;
+use taxel_learn::{
+    Check, Combination, Criterion, Encoding, Problem, Protocol, Published, Recipe, Search, file_name, require,
+    share, within,
 };
+use taxel_zoo::{Registry, Settings};
+use toml::{Table, Value};
 
-use serde::{Deserialize, Serialize};
-use taxel_data::{Drop, Limits};
-use taxel_encodings::{Colormap, Constant};
+use crate::data::Data;
+use crate::merge::merged;
+use crate::read::{Misread, read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Config {
     /// Name of the run folder: letters, digits, `.`, `_`, `-`.
     pub name: String,
     /// One line for tables and reports.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// What the author expects to come out, in words.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub expect: Option<String>,
-    /// Seed of every random choice, 0 to 2^63 - 1. Default 0.
-    #[serde(default)]
+    /// Seed of every random choice, 0 to 2^63 - 1.
     pub seed: u64,
     /// Where the samples come from.
     pub data: Data,
     /// What the networks read.
-    #[serde(default)]
     pub encoding: Encoding,
     /// How samples are divided into training and test.
-    #[serde(default)]
     pub protocol: Protocol,
-    /// How every network is trained.
-    #[serde(default)]
-    pub train: Train,
+    /// How a network is trained that says nothing else.
+    pub train: Recipe,
     /// Settings of the training that each fold chooses by itself.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub choose: Option<Choose>,
     /// The networks, in the order of the table.
     pub networks: Vec<Network>,
-    /// Methods that cost almost nothing and stand in the table too. Default all; `[]` for none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub baselines: Option<Vec<Baseline>>,
-    /// Values that replace the ones above under `--quick`; empty in a resolved config.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
-    pub quick: toml::Table,
+    /// Methods that cost almost nothing and stand in the table too.
+    pub baselines: Vec<Baseline>,
 }
 
-/// The `[data]` table: a simulated scene, or recordings on disk with the options of their loader.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Data {
-    /// A scene of `taxel simulate`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scene: Option<String>,
-    /// Recordings to simulate, 1 to 10 million.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub samples: Option<usize>,
-    /// Settings of the scene, as `taxel simulate --set` takes them.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
-    pub set: toml::Table,
-    /// Effects of the scene to leave out.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub without: Vec<String>,
-    /// A `.npz` or folder of recordings; `${NAME}` is replaced by the environment variable.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub path: Option<String>,
-    /// The largest possible reading, for `scale = "full-scale"`; a scene knows its own, and so does
-    /// a data set with `full_scale` in its labels.json.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub full_scale: Option<f64>,
-    /// Name of the array of samples. Default `x`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub x: Option<String>,
-    /// Name of the array of labels. Default `y`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub y: Option<String>,
-    /// Name of the array of groups. Default `group` where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub group: Option<String>,
-    /// Turns that many consecutive group values into one group.
-    #[serde(default, alias = "group-block", skip_serializing_if = "Option::is_none")]
-    pub group_block: Option<u32>,
-    /// Indices to keep along axis 1 of the samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub channels: Option<Vec<usize>>,
-    /// Rows to leave out.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub drop: Vec<Drop>,
-    /// Refuse exact copies with different labels that are not dropped. Default false.
-    #[serde(default, alias = "deny-contradictory", skip_serializing_if = "Option::is_none")]
-    pub deny_contradictory: Option<bool>,
-    /// Name of the array that marks the samples to test on (not 0) for `protocol.kind = "official"`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub test: Option<String>,
-    /// Samples with more than this in the `test` array are tested, in place of those that are not 0.
-    #[serde(default, alias = "test-above", skip_serializing_if = "Option::is_none")]
-    pub test_above: Option<i64>,
-    /// For labels `[N, k]`: the column that becomes the class. Default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub attribute: Option<usize>,
-    /// Learns every column of labels `[N, k]`, under these names: paper 004's two levels.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub attributes: Vec<String>,
-    /// Keeps the samples of these classes only, in this order.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub classes: Option<Vec<String>>,
-    /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
-    #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
-    pub look_alikes: std::collections::BTreeMap<String, Vec<String>>,
-    /// For image files: `[height, width]` in pixels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub resize: Option<[usize; 2]>,
-    /// Ceilings on file sizes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Limits>,
+/// One of `[[networks]]`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Network {
+    /// Name in the registry.
+    pub name: String,
+    /// Name in tables and files.
+    pub label: String,
+    /// Settings of the network other than its input and output sizes, which come from the data.
+    #[serde(skip_serializing_if = "Table::is_empty")]
+    pub set: Table,
+    /// Checkpoint that every fold starts from, `.safetensors` or `.pth`; `${NAME}` is an environment
+    /// variable. A head for another number of classes is drawn. Default fresh weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<String>,
+    /// How this network is trained.
+    pub train: Recipe,
+    /// What its authors report on their own data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub published: Option<Published>,
 }
 
-/// The `[encoding]` table: how samples become the inputs of networks.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Encoding {
-    /// Readings at the start of [N, C, T] whose mean is taken off each channel, for networks and baselines
-    /// alike. Default none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub baseline: Option<usize>,
-    /// `signal` [N, C, T], for 1D networks and the flattened MLP.
-    #[serde(default)]
-    pub signal: Signal,
-    /// `image` [N, C, H, W], for 2D networks; no image without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub image: Option<Image>,
-    /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tensor: Option<Tensor>,
-}
-
-/// How readings are scaled.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scale {
-    /// `(v - mean) / sd` per channel, fitted on the training part of each fold.
-    #[default]
-    ZScore,
-    /// `v / full_scale`.
-    FullScale,
-    /// `(v / full_scale - mean) / sd` of ImageNet's red, green and blue, as torchvision's networks were
-    /// trained.
-    Imagenet,
-    /// As they are.
-    Raw,
-}
-
-/// `encoding.signal`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Signal {
-    /// Scale of the readings. Default `z-score`; the paper names none.
-    #[serde(default)]
-    pub scale: Scale,
-}
-
-/// What an image is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ImageKind {
-    /// Gramian angular difference field of the raw readings, coloured. The paper's choice.
-    Gadf,
-    /// Gramian angular summation field of the raw readings, coloured.
-    Gasf,
-    /// The samples are images: [N, H, W] becomes [N, 1, H, W], [N, C, H, W] stays.
-    Raw,
-    /// One frame of each squeeze [N, T, H, W], for 2D networks (papers 002 and 003).
-    Frame,
-    /// Series [N, C, T] as one channel of C rows and T columns, each row scaled by itself.
-    Rows,
-    /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
-    Numatac,
-}
-
-/// `encoding.image`. A field is always made from raw readings, whatever `encoding.signal` says.
+/// The `[choose]` table: recipes that each fold chooses from by a validation part, never by its test part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Image {
-    /// Field or images as recorded.
-    pub kind: ImageKind,
-    /// Fields: rows and columns. Default 50.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub size: Option<usize>,
-    /// Fields: `"per-sample"` (default; amplitude is lost) or `{ low, high }` in the unit of the readings.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range: Option<Range>,
-    /// Fields: `jet` (default), `viridis` or `grey`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub colormap: Option<Colormap>,
-    /// Fields: what a constant recording gives under `per-sample`: `error` (default) or `zero`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub constant: Option<Constant>,
-    /// Images as recorded and frames: scale of the pixels, default `full-scale`. Rows: of the readings,
-    /// default `z-score`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scale: Option<Scale>,
-    /// Images as recorded and frames: `[height, width]` in pixels to resample to, bilinear.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub resize: Option<[usize; 2]>,
-    /// Images as recorded and frames: one grey channel becomes the red of three (paper 001). Default
-    /// false.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub red: Option<bool>,
-    /// Frames: `"peak"` (default), or `{ at = 5 }`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub frame: Option<taxel_encodings::Frame>,
-    /// Numatac: ticks from contact on. Default 300.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub window: Option<usize>,
+pub struct Choose {
+    /// Keys below `[train]` and the values to try: `"optimizer.lr" = [0.01, 0.001]`.
+    pub grid: BTreeMap<String, Vec<Value>>,
+    /// Share of the training part that is held back where the protocol has no validation part, (0, 1).
+    /// Default 0.2.
+    #[serde(default = "fifth")]
+    pub validation: f64,
+    /// `loss` (default) or `accuracy`.
+    #[serde(default)]
+    pub by: Criterion,
 }
 
-/// `encoding.tensor`: squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (paper 003).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Tensor {
-    /// Frames to resample to. Default as recorded.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub frames: Option<usize>,
-    /// Scale of the readings. Default `full-scale`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scale: Option<Scale>,
+fn fifth() -> f64 {
+    0.2
+}
+
+/// A method of `taxel-baselines`: its name, or a table such as `{ name = "k-nn", k = 3 }`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Baseline(pub Method);
+
+impl<'de> Deserialize<'de> for Baseline {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+        let value = Value::deserialize(deserializer)?;
+        let table = match value {
+            Value::String(name) => Table::from_iter([("name".to_string(), Value::String(name))]),
+            Value::Table(table) => table,
+            other => {
+                let message = "the name of a baseline, or a table such as { name = \"k-nn\", k = 3 }";
+                return Err(D::Error::custom(format!("{other} is not {message}")));
+            }
+        };
+        let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
+        let known = Method::all();
+        if !known.iter().any(|method| method.name() == name) {
+            let names: Vec<&str> = known.iter().map(Method::name).collect();
+            let message = format!("no baseline is called `{name}`; known: {}", names.join(", "));
+            return Err(D::Error::custom(message));
+        }
+        Method::deserialize(Value::Table(table)).map(Baseline).map_err(D::Error::custom)
+    }
+}
+
+/// The file as it is written, before defaults and overrides meet.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    name: String,
+    title: Option<String>,
+    expect: Option<String>,
+    #[serde(default)]
+    seed: u64,
+    data: Table,
+    #[serde(default)]
+    encoding: Encoding,
+    #[serde(default)]
+    protocol: Table,
+    #[serde(default)]
+    train: Table,
+    choose: Option<Choose>,
+    networks: Vec<RawNetwork>,
+    baselines: Option<Vec<Baseline>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawNetwork {
+    name: String,
+    label: Option<String>,
+    #[serde(default)]
+    set: Table,
+    weights: Option<String>,
+    #[serde(default)]
+    train: Table,
+    published: Option<Published>,
 }
 
 impl Config {
-    /// The network that a row of the results is of: it bears its label, in a learning curve with the number of
-    /// samples behind it (`mlp.n5`). None for a baseline.
-    pub fn network(&self, row: &str) -> Option<&Network> {
-        self.networks.iter().find(|network| {
-            row.strip_prefix(network.label()).is_some_and(|rest| rest.is_empty() || rest.starts_with(".n"))
+    /// Resolves a raw table: every default filled in, every override merged.
+    ///
+    /// # Errors
+    /// An unknown key or a value of the wrong type, by its key.
+    pub(crate) fn resolve(table: &Table) -> Result<Self, Misread> {
+        if table.contains_key("rivals") {
+            let message = "unknown field `rivals`: it is called `baselines` now".into();
+            return Err(Misread { key: "rivals".into(), message });
+        }
+        let raw: Raw = read("", Value::Table(table.clone()))?;
+        let train = merged(&table_of(&Recipe::default()), &raw.train);
+        let protocol = merged(&table_of(&Protocol::default()), &raw.protocol);
+        let network = |(i, own): (usize, RawNetwork)| {
+            let train = merged(&train, &own.train);
+            Ok(Network {
+                label: own.label.unwrap_or_else(|| own.name.clone()),
+                name: own.name,
+                set: own.set,
+                weights: own.weights,
+                train: read(&format!("networks.{i}.train"), Value::Table(train))?,
+                published: own.published,
+            })
+        };
+        let baselines = raw.baselines.unwrap_or_else(|| Method::all().map(Baseline).to_vec());
+        Ok(Config {
+            name: raw.name,
+            title: raw.title,
+            expect: raw.expect,
+            seed: raw.seed,
+            data: Data::read(raw.data)?,
+            encoding: raw.encoding,
+            protocol: read("protocol", Value::Table(protocol))?,
+            train: read("train", Value::Table(train.clone()))?,
+            choose: raw.choose,
+            networks: raw.networks.into_iter().enumerate().map(network).collect::<Result<_, _>>()?,
+            baselines,
+        })
+    }
+
+    /// The first value outside its range, if any.
+    ///
+    /// # Errors
+    /// Key, value and allowed values.
+    pub(crate) fn check(&self, registry: &Registry) -> Check {
+        file_name("name", &self.name)?;
+        let most = i64::MAX as u64;
+        require(self.seed <= most, "seed", self.seed, format!("must be in 0..={most}"))?;
+        let below = |parent: &'static str| move |problem: Problem| problem.below(parent);
+        self.data.check().map_err(below("data"))?;
+        self.encoding.check().map_err(below("encoding"))?;
+        self.protocol.check().map_err(below("protocol"))?;
+        self.train.check().map_err(below("train"))?;
+        require(!self.networks.is_empty(), "networks", "[]", "name at least one network")?;
+        if let Some(choose) = &self.choose {
+            choose.check(&self.train)?;
+        }
+        let mut labels = BTreeSet::new();
+        for (i, network) in self.networks.iter().enumerate() {
+            let at = format!("networks.{i}");
+            network.check(registry).map_err(|problem| problem.below(&at))?;
+            self.check_training(&network.train).map_err(|problem| problem.below(&format!("{at}.train")))?;
+            self.search(&network.train)?;
+            let reason = "two networks go by this name; give one of them a label of its own";
+            let fresh = labels.insert(network.label.as_str());
+            require(fresh, &format!("{at}.label"), format!("{:?}", network.label), reason)?;
+        }
+        for (i, Baseline(method)) in self.baselines.iter().enumerate() {
+            let reason = "two rows of the table would go by this name; leave one of them out";
+            let fresh = labels.insert(method.name());
+            require(fresh, &format!("baselines.{i}"), format!("{:?}", method.name()), reason)?;
+        }
+        Ok(())
+    }
+
+    /// What a recipe asks of the experiment's samples.
+    fn check_training(&self, recipe: &Recipe) -> Check {
+        recipe.check()?;
+        let moves = recipe.augment.is_none() || self.encoding.is_warpable();
+        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
+        require(moves, "augment", "{ .. }", reason)?;
+        let several = !self.data.attributes.is_empty() && recipe.loss == Loss::SoftmaxCrossEntropy;
+        let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\" or \
+                      \"mean-squared-error\"";
+        require(!several, "loss", "\"softmax-cross-entropy\"", reason)
+    }
+
+    /// The recipes that a network's folds choose from.
+    pub(crate) fn search(&self, recipe: &Recipe) -> Result<Option<Search>, Problem> {
+        let Some(choose) = &self.choose else { return Ok(None) };
+        let mut grid = vec![];
+        for set in choose.combinations() {
+            let own = choose.recipe(recipe, &set)?;
+            self.check_training(&own).map_err(|problem| problem.below("choose.grid"))?;
+            let json = |(key, value): (String, Value)| (key, serde_json::json!(value));
+            grid.push(Combination { set: set.into_iter().map(json).collect(), recipe: own });
+        }
+        Ok(Some(Search { grid, validation: choose.validation, by: choose.by }))
+    }
+}
+
+impl Network {
+    fn check(&self, registry: &Registry) -> Check {
+        let name = format!("{:?}", self.name);
+        let entry = registry.find(&self.name).map_err(|e| Problem::new("name", name, e.to_string()))?;
+        file_name("label", &self.label)?;
+        let sizes = entry.inputs.iter().flat_map(|input| &input.keys).map(String::as_str).chain(["classes"]);
+        for key in sizes {
+            let reason = "comes from the data and its encoding; leave it out";
+            let value = self.set.get(key).map(ToString::to_string).unwrap_or_default();
+            require(!self.set.contains_key(key), &format!("set.{key}"), value, reason)?;
+        }
+        if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&self.settings()) {
+            return Err(Problem::new("set", format!("{:?}", self.set), error.to_string()));
+        }
+        match &self.published {
+            Some(published) => published.check().map_err(|problem| problem.below("published")),
+            None => Ok(()),
+        }
+    }
+
+    /// Settings as the registry reads them.
+    pub(crate) fn settings(&self) -> Settings {
+        let own = self.set.iter();
+        own.map(|(key, value)| (key.clone(), serde_json::json!(value))).collect()
+    }
+}
+
+impl Choose {
+    fn check(&self, recipe: &Recipe) -> Check {
+        share("choose.validation", self.validation)?;
+        let reason = "name what is chosen: grid = { \"optimizer.lr\" = [0.01, 0.001] }";
+        require(!self.grid.is_empty(), "choose.grid", "{}", reason)?;
+        for (key, values) in &self.grid {
+            let reason = "needs values to choose from";
+            require(!values.is_empty(), &format!("choose.grid.{key}"), "[]", reason)?;
+        }
+        let combinations = self.combinations();
+        within("choose.grid", combinations.len(), 1, 1000)?;
+        combinations.iter().try_for_each(|set| self.recipe(recipe, set).map(|_| ()))
+    }
+
+    /// Every combination of the grid, first key slowest.
+    fn combinations(&self) -> Vec<BTreeMap<String, Value>> {
+        let mut found = vec![BTreeMap::new()];
+        for (key, values) in &self.grid {
+            let longer = |before: &BTreeMap<String, Value>| {
+                let before = before.clone();
+                values.iter().map(move |value| {
+                    let mut longer = before.clone();
+                    longer.insert(key.clone(), value.clone());
+                    longer
+                })
+            };
+            found = found.iter().flat_map(longer).collect();
+        }
+        found
+    }
+
+    /// `recipe` with other values at dotted keys.
+    fn recipe(&self, recipe: &Recipe, set: &BTreeMap<String, Value>) -> Result<Recipe, Problem> {
+        let mut table = table_of(recipe);
+        for (key, value) in set {
+            // As one network's own value would be written.
+            let mut own = value.clone();
+            for part in key.rsplit('.') {
+                own = Value::Table(Table::from_iter([(part.to_string(), own)]));
+            }
+            if let Value::Table(own) = own {
+                table = merged(&table, &own);
+            }
+        }
+        read("", Value::Table(table)).map_err(|misread: Misread| {
+            let known = set.keys().find(|key| misread.key == **key).or(set.keys().next());
+            let key = known.map_or(String::new(), |key| format!(".{key}"));
+            let value = known.map(|key| set[key].to_string()).unwrap_or_default();
+            Problem::new(format!("choose.grid{key}"), value, misread.message)
         })
     }
 }

@@ -1,58 +1,37 @@
-//! Experiments from TOML: data, encoding, protocol, training, metrics, run folders.
+//! Experiments from TOML: one resolved config, its samples, its candidates, its run folder.
 //!
-//! An [`Experiment`] is a checked config; [`run`] trains every network on every fold and writes a
-//! [`RunFolder`]; [`Table`] prints it. Equal configs on equal data write equal bytes, except for
-//! `timings.jsonl`, `environment.json` and `folds/*.timing.json`.
+//! TOML text becomes raw tables, which are merged key by key (`[quick]`, overrides, one network's own
+//! settings), and then one [`Config`] in which nothing is left open. An [`Experiment`] is such a config that
+//! remembers where each value was written; [`run()`] hands it to `taxel-learn`.
 //!
 //! ```no_run
 //! use std::path::Path;
 //! use std::sync::atomic::AtomicBool;
-//! use taxel_trainer::{Experiment, Overrides, RunOptions, Silent, Table, run};
+//! use taxel_learn::{RunOptions, Silent, Table};
+//! use taxel_trainer::{Experiment, Overrides, run};
+//! use taxel_zoo::Registry;
 //!
-//! let overrides = Overrides { quick: true, ..Overrides::default() };
-//! let experiment = Experiment::load(Path::new("configs/quickstart.toml"), &overrides)?;
-//! let folder = run(&experiment, &RunOptions::default(), &Silent, &AtomicBool::new(false))?;
+//! let (overrides, registry) = (Overrides { quick: true, ..Overrides::default() }, Registry::built_in());
+//! let experiment = Experiment::load(Path::new("configs/quickstart.toml"), &overrides, &registry)?;
+//! let options = RunOptions::default();
+//! let folder = run(&experiment, &registry, None, &options, &Silent, &AtomicBool::new(false))?;
 //! println!("{}", Table::of(&folder)?);
 //! # Ok::<(), taxel_trainer::Error>(())
 //! ```
 
-mod assemble;
-mod baseline;
-mod checkpoint;
-pub mod config;
-mod encode;
-mod environment;
+mod config;
+mod data;
 mod error;
 mod experiment;
-mod files;
-mod folder;
-mod labels;
-pub mod metrics;
-mod predictor;
-mod progress;
-mod results;
+mod merge;
+mod places;
+mod read;
 mod run;
 mod samples;
-mod session;
-mod table;
-mod tensorboard;
-mod train;
 
-pub use checkpoint::{Metadata, read_checkpoint, write_checkpoint};
-pub use config::{Config, Problem, Range};
-pub use encode::{Encoded, Encoder, IMAGE, Input, SIGNAL, TENSOR, Transform};
-pub use environment::Environment;
+pub use config::{Baseline, Choose, Config, Network};
+pub use data::{Data, Origin, RecordingsOrigin, SceneOrigin};
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};
-pub use folder::RunFolder;
-pub use labels::{Attribute, Labels};
-pub use predictor::Predictor;
-pub use progress::{IndicatifProgress, Progress, Silent};
-pub use results::{
-    Change, Chosen, Costs, FoldKey, FoldRecord, FoldScores, NetworkResults, OtherStatistics, Results, Timing,
-    Trial,
-};
-pub use run::{RunOptions, run, run_on};
-pub use samples::Samples;
-pub use table::{Table, thousands};
-pub use train::{Epoch, Latency, Material, Task, Trained, shuffled};
+pub use run::{Runner, open, run};
+pub use samples::{simulate, simulated};

@@ -1,0 +1,218 @@
+//! The `[data]` table: a simulated scene or recordings on disk, and what is learned of them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use taxel_data::{Drop, Layout, Limits, Options};
+use taxel_learn::{Check, Problem, require, within};
+use toml::{Table, Value};
+
+use crate::read::{Misread, read};
+
+/// Recordings to simulate where nothing else is said: the paper's number (000, section 4).
+const SAMPLES: usize = 1500;
+
+/// Where samples come from and what is learned of them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Data {
+    /// A scene, or recordings on disk.
+    #[serde(flatten)]
+    pub origin: Origin,
+    /// The largest possible reading, for `scale = "full-scale"`; a scene knows its own, and so does a data
+    /// set with `full_scale` in its labels.json.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub full_scale: Option<f64>,
+    /// What the axes of a sample are, where the data set does not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layout: Option<Layout>,
+    /// Readings per second in Hz, where the data set does not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// Learns every column of labels `[N, k]`, under these names: paper 004's two levels.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<String>,
+    /// Keeps the samples of these classes only, in this order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub classes: Option<Vec<String>>,
+    /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub look_alikes: BTreeMap<String, Vec<String>>,
+}
+
+/// A scene, or recordings on disk: each takes its own keys only.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Origin {
+    /// `data.scene`.
+    Scene(SceneOrigin),
+    /// `data.path`.
+    Recordings(Box<RecordingsOrigin>),
+}
+
+/// A simulated world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneOrigin {
+    /// A scene of `taxel simulate`.
+    pub scene: String,
+    /// Recordings to simulate, 1 to 10 million. Default 1500.
+    #[serde(default = "samples")]
+    pub samples: usize,
+    /// Settings of the scene.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    pub set: Table,
+    /// Effects of the scene to leave out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+}
+
+fn samples() -> usize {
+    SAMPLES
+}
+
+/// Recordings on disk, with the options of their reader.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordingsOrigin {
+    /// A file or folder of recordings; `${NAME}` is replaced by the environment variable. A relative path
+    /// starts at the config's folder.
+    pub path: String,
+    /// Name of the array of samples. Default `x`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<String>,
+    /// Name of the array of labels. Default `y`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<String>,
+    /// Name of the array of groups. Default `group` where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// Turns that many consecutive group values into one group.
+    #[serde(default, alias = "group-block", skip_serializing_if = "Option::is_none")]
+    pub group_block: Option<u32>,
+    /// Indices to keep along axis 1 of the samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<Vec<usize>>,
+    /// Rows to leave out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drop: Vec<Drop>,
+    /// Refuse exact copies with different labels that are not dropped. Default false.
+    #[serde(default, alias = "deny-contradictory", skip_serializing_if = "Option::is_none")]
+    pub deny_contradictory: Option<bool>,
+    /// Name of the array that marks the samples to test on (not 0) for `protocol.kind = "official"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
+    /// Samples with more than this in the `test` array are tested, in place of those that are not 0.
+    #[serde(default, alias = "test-above", skip_serializing_if = "Option::is_none")]
+    pub test_above: Option<i64>,
+    /// For labels `[N, k]`: the column that becomes the class. Default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attribute: Option<usize>,
+    /// For image files: `[height, width]` in pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resize: Option<[usize; 2]>,
+    /// Ceilings on file sizes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
+}
+
+/// Keys of a scene that recordings in its place do not have.
+pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
+
+impl Data {
+    /// Reads the `[data]` table.
+    ///
+    /// # Errors
+    /// An unknown key, one that belongs to the other kind of origin, a value of the wrong type.
+    pub(crate) fn read(mut table: Table) -> Result<Self, Misread> {
+        fn take<T: serde::de::DeserializeOwned>(
+            table: &mut Table,
+            key: &str,
+        ) -> Result<Option<T>, Misread> {
+            table.remove(key).map(|value| read(&format!("data.{key}"), value)).transpose()
+        }
+        let full_scale = take(&mut table, "full_scale")?;
+        let layout = take(&mut table, "layout")?;
+        let rate = take(&mut table, "rate")?;
+        let attributes = take(&mut table, "attributes")?.unwrap_or_default();
+        let classes = take(&mut table, "classes")?;
+        let look_alikes = take(&mut table, "look_alikes")?.unwrap_or_default();
+        let foreign = |key: &str, message: String| Misread { key: key.into(), message };
+        let origin = match (table.contains_key("scene"), table.contains_key("path")) {
+            (true, true) => {
+                return Err(foreign("data.path", "give either scene or path, not both".into()));
+            }
+            (false, false) => {
+                return Err(foreign("data", "needs scene = \"..\" or path = \"..\"".into()));
+            }
+            (true, false) => Origin::Scene(read("data", Value::Table(table))?),
+            (false, true) => Origin::Recordings(read("data", Value::Table(table))?),
+        };
+        Ok(Data { origin, full_scale, layout, rate, attributes, classes, look_alikes })
+    }
+
+    /// # Errors
+    /// A value outside its range.
+    pub(crate) fn check(&self) -> Check {
+        match &self.origin {
+            Origin::Scene(scene) => scene.check()?,
+            Origin::Recordings(recordings) => recordings.check(!self.attributes.is_empty())?,
+        }
+        if let Some(i) =
+            (1..self.attributes.len()).find(|&i| self.attributes[..i].contains(&self.attributes[i]))
+        {
+            let reason = "is there twice; give every column of labels its own name";
+            return Err(Problem::new(format!("attributes.{i}"), format!("{:?}", self.attributes[i]), reason));
+        }
+        if let Some(full) = self.full_scale {
+            let reason = "must be positive and finite, such as 1023 for 10-bit counts";
+            require(full > 0.0 && full <= f64::from(f32::MAX), "full_scale", full, reason)?;
+        }
+        match self.rate {
+            Some(rate) => require(rate > 0.0 && rate.is_finite(), "rate", rate, "must be above 0, in Hz"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl SceneOrigin {
+    fn check(&self) -> Check {
+        let known = taxel_scenes::names();
+        let reason = format!("no scene has this name; known: {}", known.join(", "));
+        require(known.contains(&self.scene.as_str()), "scene", format!("{:?}", self.scene), reason)?;
+        if let Err(error) = taxel_scenes::Settings::read(&self.scene, Value::Table(self.set.clone())) {
+            let value = self.set.to_string().trim().replace('\n', ", ");
+            return Err(Problem::new("set", value, error.to_string()));
+        }
+        within("samples", self.samples, 1, 10_000_000)
+    }
+}
+
+impl RecordingsOrigin {
+    fn check(&self, several: bool) -> Check {
+        let named = self.test_above.is_none() || self.test.is_some();
+        require(named, "test_above", "..", "needs the name of an array in data.test")?;
+        let reason = "picks one column, data.attributes takes all; keep one of them";
+        require(!several || self.attribute.is_none(), "attribute", "..", reason)
+    }
+
+    /// What the reader of the recordings is asked.
+    pub(crate) fn options(&self, layout: Option<Layout>, rate: Option<f64>) -> Options {
+        let default = Options::default();
+        Options {
+            x: self.x.clone().unwrap_or(default.x),
+            y: self.y.clone().unwrap_or(default.y),
+            group: self.group.clone(),
+            group_block: self.group_block,
+            channels: self.channels.clone(),
+            drop: self.drop.clone(),
+            deny_contradictory: self.deny_contradictory.unwrap_or(default.deny_contradictory),
+            attribute: self.attribute.unwrap_or(default.attribute),
+            test: self.test.clone(),
+            test_above: self.test_above,
+            resize: self.resize,
+            limits: self.limits.unwrap_or(default.limits),
+            layout,
+            rate,
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! An experiment from start to end: its candidates on its samples, into a run folder or a model.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use taxel_data::Dataset;
+use taxel_graph::Graph;
+use taxel_learn::{
+    Candidate, CrossValidation, Encoder, Estimator, Fit, Identity, Model, Problem, Progress, RunFolder,
+    RunOptions, Trainable,
+};
+use taxel_zoo::{Entry, Registry, matlab};
+use toml::{Table, Value};
+
+use crate::config::{Baseline, Config, Network};
+use crate::error::Result;
+use crate::experiment::{Experiment, Overrides};
+
+/// Name of the file of a run folder that holds the resolved config.
+const CONFIG: &str = "config.toml";
+
+/// An experiment with what it needs to run.
+pub struct Runner<'a> {
+    /// What is run.
+    pub experiment: &'a Experiment,
+    /// Where its networks come from.
+    pub registry: &'a Registry,
+    /// Its samples: [`Experiment::dataset`].
+    pub dataset: &'a Dataset,
+}
+
+/// Runs `experiment` and writes its run folder, by default `runs/<name>`; a set `cancel` ends it between two
+/// steps.
+///
+/// # Errors
+/// Data that cannot be loaded or encoded, a network that does not fit them, a folder that holds
+/// something else, training that diverges; [`taxel_learn::Error::Cancelled`] if `cancel` was set. Finished
+/// folds are on disk in every case.
+pub fn run(
+    experiment: &Experiment,
+    registry: &Registry,
+    out: Option<&Path>,
+    options: &RunOptions,
+    progress: &dyn Progress,
+    cancel: &AtomicBool,
+) -> Result<RunFolder> {
+    let dataset = experiment.dataset()?;
+    Runner { experiment, registry, dataset: &dataset }.run(out, options, progress, cancel)
+}
+
+/// The experiment of a run folder, with its samples, read or simulated again.
+///
+/// # Errors
+/// A folder that holds no experiment, or data that cannot be loaded any more.
+pub fn open(folder: &RunFolder, registry: &Registry) -> Result<(Experiment, Dataset)> {
+    let experiment = Experiment::load(&folder.file(CONFIG), &Overrides::default(), registry)?;
+    let dataset = experiment.dataset()?;
+    Ok((experiment, dataset))
+}
+
+impl Runner<'_> {
+    /// As [`run()`], on samples that are loaded already.
+    ///
+    /// # Errors
+    /// As [`run()`].
+    pub fn run(
+        &self,
+        out: Option<&Path>,
+        options: &RunOptions,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<RunFolder> {
+        let config = self.experiment.config();
+        let mut validation = CrossValidation::new(self.dataset).encoding(config.encoding.clone());
+        validation.name = config.name.clone();
+        validation.title = config.title.clone();
+        validation.protocol = config.protocol.clone();
+        validation.look_alikes = config.data.look_alikes.clone();
+        validation.seed = config.seed;
+        validation.candidates = self.candidates(validation.encoder())?;
+        let text = self.experiment.to_toml();
+        let now = parsed(&text);
+        let difference = |path: &Path, before: &str| {
+            let before: Table = toml::from_str(before).map_err(|e| taxel_learn::Error::Damaged {
+                file: path.display().to_string(),
+                reason: format!("is no TOML: {}", e.message()),
+            })?;
+            Ok(difference("", &Value::Table(before), &Value::Table(now.clone())))
+        };
+        let identity = Identity { file: CONFIG, text, difference: &difference };
+        let out = out.map_or_else(|| self.experiment.default_out(), PathBuf::from);
+        validation
+            .run_as(&out, &identity, options, progress, cancel)
+            .map_err(|error| self.experiment.located(error))
+    }
+
+    /// Trains one network or baseline of the experiment on all samples, by the name that tables give it; `None`
+    /// if `cancel` was set. `session` is where the training is saved from time to time.
+    ///
+    /// # Errors
+    /// No such network, data that cannot be encoded, training that diverges.
+    pub fn fit(
+        &self,
+        name: &str,
+        options: &RunOptions,
+        session: &Path,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Model>> {
+        let config = self.experiment.config();
+        let mut encoder = Encoder::new(&config.encoding, self.dataset);
+        let candidate = self.candidate(name, &mut encoder)?;
+        let fit = Fit {
+            candidate: &candidate,
+            protocol: &config.protocol,
+            seed: config.seed,
+            options: options.clone(),
+            session: Some(session.into()),
+        };
+        progress.start(fit.samples(self.dataset) as u64);
+        let mut tick = |samples: usize| progress.step(samples as u64);
+        let model = fit.run(&mut encoder, &mut tick, cancel);
+        progress.finish();
+        model.map_err(|error| self.experiment.located(error))
+    }
+
+    fn candidate(&self, name: &str, encoder: &mut Encoder) -> Result<Candidate> {
+        let Config { networks, baselines, .. } = self.experiment.config();
+        if let Some(i) = networks.iter().position(|network| network.label == name) {
+            return self.network(i, &networks[i], encoder);
+        }
+        if let Some(Baseline(method)) = baselines.iter().find(|own| own.0.name() == name) {
+            return Ok(Candidate::baseline(*method));
+        }
+        let known = networks.iter().map(|network| network.label.as_str());
+        let known: Vec<&str> = known.chain(baselines.iter().map(|own| own.0.name())).collect();
+        let reason = format!("the experiment has no such network or baseline; it has {}", known.join(", "));
+        Err(self.experiment.refuse(Problem::new("networks", format!("{name:?}"), reason)))
+    }
+
+    /// The networks, then the baselines, sized by the samples.
+    fn candidates(&self, encoder: &mut Encoder) -> Result<Vec<Candidate>> {
+        let Config { networks, baselines, .. } = self.experiment.config();
+        let own = networks.iter().enumerate().map(|(i, network)| self.network(i, network, encoder));
+        let mut candidates = own.collect::<Result<Vec<_>>>()?;
+        candidates.extend(baselines.iter().map(|Baseline(method)| Candidate::baseline(*method)));
+        Ok(candidates)
+    }
+
+    fn network(&self, i: usize, network: &Network, encoder: &mut Encoder) -> Result<Candidate> {
+        let config = self.experiment.config();
+        let entry = self.registry.find(&network.name)?;
+        let (settings, graph) = self.sized(network, entry, encoder)?;
+        let refuse = |problem| self.experiment.refuse(problem);
+        let mut recipe = network.train.clone();
+        recipe.frozen = self.frozen(i, network, &graph)?;
+        let mut search = config.search(&network.train).map_err(refuse)?;
+        for own in search.iter_mut().flat_map(|search| &mut search.grid) {
+            own.recipe.frozen = recipe.frozen.clone();
+        }
+        let mut trainable = Trainable { graph, recipe, search, start: None };
+        if let Some(path) = self.experiment.weights_path(i)? {
+            let refuse = |reason: String| {
+                let (key, value) = (format!("networks.{i}.weights"), format!("{:?}", path.display()));
+                self.experiment.refuse(Problem::new(key, value, reason))
+            };
+            let (weights, _) = taxel_checkpoint::read(&path).map_err(|e| refuse(e.to_string()))?;
+            trainable.start = Some(Arc::new(weights));
+            trainable.drawn().map_err(|e| refuse(e.to_string()))?;
+        }
+        Ok(Candidate {
+            name: network.label.clone(),
+            estimator: Estimator::Network(Box::new(trainable)),
+            zoo: entry.name.clone(),
+            paper: entry.paper.clone(),
+            settings,
+            published: network.published.clone(),
+        })
+    }
+
+    /// The network's settings and graph for the shapes that the encoding makes.
+    fn sized(
+        &self,
+        network: &Network,
+        entry: &Entry,
+        encoder: &mut Encoder,
+    ) -> Result<(taxel_zoo::Settings, Graph)> {
+        let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
+        encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
+        let mut settings = entry.fit(self.dataset.classes.len(), |input| encoder.shape(input))?;
+        settings.extend(network.settings());
+        let graph = entry.graph(&settings)?;
+        Ok((settings, graph))
+    }
+
+    /// Frozen nodes by name: paper 001's ranges of MATLAB layers are resolved here.
+    fn frozen(&self, i: usize, network: &Network, graph: &Graph) -> Result<Vec<String>> {
+        let frozen = &network.train.frozen;
+        let names = matlab::resolve(graph, frozen);
+        let checked = names.and_then(|names| graph.covered(&names).map(|_| names));
+        checked.map_err(|error| {
+            let (key, value) = (format!("networks.{i}.train.frozen"), format!("{frozen:?}"));
+            let reason = format!("{error}; `taxel cost {}` lists and numbers them", graph.name());
+            self.experiment.refuse(Problem::new(key, value, reason))
+        })
+    }
+}
+
+fn parsed(text: &str) -> Table {
+    #[expect(clippy::expect_used, reason = "it was written as TOML a moment ago")]
+    toml::from_str(text).expect("a resolved config is TOML")
+}
+
+/// The first dotted key, in order of the alphabet, whose values differ, in words.
+fn difference(prefix: &str, before: &Value, now: &Value) -> Option<String> {
+    let shown = |value: Option<&Value>| value.map_or("not set".into(), ToString::to_string);
+    let join = |key: &str| if prefix.is_empty() { key.into() } else { format!("{prefix}.{key}") };
+    let words = |key: String, a: Option<&Value>, b: Option<&Value>| {
+        format!("{key} was {}, is now {}", shown(a), shown(b))
+    };
+    match (before, now) {
+        (Value::Table(a), Value::Table(b)) => {
+            let names: std::collections::BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+            names.into_iter().find_map(|key| match (a.get(key), b.get(key)) {
+                (Some(a), Some(b)) => difference(&join(key), a, b),
+                (a, b) => Some(words(join(key), a, b)),
+            })
+        }
+        (Value::Array(a), Value::Array(b)) if a.iter().chain(b).any(Value::is_table) => {
+            (0..a.len().max(b.len())).find_map(|i| match (a.get(i), b.get(i)) {
+                (Some(a), Some(b)) => difference(&join(&i.to_string()), a, b),
+                (a, b) => Some(words(join(&i.to_string()), a, b)),
+            })
+        }
+        (a, b) if a == b => None,
+        (a, b) => Some(words(prefix.into(), Some(a), Some(b))),
+    }
+}
