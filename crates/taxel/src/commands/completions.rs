@@ -1,0 +1,26 @@
+//! `taxel completions`: what a shell needs to complete the command line.
+
+use std::process::ExitCode;
+
+use clap::{Args, CommandFactory};
+use clap_complete::{Shell, generate};
+
+use crate::{Arguments, Outcome};
+
+/// Prints completions for a shell.
+#[derive(Args)]
+#[command(after_help = "Examples:  taxel completions bash > ~/.local/share/bash-completion/completions/taxel
+           taxel completions zsh > ~/.zfunc/_taxel
+           taxel completions fish > ~/.config/fish/completions/taxel.fish")]
+pub struct Completions {
+    /// The shell.
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+impl Completions {
+    pub fn run(self) -> Outcome {
+        generate(self.shell, &mut Arguments::command(), "taxel", &mut std::io::stdout());
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,31 @@
+//! Whatever a program that uses this crate may meet.
+
+/// An error of any part of taxel; its text names the file, key or sample and the way out.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Recordings that cannot be read or used.
+    #[error(transparent)]
+    Data(#[from] taxel_data::Error),
+    /// A network that cannot be built.
+    #[error(transparent)]
+    Graph(#[from] taxel_graph::Error),
+    /// A network that is not there, or settings that it does not take.
+    #[error(transparent)]
+    Zoo(#[from] taxel_zoo::Error),
+    /// A training, a run folder or a model.
+    #[error(transparent)]
+    Learn(#[from] taxel_learn::Error),
+    /// An experiment that cannot be run.
+    #[error(transparent)]
+    Experiment(#[from] taxel_trainer::Error),
+    /// A run that cannot be judged.
+    #[error(transparent)]
+    Judge(#[from] taxel_judge::Error),
+    /// A file.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+}
+
+/// A result whose error is [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,105 @@
+//! taxel, the tactile model zoo: train, compare and ship networks on recordings of touch.
+//!
+//! This crate is the whole house behind one door: `taxel::` is all that a program needs to name. What follows
+//! is a tour; the binary of the same name does the same from the command line (`taxel --help`).
+//!
+//! # From recordings to a model
+//!
+//! Recordings are a [`Dataset`]: [`load`] reads files, [`Dataset::new`] takes arrays, [`simulate`] makes some.
+//! A network is a value, described with [`Network`] and [`Flow`]. A [`Candidate`] is a network with its
+//! [`Recipe`] (or a baseline), [`CrossValidation`] says how accurate it is on samples that it has not seen,
+//! [`fit`] trains it on everything, and the [`Model`] is one file that says all about itself.
+//!
+//! ```
+//! use taxel::{Candidate, Conv, CrossValidation, Encoding, Model, Network, Protocol, Recipe};
+//!
+//! // 60 grasps of silicone cylinders of three hardness levels by five fingertip sensors, 50 readings each.
+//! let grasps = taxel::simulate("fingertip", 60, 0, &[])?;
+//!
+//! let net = Network::new("own");
+//! let signal = net.input("signal", grasps.sample_shape());
+//! let features = signal.conv_bn_relu("stem", Conv::new(16, 5).same()).global_average_pool();
+//! let graph = net.finish(&[("logits", features.linear("fc", grasps.classes.len()))])?;
+//! let own = Candidate::network(graph, Recipe { epochs: 5, batch_size: 16, ..Recipe::default() });
+//!
+//! let validation = CrossValidation::new(&grasps).protocol(Protocol::k_fold(2)).candidate(own.clone());
+//! let results = validation.run()?;
+//! println!("{}", taxel::Table::new(&results, |_| None));
+//!
+//! let path = std::env::temp_dir().join("taxel-tour.safetensors");
+//! taxel::fit(&own, &grasps, &Encoding::default())?.with_score(results.score("own")).save(&path)?;
+//!
+//! let model = Model::open(&path)?;
+//! let answers = model.predict(&grasps.x)?;
+//! println!("{}{} ({:.0} %)", model.card(), answers.class(0), 100.0 * answers.answers(0)[0].probability);
+//! # assert_eq!(answers.len(), 60);
+//! # std::fs::remove_file(&path)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The networks of the papers
+//!
+//! A [`Registry`] knows networks by name and sizes them by the data; a caller adds its own:
+//!
+//! ```
+//! use taxel::Registry;
+//!
+//! let registry = Registry::built_in();
+//! let entry = registry.find("resnet8-lite-1d")?;
+//! let settings = entry.fit(3, |input| (input == "signal").then(|| vec![5, 50]))?;
+//! let graph = entry.graph(&settings)?;
+//! assert_eq!((graph.parameter_count(), graph.cost().macs), (13_923, 204_928));
+//! # Ok::<(), taxel::Error>(())
+//! ```
+//!
+//! # Experiments from a file
+//!
+//! An [`Experiment`] is a TOML file; [`run()`](experiment::run) writes its run folder, and [`judge`] says from a
+//! run folder which network suffices, how fast it is and where it breaks.
+//!
+//! # Where things are
+//!
+//! | to | look at |
+//! |---|---|
+//! | read, check and split recordings | [`data`] |
+//! | turn readings into images and tensors | [`encodings`] |
+//! | simulate a sensor, or break readings on purpose | [`scenes`] |
+//! | describe a network, count its cost | [`graph`], [`zoo`] |
+//! | train, cross-validate, save | [`learn`] |
+//! | train step by step | [`engine`] |
+//! | run a config | [`experiment`] |
+//! | judge a run | [`judge`] |
+
+mod error;
+
+pub use error::{Error, Result};
+pub use ndarray;
+
+pub use taxel_baselines::Method as Baseline;
+pub use taxel_data::{Attribute, Dataset, Labels, Layout, Options, Reading, Source, load};
+pub use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool};
+pub use taxel_learn::{
+    Candidate, Card, CrossValidation, Encoder, Encoding, Fit, Model, Optimizer, Predictions, Predictor,
+    Protocol, Recipe, Results, RunFolder, RunOptions, Schedule, Table, fit,
+};
+pub use taxel_trainer::{Experiment, Overrides, simulate};
+pub use taxel_zoo::{Entry, Input, Registry, Settings};
+
+/// Recordings: reading, checking, cards, splits, augmentation.
+pub use taxel_data as data;
+/// Readings to tensors.
+pub use taxel_encodings as encodings;
+/// Graphs compiled for training on the CPU.
+pub use taxel_engine as engine;
+/// Networks as values.
+pub use taxel_graph as graph;
+/// Run folders judged.
+pub use taxel_judge as judge;
+/// Training, cross-validation, metrics, models.
+pub use taxel_learn as learn;
+/// Simulated worlds and sensor faults.
+pub use taxel_scenes as scenes;
+/// Experiments from TOML.
+pub use taxel_trainer as experiment;
+/// Networks by name.
+pub use taxel_zoo as zoo;
