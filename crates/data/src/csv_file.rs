@@ -24,7 +24,8 @@ pub(crate) fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Ve
         if !more {
             break;
         }
-        let line = record.position().map_or(0, |start| line_of(text, start));
+        #[expect(clippy::expect_used, reason = "a reader notes where a record starts")]
+        let line = line_of(text, record.position().expect("a record that was read"));
         let want = *width.get_or_insert_with(|| {
             first_line = line;
             record.len()
@@ -37,18 +38,7 @@ pub(crate) fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Ve
             continue;
         }
         for (column, field) in record.iter().enumerate() {
-            let value = field.parse().map_err(|_| Error::CsvNumber {
-                file: file.into(),
-                line,
-                column: column + 1,
-                text: field.chars().take(40).collect(),
-                hint: if is_other_separator(&record) {
-                    "; separate columns with commas, decimals with points"
-                } else {
-                    ""
-                },
-            })?;
-            values.push(value);
+            values.push(field.parse().map_err(|_| no_number(&record, field, file, line, column))?);
         }
         rows += 1;
         if values.len() as u64 > limit {
@@ -72,9 +62,22 @@ pub(crate) fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Ve
     Ok((vec![channels, rows], sample))
 }
 
+fn no_number(record: &csv::StringRecord, field: &str, file: &str, line: u64, column: usize) -> Error {
+    Error::CsvNumber {
+        file: file.into(),
+        line,
+        column: column + 1,
+        text: field.chars().take(40).collect(),
+        hint: match is_other_separator(record) {
+            true => "; separate columns with commas, decimals with points",
+            false => "",
+        },
+    }
+}
+
 /// The line a record is on; its position is that of the blank lines before it.
 fn line_of(text: &str, start: &csv::Position) -> u64 {
-    let rest = text.as_bytes().get(start.byte() as usize..).unwrap_or_default();
+    let rest = &text.as_bytes()[start.byte() as usize..];
     let blank = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
     start.line() + blank.filter(|byte| **byte == b'\n').count() as u64
 }

@@ -107,8 +107,8 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
     let full: Vec<usize> = std::iter::once(y.len()).chain(shape).collect();
     let x = ArrayD::from_shape_vec(full, values)
         .map_err(|e| Error::NotAnArray { at: file.clone(), why: e.to_string() })?;
-    // A class folder is an entry of root, and entries have names.
-    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into();
+    #[expect(clippy::expect_used, reason = "a class folder is an entry of root")]
+    let name = |path: &PathBuf| path.file_name().expect("entries have names").to_string_lossy().into();
     Ok(Raw {
         name: name_of(root),
         dtype,

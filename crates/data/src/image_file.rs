@@ -54,30 +54,37 @@ pub(crate) fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: 
         };
         (values, vec![height, width])
     };
-    let wrong = || broken("its size does not match its pixels".into());
-    let Some([new_height, new_width]) = resize else {
-        let raw = planes(&raw, shape.len());
+    let rank = shape.len();
+    let Some(size) = resize else {
+        let raw = planes(&raw, rank);
         let values = raw.clone();
         return Ok(Picture { raw, shape, values, bits });
     };
-    let (w, h) = (width as u32, height as u32);
-    let (nw, nh) = (new_width as u32, new_height as u32);
+    let resized = resample(&raw, [height, width], size, rank == 3, bits)
+        .ok_or_else(|| broken("its size does not match its pixels".into()))?;
+    let mut new_shape = shape;
+    new_shape[rank - 2..].copy_from_slice(&size);
+    Ok(Picture { raw: planes(&raw, rank), values: planes(&resized, rank), shape: new_shape, bits })
+}
+
+/// Pixels resampled from one `[height, width]` to another by a triangle filter; none where there are not
+/// as many as `from` says.
+fn resample(raw: &[f32], from: [usize; 2], to: [usize; 2], colour: bool, bits: u8) -> Option<Vec<f32>> {
+    let [height, width] = from.map(|side| side as u32);
+    let [new_height, new_width] = to.map(|side| side as u32);
     let filter = imageops::FilterType::Triangle;
     // The image crate clamps f32 pixels to 0..1.
     let white = if bits == 8 { 255.0 } else { 65535.0 };
     let unit: Vec<f32> = raw.iter().map(|value| value / white).collect();
-    let mut resized = if shape.len() == 2 {
-        let buffer = ImageBuffer::<Luma<f32>, _>::from_raw(w, h, unit).ok_or_else(wrong)?;
-        imageops::resize(&buffer, nw, nh, filter).into_raw()
+    let mut resized = if colour {
+        let buffer = ImageBuffer::<Rgb<f32>, _>::from_raw(width, height, unit)?;
+        imageops::resize(&buffer, new_width, new_height, filter).into_raw()
     } else {
-        let buffer = ImageBuffer::<Rgb<f32>, _>::from_raw(w, h, unit).ok_or_else(wrong)?;
-        imageops::resize(&buffer, nw, nh, filter).into_raw()
+        let buffer = ImageBuffer::<Luma<f32>, _>::from_raw(width, height, unit)?;
+        imageops::resize(&buffer, new_width, new_height, filter).into_raw()
     };
     resized.iter_mut().for_each(|value| *value *= white);
-    let mut new_shape = shape;
-    let rank = new_shape.len();
-    new_shape[rank - 2..].copy_from_slice(&[new_height, new_width]);
-    Ok(Picture { raw: planes(&raw, rank), values: planes(&resized, rank), shape: new_shape, bits })
+    Some(resized)
 }
 
 fn widen<T: Into<f32>>(values: Vec<T>) -> Vec<f32> {

@@ -18,8 +18,8 @@ use taxel_encodings::Layout;
 /// `rate` (a number, Hz), and how high readings go (`full_scale`, a number in that unit). Other keys are for
 /// people and not read.
 pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
-    // A path without a file name was refused when the archive was opened.
-    let stem = npz.file_stem().unwrap_or_default().to_string_lossy();
+    #[expect(clippy::expect_used, reason = "the archive was opened: it is a file")]
+    let stem = npz.file_stem().expect("a file has a name").to_string_lossy();
     for name in [format!("{stem}.classes.json"), "labels.json".to_string()] {
         let path = npz.with_file_name(&name);
         if path.exists() {

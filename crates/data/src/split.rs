@@ -87,7 +87,8 @@ pub fn stratified_k_fold(
             unit.labels.keys().map(held).sum()
         };
         let best = order.iter().copied().min_by_key(|fold| (load(*fold), totals[*fold]));
-        let fold = best.unwrap_or(0);
+        #[expect(clippy::expect_used, reason = "fewer than two folds are refused")]
+        let fold = best.expect("a fold at least");
         for (label, count) in &unit.labels {
             of_class.entry(*label).or_insert_with(|| vec![0; k])[fold] += count;
         }
@@ -136,14 +137,15 @@ pub fn group_k_fold(groups: &[u32], y: &[u32], k: usize, seed: u64, repetition: 
         // costs nothing, so every fold gets a group.
         let cost = |fold: usize| {
             let share = |(label, count): (&u32, &usize)| {
-                let size = sizes.get(label).copied().unwrap_or(1.0);
+                let size = sizes[label];
                 held[fold].get(label).copied().unwrap_or(0.0) * *count as f64 / (size * size)
             };
             let whole = (totals[fold] * unit.samples.len()) as f64 / (y.len() as f64).powi(2);
             unit.labels.iter().map(share).sum::<f64>() + whole
         };
         let best = order.iter().copied().min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
-        let fold = best.unwrap_or(0);
+        #[expect(clippy::expect_used, reason = "fewer than two folds are refused")]
+        let fold = best.expect("a fold at least");
         for (label, count) in &unit.labels {
             *held[fold].entry(*label).or_default() += *count as f64;
         }
@@ -204,6 +206,10 @@ pub fn random_group_split(
 /// # Errors
 ///
 /// If one of the two would be empty.
+///
+/// # Panics
+///
+/// For a row that `y` or `units` has not.
 pub fn hold_back(
     rows: &[usize],
     y: &[u32],
@@ -212,7 +218,7 @@ pub fn hold_back(
     seed: u64,
     purpose: &str,
 ) -> Result<(Vec<usize>, Vec<usize>)> {
-    let of = |table: &[u32]| rows.iter().filter_map(|&row| table.get(row).copied()).collect::<Vec<u32>>();
+    let of = |table: &[u32]| rows.iter().map(|&row| table[row]).collect::<Vec<u32>>();
     let own: Vec<u32> = (0..rows.len() as u32).collect();
     let units = units.map_or(own, of);
     let [left, taken, _] = deal(&of(y), &units, [1.0 - share, share, 0.0], seed, purpose);
@@ -298,7 +304,7 @@ fn deal(y: &[u32], units: &[u32], shares: [f64; 3], seed: u64, purpose: &str) ->
             unit.labels.iter().map(of).sum()
         };
         let open = (0..3).filter(|part| shares[*part] > 0.0);
-        // The first of equals.
+        // The first of equals. Shares that are no numbers leave the other parts empty, which callers refuse.
         let best = open.rev().max_by(|a, b| missing(*a).total_cmp(&missing(*b))).unwrap_or(0);
         for (label, count) in &unit.labels {
             *held[best].entry(*label).or_default() += *count as f64;

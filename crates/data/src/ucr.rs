@@ -49,9 +49,10 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
     let full = [vec![rows.len()], shape].concat();
     let x = ArrayD::from_shape_vec(full, rows.concat())
         .map_err(|e| Error::NotAnArray { at: file.clone(), why: e.to_string() })?;
-    // A path without a file name names no pair of files.
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.split("_TRAIN").next().and_then(|n| n.split("_TEST").next()).unwrap_or_default();
+    #[expect(clippy::expect_used, reason = "find() took the names of the files from that of the path")]
+    let name = path.file_name().expect("a path with a name").to_string_lossy();
+    let name = name.split_once("_TRAIN").map_or(&*name, |(before, _)| before);
+    let name = name.split_once("_TEST").map_or(name, |(before, _)| before);
     Ok(Raw {
         name: name.to_string(),
         dtype: "text".into(),
@@ -94,7 +95,8 @@ fn read_both(files: &[PathBuf; 2], options: &Options) -> Result<Cases> {
         if own.is_empty() {
             return Err(Error::NoSamples { at: name });
         }
-        let short = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        #[expect(clippy::expect_used, reason = "find() made the path with a name")]
+        let short = path.file_name().expect("a path with a name").to_string_lossy().into_owned();
         for (i, case) in own.into_iter().enumerate() {
             let at = format!("{short}[{i}]");
             let shape = vec![case.channels.len(), case.channels[0].len()];

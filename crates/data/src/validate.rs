@@ -175,8 +175,8 @@ pub(crate) fn groups(
         faults.push(wrong_length(raw, name, values.len()));
         return Ok(None);
     }
-    // There is a sample at least, and so a value.
-    let lowest = values.iter().min().map_or(0, |value| i128::from(*value));
+    #[expect(clippy::expect_used, reason = "readers refuse a set without samples")]
+    let lowest = i128::from(*values.iter().min().expect("one value per sample"));
     let (mut groups, mut range) = (Vec::with_capacity(samples), None);
     for (row, value) in values.iter().enumerate() {
         let group = match options.group_block {

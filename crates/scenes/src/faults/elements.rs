@@ -4,8 +4,8 @@
 //!
 //! None; the definitions are ours.
 
-use super::Layout;
 use super::work::Work;
+use taxel_encodings::Layout;
 
 /// `share` of all elements, on average over samples, in random places.
 fn some(work: &mut Work, share: f64) -> Vec<usize> {

@@ -4,10 +4,10 @@
 //!
 //! None; the definitions are ours.
 
-use super::Layout;
 use super::work::Work;
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use taxel_encodings::Layout;
 
 /// Adds white noise of `share` of full scale (SD) to every reading.
 pub(super) fn noise(work: &mut Work, share: f64) {

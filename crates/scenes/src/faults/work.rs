@@ -4,10 +4,11 @@
 //!
 //! None.
 
-use super::{Layout, Sensor};
+use super::sensor::Sensor;
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayViewD, ArrayViewMutD, Axis, Dimension};
 use rand::RngExt;
+use taxel_encodings::Layout;
 use taxel_seed::Rng;
 
 /// A sample on the workbench.
