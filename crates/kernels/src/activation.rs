@@ -2,8 +2,9 @@
 //!
 //! `exp` is written out in vectors; its relative error is below 2e-7.
 
+use crate::lengths::exactly;
+use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{load, store, vectors};
 
 /// Defines a function value by value: `name(x, y)`.
 macro_rules! forward {
@@ -14,6 +15,7 @@ macro_rules! forward {
         /// The CPU has the features of `S`.
         #[inline(always)]
         unsafe fn $body<S: Simd>($($arg: $ty,)? x: &[f32], y: &mut [f32]) {
+            exactly(concat!("output of ", stringify!($name)), y.len(), x.len());
             for (y, &$x) in y.iter_mut().zip(x) {
                 *y = $value;
             }
@@ -38,6 +40,8 @@ macro_rules! backward {
         unsafe fn $body<S: Simd>(
             $($arg: $ty,)? kept: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool,
         ) {
+            exactly(concat!("kept values of ", stringify!($name)), kept.len(), dx.len());
+            exactly(concat!("dy of ", stringify!($name)), dy.len(), dx.len());
             let rows = dx.iter_mut().zip(kept.iter().zip(dy));
             if accumulate {
                 for (dx, (&$kept, &$dy)) in rows {
@@ -50,6 +54,19 @@ macro_rules! backward {
             }
         }
     };
+}
+
+// The functions that `forward` and `backward` define are plain loops: compiled per level, they become
+// vectors of that level's width.
+
+forward! {
+    /// `y = max(x, 0)`.
+    relu() = relu_at, |x| if x <= 0.0 { 0.0 } else { x }
+}
+
+backward! {
+    /// Gradient of [`relu`] from its input or its output: 0 at 0.
+    relu_backward() = relu_backward_at, |x, dy| if x <= 0.0 { 0.0 } else { dy }
 }
 
 forward! {
@@ -82,9 +99,9 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn sigmoid_at<S: Simd>(x: &[f32], y: &mut [f32]) {
-    assert_eq!(x.len(), y.len());
+    exactly("output of sigmoid", y.len(), x.len());
     vectors!(S, x.len(), at, n, {
-        // SAFETY: `at + n` is at most the length of either.
+        // SAFETY: `at + n <= x.len()`, which is asserted to be `y.len()` too.
         unsafe { store::<S>(y, at, n, sigmoid_of::<S>(load::<S>(x, at, n))) }
     });
 }
@@ -103,9 +120,9 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn tanh_at<S: Simd>(x: &[f32], y: &mut [f32]) {
-    assert_eq!(x.len(), y.len());
+    exactly("output of tanh", y.len(), x.len());
     vectors!(S, x.len(), at, n, {
-        // SAFETY: `at + n` is at most the length of either.
+        // SAFETY: `at + n <= x.len()`, which is asserted to be `y.len()` too.
         unsafe { store::<S>(y, at, n, tanh_of::<S>(load::<S>(x, at, n))) }
     });
 }
@@ -137,7 +154,7 @@ backward! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 pub(crate) unsafe fn sigmoid_of<S: Simd>(x: S::V) -> S::V {
-    // SAFETY: the caller's contract.
+    // SAFETY: the caller has the features; no memory is touched.
     unsafe {
         let one = S::splat(1.0);
         S::div(one, S::add(one, exp::<S>(S::sub(S::splat(0.0), x))))
@@ -150,7 +167,7 @@ pub(crate) unsafe fn sigmoid_of<S: Simd>(x: S::V) -> S::V {
 /// The CPU has the features of `S`.
 #[inline(always)]
 pub(crate) unsafe fn tanh_of<S: Simd>(x: S::V) -> S::V {
-    // SAFETY: the caller's contract.
+    // SAFETY: the caller has the features; no memory is touched.
     unsafe {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
         let z = S::mul(x, x);
@@ -176,7 +193,7 @@ pub(crate) unsafe fn tanh_of<S: Simd>(x: S::V) -> S::V {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn exp<S: Simd>(x: S::V) -> S::V {
-    // SAFETY: the caller's contract.
+    // SAFETY: the caller has the features; no memory is touched.
     unsafe {
         let (zero, one, round) = (S::splat(0.0), S::splat(1.0), S::splat(12_582_912.0));
         let x = S::at_most(x, S::splat(88.0));

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::lengths::{at_least, image};
+
 /// Sizes of an adaptive average pool over (depth, rows, columns); missing axes have size 1.
 ///
 /// Part i of n over a size s covers ⌊i·s/n⌋ to ⌈(i+1)·s/n⌉, as in `torch.nn.AdaptiveAvgPool3d`.
@@ -18,6 +20,8 @@ pub struct AdaptivePool {
 impl AdaptivePool {
     /// x [input positions × channels] → y [output positions × channels].
     pub fn forward(&self, x: &[f32], y: &mut [f32]) {
+        at_least("input of a pool", x.len(), image(self.input, self.channels));
+        at_least("output of a pool", y.len(), image(self.output, self.channels));
         self.windows(|position, share, inputs| {
             let y = &mut y[position * self.channels..][..self.channels];
             y.fill(0.0);
@@ -36,6 +40,8 @@ impl AdaptivePool {
 
     /// Adds each output's gradient, divided, to every position under its window.
     pub fn backward(&self, dy: &[f32], dx: &mut [f32]) {
+        at_least("dy of a pool", dy.len(), image(self.output, self.channels));
+        at_least("dx of a pool", dx.len(), image(self.input, self.channels));
         self.windows(|position, share, inputs| {
             let dy = &dy[position * self.channels..][..self.channels];
             for run in inputs {

@@ -1,8 +1,11 @@
 //! The gradient of stored values from the gradient of what was seen of them.
 
 use crate::fold::Fold;
+use crate::lengths::{exactly, whole_rows};
+use crate::rows::{block, load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, block, load, rectified_gradient, store, vectors};
+use crate::view::{Rectifier, View, rectified_gradient};
+use crate::{activation, pointwise};
 
 /// Coefficients of a batch norm's input gradient: `dx = a · dy + b · (x − mean) + c` per channel.
 #[derive(Debug, Clone, Default)]
@@ -26,7 +29,7 @@ struct InputGradientView<'a> {
 }
 
 /// Gradient of stored values `x` (rows × channels), written or added, from the gradient `dy` of their
-/// view; `norm` are the coefficients of the view's batch norm, if it has one.
+/// view; `norm` are the coefficients of the view's batch norm, there where the view has scale and shift.
 pub fn backward(
     channels: usize,
     x: &[f32],
@@ -36,7 +39,13 @@ pub fn backward(
     dx: &mut [f32],
     accumulate: bool,
 ) {
-    assert!(x.len() == dx.len() && dy.len() == dx.len() && dx.len().is_multiple_of(channels));
+    whole_rows("stored values", x.len(), channels);
+    exactly("dy of stored values", dy.len(), x.len());
+    exactly("dx of stored values", dx.len(), x.len());
+    assert!(
+        view.affine.is_some() == norm.is_some(),
+        "scale and shift of a view are needed together with the gradient of its batch norm"
+    );
     match (view.affine, norm) {
         (Some((scale, shift)), Some(norm)) => {
             let mut rest = 0;
@@ -58,9 +67,9 @@ pub fn backward(
             through_norm(channels, x, scale, shift, view.rectifier, &norm, dy, dx, accumulate);
         }
         _ => match view.rectifier {
-            Rectifier::None => crate::pointwise::copy(dy, dx, accumulate),
-            Rectifier::Relu => crate::pointwise::relu_backward(x, dy, dx, accumulate),
-            Rectifier::Relu6 => crate::activation::relu6_backward(x, dy, dx, accumulate),
+            Rectifier::None => pointwise::copy(dy, dx, accumulate),
+            Rectifier::Relu => activation::relu_backward(x, dy, dx, accumulate),
+            Rectifier::Relu6 => activation::relu6_backward(x, dy, dx, accumulate),
         },
     }
 }
@@ -73,7 +82,7 @@ at_level! {
 }
 
 /// # Safety
-/// The CPU has the features of `S`; slices of rows are equally long.
+/// The CPU has the features of `S`.
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
 unsafe fn through_norm_at<S: Simd>(
@@ -87,15 +96,16 @@ unsafe fn through_norm_at<S: Simd>(
     dx: &mut [f32],
     accumulate: bool,
 ) {
-    let coefficients =
-        [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()];
-    assert!(coefficients.iter().all(|l| *l == channels));
+    for len in [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()] {
+        exactly("coefficients of a batch norm", len, channels);
+    }
     let block = block(channels);
     let blocks = x.chunks(block).zip(dy.chunks(block));
     for (dx, (x, dy)) in dx.chunks_mut(block).zip(blocks) {
         // Channel by channel, so that the coefficients stay in registers.
         vectors!(S, channels, c, n, {
-            // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
+            // SAFETY: `c + n <= channels`: the asserted length of every coefficient, and that of every row
+            // that `chunks_exact` gives.
             unsafe {
                 let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
                 let (of_dy, of_x) = (load::<S>(norm.dy, c, n), load::<S>(norm.x, c, n));

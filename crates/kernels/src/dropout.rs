@@ -1,10 +1,13 @@
 //! Dropout: values kept and scaled, or multiplied by zero.
 
+use crate::lengths::exactly;
+
 /// `y = x · scale` where `keeps(index)`, else `x · 0`; written or added. The product lets NaN through.
 ///
 /// Forward with values, backward with gradients and the same `keeps`. Indices count from the start of
 /// `x`; `scale` is 1 / (1 − the drop probability).
 pub fn apply(x: &[f32], y: &mut [f32], scale: f32, keeps: impl Fn(usize) -> bool, accumulate: bool) {
+    exactly("output of a dropout", y.len(), x.len());
     let rows = y.iter_mut().zip(x).enumerate();
     let factor = |index| if keeps(index) { scale } else { 0.0 };
     if accumulate {

@@ -1,5 +1,7 @@
 //! Rows of few channels, several taken as one, so that they fill a vector.
 
+use crate::lengths::exactly;
+
 /// The widest folded row.
 const WIDE: usize = 16;
 
@@ -28,7 +30,7 @@ impl Fold {
 
     /// A coefficient per channel, repeated for every row taken together.
     pub fn repeat(self, values: &[f32]) -> Repeated {
-        assert_eq!(values.len(), self.channels);
+        exactly("a coefficient per channel", values.len(), self.channels);
         let mut wide = [0.0; WIDE];
         for row in wide[..self.channels()].chunks_exact_mut(self.channels) {
             row.copy_from_slice(values);
@@ -43,6 +45,7 @@ impl Fold {
 
     /// Adds the sums of all rows taken together to those per channel.
     pub fn add_up(self, wide: &Repeated, sums: &mut [f32]) {
+        exactly("a sum per channel", sums.len(), self.channels);
         for row in wide.wide[..wide.len].chunks_exact(self.channels) {
             for (sum, value) in sums.iter_mut().zip(row) {
                 *sum += value;

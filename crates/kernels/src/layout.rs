@@ -1,8 +1,13 @@
-//! Between the outside order (channels first) and the inside order (channels last).
+//! Orders in which images and weights lie: channels first outside, channels last inside, and weights
+//! turned round for the input gradient.
+
+use crate::lengths::at_least;
 
 /// x (rows × columns) → y (columns × rows), or added to y.
 pub fn transpose(rows: usize, columns: usize, x: &[f32], y: &mut [f32], accumulate: bool) {
     const BLOCK: usize = 16;
+    at_least("a matrix to transpose", x.len(), rows * columns);
+    at_least("a transposed matrix", y.len(), rows * columns);
     for row in (0..rows).step_by(BLOCK) {
         for column in (0..columns).step_by(BLOCK) {
             for r in row..(row + BLOCK).min(rows) {
@@ -26,6 +31,7 @@ pub fn weights_in(
     w: &[f32],
     inner: &mut [f32],
 ) {
+    check(filters * channels * volume, w, inner);
     weights(filters, channels, volume, groups, |outer, at| inner[at] = w[outer]);
 }
 
@@ -38,7 +44,13 @@ pub fn weights_out(
     inner: &[f32],
     w: &mut [f32],
 ) {
+    check(filters * channels * volume, w, inner);
     weights(filters, channels, volume, groups, |outer, at| w[outer] = inner[at]);
+}
+
+fn check(len: usize, outer: &[f32], inner: &[f32]) {
+    at_least("weights in PyTorch's order", outer.len(), len);
+    at_least("weights in this crate's order", inner.len(), len);
 }
 
 /// `channels` are the input channels of one group.
@@ -65,4 +77,37 @@ fn weights(
             }
         }
     }
+}
+
+/// Weights (group × kernel × channels in × channels out, each of one group) turned round: the kernel from its
+/// end, channels in and out exchanged.
+pub(crate) fn turn_round(
+    groups: usize,
+    volume: usize,
+    [inner, out]: [usize; 2],
+    weight: &[f32],
+    turned: &mut [f32],
+) {
+    let block = inner * out;
+    check_turned(groups * volume * block, weight, turned);
+    for (i, from) in weight[..groups * volume * block].chunks_exact(block).enumerate() {
+        let (group, k) = (i / volume, i % volume);
+        let to = (group * volume + volume - 1 - k) * block;
+        transpose(inner, out, from, &mut turned[to..to + block], false);
+    }
+}
+
+/// Depthwise weights (kernel × channels) turned round.
+pub(crate) fn turn_round_depthwise(volume: usize, channels: usize, weight: &[f32], turned: &mut [f32]) {
+    let len = volume * channels;
+    check_turned(len, weight, turned);
+    let taps = weight[..len].chunks_exact(channels);
+    for (to, from) in turned[..len].chunks_exact_mut(channels).rev().zip(taps) {
+        to.copy_from_slice(from);
+    }
+}
+
+fn check_turned(len: usize, weight: &[f32], turned: &[f32]) {
+    at_least("weights to turn round", weight.len(), len);
+    at_least("turned weights", turned.len(), len);
 }

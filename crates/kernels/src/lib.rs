@@ -4,18 +4,19 @@
 //! or one range of rows, in the calling thread. Threads, buffers and the order of operations are the
 //! engine's business. This is the one crate that may hold `unsafe`; each block says why it is sound.
 //!
-//! Sizes that do not fit the slices are programming errors of the caller and panic by slice bounds;
-//! no function reads or writes outside its slices.
+//! Slices that do not fit the sizes are programming errors of the caller and panic with a message that names
+//! the slice; no function reads or writes outside its slices. Safe functions that lead into unchecked loops
+//! assert all lengths that those rely on before the first round.
 
 pub mod activation;
 pub mod adaptive_pool;
 pub mod batch_norm;
 mod buffer;
 pub mod conv;
-mod depthwise;
 pub mod dropout;
 mod fold;
 pub mod layout;
+mod lengths;
 pub mod loss;
 pub mod lstm;
 pub mod matmul;
@@ -23,11 +24,11 @@ pub mod optim;
 pub mod pointwise;
 pub mod pool;
 pub mod reduce;
+mod rows;
 pub mod simd;
 mod tile;
 mod view;
 mod window;
-mod winograd;
 
 pub use buffer::Buffer;
 pub use view::{Rectifier, View};

@@ -1,7 +1,11 @@
 //! Losses with their gradients.
 
+use crate::lengths::{exactly, whole_rows};
+
 /// Mean softmax cross-entropy over rows of `logits` (rows × classes) and its gradient.
 pub fn softmax_cross_entropy(logits: &[f32], classes: usize, labels: &[u32], gradient: &mut [f32]) -> f32 {
+    exactly("logits of a row per label", logits.len(), labels.len() * classes);
+    exactly("gradient of the logits", gradient.len(), logits.len());
     let share = 1.0 / labels.len() as f64;
     let mut total = 0.0f64;
     let rows = logits.chunks_exact(classes).zip(gradient.chunks_exact_mut(classes));
@@ -26,6 +30,9 @@ pub fn softmax_cross_entropy_soft(
     targets: &[f32],
     gradient: &mut [f32],
 ) -> f32 {
+    whole_rows("logits", logits.len(), classes);
+    exactly("targets of the logits", targets.len(), logits.len());
+    exactly("gradient of the logits", gradient.len(), logits.len());
     let share = classes as f64 / logits.len() as f64;
     let mut total = 0.0f64;
     let rows = logits.chunks_exact(classes).zip(targets.chunks_exact(classes));
@@ -44,6 +51,7 @@ pub fn softmax_cross_entropy_soft(
 
 /// Probabilities of one row of logits. A row with NaN gives NaN.
 pub fn softmax(logits: &[f32], probabilities: &mut [f32]) {
+    exactly("probabilities of the logits", probabilities.len(), logits.len());
     let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let mut sum = 0.0f64;
     for (p, &logit) in probabilities.iter_mut().zip(logits) {
@@ -81,6 +89,8 @@ fn mean(
     gradient: &mut [f32],
     term: impl Fn(f64, f64) -> (f64, f64),
 ) -> f32 {
+    exactly("targets of the outputs", targets.len(), outputs.len());
+    exactly("gradient of the outputs", gradient.len(), outputs.len());
     let share = 1.0 / outputs.len() as f64;
     let mut total = 0.0;
     for ((&output, &target), gradient) in outputs.iter().zip(targets).zip(gradient) {

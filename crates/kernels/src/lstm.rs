@@ -5,9 +5,10 @@
 
 use crate::activation::{sigmoid_of, tanh_of};
 use crate::layout;
+use crate::lengths::{at_least, exactly, whole_rows};
 use crate::matmul::{Matrix, few_rows, matmul};
+use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{load, store, vectors};
 
 /// Rows of gates and factors whose products are added up at a time, few enough to stay in the cache.
 const TOGETHER: usize = 64;
@@ -36,8 +37,8 @@ pub struct Weights<'a> {
     pub bias_hh: &'a [f32],
 }
 
-/// What the backward pass needs, for a batch of any size up to the one it was made for. Step after step, so that
-/// what one step works on lies together.
+/// What the backward pass needs, for a batch of any size up to the one it was made for. The first axis is the
+/// step, so that what one step works on lies together.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
     /// Gates after their functions, steps × batch × [`Lstm::gates_row`]; [`Lstm::backward_gates`] puts the
@@ -93,11 +94,35 @@ impl Lstm {
         4 * self.hidden + 16
     }
 
+    /// Samples of a batch by its length; panics unless they are whole and `trace` has room for them.
+    fn samples(&self, what: &str, len: usize, sample: usize, trace: &Trace) -> usize {
+        whole_rows(what, len, sample);
+        let n = len / sample;
+        let states = n * self.steps * self.hidden;
+        at_least("gates of a trace", trace.gates.len(), n * self.steps * self.gates_row());
+        at_least("cells of a trace", trace.cells.len(), states + n * self.hidden);
+        at_least("tangents of a trace", trace.tanh.len(), states);
+        at_least("factors of a trace", trace.factors.len(), n * self.steps * self.factors());
+        exactly("weights of a trace", trace.turned.len(), 4 * self.hidden * self.factors());
+        n
+    }
+
+    fn check(&self, weights: &Weights) {
+        let Lstm { channels, hidden, .. } = *self;
+        exactly("input weights", weights.ih.len(), 4 * hidden * channels);
+        exactly("recurrent weights", weights.hh.len(), 4 * hidden * hidden);
+        exactly("first bias", weights.bias_ih.len(), 4 * hidden);
+        exactly("second bias", weights.bias_hh.len(), 4 * hidden);
+    }
+
     /// x [n × steps × channels] → y [n × hidden], n by the length of `y`; remembers the way in `trace`.
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
-        let (n, width, all) = (y.len() / hidden, 4 * hidden, self.factors());
-        let Trace { gates, cells, tanh, factors, turned, .. } = trace;
+        let n = self.samples("hidden states", y.len(), hidden, trace);
+        exactly("sequences", x.len(), n * steps * channels);
+        self.check(weights);
+        let all = self.factors();
+        let Trace { factors, cells, turned, .. } = &mut *trace;
         for (sample, x) in x.chunks_exact(steps * channels).enumerate() {
             for (step, x) in x.chunks_exact(channels).enumerate() {
                 factors[(step * n + sample) * all..][..channels].copy_from_slice(x);
@@ -106,6 +131,14 @@ impl Lstm {
         // No state lies before the first step, whatever an earlier batch left.
         cells[..n * hidden].fill(0.0);
         factors[..n * all].chunks_exact_mut(all).for_each(|row| row[channels + 1..].fill(0.0));
+        self.turn(weights, turned);
+        self.run_steps(n, trace, y);
+    }
+
+    /// Weights in the order of the factors: input, bias, hidden state.
+    fn turn(&self, weights: &Weights, turned: &mut [f32]) {
+        let Lstm { channels, hidden, .. } = *self;
+        let width = 4 * hidden;
         let (ih, rest) = turned.split_at_mut(channels * width);
         let (bias, hh) = rest.split_at_mut(width);
         layout::transpose(width, channels, weights.ih, ih, false);
@@ -113,6 +146,13 @@ impl Lstm {
         for (bias, (a, b)) in bias.iter_mut().zip(weights.bias_ih.iter().zip(weights.bias_hh)) {
             *bias = a + b;
         }
+    }
+
+    /// All steps of `n` sequences whose inputs and first states are in `trace`.
+    fn run_steps(&self, n: usize, trace: &mut Trace, y: &mut [f32]) {
+        let Lstm { channels, steps, hidden } = *self;
+        let (width, all) = (4 * hidden, self.factors());
+        let Trace { gates, cells, tanh, factors, turned, .. } = trace;
         let stride = self.gates_row();
         for step in 0..steps {
             let (seen, later) = factors[step * n * all..].split_at_mut(n * all);
@@ -137,8 +177,11 @@ impl Lstm {
     /// [`Lstm::forward`], before the two methods below.
     pub fn backward_gates(&self, dy: &[f32], weights: &Weights, trace: &mut Trace) {
         let Lstm { steps, hidden, .. } = *self;
-        let (n, width) = (dy.len() / hidden, 4 * hidden);
+        let (n, width) = (self.samples("dy", dy.len(), hidden, trace), 4 * hidden);
+        self.check(weights);
         let Trace { gates, cells, tanh, dh, dc, .. } = trace;
+        at_least("hidden gradients of a trace", dh.len(), n * hidden);
+        at_least("cell gradients of a trace", dc.len(), n * hidden);
         dh[..n * hidden].copy_from_slice(dy);
         dc[..n * hidden].fill(0.0);
         let hh = Matrix::new(weights.hh, width, hidden);
@@ -168,7 +211,12 @@ impl Lstm {
     ) {
         let Lstm { channels, steps, hidden } = *self;
         let (rows, width, all) = (n * steps, 4 * hidden, self.factors());
+        self.samples("sequences", n, 1, trace);
+        exactly("gradient of the input weights", dih.len(), width * channels);
+        exactly("gradient of the recurrent weights", dhh.len(), width * hidden);
+        exactly("gradient of the bias", dbias.len(), width);
         let Trace { gates, factors, dturned, .. } = trace;
+        exactly("weight gradients of a trace", dturned.len(), width * all);
         let stride = self.gates_row();
         for from in (0..rows).step_by(TOGETHER) {
             let count = TOGETHER.min(rows - from);
@@ -186,7 +234,9 @@ impl Lstm {
     /// Gradient of the input, written to or added to `dx`.
     pub fn backward_input(&self, trace: &Trace, weights: &Weights, dx: &mut [f32], accumulate: bool) {
         let Lstm { channels, steps, hidden } = *self;
-        let (n, width, stride) = (dx.len() / (channels * steps), 4 * hidden, self.gates_row());
+        let (width, stride) = (4 * hidden, self.gates_row());
+        let n = self.samples("dx", dx.len(), channels * steps, trace);
+        self.check(weights);
         let ih = Matrix::new(weights.ih, width, channels);
         for step in 0..steps {
             let dgates = Matrix::strided(&trace.gates[step * n * stride..], n, width, stride);
@@ -206,9 +256,13 @@ at_level! {
 #[inline(always)]
 unsafe fn cell_at<S: Simd>(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) {
     let hidden = c.len();
-    assert!(gates.len() == 4 * hidden && [old.len(), tanh.len(), h.len()].iter().all(|len| *len == hidden));
+    exactly("gates of a cell", gates.len(), 4 * hidden);
+    for len in [old.len(), tanh.len(), h.len()] {
+        exactly("states of a cell", len, hidden);
+    }
     vectors!(S, hidden, u, lanes, {
-        // SAFETY: `u + lanes <= hidden`, the length of every slice and of each of the four gates.
+        // SAFETY: `u + lanes <= hidden`: the asserted length of every state, and a quarter of that of the
+        // gates.
         unsafe {
             let i = sigmoid_of::<S>(load::<S>(gates, u, lanes));
             let f = sigmoid_of::<S>(load::<S>(gates, hidden + u, lanes));
@@ -244,9 +298,13 @@ unsafe fn cell_backward_at<S: Simd>(
     dc: &mut [f32],
 ) {
     let hidden = tanh.len();
-    assert!(gates.len() == 4 * hidden && [old.len(), dh.len(), dc.len()].iter().all(|len| *len == hidden));
+    exactly("gates of a cell", gates.len(), 4 * hidden);
+    for len in [old.len(), dh.len(), dc.len()] {
+        exactly("states of a cell", len, hidden);
+    }
     vectors!(S, hidden, u, lanes, {
-        // SAFETY: `u + lanes <= hidden`, the length of every slice and of each of the four gates.
+        // SAFETY: `u + lanes <= hidden`: the asserted length of every state, and a quarter of that of the
+        // gates.
         unsafe {
             let one = S::splat(1.0);
             let (i, f) = (load::<S>(gates, u, lanes), load::<S>(gates, hidden + u, lanes));

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use gemm::{Parallelism, gemm};
 
+use crate::lengths::{at_least, exactly};
 use crate::tile::{Columns, Start, Tile, columns, even, wide_rows};
 
 /// A matrix seen in a slice: element (r, c) is `data[r * row_stride + c * column_stride]`.
@@ -25,7 +26,7 @@ impl<'a> Matrix<'a> {
     /// Rows that start `row_stride` apart.
     pub fn strided(data: &'a [f32], rows: usize, columns: usize, row_stride: usize) -> Self {
         let matrix = Matrix { data, rows, columns, row_stride, column_stride: 1 };
-        assert!(matrix.reach() <= data.len(), "a {rows}×{columns} matrix needs {} values", matrix.reach());
+        at_least("a matrix", data.len(), reach(rows, row_stride, columns));
         matrix
     }
 
@@ -39,28 +40,39 @@ impl<'a> Matrix<'a> {
             ..self
         }
     }
+}
 
-    fn reach(&self) -> usize {
-        if self.rows == 0 || self.columns == 0 {
-            return 0;
-        }
-        (self.rows - 1) * self.row_stride + (self.columns - 1) * self.column_stride + 1
+/// Values from the first to the last of rows that start `row_stride` apart.
+fn reach(rows: usize, row_stride: usize, columns: usize) -> usize {
+    if rows == 0 || columns == 0 {
+        return 0;
     }
+    let last = (rows - 1).checked_mul(row_stride).and_then(|last| last.checked_add(columns));
+    #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
+    last.expect("no memory holds a matrix of this size")
+}
+
+/// Sizes (rows, columns, depth) of `a · b`, which is asserted to fit `out`.
+fn sizes(out: &[f32], row_stride: usize, a: &Matrix, b: &Matrix) -> [usize; 3] {
+    exactly("rows of the second matrix for columns of the first", b.rows, a.columns);
+    let (m, n) = (a.rows, b.columns);
+    at_least("distance of the rows of a product", row_stride, if m > 1 { n } else { 0 });
+    at_least("a product", out.len(), reach(m, row_stride, n));
+    [m, n, a.columns]
 }
 
 /// `out = a · b`, or `out += a · b` when `accumulate`; rows of `out` start `row_stride` apart.
 ///
 /// One thread; the same inputs give the same bits.
 pub fn matmul(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
-    assert_eq!(a.columns, b.rows, "inner sizes of a matrix product");
-    let (m, n, k) = (a.rows, b.columns, a.columns);
+    let [m, n, k] = sizes(out, row_stride, &a, &b);
     if m == 0 || n == 0 {
         return;
     }
-    assert!((m - 1) * row_stride + n <= out.len(), "a {m}×{n} product does not fit its output");
-    // SAFETY: `Matrix` and the assertion above guarantee that every index gemm forms, which is at
-    // most (rows - 1) * row_stride + (columns - 1) * column_stride, lies inside its slice; `out` is
-    // borrowed exclusively, so it overlaps neither input.
+    // SAFETY: every index that gemm forms is at most (rows - 1) * row_stride + (columns - 1) *
+    // column_stride. For `a` and `b` that lies inside the slice, as `Matrix::strided` has asserted (`t`
+    // exchanges the two terms); for `out` `sizes` has asserted it. `out` is borrowed exclusively, so it
+    // overlaps neither input.
     unsafe {
         gemm(
             m,
@@ -95,13 +107,11 @@ const STREAMS: usize = 32;
 /// The same for few rows of `a`, to which copying `b` into another order, as `gemm` does, would be half the
 /// work; `b` is read where it lies, row by row.
 pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
-    assert_eq!(a.columns, b.rows, "inner sizes of a matrix product");
-    assert_eq!(b.column_stride, 1, "rows of the second matrix lie in one piece");
-    let (m, n, k) = (a.rows, b.columns, a.columns);
+    assert_eq!(b.column_stride, 1, "rows of the second matrix are needed in one piece");
+    let [m, n, k] = sizes(out, row_stride, &a, &b);
     if m == 0 || n == 0 {
         return;
     }
-    assert!((m - 1) * row_stride + n <= out.len(), "a {m}×{n} product does not fit its output");
     let mut block = |depths: Range<usize>, rows: Range<usize>, columns: &Columns| {
         let tile = Tile {
             a: a.data[rows.start * a.row_stride + depths.start * a.column_stride..].as_ptr(),
@@ -116,8 +126,9 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
             start: if accumulate || depths.start > 0 { Start::Add } else { Start::Zero },
             last: columns.last,
         };
-        // SAFETY: `Matrix` guarantees that rows and depths up to `m` and `k` lie inside their slices; the
-        // assertion above that the block lies inside `out`, which is borrowed exclusively.
+        // SAFETY: `rows` end at most at `m`, `depths` at `k`, `columns` at `n`. That rows and depths up to
+        // there lie inside `a` and `b` has been asserted by `Matrix::strided`, that the block lies inside
+        // `out` by `sizes`; `out` is borrowed exclusively.
         unsafe { columns.kernel(rows.len())(&tile) };
     };
     if m * n > CACHED && k * n <= CACHED {

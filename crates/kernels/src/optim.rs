@@ -1,5 +1,7 @@
 //! Optimiser steps over flat parameters.
 
+use crate::lengths::exactly;
+
 /// Stochastic gradient descent with momentum as PyTorch defines it:
 /// `v ← momentum · v + (g + weight_decay · w)`, `w ← w − lr · v`.
 pub fn sgdm(
@@ -10,6 +12,8 @@ pub fn sgdm(
     momentum: f32,
     weight_decay: f32,
 ) {
+    exactly("gradients", gradients.len(), weights.len());
+    exactly("velocity", velocity.len(), weights.len());
     for ((w, &g), v) in weights.iter_mut().zip(gradients).zip(velocity) {
         *v = momentum * *v + (g + weight_decay * *w);
         *w -= lr * *v;
@@ -73,7 +77,11 @@ fn move_by_moments(
     decayed: impl Fn(f32, f32) -> (f32, f32),
 ) {
     let Adam { lr, betas: (beta1, beta2), eps, .. } = *settings;
-    let exponent = i32::try_from(step).unwrap_or(i32::MAX);
+    exactly("gradients", gradients.len(), weights.len());
+    exactly("first moments", first.len(), weights.len());
+    exactly("second moments", second.len(), weights.len());
+    // After 2³¹ steps every power is 0 anyway.
+    let exponent = step.min(i32::MAX as u64) as i32;
     let rate = (lr / (1.0 - beta1.powi(exponent))) as f32;
     let root = (1.0 - beta2.powi(exponent)).sqrt() as f32;
     let (share1, beta2, share2, eps) = ((1.0 - beta1) as f32, beta2 as f32, (1.0 - beta2) as f32, eps as f32);

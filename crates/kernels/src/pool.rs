@@ -2,19 +2,22 @@
 
 use std::ops::Range;
 
-use crate::Window3;
+use crate::lengths::{at_least, exactly, image};
+use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, load, rectify, store, vectors};
+use crate::view::{Rectifier, View, rectify};
+use crate::window::Window3;
 
 /// Maximum over windows, with the positions under every window.
 #[derive(Debug, Clone)]
 pub struct MaxPool {
     channels: usize,
+    /// Values of an input image.
     input_len: usize,
     /// Positions under windows, from a window's first one, each with its number inside the window. Those
     /// of windows that lie inside the input come first and are there once.
     under: Vec<(usize, f32)>,
-    /// First position of every window, and where its others are in `under`.
+    /// First position of every window, and where its others are in `under`. All lie inside the input.
     windows: Vec<(usize, Range<usize>)>,
     /// Where windows do not overlap: the positions that no window covers.
     uncovered: Option<Vec<usize>>,
@@ -53,6 +56,10 @@ impl MaxPool {
                 (first, if inside { whole.clone() } else { add(&mut under, ranges) })
             })
             .collect();
+        for (first, range) in &windows {
+            let mut inside = under[range.clone()].iter().map(|(offset, _)| first + offset);
+            assert!(inside.all(|at| at < window.input_len()), "positions inside the input are needed");
+        }
         let disjoint = (0..3).all(|axis| window.stride[axis] >= kernel[axis]);
         let uncovered = disjoint.then(|| {
             let mut covered = vec![false; window.input_len()];
@@ -64,7 +71,7 @@ impl MaxPool {
             (0..covered.len()).filter(|&at| !covered[at]).collect()
         });
         let plain = [vec![1.0; channels], vec![0.0; channels]];
-        MaxPool { channels, input_len: window.input_len(), under, windows, uncovered, plain }
+        MaxPool { channels, input_len: image(input, channels), under, windows, uncovered, plain }
     }
 
     /// Values of one output image.
@@ -77,18 +84,21 @@ impl MaxPool {
     ///
     /// Padding never wins. Of equal values the first wins; NaN wins over everything, as in PyTorch.
     pub fn forward(&self, view: &View, x: &[f32], y: &mut [f32], taken: &mut [f32]) {
-        assert!(x.len() >= self.input_len * self.channels, "an input image");
         let len = self.output_len();
+        at_least("output of a pool", y.len(), len);
+        at_least("winners of a pool", taken.len(), len);
         let [ones, zeros] = &self.plain;
         let (scale, shift) = view.affine.unwrap_or((ones, zeros));
-        assert!(scale.len() == self.channels && shift.len() == self.channels);
         max_of_windows(self, x, scale, shift, view.rectifier, &mut y[..len], &mut taken[..len]);
     }
 
     /// Gives each output's gradient to the input position that won, written to or added to `dx`.
     pub fn backward(&self, taken: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) {
         let len = self.output_len();
-        let dx = &mut dx[..self.input_len * self.channels];
+        at_least("winners of a pool", taken.len(), len);
+        at_least("dy of a pool", dy.len(), len);
+        at_least("dx of a pool", dx.len(), self.input_len);
+        let dx = &mut dx[..self.input_len];
         if !accumulate {
             match &self.uncovered {
                 Some(positions) => {
@@ -111,7 +121,7 @@ at_level! {
 }
 
 /// # Safety
-/// The CPU has the features of `S`; `x` holds an input image, scale and shift a value per channel.
+/// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn max_of_windows_at<S: Simd>(
     pool: &MaxPool,
@@ -123,11 +133,16 @@ unsafe fn max_of_windows_at<S: Simd>(
     taken: &mut [f32],
 ) {
     let channels = pool.channels;
+    at_least("input of a pool", x.len(), pool.input_len);
+    exactly("scale of a pool's view", scale.len(), channels);
+    exactly("shift of a pool's view", shift.len(), channels);
     let outputs = y.chunks_exact_mut(channels).zip(taken.chunks_exact_mut(channels));
     for ((base, under), (y, taken)) in pool.windows.iter().zip(outputs) {
         let under = &pool.under[under.clone()];
         vectors!(S, channels, c, n, {
-            // SAFETY: `c + n <= channels`; positions lie inside the image.
+            // SAFETY: `c + n <= channels`: the asserted length of scale and shift, and that of `y` and
+            // `taken` by `chunks_exact`. Every position lies inside the input, as `MaxPool::new` has
+            // asserted, and `x` is asserted to hold the input.
             unsafe {
                 let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
                 let (mut best, mut which) = (S::splat(f32::NEG_INFINITY), S::splat(0.0));
@@ -155,15 +170,17 @@ at_level! {
 }
 
 /// # Safety
-/// The CPU has the features of `S`; `dx` holds an input image.
+/// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn give_to_winners_at<S: Simd>(pool: &MaxPool, taken: &[f32], dy: &[f32], dx: &mut [f32], add: bool) {
     let channels = pool.channels;
+    at_least("dx of a pool", dx.len(), pool.input_len);
     let outputs = taken.chunks_exact(channels).zip(dy.chunks_exact(channels));
     for ((base, under), (taken, dy)) in pool.windows.iter().zip(outputs) {
         let under = &pool.under[under.clone()];
         vectors!(S, channels, c, n, {
-            // SAFETY: `c + n <= channels`; positions lie inside the image.
+            // SAFETY: `c + n <= channels`, the length of `taken` and `dy` by `chunks_exact`. Every position
+            // lies inside the input, as `MaxPool::new` has asserted, and `dx` is asserted to hold the input.
             unsafe {
                 let (taken, dy) = (load::<S>(taken, c, n), load::<S>(dy, c, n));
                 for &(offset, k) in under {
@@ -190,6 +207,8 @@ pub fn average_forward(
     x: &[f32],
     y: &mut [f32],
 ) {
+    at_least("input of a pool", x.len(), image(window.input, channels));
+    at_least("output of a pool", y.len(), image(window.output, channels));
     for (position, y) in y.chunks_exact_mut(channels).enumerate().take(window.output_len()) {
         y.fill(0.0);
         each_inside(window, position, |at| {
@@ -212,6 +231,8 @@ pub fn average_backward(
     dy: &[f32],
     dx: &mut [f32],
 ) {
+    at_least("dy of a pool", dy.len(), image(window.output, channels));
+    at_least("dx of a pool", dx.len(), image(window.input, channels));
     for (position, dy) in dy.chunks_exact(channels).enumerate().take(window.output_len()) {
         let share = 1.0 / divisor(window, counted, position) as f32;
         each_inside(window, position, |at| {

@@ -1,11 +1,15 @@
 //! Sums over the rows of one image (rows × channels).
 
 use crate::fold::Fold;
+use crate::lengths::{exactly, whole_rows};
+use crate::rows::{load, store};
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, load, rectified_gradient, store};
+use crate::view::{Rectifier, View, rectified_gradient};
 
 /// Adds each channel's sum.
 pub fn add_columns(channels: usize, x: &[f32], sums: &mut [f32]) {
+    whole_rows("rows to add up", x.len(), channels);
+    exactly("sums", sums.len(), channels);
     let mut rest = 0;
     if let Some(fold) = Fold::new(channels) {
         rest = fold.whole(x.len());
@@ -24,11 +28,12 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn columns_at<S: Simd>(channels: usize, x: &[f32], sums: &mut [f32]) {
-    assert_eq!(sums.len(), channels);
+    exactly("sums", sums.len(), channels);
     let mut c = 0;
     while c < channels {
         let n = (channels - c).min(S::LANES);
-        // SAFETY: `c + n <= channels`, the length of every row and of `sums`.
+        // SAFETY: `c + n <= channels`: the asserted length of `sums`, and that of every row that
+        // `chunks_exact` gives.
         unsafe {
             // Four chains hide the latency of additions.
             let mut part = [S::splat(0.0); 4];
@@ -50,6 +55,9 @@ unsafe fn columns_at<S: Simd>(channels: usize, x: &[f32], sums: &mut [f32]) {
 
 /// Adds each channel's sum of squared deviations from `mean`.
 pub fn add_squared_deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) {
+    whole_rows("rows to add up", x.len(), channels);
+    exactly("means", mean.len(), channels);
+    exactly("sums", sums.len(), channels);
     let mut rest = 0;
     if let Some(fold) = Fold::new(channels) {
         rest = fold.whole(x.len());
@@ -68,11 +76,13 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn deviations_at<S: Simd>(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) {
-    assert!(sums.len() == channels && mean.len() == channels);
+    exactly("means", mean.len(), channels);
+    exactly("sums", sums.len(), channels);
     let mut c = 0;
     while c < channels {
         let n = (channels - c).min(S::LANES);
-        // SAFETY: `c + n <= channels`, the length of every row, of `mean` and of `sums`.
+        // SAFETY: `c + n <= channels`: the asserted length of `mean` and `sums`, and that of every row that
+        // `chunks_exact` gives.
         unsafe {
             let mean = load::<S>(mean, c, n);
             let mut part = [S::splat(0.0); 4];
@@ -96,6 +106,7 @@ unsafe fn deviations_at<S: Simd>(channels: usize, x: &[f32], mean: &[f32], sums:
 
 /// Σ x · y of two slices of one length.
 pub fn dot(x: &[f32], y: &[f32]) -> f32 {
+    exactly("second factor of a dot product", y.len(), x.len());
     // Chains of their own, so that the compiler may keep them in a vector.
     const CHAINS: usize = 16;
     let mut sums = [0.0f32; CHAINS];
@@ -110,7 +121,7 @@ pub fn dot(x: &[f32], y: &[f32]) -> f32 {
 }
 
 /// Adds each channel's sum of `dy` and of `dy · (x − mean)`, where `dy` counts only where the view of `x`
-/// lets a gradient through.
+/// lets a gradient through. The view is that of a batch norm: it has scale and shift.
 pub fn add_gradient_sums(
     channels: usize,
     x: &[f32],
@@ -120,8 +131,13 @@ pub fn add_gradient_sums(
     sums: &mut [f32],
     deviation_sums: &mut [f32],
 ) {
-    let ones = [];
-    let (scale, shift) = view.affine.unwrap_or((&ones, &ones));
+    whole_rows("rows to add up", x.len(), channels);
+    exactly("dy of the rows", dy.len(), x.len());
+    exactly("means", mean.len(), channels);
+    exactly("sums", sums.len(), channels);
+    exactly("sums of deviations", deviation_sums.len(), channels);
+    #[expect(clippy::expect_used, reason = "only a batch norm's parameters have such sums")]
+    let (scale, shift) = view.affine.expect("the view of a batch norm has scale and shift");
     let mut rest = 0;
     if let Some(fold) = Fold::new(channels) {
         rest = fold.whole(x.len());
@@ -169,15 +185,14 @@ unsafe fn gradient_sums_at<S: Simd>(
     sums: &mut [f32],
     deviation_sums: &mut [f32],
 ) {
-    assert!(
-        [scale.len(), shift.len(), mean.len(), sums.len(), deviation_sums.len()]
-            .iter()
-            .all(|l| *l == channels)
-    );
+    for len in [scale.len(), shift.len(), mean.len(), sums.len(), deviation_sums.len()] {
+        exactly("coefficients and sums", len, channels);
+    }
     let mut c = 0;
     while c < channels {
         let n = (channels - c).min(S::LANES);
-        // SAFETY: `c + n <= channels`, the length of every row and of every coefficient.
+        // SAFETY: `c + n <= channels`: the asserted length of coefficients and sums, and that of every row
+        // that `chunks_exact` gives.
         unsafe {
             let (scale, shift, mean) =
                 (load::<S>(scale, c, n), load::<S>(shift, c, n), load::<S>(mean, c, n));

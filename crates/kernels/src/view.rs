@@ -3,37 +3,11 @@
 //! Normalised and rectified values are never stored. Whoever reads a convolution's output applies the
 //! view on the way, and the gradient comes back the same way.
 
+use crate::activation;
 use crate::fold::Fold;
+use crate::lengths::{at_least, exactly, whole_rows};
+use crate::rows::{block, load, store, vectors};
 use crate::simd::{Simd, at_level};
-
-/// Runs `$body` for the vectors of one row: `$c` is the first channel, `$n` the number of lanes. A macro,
-/// because a closure would not carry the target features.
-macro_rules! vectors {
-    ($simd:ty, $channels:expr, $c:ident, $n:ident, $body:block) => {
-        let channels: usize = $channels;
-        let mut $c = 0;
-        while $c + <$simd>::LANES <= channels {
-            let $n = <$simd>::LANES;
-            $body
-            $c += <$simd>::LANES;
-        }
-        if $c < channels {
-            let $n = channels - $c;
-            $body
-        }
-    };
-}
-pub(crate) use vectors;
-
-/// Values of rows that are gone through once per vector of channels. Coefficients are loaded once for all of
-/// them; more than some cache lines of them, and large images no longer come from memory in order, which
-/// costs more (a tenth of a training step of mobilenet-v2 at 2048).
-const BLOCK: usize = 256;
-
-/// Length of whole rows that is about [`BLOCK`].
-pub(crate) fn block(channels: usize) -> usize {
-    (BLOCK / channels).max(1) * channels
-}
 
 /// What cuts off values at their corners. NaN stays NaN and lets its gradient pass.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -62,21 +36,12 @@ impl View<'_> {
         self.affine.is_none() && self.rectifier == Rectifier::None
     }
 
-    fn check(&self, channels: usize, x: &[f32], y: &[f32]) {
-        assert!(channels > 0 && x.len() == y.len() && x.len().is_multiple_of(channels), "rows of {channels}");
-        if let Some((scale, shift)) = self.affine {
-            assert!(
-                scale.len() == channels && shift.len() == channels,
-                "coefficients of {channels} channels"
-            );
-        }
-    }
-
     /// `x` as it is seen: itself where the view is plain, else in `scratch`.
     pub fn seen<'b>(&self, channels: usize, x: &'b [f32], scratch: &'b mut [f32]) -> &'b [f32] {
         if self.is_plain() {
             return x;
         }
+        at_least("scratch of a view", scratch.len(), x.len());
         let scratch = &mut scratch[..x.len()];
         self.apply(channels, x, scratch);
         scratch
@@ -84,11 +49,12 @@ impl View<'_> {
 
     /// `y = view(x)`.
     pub fn apply(&self, channels: usize, x: &[f32], y: &mut [f32]) {
-        self.check(channels, x, y);
+        whole_rows("a view's input", x.len(), channels);
+        exactly("a view's output", y.len(), x.len());
         match (self.affine, self.rectifier) {
             (None, Rectifier::None) => y.copy_from_slice(x),
-            (None, Rectifier::Relu) => crate::pointwise::relu(x, y),
-            (None, Rectifier::Relu6) => crate::activation::relu6(x, y),
+            (None, Rectifier::Relu) => activation::relu(x, y),
+            (None, Rectifier::Relu6) => activation::relu6(x, y),
             (Some((scale, shift)), rectifier) => {
                 let mut rest = 0;
                 if let Some(fold) = Fold::new(channels) {
@@ -109,7 +75,7 @@ at_level! {
 }
 
 /// # Safety
-/// The CPU has the features of `S`; lengths as checked by [`View::apply`].
+/// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn affine_at<S: Simd>(
     channels: usize,
@@ -119,11 +85,14 @@ unsafe fn affine_at<S: Simd>(
     rectifier: Rectifier,
     y: &mut [f32],
 ) {
+    exactly("scale of a view", scale.len(), channels);
+    exactly("shift of a view", shift.len(), channels);
     let block = block(channels);
     for (x, y) in x.chunks(block).zip(y.chunks_mut(block)) {
         // Channel by channel, so that the coefficients stay in registers.
         vectors!(S, channels, c, n, {
-            // SAFETY: `c + n <= channels`, the length of every row and of the coefficients.
+            // SAFETY: `c + n <= channels`: the asserted length of scale and shift, and that of every row
+            // that `chunks_exact` gives.
             unsafe {
                 let (scale, shift) = (load::<S>(scale, c, n), load::<S>(shift, c, n));
                 for (x, y) in x.chunks_exact(channels).zip(y.chunks_exact_mut(channels)) {
@@ -141,7 +110,7 @@ unsafe fn affine_at<S: Simd>(
 /// The CPU has the features of `S`.
 #[inline(always)]
 pub(crate) unsafe fn rectify<S: Simd>(rectifier: Rectifier, v: S::V) -> S::V {
-    // SAFETY: the caller's contract.
+    // SAFETY: the caller has the features; no memory is touched.
     unsafe {
         match rectifier {
             Rectifier::None => v,
@@ -157,91 +126,12 @@ pub(crate) unsafe fn rectify<S: Simd>(rectifier: Rectifier, v: S::V) -> S::V {
 /// The CPU has the features of `S`.
 #[inline(always)]
 pub(crate) unsafe fn rectified_gradient<S: Simd>(rectifier: Rectifier, v: S::V, dy: S::V) -> S::V {
-    // SAFETY: the caller's contract.
+    // SAFETY: the caller has the features; no memory is touched.
     unsafe {
         match rectifier {
             Rectifier::None => dy,
             Rectifier::Relu => S::zero_unless_positive(v, dy),
             Rectifier::Relu6 => S::zero_from(v, S::splat(6.0), S::zero_unless_positive(v, dy)),
-        }
-    }
-}
-
-/// # Safety
-/// The CPU has the features of `S` and `at + n <= from.len()`.
-#[inline(always)]
-pub(crate) unsafe fn load<S: Simd>(from: &[f32], at: usize, n: usize) -> S::V {
-    debug_assert!(at + n <= from.len());
-    // SAFETY: the caller's contract.
-    unsafe {
-        let p = from.as_ptr().add(at);
-        if n == S::LANES { S::load(p) } else { S::load_first(p, n) }
-    }
-}
-
-/// # Safety
-/// The CPU has the features of `S` and `at + n <= to.len()`.
-#[inline(always)]
-pub(crate) unsafe fn store<S: Simd>(to: &mut [f32], at: usize, n: usize, v: S::V) {
-    debug_assert!(at + n <= to.len());
-    // SAFETY: the caller's contract.
-    unsafe {
-        let p = to.as_mut_ptr().add(at);
-        if n == S::LANES { S::store(p, v) } else { S::store_first(p, v, n) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::batch_norm::{self, InputGradient};
-    use crate::reduce::add_gradient_sums;
-
-    /// ```python
-    /// x = torch.tensor([-1, 0, 2, 6, 7, torch.nan], requires_grad=True)
-    /// torch.nn.functional.relu6(x).sum().backward()  # 0 0 1 0 0 1; and relu: 0 0 1 1 1 1
-    /// ```
-    #[test]
-    fn corners_are_those_of_pytorch_with_and_without_a_norm() {
-        let x = [-1.0, 0.0, 2.0, 6.0, 7.0, f32::NAN];
-        for (rectifier, seen, passes) in [
-            (Rectifier::None, [-1.0, 0.0, 2.0, 6.0, 7.0], [1.0; 6]),
-            (Rectifier::Relu, [0.0, 0.0, 2.0, 6.0, 7.0], [0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
-            (Rectifier::Relu6, [0.0, 0.0, 2.0, 6.0, 6.0], [0.0, 0.0, 1.0, 0.0, 0.0, 1.0]),
-        ] {
-            // One channel, and rows of 35 that fill vectors and leave a rest.
-            for channels in [1, 35] {
-                let wide =
-                    |values: &[f32]| -> Vec<f32> { values.iter().flat_map(|v| vec![*v; channels]).collect() };
-                let (ones, zeros) = (vec![1.0; channels], vec![0.0; channels]);
-                let norm = InputGradient {
-                    dy: ones.clone(),
-                    x: zeros.clone(),
-                    mean: zeros.clone(),
-                    constant: zeros.clone(),
-                };
-                // Without the NaN, since 0 · NaN is NaN in the norm's gradient.
-                let finite = wide(&x[..5]);
-                for affine in [None, Some((&ones[..], &zeros[..]))] {
-                    let view = View { affine, rectifier };
-                    let (x, mut y) = (wide(&x), vec![1.0; 6 * channels]);
-                    view.apply(channels, &x, &mut y);
-                    assert_eq!(y[..5 * channels], wide(&seen), "{view:?}");
-                    assert!(y[5 * channels..].iter().all(|v| v.is_nan()), "{view:?}");
-                    let (dy, mut dx) = (vec![1.0; 6 * channels], vec![2.0; 6 * channels]);
-                    if affine.is_some() {
-                        let (dy, dx) = (&dy[..finite.len()], &mut dx[..finite.len()]);
-                        batch_norm::backward(channels, &finite, &view, Some(&norm), dy, dx, false);
-                        assert_eq!(*dx, wide(&passes[..5]), "{view:?}");
-                        let (mut sums, mut deviations) = (zeros.clone(), zeros.clone());
-                        add_gradient_sums(channels, &finite, &view, dy, &zeros, &mut sums, &mut deviations);
-                        assert_eq!(sums, vec![passes[..5].iter().sum::<f32>(); channels], "{view:?}");
-                    } else {
-                        batch_norm::backward(channels, &x, &view, None, &dy, &mut dx, false);
-                        assert_eq!(dx, wide(&passes), "{view:?}");
-                    }
-                }
-            }
         }
     }
 }

@@ -6,20 +6,19 @@
 //! weights' gradient is the same turned round: `Gᵀ [(Bᵀ d) ⊙ (A dy)]`. Infinity in a tile may come out as
 //! NaN.
 
+mod grid;
 mod line;
 mod square;
+mod square_transforms;
 
-use crate::Window3;
+use crate::conv::begin::Begin;
+use crate::conv::sizes::Sizes;
+use crate::window::Window3;
 
-/// What outputs start from.
-#[derive(Clone, Copy)]
-pub(crate) enum Begin<'a> {
-    Zero,
-    /// The values already there.
-    Add,
-    /// One value per filter.
-    Bias(&'a [f32]),
-}
+/// Channels and filters from which on squares pay.
+const WIDE: usize = 16;
+/// The same for lines, whose transforms are shorter.
+const NARROW: usize = 8;
 
 /// The plan of a convolution with fewer products.
 #[derive(Debug, Clone)]
@@ -39,8 +38,9 @@ macro_rules! either {
 
 impl Winograd {
     /// The plan for an ungrouped convolution, where there is one.
-    pub fn new(window: &Window3, channels: usize, filters: usize) -> Option<Self> {
-        let Window3 { output, kernel, stride, .. } = *window;
+    pub fn new(sizes: &Sizes) -> Option<Self> {
+        let Sizes { window, channels, filters, .. } = *sizes;
+        let Window3 { output, kernel, stride, .. } = window;
         if stride != [1; 3] {
             return None;
         }
@@ -48,11 +48,12 @@ impl Winograd {
             return Some(Winograd::Square(square::Square::new([output[1], output[2]], channels, filters)));
         }
         let axis = [1, 0].into_iter().find(|&axis| kernel[axis] == 3)?;
-        Some(Winograd::Line(Box::new(line::Line::new(window, axis, channels, filters))))
+        Some(Winograd::Line(Box::new(line::Line::new(&window, axis, channels, filters))))
     }
 
     /// Whether its transforms cost less than the products that it saves.
-    pub fn pays(window: &Window3, channels: usize, filters: usize) -> bool {
+    pub fn pays(sizes: &Sizes) -> bool {
+        let Sizes { window, channels, filters, .. } = *sizes;
         if window.kernel != [1, 3, 3] {
             return channels.min(filters) >= NARROW;
         }
@@ -96,8 +97,3 @@ impl Winograd {
         either!(self, plan => plan.backward_weight(padded, dy, du, work));
     }
 }
-
-/// Channels and filters from which on squares pay.
-const WIDE: usize = 16;
-/// The same for lines, whose transforms are shorter.
-const NARROW: usize = 8;

@@ -3,12 +3,13 @@
 //! For every tile of 4 outputs along the axis, the input becomes 6 images over the two other axes, each of
 //! which is convolved by the definition's own products.
 
-use super::Begin;
-use crate::Window3;
-use crate::conv::Conv;
+use crate::conv::begin::Begin;
+use crate::conv::direct::Direct;
+use crate::conv::sizes::Sizes;
+use crate::lengths::{at_least, exactly};
+use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::tile::Start;
-use crate::view::{load, store, vectors};
+use crate::window::Window3;
 
 /// Outputs and elements of a tile.
 const OUTPUTS: usize = 4;
@@ -64,7 +65,7 @@ pub(crate) struct Line {
     output: usize,
     filters: usize,
     /// Convolution over the other axes.
-    inner: Conv,
+    inner: Direct,
     /// Where values along the axis lie, in the padded input, the output and the weights.
     input_runs: Runs,
     output_runs: Runs,
@@ -112,7 +113,7 @@ impl Line {
             axis,
             output: output[axis],
             filters,
-            inner: Conv::direct(inner, channels, filters, 1),
+            inner: Direct::new(Sizes::new(inner, channels, filters, 1)),
             input_runs: Runs::new(padded, axis, channels),
             output_runs: Runs::new(output, axis, filters),
             weight_runs: Runs::new(kernel, axis, channels * filters),
@@ -134,6 +135,8 @@ impl Line {
 
     pub fn pack(&self, weight: &[f32], u: &mut [f32]) {
         let runs = self.weight_runs;
+        at_least("weights of a convolution", weight.len(), runs.slice() * runs.axis);
+        at_least("packed weights", u.len(), self.weight_len());
         for run in 0..runs.count {
             let from = &weight[run * runs.axis * runs.len..];
             let to = &mut u[run * runs.len..];
@@ -143,11 +146,23 @@ impl Line {
 
     pub fn unpack(&self, du: &[f32], dweight: &mut [f32]) {
         let runs = self.weight_runs;
+        at_least("gradient of the packed weights", du.len(), self.weight_len());
+        at_least("weight gradient of a convolution", dweight.len(), runs.slice() * runs.axis);
         for run in 0..runs.count {
             let from = &du[run * runs.len..];
             let to = &mut dweight[run * runs.axis * runs.len..];
             combine(&WEIGHT_GRADIENT, [3, ELEMENTS], from, runs.slice(), to, runs.len, runs.len, true);
         }
+    }
+
+    fn check(&self, padded: &[f32], y: &[f32], work: &[f32]) {
+        at_least(
+            "padded input of a convolution",
+            padded.len(),
+            self.input_runs.slice() * self.input_runs.axis,
+        );
+        at_least("outputs of a convolution", y.len(), self.output_runs.slice() * self.output_runs.axis);
+        at_least("scratch of a convolution", work.len(), self.work_len());
     }
 
     /// `Bᵀ d` of one tile's input: six images over the other axes.
@@ -162,10 +177,13 @@ impl Line {
 
     pub fn forward(&self, padded: &[f32], u: &[f32], begin: Begin, y: &mut [f32], work: &mut [f32]) {
         let (image, weights) = (self.inner.y_len(), self.inner.weight_len());
+        at_least("packed weights", u.len(), self.weight_len());
+        self.check(padded, y, work);
         let (v, m) = work.split_at_mut(ELEMENTS * self.input_runs.slice());
         let m = &mut m[..ELEMENTS * image];
         let runs = self.output_runs;
         if let Begin::Bias(bias) = begin {
+            exactly("bias of a convolution", bias.len(), self.filters);
             y[..runs.slice() * runs.axis]
                 .chunks_exact_mut(self.filters)
                 .for_each(|y| y.copy_from_slice(bias));
@@ -175,7 +193,7 @@ impl Line {
             self.spread(tile, padded, v);
             let elements = v.chunks_exact(self.input_runs.slice()).zip(m.chunks_exact_mut(image));
             for ((v, m), u) in elements.zip(u.chunks_exact(weights)) {
-                self.inner.blocks(v, u, m, |_| Start::Zero);
+                self.inner.forward(v, u, Begin::Zero, m);
             }
             let outputs = OUTPUTS.min(self.output - tile * OUTPUTS);
             for run in 0..runs.count {
@@ -188,6 +206,8 @@ impl Line {
 
     pub fn backward_weight(&self, padded: &[f32], dy: &[f32], du: &mut [f32], work: &mut [f32]) {
         let (image, weights) = (self.inner.y_len(), self.inner.weight_len());
+        at_least("gradient of the packed weights", du.len(), self.weight_len());
+        self.check(padded, dy, work);
         let (v, w) = work.split_at_mut(ELEMENTS * self.input_runs.slice());
         let w = &mut w[..ELEMENTS * image];
         let runs = self.output_runs;
@@ -201,7 +221,7 @@ impl Line {
             }
             let elements = v.chunks_exact(self.input_runs.slice()).zip(w.chunks_exact(image));
             for ((v, w), du) in elements.zip(du.chunks_exact_mut(weights)) {
-                self.inner.weight_blocks(v, w, du);
+                self.inner.backward_weight(v, w, du);
             }
         }
     }
@@ -230,10 +250,15 @@ unsafe fn combine_at<S: Simd>(
     len: usize,
     add: bool,
 ) {
-    assert!((1..=ELEMENTS).contains(&rows) && (1..=ELEMENTS).contains(&columns));
-    assert!(from.len() >= (columns - 1) * from_step + len && to.len() >= (rows - 1) * to_step + len);
+    assert!(
+        (1..=ELEMENTS).contains(&rows) && (1..=ELEMENTS).contains(&columns),
+        "1 to 6 stretches are needed"
+    );
+    at_least("stretches to combine", from.len(), (columns - 1) * from_step + len);
+    at_least("combined stretches", to.len(), (rows - 1) * to_step + len);
     vectors!(S, len, c, n, {
-        // SAFETY: `c + n <= len`; as many stretches lie in both slices as asserted.
+        // SAFETY: `c + n <= len`, and `len` values from the last of `columns` stretches of `from` and `rows`
+        // of `to` on are asserted to be there.
         unsafe {
             let mut x = [S::splat(0.0); ELEMENTS];
             for j in 0..ELEMENTS {

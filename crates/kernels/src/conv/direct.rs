@@ -1,0 +1,197 @@
+//! Convolution by every product of its definition, in blocks of neighbouring outputs × filters that are held
+//! in registers (`tile.rs`).
+//!
+//! Channels lie innermost, so the input under one row of the kernel is one stretch of memory, read where it
+//! lies in the padded image. The weights' gradient is the same loop over positions.
+
+use std::ops::Range;
+
+use crate::lengths::{at_least, exactly, image};
+use crate::tile::{Columns, Start, Tile, columns, even};
+use crate::window::Window3;
+
+use super::begin::Begin;
+use super::sizes::Sizes;
+
+/// The plan: which stretches of the padded input meet which weights.
+#[derive(Debug, Clone)]
+pub(crate) struct Direct {
+    sizes: Sizes,
+    /// Values of the padded input.
+    padded_len: usize,
+    /// Offsets (input, weights) of the stretches under one window; first the whole window, then what is
+    /// left of it over an edge.
+    taps: Vec<Vec<(usize, usize)>>,
+    /// Length of such a stretch.
+    run: usize,
+    /// Every row of outputs.
+    lines: Vec<Line>,
+    /// Where they start, in input and output.
+    starts: Vec<(usize, usize)>,
+}
+
+/// A row of outputs.
+#[derive(Debug, Clone)]
+struct Line {
+    /// Where its input starts.
+    from: usize,
+    /// Where it starts itself.
+    to: usize,
+    /// Number of its list of taps.
+    taps: usize,
+}
+
+impl Direct {
+    pub fn new(sizes: Sizes) -> Self {
+        let Sizes { window, channels, filters, groups } = sizes;
+        let Window3 { output, kernel, stride, .. } = window;
+        let padded = sizes.reach();
+        let [inner, out] = sizes.of_group();
+        let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
+        let under = |rows: &Range<usize>, depths: &Range<usize>| {
+            let mut taps = vec![];
+            for kd in depths.clone() {
+                for kr in rows.clone() {
+                    for kc in 0..steps {
+                        let position = (kd * padded[1] + kr) * padded[2] + kc;
+                        let number = (kd * kernel[1] + kr) * steps + kc;
+                        taps.push((position * channels, number * run * out));
+                    }
+                }
+            }
+            taps
+        };
+        // Rows of the kernel that lie in the halo for a whole line are left out.
+        let mut cuts = vec![[0..kernel[1], 0..kernel[0]]];
+        let lines: Vec<Line> = (0..output[0] * output[1])
+            .map(|line| {
+                let (d, r) = (line / output[1], line % output[1]);
+                let position = (d * stride[0] * padded[1] + r * stride[1]) * padded[2];
+                let cut = [window.inside(1, r).0, window.inside(0, d).0];
+                let taps = cuts.iter().position(|c| *c == cut).unwrap_or_else(|| {
+                    cuts.push(cut);
+                    cuts.len() - 1
+                });
+                Line { from: position * channels, to: line * output[2] * filters, taps }
+            })
+            .collect();
+        let taps = cuts.iter().map(|[rows, depths]| under(rows, depths)).collect();
+        let starts = lines.iter().map(|line| (line.from, line.to)).collect();
+        Direct { sizes, padded_len: image(padded, channels), taps, run, lines, starts }
+    }
+
+    pub fn y_len(&self) -> usize {
+        self.sizes.y_len()
+    }
+
+    pub fn weight_len(&self) -> usize {
+        self.sizes.weight_len()
+    }
+
+    /// `y` from a padded image.
+    pub fn forward(&self, padded: &[f32], weight: &[f32], begin: Begin, y: &mut [f32]) {
+        at_least("padded input of a convolution", padded.len(), self.padded_len);
+        at_least("weights of a convolution", weight.len(), self.weight_len());
+        at_least("output of a convolution", y.len(), self.y_len());
+        if let Begin::Bias(bias) = begin {
+            exactly("bias of a convolution", bias.len(), self.sizes.filters);
+        }
+        let [_, out] = self.sizes.of_group();
+        for group in 0..self.sizes.groups {
+            for columns in columns(out) {
+                let filter = group * out + columns.from;
+                let start = match begin {
+                    Begin::Zero => Start::Zero,
+                    Begin::Add => Start::Add,
+                    Begin::Bias(bias) => Start::Bias(bias[filter..].as_ptr()),
+                };
+                // SAFETY: `columns` are some of the group's filters; the lengths of `padded`, `weight` and
+                // `y` are asserted above, and so is one bias per filter.
+                unsafe { self.output_blocks(group, &columns, start, padded, weight, y) };
+            }
+        }
+    }
+
+    /// Some filters of one group, at all positions.
+    ///
+    /// # Safety
+    /// `columns` lie inside a group's filters. `padded` holds `padded_len` values, `weight` and `y` those of
+    /// `sizes`; a bias in `start` is valid for the columns.
+    unsafe fn output_blocks(
+        &self,
+        group: usize,
+        columns: &Columns,
+        start: Start,
+        padded: &[f32],
+        weight: &[f32],
+        y: &mut [f32],
+    ) {
+        let Sizes { window: Window3 { output, stride, .. }, channels, filters, .. } = self.sizes;
+        let [inner, out] = self.sizes.of_group();
+        let most = even(output[2], columns.rows());
+        for line in &self.lines {
+            for column in (0..output[2]).step_by(most) {
+                let rows = most.min(output[2] - column);
+                let a = line.from + column * stride[2] * channels + group * inner;
+                let b = group * self.sizes.depth() * out + columns.from;
+                let c = line.to + column * filters + group * out + columns.from;
+                let tile = Tile {
+                    a: padded[a..].as_ptr(),
+                    a_row: stride[2] * channels,
+                    a_step: 1,
+                    b: weight[b..].as_ptr(),
+                    b_row: out,
+                    c: y[c..].as_mut_ptr(),
+                    c_row: filters,
+                    segments: &self.taps[line.taps],
+                    run: self.run,
+                    start,
+                    last: columns.last,
+                };
+                // SAFETY: the last value that `a` reaches, a window's last tap (rows - 1) strides further, is
+                // at most the last of the padded input, whose size `Sizes::reach` gives by just these
+                // positions; `b` walks the weights of this group; `c` covers `rows` outputs of these filters.
+                // The caller guarantees the lengths and the bias; `y` is borrowed exclusively.
+                unsafe { columns.kernel(rows)(&tile) };
+            }
+        }
+    }
+
+    /// Adds the gradient of the weights to `dweight`, block by block of it.
+    pub fn backward_weight(&self, padded: &[f32], dy: &[f32], dweight: &mut [f32]) {
+        at_least("padded input of a convolution", padded.len(), self.padded_len);
+        at_least("dy of a convolution", dy.len(), self.y_len());
+        at_least("weight gradient of a convolution", dweight.len(), self.weight_len());
+        let Sizes { window: Window3 { output, stride, .. }, channels, filters, groups } = self.sizes;
+        let [inner, out] = self.sizes.of_group();
+        for group in 0..groups {
+            for columns in columns(out) {
+                let most = even(self.run, columns.rows());
+                for &(tap, weights) in &self.taps[0] {
+                    for m in (0..self.run).step_by(most) {
+                        let rows = most.min(self.run - m);
+                        let c = group * self.sizes.depth() * out + weights + m * out + columns.from;
+                        let tile = Tile {
+                            a: padded[tap + group * inner + m..].as_ptr(),
+                            a_row: 1,
+                            a_step: stride[2] * channels,
+                            b: dy[group * out + columns.from..].as_ptr(),
+                            b_row: filters,
+                            c: dweight[c..].as_mut_ptr(),
+                            c_row: out,
+                            segments: &self.starts,
+                            run: output[2],
+                            start: Start::Add,
+                            last: columns.last,
+                        };
+                        // SAFETY: at every output position, `tap + m + rows` lies under its window and so
+                        // inside the padded input; `b` walks the rows of `dy`; `c` covers `rows` weights of
+                        // these filters. The three lengths are asserted above, `dweight` is borrowed
+                        // exclusively.
+                        unsafe { columns.kernel(rows)(&tile) };
+                    }
+                }
+            }
+        }
+    }
+}

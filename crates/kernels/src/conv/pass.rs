@@ -1,0 +1,172 @@
+//! One direction of a convolution with its plan: the algorithm is chosen once, when it is made.
+
+use crate::layout;
+use crate::pointwise;
+use crate::view::View;
+use crate::window::Window3;
+
+use super::band::{Band, Padded};
+use super::begin::Begin;
+use super::depthwise::{self, Depthwise};
+use super::direct::Direct;
+use super::halo::Halo;
+use super::scatter::scatter;
+use super::sizes::Sizes;
+use super::winograd::Winograd;
+
+/// A convolution in one direction, with its plan.
+#[derive(Debug, Clone)]
+pub(crate) struct Pass {
+    pub sizes: Sizes,
+    halo: Halo,
+    /// Rows of outputs that one band has at most.
+    band_rows: usize,
+    algorithm: Algorithm,
+}
+
+#[derive(Debug, Clone)]
+enum Algorithm {
+    /// Every product of the definition.
+    Direct(Direct),
+    /// The same where every channel is a group of its own.
+    Depthwise(Depthwise),
+    /// Fewer products, where kernels are 3 long and see many channels.
+    Winograd(Winograd),
+}
+
+impl Algorithm {
+    fn choose(sizes: Sizes, fewer: bool) -> Self {
+        if sizes.is_depthwise() {
+            return Algorithm::Depthwise(Depthwise::new(sizes));
+        }
+        let winograd = (fewer && sizes.groups == 1).then(|| Winograd::new(&sizes)).flatten();
+        winograd.map_or_else(|| Algorithm::Direct(Direct::new(sizes)), Algorithm::Winograd)
+    }
+}
+
+impl Pass {
+    /// The plan; with `fewer` products where the sizes allow.
+    pub fn new(sizes: Sizes, fewer: bool) -> Self {
+        let algorithm = Algorithm::choose(sizes, fewer);
+        let whole = (sizes.reach(), sizes.window.output[1]);
+        let (padded, band_rows) = match &algorithm {
+            Algorithm::Direct(_) => whole,
+            Algorithm::Depthwise(depthwise) => (whole.0, depthwise.band_rows()),
+            Algorithm::Winograd(winograd) => (winograd.padded(whole.0), whole.1),
+        };
+        Pass { sizes, halo: Halo::new(&sizes, padded), band_rows, algorithm }
+    }
+
+    /// Values of one padded image.
+    pub fn padded_len(&self) -> usize {
+        self.halo.len()
+    }
+
+    /// The pieces in which it goes over an image.
+    pub fn bands(&self) -> impl Iterator<Item = Band> + use<> {
+        let Window3 { output, kernel, stride, .. } = self.sizes.window;
+        let (most, all) = (self.band_rows, self.halo.rows());
+        (0..output[1]).step_by(most).map(move |from| {
+            let rows = most.min(output[1] - from);
+            let under = match most < output[1] {
+                true => (from * stride[1], (rows - 1) * stride[1] + kernel[1]),
+                false => (0, all),
+            };
+            Band { from, rows, under }
+        })
+    }
+
+    pub fn pad<'a>(&self, x: &'a [f32], view: &View, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
+        self.halo.pad(x, view, band, scratch)
+    }
+
+    /// Values of the packed weights; none where the weights are wanted as they are.
+    pub fn packed_len(&self) -> usize {
+        match &self.algorithm {
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
+            Algorithm::Winograd(winograd) => winograd.weight_len(),
+        }
+    }
+
+    /// Fills `packed`, [`Pass::packed_len`] values.
+    pub fn pack(&self, weight: &[f32], packed: &mut [f32]) {
+        if let Algorithm::Winograd(winograd) = &self.algorithm {
+            winograd.pack(weight, packed);
+        }
+    }
+
+    /// Values of scratch beside the padded image.
+    pub fn work_len(&self) -> usize {
+        match &self.algorithm {
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
+            Algorithm::Winograd(winograd) => winograd.work_len(),
+        }
+    }
+
+    /// The outputs of a band. Reads `packed` in place of `weight` where there is any.
+    pub fn forward(
+        &self,
+        padded: Padded,
+        weight: &[f32],
+        packed: &[f32],
+        begin: Begin,
+        y: &mut [f32],
+        work: &mut [f32],
+    ) {
+        match &self.algorithm {
+            Algorithm::Direct(direct) => direct.forward(padded.values, weight, begin, y),
+            Algorithm::Depthwise(depthwise) => depthwise.forward(padded, weight, begin, y),
+            Algorithm::Winograd(winograd) => winograd.forward(padded.values, packed, begin, y, work),
+        }
+    }
+
+    /// Values of the sums of [`Pass::backward_weight`].
+    pub fn sums_len(&self) -> usize {
+        match &self.algorithm {
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) => self.sizes.weight_len(),
+            Algorithm::Winograd(winograd) => winograd.weight_len(),
+        }
+    }
+
+    /// Adds a band's weight gradient to `sums`.
+    pub fn backward_weight(&self, padded: Padded, dy: &[f32], sums: &mut [f32], work: &mut [f32]) {
+        match &self.algorithm {
+            Algorithm::Direct(direct) => direct.backward_weight(padded.values, dy, sums),
+            Algorithm::Depthwise(depthwise) => depthwise.backward_weight(padded, dy, sums),
+            Algorithm::Winograd(winograd) => winograd.backward_weight(padded.values, dy, sums, work),
+        }
+    }
+
+    /// Adds the weight gradient that `sums` amount to.
+    pub fn finish(&self, sums: &[f32], dweight: &mut [f32]) {
+        match &self.algorithm {
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) => {
+                pointwise::copy(&sums[..self.sizes.weight_len()], dweight, true);
+            }
+            Algorithm::Winograd(winograd) => winograd.unpack(sums, dweight),
+        }
+    }
+
+    /// The weights of the turned convolution, in the order of weights that are not packed.
+    pub fn turn(&self, weight: &[f32], turned: &mut [f32]) {
+        let Sizes { window, channels, groups, .. } = self.sizes;
+        match &self.algorithm {
+            Algorithm::Depthwise(_) => {
+                layout::turn_round_depthwise(window.volume(), channels, weight, turned);
+            }
+            Algorithm::Direct(_) | Algorithm::Winograd(_) => {
+                layout::turn_round(groups, window.volume(), self.sizes.of_group(), weight, turned);
+            }
+        }
+    }
+
+    /// Adds the input gradient window by window, where no convolution makes it.
+    pub fn scatter(&self, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+        match &self.algorithm {
+            Algorithm::Depthwise(_) => {
+                depthwise::scatter(&self.sizes.window, self.sizes.channels, dy, weight, dx);
+            }
+            Algorithm::Direct(_) | Algorithm::Winograd(_) => scatter(&self.sizes, dy, weight, dx),
+        }
+    }
+}

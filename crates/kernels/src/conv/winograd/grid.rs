@@ -1,0 +1,83 @@
+//! How an image is cut into tiles of 2×2 outputs, and tiles into blocks.
+
+use crate::tile::{even, wide_rows};
+
+/// Elements of a tile: 4×4 values of the input.
+pub(crate) const TILE: usize = 16;
+/// Floats between the planes of a block, so that they do not all fall into the same cache sets.
+const GAP: usize = 16;
+/// Floats of a block that stay in cache between transform and product.
+const BLOCK: usize = 96 * 1024;
+
+/// The tiles of an image, row by row. A transformed block of them lies as [`TILE`] planes × tiles × channels.
+#[derive(Debug, Clone)]
+pub(crate) struct Grid {
+    /// Rows and columns of the output.
+    pub output: [usize; 2],
+    /// Tiles from top to bottom and from left to right.
+    tiles: [usize; 2],
+    /// Most tiles of a block.
+    block: usize,
+}
+
+/// Neighbouring tiles of one row.
+pub(crate) struct Run {
+    pub row: usize,
+    pub column: usize,
+    pub count: usize,
+    /// Number of the first one in its block.
+    pub number: usize,
+}
+
+impl Grid {
+    pub fn new(output: [usize; 2], channels: usize, filters: usize) -> Self {
+        let tiles = output.map(|size| size.div_ceil(2));
+        // A multiple of the rows that a product holds in registers.
+        let rows = wide_rows();
+        let most = (BLOCK / (TILE * (channels + filters)) / rows).max(1) * rows;
+        Grid { output, tiles, block: even(tiles[0] * tiles[1], most) }
+    }
+
+    /// Rows and columns of the input with the halo that the tiles cover.
+    pub fn halo(&self) -> [usize; 2] {
+        self.tiles.map(|tiles| 2 * tiles + 2)
+    }
+
+    /// Positions of the padded input.
+    pub fn halo_len(&self) -> usize {
+        self.halo().iter().product()
+    }
+
+    /// Positions of the output.
+    pub fn output_len(&self) -> usize {
+        self.output.iter().product()
+    }
+
+    /// Floats from one plane of a block to the next.
+    pub fn plane(&self, width: usize) -> usize {
+        self.block * width + GAP
+    }
+
+    /// First tile of every block, and number of its tiles.
+    pub fn blocks(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (all, most) = (self.tiles[0] * self.tiles[1], self.block);
+        (0..all).step_by(most).map(move |first| (first, most.min(all - first)))
+    }
+
+    /// The tiles `first..first + count` of a block, row by row.
+    pub fn runs(&self, first: usize, count: usize) -> impl Iterator<Item = Run> + use<> {
+        assert!(
+            count <= self.block && first + count <= self.tiles[0] * self.tiles[1],
+            "a block of tiles inside the image is needed"
+        );
+        let across = self.tiles[1];
+        let mut tile = first;
+        std::iter::from_fn(move || {
+            let (row, column) = (tile / across, tile % across);
+            let run = (across - column).min(first + count - tile);
+            let number = tile - first;
+            tile += run;
+            (run > 0).then_some(Run { row, column, count: run, number })
+        })
+    }
+}

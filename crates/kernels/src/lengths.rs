@@ -1,0 +1,39 @@
+//! Assertions on the lengths of slices, with messages that name the slice.
+//!
+//! The unchecked loops of this crate rely on them. They stand before the loops, never inside.
+
+/// The most values that sizes may add up to: offsets made of a few such lengths still fit a `usize`.
+const MOST: usize = usize::MAX >> 8;
+
+/// Panics unless `len` values are exactly as many as needed.
+#[inline]
+#[track_caller]
+pub(crate) fn exactly(what: &str, len: usize, needed: usize) {
+    assert!(len == needed, "{what}: {len} values where {needed} are needed");
+}
+
+/// Panics where `len` values are fewer than needed.
+#[inline]
+#[track_caller]
+pub(crate) fn at_least(what: &str, len: usize, needed: usize) {
+    assert!(len >= needed, "{what}: {len} values where at least {needed} are needed");
+}
+
+/// Panics unless `len` values are rows of `channels`.
+#[inline]
+#[track_caller]
+pub(crate) fn whole_rows(what: &str, len: usize, channels: usize) {
+    assert!(
+        channels > 0 && len.is_multiple_of(channels),
+        "{what}: {len} values where rows of {channels} are needed"
+    );
+}
+
+/// Values of an image of `size` positions × `channels`; panics where no memory could hold them.
+#[track_caller]
+pub(crate) fn image(size: [usize; 3], channels: usize) -> usize {
+    let len = size.into_iter().try_fold(channels, usize::checked_mul);
+    let fits = len.filter(|&len| len <= MOST);
+    #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
+    fits.expect("no memory holds an image of this size")
+}

@@ -1,0 +1,38 @@
+//! Which width of vectors this CPU has.
+
+use std::sync::OnceLock;
+
+/// The widths that kernels are compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Four floats, any CPU.
+    Portable,
+    /// Eight floats with fused multiply–add.
+    Avx2,
+    /// Sixteen floats with masks; eight where more would stay empty.
+    Avx512,
+}
+
+/// The widest level of this CPU. `TAXEL_SIMD=portable` or `avx2` asks for a narrower one;
+/// no other value changes anything.
+pub fn level() -> Level {
+    static LEVEL: OnceLock<Level> = OnceLock::new();
+    *LEVEL.get_or_init(|| {
+        let asked = std::env::var_os("TAXEL_SIMD");
+        let asks = |name: &str| asked.as_deref().is_some_and(|asked| asked == name);
+        if asks("portable") {
+            return Level::Portable;
+        }
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            if avx2 && is_x86_feature_detected!("avx512f") && !asks("avx2") {
+                return Level::Avx512;
+            }
+            if avx2 {
+                return Level::Avx2;
+            }
+        }
+        Level::Portable
+    })
+}

@@ -1,0 +1,38 @@
+//! The vector operations that kernels are written over.
+
+/// Vector operations of one width.
+///
+/// # Safety
+/// Every function may only be called where the CPU has the features of its implementation; pointers
+/// must be valid for all lanes, or for the first `n` where a function takes `n`. No alignment is needed.
+pub(crate) trait Simd: Copy {
+    type V: Copy;
+    const LANES: usize;
+    /// Accumulator rows of a tile that is one and two vectors wide, so that all fit in registers.
+    const ROWS: [usize; 2];
+
+    unsafe fn splat(value: f32) -> Self::V;
+    unsafe fn load(from: *const f32) -> Self::V;
+    /// The first `n` lanes, 1..=LANES; the others are zero.
+    unsafe fn load_first(from: *const f32, n: usize) -> Self::V;
+    unsafe fn store(to: *mut f32, v: Self::V);
+    unsafe fn store_first(to: *mut f32, v: Self::V, n: usize);
+    /// `a · b + c`.
+    unsafe fn fma(a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn div(a: Self::V, b: Self::V) -> Self::V;
+    /// 2 to the power of the integer in the low bits of `x`, which must give a normal number.
+    unsafe fn power_of_two(x: Self::V) -> Self::V;
+    /// `if x <= 0 { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
+    unsafe fn zero_unless_positive(x: Self::V, value: Self::V) -> Self::V;
+    /// `if x >= limit { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
+    unsafe fn zero_from(x: Self::V, limit: Self::V, value: Self::V) -> Self::V;
+    /// `if x >= limit { limit } else { x }` per lane: NaN in `x` stays.
+    unsafe fn at_most(x: Self::V, limit: Self::V) -> Self::V;
+    /// `if x > best or x is NaN { yes } else { no }` per lane.
+    unsafe fn where_beats(x: Self::V, best: Self::V, yes: Self::V, no: Self::V) -> Self::V;
+    /// `if a == b { yes } else { 0 }` per lane.
+    unsafe fn where_equal(a: Self::V, b: Self::V, yes: Self::V) -> Self::V;
+}
