@@ -51,6 +51,15 @@ impl Archive {
 
 /// Reads the arrays that `options` names; labels and groups stay as stored.
 pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
+    read_with(path, options, true)
+}
+
+/// The same of a file that may hold no labels: `y` is empty then.
+pub(crate) fn read_unlabelled(path: &Path, options: &Options) -> Result<Raw> {
+    read_with(path, options, false)
+}
+
+fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> {
     let file = path.display().to_string();
     let mut archive = Archive::open(path)?;
     if options.resize.is_some() {
@@ -59,7 +68,10 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
     }
     let (x, dtype) = read_samples(&mut archive, &file, options)?;
     let samples = x.shape()[0];
-    let (y, columns, numbered) = read_labels(&mut archive, &file, options, samples)?;
+    let (y, columns, numbered) = match needs_labels || archive.arrays().contains(&options.y) {
+        true => read_labels(&mut archive, &file, options, samples)?,
+        false => (vec![], 1, None),
+    };
     let groups = read_groups(&mut archive, &file, options)?;
     let official = read_official(&mut archive, &file, options)?;
     let used = |name: &String| {

@@ -71,9 +71,21 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// Reads every recording of every class folder of `root`.
 pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Result<Raw> {
+    #[expect(clippy::expect_used, reason = "a class folder is an entry of root")]
+    let name = |path: &PathBuf| path.file_name().expect("entries have names").to_string_lossy().into();
+    let names = classes.iter().map(name).collect();
+    read_files(root, &list(classes)?, names, options)
+}
+
+/// Reads recordings below `root`, one file each; `files` by class, `names` those of the classes.
+pub(crate) fn read_files(
+    root: &Path,
+    files: &[Vec<PathBuf>],
+    names: Vec<String>,
+    options: &Options,
+) -> Result<Raw> {
     let file = root.display().to_string();
-    let files = list(classes)?;
-    let (kind, first) = same_kind(&files, &file)?;
+    let (kind, first) = same_kind(files, &file)?;
     refuse_array_options(&file, kind, options)?;
     refuse_resize(&file, kind, options)?;
     let (mut values, mut row_hash, mut origins) = (Vec::new(), Vec::new(), Vec::new());
@@ -107,8 +119,6 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
     let full: Vec<usize> = std::iter::once(y.len()).chain(shape).collect();
     let x = ArrayD::from_shape_vec(full, values)
         .map_err(|e| Error::NotAnArray { at: file.clone(), why: e.to_string() })?;
-    #[expect(clippy::expect_used, reason = "a class folder is an entry of root")]
-    let name = |path: &PathBuf| path.file_name().expect("entries have names").to_string_lossy().into();
     Ok(Raw {
         name: name_of(root),
         dtype,
@@ -118,7 +128,7 @@ pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Resul
         y_name: "the class folders".into(),
         y,
         columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![classes.iter().map(name).collect()] }),
+        names: Some(Names { file: file.clone(), columns: vec![names] }),
         facts: Facts::default(),
         groups: options.group_block.map(|_| ("position".into(), positions)),
         official: None,
@@ -166,17 +176,22 @@ fn refuse_array_options(file: &str, kind: Kind, options: &Options) -> Result<()>
 fn list(classes: &[PathBuf]) -> Result<Vec<Vec<PathBuf>>> {
     let mut files = Vec::with_capacity(classes.len());
     for class in classes {
-        let mut paths = entries(class)?;
+        let paths = entries(class)?;
         if paths.is_empty() {
             return Err(Error::EmptyClassFolder { file: class.display().to_string() });
         }
         if let Some(folder) = paths.iter().find(|path| path.is_dir()) {
             return Err(Error::NestedFolder { file: folder.display().to_string() });
         }
-        paths.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
-        files.push(paths);
+        files.push(in_order(paths));
     }
     Ok(files)
+}
+
+/// Paths in counting order.
+pub(crate) fn in_order(mut paths: Vec<PathBuf>) -> Vec<PathBuf> {
+    paths.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
+    paths
 }
 
 /// Compares texts with their runs of digits as numbers.

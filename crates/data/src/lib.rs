@@ -57,6 +57,7 @@ mod npz;
 mod options;
 mod problems;
 mod raw;
+mod recordings;
 mod reading;
 mod reading_of;
 mod shortcut;
@@ -80,6 +81,7 @@ pub use labels::{Attribute, Labels};
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};
 pub use reading::Reading;
+pub use recordings::{Recordings, recordings};
 pub use shortcut::Shortcut;
 pub use source::{Source, SourceKind};
 pub use split::{

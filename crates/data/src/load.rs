@@ -72,9 +72,7 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
         kind => Error::Io { file: file.clone(), kind },
     })?;
     if metadata.is_file() {
-        let is_npz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-        let is_archive = is_npz || mat::is_named(path);
-        return if is_archive { arrays::read(path, options) } else { Err(Error::NotADataset { file }) };
+        return if is_archive(path) { arrays::read(path, options) } else { Err(Error::NotADataset { file }) };
     }
     if !metadata.is_dir() {
         return Err(Error::NotADataset { file });
@@ -98,4 +96,9 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
         names => format!("; give one of {}", names.join(", ")),
     };
     Err(Error::NoDatasetInFolder { file, hint })
+}
+
+/// Whether a path is named as a file of arrays.
+pub(crate) fn is_archive(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz")) || mat::is_named(path)
 }

@@ -11,6 +11,9 @@ pub struct Reading {
     pub layout: Layout,
     /// Lengths of the axes, in the order of [`Layout::axes`].
     pub shape: Vec<usize>,
+    /// Of a recording with more of them, the indices along its first axis that are kept, in this order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<Vec<usize>>,
     /// Unit of the values, such as `N`, where somebody says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -28,6 +31,6 @@ pub struct Reading {
 impl Reading {
     /// A sample of known axes, and nothing else known.
     pub fn new(layout: Layout, shape: &[usize]) -> Self {
-        Self { layout, shape: shape.to_vec(), unit: None, rate: None, full_scale: None, rest: None }
+        Self { layout, shape: shape.to_vec(), channels: None, unit: None, rate: None, full_scale: None, rest: None }
     }
 }

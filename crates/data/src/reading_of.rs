@@ -29,6 +29,7 @@ pub(crate) fn reading(raw: &Raw, options: &Options, shape: &[usize]) -> Result<R
         return Err(Error::Option { file, option: "rate", why });
     }
     Ok(Reading {
+        channels: options.channels.clone(),
         unit: raw.facts.unit.clone(),
         rate: options.rate.or(raw.facts.rate),
         full_scale: raw.facts.full_scale,

@@ -133,7 +133,7 @@ pub enum Error {
         given: String,
     },
     /// Stopped from outside.
-    #[error("stopped after {done} of {total} folds; continue with --resume --out {folder}")]
+    #[error("stopped after {done} of {total} folds; {folder} holds them")]
     Cancelled {
         /// Finished folds.
         done: usize,

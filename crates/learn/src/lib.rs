@@ -91,4 +91,5 @@ pub use records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, Timing};
 pub use results::{FoldScores, NetworkResults, Results};
 pub use schedule::Schedule;
 pub use search::{Chosen, Combination, Search, Trial};
+pub use session::forget;
 pub use table::{Table, thousands};

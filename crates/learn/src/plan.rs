@@ -230,6 +230,7 @@ fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkRes
     };
     NetworkResults {
         network: row.name.clone(),
+        candidate: candidate.name.clone(),
         zoo: candidate.zoo.clone(),
         per_class: row.few.map(|(count, _)| count),
         paper: candidate.paper.clone(),

@@ -41,9 +41,12 @@ pub struct FoldScores {
 /// One network of `results.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NetworkResults {
-    /// Name of the network in the experiment.
+    /// Name of the row.
     pub network: String,
-    /// Name in the zoo, or of the baseline.
+    /// The network or baseline whose row it is; in a learning curve several rows are of one.
+    #[serde(default)]
+    pub candidate: String,
+    /// Name in the registry, or of the baseline.
     pub zoo: String,
     /// Training samples per class, in a learning curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]

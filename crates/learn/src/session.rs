@@ -113,7 +113,7 @@ impl Saver {
         let damaged = |why: String| {
             Error::damaged(
                 path,
-                format!("{why}; delete it and run again with --resume: the fold starts anew"),
+                format!("{why}; delete it and go on: the training starts from the beginning"),
             )
         };
         let (tensors, text) = checkpoint::read(path).map_err(|e| damaged(e.to_string()))?;
@@ -180,4 +180,12 @@ impl Saver {
             _ => Ok(()),
         }
     }
+}
+
+/// Removes a saved training that nobody will go on with.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn forget(session: &Path) -> Result<()> {
+    Saver::remove(session)
 }

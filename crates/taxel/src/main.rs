@@ -22,7 +22,7 @@ type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
 #[derive(Parser)]
 #[command(name = "taxel", version, arg_required_else_help = true)]
 #[command(after_help = "Start with:  taxel run configs/quickstart.toml")]
-struct Arguments {
+pub struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
@@ -33,6 +33,9 @@ enum Command {
     Report(commands::report::Report),
     Stress(commands::stress::Stress),
     Choose(commands::choose::Choose),
+    Fit(commands::fit::Fit),
+    Predict(commands::predict::Predict),
+    Inspect(commands::inspect::Inspect),
     Zoo(commands::zoo::Zoo),
     Cost(commands::cost::Cost),
     Forward(commands::forward::Forward),
@@ -41,6 +44,7 @@ enum Command {
     Simulate(commands::simulate::Simulate),
     #[command(subcommand)]
     Data(commands::data::Data),
+    Completions(commands::completions::Completions),
 }
 
 /// Ends quietly when the reader of a pipe has gone (`taxel zoo | head`), where printing would panic.
@@ -62,6 +66,9 @@ fn main() -> ExitCode {
         Command::Report(command) => command.run(),
         Command::Stress(command) => command.run(),
         Command::Choose(command) => command.run(),
+        Command::Fit(command) => command.run(),
+        Command::Predict(command) => command.run(),
+        Command::Inspect(command) => command.run(),
         Command::Zoo(command) => command.run(),
         Command::Cost(command) => command.run(),
         Command::Forward(command) => command.run(),
@@ -69,6 +76,7 @@ fn main() -> ExitCode {
         Command::Encode(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Data(command) => command.run(),
+        Command::Completions(command) => command.run(),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error}");

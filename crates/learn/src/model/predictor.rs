@@ -1,5 +1,7 @@
 //! A model ready to answer: raw samples in, probabilities out.
 
+use std::borrow::Cow;
+
 use ndarray::{ArrayD, Axis};
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Loss, Weights};
@@ -52,9 +54,23 @@ impl Predictor {
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
     pub fn encode(&self, x: &ArrayD<f32>) -> Result<Vec<ArrayD<f32>>> {
+        let x = &*self.kept(x);
         self.check(x)?;
         let inputs = self.card.inputs.iter();
         inputs.map(|input| input.transform.apply(x, &self.card.name)).collect()
+    }
+
+    /// Of whole recordings the channels that the model was trained on.
+    fn kept<'x>(&self, x: &'x ArrayD<f32>) -> Cow<'x, ArrayD<f32>> {
+        let reading = &self.card.reading;
+        match (&reading.channels, x.shape()) {
+            (Some(channels), [_, given, ..])
+                if *given != reading.shape[0] && channels.iter().all(|channel| channel < given) =>
+            {
+                Cow::Owned(x.select(Axis(1), channels))
+            }
+            _ => Cow::Borrowed(x),
+        }
     }
 
     fn check(&self, x: &ArrayD<f32>) -> Result<()> {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 use taxel_graph::Op;
-use taxel_trainer::thousands;
+use taxel::learn::thousands;
 
 use crate::Outcome;
 use crate::text;

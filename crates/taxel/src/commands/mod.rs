@@ -1,11 +1,16 @@
 //! One file per command: its arguments and what it does.
 
 pub mod choose;
+pub mod completions;
 pub mod cost;
 pub mod data;
 pub mod encode;
+pub mod fit;
 pub mod forward;
+pub mod inspect;
+mod interrupt;
 mod judging;
+pub mod predict;
 pub mod report;
 pub mod run;
 pub mod simulate;

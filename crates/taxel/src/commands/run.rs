@@ -2,16 +2,14 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use taxel_trainer::{Error, Experiment, IndicatifProgress, Overrides, RunOptions, Table, run};
+use taxel::experiment::run;
+use taxel::learn::{self, IndicatifProgress};
+use taxel::{Experiment, Overrides, Registry, RunOptions, Table};
 
 use crate::Outcome;
-
-/// Exit code after Ctrl-C, as shells have it.
-const INTERRUPTED: u8 = 130;
+use crate::commands::interrupt::{INTERRUPTED, flag};
 
 /// Runs the experiment of each config, prints its table and writes a run folder.
 ///
@@ -57,35 +55,36 @@ pub struct Run {
 
 impl Run {
     pub fn run(self) -> Outcome {
-        let cancel = Arc::new(AtomicBool::new(false));
-        let seen = Arc::clone(&cancel);
-        ctrlc::set_handler(move || {
-            // A second Ctrl-C does not wait for the current batch.
-            if seen.swap(true, Ordering::SeqCst) {
-                std::process::exit(i32::from(INTERRUPTED));
-            }
-        })?;
+        let cancel = flag()?;
+        let registry = Registry::built_in();
         let overrides = Overrides {
             quick: self.quick,
             set: self.set.clone(),
-            data: self.data.as_ref().map(|p| p.display().to_string()),
+            data: self.data.clone(),
             seed: self.seed,
         };
         // All configs are read before the first runs: a typo in the last one costs no hours.
-        let load = |path: &PathBuf| Experiment::load(path, &overrides);
+        let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
+        let options =
+            RunOptions { resume: self.resume, threads: self.threads, save_every: self.save_every };
         for experiment in &experiments {
             let out = match &self.out {
-                Some(out) if experiments.len() > 1 => Some(out.join(&experiment.config().name)),
-                out => out.clone(),
+                Some(out) if experiments.len() > 1 => out.join(&experiment.config().name),
+                Some(out) => out.clone(),
+                None => experiment.default_out(),
             };
-            let options =
-                RunOptions { out, resume: self.resume, threads: self.threads, save_every: self.save_every };
-            let folder = match run(experiment, &options, &IndicatifProgress::default(), &cancel) {
+            let progress = IndicatifProgress::default();
+            let folder = match run(experiment, &registry, Some(&out), &options, &progress, &cancel) {
                 Ok(folder) => folder,
-                Err(error @ Error::Cancelled { .. }) => {
-                    eprintln!("{error}");
+                Err(taxel::experiment::Error::Learn(error @ learn::Error::Cancelled { .. })) => {
+                    eprintln!("{error}\ncontinue with --resume --out {}", out.display());
                     return Ok(ExitCode::from(INTERRUPTED));
+                }
+                // What the library calls resuming and another folder are two options here.
+                Err(taxel::experiment::Error::Learn(error @ learn::Error::Folder { .. })) => {
+                    let ways = "--resume goes on with the run of a folder, --out gives another folder";
+                    return Err(format!("{error}\n{ways}").into());
                 }
                 Err(error) => return Err(error.into()),
             };

@@ -121,7 +121,7 @@ impl Simulate {
         };
         let names = serde_json::json!({
             "classes": classes_of, "channels": scene.channel_names, "unit": scene.unit,
-            "full_scale": scene.full_scale, "source": source,
+            "full_scale": scene.full_scale, "layout": scene.layout, "source": source,
         });
         let labels = output.with_extension("classes.json");
         write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;

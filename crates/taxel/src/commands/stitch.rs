@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use taxel_checkpoint as checkpoint;
 use taxel_graph::{Graph, Tensor, Weights};
-use taxel_trainer::thousands;
+use taxel::learn::thousands;
 
 use crate::Outcome;
 

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use taxel_trainer::thousands;
+use taxel::learn::thousands;
 use taxel_zoo::{Settings, built_in};
 
 use crate::Outcome;

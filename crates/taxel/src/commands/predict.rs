@@ -1,0 +1,245 @@
+//! `taxel predict`: what a model says about new recordings.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use taxel::data::{Npz, Recordings, recordings};
+use taxel::learn::thousands;
+use taxel::{Model, Options, Predictions};
+
+use crate::Outcome;
+use crate::arrays::write;
+use crate::text;
+
+/// Answers recordings with a model that `taxel fit` made, or one of a run folder's models/.
+///
+/// DATA may be anything that `taxel data check` reads, with or without labels, a folder of files, or a single
+/// CSV (rows = time), NPY, MAT, PNG or JPEG file. Labels that are there only say how often the answer is right.
+///
+/// table prints sample, class and probability; csv has a row per sample with every probability; json one object
+/// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs].
+#[derive(Args)]
+#[command(after_help = "Examples:  taxel predict model.safetensors recordings.npz
+           taxel predict model.safetensors press.csv
+           taxel predict model.safetensors recordings/ --format csv --output answers.csv")]
+pub struct Predict {
+    /// The model.
+    model: PathBuf,
+    /// Recordings.
+    data: PathBuf,
+    /// How answers are written.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+    /// Where answers go [default: printed]; npz needs it.
+    #[arg(long, short)]
+    output: Option<PathBuf>,
+    /// The array that holds the samples, if it is not called `x`.
+    #[arg(long, value_name = "NAME")]
+    x: Option<String>,
+    /// The array that holds the labels, if it is not called `y`.
+    #[arg(long, value_name = "NAME")]
+    y: Option<String>,
+    /// Caps all threads [default: all cores]; answers do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Format {
+    Table,
+    Csv,
+    Json,
+    Npz,
+}
+
+/// Answers with what they are about.
+struct Answered<'a> {
+    origins: &'a [String],
+    predictions: &'a Predictions,
+    /// Right names, where the recordings bear any.
+    truth: Option<&'a [Vec<String>]>,
+}
+
+impl Predict {
+    pub fn run(self) -> Outcome {
+        if self.format == Format::Npz && self.output.is_none() {
+            return Err("npz is no text: name a file with --output".into());
+        }
+        let model = Model::open(&self.model)?;
+        let card = model.card();
+        let default = Options::default();
+        let options = Options {
+            x: self.x.clone().unwrap_or(default.x),
+            y: self.y.clone().unwrap_or(default.y),
+            resize: resize(&self.data, &card.reading),
+            ..Options::default()
+        };
+        let Recordings { x, origins, truth, .. } =
+            recordings(&self.data, &options, card.reading.layout.rank())?;
+        let threads =
+            self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+        let predictions = model
+            .predictor(card.batch(), threads.max(1))?
+            .predict(&x)
+            .map_err(|e| format!("{}: {e}", self.data.display()))?;
+        let answered = Answered { origins: &origins, predictions: &predictions, truth: truth.as_deref() };
+        self.write(&answered)?;
+        if let Some(line) = answered.score() {
+            eprintln!("{line}");
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn write(&self, answered: &Answered) -> Result<(), Box<dyn std::error::Error>> {
+        let text = match self.format {
+            Format::Table => answered.table(),
+            Format::Csv => answered.csv(),
+            Format::Json => answered.json()?,
+            Format::Npz => {
+                let path = self.output.as_deref().unwrap_or(Path::new("answers.npz"));
+                return Ok(write(path, answered.npz())?);
+            }
+        };
+        match &self.output {
+            Some(path) => Ok(write(path, Ok(text.into_bytes()))?),
+            None => {
+                print!("{text}");
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Image files are brought to the size that the model reads.
+fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
+    let is_image = |path: &Path| {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        ["png", "jpg", "jpeg"].contains(&extension.as_str())
+    };
+    let first = |folder: &Path| std::fs::read_dir(folder).ok()?.next()?.ok().map(|entry| entry.path());
+    let mut path = data.to_path_buf();
+    while path.is_dir() {
+        path = first(&path)?;
+    }
+    match reading.shape[..] {
+        [.., height, width] if is_image(&path) && reading.layout.has_area() => Some([height, width]),
+        _ => None,
+    }
+}
+
+impl Answered<'_> {
+    /// Names of the columns of probabilities.
+    fn outputs(&self) -> Vec<String> {
+        let attributes = &self.predictions.attributes;
+        let named = |own: &taxel::Attribute, class: &String| match attributes.len() {
+            1 => class.clone(),
+            _ => format!("{}:{class}", own.name),
+        };
+        attributes.iter().flat_map(|own| own.classes.iter().map(move |class| named(own, class))).collect()
+    }
+
+    fn table(&self) -> String {
+        let mut header = vec!["sample".to_string()];
+        for own in &self.predictions.attributes {
+            header.extend([own.name.clone(), "probability".into()]);
+            if self.truth.is_some() {
+                header.push("true".into());
+            }
+        }
+        let row = |i: usize| {
+            let mut cells = vec![self.origins[i].clone()];
+            for (at, answer) in self.predictions.answers(i).into_iter().enumerate() {
+                cells.extend([answer.class.to_string(), format!("{:.3}", answer.probability)]);
+                cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
+            }
+            cells
+        };
+        let rows: Vec<Vec<String>> = (0..self.predictions.len()).map(row).collect();
+        let header: Vec<&str> = header.iter().map(String::as_str).collect();
+        let right: Vec<usize> = (0..header.len()).filter(|i| header[*i] == "probability").collect();
+        text::table(&header, &rows, &right)
+    }
+
+    fn csv(&self) -> String {
+        let cell = |text: &str| match text.contains([',', '"', '\n', '\r']) {
+            true => format!("\"{}\"", text.replace('"', "\"\"")),
+            false => text.to_string(),
+        };
+        let mut header = vec!["sample".to_string()];
+        header.extend(self.predictions.attributes.iter().map(|own| cell(&own.name)));
+        header.extend(self.outputs().iter().map(|name| cell(&format!("p({name})"))));
+        let mut text = header.join(",") + "\n";
+        let outputs = self.predictions.outputs();
+        for i in 0..self.predictions.len() {
+            let mut cells = vec![cell(&self.origins[i])];
+            cells.extend(self.predictions.answers(i).iter().map(|answer| cell(answer.class)));
+            let own = &self.predictions.probabilities[i * outputs..(i + 1) * outputs];
+            cells.extend(own.iter().map(ToString::to_string));
+            text += &(cells.join(",") + "\n");
+        }
+        text
+    }
+
+    fn json(&self) -> serde_json::Result<String> {
+        let (outputs, names) = (self.predictions.outputs(), self.outputs());
+        let one = |i: usize| {
+            let own = &self.predictions.probabilities[i * outputs..(i + 1) * outputs];
+            let probabilities: serde_json::Map<String, serde_json::Value> =
+                names.iter().cloned().zip(own.iter().map(|p| json!(p))).collect();
+            let answers = self.predictions.answers(i);
+            let classes: serde_json::Map<String, serde_json::Value> =
+                answers.iter().map(|answer| (answer.attribute.to_string(), json!(answer.class))).collect();
+            json!({
+                "sample": self.origins[i], "predicted": classes, "probabilities": probabilities,
+                "true": self.truth.map(|truth| &truth[i]),
+            })
+        };
+        let all = json!({
+            "answers": (0..self.predictions.len()).map(one).collect::<Vec<_>>(),
+            "accuracy_percent": self.right().map(|(right, of)| 100.0 * right as f64 / of as f64),
+        });
+        Ok(serde_json::to_string_pretty(&all)? + "\n")
+    }
+
+    fn npz(&self) -> std::io::Result<Vec<u8>> {
+        let Predictions { attributes, probabilities, labels } = self.predictions;
+        let n = self.predictions.len();
+        let mut npz = Npz::default();
+        let shape = if attributes.len() == 1 { vec![n] } else { vec![n, attributes.len()] };
+        npz.add("predicted", &shape, labels)?;
+        npz.add("probabilities", &[n, self.predictions.outputs()], probabilities)?;
+        npz.finish()
+    }
+
+    /// Answers that are right, of those whose true names the model knows.
+    fn right(&self) -> Option<(usize, usize)> {
+        let truth = self.truth?;
+        let known = |own: &taxel::Attribute, name: &String| own.classes.contains(name);
+        let (mut right, mut of) = (0, 0);
+        for (i, names) in truth.iter().enumerate() {
+            for ((answer, own), name) in
+                self.predictions.answers(i).iter().zip(&self.predictions.attributes).zip(names)
+            {
+                of += usize::from(known(own, name));
+                right += usize::from(known(own, name) && answer.class == name);
+            }
+        }
+        (of > 0).then_some((right, of))
+    }
+
+    fn score(&self) -> Option<String> {
+        let truth = self.truth?;
+        let all: usize = truth.iter().map(Vec::len).sum();
+        Some(match self.right() {
+            None => "the labels are no classes of the model: nothing is scored".into(),
+            Some((right, of)) => {
+                let share = 100.0 * right as f64 / of as f64;
+                let (right, count) = (thousands(right as u64), thousands(of as u64));
+                let foreign = if of < all { format!("; {} labels are no classes of the model", all - of) } else { String::new() };
+                format!("{right} of {count} right ({share:.2} %){foreign}")
+            }
+        })
+    }
+}
