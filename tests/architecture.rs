@@ -27,14 +27,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("engine", &["graph", "kernels"]),
     ("checkpoint", &["files", "graph"]),
     ("devices", &["graph"]),
-    (
-        "trainer",
-        &["checkpoint", "data", "encodings", "engine", "graph", "baselines", "scenes", "seed", "zoo"],
-    ),
-    ("judge", &["data", "scenes", "seed", "trainer"]),
+    ("learn", &["baselines", "checkpoint", "data", "encodings", "engine", "files", "graph", "seed"]),
+    ("trainer", &["baselines", "checkpoint", "data", "graph", "learn", "scenes", "zoo"]),
+    ("judge", &["data", "encodings", "learn", "scenes", "seed"]),
     (
         "taxel",
         &[
+            "baselines",
             "checkpoint",
             "data",
             "devices",
@@ -42,8 +41,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "engine",
             "graph",
             "judge",
+            "learn",
             "scenes",
-            "seed",
             "trainer",
             "zoo",
         ],

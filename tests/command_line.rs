@@ -490,7 +490,7 @@ fn choose_names_the_smallest_that_suffices() {
     let shown = String::from_utf8(none.stdout).unwrap();
     assert_eq!(none.status.code(), Some(1), "{shown}");
     assert!(shown.contains("Nothing suffices") && shown.contains("lost to faults"), "{shown}");
-    assert!(refused(&["choose", text(&run), "--alpha", "2"]).starts_with("--alpha = 2: must be in (0, 1)"));
+    assert!(refused(&["choose", text(&run), "--alpha", "2"]).starts_with("alpha = 2: must be in (0, 1)"));
     assert!(refused(&["choose", text(folder.path())]).contains("no run folder"));
 }
 
@@ -528,9 +528,114 @@ fn report_makes_pages_of_runs_and_one_of_them_all() {
 }
 
 #[test]
+fn from_recordings_to_a_shipped_model() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    good(&["simulate", "fingertip", "--samples", "60", "--output", text(&at("grasps.npz"))]);
+    let quick = ["--quick", "--set", "baselines=[\"majority\", \"k-nn\", \"svm-linear\"]"];
+    let (data, run) = (at("grasps.npz"), at("run"));
+    good(&[&["run", QUICKSTART, "--data", text(&data), "--out", text(&run)], &quick[..]].concat());
+
+    // The run's own model gives the run's own probabilities, bit for bit, in a folder with nothing else.
+    let alone = at("alone");
+    fs::create_dir(&alone).unwrap();
+    let record: serde_json::Value =
+        serde_json::from_slice(&fs::read(run.join("folds/mlp.r0.f0.json")).unwrap()).unwrap();
+    fs::copy(run.join("models/mlp.r0.f0.safetensors"), alone.join("m.safetensors")).unwrap();
+    let rows: Vec<usize> =
+        record["index"].as_array().unwrap().iter().map(|i| i.as_u64().unwrap() as usize).collect();
+    let set = taxel_data::load(&data, &taxel_data::Options::default()).unwrap().select(&rows);
+    let mut npz = taxel_data::Npz::default();
+    npz.add("x", set.x.shape(), set.x.as_slice().unwrap()).unwrap();
+    fs::write(alone.join("tested.npz"), npz.finish().unwrap()).unwrap();
+    let [model, tested, out] = ["m.safetensors", "tested.npz", "p.npz"].map(|name| alone.join(name));
+    good(&["predict", text(&model), text(&tested), "--format", "npz", "--output", text(&out)]);
+    let mut answers = npyz::npz::NpzArchive::open(&out).unwrap();
+    let got: Vec<f32> = answers.by_name("probabilities").unwrap().unwrap().into_vec().unwrap();
+    let want: Vec<f32> =
+        record["probabilities"].as_array().unwrap().iter().map(|p| p.as_f64().unwrap() as f32).collect();
+    assert_eq!(got, want);
+
+    // The one that suffices, on all recordings, with the run's score; and one by name.
+    let [chosen, named] = ["chosen.safetensors", "named.safetensors"].map(at);
+    let card = good(&["fit", text(&run), "--output", text(&chosen)]);
+    assert!(card.contains("(all of them)") && card.contains("± "), "{card}");
+    good(&["fit", text(&run), "--network", "resnet8-lite-1d", "--output", text(&named), "--json"]);
+    assert!(good(&["inspect", text(&named)]).contains("reads        5 × 50 of channels × time (series)"));
+    let json: serde_json::Value = serde_json::from_str(&good(&["inspect", text(&named), "--json"])).unwrap();
+    assert_eq!(json["trained_on"]["samples"], 60);
+    assert!(json["score"]["mean"]["accuracy"].is_f64());
+    let again = at("again.safetensors");
+    good(&["fit", text(&run), "--network", "resnet8-lite-1d", "--output", text(&again), "--threads", "1"]);
+    assert!(fs::read(&named).unwrap() == fs::read(&again).unwrap(), "equal fits give equal bytes");
+
+    // Labels only score; without them there is nothing to say.
+    let scored = taxel(&["predict", text(&named), text(&data), "--format", "csv"]);
+    assert_eq!(String::from_utf8(scored.stdout).unwrap().lines().count(), 61);
+    assert!(String::from_utf8(scored.stderr).unwrap().contains("of 60 right"));
+    let unscored = taxel(&["predict", text(&named), text(&tested)]);
+    assert!(unscored.status.success() && unscored.stderr.is_empty(), "{unscored:?}");
+    let one = at("press.csv");
+    let row = |t: usize| (0..5).map(|c| set.x[[0, c, t]].to_string()).collect::<Vec<_>>().join(",");
+    fs::write(&one, (0..50).map(row).collect::<Vec<_>>().join("\n")).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_str(&good(&["predict", text(&named), text(&one), "--format", "json"])).unwrap();
+    assert_eq!(json["answers"].as_array().unwrap().len(), 1);
+
+    // What cannot be is said.
+    let error = refused(&["predict", text(&run.join("config.toml")), text(&data)]);
+    assert!(error.contains("config.toml"), "{error}");
+    let error = refused(&["fit", text(&run), "--network", "nobody", "--output", text(&at("x.safetensors"))]);
+    assert!(error.contains("nobody") && error.contains("resnet8-lite-1d"), "{error}");
+    let error = refused(&["fit", QUICKSTART, "--output", text(&at("x.safetensors"))]);
+    assert!(error.contains("--network"), "{error}");
+    fs::write(&one, "1,2\n3,4\n").unwrap();
+    let error = refused(&["predict", text(&named), text(&one)]);
+    assert!(error.contains("press.csv") && error.contains("[5, 50]"), "{error}");
+}
+
+#[test]
+fn a_run_on_own_data_bears_its_name_and_opens_from_anywhere() {
+    let folder = TempDir::new().unwrap();
+    good(&[
+        "simulate",
+        "fingertip",
+        "--samples",
+        "40",
+        "--output",
+        text(&folder.path().join("my glove.npz")),
+    ]);
+    let run = |arguments: &[&str], here: &str| {
+        let mut command = assert_cmd::Command::cargo_bin("taxel").unwrap();
+        let output = command.current_dir(folder.path().join(here)).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let few = ["--quick", "--set", "train.epochs=1", "--set", "baselines=[\"majority\"]"];
+    let shown = run(&[&["run", QUICKSTART, "--data", "my glove.npz"], &few[..]].concat(), "");
+    assert!(shown.starts_with("my-glove\n") && shown.contains("simulated: fingertip (my glove)"), "{shown}");
+    assert!(!shown.contains("published") && !shown.contains("five fingertips"), "{shown}");
+    run(&["report", "../runs/my-glove-quick", "--no-stress"], "runs");
+}
+
+#[test]
 fn help_teaches() {
     for command in [
-        "run", "report", "stress", "choose", "zoo", "cost", "forward", "stitch", "encode", "simulate", "data",
+        "run",
+        "report",
+        "stress",
+        "choose",
+        "fit",
+        "predict",
+        "inspect",
+        "zoo",
+        "cost",
+        "forward",
+        "stitch",
+        "encode",
+        "simulate",
+        "data",
+        "completions",
     ] {
         let help =
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };

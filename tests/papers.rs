@@ -7,14 +7,17 @@
 
 use std::sync::atomic::AtomicBool;
 
-use taxel_trainer::{Experiment, FoldKey, NetworkResults, Overrides, RunOptions, Silent, run};
+use taxel::experiment::run;
+use taxel::learn::{FoldKey, NetworkResults, Silent};
+use taxel::{Experiment, Overrides, Registry, RunOptions};
 
 /// Runs `config`; of each network the loss of the first epoch of the first fold, and its results.
 fn scores(config: &str) -> Vec<(f64, NetworkResults)> {
     let dir = tempfile::tempdir().unwrap();
-    let experiment = Experiment::parse(config, "paper.toml", &Overrides::default()).unwrap();
-    let options = RunOptions { out: Some(dir.path().join("run")), ..RunOptions::default() };
-    let folder = run(&experiment, &options, &Silent, &AtomicBool::new(false)).unwrap();
+    let registry = Registry::built_in();
+    let experiment = Experiment::parse(config, "paper.toml", &Overrides::default(), &registry).unwrap();
+    let (out, options) = (dir.path().join("run"), RunOptions::default());
+    let folder = run(&experiment, &registry, Some(&out), &options, &Silent, &AtomicBool::new(false)).unwrap();
     let results = folder.results().unwrap();
     let first = |network: &NetworkResults| {
         let key = FoldKey { network: network.network.clone(), repetition: 0, fold: 0 };

@@ -31,6 +31,14 @@ pub struct Reading {
 impl Reading {
     /// A sample of known axes, and nothing else known.
     pub fn new(layout: Layout, shape: &[usize]) -> Self {
-        Self { layout, shape: shape.to_vec(), channels: None, unit: None, rate: None, full_scale: None, rest: None }
+        Self {
+            layout,
+            shape: shape.to_vec(),
+            channels: None,
+            unit: None,
+            rate: None,
+            full_scale: None,
+            rest: None,
+        }
     }
 }

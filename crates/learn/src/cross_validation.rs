@@ -155,8 +155,7 @@ impl<'a> CrossValidation<'a> {
                 .map_err(|e| Error::damaged(path, format!("cannot be read: {e}")))?;
             Ok((before != own).then(|| "its settings are others".to_string()))
         };
-        let identity =
-            Identity { file: "run.json", text: format!("{own:#}\n"), difference: &difference };
+        let identity = Identity { file: "run.json", text: format!("{own:#}\n"), difference: &difference };
         self.run_as(out, &identity, options, progress, cancel)
     }
 
@@ -198,7 +197,15 @@ impl<'a> CrossValidation<'a> {
         }
         let names: Vec<&str> = self.candidates.iter().flat_map(Candidate::inputs).collect();
         self.encoder.prepare(&names)?;
-        Plan::new(self.name, self.title, self.protocol, self.candidates, &self.look_alikes, self.seed, self.encoder)
+        Plan::new(
+            self.name,
+            self.title,
+            self.protocol,
+            self.candidates,
+            &self.look_alikes,
+            self.seed,
+            self.encoder,
+        )
     }
 
     /// Everything that the results depend on besides the samples.

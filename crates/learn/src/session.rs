@@ -8,8 +8,8 @@ use taxel_checkpoint as checkpoint;
 use taxel_engine::{Engine, OptimizerState};
 use taxel_graph::Weights;
 
-use crate::error::{Error, Result};
 use crate::epoch::Epoch;
+use crate::error::{Error, Result};
 use crate::search::Trial;
 
 /// The best epoch of a training so far, by its validation part.

@@ -3,7 +3,9 @@
 //! `cargo run --release --example own_dataset`
 
 use taxel::ndarray::ArrayD;
-use taxel::{Baseline, Candidate, CrossValidation, Dataset, Encoding, Layout, Model, Protocol, Recipe, Registry};
+use taxel::{
+    Baseline, Candidate, CrossValidation, Dataset, Encoding, Layout, Model, Protocol, Recipe, Registry,
+};
 
 fn main() -> taxel::Result<()> {
     // 40 presses [N, channels, time]: two sensors, 30 readings each. Hard things push back at once. Ten days.
@@ -38,7 +40,9 @@ fn main() -> taxel::Result<()> {
     // Baselines ship like networks.
     let rocket = Candidate::baseline(Baseline::MiniRocket { features: 1000 });
     let path = std::env::temp_dir().join("presses.safetensors");
-    taxel::fit(&rocket, &presses, &Encoding::default())?.with_score(results.score("mini-rocket")).save(&path)?;
+    taxel::fit(&rocket, &presses, &Encoding::default())?
+        .with_score(results.score("mini-rocket"))
+        .save(&path)?;
     print!("{}", Model::open(&path)?.card());
     Ok(())
 }

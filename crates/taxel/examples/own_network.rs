@@ -11,7 +11,8 @@ fn main() -> taxel::Result<()> {
     };
     let net = Network::new("own");
     let signal = net.input("signal", recordings.sample_shape());
-    let x = signal.conv_bn_relu("stem", Conv::new(32, 5).same()).conv_bn_relu("deep", Conv::new(32, 3).same());
+    let x =
+        signal.conv_bn_relu("stem", Conv::new(32, 5).same()).conv_bn_relu("deep", Conv::new(32, 3).same());
     let logits = x.global_average_pool().linear("fc", recordings.classes.len());
     let graph = net.finish(&[("logits", logits)])?;
 

@@ -9,8 +9,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
 use taxel_graph::Loss;
 use taxel_learn::{
-    Check, Combination, Criterion, Encoding, Problem, Protocol, Published, Recipe, Search, file_name, require,
-    share, within,
+    Check, Combination, Criterion, Encoding, Problem, Protocol, Published, Recipe, Search, file_name,
+    require, share, within,
 };
 use taxel_zoo::{Registry, Settings};
 use toml::{Table, Value};

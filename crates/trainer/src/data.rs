@@ -124,10 +124,7 @@ impl Data {
     /// # Errors
     /// An unknown key, one that belongs to the other kind of origin, a value of the wrong type.
     pub(crate) fn read(mut table: Table) -> Result<Self, Misread> {
-        fn take<T: serde::de::DeserializeOwned>(
-            table: &mut Table,
-            key: &str,
-        ) -> Result<Option<T>, Misread> {
+        fn take<T: serde::de::DeserializeOwned>(table: &mut Table, key: &str) -> Result<Option<T>, Misread> {
             table.remove(key).map(|value| read(&format!("data.{key}"), value)).transpose()
         }
         let full_scale = take(&mut table, "full_scale")?;

@@ -40,7 +40,8 @@ fn attempt<T: DeserializeOwned>(value: Value) -> Result<T, Misread> {
 /// The key within the table where reading stopped: the paths of tables with a `kind` end at the table. The
 /// culprit is the key without which another thing is wrong, or nothing.
 fn culprit<T: DeserializeOwned>(whole: &Value, found: Misread) -> Misread {
-    if let Some(unknown) = found.message.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next())
+    if let Some(unknown) =
+        found.message.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next())
     {
         let named = found.key == unknown || found.key.ends_with(&format!(".{unknown}"));
         let key = if named { found.key } else { join(&found.key, unknown) };

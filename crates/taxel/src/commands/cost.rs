@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use taxel_graph::Op;
 use taxel::learn::thousands;
+use taxel_graph::Op;
 
 use crate::Outcome;
 use crate::text;

@@ -79,8 +79,7 @@ impl Fit {
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let options = RunOptions { resume: true, threads: self.threads, save_every: self.save_every };
         let session = self.session(&experiment, &dataset, &name);
-        let model =
-            runner.fit(&name, &options, &session, &IndicatifProgress::default(), &cancel)?;
+        let model = runner.fit(&name, &options, &session, &IndicatifProgress::default(), &cancel)?;
         let Some(model) = model else {
             eprintln!("stopped; the same command goes on with {}", session.display());
             return Ok(ExitCode::from(INTERRUPTED));

@@ -237,7 +237,11 @@ impl Answered<'_> {
             Some((right, of)) => {
                 let share = 100.0 * right as f64 / of as f64;
                 let (right, count) = (thousands(right as u64), thousands(of as u64));
-                let foreign = if of < all { format!("; {} labels are no classes of the model", all - of) } else { String::new() };
+                let foreign = if of < all {
+                    format!("; {} labels are no classes of the model", all - of)
+                } else {
+                    String::new()
+                };
                 format!("{right} of {count} right ({share:.2} %){foreign}")
             }
         })

@@ -57,17 +57,12 @@ impl Run {
     pub fn run(self) -> Outcome {
         let cancel = flag()?;
         let registry = Registry::built_in();
-        let overrides = Overrides {
-            quick: self.quick,
-            set: self.set.clone(),
-            data: self.data.clone(),
-            seed: self.seed,
-        };
+        let overrides =
+            Overrides { quick: self.quick, set: self.set.clone(), data: self.data.clone(), seed: self.seed };
         // All configs are read before the first runs: a typo in the last one costs no hours.
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
-        let options =
-            RunOptions { resume: self.resume, threads: self.threads, save_every: self.save_every };
+        let options = RunOptions { resume: self.resume, threads: self.threads, save_every: self.save_every };
         for experiment in &experiments {
             let out = match &self.out {
                 Some(out) if experiments.len() > 1 => out.join(&experiment.config().name),

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use taxel::learn::thousands;
 use taxel_checkpoint as checkpoint;
 use taxel_graph::{Graph, Tensor, Weights};
-use taxel::learn::thousands;
 
 use crate::Outcome;
 
