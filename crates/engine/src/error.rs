@@ -14,8 +14,16 @@ pub enum Error {
         /// What does not fit.
         reason: String,
     },
+    /// A workspace that another evaluator made.
+    #[error(
+        "{model}: the workspace belongs to another evaluator; make one with this evaluator's `workspace`"
+    )]
+    Workspace {
+        /// Network name.
+        model: String,
+    },
     /// The thread pool could not be started.
-    #[error("cannot start {threads} threads: {reason}; try a smaller --threads")]
+    #[error("cannot start {threads} threads: {reason}; try fewer threads")]
     Threads {
         /// Number asked for.
         threads: usize,

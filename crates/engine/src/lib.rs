@@ -23,19 +23,54 @@
 //! assert!(losses[19] < 0.5 * losses[0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! A network that only answers is an [`Evaluator`], which never changes: threads share one by reference, each
+//! with a [`Workspace`] of its own, which has no memory for gradients:
+//!
+//! ```
+//! use taxel_comparators::MlpConfig;
+//! use taxel_engine::{Evaluator, Options};
+//! use taxel_graph::{Architecture, Scheme, Weights};
+//!
+//! let graph = MlpConfig { classes: 2, in_features: 4, hidden: 8 }.graph()?;
+//! let weights = Weights::init(&graph, Scheme::Pytorch, 0, "doc");
+//! let evaluator = Evaluator::new(&graph, &weights, Options { batch: 2, ..Options::default() })?;
+//! let x = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+//! let caller = || -> taxel_engine::Result<Vec<f32>> {
+//!     let mut workspace = evaluator.workspace();
+//!     Ok(evaluator.answer(&mut workspace, &[&x], 2)?.to_vec())
+//! };
+//! let [one, other] = std::thread::scope(|scope| {
+//!     [scope.spawn(caller), scope.spawn(caller)].map(|thread| thread.join().expect("a thread ends"))
+//! });
+//! assert_eq!(one?, other?);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod backward;
+mod compiled;
 mod engine;
 mod error;
+mod evaluator;
+mod forward;
+mod gradients;
 mod head;
 mod layers;
 mod lifetimes;
 mod norm;
 mod optimizer;
+mod options;
 mod part;
+mod part_gradients;
 mod plan;
+mod state;
 mod threads;
+mod workspace;
 
-pub use engine::{Engine, Mode, Options};
+pub use engine::{Engine, Mode};
 pub use error::{Error, Result};
+pub use evaluator::Evaluator;
 pub use optimizer::{OptimizerState, Sgdm};
+pub use options::Options;
 pub use taxel_kernels::optim::Adam;
+pub use workspace::Workspace;

@@ -54,6 +54,7 @@ fn meet(a: &RangeInclusive<usize>, b: &RangeInclusive<usize>) -> bool {
 }
 
 /// The phases in which each slot lives, and whether it is one phase of samples.
+#[expect(clippy::expect_used, reason = "the plan makes slots for what it runs, and for nothing else")]
 fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
     let mut lives: Vec<Option<(usize, usize)>> = vec![None; plan.slots.len()];
     // The loss writes the outputs' before the first phase.
@@ -77,7 +78,7 @@ fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
         }
     }
     let life = |(slot, life): (usize, Option<(usize, usize)>)| {
-        let (first, last) = life.unwrap_or((0, 0));
+        let (first, last) = life.expect("a slot is an output's or that of a node that the pass runs");
         (first..=last, first == last && plan.outputs.iter().all(|&(_, output)| slot != output))
     };
     lives.into_iter().enumerate().map(life).collect()

@@ -40,7 +40,7 @@ pub(crate) struct Memory {
 }
 
 /// Makes room for `len` values if there is none.
-pub(crate) fn fill_up(buffer: &mut Buffer, len: usize) {
+fn fill_up(buffer: &mut Buffer, len: usize) {
     if buffer.len() != len {
         *buffer = Buffer::zeros(len);
     }

@@ -40,6 +40,8 @@ pub(crate) struct NormPlan {
     pub stored: NodeId,
     /// Running statistics in training too.
     pub frozen: bool,
+    pub eps: f32,
+    pub momentum: f32,
 }
 
 /// A node as the engine runs it.
@@ -57,19 +59,18 @@ pub(crate) struct NodePlan {
     pub norms: Vec<usize>,
 }
 
-/// A piece of a pass in which samples run on their own.
+/// A step of the backward pass that samples run on their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// One node, forward or backward.
     Node(NodeId),
     /// Sums for a batch norm's gradient over a slot that is complete.
     Sums(usize),
 }
 
-/// The order of a pass.
+/// The order of a pass; a step of a forward pass is a node.
 #[derive(Debug)]
-pub(crate) enum Phase {
-    Samples(Vec<Step>),
+pub(crate) enum Phase<S> {
+    Samples(Vec<S>),
     /// Batch norms whose statistics (forward) or sums (backward) are complete.
     Norms(Vec<usize>),
     /// A node that takes the whole batch at once.
@@ -83,9 +84,10 @@ pub(crate) struct Plan {
     pub norms: Vec<NormPlan>,
     /// The outputs as the loss sees them, and their slots, which are the first ones.
     pub outputs: Vec<(Seen, usize)>,
-    pub train: Vec<Phase>,
-    pub eval: Vec<Phase>,
-    pub backward: Vec<Phase>,
+    pub train: Vec<Phase<NodeId>>,
+    /// Without a phase of batch norms.
+    pub eval: Vec<Phase<NodeId>>,
+    pub backward: Vec<Phase<Step>>,
 }
 
 impl Plan {
@@ -98,8 +100,9 @@ impl Plan {
         for (id, node) in graph.nodes().iter().enumerate() {
             let inputs: Vec<Seen> = node.inputs.iter().map(|&i| seen[i]).collect();
             let lazy = match node.op {
-                Op::BatchNorm { .. } => {
-                    norms.push(NormPlan { node: id, stored: inputs[0].stored, frozen: frozen[id] });
+                Op::BatchNorm { eps, momentum } => {
+                    let stored = inputs[0].stored;
+                    norms.push(NormPlan { node: id, stored, frozen: frozen[id], eps, momentum });
                     Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
                 }
                 _ => rectifier(&node.op).map(|rectifier| Seen { rectifier, ..inputs[0] }),
@@ -112,25 +115,24 @@ impl Plan {
         for (number, norm) in norms.iter().enumerate().filter(|(_, norm)| !norm.frozen) {
             nodes[norm.stored].norms.push(number);
         }
-        let len = |id: NodeId| graph.nodes()[id].shape.iter().product();
         let mut slots: Vec<Slot> = vec![];
         let mut outputs = vec![];
         for &(_, id) in graph.outputs() {
             // Two outputs may be the same value.
             let slot = slots.iter().position(|slot| slot.seen == seen[id]).unwrap_or(slots.len());
             if slot == slots.len() {
-                slots.push(Slot { seen: seen[id], len: len(id) });
+                slots.push(Slot { seen: seen[id], len: len(graph, id) });
             }
             outputs.push((seen[id], slot));
         }
         let mut plan = Plan { outputs, slots, nodes, norms, train: vec![], eval: vec![], backward: vec![] };
         plan.train = plan.forward(graph, true);
         plan.eval = plan.forward(graph, false);
-        plan.backward = plan.backward(graph, frozen, &len);
+        plan.backward = plan.backward(graph, frozen);
         plan
     }
 
-    fn forward(&self, graph: &Graph, train: bool) -> Vec<Phase> {
+    fn forward(&self, graph: &Graph, train: bool) -> Vec<Phase<NodeId>> {
         let mut phases = vec![];
         let mut steps = vec![];
         let mut ready: Vec<bool> = self.norms.iter().map(|norm| !train || norm.frozen).collect();
@@ -147,7 +149,7 @@ impl Plan {
                 flush(&mut phases, &mut steps);
                 phases.push(Phase::Batch(id));
             } else {
-                steps.push(Step::Node(id));
+                steps.push(id);
             }
         }
         flush(&mut phases, &mut steps);
@@ -159,21 +161,37 @@ impl Plan {
         phases
     }
 
-    fn backward(&mut self, graph: &Graph, frozen: &[bool], len: &dyn Fn(NodeId) -> usize) -> Vec<Phase> {
-        // Whether parameters that learn lie at or before a node; a batch norm's count for its readers.
+    /// Gives the gradients their slots; the order of the pass.
+    fn backward(&mut self, graph: &Graph, frozen: &[bool]) -> Vec<Phase<Step>> {
+        let trains = self.trains(graph, frozen);
+        let outputs = self.slots.len();
+        let (reached, readers) = self.give_slots(graph, &trains);
+        for (number, slot) in self.slots.iter().enumerate() {
+            self.nodes[slot.seen.stored].own.push(number);
+        }
+        self.backward_phases(graph, &trains, &reached, readers, outputs)
+    }
+
+    /// Whether parameters that learn lie at or before a node; a batch norm's count for its readers.
+    fn trains(&self, graph: &Graph, frozen: &[bool]) -> Vec<bool> {
         let mut trains = vec![false; self.nodes.len()];
         for (id, node) in graph.nodes().iter().enumerate() {
             let own = node.params.iter().any(|p| p.kind == Kind::Parameter);
             trains[id] = own && !frozen[id] || node.inputs.iter().any(|&i| trains[i]);
         }
+        trains
+    }
+
+    /// A slot for every view that needs a gradient. Which nodes the pass reaches, and of every slot how many
+    /// nodes write to it.
+    fn give_slots(&mut self, graph: &Graph, trains: &[bool]) -> (Vec<bool>, Vec<usize>) {
         let needs = |seen: &Seen, norms: &[NormPlan]| {
             trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
         };
         // The loss writes the outputs' slots, and readers of an output add to them.
-        let outputs = self.slots.len();
         let mut by_view: HashMap<Seen, usize> = self.slots.iter().map(|slot| slot.seen).zip(0..).collect();
-        let mut written = vec![true; outputs];
-        let mut readers = vec![0usize; outputs];
+        let mut written = vec![true; self.slots.len()];
+        let mut readers = vec![0usize; self.slots.len()];
         let mut reached = vec![false; self.nodes.len()];
         for (seen, _) in &self.outputs {
             reached[seen.stored] |= needs(seen, &self.norms);
@@ -186,7 +204,7 @@ impl Plan {
                 let seen = self.nodes[id].inputs[which];
                 let target = needs(&seen, &self.norms).then(|| {
                     let slot = *by_view.entry(seen).or_insert_with(|| {
-                        self.slots.push(Slot { seen, len: len(seen.stored) });
+                        self.slots.push(Slot { seen, len: len(graph, seen.stored) });
                         written.push(false);
                         readers.push(0);
                         self.slots.len() - 1
@@ -198,9 +216,18 @@ impl Plan {
                 self.nodes[id].slots.push(target);
             }
         }
-        for (number, slot) in self.slots.iter().enumerate() {
-            self.nodes[slot.seen.stored].own.push(number);
-        }
+        (reached, readers)
+    }
+
+    /// The order; `readers` of every slot are yet to run, and the first `outputs` slots are the outputs'.
+    fn backward_phases(
+        &self,
+        graph: &Graph,
+        trains: &[bool],
+        reached: &[bool],
+        mut readers: Vec<usize>,
+        outputs: usize,
+    ) -> Vec<Phase<Step>> {
         let mut phases = vec![];
         let mut steps = vec![];
         let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.frozen).collect();
@@ -242,7 +269,12 @@ impl Plan {
     }
 }
 
-fn flush(phases: &mut Vec<Phase>, steps: &mut Vec<Step>) {
+/// Values of one sample of a node's output.
+fn len(graph: &Graph, id: NodeId) -> usize {
+    graph.nodes()[id].shape.iter().product()
+}
+
+fn flush<S>(phases: &mut Vec<Phase<S>>, steps: &mut Vec<S>) {
     if !steps.is_empty() {
         phases.push(Phase::Samples(std::mem::take(steps)));
     }

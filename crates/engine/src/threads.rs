@@ -32,4 +32,19 @@ impl Threads {
             _ => data.chunks_mut(len).enumerate().for_each(|(i, chunk)| body(i, chunk)),
         }
     }
+
+    /// Calls `body` for every pair of two equally long slices.
+    pub fn each_pair<A: Send, B: Send>(
+        &self,
+        a: &mut [A],
+        b: &mut [B],
+        body: impl Fn(&mut A, &mut B) + Sync,
+    ) {
+        match &self.pool {
+            Some(pool) if a.len() > 1 => {
+                pool.install(|| a.par_iter_mut().zip(b).for_each(|(a, b)| body(a, b)));
+            }
+            _ => a.iter_mut().zip(b).for_each(|(a, b)| body(a, b)),
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use taxel_graph::Activation as Function;
 use taxel_kernels::activation;
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct Activation {
     pub function: Function,
@@ -48,7 +48,7 @@ impl Layer for Activation {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len, 0]
+    fn scratch_len(&self) -> usize {
+        self.len
     }
 }

@@ -2,7 +2,7 @@
 
 use taxel_kernels::adaptive_pool::AdaptivePool;
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct AdaptiveAveragePool {
     pub pool: AdaptivePool,
@@ -23,7 +23,7 @@ impl Layer for AdaptiveAveragePool {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.pool.input.iter().product::<usize>() * self.pool.channels, 0]
+    fn scratch_len(&self) -> usize {
+        self.pool.input.iter().product::<usize>() * self.pool.channels
     }
 }

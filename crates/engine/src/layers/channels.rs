@@ -2,7 +2,7 @@
 
 use taxel_kernels::pointwise;
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct ChannelShuffle {
     pub channels: usize,
@@ -25,8 +25,8 @@ impl Layer for ChannelShuffle {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len, 0]
+    fn scratch_len(&self) -> usize {
+        self.len
     }
 }
 
@@ -54,7 +54,7 @@ impl Layer for Slice {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.channels * self.positions, 0]
+    fn scratch_len(&self) -> usize {
+        self.channels * self.positions
     }
 }

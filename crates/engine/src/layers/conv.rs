@@ -3,7 +3,7 @@
 use taxel_graph::{Node, Op, Param};
 use taxel_kernels::{Window3, conv, layout};
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct Conv {
     conv: conv::Conv,
@@ -23,7 +23,7 @@ impl Layer for Conv {
         let bias = self.bias.then_some(bias);
         for band in self.conv.bands() {
             let padded = self.conv.pad(x, &view, band, &mut scratch.x);
-            self.conv.forward(padded, weight, inputs.packed, bias, y, &mut scratch.halo);
+            self.conv.forward(padded, weight, inputs.packed, bias, y, &mut scratch.work);
         }
     }
 
@@ -31,26 +31,30 @@ impl Layer for Conv {
         &self,
         pass: Backward,
         dy: &[f32],
-        sums: &mut [f32],
+        partials: &mut [f32],
         mut outputs: Outputs,
         scratch: &mut Scratch,
     ) {
-        if !sums.is_empty() {
-            let (sums, dbias) = sums.split_at_mut(self.conv.sums_len());
+        if !partials.is_empty() {
+            let (dweight, dbias) = partials.split_at_mut(self.conv.sums_len());
             let (x, view) = pass.inputs.get(0);
             for band in self.conv.bands() {
                 let dbias = self.bias.then_some(&mut *dbias);
                 let padded = self.conv.pad(x, &view, band, &mut scratch.x);
-                self.conv.backward_weight(padded, dy, sums, dbias, &mut scratch.halo);
+                self.conv.backward_weight(padded, dy, dweight, dbias, &mut scratch.work);
             }
         }
         if let Some((dx, add)) = outputs.get(0) {
-            self.conv.backward_input(dy, pass.params, pass.prepared, &mut scratch.halo, dx, add);
+            self.conv.backward_input(dy, pass.params, pass.prepared, &mut scratch.work, dx, add);
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.conv.padded_len(), self.conv.work_len().max(self.conv.backward_len())]
+    fn scratch_len(&self) -> usize {
+        self.conv.padded_len()
+    }
+
+    fn work_len(&self, trains: bool) -> usize {
+        self.conv.work_len().max(if trains { self.conv.backward_len() } else { 0 })
     }
 
     fn pack(&self, params: &[f32], packed: &mut Vec<f32>) {
@@ -61,15 +65,15 @@ impl Layer for Conv {
         self.conv.turn(params, prepared);
     }
 
-    fn sums_len(&self, params: usize) -> usize {
+    fn partials_len(&self, params: usize) -> usize {
         self.conv.sums_len() + params - self.conv.weight_len()
     }
 
-    fn finish(&self, sums: &[f32], dparams: &mut [f32]) {
-        let (sums, bias) = sums.split_at(self.conv.sums_len());
+    fn finish(&self, totals: &[f32], dparams: &mut [f32]) {
+        let (weight, bias) = totals.split_at(self.conv.sums_len());
         let (dweight, dbias) = dparams.split_at_mut(self.conv.weight_len());
         dweight.fill(0.0);
-        self.conv.finish(sums, dweight);
+        self.conv.finish(weight, dweight);
         dbias.copy_from_slice(bias);
     }
 }

@@ -3,7 +3,7 @@
 use taxel_graph::DropoutMask;
 use taxel_kernels::{dropout, pointwise};
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct Dropout {
     pub probability: f32,
@@ -44,7 +44,7 @@ impl Layer for Dropout {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.channels * self.positions, 0]
+    fn scratch_len(&self) -> usize {
+        self.channels * self.positions
     }
 }

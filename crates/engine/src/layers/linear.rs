@@ -3,7 +3,7 @@
 use taxel_kernels::matmul::{Matrix, few_rows, matmul};
 use taxel_kernels::{layout, reduce};
 
-use super::{BatchBackward, BatchLayer};
+use super::batch_layer::{BatchBackward, BatchLayer};
 use crate::threads::Threads;
 
 /// Pieces that a product is cut into, whatever the number of threads.

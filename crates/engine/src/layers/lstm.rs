@@ -3,7 +3,7 @@
 use taxel_kernels::lstm::{Lstm as Sizes, Trace, Weights};
 use taxel_kernels::pointwise;
 
-use super::{BatchBackward, BatchLayer};
+use super::batch_layer::{BatchBackward, BatchLayer};
 use crate::threads::Threads;
 
 /// Pieces that a batch is cut into, whatever the number of threads. Few, because the matrix products of
@@ -15,25 +15,27 @@ pub(super) struct Lstm {
     pieces: Vec<Piece>,
 }
 
-/// Some samples of the batch with their own memory and sums.
+/// Some samples of the batch with their own memory and gradients.
 struct Piece {
     trace: Trace,
     y: Vec<f32>,
+    /// Gradients of the input; none where no backward pass follows.
     dx: Vec<f32>,
-    /// Gradients of the four parameters, one after the other.
+    /// The same of the four parameters, one after the other.
     dparams: Vec<f32>,
 }
 
 impl Lstm {
-    /// Room for `batch` sequences.
-    pub fn new(sizes: Sizes, batch: usize) -> Self {
+    /// Room for `batch` sequences, and for their gradients where it `trains`.
+    pub fn new(sizes: Sizes, batch: usize, trains: bool) -> Self {
         let Sizes { channels, steps, hidden } = sizes;
         let most = batch.div_ceil(PIECES);
+        let gradient = |len: usize| vec![0.0; if trains { len } else { 0 }];
         let piece = |_| Piece {
             trace: Trace::new(&sizes, most),
             y: vec![0.0; most * hidden],
-            dx: vec![0.0; most * steps * channels],
-            dparams: vec![0.0; 4 * hidden * (channels + hidden + 2)],
+            dx: gradient(most * steps * channels),
+            dparams: gradient(4 * hidden * (channels + hidden + 2)),
         };
         Lstm { sizes, pieces: (0..batch.div_ceil(most)).map(piece).collect() }
     }

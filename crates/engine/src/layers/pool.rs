@@ -2,7 +2,7 @@
 
 use taxel_kernels::{Window3, pointwise, pool};
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct MaxPool(pub pool::MaxPool);
 
@@ -22,8 +22,8 @@ impl Layer for MaxPool {
         self.0.output_len()
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [0, 0]
+    fn scratch_len(&self) -> usize {
+        0
     }
 }
 
@@ -49,8 +49,8 @@ impl Layer for AveragePool {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.window.input_len() * self.channels, 0]
+    fn scratch_len(&self) -> usize {
+        self.window.input_len() * self.channels
     }
 }
 
@@ -72,7 +72,7 @@ impl Layer for GlobalAveragePool {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len, 0]
+    fn scratch_len(&self) -> usize {
+        self.len
     }
 }

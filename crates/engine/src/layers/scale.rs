@@ -2,7 +2,7 @@
 
 use taxel_kernels::{pointwise, reduce};
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 pub(super) struct Scale {
     pub channels: usize,
@@ -20,20 +20,20 @@ impl Layer for Scale {
         &self,
         pass: Backward,
         dy: &[f32],
-        dparams: &mut [f32],
+        partials: &mut [f32],
         mut outputs: Outputs,
         scratch: &mut Scratch,
     ) {
-        if let [sum] = dparams {
+        if let [partial] = partials {
             let (x, view) = pass.inputs.get(0);
-            *sum += reduce::dot(view.seen(self.channels, x, &mut scratch.x), dy);
+            *partial += reduce::dot(view.seen(self.channels, x, &mut scratch.x), dy);
         }
         if let Some((dx, add)) = outputs.get(0) {
             pointwise::scale(pass.params[0], dy, dx, add);
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len, 0]
+    fn scratch_len(&self) -> usize {
+        self.len
     }
 }

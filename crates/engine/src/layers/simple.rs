@@ -2,7 +2,7 @@
 
 use taxel_kernels::{layout, pointwise};
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 /// Stores what is seen of the input.
 pub(super) struct Copy {
@@ -21,8 +21,8 @@ impl Layer for Copy {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [0, 0]
+    fn scratch_len(&self) -> usize {
+        0
     }
 }
 
@@ -45,8 +45,8 @@ impl Layer for Flatten {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.channels * self.positions, 0]
+    fn scratch_len(&self) -> usize {
+        self.channels * self.positions
     }
 }
 
@@ -74,8 +74,8 @@ impl Layer for Add {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len, 0]
+    fn scratch_len(&self) -> usize {
+        self.len
     }
 }
 
@@ -113,7 +113,7 @@ impl Layer for Concat {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.widths.iter().max().unwrap_or(&0) * self.positions, 0]
+    fn scratch_len(&self) -> usize {
+        self.widths.iter().max().unwrap_or(&0) * self.positions
     }
 }

@@ -2,7 +2,7 @@
 
 use taxel_kernels::pointwise;
 
-use super::{Backward, Inputs, Layer, Outputs, Scratch};
+use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
 /// `(x − mean) / std` per channel, divided rather than multiplied: constant channels must stay constant.
 pub(super) struct Standardize {
@@ -34,8 +34,8 @@ impl Layer for Standardize {
         }
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len, 0]
+    fn scratch_len(&self) -> usize {
+        self.len
     }
 
     fn keep(&self, buffers: &[f32], packed: &mut Vec<f32>) {
@@ -78,7 +78,7 @@ impl Layer for SwitchScale {
         1
     }
 
-    fn scratch_len(&self) -> [usize; 2] {
-        [self.len.max(self.stream[1]), 0]
+    fn scratch_len(&self) -> usize {
+        self.len.max(self.stream[1])
     }
 }

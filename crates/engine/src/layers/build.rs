@@ -1,0 +1,107 @@
+//! Which layer a node of the graph becomes.
+
+use taxel_graph::{Activation, Graph, Node, Op, Window};
+use taxel_kernels::{Window3, adaptive_pool::AdaptivePool};
+
+use super::batch_layer::{Batch, BatchLayer};
+use super::layer::Layer;
+use super::{activation, adaptive_pool, channels, conv, dropout, linear, lstm, pool, scale, simple, streams};
+
+/// The layer of `node` over the whole of a batch of at most `batch`, with memory for the backward pass where
+/// it `trains`; `None` for what runs sample by sample.
+pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize, trains: bool) -> Option<Batch> {
+    let input = |which: usize| &graph.nodes()[node.inputs[which]].shape;
+    let layer: Box<dyn BatchLayer> = match node.op {
+        Op::Linear { bias, .. } => {
+            let inputs = input(0).iter().product();
+            Box::new(linear::Linear::new(inputs, node.shape[0], bias, batch))
+        }
+        Op::Lstm { hidden, steps } => {
+            let sizes = taxel_kernels::lstm::Lstm { channels: input(0)[0], steps, hidden };
+            Box::new(lstm::Lstm::new(sizes, batch, trains))
+        }
+        _ => return None,
+    };
+    let (inputs, outputs) = (input(0).iter().product(), node.shape[0]);
+    Some(Batch { layer, inputs, outputs, x: vec![0.0; batch * inputs], y: vec![0.0; batch * outputs] })
+}
+
+/// The layer of `node`; `None` for inputs and for what takes the whole batch.
+pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
+    let input = |which: usize| &graph.nodes()[node.inputs[which]];
+    let (channels, len) = (node.shape[0], node.shape.iter().product());
+    Some(match &node.op {
+        Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
+        Op::Conv { window, groups, bias, .. } => {
+            let window = window3(window, &input(0).shape);
+            Box::new(conv::Conv::new(window, input(0).shape[0], node.shape[0], *groups, *bias))
+        }
+        // Stored only where the engine cannot leave them to their readers.
+        Op::BatchNorm { .. } | Op::Relu | Op::Activation(Activation::Relu6) => {
+            Box::new(simple::Copy { channels })
+        }
+        &Op::Activation(function) => Box::new(activation::Activation { function, channels, len }),
+        &Op::Dropout { probability } => {
+            Box::new(dropout::Dropout { probability, channels, positions: len / channels })
+        }
+        Op::MaxPool(window) => {
+            let window = window3(window, &input(0).shape);
+            Box::new(pool::MaxPool(taxel_kernels::pool::MaxPool::new(&window, node.shape[0])))
+        }
+        Op::AveragePool { window, counted } => {
+            let mut all = [(0, 0); 3];
+            all[3 - counted.len()..].copy_from_slice(counted);
+            let window = window3(window, &input(0).shape);
+            Box::new(pool::AveragePool { window, counted: all, channels: node.shape[0] })
+        }
+        Op::GlobalAveragePool => {
+            let len = input(0).shape.iter().product();
+            Box::new(pool::GlobalAveragePool { channels: node.shape[0], len })
+        }
+        Op::Flatten => {
+            let shape = &input(0).shape;
+            Box::new(simple::Flatten { channels: shape[0], positions: shape[1..].iter().product() })
+        }
+        Op::Add => Box::new(simple::Add { channels: node.shape[0], len: node.shape.iter().product() }),
+        Op::Concat => {
+            let widths = node.inputs.iter().map(|&i| graph.nodes()[i].shape[0]).collect();
+            Box::new(simple::Concat::new(widths, node.shape[1..].iter().product()))
+        }
+        Op::AdaptiveAveragePool { output } => {
+            let (input, output) = (axes3(&input(0).shape[1..], 1), axes3(output, 1));
+            let pool = AdaptivePool { input, output, channels };
+            Box::new(adaptive_pool::AdaptiveAveragePool { pool })
+        }
+        Op::Scale => Box::new(scale::Scale { channels, len }),
+        Op::Standardize { .. } => Box::new(streams::Standardize { channels, len }),
+        Op::SwitchScale => {
+            let stream = &input(1).shape;
+            Box::new(streams::SwitchScale { channels, len, stream: [stream[0], stream.iter().product()] })
+        }
+        &Op::ChannelShuffle { groups } => Box::new(channels::ChannelShuffle { channels, groups, len }),
+        &Op::Slice { start, len: width } => {
+            let channels = input(0).shape[0];
+            Box::new(channels::Slice { channels, start, width, positions: len / width })
+        }
+    })
+}
+
+/// A window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes.
+fn window3(window: &Window, input: &[usize]) -> Window3 {
+    let spatial = &input[1..];
+    let before: Vec<usize> = window.padding.iter().map(|p| p.0).collect();
+    Window3 {
+        input: axes3(spatial, 1),
+        output: axes3(&window.positions(spatial), 1),
+        kernel: axes3(&window.kernel, 1),
+        stride: axes3(&window.stride, 1),
+        before: axes3(&before, 0),
+    }
+}
+
+/// Values of 1 to 3 spatial axes as those of three; the missing first ones are `rest`.
+fn axes3(values: &[usize], rest: usize) -> [usize; 3] {
+    let mut all = [rest; 3];
+    all[3 - values.len()..].copy_from_slice(values);
+    all
+}

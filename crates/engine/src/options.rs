@@ -1,0 +1,22 @@
+//! How a graph is compiled, as the caller says it.
+
+/// How a graph is compiled.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Largest number of samples of one batch.
+    pub batch: usize,
+    /// Worker threads at most; 1 runs in the calling thread, and so do batches too small to share. Results do
+    /// not depend on it.
+    pub threads: usize,
+    /// Nodes that training leaves as they are, by name or by a name's first parts (`stem` is every node
+    /// `stem.…`). Their parameters get no gradient and no step, their batch norms use the running statistics
+    /// and keep them (PyTorch: `requires_grad_(False)` and `eval()`).
+    pub frozen: Vec<String>,
+}
+
+impl Default for Options {
+    /// One sample, one thread, nothing frozen.
+    fn default() -> Self {
+        Options { batch: 1, threads: 1, frozen: vec![] }
+    }
+}

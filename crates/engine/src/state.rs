@@ -1,0 +1,188 @@
+//! What a network has learned: parameters, running statistics and what the optimisers remember.
+
+use taxel_graph::{Kind, Tensor, Weights};
+use taxel_kernels::Buffer;
+use taxel_kernels::optim::Adam;
+
+use crate::compiled::Compiled;
+use crate::error::Result;
+use crate::layers::{read_tensor, write_tensor};
+use crate::norm::Moments;
+use crate::optimizer::{Memory, OptimizerState, Sgdm};
+
+/// All that a training run changes and goes on from; answers only read it.
+pub(crate) struct State {
+    /// Frozen ones last.
+    pub params: Buffer,
+    /// Running statistics and other values that are not learned.
+    pub buffers: Vec<f32>,
+    /// What the layers made of both for their forward pass, by node.
+    pub packed: Vec<Vec<f32>>,
+    /// Whether that is still so.
+    is_packed: bool,
+    /// Of every batch norm what training passes have gathered since [`State::begin_population`].
+    populations: Vec<Option<Moments>>,
+    optimizer: Memory,
+    /// Seed of the dropout masks, and training passes so far.
+    pub dropout: (u64, u64),
+}
+
+impl State {
+    /// # Errors
+    /// As [`State::set_weights`].
+    pub fn new(compiled: &Compiled, weights: &Weights) -> Result<Self> {
+        let mut state = State {
+            params: Buffer::zeros(compiled.sizes.params),
+            buffers: vec![0.0; compiled.sizes.buffers],
+            packed: vec![vec![]; compiled.nodes.len()],
+            is_packed: false,
+            populations: vec![None; compiled.norms.len()],
+            optimizer: Memory::default(),
+            dropout: (0, 0),
+        };
+        state.set_weights(compiled, weights)?;
+        Ok(state)
+    }
+
+    /// Replaces all parameters and running statistics; optimisers start anew.
+    ///
+    /// # Errors
+    /// Missing, extra or misshaped tensors, by name; nothing is replaced then.
+    #[expect(clippy::expect_used, reason = "the weights are checked first")]
+    pub fn set_weights(&mut self, compiled: &Compiled, weights: &Weights) -> Result<()> {
+        weights.check(&compiled.graph)?;
+        for (node, param, range) in compiled.tensors() {
+            let tensor = weights.get(&param.name).expect("checked weights have every tensor");
+            let inner = match param.kind {
+                Kind::Parameter => &mut self.params[range],
+                Kind::Buffer => &mut self.buffers[range],
+            };
+            read_tensor(node, param, &tensor.data, inner);
+        }
+        self.optimizer = Memory::default();
+        self.is_packed = false;
+        Ok(())
+    }
+
+    /// All parameters and running statistics, PyTorch's names and axis order.
+    pub fn weights(&self, compiled: &Compiled) -> Weights {
+        let mut weights = Weights::new();
+        for (node, param, range) in compiled.tensors() {
+            let inner = match param.kind {
+                Kind::Parameter => &self.params[range],
+                Kind::Buffer => &self.buffers[range],
+            };
+            let tensor = Tensor { shape: param.shape.clone(), data: write_tensor(node, param, inner) };
+            weights.insert(&param.name, tensor);
+        }
+        weights
+    }
+
+    /// What the optimisers remember.
+    pub fn optimizer_state(&self, compiled: &Compiled) -> OptimizerState {
+        let export = |group: &Buffer| {
+            if group.is_empty() { Weights::new() } else { export_learned(compiled, group) }
+        };
+        OptimizerState {
+            step: self.optimizer.step,
+            momentum_buffer: export(&self.optimizer.velocity),
+            exp_avg: export(&self.optimizer.first),
+            exp_avg_sq: export(&self.optimizer.second),
+        }
+    }
+
+    /// # Errors
+    /// A group that is neither empty nor holds exactly the parameters that learn, by name; nothing is
+    /// replaced then.
+    pub fn set_optimizer_state(&mut self, compiled: &Compiled, state: &OptimizerState) -> Result<()> {
+        let groups = [&state.momentum_buffer, &state.exp_avg, &state.exp_avg_sq];
+        for group in groups.iter().filter(|group| !group.is_empty()) {
+            let learned = compiled.learned_tensors().map(|(_, param, _)| param);
+            group.check_params(compiled.graph.name(), learned)?;
+        }
+        let [velocity, first, second] = groups.map(|group| import_learned(compiled, group));
+        self.optimizer = Memory { step: state.step, velocity, first, second };
+        Ok(())
+    }
+
+    /// Packs what has changed since the last time; [`State::is_packed`] from now on.
+    pub fn pack(&mut self, compiled: &Compiled) {
+        if std::mem::replace(&mut self.is_packed, true) {
+            return;
+        }
+        let (params, buffers) = (&self.params, &self.buffers);
+        compiled.threads.each(&mut self.packed, 1, |id, packed| {
+            let (node, packed) = (&compiled.nodes[id], &mut packed[0]);
+            if let Some(layer) = node.layer() {
+                layer.pack(&params[node.params.clone()], packed);
+                layer.keep(&buffers[node.buffers.clone()], packed);
+            }
+        });
+    }
+
+    /// Whether what is packed is of the parameters as they are.
+    pub fn is_packed(&self) -> bool {
+        self.is_packed
+    }
+
+    /// One step of SGDM; `gradients` are those of the parameters that learn.
+    pub fn sgdm(&mut self, gradients: &[f32], step: &Sgdm) {
+        self.is_packed = false;
+        self.optimizer.sgdm(&mut self.params[..gradients.len()], gradients, step);
+    }
+
+    /// One step of Adam, or with `decoupled` weight decay of AdamW.
+    pub fn adam(&mut self, gradients: &[f32], settings: &Adam, decoupled: bool) {
+        self.is_packed = false;
+        self.optimizer.adam(&mut self.params[..gradients.len()], gradients, settings, decoupled);
+    }
+
+    /// Running statistics of batch norm `number` move to a batch's, or its population grows.
+    pub fn see_batch(&mut self, compiled: &Compiled, number: usize, batch: &Moments) {
+        match &mut self.populations[number] {
+            Some(population) => population.add_all(batch),
+            None => compiled.norms[number].move_running(batch, &mut self.buffers),
+        }
+    }
+
+    /// From now on, training passes gather statistics over everything they see. Frozen batch norms see
+    /// nothing, and so keep what they have.
+    pub fn begin_population(&mut self, compiled: &Compiled) {
+        for (population, norm) in self.populations.iter_mut().zip(&compiled.norms) {
+            *population = Some(Moments::new(norm.channels));
+        }
+    }
+
+    /// Running statistics become those gathered; without any they stay.
+    pub fn end_population(&mut self, compiled: &Compiled) {
+        for (population, norm) in self.populations.iter_mut().zip(&compiled.norms) {
+            if let Some(population) = population.take() {
+                norm.set_running(&population, &mut self.buffers);
+            }
+        }
+    }
+}
+
+/// Values of all parameters that learn, by name, PyTorch's axis order.
+pub(crate) fn export_learned(compiled: &Compiled, values: &[f32]) -> Weights {
+    let mut weights = Weights::new();
+    for (node, param, range) in compiled.learned_tensors() {
+        let data = write_tensor(node, param, &values[range]);
+        weights.insert(&param.name, Tensor { shape: param.shape.clone(), data });
+    }
+    weights
+}
+
+/// The way back; nothing of an empty `group`.
+#[expect(clippy::expect_used, reason = "the group is checked first")]
+fn import_learned(compiled: &Compiled, group: &Weights) -> Buffer {
+    if group.is_empty() {
+        return Buffer::default();
+    }
+    let mut values = Buffer::zeros(compiled.sizes.learned);
+    for (node, param, range) in compiled.learned_tensors() {
+        let tensor = group.get(&param.name).expect("a checked group has every parameter that learns");
+        read_tensor(node, param, &tensor.data, &mut values[range]);
+    }
+    values
+}
