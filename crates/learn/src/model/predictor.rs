@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use ndarray::{ArrayD, Axis};
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Evaluator, Options, Workspace};
 use taxel_graph::{Loss, Weights};
 
 use super::card::{Anatomy, Card};
@@ -22,7 +22,7 @@ pub struct Predictor {
 }
 
 enum Method {
-    Network { engine: Box<Engine>, loss: Loss, batch: usize },
+    Network { evaluator: Box<Evaluator>, workspace: Box<Workspace>, loss: Loss, batch: usize },
     Baseline(FittedBaseline),
 }
 
@@ -32,8 +32,9 @@ impl Predictor {
         let method = match &card.anatomy {
             Anatomy::Network { graph, loss, .. } => {
                 let options = Options { batch, threads, ..Options::default() };
-                let engine = Box::new(Engine::new(graph, weights, options)?);
-                Method::Network { engine, loss: *loss, batch }
+                let evaluator = Box::new(Evaluator::new(graph, weights, options)?);
+                let workspace = Box::new(evaluator.workspace());
+                Method::Network { evaluator, workspace, loss: *loss, batch }
             }
             Anatomy::Baseline { method, series } => {
                 let read = FittedBaseline::read(*method, *series, &card.attributes, weights);
@@ -102,7 +103,7 @@ impl Predictor {
         let standard: Vec<_> = inputs.iter().map(|x| x.as_standard_layout()).collect();
         let values: Vec<&[f32]> = standard.iter().filter_map(|x| x.as_slice()).collect();
         match &mut self.method {
-            Method::Network { engine, loss, batch } => {
+            Method::Network { evaluator, workspace, loss, batch } => {
                 let mut outputs = vec![];
                 for start in (0..n).step_by(*batch) {
                     let count = (*batch).min(n - start);
@@ -112,7 +113,7 @@ impl Predictor {
                     };
                     let parts: Vec<Vec<f32>> = values.iter().map(part).collect();
                     let parts: Vec<&[f32]> = parts.iter().map(Vec::as_slice).collect();
-                    outputs.extend_from_slice(engine.forward(&parts, count, Mode::Eval)?);
+                    outputs.extend_from_slice(evaluator.answer(workspace, &parts, count)?);
                 }
                 probabilities(*loss, self.outputs, &mut outputs);
                 Ok(outputs)
