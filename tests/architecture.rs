@@ -140,3 +140,83 @@ fn network_files_name_their_reference() {
         }
     }
 }
+
+/// Files of a crate and the files of the same crate that each imports, facades (`lib.rs`, `main.rs`, `mod.rs`)
+/// left out: they only pass names on.
+fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let (mut files, mut open) = (BTreeMap::new(), vec![source.to_path_buf()]);
+    while let Some(at) = open.pop() {
+        for entry in std::fs::read_dir(&at).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+                continue;
+            }
+            let inside = path.strip_prefix(source).unwrap().with_extension("");
+            let module = inside.to_str().unwrap().replace(['/', '\\'], "::");
+            let facade =
+                ["lib", "main", "mod"].iter().any(|f| module == *f || module.ends_with(&format!("::{f}")));
+            if path.extension().is_some_and(|e| e == "rs") && !facade {
+                files.insert(module, std::fs::read_to_string(&path).unwrap());
+            }
+        }
+    }
+    let names: BTreeSet<String> = files.keys().cloned().collect();
+    let own = |module: &String, text: &String| {
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let mut used = BTreeSet::new();
+        for line in lines {
+            for path in paths(line, module) {
+                // The longest module that the path begins with.
+                let mut parts: Vec<&str> = path.split("::").collect();
+                while !parts.is_empty() && !names.contains(&parts.join("::")) {
+                    parts.pop();
+                }
+                used.extend(Some(parts.join("::")).filter(|name| !name.is_empty() && name != module));
+            }
+        }
+        used
+    };
+    files.iter().map(|(module, text)| (module.clone(), own(module, text))).collect()
+}
+
+/// Paths of a line from the crate's root: `crate::a::b`, and `super::b` of a module `a::c`.
+fn paths(line: &str, module: &str) -> Vec<String> {
+    let mut found = vec![];
+    for (mark, up) in [("crate::", false), ("super::", true)] {
+        let mut rest = line;
+        while let Some(at) = rest.find(mark) {
+            let whole =
+                at == 0 || !rest[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':');
+            rest = &rest[at + mark.len()..];
+            if whole {
+                let path: String =
+                    rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_' || *c == ':').collect();
+                let above = module.rsplit_once("::").map_or(String::new(), |(above, _)| format!("{above}::"));
+                found.push(if up { format!("{above}{path}") } else { path });
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    for (name, _) in dependencies() {
+        let mut files = imports(&root().join("crates").join(&name).join("src"));
+        // Files that import none of the others are no part of a circle; what is left at the end is one.
+        loop {
+            let left: BTreeSet<String> = files.keys().cloned().collect();
+            files.retain(|_, used| used.iter().any(|used| left.contains(used)));
+            if files.len() == left.len() {
+                break;
+            }
+        }
+        let circle: Vec<&String> = files.keys().collect();
+        assert!(
+            circle.is_empty(),
+            "crate {name}: these files import each other, or those that do: {circle:?}"
+        );
+    }
+}
