@@ -29,7 +29,8 @@ struct InputGradientView<'a> {
 }
 
 /// Gradient of stored values `x` (rows × channels), written or added, from the gradient `dy` of their
-/// view; `norm` are the coefficients of the view's batch norm, there where the view has scale and shift.
+/// view; `norm` are the coefficients of the view's batch norm, given if and only if the view has scale and
+/// shift.
 pub fn backward(
     channels: usize,
     x: &[f32],
@@ -96,9 +97,12 @@ unsafe fn through_norm_at<S: Simd>(
     dx: &mut [f32],
     accumulate: bool,
 ) {
-    for len in [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()] {
-        exactly("coefficients of a batch norm", len, channels);
-    }
+    let coefficients =
+        [scale.len(), shift.len(), norm.dy.len(), norm.x.len(), norm.mean.len(), norm.constant.len()];
+    assert!(
+        coefficients.iter().all(|len| *len == channels),
+        "coefficients of {channels} channels are needed"
+    );
     let block = block(channels);
     let blocks = x.chunks(block).zip(dy.chunks(block));
     for (dx, (x, dy)) in dx.chunks_mut(block).zip(blocks) {

@@ -38,7 +38,7 @@ impl Fold {
         Repeated { wide, len: self.channels() }
     }
 
-    /// Sums per channel of a folded row, to be brought home with [`Fold::add_up`].
+    /// Sums per channel of a folded row, to be added up with [`Fold::add_up`].
     pub fn zeros(self) -> Repeated {
         Repeated { wide: [0.0; WIDE], len: self.channels() }
     }

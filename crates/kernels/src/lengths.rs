@@ -9,24 +9,36 @@ const MOST: usize = usize::MAX >> 8;
 #[inline]
 #[track_caller]
 pub(crate) fn exactly(what: &str, len: usize, needed: usize) {
-    assert!(len == needed, "{what}: {len} values where {needed} are needed");
+    if len != needed {
+        fail(what, len, "", needed);
+    }
 }
 
 /// Panics where `len` values are fewer than needed.
 #[inline]
 #[track_caller]
 pub(crate) fn at_least(what: &str, len: usize, needed: usize) {
-    assert!(len >= needed, "{what}: {len} values where at least {needed} are needed");
+    if len < needed {
+        fail(what, len, "at least ", needed);
+    }
 }
 
 /// Panics unless `len` values are rows of `channels`.
 #[inline]
 #[track_caller]
 pub(crate) fn whole_rows(what: &str, len: usize, channels: usize) {
-    assert!(
-        channels > 0 && len.is_multiple_of(channels),
-        "{what}: {len} values where rows of {channels} are needed"
-    );
+    if channels == 0 || !len.is_multiple_of(channels) {
+        fail(what, len, "rows of ", channels);
+    }
+}
+
+/// Apart from the comparisons, so that those stay short where they are inlined.
+#[cold]
+#[inline(never)]
+#[track_caller]
+#[expect(clippy::panic, reason = "slices that do not fit are a programming error of the caller")]
+fn fail(what: &str, len: usize, how: &str, needed: usize) -> ! {
+    panic!("{what}: {len} values where {how}{needed} are needed")
 }
 
 /// Values of an image of `size` positions × `channels`; panics where no memory could hold them.

@@ -104,8 +104,8 @@ const CACHED: usize = 1 << 18;
 /// Rows of a larger second matrix that are read side by side, few enough for the CPU to read ahead in all.
 const STREAMS: usize = 32;
 
-/// The same for few rows of `a`, to which copying `b` into another order, as `gemm` does, would be half the
-/// work; `b` is read where it lies, row by row.
+/// The same for few rows of `a`. `gemm` first copies `b` into another order, which for few rows would be half
+/// the work; here `b` is read where it lies, row by row.
 pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
     assert_eq!(b.column_stride, 1, "rows of the second matrix are needed in one piece");
     let [m, n, k] = sizes(out, row_stride, &a, &b);

@@ -14,8 +14,8 @@ pub struct MaxPool {
     channels: usize,
     /// Values of an input image.
     input_len: usize,
-    /// Positions under windows, from a window's first one, each with its number inside the window. Those
-    /// of windows that lie inside the input come first and are there once.
+    /// Positions under a window, counted from its first one, each with its number in the window. All windows
+    /// that lie inside the input share the first list; each window over an edge has a list of its own.
     under: Vec<(usize, f32)>,
     /// First position of every window, and where its others are in `under`. All lie inside the input.
     windows: Vec<(usize, Range<usize>)>,

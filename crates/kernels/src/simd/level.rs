@@ -9,7 +9,7 @@ pub enum Level {
     Portable,
     /// Eight floats with fused multiply–add.
     Avx2,
-    /// Sixteen floats with masks; eight where more would stay empty.
+    /// Sixteen floats with masks; eight where half of them would stay empty.
     Avx512,
 }
 
