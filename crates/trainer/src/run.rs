@@ -414,7 +414,7 @@ impl Run<'_> {
             network.graph.inputs().filter_map(|node| inputs.iter().find(|i| i.name == node.name)).collect();
         let metadata = self.metadata(
             &key,
-            network.entry.name,
+            &network.entry.name,
             network.settings.clone(),
             own.iter().map(|i| (i.name.to_string(), i.transform.clone())).collect(),
         );
@@ -569,7 +569,8 @@ fn empty_results(experiment: &Experiment, samples: &Samples, candidates: &[Candi
             Kind::Network(network) => {
                 let Fitted { config, entry, settings, graph, anew, .. } = &**network;
                 let costs = graph.cost().into();
-                (entry.name, entry.paper, settings.clone(), costs, config.published.clone(), anew.clone())
+                let (name, paper) = (entry.name.as_str(), entry.paper.as_str());
+                (name, paper, settings.clone(), costs, config.published.clone(), anew.clone())
             }
             Kind::Rival(method) => {
                 let none = Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 };
