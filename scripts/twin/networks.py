@@ -204,7 +204,7 @@ class TactResNet(nn.Module):
     def forward(self, x):
         x = nn.functional.max_pool2d(self.stem(x), 3, 2)
         x = self.res5(self.res4(self.res3(self.res2(x))))
-        return self.fc(nn.functional.avg_pool2d(x, 5, 1).flatten(1))
+        return self.fc(nn.functional.max_pool2d(x, 5, 1).flatten(1))
 
 
 class TactNet3d(nn.Module):

@@ -213,8 +213,8 @@ impl Twin {
     }
 
     /// Compares the losses of SGDM steps. Rounding grows from step to step where maxima lie close:
-    /// PyTorch's own float32 is 1.7e-4 from float64 at the fifth step of `tactresnet-50-28`, and 3e-7 at
-    /// the third. Of deep networks only the first loss counts: at the second PyTorch's float32 is 2e-2 from
+    /// PyTorch's own float32 was 1.7e-4 from float64 at the fifth step of `tactresnet-50-28` with an average
+    /// pool before the classifier, and 3e-7 at the third. Of deep networks only the first loss counts: at the second PyTorch's float32 is 2e-2 from
     /// float64 in `resnet50-64-64`, at the third 9e-2 in `mobilenet-v2-1-47-70-0.35-4`.
     pub fn assert_steps(&self, got: &[f32]) {
         let want = self.json["steps"].as_array().unwrap();

@@ -7,9 +7,9 @@
 //!
 //! # Departures
 //! Input is paper 000's colour image of 50×50 in place of the authors' 28×50 pressure image. No counting
-//! convention tried gives the published GFLOPs; ours is 0.2186. Read into the list: the pool after the
-//! stem is a maximum without padding, the one before the classifier an average, and ReLU comes after the
-//! addition, all as in ResNet.
+//! convention tried gives the published GFLOPs; ours is 0.2186. Both pools are maxima: so says the authors'
+//! published layer graph of the one before the classifier (`pool5`, kernel 5, stride 1), where ResNet averages.
+//! Read into the list: the pool after the stem is not padded, and ReLU comes after the addition, as in ResNet.
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result, at_least};
@@ -53,7 +53,7 @@ impl Architecture for TactResNetConfig {
         for (name, filters) in BLOCKS {
             x = block(&x, name, filters);
         }
-        let pooled = x.average_pool(Pool::new(5).stride(1));
+        let pooled = x.max_pool(Pool::new(5).stride(1));
         net.finish(&[("logits", pooled.flatten().linear("fc", classes))])
     }
 }
