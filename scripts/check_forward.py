@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Every listed network's logits against PyTorch: weights made by PyTorch go through `taxel forward`.
 
-    cargo build --release && python3 scripts/check_forward.py [NETWORK...] [--binary target/release/taxel]
+    cargo build --release --features candle     cargo build --release && python3 scripts/check_forward.py    cargo build --release && python3 scripts/check_forward.py python3 scripts/check_forward.py [NETWORK...] [--binary target/release/taxel]
 
 Needs torch, numpy and safetensors. For each name that `taxel zoo` lists, its twin in `scripts/twin` gets weights
 from a formula, saves them (`.safetensors`; `.pth` where the name is known from torchvision, as such users have)

@@ -99,11 +99,25 @@ impl Case {
     }
 }
 
+/// What this build computes with.
+const BACKENDS: &[&str] = if cfg!(feature = "candle") { &["native", "candle"] } else { &["native"] };
+
+#[cfg(not(feature = "candle"))]
+#[test]
+fn without_candle_its_backend_is_refused_with_the_way_out() {
+    let case = Case::new(Twin::all().remove(0));
+    let output = case.forward("candle");
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("'candle' for '--backend <BACKEND>'"), "{message}");
+    assert!(message.contains("this build has no candle; build taxel with `--features candle`"), "{message}");
+}
+
 #[test]
 fn forward_gives_pytorchs_logits_on_both_backends() {
     for twin in Twin::all() {
         let case = Case::new(twin);
-        for backend in ["native", "candle"] {
+        for backend in BACKENDS {
             let output = case.forward(backend);
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
             let logits = taxel_data::read_npy(&case.path("y.npy")).unwrap();
@@ -118,7 +132,7 @@ fn forward_gives_pytorchs_logits_on_both_backends() {
 fn several_outputs_go_to_files_of_their_own() {
     for twin in Twin::several_outputs() {
         let case = Case::new(twin);
-        for backend in ["native", "candle"] {
+        for backend in BACKENDS {
             let output = case.forward(backend);
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
             for name in case.twin.outputs() {
@@ -137,7 +151,7 @@ fn several_outputs_go_to_files_of_their_own() {
 #[test]
 fn forward_gives_the_features_of_a_node() {
     let case = Case::new(Twin::all().into_iter().find(|t| t.name == "resnet18-2-23-300-20").unwrap());
-    for backend in ["native", "candle"] {
+    for backend in BACKENDS {
         let at = |node: &str| {
             let mut arguments = case.arguments(backend);
             arguments.extend(["--at".into(), node.into()]);

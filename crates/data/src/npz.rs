@@ -2,14 +2,15 @@
 
 use crate::npy::{self, Header};
 use crate::{Error, Result};
-use npyz::npz::NpzArchive;
+use npyz::npz::{array_name_from_file_name, file_name_from_array_name};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
+use zip::ZipArchive;
 
 /// An open archive.
 pub(crate) struct Archive {
-    npz: NpzArchive<BufReader<File>>,
+    zip: ZipArchive<BufReader<File>>,
     /// Names of the arrays, sorted.
     pub arrays: Vec<String>,
 }
@@ -25,17 +26,21 @@ impl Archive {
             return Err(Error::EmptyFile { file });
         }
         let reader = BufReader::new(File::open(path).map_err(io)?);
-        let npz = NpzArchive::new(reader).map_err(|e| {
+        let refuse = |e: zip::result::ZipError| {
             let (file, why) = (file.clone(), e.to_string().to_lowercase());
             if start.starts_with(b"PK") {
                 Error::DamagedArchive { file, why }
             } else {
                 Error::NotAnArchive { file, why }
             }
-        })?;
-        let mut arrays: Vec<String> = npz.array_names().map(str::to_string).collect();
+        };
+        let zip = ZipArchive::new(reader).map_err(refuse)?;
+        let mut arrays = vec![];
+        for entry in zip.file_names() {
+            arrays.extend(array_name_from_file_name(&entry.map_err(refuse)?).map(str::to_string));
+        }
         arrays.sort();
-        Ok(Self { npz, arrays })
+        Ok(Self { zip, arrays })
     }
 
     /// Opens one array and hands its header and the stream of its values to `read`.
@@ -46,9 +51,8 @@ impl Archive {
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
         let damaged = |why: String| Error::Damaged { at: at.into(), why };
-        let entry = npyz::npz::file_name_from_array_name(array);
-        let mut entry =
-            self.npz.zip_archive().by_name(&entry).map_err(|e| damaged(e.to_string().to_lowercase()))?;
+        let entry = file_name_from_array_name(array);
+        let mut entry = self.zip.by_name(&entry).map_err(|e| damaged(e.to_string().to_lowercase()))?;
         let header = npy::read_header(&mut entry, at)?;
         read(&header, &mut entry, at)
     }

@@ -2,9 +2,10 @@
 
 use std::io::{self, Cursor, Write};
 
-use npyz::npz::NpzWriter;
-use npyz::zip::{CompressionMethod, DateTime, write::FileOptions};
+use npyz::npz::file_name_from_array_name;
 use npyz::{AutoSerialize, WriterBuilder};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 /// One array as the bytes of a `.npy`, row-major.
 ///
@@ -22,12 +23,12 @@ pub fn npy_bytes<T: AutoSerialize + Copy>(shape: &[usize], values: &[T]) -> io::
 
 /// A deflated `.npz` in the making. Equal arrays give equal bytes: members carry no time of day.
 pub struct Npz {
-    archive: NpzWriter<Cursor<Vec<u8>>>,
+    archive: ZipWriter<Cursor<Vec<u8>>>,
 }
 
 impl Default for Npz {
     fn default() -> Self {
-        Npz { archive: NpzWriter::new(Cursor::new(vec![])) }
+        Npz { archive: ZipWriter::new(Cursor::new(vec![])) }
     }
 }
 
@@ -43,14 +44,13 @@ impl Npz {
         shape: &[usize],
         values: &[T],
     ) -> io::Result<()> {
-        let options = FileOptions::default()
+        let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .last_modified_time(DateTime::default());
         // In one piece: the compressor clears its buffer at every call.
         let bytes = npy_bytes(shape, values)?;
-        let zip = self.archive.zip_writer();
-        zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
-        zip.write_all(&bytes)
+        self.archive.start_file(file_name_from_array_name(name), options)?;
+        self.archive.write_all(&bytes)
     }
 
     /// The archive's bytes.
@@ -58,8 +58,8 @@ impl Npz {
     /// # Errors
     ///
     /// What the archiver says.
-    pub fn finish(mut self) -> io::Result<Vec<u8>> {
-        Ok(self.archive.zip_writer().finish()?.into_inner())
+    pub fn finish(self) -> io::Result<Vec<u8>> {
+        Ok(self.archive.finish()?.into_inner())
     }
 }
 

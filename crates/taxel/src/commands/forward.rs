@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ndarray::{ArrayD, IxDyn};
 use taxel_checkpoint as checkpoint;
 #[cfg(feature = "candle")]
@@ -16,7 +16,8 @@ use crate::arrays::write_npy;
 /// Evaluation-mode logits of a batch from named weights, or with --at what a node computes: features.
 ///
 /// Inputs come in the order of the network's inputs (`taxel zoo`), batch axis first. Weights are
-/// `.safetensors` or a PyTorch `state_dict` (`.pth`); missing, extra and misshaped tensors are refused.
+/// `.safetensors` or, in a build with the cargo feature `candle`, a PyTorch `state_dict` (`.pth`); missing, extra
+/// and misshaped tensors are refused.
 #[derive(Args)]
 #[command(after_help = "Example:  taxel forward --model hybrid-resvgg --weights w.safetensors \\
               --input signal.npy --input image.npy --output logits.npy\n          \
@@ -35,8 +36,8 @@ pub struct Forward {
     /// Where the logits [N, classes] (features [N, ...]) go; with several outputs, each goes to NAME.<output>.npy.
     #[arg(long)]
     output: PathBuf,
-    /// What computes: taxel's own CPU engine or candle.
-    #[arg(long, value_enum, default_value = "native")]
+    /// What computes: `native`, taxel's own CPU engine, or `candle` in a build with that cargo feature.
+    #[arg(long, default_value = "native", value_parser = backend)]
     backend: Backend,
     /// The node, or the block, whose output is wanted in place of the logits; `taxel cost` lists them.
     #[arg(long, value_name = "NODE")]
@@ -49,10 +50,22 @@ pub struct Forward {
     threads: Option<usize>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy)]
 enum Backend {
     Native,
+    #[cfg(feature = "candle")]
     Candle,
+}
+
+fn backend(name: &str) -> Result<Backend, &'static str> {
+    match name {
+        "native" => Ok(Backend::Native),
+        #[cfg(feature = "candle")]
+        "candle" => Ok(Backend::Candle),
+        #[cfg(not(feature = "candle"))]
+        "candle" => Err("this build has no candle; build taxel with `--features candle`"),
+        _ => Err("expected native or candle"),
+    }
 }
 
 /// Samples per pass: bounds the memory whatever the size of the batch.
@@ -110,13 +123,6 @@ impl Forward {
                     engine.forward(&slices(from, n), n, Mode::Eval)?;
                     engine.outputs().for_each(|(name, values)| keep(name, values));
                 }
-            }
-            #[cfg(not(feature = "candle"))]
-            Backend::Candle => {
-                return Err(
-                    "--backend candle: this build holds no candle; build taxel with `--features candle`"
-                        .into(),
-                );
             }
             #[cfg(feature = "candle")]
             Backend::Candle => {
