@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use taxel_judge::{Across, By, Case, Choice, Evidence, Judgement, Wish, across, choose};
+use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
 
-use crate::commands::judging::{before, now, stress_options};
+use crate::commands::judging::{before, now, open, stress_options};
 use crate::{Outcome, text};
 
 /// Names the smallest network of a run that suffices, with the evidence.
@@ -61,19 +61,19 @@ enum Small {
 impl Choose {
     pub fn run(self) -> Outcome {
         let by = match self.by {
-            Small::Latency => By::Latency,
-            Small::Size => By::Size,
-            Small::Macs => By::Macs,
+            Small::Latency => CostKind::Latency,
+            Small::Size => CostKind::Size,
+            Small::Macs => CostKind::Macs,
         };
-        let wish = Wish { by, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
-        wish.check()?;
+        let criteria = Criteria { by, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
+        criteria.check()?;
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
-            let (judgement, choice) = self.one(path, &wish)?;
+            let (judgement, choice) = self.one(path, &criteria)?;
             judgements.push(judgement);
             choices.push(choice);
         }
-        let ranked = across(&judgements.iter().collect::<Vec<_>>(), wish.alpha)?;
+        let ranked = across(&judgements.iter().collect::<Vec<_>>(), criteria.alpha)?;
         if self.json {
             let one = |(run, choice): (&PathBuf, &Choice)| serde_json::json!({"run": run.display().to_string(), "choice": choice});
             let runs: Vec<_> = self.run.iter().zip(&choices).map(one).collect();
@@ -91,14 +91,14 @@ impl Choose {
         Ok(if all { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn one(&self, path: &Path, wish: &Wish) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
-        let case = Case::open(path)?;
-        let stress = wish.max_loss.map(|_| stress_options(self.threads));
+    fn one(&self, path: &Path, criteria: &Criteria) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
+        let case = open(path)?;
+        let stress = criteria.max_loss.map(|_| stress_options(self.threads));
         let judgement = match before(&case, stress.as_ref())? {
             Some(judgement) => judgement,
             None => now(&case, stress)?,
         };
-        let choice = choose(&case, &judgement, wish)?;
+        let choice = choose(&case, &judgement, criteria)?;
         Ok((judgement, choice))
     }
 }
@@ -107,10 +107,10 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
     let results = &judgement.results;
     println!("{}: {}, {}", path.display(), results.source, judgement.protocol);
     println!();
-    let unit = match choice.wish.by {
-        By::Latency => "ms",
-        By::Size => "kB",
-        By::Macs => "MACs",
+    let unit = match choice.criteria.by {
+        CostKind::Latency => "ms",
+        CostKind::Size => "kB",
+        CostKind::Macs => "MACs",
     };
     let stressed = choice.evidence.iter().any(|own| own.mean_loss.is_some());
     let mut header = vec!["network", "accuracy %", "against best", "95 % interval", "p (Holm)", unit];
@@ -133,10 +133,10 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
 fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
     let dash = || "-".to_string();
     let best = own.network == choice.best;
-    let cost = |cost: f64| match choice.wish.by {
-        By::Latency => format!("{cost:.3}"),
-        By::Size => format!("{:.1}", cost / 1e3),
-        By::Macs => format!("{cost:.0}"),
+    let cost = |cost: f64| match choice.criteria.by {
+        CostKind::Latency => format!("{cost:.3}"),
+        CostKind::Size => format!("{:.1}", cost / 1e3),
+        CostKind::Macs => format!("{cost:.0}"),
     };
     let mut cells = vec![
         own.network.clone(),

@@ -1,9 +1,18 @@
-//! What `taxel choose` and `taxel report` have in common: a judgement, from before or measured now.
+//! What commands that judge runs have in common: a run opened with its data, and a judgement of it.
 
 use std::io::IsTerminal;
+use std::path::Path;
 
-use taxel_judge::{Case, Judgement, Options, StressOptions, judge};
-use taxel_trainer::{IndicatifProgress, Progress};
+use taxel::judge::{Case, Judgement, Options, StressOptions, judge};
+use taxel::learn::{IndicatifProgress, Progress};
+use taxel::{Registry, RunFolder};
+
+/// A run folder with its samples, read or simulated again.
+pub fn open(path: &Path) -> Result<Case, Box<dyn std::error::Error>> {
+    let folder = RunFolder::open(path)?;
+    let (_, dataset) = taxel::experiment::open(&folder, &Registry::built_in())?;
+    Ok(Case::new(folder, dataset)?)
+}
 
 /// Default options on at most `threads` threads.
 pub fn stress_options(threads: Option<usize>) -> StressOptions {
@@ -12,12 +21,12 @@ pub fn stress_options(threads: Option<usize>) -> StressOptions {
 }
 
 /// The judgement in the run folder, if it has the faults that are asked for.
-pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judgement>, taxel_judge::Error> {
+pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judgement>, taxel::judge::Error> {
     Ok(Judgement::read(case)?.filter(|judgement| judgement.stress.is_some() || stress.is_none()))
 }
 
 /// Measures with progress and keeps what was measured in the run folder.
-pub fn now(case: &Case, stress: Option<StressOptions>) -> Result<Judgement, taxel_judge::Error> {
+pub fn now(case: &Case, stress: Option<StressOptions>) -> Result<Judgement, taxel::judge::Error> {
     let progress = IndicatifProgress::default();
     let terminal = std::io::stderr().is_terminal();
     let options = Options {

@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use taxel_judge::{
-    Case, Choice, Claim, Entry, Judgement, StressOptions, Wish, across, choose, claims, overview, report,
+use taxel::judge::{
+    Case, Choice, Claim, Criteria, Entry, Judgement, StressOptions, across, choose, claims, overview, report,
 };
 
-use crate::commands::judging::{before, now, stress_options};
+use crate::commands::judging::{before, now, open, stress_options};
 use crate::{Outcome, text};
 
 /// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
@@ -49,7 +49,7 @@ impl Report {
     pub fn run(self) -> Outcome {
         let mut judged = vec![];
         for run in &self.run {
-            let case = Case::open(run)?;
+            let case = open(run)?;
             let judgement = self.judgement(&case)?;
             judged.push((case, judgement));
         }
@@ -58,7 +58,7 @@ impl Report {
         let all = claims(&together)?;
         let mut entries = vec![];
         for &(case, judgement) in &together {
-            let choice = choose(case, judgement, &Wish::default())?;
+            let choice = choose(case, judgement, &Criteria::default())?;
             let page = self.one(case, judgement, &choice)?;
             entries.push((page, judgement, choice));
         }
@@ -67,7 +67,7 @@ impl Report {
             std::fs::create_dir_all(&folder)
                 .map_err(|e| format!("{}: cannot be made: {e}", folder.display()))?;
             let judgements: Vec<&Judgement> = judged.iter().map(|(_, judgement)| judgement).collect();
-            let ranked = across(&judgements, Wish::default().alpha)?;
+            let ranked = across(&judgements, Criteria::default().alpha)?;
             let mut linked = vec![];
             for (page, judgement, choice) in entries {
                 let page = link(&folder, &page)?;
@@ -130,7 +130,7 @@ impl Report {
 
 /// The claims of those papers of which the run can test at least one.
 fn testable(all: Vec<Claim>) -> Vec<Claim> {
-    let tested = |claim: &&Claim| claim.outcome != taxel_judge::Outcome::CannotBeTested;
+    let tested = |claim: &&Claim| claim.outcome != taxel::judge::Outcome::CannotBeTested;
     let papers: Vec<String> = all.iter().filter(tested).map(|claim| claim.paper.clone()).collect();
     all.into_iter().filter(|claim| papers.contains(&claim.paper)).collect()
 }

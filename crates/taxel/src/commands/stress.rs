@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel_judge::{Case, Stress as Outcomes, StressOptions, stress};
+use taxel::judge::{Stress as Outcomes, StressOptions, stress};
 use taxel_scenes::faults::Fault;
-use taxel_trainer::{IndicatifProgress, Progress};
+use taxel::learn::{IndicatifProgress, Progress};
 
-use crate::commands::judging::stress_options;
+use crate::commands::judging::{open, stress_options};
 use crate::{Outcome, text};
 
 /// Breaks the test samples of a run on purpose and scores its saved networks again.
@@ -48,7 +48,7 @@ impl Stress {
             samples: self.samples.max(1),
             ..stress_options(self.threads)
         };
-        let case = Case::open(&self.run)?;
+        let case = open(&self.run)?;
         let progress = IndicatifProgress::default();
         let outcomes = stress(&case, &options, &|steps| progress.start(steps), &|| progress.step(1));
         progress.finish();
