@@ -29,6 +29,10 @@ fn read(report: &Report, name: &str) -> Vec<BTreeMap<String, String>> {
     reader.deserialize().map(|row| row.unwrap()).collect()
 }
 
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap()
+}
+
 #[test]
 fn names_of_users_cannot_break_out_of_the_page() {
     let report = whole();
@@ -118,7 +122,6 @@ fn drawings_are_well_formed_and_say_their_values() {
 #[test]
 fn files_hold_the_numbers_of_the_judgement() {
     let (report, judgement) = (whole(), judgement());
-    let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().unwrap();
     let rows = read(report, "networks");
     assert_eq!(rows.len(), judgement.networks.len());
     for (row, n) in rows.iter().zip(&judgement.networks) {
@@ -142,6 +145,11 @@ fn files_hold_the_numbers_of_the_judgement() {
         );
         assert_eq!(number(row, "samples_per_second"), speed.samples_per_second);
     }
+}
+
+#[test]
+fn files_hold_the_numbers_under_faults() {
+    let (report, judgement) = (whole(), judgement());
     let stress = judgement.stress.as_ref().unwrap();
     let mut curves = read(report, "fault-curves").into_iter();
     for n in &stress.networks {
@@ -164,6 +172,11 @@ fn files_hold_the_numbers_of_the_judgement() {
     let losses = &read(report, "fault-losses")[1];
     assert_eq!((number(losses, "gain_loss_points"), number(losses, "gain_breaks_at")), (30.0, 3.0));
     assert_eq!((number(losses, "noise_loss_points"), losses["noise_breaks_at"].as_str()), (3.0, ""));
+}
+
+#[test]
+fn files_hold_mistakes_evidence_and_claims() {
+    let report = whole();
     let matrix = read(report, "confusion");
     let wrong = matrix.iter().find(|row| row["true"] == "soft" && row["predicted"] == HOSTILE).unwrap();
     assert_eq!(wrong["samples"], "3");
