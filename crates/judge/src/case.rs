@@ -1,151 +1,121 @@
 //! A run folder opened: its data, its folds and its models.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use taxel_scenes::faults::{Layout, Sensor};
-use taxel_trainer::config::ImageKind;
-use taxel_trainer::metrics::Levels;
-use taxel_trainer::{Experiment, FoldKey, FoldRecord, Predictor, Results, RunFolder, Samples};
+use taxel_data::Dataset;
+use taxel_learn::metrics::Levels;
+use taxel_learn::{Card, FoldKey, FoldRecord, Model, Results, RunFolder};
 
 use crate::error::{Error, Result};
-use crate::stress::Range;
 
 /// A run folder with the samples that it was run on.
 pub struct Case {
     /// The folder.
     pub folder: RunFolder,
-    /// What was run.
-    pub experiment: Experiment,
     /// Its scores.
     pub results: Results,
     /// The samples, read or simulated again; equal to those of the run.
-    pub samples: Samples,
+    pub dataset: Dataset,
+    /// Finished folds, in the order of the run.
+    records: Vec<FoldRecord>,
+    /// What the models that were read say about themselves.
+    cards: Mutex<BTreeMap<String, Arc<Card>>>,
 }
 
 impl Case {
-    /// Opens a run folder and loads its data.
+    /// A run folder and the data set that it was run on.
     ///
     /// # Errors
-    /// A folder without finished folds, or data that are not those of the run any more.
-    pub fn open(path: &Path) -> Result<Self> {
-        let folder = RunFolder::open(path)?;
-        let (experiment, results) = (folder.experiment()?, folder.results()?);
-        let refuse = |reason: String| Error::Run { folder: path.display().to_string(), reason };
-        if results.networks.iter().all(|n| n.folds.is_empty()) {
-            return Err(refuse("has no finished fold; go on with taxel run --resume".into()));
+    /// A folder without finished folds or with damaged ones, or samples that are not those of the run.
+    pub fn new(folder: RunFolder, dataset: Dataset) -> Result<Self> {
+        let results = folder.results()?;
+        if dataset.digest != results.data_digest {
+            let reason = format!(
+                "was run on other data than {} holds now ({} then, {} now); run it again",
+                dataset.source, results.data_digest, dataset.digest
+            );
+            return Err(Error::run(folder.path(), reason));
         }
-        let samples = Samples::load(&experiment)?;
-        if samples.digest != results.data_digest {
-            return Err(refuse(format!(
-                "was run on other data than {} holds now ({} then, {} now); run the experiment again",
-                samples.source, results.data_digest, samples.digest
-            )));
+        let mut records = vec![];
+        for key in folder.keys()? {
+            if let Some(record) = folder.record(&key)? {
+                check(&record, &dataset).map_err(|what| {
+                    let reason = format!("fold {key} {what}; delete its record and resume the run");
+                    Error::run(folder.path(), reason)
+                })?;
+                records.push(record);
+            }
         }
-        Ok(Case { folder, experiment, results, samples })
+        if records.is_empty() || results.networks.iter().all(|n| n.folds.is_empty()) {
+            return Err(Error::run(folder.path(), "has no finished fold; resume the run"));
+        }
+        Ok(Case { folder, results, dataset, records, cards: Mutex::default() })
     }
 
     /// Sizes of the attributes.
     pub fn levels(&self) -> Levels {
-        self.samples.labels.levels()
+        Levels::new(&self.dataset.labels.sizes())
     }
 
-    /// The saved model of a fold, answering at most `batch` samples at a time on `threads` threads.
+    /// The saved model of a fold.
     ///
     /// # Errors
     /// A model that is missing or damaged.
-    pub fn predictor(&self, key: &FoldKey, batch: usize, threads: usize) -> Result<Predictor> {
-        let attributes = self.samples.labels.attributes();
-        Ok(Predictor::open(&self.folder, &self.experiment, attributes, key, (batch, threads))?)
+    pub fn model(&self, key: &FoldKey) -> Result<Model> {
+        let model = Model::open(&self.folder.model_path(key))?;
+        let mut cards = self.cards.lock().unwrap_or_else(PoisonError::into_inner);
+        cards.entry(key.to_string()).or_insert_with(|| Arc::new(model.card().clone()));
+        Ok(model)
+    }
+
+    /// What the saved model of a fold says about itself; its file is read once.
+    ///
+    /// # Errors
+    /// As [`Case::model`].
+    pub fn card(&self, key: &FoldKey) -> Result<Arc<Card>> {
+        let known = self.cards.lock().unwrap_or_else(PoisonError::into_inner).get(&key.to_string()).cloned();
+        match known {
+            Some(card) => Ok(card),
+            None => Ok(Arc::new(self.model(key)?.card().clone())),
+        }
+    }
+
+    /// Finished folds of `network`, in the order of the run.
+    pub fn records(&self, network: &str) -> impl Iterator<Item = &FoldRecord> {
+        self.records.iter().filter(move |record| record.key.network == network)
     }
 
     /// Finished folds of the first repetition of `network`.
-    ///
-    /// # Errors
-    /// A damaged record.
-    pub fn first_repetition(&self, network: &str) -> Result<Vec<FoldRecord>> {
-        self.records(network).map(|all| all.into_iter().filter(|r| r.key.repetition == 0).collect())
+    pub fn first_repetition(&self, network: &str) -> impl Iterator<Item = &FoldRecord> {
+        self.records(network).filter(|record| record.key.repetition == 0)
     }
 
-    /// Finished folds of `network`.
-    ///
-    /// # Errors
-    /// A damaged record.
-    pub fn records(&self, network: &str) -> Result<Vec<FoldRecord>> {
-        let mut records = vec![];
-        for key in self.folder.keys()?.iter().filter(|key| key.network == network) {
-            records.extend(self.folder.record(key)?);
-        }
-        Ok(records)
-    }
-
-    /// Names of the networks and baselines whose models are tested further: of a learning curve's rows the
-    /// one with the most training samples.
-    pub fn contestants(&self) -> Vec<&str> {
+    /// Names of the networks and baselines that are compared further: of a learning curve's rows those with
+    /// the most training samples.
+    pub fn compared(&self) -> Vec<&str> {
         let most = self.results.networks.iter().filter_map(|n| n.per_class).max();
         let rows = self.results.networks.iter().filter(|n| n.per_class == most && !n.folds.is_empty());
         rows.map(|n| n.network.as_str()).collect()
     }
-
-    /// Training batch of a network, and of baselines that of the experiment.
-    pub fn batch(&self, network: &str) -> usize {
-        let config = self.experiment.config();
-        let own = config.network(network);
-        own.map_or(config.train.batch_size, |n| n.train(&config.train).batch_size)
-    }
-
-    /// Axes, range and rest values of the raw readings.
-    pub fn sensor(&self) -> (Sensor, Range) {
-        let x = &self.samples.x;
-        let (least, most) =
-            x.iter().fold((0.0f32, f32::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
-        let high = self.samples.full_scale.map_or(most, |full| full.max(most));
-        // A range of nothing but zeros has no width; any will do.
-        let high = if high > least { high } else { least + 1.0 };
-        let range = Range { low: least, high, from_samples: self.samples.full_scale.is_none() };
-        let layout = self.layout();
-        let rest = match &self.samples.rest {
-            Some(rest) => rest.clone(),
-            None => resting(&self.samples, layout),
-        };
-        (Sensor { layout, low: least, high, rest }, range)
-    }
-
-    /// What the axes of a sample are: what the encodings of the experiment take them for.
-    fn layout(&self) -> Layout {
-        let image = self.experiment.config().encoding.image.as_ref().map(|image| image.kind);
-        match (self.samples.shape(), image) {
-            (_, Some(ImageKind::Numatac)) => Layout::Fingers,
-            ([3, _, _], Some(ImageKind::Raw)) => Layout::Colour,
-            ([_, _, _], _) => Layout::Sequence,
-            ([_, _], Some(ImageKind::Raw)) => Layout::Image,
-            _ => Layout::Series,
-        }
-    }
-
-    /// Whether a sample `[F]` stands for one channel `[1, F]`.
-    pub fn is_flat(&self) -> bool {
-        self.samples.shape().len() == 1
-    }
 }
 
-/// Readings without contact where nobody says what they are: of series the median of each channel's first
-/// reading, since recordings begin before contact; 0 elsewhere.
-fn resting(samples: &Samples, layout: Layout) -> Vec<f32> {
-    let shape = samples.shape();
-    let (channels, ticks) = match (layout, shape) {
-        (Layout::Series, [ticks]) => (1, *ticks),
-        (Layout::Series, [channels, ticks]) => (*channels, *ticks),
-        (Layout::Fingers, [fingers, channels, ticks]) => (fingers * channels, *ticks),
-        _ => return vec![0.0],
+/// Whether a record is about samples and classes that there are.
+fn check(record: &FoldRecord, dataset: &Dataset) -> std::result::Result<(), &'static str> {
+    let sizes = dataset.labels.sizes();
+    let tested = record.index.len();
+    let known = |labels: &[u32]| {
+        labels.len() == tested * sizes.len()
+            && labels.iter().zip(sizes.iter().cycle()).all(|(&label, &size)| (label as usize) < size)
     };
-    let values = samples.x.as_standard_layout();
-    let all = values.as_slice().unwrap_or_default();
-    let each = channels * ticks;
-    (0..channels)
-        .map(|channel| {
-            let mut first: Vec<f32> = all.chunks_exact(each.max(1)).map(|s| s[channel * ticks]).collect();
-            first.sort_by(f32::total_cmp);
-            first.get(first.len() / 2).copied().unwrap_or(0.0)
-        })
-        .collect()
+    if tested == 0 || record.index.iter().any(|&row| row >= dataset.len()) {
+        return Err("tests samples that the data do not have");
+    }
+    if !known(&record.truth) || !known(&record.predicted) {
+        return Err("holds labels that the data do not have");
+    }
+    match record.probabilities.len() == tested * sizes.iter().sum::<usize>() {
+        true => Ok(()),
+        false => Err("does not hold one probability for each sample and class"),
+    }
 }

@@ -1,12 +1,16 @@
 //! What the judge refuses.
 
-/// A run folder, or a wish, that cannot be judged.
+use std::path::Path;
+
+use taxel_learn::Problem;
+
+/// A run folder, or a setting, that cannot be judged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The run folder, its data or its models.
     #[error(transparent)]
-    Trainer(#[from] taxel_trainer::Error),
+    Learn(#[from] taxel_learn::Error),
     /// A fault that has no meaning for these readings, or cannot be applied to them.
     #[error("{source_label}: {source}")]
     Fault {
@@ -24,13 +28,14 @@ pub enum Error {
         reason: String,
     },
     /// A setting outside its range.
-    #[error("{name} = {value}: {reason}")]
-    Setting {
-        /// The option.
-        name: &'static str,
-        /// Its value.
-        value: String,
-        /// What would do.
+    #[error("{0}")]
+    Setting(Problem),
+    /// Threads that cannot be started.
+    #[error("threads = {threads}: cannot be started: {reason}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// What the system says.
         reason: String,
     },
     /// Values that a statistic cannot be computed of.
@@ -39,6 +44,14 @@ pub enum Error {
         /// The statistic.
         what: &'static str,
         /// What is wrong with them.
+        reason: String,
+    },
+    /// A picture of a judgement whose values are not those of its shape.
+    #[error("picture `{name}`: {reason}; measure the judgement again")]
+    Picture {
+        /// Name of the picture.
+        name: String,
+        /// What is wrong with it.
         reason: String,
     },
     /// A file that cannot be written.
@@ -53,3 +66,19 @@ pub enum Error {
 
 /// A result whose error is [`enum@Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+impl From<Problem> for Error {
+    fn from(problem: Problem) -> Self {
+        Error::Setting(problem)
+    }
+}
+
+impl Error {
+    pub(crate) fn run(folder: &Path, reason: impl Into<String>) -> Self {
+        Error::Run { folder: folder.display().to_string(), reason: reason.into() }
+    }
+
+    pub(crate) fn write(path: &Path, reason: impl ToString) -> Self {
+        Error::Write { path: path.display().to_string(), reason: reason.to_string() }
+    }
+}

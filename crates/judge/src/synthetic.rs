@@ -1,15 +1,13 @@
 //! Runs without training: records, results and judgements as tests want them.
 
-use taxel_trainer::config::{Protocol, ProtocolKind};
-use taxel_trainer::metrics::{Levels, Scores};
-use taxel_trainer::{
-    Attribute, Costs, Environment, FoldKey, FoldRecord, FoldScores, NetworkResults, Results,
+use taxel_data::{Attribute, Source};
+use taxel_learn::metrics::{Levels, Scores};
+use taxel_learn::{
+    Costs, Environment, FoldKey, FoldRecord, FoldScores, Latency, NetworkResults, Protocol, Results, Split,
 };
 
-use crate::contest::Contest;
-use crate::judgement::{Judged, Judgement, Kind};
-use crate::speed::Speed;
-use crate::stress::{NetworkStress, Range, Score, Stress};
+use crate::decide::Comparison;
+use crate::values::{Judged, Judgement, NetworkStress, Score, SensorRange, Speed, Stress};
 
 /// Labels that a network says to a sample: part, row, true labels.
 pub type Says = Box<dyn Fn(usize, usize, &[u32]) -> Vec<u32>>;
@@ -25,7 +23,7 @@ pub struct Player {
 
 /// What is divided, and how.
 pub struct Setting {
-    pub kind: ProtocolKind,
+    pub protocol: Protocol,
     pub parts: usize,
     /// Test samples of a part.
     pub tested: usize,
@@ -40,8 +38,24 @@ pub struct Setting {
 impl Default for Setting {
     fn default() -> Self {
         let attributes = vec![("class", vec!["a", "b"])];
-        Setting { kind: ProtocolKind::KFold, parts: 5, tested: 100, trained: 400, attributes, cluster: 1 }
+        let protocol = Protocol::k_fold(5);
+        Setting { protocol, parts: 5, tested: 100, trained: 400, attributes, cluster: 1 }
     }
+}
+
+/// A random cut.
+pub fn random_splits() -> Protocol {
+    Protocol::RandomSplits { split: Split::Stratified, repetitions: 1, test: 0.2, validation: 0.0 }
+}
+
+/// A learning curve.
+pub fn few_samples() -> Protocol {
+    Protocol::FewSamples { split: Split::Stratified, repetitions: 1, test: 0.2, per_class: vec![1] }
+}
+
+/// The cut of the data set's authors.
+pub fn official() -> Protocol {
+    Protocol::Official { split: Split::Stratified, repetitions: 1 }
 }
 
 /// A network that is wrong on the first `wrong[part]` samples of each part; costs grow with `ms`.
@@ -53,24 +67,22 @@ pub fn player(name: &'static str, ms: f64, wrong: &'static [usize]) -> Player {
 }
 
 /// Runs it.
-pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Contest, Judgement) {
+pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgement) {
     let width = setting.attributes.len();
     let sizes: Vec<usize> = setting.attributes.iter().map(|(_, classes)| classes.len()).collect();
-    let total = match setting.kind {
-        ProtocolKind::KFold => setting.parts * setting.tested,
-        _ => setting.tested + setting.trained,
+    let k_fold = matches!(setting.protocol, Protocol::KFold { .. });
+    let total = match k_fold {
+        true => setting.parts * setting.tested,
+        false => setting.tested + setting.trained,
     };
     let label = |row: usize| sizes.iter().map(|&size| (row % size) as u32).collect::<Vec<_>>();
     let (mut networks, mut judged) = (vec![], vec![]);
     for player in players {
         let record = |part: usize| {
-            let start = if setting.kind == ProtocolKind::KFold { part * setting.tested } else { 0 };
+            let start = if k_fold { part * setting.tested } else { 0 };
             let truth: Vec<u32> = (0..setting.tested).flat_map(label).collect();
             let predicted = (0..setting.tested).flat_map(|row| (player.says)(part, row, &label(row)));
-            let (repetition, fold) = match setting.kind {
-                ProtocolKind::KFold => (0, part),
-                _ => (part, 0),
-            };
+            let (repetition, fold) = if k_fold { (0, part) } else { (part, 0) };
             FoldRecord {
                 key: FoldKey { network: player.name.into(), repetition, fold },
                 train_samples: setting.trained,
@@ -92,8 +104,8 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Contest, Judgement
         networks.push((player.name.to_string(), records));
     }
     let clusters = (0..total).map(|row| (row / setting.cluster) as u32).collect();
-    let contest = Contest { networks, clusters, width, protocol: setting.kind, seed: 0 };
-    (contest, judgement(setting, judged))
+    let comparison = Comparison { networks, clusters, width, protocol: setting.protocol.clone(), seed: 0 };
+    (comparison, judgement(setting, judged))
 }
 
 fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
@@ -110,7 +122,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
     });
     let mean = |i: usize| scores.iter().map(|s| s.values()[i]).sum::<f64>() / scores.len() as f64;
     let bytes = (1000.0 * player.ms) as u64;
-    let whole = player.ms;
+    let latency = |p50_ms: f64| Latency { p50_ms, p95_ms: p50_ms, runs: 1000 };
     Judged {
         results: NetworkResults {
             network: player.name.into(),
@@ -118,7 +130,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             per_class: player.per_class,
             paper: String::new(),
             settings: Default::default(),
-            made_anew: vec![],
+            drawn: vec![],
             changes: vec![],
             other_statistics: None,
             costs: Costs { parameters: bytes / 4, bytes, macs: bytes, flops: 2 * bytes },
@@ -133,14 +145,12 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
         },
         baseline: ["majority", "k-nn"].contains(&player.zoo),
         inputs: vec![],
+        frozen: vec![],
         speed: Some(Speed {
-            p50_ms: whole,
-            p95_ms: whole,
-            encoding_p50_ms: 0.0,
-            whole_p50_ms: whole,
-            whole_p95_ms: whole,
-            runs: 1000,
-            samples_per_second: 1e3 / whole,
+            encoding: latency(0.0),
+            network: latency(player.ms),
+            whole: latency(player.ms),
+            samples_per_second: 1e3 / player.ms,
             batch: 1,
         }),
         train_seconds: 1.0,
@@ -157,7 +167,8 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         classes: classes.iter().map(ToString::to_string).collect(),
     };
     let attributes: Vec<Attribute> = setting.attributes.iter().map(attribute).collect();
-    let environment = Environment::now(1, 0, "simulated: nothing", "0");
+    let source = Source::simulated("nothing");
+    let environment = Environment::now(1, 0, &source, "0");
     let several = attributes.len() > 1;
     Judgement {
         results: Results {
@@ -165,13 +176,14 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
             title: None,
             complete: true,
             missing: vec![],
-            source: "simulated: nothing".into(),
+            source,
             data_digest: "0".into(),
             samples: setting.tested + setting.trained,
             sample_shape: vec![1],
             classes: attributes[0].classes.clone(),
             attributes: if several { attributes } else { vec![] },
-            protocol: Protocol { kind: setting.kind, ..Protocol::default() },
+            look_alikes: Default::default(),
+            protocol: setting.protocol.clone(),
             folds: setting.parts,
             left_out: Default::default(),
             shortcut: None,
@@ -179,7 +191,6 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
             unit: "percent".into(),
             networks: vec![],
         },
-        kind: Kind::Simulated,
         protocol: "synthetic".into(),
         judged_on: environment.clone(),
         environment,
@@ -207,7 +218,7 @@ pub fn stress(losses: &[(&str, f64)]) -> Stress {
         seed: 0,
         samples: 100,
         of: 100,
-        range: Range { low: 0.0, high: 1.0, from_samples: true },
+        range: SensorRange { low: 0.0, high: 1.0, from_samples: true },
         chance: 50.0,
         reference: None,
         faults: vec![],

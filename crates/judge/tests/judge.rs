@@ -5,79 +5,125 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use serde_json::{Value, json};
+use taxel_baselines::Method;
+use taxel_data::{Dataset, Labels, Source, SourceKind};
 use taxel_judge::{
-    By, Case, Judgement, Kind, Options, Outcome, StressOptions, Test, Wish, across, choose, claims, judge,
-    stress,
+    Case, CostKind, Criteria, Judgement, Options, Outcome, StressOptions, Test, across, choose, claims,
+    judge, stress,
+};
+use taxel_learn::{
+    Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent, Split,
 };
 use taxel_scenes::faults::Fault;
-use taxel_trainer::{Experiment, Overrides, RunOptions, Silent, run};
 
-const CONFIG: &str = r#"
-name = "judged"
-seed = 3
-baselines = ["majority", "k-nn", "mini-rocket", "svm-linear", "svm-rbf"]
-[data]
-scene = "fingertip"
-samples = 60
-[encoding]
-signal = { scale = "z-score" }
-image = { kind = "gadf", size = 12, range = "per-sample" }
-[protocol]
-folds = 2
-[train]
-epochs = 6
-batch_size = 8
-optimizer = { name = "adam", lr = 3e-3 }
-[[networks]]
-name = "resnet8-lite-1d"
-[[networks]]
-name = "vgg6-lite-2d"
-"#;
+/// Sixty samples of a scene, with these of its attributes.
+fn simulated(scene: &str, seed: u64, attributes: &[&str]) -> Dataset {
+    let own = taxel_scenes::simulate(scene, 60, seed, &[]).unwrap();
+    let names: Vec<&String> = own.y.iter().map(|&y| &own.class_names[y as usize]).collect();
+    let dataset = Dataset::new(scene, own.layout, own.x, &names).unwrap();
+    let dataset = dataset.with_full_scale(own.full_scale).unwrap().with_rest(own.rest);
+    let mut dataset = dataset.with_groups(&own.group).unwrap();
+    dataset.source = Source::simulated(scene);
+    dataset.units = None;
+    if let Some(columns) = own.attributes {
+        let values = columns.y.iter().copied().collect();
+        dataset.columns = Some(Labels::numbered(columns.class_names, values));
+        dataset.learn_attributes(&attributes.iter().map(ToString::to_string).collect::<Vec<_>>()).unwrap();
+    }
+    dataset
+}
 
-const GRIPPER: &str = r#"
-name = "gripped"
-seed = 1
-baselines = ["k-nn"]
-[data]
-scene = "gripper"
-samples = 60
-attributes = ["elasticity", "hardness"]
-[encoding]
-image = { kind = "numatac" }
-[protocol]
-kind = "random-splits"
-test = 0.5
-[train]
-epochs = 1
-batch_size = 8
-loss = "multi-label-soft-margin"
-optimizer = { name = "adam", lr = 1e-3 }
-[[networks]]
-name = "multiscale-cnn"
-"#;
+/// Networks of the zoo and baselines, trained on `dataset` into `folder`.
+fn run(
+    mut cv: CrossValidation,
+    folder: &Path,
+    encoding: Value,
+    networks: &[&str],
+    recipe: Value,
+    baselines: &[Method],
+) {
+    cv = cv.encoding(serde_json::from_value::<Encoding>(encoding).unwrap());
+    let recipe: Recipe = serde_json::from_value(recipe).unwrap();
+    for name in networks {
+        let entry = taxel_zoo::find(name).unwrap();
+        let inputs: Vec<&str> = entry.inputs.iter().map(|input| input.name).collect();
+        cv.encoder().prepare(&inputs).unwrap();
+        let classes = cv.encoder().dataset().classes.len();
+        let encoder = &*cv.encoder();
+        let settings = entry.fit(classes, |input| encoder.shape(input)).unwrap();
+        cv = cv.candidate(Candidate::network(entry.graph(&settings).unwrap(), recipe.clone()));
+    }
+    for &method in baselines {
+        cv = cv.candidate(Candidate::baseline(method));
+    }
+    cv.run_in(folder, &RunOptions::default(), &Silent, &AtomicBool::new(false)).unwrap();
+}
 
-fn case(config: &str, folder: &Path) -> Case {
-    let experiment = Experiment::parse(config, "test.toml", &Overrides::default()).unwrap();
-    let options = RunOptions { out: Some(folder.into()), ..RunOptions::default() };
-    run(&experiment, &options, &Silent, &AtomicBool::new(false)).unwrap();
-    Case::open(folder).unwrap()
+fn fingertip(folder: &Path) -> Case {
+    let dataset = simulated("fingertip", 3, &[]);
+    let mut cv = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).seed(3);
+    cv.name = "judged".into();
+    let baselines = [
+        Method::Majority,
+        Method::NearestNeighbours { k: 1 },
+        Method::MiniRocket { features: 10_000 },
+        Method::SvmLinear { c: 1.0 },
+        Method::SvmRbf { c: 1.0 },
+    ];
+    let encoding = json!({"image": {"kind": "gadf", "size": 12, "range": "per-sample"}});
+    let recipe = json!({"epochs": 6, "batch_size": 8, "optimizer": {"name": "adam", "lr": 3e-3}});
+    run(cv, folder, encoding, &["resnet8-lite-1d", "vgg6-lite-2d"], recipe, &baselines);
+    Case::new(RunFolder::open(folder).unwrap(), dataset).unwrap()
+}
+
+fn gripper(folder: &Path) -> Case {
+    let dataset = simulated("gripper", 1, &["elasticity", "hardness"]);
+    let protocol =
+        Protocol::RandomSplits { split: Split::Stratified, repetitions: 1, test: 0.5, validation: 0.0 };
+    let mut cv = CrossValidation::new(&dataset).protocol(protocol).seed(1);
+    cv.name = "gripped".into();
+    let recipe = json!({
+        "epochs": 1, "batch_size": 8, "loss": "multi-label-soft-margin",
+        "optimizer": {"name": "adam", "lr": 1e-3},
+    });
+    let encoding = json!({"image": {"kind": "numatac"}});
+    run(cv, folder, encoding, &["multiscale-cnn"], recipe, &[Method::NearestNeighbours { k: 1 }]);
+    Case::new(RunFolder::open(folder).unwrap(), dataset).unwrap()
+}
+
+#[test]
+fn a_folder_is_opened_with_its_own_data_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = fingertip(folder.path());
+    assert_eq!(case.compared().len(), 7);
+    let open = |dataset| Case::new(RunFolder::open(folder.path()).unwrap(), dataset);
+    let error = open(simulated("fingertip", 4, &[])).err().unwrap().to_string();
+    assert!(error.contains("was run on other data than simulated: fingertip"), "{error}");
+    // A record about samples that there are not.
+    let path = folder.path().join("folds/k-nn.r0.f1.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let mut record: Value = serde_json::from_str(&text).unwrap();
+    record["index"][0] = json!(60);
+    std::fs::write(&path, record.to_string()).unwrap();
+    let error = open(simulated("fingertip", 3, &[])).err().unwrap().to_string();
+    assert!(error.contains("fold k-nn.r0.f1 tests samples that the data do not have"), "{error}");
 }
 
 #[test]
 fn saved_models_answer_as_in_their_own_test() {
-    for config in [CONFIG, GRIPPER] {
+    for make in [fingertip, gripper] {
         let folder = tempfile::tempdir().unwrap();
-        let case = case(config, folder.path());
-        for network in case.contestants() {
-            for record in case.records(network).unwrap() {
-                let mut model = case.predictor(&record.key, 7, 1).unwrap();
-                let x = case.samples.x.select(ndarray::Axis(0), &record.index);
-                let got = model.predict(&x, "test").unwrap();
-                assert_eq!(got.len(), record.probabilities.len(), "{}", record.key);
-                for (got, want) in got.iter().zip(&record.probabilities) {
+        let case = make(folder.path());
+        for network in case.compared() {
+            for record in case.records(network) {
+                let mut model = case.model(&record.key).unwrap().predictor(7, 1).unwrap();
+                let got = model.predict(&case.dataset.x.select(ndarray::Axis(0), &record.index)).unwrap();
+                assert_eq!(got.probabilities.len(), record.probabilities.len(), "{}", record.key);
+                for (got, want) in got.probabilities.iter().zip(&record.probabilities) {
                     assert!((got - want).abs() <= 1e-5, "{}: {got} and {want}", record.key);
                 }
-                assert_eq!(model.predicted(&got), record.predicted, "{}", record.key);
+                assert_eq!(got.labels, record.predicted, "{}", record.key);
             }
         }
     }
@@ -86,7 +132,7 @@ fn saved_models_answer_as_in_their_own_test() {
 #[test]
 fn faults_are_scored_on_every_network() {
     let folder = tempfile::tempdir().unwrap();
-    let case = case(CONFIG, folder.path());
+    let case = fingertip(folder.path());
     let quiet = |options: &StressOptions| stress(&case, options, &|_| {}, &|| {}).unwrap();
     let options = StressOptions {
         faults: vec![Fault::Noise, Fault::Saturation],
@@ -126,19 +172,19 @@ fn faults_are_scored_on_every_network() {
 #[test]
 fn a_judgement_holds_what_a_report_needs() {
     let folder = tempfile::tempdir().unwrap();
-    let case = case(GRIPPER, folder.path());
+    let case = gripper(folder.path());
     let faults = vec![Fault::Dead, Fault::Onset];
     let wanted = StressOptions { faults, samples: 10, ..StressOptions::default() };
     let options = Options { stress: Some(wanted), budget: 0.1, ..Options::default() };
     let judgement = judge(&case, &options).unwrap();
-    assert_eq!(judgement.kind, Kind::Simulated);
+    assert_eq!(judgement.kind(), SourceKind::Simulated);
     assert_eq!(judgement.networks.len(), 2);
     assert_eq!(judgement.networks[0].inputs, ["image"]);
     assert!(judgement.networks[1].baseline && judgement.networks[1].training.is_empty());
     assert_eq!(judgement.networks[0].training.len(), 1);
     for network in &judgement.networks {
         let speed = network.speed.unwrap();
-        assert!(speed.runs >= 5 && speed.whole_p50_ms >= speed.p50_ms, "{speed:?}");
+        assert!(speed.whole.runs >= 5 && speed.whole.p50_ms >= speed.network.p50_ms, "{speed:?}");
         assert!(speed.samples_per_second > 0.0);
     }
     assert!(judgement.networks.iter().any(|n| n.on_front));
@@ -156,15 +202,14 @@ fn a_judgement_holds_what_a_report_needs() {
 #[test]
 fn a_run_is_chosen_from_and_asked_about_claims() {
     let folder = tempfile::tempdir().unwrap();
-    let case = case(CONFIG, folder.path());
+    let case = fingertip(folder.path());
     let options = Options { stress: None, budget: 0.05, ..Options::default() };
     let judgement = judge(&case, &options).unwrap();
-    let choice = choose(&case, &judgement, &Wish::default()).unwrap();
+    let choice = choose(&case, &judgement, &Criteria::default()).unwrap();
     assert_eq!((choice.test, choice.evidence.len()), (Test::NadeauBengio, 7));
     let best = choice.evidence.iter().map(|own| own.accuracy).fold(0.0, f64::max);
     for own in &choice.evidence {
-        let mean = judgement.networks.iter().find(|n| n.results.network == own.network).unwrap();
-        assert_eq!(own.accuracy, mean.results.mean.unwrap().accuracy);
+        assert_eq!(Some(own.accuracy), judgement.network(&own.network).unwrap().accuracy());
         assert!((own.difference - (own.accuracy - best)).abs() < 1e-9, "{own:?}");
         assert_eq!(own.p.is_none(), own.network == choice.best);
     }
@@ -172,10 +217,10 @@ fn a_run_is_chosen_from_and_asked_about_claims() {
     assert!(!choice.enough_data, "{choice:#?}");
     assert!(choice.words.iter().any(|words| words.starts_with("Too few data")), "{:#?}", choice.words);
     assert!(choice.chosen.as_deref().is_some_and(|name| name != "majority"));
-    assert_eq!(choice, choose(&case, &judgement, &Wish::default()).unwrap());
+    assert_eq!(choice, choose(&case, &judgement, &Criteria::default()).unwrap());
     let text = serde_json::to_string(&choice).unwrap();
     assert_eq!(serde_json::from_str::<taxel_judge::Choice>(&text).unwrap(), choice);
-    let limited = Wish { max_loss: Some(10.0), by: By::Size, ..Wish::default() };
+    let limited = Criteria { max_loss: Some(10.0), cost: CostKind::Size, ..Criteria::default() };
     let error = choose(&case, &judgement, &limited).unwrap_err().to_string();
     assert!(error.contains("stress test"), "{error}");
     assert_eq!(across(&[&judgement; 5], 0.05).unwrap(), None, "one data set five times is one");
@@ -185,15 +230,16 @@ fn a_run_is_chosen_from_and_asked_about_claims() {
     assert!(says("1D beats 2D: ResNet8").effect.contains("lacks resnet8-lite-2d"));
     let shore = says("commonest error of 2D-Vgg6-Lite");
     assert!(shore.size.is_some_and(f64::is_finite), "{shore:?}");
-    assert_eq!((shore.kind, shore.run.as_str()), (Kind::Simulated, "judged"));
+    assert_eq!((&shore.source, shore.run.as_str()), (&Source::simulated("fingertip"), "judged"));
 }
 
 #[test]
 fn one_random_split_is_mcnemars() {
     let folder = tempfile::tempdir().unwrap();
-    let case = case(GRIPPER, folder.path());
+    let case = gripper(folder.path());
     let judgement = judge(&case, &Options { stress: None, budget: 0.05, ..Options::default() }).unwrap();
-    let choice = choose(&case, &judgement, &Wish { by: By::Macs, ..Wish::default() }).unwrap();
+    let choice =
+        choose(&case, &judgement, &Criteria { cost: CostKind::Macs, ..Criteria::default() }).unwrap();
     assert_eq!(choice.test, Test::McNemar);
     // The gripper's groups are its objects: whole ones are drawn.
     let other = choice.evidence.iter().find(|own| own.network != choice.best).unwrap();

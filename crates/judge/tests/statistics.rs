@@ -6,7 +6,7 @@ use serde_json::Value;
 use taxel_judge::statistics::{
     cluster_bootstrap, corrected_t, friedman, holm, independent, mcnemar, nemenyi, spread_ratio, wilcoxon,
 };
-use taxel_trainer::metrics::Clusters;
+use taxel_learn::metrics::Clusters;
 
 fn cases(name: &str) -> Vec<Value> {
     let all: Value = serde_json::from_str(include_str!("data/statistics.json")).unwrap();
@@ -188,7 +188,7 @@ fn a_ratio_of_spreads_is_pitmans() {
 
 #[test]
 fn the_bootstrap_draws_whole_clusters_and_keeps_pairs() {
-    // A difference of accuracies: the mean of paired differences, as the trainer's own bootstrap has it.
+    // A difference of accuracies: the mean of paired differences, as the bootstrap of a mean has it.
     let differences = [1.0, 0.0, 0.0, -1.0, 1.0, 1.0, 0.0, 1.0, -1.0];
     let clusters = [3, 3, 3, 5, 5, 8, 8, 9, 9];
     let mean =

@@ -43,6 +43,7 @@ mod error;
 mod feed;
 mod fit;
 mod folder;
+mod grid;
 mod hooks;
 mod json_file;
 mod latency;
@@ -77,6 +78,7 @@ pub use epoch::Epoch;
 pub use error::{Error, Result};
 pub use fit::{Fit, fit};
 pub use folder::{Identity, RunFolder};
+pub use grid::{Align, Grid, markdown_text};
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
     Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,

@@ -84,6 +84,7 @@ impl<'a> Plan<'a> {
         let results = Results {
             name,
             title,
+            look_alikes: look_alikes.clone(),
             folds: per_row,
             left_out,
             networks,

@@ -112,6 +112,9 @@ pub struct Results {
     /// The attributes and their levels, where there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<Attribute>,
+    /// Classes that look alike, by the name of their group.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub look_alikes: BTreeMap<String, Vec<String>>,
     /// How samples were divided.
     pub protocol: Protocol,
     /// Folds of one repetition.
@@ -150,6 +153,7 @@ impl Results {
             sample_shape: dataset.reading.shape.clone(),
             classes: dataset.classes.clone(),
             attributes: if attributes.len() > 1 { attributes.to_vec() } else { vec![] },
+            look_alikes: BTreeMap::new(),
             protocol: protocol.clone(),
             folds: 0,
             left_out: BTreeMap::new(),

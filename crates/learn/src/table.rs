@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::error::Result;
 use crate::folder::RunFolder;
+use crate::grid::Grid;
 use crate::latency::Latency;
 use crate::recipe::BatchNorm;
 use crate::results::{NetworkResults, Results};
@@ -16,8 +17,7 @@ use crate::results::{NetworkResults, Results};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     caption: Vec<String>,
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
+    grid: Grid,
     json: Value,
 }
 
@@ -36,66 +36,13 @@ impl Table {
 
     /// The table of `results`, with the latency of each network where it was measured.
     pub fn new(results: &Results, latency: impl Fn(&str) -> Option<Latency>) -> Self {
-        let mut head: Vec<String> =
-            ["network", "parameters", "MACs", "accuracy", "precision", "recall", "F1"]
-                .map(String::from)
-                .to_vec();
-        for attribute in &results.attributes {
-            head.extend([attribute.name.clone(), format!("{} off by", attribute.name)]);
-        }
-        head.push("latency ms".into());
-        let published = results.networks.iter().any(|n| n.published.is_some());
-        let papers = papers(results);
-        if published {
-            head.push(match papers.as_slice() {
-                [one] => format!("published ({one}, own data)"),
-                _ => "published (own data)".into(),
-            });
-        }
-        let mut rows = vec![];
-        let mut networks = vec![];
-        for network in &results.networks {
-            let latency = latency(&network.network);
-            let mut row = vec![
-                network.network.clone(),
-                thousands(network.costs.parameters),
-                thousands(network.costs.macs),
-            ];
-            row.extend((0..4).map(|i| score(network, i)));
-            for i in 0..results.attributes.len() {
-                row.extend(match network.attributes.get(i) {
-                    Some(own) => {
-                        let accuracy = 100.0 * own.scores.accuracy;
-                        [format!("{accuracy:.2}"), format!("{:.2}", own.mean_absolute_error)]
-                    }
-                    None => ["-".into(), "-".into()],
-                });
-            }
-            row.push(latency.map_or("-".into(), |l| format!("{:.3}", l.p50_ms)));
-            if published {
-                row.push(published_cell(network, papers.len() > 1));
-            }
-            rows.push(row);
-            networks.push(json!({
-                "network": network.network,
-                "parameters": network.costs.parameters,
-                "bytes": network.costs.bytes,
-                "macs": network.costs.macs,
-                "flops": network.costs.flops,
-                "folds": network.folds.len(),
-                "per_class": network.per_class,
-                "measured": {
-                    "mean": network.mean,
-                    "sd": network.sd,
-                    "interval": network.interval,
-                    "attributes": network.attributes,
-                },
-                "other_statistics": network.other_statistics,
-                "latency_p50_ms": latency.map(|l| l.p50_ms),
-                "latency_p95_ms": latency.map(|l| l.p95_ms),
-                "published_on_own_data": network.published,
-            }));
-        }
+        let latencies: Vec<Option<Latency>> = results.networks.iter().map(|n| latency(&n.network)).collect();
+        let networks: Vec<Value> = results
+            .networks
+            .iter()
+            .zip(&latencies)
+            .map(|(network, latency)| object(network, *latency))
+            .collect();
         let json = json!({
             "name": results.name,
             "complete": results.complete,
@@ -110,7 +57,7 @@ impl Table {
             "unit": results.unit,
             "networks": networks,
         });
-        Table { caption: caption(results), head, rows, json }
+        Table { caption: caption(results), grid: grid(results, &latencies), json }
     }
 
     /// The same numbers as one JSON object.
@@ -120,12 +67,7 @@ impl Table {
 
     /// The table in Markdown, with its caption above.
     pub fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let rule: Vec<String> =
-            (0..self.head.len()).map(|i| if i == 0 { "---" } else { "---:" }.into()).collect();
-        let mut text = format!("{}\n\n{}{}", self.caption.join("  \n"), line(&self.head), line(&rule));
-        self.rows.iter().for_each(|row| text.push_str(&line(row)));
-        text
+        format!("{}\n\n{}", self.caption.join("  \n"), self.grid.markdown())
     }
 }
 
@@ -134,21 +76,70 @@ impl fmt::Display for Table {
         for line in &self.caption {
             writeln!(f, "{line}")?;
         }
-        writeln!(f)?;
-        let lines: Vec<&Vec<String>> = std::iter::once(&self.head).chain(&self.rows).collect();
-        let width = |i: usize| lines.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
-        for row in lines {
-            let mut text = String::new();
-            for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                // Names to the left, numbers to the right.
-                let cell = if i == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") };
-                text.push_str(&cell);
-            }
-            writeln!(f, "{}", text.trim_end())?;
-        }
-        Ok(())
+        write!(f, "\n{}", self.grid)
     }
+}
+
+/// One row per network, names to the left and numbers to the right.
+fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
+    let mut grid = Grid::new().left("network");
+    for head in ["parameters", "MACs", "accuracy", "precision", "recall", "F1"] {
+        grid = grid.right(head);
+    }
+    for attribute in &results.attributes {
+        grid = grid.right(&attribute.name).right(format!("{} off by", attribute.name));
+    }
+    grid = grid.right("latency ms");
+    let published = results.networks.iter().any(|n| n.published.is_some());
+    let papers = papers(results);
+    if published {
+        grid = grid.right(match papers.as_slice() {
+            [one] => format!("published ({one}, own data)"),
+            _ => "published (own data)".into(),
+        });
+    }
+    for (network, latency) in results.networks.iter().zip(latencies) {
+        let mut row =
+            vec![network.network.clone(), thousands(network.costs.parameters), thousands(network.costs.macs)];
+        row.extend((0..4).map(|i| score(network, i)));
+        for i in 0..results.attributes.len() {
+            row.extend(match network.attributes.get(i) {
+                Some(own) => {
+                    let accuracy = 100.0 * own.scores.accuracy;
+                    [format!("{accuracy:.2}"), format!("{:.2}", own.mean_absolute_error)]
+                }
+                None => ["-".into(), "-".into()],
+            });
+        }
+        row.push(latency.map_or("-".into(), |l| format!("{:.3}", l.p50_ms)));
+        if published {
+            row.push(published_cell(network, papers.len() > 1));
+        }
+        grid.row(row);
+    }
+    grid
+}
+
+fn object(network: &NetworkResults, latency: Option<Latency>) -> Value {
+    json!({
+        "network": network.network,
+        "parameters": network.costs.parameters,
+        "bytes": network.costs.bytes,
+        "macs": network.costs.macs,
+        "flops": network.costs.flops,
+        "folds": network.folds.len(),
+        "per_class": network.per_class,
+        "measured": {
+            "mean": network.mean,
+            "sd": network.sd,
+            "interval": network.interval,
+            "attributes": network.attributes,
+        },
+        "other_statistics": network.other_statistics,
+        "latency_p50_ms": latency.map(|l| l.p50_ms),
+        "latency_p95_ms": latency.map(|l| l.p95_ms),
+        "published_on_own_data": network.published,
+    })
 }
 
 fn caption(results: &Results) -> Vec<String> {

@@ -8,6 +8,7 @@ use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
 use super::palette::{Ink, Paint};
+use crate::error::{Error, Result};
 
 /// Pixels of a PNG per unit of a chart.
 const SCALE: u32 = 2;
@@ -59,6 +60,7 @@ impl Stroke {
 /// A drawing in units of CSS pixels, from the top left.
 pub(super) struct Canvas {
     scene: Scene,
+    family: &'static str,
     paint: Paint,
 }
 
@@ -71,7 +73,7 @@ impl Canvas {
         };
         scene.font_family = Some(family.into());
         scene.background_color = (paint == Paint::Print).then(|| "#ffffff".into());
-        Canvas { scene, paint }
+        Canvas { scene, family, paint }
     }
 
     fn colour(&self, ink: Ink) -> Color {
@@ -163,9 +165,10 @@ impl Canvas {
     /// The drawing as SVG; screen readers hear `label`.
     pub(super) fn svg(&self, label: &str) -> String {
         let svg = SvgBackend::new().render_scene(&self.scene);
-        let body = svg.split_once('>').map_or("", |(_, body)| body);
+        #[expect(clippy::expect_used, reason = "the backend writes an svg element")]
+        let (_, body) = svg.split_once('>').expect("the end of the opening tag");
         let (width, height) = (self.scene.width, self.scene.height);
-        let family = self.scene.font_family.as_deref().unwrap_or_default();
+        let family = self.family;
         let size = match self.paint {
             // Wider than a phone it scrolls, on a large screen it grows a little.
             Paint::Page => {
@@ -180,16 +183,24 @@ impl Canvas {
         )
     }
 
-    /// The drawing as PNG, with a font of its own; what is wrong in words.
-    pub(super) fn png(&self) -> Result<Vec<u8>, String> {
-        let large = RasterBackend { scale: (SCALE * FINER) as f32 }.render_scene(&self.scene)?;
-        let large = image::load_from_memory(&large).map_err(|e| e.to_string())?.to_rgb8();
+    /// The drawing as PNG, with a font of its own.
+    ///
+    /// # Errors
+    /// A drawing that kuva cannot turn into pixels.
+    pub(super) fn png(&self) -> Result<Vec<u8>> {
+        let large =
+            RasterBackend { scale: (SCALE * FINER) as f32 }.render_scene(&self.scene).map_err(refuse)?;
+        let large = image::load_from_memory(&large).map_err(refuse)?.to_rgb8();
         let (width, height) = (large.width() / FINER, large.height() / FINER);
         let small = image::imageops::thumbnail(&large, width, height);
         let mut png = Cursor::new(vec![]);
-        small.write_to(&mut png, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+        small.write_to(&mut png, image::ImageFormat::Png).map_err(refuse)?;
         Ok(png.into_inner())
     }
+}
+
+fn refuse(reason: impl ToString) -> Error {
+    Error::Write { path: "a drawing as PNG".into(), reason: reason.to_string() }
 }
 
 /// The strokes of a dashed path.

@@ -102,7 +102,7 @@ pub(super) fn chart(chart: &Chart, numbers: &str) -> Markup {
     html! {
         figure {
             figcaption { h3 { (chart.title) } }
-            (drawing(&chart.canvas(Paint::Page), &format!("{}. {}", chart.title, chart.reading)))
+            (drawing(&chart.canvas(Paint::Page), &chart.label()))
             p.reading {
                 (chart.reading) " Numbers: " a href=(format!("#table-{numbers}")) { "table" } "; files: "
                 code { "charts/" (chart.name) ".svg" } ", " code { ".png" }
@@ -116,7 +116,7 @@ pub(super) fn small_chart(chart: &Chart) -> Markup {
     html! {
         figure {
             figcaption { h4 { (chart.title) } }
-            (drawing(&chart.canvas(Paint::Page), &format!("{}. {}", chart.title, chart.reading)))
+            (drawing(&chart.canvas(Paint::Page), &chart.label()))
         }
     }
 }

@@ -10,7 +10,7 @@ pub(super) fn digits(value: f64) -> String {
     }
     if value.abs() >= 9999.5 {
         let sign = if value < 0.0 { "-" } else { "" };
-        return format!("{sign}{}", taxel_trainer::thousands(value.abs().round() as u64));
+        return format!("{sign}{}", taxel_learn::thousands(value.abs().round() as u64));
     }
     let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.places$}")

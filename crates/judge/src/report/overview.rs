@@ -2,20 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use maud::html;
+use maud::{Markup, html};
+use taxel_data::SourceKind;
 
-use super::charts;
-use super::html::{frame, table};
+use super::charts::{Chart, ranks};
+use super::files::{make, of_chart, of_table, write};
+use super::html::{chart, frame, table};
+use super::names::table as names;
+use super::numbers::{digits, tenth};
 use super::page::badge;
-use super::palette::Paint;
 use super::tables::{self, Cell, Column, Table};
-use super::{refuse, write};
-use crate::across::Across;
-use crate::choice::Choice;
-use crate::claims::{Claim, Outcome};
+use super::words::kind;
 use crate::error::Result;
-use crate::judgement::{Judgement, Kind};
-use crate::report::numbers::{digits, tenth};
+use crate::values::{Across, Choice, Claim, Judgement, Outcome};
 
 /// One run of an overview.
 pub struct Entry {
@@ -28,11 +27,11 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The most accurate contestant: name, accuracy in %, latency in ms.
+    /// The most accurate network: name, accuracy in %, latency in ms.
     fn best(&self) -> Option<(&str, f64, Option<f64>)> {
         let scored = self.judgement.networks.iter().filter_map(|n| {
-            let accuracy = n.results.mean?.accuracy;
-            Some((n.results.network.as_str(), accuracy, n.speed.map(|s| s.whole_p50_ms)))
+            let accuracy = n.accuracy()?;
+            Some((n.results.network.as_str(), accuracy, n.speed.map(|s| s.whole.p50_ms)))
         });
         scored.max_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -53,16 +52,46 @@ pub fn overview(
     across: Option<&Across>,
     folder: &Path,
 ) -> Result<PathBuf> {
-    std::fs::create_dir_all(folder).map_err(|e| refuse(folder, &e))?;
-    let side: Vec<(Kind, Table)> = [Kind::Simulated, Kind::Real]
-        .into_iter()
-        .map(|kind| (kind, side_by_side(entries, kind)))
-        .filter(|(_, table)| !table.rows.is_empty())
-        .collect();
-    let ranks = across.map(|across| (charts::ranks(across), ranked(across), &across.words));
-    let asked = asked(claims);
-    let again = again(entries);
-    let body = html! {
+    let tables = Tables {
+        side: [SourceKind::Simulated, SourceKind::Real]
+            .into_iter()
+            .map(|kind| (kind, side_by_side(entries, kind)))
+            .filter(|(_, table)| !table.rows.is_empty())
+            .collect(),
+        again: again(entries),
+        asked: asked(claims),
+        ranked: across.map(|across| (ranks(across), ranked(across), across.words.as_slice())),
+    };
+    let all = tables::claims(claims);
+    let side = tables.side.iter().map(|(_, own)| own);
+    let ranked = tables.ranked.iter().map(|(_, numbers, _)| numbers);
+    let every = side.chain([&all]).chain(ranked).chain(&tables.asked).chain(&tables.again);
+    make(&folder.join("tables"))?;
+    every.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
+    if let Some((chart, ..)) = &tables.ranked {
+        make(&folder.join("charts"))?;
+        of_chart(chart)?.iter().try_for_each(|file| write(folder, file))?;
+    }
+    let page = "index.html";
+    let html = frame("taxel reports", &body(entries, &tables)).into_string();
+    write(folder, &(page.into(), html.into_bytes()))?;
+    Ok(folder.join(page))
+}
+
+/// What an overview shows besides the list of its runs.
+struct Tables<'a> {
+    /// Runs of one kind side by side.
+    side: Vec<(SourceKind, Table)>,
+    /// The same readings, divided or seeded otherwise.
+    again: Vec<Table>,
+    /// Claims by run.
+    asked: Option<Table>,
+    /// Ranks over data sets: chart, numbers, words.
+    ranked: Option<(Chart<'a>, Table, &'a [String])>,
+}
+
+fn body(entries: &[Entry], tables: &Tables) -> Markup {
+    html! {
         header {
             p.kicker { "taxel reports" }
             h1 { (entries.len()) " runs side by side" }
@@ -73,37 +102,38 @@ pub fn overview(
                 ul {
                     @for entry in entries {
                         li {
-                            a href=(entry.page) { (entry.judgement.results.name) } " " (badge(entry.judgement.kind))
+                            a href=(entry.page) { (entry.judgement.results.name) } " "
+                            (badge(entry.judgement.kind()))
                             @if let Some(title) = &entry.judgement.results.title { " " (title) }
                         }
                     }
                 }
             }
-            @for (kind, own) in &side {
+            @for (own, numbers) in &tables.side {
                 section {
-                    h2 { (match kind { Kind::Simulated => "On simulated readings", Kind::Real => "On real readings" }) }
-                    (table(own))
+                    h2 { "On " (kind(*own)) " readings" }
+                    (table(numbers))
                 }
             }
-            @if !again.is_empty() {
+            @if !tables.again.is_empty() {
                 section {
                     h2 { "The same readings, divided or seeded otherwise" }
                     p {
                         "What accuracy owes to the split (random folds put grasps of one session or object into training "
                         "and test alike) and to the seed."
                     }
-                    @for own in &again { (table(own)) }
+                    @for own in &tables.again { (table(own)) }
                 }
             }
-            @if let Some((chart, numbers, words)) = &ranks {
+            @if let Some((drawn, numbers, words)) = &tables.ranked {
                 section {
                     h2 { "Over all data sets" }
                     @for line in *words { p { (line) } }
-                    (super::html::chart(chart, &numbers.name))
+                    (chart(drawn, &numbers.name))
                     (table(numbers))
                 }
             }
-            @if let Some(asked) = &asked {
+            @if let Some(asked) = &tables.asked {
                 section {
                     h2 { "Claims of the papers" }
                     p { "Only claims that some run here can test; effect sizes stand in the pages of the runs and in the file." }
@@ -111,39 +141,14 @@ pub fn overview(
                 }
             }
         }
-    };
-    let mut files: Vec<&Table> = side.iter().map(|(_, own)| own).collect();
-    let all = tables::claims(claims);
-    files.push(&all);
-    files.extend(ranks.as_ref().map(|(_, numbers, _)| numbers));
-    files.extend(&asked);
-    files.extend(&again);
-    if let Some((chart, ..)) = &ranks {
-        let below = folder.join("charts");
-        std::fs::create_dir_all(&below).map_err(|e| refuse(&below, &e))?;
-        let label = format!("{}. {}", chart.title, chart.reading);
-        for (name, bytes) in
-            super::drawing(&format!("charts/{}", chart.name), &chart.canvas(Paint::Print), &label)?
-        {
-            write(&folder.join(name), &bytes)?;
-        }
     }
-    for own in files {
-        let below = folder.join("tables");
-        std::fs::create_dir_all(&below).map_err(|e| refuse(&below, &e))?;
-        write(&below.join(format!("{}.md", own.name)), own.markdown().as_bytes())?;
-        write(&below.join(format!("{}.csv", own.name)), &own.csv()?)?;
-    }
-    let page = folder.join("index.html");
-    write(&page, frame("taxel reports", &body).into_string().as_bytes())?;
-    Ok(page)
 }
 
-fn side_by_side(entries: &[Entry], kind: Kind) -> Table {
-    let rows: Vec<&Entry> = entries.iter().filter(|entry| entry.judgement.kind == kind).collect();
+fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
+    let rows: Vec<&Entry> = entries.iter().filter(|entry| entry.judgement.kind() == of).collect();
     let columns = vec![
         Column::text("run", "run", |e: &&Entry| Cell::text(&e.judgement.results.name)),
-        Column::text("readings", "source", |e: &&Entry| Cell::text(&e.judgement.results.source)),
+        Column::text("readings", "source", |e: &&Entry| Cell::text(e.judgement.results.source.to_string())),
         Column::text("protocol", "protocol", |e: &&Entry| Cell::text(&e.judgement.protocol)),
         Column::number("samples", &["samples"], |e: &&Entry| Cell::count(e.judgement.results.samples as u64)),
         Column::number("chance %", &["chance_percent"], |e: &&Entry| {
@@ -158,20 +163,21 @@ fn side_by_side(entries: &[Entry], kind: Kind) -> Table {
             Cell::number(e.best().and_then(|best| best.2), digits)
         }),
     ];
-    let (name, caption) = match kind {
-        Kind::Simulated => ("overview-simulated", "Runs on simulated readings"),
-        Kind::Real => ("overview-real", "Runs on real readings"),
+    let name = match of {
+        SourceKind::Simulated => names::OVERVIEW_SIMULATED,
+        SourceKind::Real => names::OVERVIEW_REAL,
     };
-    Table::new(name, caption.into(), columns, &rows)
+    Table::new(name, format!("Runs on {} readings", kind(of)), columns, &rows)
 }
 
 /// Claims that some run can test: what each run says.
 fn asked(claims: &[Claim]) -> Option<Table> {
-    let mut runs: Vec<(&str, Kind)> = vec![];
+    let mut runs: Vec<(&str, SourceKind)> = vec![];
     let mut rows: Vec<Vec<&Claim>> = vec![];
     for claim in claims {
-        if !runs.contains(&(&claim.run, claim.kind)) {
-            runs.push((&claim.run, claim.kind));
+        let run = (claim.run.as_str(), claim.source.kind);
+        if !runs.contains(&run) {
+            runs.push(run);
         }
         let same = |row: &&mut Vec<&Claim>| {
             (&row[0].paper, &row[0].place, &row[0].says) == (&claim.paper, &claim.place, &claim.says)
@@ -190,13 +196,9 @@ fn asked(claims: &[Claim]) -> Option<Table> {
         Column::text("paper", "paper", |row: &Vec<&Claim>| Cell::text(&row[0].paper)),
         Column::text("printed in", "place", |row: &Vec<&Claim>| Cell::text(&row[0].place)),
     ];
-    for (run, kind) in runs {
-        let kind = match kind {
-            Kind::Simulated => "simulated",
-            Kind::Real => "real",
-        };
+    for (run, of) in runs {
         let name = run.to_string();
-        columns.push(Column::text(&format!("{run} ({kind})"), run, move |row: &Vec<&Claim>| {
+        columns.push(Column::text(&format!("{run} ({})", kind(of)), run, move |row: &Vec<&Claim>| {
             let own = row.iter().find(|claim| claim.run == name);
             Cell::text(match own.map(|claim| claim.outcome) {
                 Some(Outcome::Holds) => "holds",
@@ -205,7 +207,7 @@ fn asked(claims: &[Claim]) -> Option<Table> {
             })
         }));
     }
-    Some(Table::new("claims-by-run", "What the papers claim, run by run".into(), columns, &rows))
+    Some(Table::new(names::CLAIMS_BY_RUN, "What the papers claim, run by run".into(), columns, &rows))
 }
 
 /// Mean ranks and tests against the best.
@@ -221,7 +223,7 @@ fn ranked(across: &Across) -> Table {
         }),
     ];
     let caption = format!("Mean ranks over {} data sets", across.runs.len());
-    Table::new("ranks", caption, columns, &rows)
+    Table::new(names::RANKS, caption, columns, &rows)
 }
 
 /// One table for all runs on the same readings: accuracy of each network in each, and how far they lie apart.
@@ -247,10 +249,7 @@ fn again(entries: &[Entry]) -> Vec<Table> {
 }
 
 fn beside(number: usize, group: &[&Judgement]) -> Option<Table> {
-    let accuracy = |run: &Judgement, name: &str| {
-        let own = run.networks.iter().find(|n| n.results.network == name)?;
-        own.results.mean.map(|mean| mean.accuracy)
-    };
+    let accuracy = |run: &Judgement, name: &str| run.network(name)?.accuracy();
     let mut names: Vec<&str> = vec![];
     for network in group.iter().flat_map(|run| &run.networks) {
         let name = network.results.network.as_str();

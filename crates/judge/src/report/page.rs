@@ -1,15 +1,18 @@
 //! The page of one run: what to take first, how it was found last.
 
 use maud::{Markup, html};
+use taxel_data::SourceKind;
+use taxel_learn::Environment;
 
 use super::charts::Chart;
 use super::html::{LONG, chart, folded, frame, picture, small_chart, table};
+use super::names::{chart as charts, table as tables};
 use super::palette::Paint;
-use super::pictures;
+use super::pictures::{Shown, show};
 use super::tables::Table;
-use super::words::{runs, stress_basis};
-use crate::choice::Choice;
-use crate::judgement::{Example, Judgement, Kind, Picture, PictureKind};
+use super::words::{kind, runs, stress_basis};
+use crate::error::Result;
+use crate::values::{Choice, Example, Judged, Judgement, Picture, PictureKind};
 
 /// Everything that a page is made of.
 struct Parts<'a> {
@@ -19,12 +22,16 @@ struct Parts<'a> {
     charts: &'a [Chart<'a>],
 }
 
+/// The page.
+///
+/// # Errors
+/// A picture of the judgement that is not what it says.
 pub(super) fn page(
     judgement: &Judgement,
     choice: Option<&Choice>,
     tables: &[Table],
     charts: &[Chart],
-) -> Markup {
+) -> Result<Markup> {
     let parts = Parts { judgement, choice, tables, charts };
     let sections: Vec<(&str, &str, Markup)> = [
         ("recommendation", "Recommendation", Some(parts.recommendation())),
@@ -33,7 +40,7 @@ pub(super) fn page(
         ("evidence", "Evidence", parts.evidence()),
         ("claims", "Claims", parts.claims()),
         ("details", "Details", Some(parts.details())),
-        ("examples", "Examples", parts.examples()),
+        ("examples", "Examples", parts.examples()?),
         ("how", "How it was measured", Some(parts.how())),
     ]
     .into_iter()
@@ -53,15 +60,13 @@ pub(super) fn page(
             }
         }
     };
-    frame(&format!("{}: taxel report", judgement.results.name), &body)
+    let title = format!("{}, {}: taxel report", parts.heading(), judgement.results.source);
+    Ok(frame(&title, &body))
 }
 
 /// The badge that says what was measured on.
-pub(super) fn badge(kind: Kind) -> Markup {
-    match kind {
-        Kind::Simulated => html! { span.badge.simulated { "simulated readings" } },
-        Kind::Real => html! { span.badge.real { "real readings" } },
-    }
+pub(super) fn badge(of: SourceKind) -> Markup {
+    html! { span class={ "badge " (kind(of)) } { (kind(of)) " readings" } }
 }
 
 impl Parts<'_> {
@@ -82,22 +87,26 @@ impl Parts<'_> {
         self.charts.iter().find(|own| own.name == name).map(|own| chart(own, numbers))
     }
 
+    /// The title of the run, or its name.
+    fn heading(&self) -> &str {
+        let results = &self.judgement.results;
+        results.title.as_deref().unwrap_or(&results.name)
+    }
+
     fn header(&self) -> Markup {
         let results = &self.judgement.results;
         let what = if results.attributes.is_empty() { "classes" } else { "levels" };
         html! {
             header {
-                p.kicker { "taxel report " (badge(self.judgement.kind)) }
-                h1 { (results.name) }
-                @if let Some(title) = &results.title { p.lead { (title) } }
+                p.kicker { "taxel report of " (results.name) " " (badge(self.judgement.kind())) }
+                h1 { (self.heading()) " " span.source { (results.source) } }
                 p {
-                    (results.source) ", " (results.samples) " samples, " (results.classes.len()) " " (what) ". "
+                    (results.samples) " samples, " (results.classes.len()) " " (what) ". "
                     (self.judgement.protocol) ", seed " (results.seed) "."
                 }
                 @if !results.complete {
                     p.warning role="note" {
-                        "Incomplete: " (results.missing.len()) " folds are missing. Go on with "
-                        code { "taxel run --resume" } "."
+                        "Incomplete: " (results.missing.len()) " folds are missing; resume the run."
                     }
                 }
                 @if !self.judgement.judged_on.optimised {
@@ -119,7 +128,7 @@ impl Parts<'_> {
                     @if !choice.enough_data {
                         p.warning role="note" {
                             "Too few data to tell: a network may be worse than the best by "
-                            (choice.wish.margin) " points or more without this table seeing it."
+                            (choice.criteria.margin) " points or more without this table seeing it."
                         }
                     }
                 }
@@ -132,22 +141,24 @@ impl Parts<'_> {
         }
     }
 
-    /// The ends of the front in words.
+    /// The front in words, the most accurate first.
     fn front(&self) -> String {
-        let scored = |n: &&crate::Judged| n.on_front && n.results.mean.is_some() && n.speed.is_some();
-        let mut front: Vec<_> = self.judgement.networks.iter().filter(scored).collect();
-        let accuracy = |n: &crate::Judged| n.results.mean.map_or(0.0, |mean| mean.accuracy);
-        front.sort_by(|a, b| accuracy(b).total_cmp(&accuracy(a)));
-        let said = |n: &&crate::Judged| format!("{} ({:.1} %)", n.results.network, accuracy(n));
-        let names: Vec<String> = front.iter().map(said).collect();
+        fn scored(n: &Judged) -> Option<(f64, &str)> {
+            Some((n.accuracy()?, n.results.network.as_str()))
+        }
+        let on_front = self.judgement.networks.iter().filter(|n| n.on_front);
+        let mut front: Vec<(f64, &str)> = on_front.filter_map(scored).collect();
+        front.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let names: Vec<String> =
+            front.iter().map(|(accuracy, name)| format!("{name} ({accuracy:.1} %)")).collect();
         format!("Nothing is both faster and more accurate than: {}.", names.join(", "))
     }
 
     fn speed(&self) -> Markup {
         html! {
-            (self.chart("accuracy-latency", "networks").unwrap_or_default())
-            (self.table("networks").unwrap_or_default())
-            @if let Some(published) = self.table("published") {
+            (self.chart(charts::ACCURACY_LATENCY, tables::NETWORKS).unwrap_or_default())
+            (self.table(tables::NETWORKS).unwrap_or_default())
+            @if let Some(published) = self.table(tables::PUBLISHED) {
                 h3 { "What the papers print" }
                 (published)
             }
@@ -157,7 +168,7 @@ impl Parts<'_> {
     fn breaking(&self) -> Markup {
         let Some(stress) = &self.judgement.stress else {
             return html! {
-                p { "Not tested. " code { "taxel report --again" } " without " code { "--no-stress" } " does it." }
+                p { "Not tested." }
             };
         };
         html! {
@@ -167,13 +178,13 @@ impl Parts<'_> {
                     li { strong { (network.network) } ": " (network.verdict) }
                 }
             }
-            (self.chart("fault-losses", "fault-losses").unwrap_or_default())
-            (self.table("breaking-points").unwrap_or_default())
-            (self.chart("fault-curves", "fault-curves").unwrap_or_default())
-            (self.folded("fault-losses"))
-            (self.folded("fault-curves"))
-            (self.chart("calibration", "breaking-points").unwrap_or_default())
-            (self.folded("faults"))
+            (self.chart(charts::FAULT_LOSSES, tables::FAULT_LOSSES).unwrap_or_default())
+            (self.table(tables::BREAKING_POINTS).unwrap_or_default())
+            (self.chart(charts::FAULT_CURVES, tables::FAULT_CURVES).unwrap_or_default())
+            (self.folded(tables::FAULT_LOSSES))
+            (self.folded(tables::FAULT_CURVES))
+            (self.chart(charts::CALIBRATION, tables::BREAKING_POINTS).unwrap_or_default())
+            (self.folded(tables::FAULTS))
             @if !stress.left_out.is_empty() {
                 h3 { "Left out" }
                 ul { @for (fault, reason) in &stress.left_out { li { (fault) ": " (reason) } } }
@@ -182,99 +193,70 @@ impl Parts<'_> {
     }
 
     fn evidence(&self) -> Option<Markup> {
-        self.table("evidence")
+        self.table(tables::EVIDENCE)
     }
 
     fn claims(&self) -> Option<Markup> {
-        self.table("claims")
+        self.table(tables::CLAIMS)
     }
 
     fn details(&self) -> Markup {
-        let matrices: Vec<&Chart> = self.charts.iter().filter(|c| c.name.starts_with("confusion-")).collect();
-        let numbers = if self.judgement.results.attributes.is_empty() { "confusion" } else { "attributes" };
+        let matrices: Vec<&Chart> =
+            self.charts.iter().filter(|c| c.name.starts_with(charts::CONFUSION)).collect();
+        let numbers =
+            if self.judgement.results.attributes.is_empty() { tables::CONFUSION } else { tables::ATTRIBUTES };
         html! {
-            (self.chart("accuracy-size", "costs").unwrap_or_default())
-            (self.chart("accuracy-macs", "costs").unwrap_or_default())
-            (self.table("costs").unwrap_or_default())
-            (self.chart("where-time-goes", "speed").unwrap_or_default())
-            (self.table("speed").unwrap_or_default())
-            @if let Some(chart) = self.chart("few-samples", "few-samples") {
+            (self.chart(charts::ACCURACY_SIZE, tables::COSTS).unwrap_or_default())
+            (self.chart(charts::ACCURACY_MACS, tables::COSTS).unwrap_or_default())
+            (self.table(tables::COSTS).unwrap_or_default())
+            (self.chart(charts::WHERE_TIME_GOES, tables::SPEED).unwrap_or_default())
+            (self.table(tables::SPEED).unwrap_or_default())
+            @if let Some(chart) = self.chart(charts::FEW_SAMPLES, tables::FEW_SAMPLES) {
                 (chart)
-                (self.table("few-samples").unwrap_or_default())
+                (self.table(tables::FEW_SAMPLES).unwrap_or_default())
             }
-            @if let Some(chart) = self.chart("training", "training") {
+            @if let Some(chart) = self.chart(charts::TRAINING, tables::TRAINING) {
                 (chart)
-                (self.folded("training"))
+                (self.folded(tables::TRAINING))
             }
-            @if let Some(chart) = self.chart("weight-changes", "weight-changes") {
+            @if let Some(chart) = self.chart(charts::WEIGHT_CHANGES, tables::WEIGHT_CHANGES) {
                 (chart)
-                (self.table("weight-changes").unwrap_or_default())
+                (self.table(tables::WEIGHT_CHANGES).unwrap_or_default())
             }
             @if let Some(first) = matrices.first() {
                 h3 { "What is taken for what" }
                 p.reading { (first.reading) " Numbers: " a href={ "#table-" (numbers) } { "table" } "." }
                 div.grid { @for own in &matrices { (small_chart(own)) } }
             }
-            (self.folded("confusion"))
-            (self.table("attributes").unwrap_or_default())
-            (self.folded("classes"))
-            (self.folded("folds"))
+            (self.folded(tables::CONFUSION))
+            (self.table(tables::ATTRIBUTES).unwrap_or_default())
+            (self.folded(tables::CLASSES))
+            (self.folded(tables::FOLDS))
         }
     }
 
-    fn examples(&self) -> Option<Markup> {
+    fn examples(&self) -> Result<Option<Markup>> {
         if self.judgement.examples.is_empty() {
-            return None;
+            return Ok(None);
         }
-        Some(html! {
+        let all = self.judgement.examples.iter().enumerate();
+        let articles = all.map(|(i, own)| example(i + 1, own)).collect::<Result<Vec<_>>>()?;
+        Ok(Some(html! {
             p {
                 "Test samples of the first fold: those that divide the networks most, and one that all get right. "
                 "Images are scaled from their least to their largest value."
             }
-            @for (i, own) in self.judgement.examples.iter().enumerate() { (example(i + 1, own)) }
-            (self.folded("examples"))
-        })
+            @for article in &articles { (article) }
+            (self.folded(tables::EXAMPLES))
+        }))
     }
 
     fn how(&self) -> Markup {
         let judgement = self.judgement;
-        let (then, now) = (&judgement.environment, &judgement.judged_on);
-        let machine = |own: &taxel_trainer::Environment| {
-            let cpu = own.cpu.as_deref().unwrap_or("unknown processor");
-            let build = if own.optimised { "release build" } else { "debug build" };
-            let commit = own.commit.as_deref().unwrap_or("unknown commit");
-            format!("{cpu}, {}, taxel {} ({commit}, {build})", own.platform, own.taxel)
-        };
-        let facts: Vec<(&str, String)> = vec![
-            ("Readings", judgement.results.source.clone()),
-            ("Digest of the readings", judgement.results.data_digest.clone()),
-            ("Protocol", format!("{}, seed {}", judgement.protocol, judgement.results.seed)),
-            (
-                "Accuracy",
-                "mean over test parts; interval: 95 % bootstrap over groups where there are some, over samples \
-                 elsewhere"
-                    .into(),
-            ),
-            ("Chance", format!("{:.1} %: always naming the commonest class", judgement.chance)),
-            (
-                "Latency",
-                format!(
-                    "one test sample at a time on one thread, from raw reading to probabilities, encoding \
-                     included; {} timed runs after up to 50 to warm up",
-                    runs(judgement)
-                ),
-            ),
-            ("Trained on", format!("{}, {} threads", machine(then), then.threads)),
-            ("Timed on", machine(now)),
-            (
-                "Faults",
-                judgement.stress.as_ref().map_or("not tested".into(), |stress| {
-                    format!("{}; seed {}", stress_basis(stress), stress.seed)
-                }),
-            ),
-        ];
+        let published = judgement.networks.iter().any(|n| n.results.published.is_some());
+        let kinds = if published { "Simulated, real and published" } else { "Simulated and real" };
         html! {
-            dl { @for (name, text) in &facts { dt { (name) } dd { (text) } } }
+            dl { @for (name, text) in &facts(judgement) { dt { (name) } dd { (text) } } }
             @for line in judgement.results.batch_norm_words() { p { "The same weights: " (line) "." } }
             @if !judgement.results.left_out.is_empty() {
                 h3 { "Baselines that were left out" }
@@ -282,32 +264,61 @@ impl Parts<'_> {
             }
             p {
                 "All of this is in " code { "judgement.json" } "; nothing was trained for this page. "
-                "Simulated, real and published numbers never share a column."
+                (kinds) " numbers never share a column."
             }
         }
     }
 }
 
-fn example(number: usize, own: &Example) -> Markup {
-    let label = |picture: &Picture| {
-        let shape: Vec<String> = picture.shape.iter().map(usize::to_string).collect();
-        let kind = match picture.kind {
-            PictureKind::Lines => "channels by readings",
-            PictureKind::Grey => "rows by columns",
-            PictureKind::Colour => "colours by rows by columns",
-            PictureKind::Frames => "frames by rows by columns",
-        };
-        format!("{}, {} {kind}", picture.name, shape.join("×"))
+/// What was measured on what, and how.
+fn facts(judgement: &Judgement) -> Vec<(&'static str, String)> {
+    let (then, now) = (&judgement.environment, &judgement.judged_on);
+    let machine = |own: &Environment| {
+        let cpu = own.cpu.as_deref().unwrap_or("unknown processor");
+        let build = if own.optimised { "release build" } else { "debug build" };
+        let commit = own.commit.as_deref().unwrap_or("unknown commit");
+        format!("{cpu}, {}, taxel {} ({commit}, {build})", own.platform, own.taxel)
     };
-    html! {
+    vec![
+        ("Readings", judgement.results.source.to_string()),
+        ("Digest of the readings", judgement.results.data_digest.clone()),
+        ("Protocol", format!("{}, seed {}", judgement.protocol, judgement.results.seed)),
+        (
+            "Accuracy",
+            "mean over test parts; interval: 95 % bootstrap over groups where there are some, over samples \
+             elsewhere"
+                .into(),
+        ),
+        ("Chance", format!("{:.1} %: always naming the commonest class", judgement.chance)),
+        (
+            "Latency",
+            format!(
+                "one test sample at a time on one thread, from raw reading to probabilities, encoding \
+                 included; {} timed runs after up to 50 to warm up",
+                runs(judgement)
+            ),
+        ),
+        ("Trained on", format!("{}, {} threads", machine(then), then.threads)),
+        ("Timed on", machine(now)),
+        (
+            "Faults",
+            judgement.stress.as_ref().map_or("not tested".into(), |stress| {
+                format!("{}; seed {}", stress_basis(stress), stress.seed)
+            }),
+        ),
+    ]
+}
+
+fn example(number: usize, own: &Example) -> Result<Markup> {
+    let drawn = |picture| Ok((label(picture), show(picture, Paint::Page)?));
+    let pictures: Vec<(String, Shown)> = own.pictures.iter().map(drawn).collect::<Result<_>>()?;
+    Ok(html! {
         article.example {
             h3 { "Example " (number) ": " (own.truth) }
             p.reading { (own.origin) }
             div.pictures {
-                @for own in &own.pictures {
-                    @if let Some(shown) = pictures::show(own, Paint::Page) {
-                        figure { (picture(&shown, &label(own))) figcaption { (label(own)) } }
-                    }
+                @for (label, shown) in &pictures {
+                    figure { (picture(shown, label)) figcaption { (label) } }
                 }
             }
             ul.answers {
@@ -321,5 +332,17 @@ fn example(number: usize, own: &Example) -> Markup {
                 }
             }
         }
-    }
+    })
+}
+
+/// `image, 3×50×50 colours by rows by columns`.
+fn label(picture: &Picture) -> String {
+    let shape: Vec<String> = picture.shape.iter().map(usize::to_string).collect();
+    let kind = match picture.kind {
+        PictureKind::Lines => "channels by readings",
+        PictureKind::Grey => "rows by columns",
+        PictureKind::Colour => "colours by rows by columns",
+        PictureKind::Frames => "frames by rows by columns",
+    };
+    format!("{}, {} {kind}", picture.name, shape.join("×"))
 }

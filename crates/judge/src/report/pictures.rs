@@ -6,7 +6,8 @@ use super::axes::{Frame, Scale, widened};
 use super::canvas::{Canvas, Stroke};
 use super::numbers::tick;
 use super::palette::{Ink, Paint};
-use crate::judgement::{Picture, PictureKind};
+use crate::error::{Error, Result};
+use crate::values::{Picture, PictureKind};
 
 const SIZE: (f64, f64) = (380.0, 210.0);
 
@@ -18,25 +19,30 @@ pub(super) enum Shown {
     Pixels(usize, usize, Vec<u8>),
 }
 
-/// Draws `picture`; none for an array that is not what its kind says.
-pub(super) fn show(picture: &Picture, paint: Paint) -> Option<Shown> {
+/// Draws `picture`.
+///
+/// # Errors
+/// An array that is not what its kind says.
+pub(super) fn show(picture: &Picture, paint: Paint) -> Result<Shown> {
+    let values = &picture.values;
+    let refuse = |reason: String| Error::Picture { name: picture.name.clone(), reason };
+    if values.is_empty() || values.len() != picture.shape.iter().product::<usize>() {
+        return Err(refuse(format!("{} values of shape {:?}", values.len(), picture.shape)));
+    }
+    let pixels = |colours: &[[u8; 3]], h, w| pixels(colours, h, w).map_err(&refuse);
     match (picture.kind, picture.shape.as_slice()) {
-        (PictureKind::Lines, [channels, ticks]) => {
-            lines(picture, *channels, *ticks, paint).map(|drawn| Shown::Drawing(Box::new(drawn)))
-        }
-        (PictureKind::Grey, [h, w]) => pixels(&grey(&picture.values), *h, *w),
-        (PictureKind::Colour, [3, h, w]) => pixels(&interleaved(&picture.values, h * w), *h, *w),
-        (PictureKind::Frames, [k, h, w]) => frames(&picture.values, *k, *h, *w),
-        _ => None,
+        (PictureKind::Lines, [_, ticks]) => Ok(Shown::Drawing(Box::new(lines(values, *ticks, paint)))),
+        (PictureKind::Grey, [h, w]) => pixels(&grey(values), *h, *w),
+        (PictureKind::Colour, [3, h, w]) => pixels(&interleaved(values, h * w), *h, *w),
+        (PictureKind::Frames, [k, h, w]) => pixels(&frames(values, *k, *h, *w), *h, k * (w + 1) - 1),
+        (kind, shape) => Err(refuse(format!("shape {shape:?} is none of {kind:?}"))),
     }
 }
 
-fn lines(picture: &Picture, channels: usize, ticks: usize, paint: Paint) -> Option<Canvas> {
-    if ticks == 0 || picture.values.len() != channels * ticks {
-        return None;
-    }
+/// One line for each `ticks` values.
+fn lines(values: &[f32], ticks: usize, paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(SIZE.0, SIZE.1, paint);
-    let values: Vec<f64> = picture.values.iter().map(|v| f64::from(*v)).collect();
+    let values: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
     let limits = (f64::NEG_INFINITY, f64::INFINITY);
     let last = ticks.saturating_sub(1).max(1) as f64;
     let frame = Frame {
@@ -50,7 +56,7 @@ fn lines(picture: &Picture, channels: usize, ticks: usize, paint: Paint) -> Opti
         let stroke = Stroke::of(Ink::Series(channel), 1.5);
         canvas.hover(&format!("channel {channel}"), |canvas| canvas.path(line, stroke));
     }
-    Some(canvas)
+    canvas
 }
 
 /// To 0..=255, from the least to the largest value.
@@ -67,38 +73,33 @@ fn grey(values: &[f32]) -> Vec<[u8; 3]> {
 /// `[3, H, W]` to one colour per pixel.
 fn interleaved(values: &[f32], area: usize) -> Vec<[u8; 3]> {
     let all = scaled(values);
-    let at = |channel: usize, i: usize| all.get(channel * area + i).copied().unwrap_or(0);
-    (0..area).map(|i| [at(0, i), at(1, i), at(2, i)]).collect()
+    (0..area).map(|i| [all[i], all[area + i], all[2 * area + i]]).collect()
 }
 
-/// Frames side by side, one pixel apart.
-fn frames(values: &[f32], k: usize, h: usize, w: usize) -> Option<Shown> {
-    if values.len() != k * h * w {
-        return None;
-    }
-    let all = scaled(values);
-    let width = k * (w + 1) - usize::from(k > 0);
+/// `[K, H, W]` side by side, one pixel apart.
+fn frames(values: &[f32], k: usize, h: usize, w: usize) -> Vec<[u8; 3]> {
+    let width = k * (w + 1) - 1;
     let mut sheet = vec![[128u8; 3]; h * width];
-    for (frame, own) in all.chunks_exact((h * w).max(1)).enumerate() {
+    for (frame, own) in scaled(values).chunks_exact(h * w).enumerate() {
         for (i, v) in own.iter().enumerate() {
             sheet[(i / w) * width + frame * (w + 1) + i % w] = [*v; 3];
         }
     }
-    pixels(&sheet, h, width)
+    sheet
 }
 
-fn pixels(colours: &[[u8; 3]], h: usize, w: usize) -> Option<Shown> {
-    if h == 0 || w == 0 || colours.len() != h * w {
-        return None;
-    }
+/// One colour per pixel as PNG; what is wrong in words.
+fn pixels(colours: &[[u8; 3]], h: usize, w: usize) -> std::result::Result<Shown, String> {
+    let side = |length: usize| u32::try_from(length).map_err(|e| e.to_string());
     let mut png = vec![];
-    let (width, height) = (u32::try_from(w).ok()?, u32::try_from(h).ok()?);
-    let written =
-        PngEncoder::new(&mut png).write_image(colours.as_flattened(), width, height, ExtendedColorType::Rgb8);
-    written.is_ok().then_some(Shown::Pixels(w, h, png))
+    PngEncoder::new(&mut png)
+        .write_image(colours.as_flattened(), side(w)?, side(h)?, ExtendedColorType::Rgb8)
+        .map_err(|e| e.to_string())?;
+    Ok(Shown::Pixels(w, h, png))
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
     use super::*;
 
@@ -111,7 +112,7 @@ mod tests {
             values: values.to_vec(),
         };
         let decode = |picture: &Picture| match show(picture, Paint::Print) {
-            Some(Shown::Pixels(_, _, png)) => image::load_from_memory(&png).unwrap().to_rgb8(),
+            Ok(Shown::Pixels(_, _, png)) => image::load_from_memory(&png).unwrap().to_rgb8(),
             _ => panic!("no pixels"),
         };
         let grey = decode(&picture(PictureKind::Grey, &[1, 3], &[-1.0, 0.0, 1.0]));
@@ -121,6 +122,13 @@ mod tests {
         let strip = decode(&picture(PictureKind::Frames, &[2, 2, 1], &[0.0, 1.0, 2.0, 4.0]));
         assert_eq!(strip.dimensions(), (3, 2));
         assert_eq!((strip.get_pixel(0, 1).0[0], strip.get_pixel(2, 1).0[0]), (64, 255));
-        assert!(show(&picture(PictureKind::Grey, &[2, 2], &[0.0]), Paint::Print).is_none());
+        for (kind, shape, values) in [
+            (PictureKind::Grey, &[2, 2][..], &[0.0][..]),
+            (PictureKind::Colour, &[2, 1, 1], &[0.0, 1.0]),
+            (PictureKind::Lines, &[0, 2], &[]),
+        ] {
+            let error = show(&picture(kind, shape, values), Paint::Print).err().unwrap().to_string();
+            assert!(error.starts_with("picture `x`: ") && error.contains("shape"), "{error}");
+        }
     }
 }

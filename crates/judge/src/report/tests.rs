@@ -1,162 +1,15 @@
-//! A judgement made by hand, with names that want to break out, and what a report makes of it.
+//! What a report makes of a judgement.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use serde_json::{Value, json};
-use taxel_scenes::faults::Fault;
+use taxel_data::Source;
 
+use super::fixture::{HOSTILE, choice, claim, judgement};
 use super::tables::tables;
 use super::{Entry, Report, overview, report};
-use crate::across::across;
-use crate::choice::{By, Choice, Evidence, Test, Wish};
-use crate::claims::{Claim, Outcome};
-use crate::judgement::{Judgement, Kind};
-
-/// A class that would be a tag, an end of an attribute, a column and a formula.
-pub(super) const HOSTILE: &str = "<b>&\"x|$a_1$";
-
-/// Name, accuracy, p50 in ms, bytes, whether it is on the front.
-const NETWORKS: [(&str, f64, f64, u64, bool); 5] = [
-    ("small-1d", 91.25, 0.02, 55_692, true),
-    ("large-2d", 93.5, 0.71, 1_205_112, true),
-    // As accurate as the one above and slower: dominated.
-    (HOSTILE, 93.5, 0.9, 2_205_112, false),
-    ("majority", 33.3, 0.00001, 12, true),
-    ("k-nn", 71.0, 0.04, 120_480, false),
-];
-
-fn network(number: usize) -> Value {
-    let (name, accuracy, p50, bytes, on_front) = NETWORKS[number];
-    let scores = json!({"accuracy": accuracy, "precision": accuracy - 1.0, "recall": accuracy - 2.0, "f1": accuracy - 3.0});
-    let mut fold = scores.clone();
-    for (key, value) in [
-        ("repetition", json!(0)),
-        ("fold", json!(0)),
-        ("train_samples", json!(80)),
-        ("test_samples", json!(40)),
-        ("test_loss", json!(0.25)),
-        ("calibration_error", json!(0.05)),
-        ("brier", json!(0.2)),
-    ] {
-        fold[key] = value;
-    }
-    let published = json!({"table": "paper 000, Table 5", "accuracy": [87.94, 1.42], "megabytes": 0.06, "gflops": 0.0002});
-    let training = json!([
-        {"epoch": 0, "train_loss": 1.0, "train_accuracy": 40.0, "validation_loss": 1.1, "validation_accuracy": 38.0},
-        {"epoch": 1, "train_loss": 0.5, "train_accuracy": 80.0, "validation_loss": 0.7, "validation_accuracy": 75.0},
-    ]);
-    let baseline = number >= 3;
-    json!({
-        "network": name, "zoo": name, "paper": "paper 000", "settings": {}, "folds": [fold],
-        "costs": {"parameters": bytes / 4, "bytes": bytes, "macs": if number == 3 { 0 } else { 10 * bytes }, "flops": 20 * bytes},
-        "mean": scores, "sd": {"accuracy": 1.5, "precision": 1.0, "recall": 1.0, "f1": 1.0},
-        "interval": [accuracy - 4.0, accuracy + 3.0],
-        "confusion": [[12, 1], [3, 24]], "published": if number == 0 { published } else { Value::Null },
-        "baseline": baseline, "inputs": ["signal"],
-        "speed": {
-            "p50_ms": p50 * 0.75, "p95_ms": p50 * 0.8, "encoding_p50_ms": p50 * 0.25, "whole_p50_ms": p50,
-            "whole_p95_ms": p50 * 1.5, "runs": 1000, "samples_per_second": 1e3 / p50, "batch": 64,
-        },
-        "train_seconds": 1.5, "epoch_seconds": if baseline { Value::Null } else { json!(0.1) }, "calibration_error": 0.05,
-        "on_front": on_front, "training": if baseline { json!([]) } else { training },
-        "changes": if number == 1 { json!([{"layer": HOSTILE, "change": 1.25e-4}]) } else { json!([]) },
-    })
-}
-
-fn stress() -> Value {
-    let score = |accuracy: f64| json!({"accuracy": accuracy, "calibration_error": 0.125});
-    let own = |number: usize| {
-        let (name, clean, ..) = NETWORKS[number];
-        let curve = |fault: &str, step: f64| {
-            let points: Vec<Value> =
-                (1..=5).map(|s| json!([s, score(clean - step * f64::from(s))])).collect();
-            json!({"fault": fault, "points": points, "breaks_at": if step > 5.0 { json!(3) } else { Value::Null }})
-        };
-        json!({
-            "network": name, "clean": score(clean), "curves": [curve("noise", 1.0), curve("gain", 10.0)],
-            "mean_loss": 16.5, "worst_loss": 30.0, "corruption_error": 87.5, "relative_corruption_error": null,
-            "calibration_error": 0.25, "verdict": format!("breaks first under {HOSTILE}"),
-        })
-    };
-    let fault = |fault: Fault| json!({"fault": fault, "what": fault.describe(), "levels": fault.severities(), "unit": fault.unit()});
-    json!({
-        "seed": 3, "samples": 40, "of": 120, "range": {"low": 0.0, "high": 1023.0, "from_samples": false}, "chance": 33.3,
-        "reference": "k-nn", "faults": [fault(Fault::Noise), fault(Fault::Gain)], "left_out": {"shift": HOSTILE},
-        "networks": (0..NETWORKS.len()).map(own).collect::<Vec<_>>(),
-    })
-}
-
-/// What a report shows, every part of it.
-pub(super) fn judgement() -> Judgement {
-    let environment = json!({
-        "taxel": "0.1.0", "commit": "0123abc", "optimised": true, "platform": "linux-x86_64", "cpu": HOSTILE, "cores": 2,
-        "threads": 2, "seed": 3, "source": "simulated: fingertip", "data_digest": "d1ge57",
-    });
-    let picture = |name: &str, kind: &str, shape: &[usize]| {
-        let values: Vec<f32> = (0..shape.iter().product()).map(|i| i as f32).collect();
-        json!({"name": name, "kind": kind, "shape": shape, "values": values})
-    };
-    let verdict = json!({"network": "small-1d", "predicted": HOSTILE, "probability": 0.875, "right": false});
-    let value = json!({
-        "results": {
-            "name": HOSTILE, "title": HOSTILE, "complete": true, "missing": [], "source": "simulated: fingertip",
-            "data_digest": "d1ge57", "samples": 120, "sample_shape": [5, 50], "classes": [HOSTILE, "soft"],
-            "protocol": {"kind": "k-fold", "folds": 2}, "folds": 2, "seed": 3, "unit": "percent", "networks": [],
-            "left_out": {"svm": HOSTILE},
-        },
-        "kind": "simulated", "protocol": "stratified 2-fold", "environment": environment, "judged_on": environment,
-        "chance": 33.3, "networks": (0..NETWORKS.len()).map(network).collect::<Vec<_>>(), "stress": stress(),
-        "examples": [{
-            "origin": HOSTILE, "truth": "soft", "verdicts": [verdict],
-            "pictures": [
-                picture("reading", "lines", &[2, 6]), picture("image", "colour", &[3, 4, 4]),
-                picture("tensor", "frames", &[2, 4, 3]), picture("grey", "grey", &[2, 3]),
-            ],
-        }],
-    });
-    serde_json::from_value(value).unwrap()
-}
-
-fn choice() -> Choice {
-    let wish = Wish { by: By::Latency, alpha: 0.05, max_loss: None, margin: 5.0 };
-    let evidence = |network: &str, difference: f64| Evidence {
-        network: network.into(),
-        accuracy: 93.5 + difference,
-        difference,
-        interval: (difference < 0.0).then_some([difference - 1.0, difference + 1.0]),
-        p: (difference < 0.0).then_some(0.25),
-        p_holm: (difference < 0.0).then_some(0.5),
-        worse: false,
-        cost: Some(0.02),
-        mean_loss: Some(16.5),
-        refused: None,
-    };
-    Choice {
-        wish,
-        test: Test::NadeauBengio,
-        best: "large-2d".into(),
-        chosen: Some("small-1d".into()),
-        enough_data: false,
-        evidence: vec![evidence("small-1d", -2.25), evidence("large-2d", 0.0)],
-        words: vec![format!("small-1d: {HOSTILE}")],
-    }
-}
-
-fn claim() -> Claim {
-    Claim {
-        paper: "000".into(),
-        place: "Table 5".into(),
-        says: HOSTILE.into(),
-        run: "run".into(),
-        source: "simulated: fingertip".into(),
-        kind: Kind::Simulated,
-        outcome: Outcome::DoesNotHold,
-        effect: "accuracy, pp".into(),
-        size: Some(-1.5),
-        interval: Some([-3.0, 0.5]),
-    }
-}
+use crate::decide::across;
+use crate::values::{Claim, Judgement, Outcome};
 
 fn whole() -> &'static Report {
     static WHOLE: LazyLock<Report> =
@@ -174,6 +27,10 @@ fn file<'a>(report: &'a Report, name: &str) -> &'a str {
 fn read(report: &Report, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_reader(file(report, &format!("tables/{name}.csv")).as_bytes());
     reader.deserialize().map(|row| row.unwrap()).collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap()
 }
 
 #[test]
@@ -265,7 +122,6 @@ fn drawings_are_well_formed_and_say_their_values() {
 #[test]
 fn files_hold_the_numbers_of_the_judgement() {
     let (report, judgement) = (whole(), judgement());
-    let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().unwrap();
     let rows = read(report, "networks");
     assert_eq!(rows.len(), judgement.networks.len());
     for (row, n) in rows.iter().zip(&judgement.networks) {
@@ -275,20 +131,25 @@ fn files_hold_the_numbers_of_the_judgement() {
         assert_eq!(number(row, "accuracy_low_percent"), n.results.interval.unwrap()[0]);
         assert_eq!(number(row, "accuracy_high_percent"), n.results.interval.unwrap()[1]);
         assert_eq!(number(row, "macro_f1_percent"), mean.f1);
-        assert_eq!(number(row, "latency_p50_ms"), speed.whole_p50_ms);
-        assert_eq!(number(row, "latency_p95_ms"), speed.whole_p95_ms);
+        assert_eq!(number(row, "latency_p50_ms"), speed.whole.p50_ms);
+        assert_eq!(number(row, "latency_p95_ms"), speed.whole.p95_ms);
         assert_eq!(number(row, "bytes"), n.results.costs.bytes as f64);
         assert_eq!(number(row, "macs"), n.results.costs.macs as f64);
     }
     for (row, n) in read(report, "speed").iter().zip(&judgement.networks) {
         let speed = n.speed.unwrap();
-        assert_eq!(number(row, "encoding_p50_ms"), speed.encoding_p50_ms);
+        assert_eq!(number(row, "encoding_p50_ms"), speed.encoding.p50_ms);
         assert_eq!(
             (number(row, "network_p50_ms"), number(row, "network_p95_ms")),
-            (speed.p50_ms, speed.p95_ms)
+            (speed.network.p50_ms, speed.network.p95_ms)
         );
         assert_eq!(number(row, "samples_per_second"), speed.samples_per_second);
     }
+}
+
+#[test]
+fn files_hold_the_numbers_under_faults() {
+    let (report, judgement) = (whole(), judgement());
     let stress = judgement.stress.as_ref().unwrap();
     let mut curves = read(report, "fault-curves").into_iter();
     for n in &stress.networks {
@@ -311,6 +172,11 @@ fn files_hold_the_numbers_of_the_judgement() {
     let losses = &read(report, "fault-losses")[1];
     assert_eq!((number(losses, "gain_loss_points"), number(losses, "gain_breaks_at")), (30.0, 3.0));
     assert_eq!((number(losses, "noise_loss_points"), losses["noise_breaks_at"].as_str()), (3.0, ""));
+}
+
+#[test]
+fn files_hold_mistakes_evidence_and_claims() {
+    let report = whole();
     let matrix = read(report, "confusion");
     let wrong = matrix.iter().find(|row| row["true"] == "soft" && row["predicted"] == HOSTILE).unwrap();
     assert_eq!(wrong["samples"], "3");
@@ -356,6 +222,30 @@ fn published_and_measured_numbers_share_no_column() {
             table.heads.iter().flat_map(|head| &head.csv).filter(|name| name.starts_with("published"));
         let expected = if table.name == "published" { 7 } else { 0 };
         assert_eq!(published.count(), expected, "{}", table.name);
+    }
+}
+
+#[test]
+fn the_heading_names_run_and_data_and_nothing_is_published_that_nobody_printed() {
+    let mut own = judgement();
+    own.results.title = Some("Which net for the glove".into());
+    let with = report(&own, None, &[]).unwrap();
+    let heading = "<h1>Which net for the glove <span class=\"source\">simulated: fingertip</span></h1>";
+    let page = file(&with, "report.html");
+    assert!(page.contains(heading), "{page}");
+    assert!(page.contains("<title>Which net for the glove, simulated: fingertip: taxel report</title>"));
+    assert!(page.contains("What the papers print") && page.contains("real and published numbers"));
+    own.results.title = None;
+    own.results.name = "glove".into();
+    own.results.source = Source::real("glove28");
+    own.networks.iter_mut().for_each(|n| n.results.published = None);
+    let without = report(&own, None, &[]).unwrap();
+    let page = file(&without, "report.html");
+    assert!(page.contains("<h1>glove <span class=\"source\">real: glove28</span></h1>"), "{page}");
+    assert!(page.contains("real readings") && !page.contains("simulated: "));
+    for (name, bytes) in without.files().iter().filter(|(name, _)| !name.ends_with(".png")) {
+        let text = std::str::from_utf8(bytes).unwrap();
+        assert!(!name.contains("published") && !text.contains("ublished"), "{name}");
     }
 }
 

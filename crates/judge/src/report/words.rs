@@ -1,9 +1,17 @@
 //! Sentences that tables, charts and page share.
 
-use taxel_trainer::NetworkResults;
+use taxel_data::SourceKind;
+use taxel_learn::NetworkResults;
 
-use crate::judgement::{Judged, Judgement};
-use crate::stress::Stress;
+use crate::values::{Judged, Judgement, Stress};
+
+/// `simulated` or `real`.
+pub(super) fn kind(kind: SourceKind) -> &'static str {
+    match kind {
+        SourceKind::Simulated => "simulated",
+        SourceKind::Real => "real",
+    }
+}
 
 /// Whether a network stands in the first table: all but the smaller rows of a learning curve.
 pub(super) fn is_shown(judgement: &Judgement, network: &Judged) -> bool {
@@ -19,7 +27,7 @@ pub(super) fn few_samples_of(own: &NetworkResults) -> &str {
 
 /// How often each network was timed: `1000`, or `37 to 1000`.
 pub(super) fn runs(judgement: &Judgement) -> String {
-    let runs = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.runs);
+    let runs = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.whole.runs);
     match (runs.clone().min(), runs.max()) {
         (Some(least), Some(most)) if least < most => format!("{least} to {most}"),
         (_, most) => most.unwrap_or(0).to_string(),

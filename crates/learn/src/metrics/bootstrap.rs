@@ -1,4 +1,4 @@
-//! Bootstrap intervals of a mean over samples that come in clusters.
+//! The bootstrap over clusters, and the interval of a mean by it.
 
 use std::collections::BTreeMap;
 
@@ -66,18 +66,36 @@ impl Clusters {
         if self.is_empty() {
             return (f64::NAN, f64::NAN);
         }
-        let mut rng = taxel_seed::rng(seed, &format!("bootstrap/{purpose}"));
-        let mut drawn = vec![0; self.len()];
-        let mut means: Vec<f64> = (0..draws.max(1))
-            .map(|_| {
-                drawn.iter_mut().for_each(|cluster| *cluster = rng.random_range(0..self.sums.len()));
-                self.mean_of(&drawn)
-            })
-            .collect();
-        means.sort_by(f64::total_cmp);
-        let tail = (1.0 - share) / 2.0;
-        (quantile(&means, tail), quantile(&means, 1.0 - tail))
+        let means = bootstrap(self.len(), draws.max(1), seed, purpose, |drawn| Some(self.mean_of(drawn)));
+        central(&means, share)
     }
+}
+
+/// Values of `statistic` on `draws` resamples of `clusters` clusters with replacement, ascending; what it
+/// leaves undefined is left out. It is given the numbers of the drawn clusters, from 0. `seed` and `purpose`
+/// choose the draws.
+pub fn bootstrap(
+    clusters: usize,
+    draws: usize,
+    seed: u64,
+    purpose: &str,
+    mut statistic: impl FnMut(&[usize]) -> Option<f64>,
+) -> Vec<f64> {
+    let mut rng = taxel_seed::rng(seed, &format!("bootstrap/{purpose}"));
+    let mut drawn = vec![0; clusters];
+    let mut values = vec![];
+    for _ in 0..draws {
+        drawn.iter_mut().for_each(|cluster| *cluster = rng.random_range(0..clusters));
+        values.extend(statistic(&drawn));
+    }
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// The bounds between which the middle `share` of the ascending `sorted` lies.
+pub fn central(sorted: &[f64], share: f64) -> (f64, f64) {
+    let tail = (1.0 - share) / 2.0;
+    (quantile(sorted, tail), quantile(sorted, 1.0 - tail))
 }
 
 /// The value below which the share `q` of the ascending `sorted` lies, interpolated linearly

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-pub use bootstrap::{Clusters, quantile};
+pub use bootstrap::{Clusters, bootstrap, central, quantile};
 pub use levels::{LevelScores, Levels};
 pub use probabilities::{BINS, brier, calibration_error, log_loss, mean_log_loss};
 

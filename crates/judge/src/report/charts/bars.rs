@@ -1,12 +1,13 @@
 //! Rows of bars: where time goes, calibration clean and broken, what training changed.
 
-use super::{Chart, HEADING, shown};
-use crate::judgement::{Judged, Judgement};
+use super::chart::{Chart, HEADING};
+use super::look::shown;
 use crate::report::axes::{Frame, Scale};
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use crate::report::names::chart;
 use crate::report::numbers::{digits, tenth, tick};
 use crate::report::palette::{Ink, Paint};
-use crate::stress::NetworkStress;
+use crate::values::{Judged, Judgement, NetworkStress};
 
 const WIDTH: f64 = 860.0;
 /// Width of the names at the left.
@@ -39,18 +40,18 @@ fn name(canvas: &mut Canvas, y: f64, name: &str) {
 /// Encoding and network apart.
 pub(super) fn times(judgement: &Judgement) -> Option<Chart<'_>> {
     let timed: Vec<&Judged> = shown(judgement).filter(|n| n.speed.is_some()).collect();
-    let encoded = timed.iter().any(|n| n.speed.is_some_and(|s| s.encoding_p50_ms > 0.0));
+    let encoded = timed.iter().any(|n| n.speed.is_some_and(|s| s.encoding.p50_ms > 0.0));
     if timed.is_empty() || !encoded {
         return None;
     }
     let reading = "Median time of one sample on one thread: encoding of the reading, then the network.";
     let draw = move |paint| draw_times(&timed, paint);
-    Some(Chart::new("where-time-goes", "Where the time goes", reading, draw))
+    Some(Chart::new(chart::WHERE_TIME_GOES, "Where the time goes", reading, draw))
 }
 
 fn draw_times(timed: &[&Judged], paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, 92.0 + ROW * timed.len() as f64, paint);
-    let parts = |n: &Judged| n.speed.map_or((0.0, 0.0), |s| (s.encoding_p50_ms, s.p50_ms));
+    let parts = |n: &Judged| n.speed.map_or((0.0, 0.0), |s| (s.encoding.p50_ms, s.network.p50_ms));
     let most = timed.iter().map(|n| parts(n)).map(|(a, b)| a + b).fold(0.0, f64::max);
     let key = [("encoding", Ink::Heat), ("network", Ink::Accent)];
     for (i, (text, ink)) in key.into_iter().enumerate() {
@@ -86,7 +87,7 @@ pub(super) fn calibration(judgement: &Judgement) -> Option<Chart<'_>> {
     let reading = "Expected calibration error: how far stated probabilities are from the share that is right. \
                    Dot: clean; ring: mean over faults and severities. To the left is better.";
     let draw = move |paint| draw_calibration(&stress.networks, paint);
-    Some(Chart::new("calibration", "Calibration, clean and broken", reading, draw))
+    Some(Chart::new(chart::CALIBRATION, "Calibration, clean and broken", reading, draw))
 }
 
 fn draw_calibration(networks: &[NetworkStress], paint: Paint) -> Canvas {
@@ -123,7 +124,7 @@ pub(super) fn weight_changes(judgement: &Judgement) -> Option<Chart<'_>> {
     let reading = "Mean squared change of each convolution's kernels in training, scaled to 0 to 1, mean over \
                    folds (paper 001, Figs. 3 and 4).";
     let draw = move |paint| draw_changes(&changed, paint);
-    Some(Chart::new("weight-changes", "What training changed", reading, draw))
+    Some(Chart::new(chart::WEIGHT_CHANGES, "What training changed", reading, draw))
 }
 
 fn draw_changes(changed: &[&Judged], paint: Paint) -> Canvas {

@@ -1,12 +1,14 @@
 //! Confusion matrices.
 
-use taxel_trainer::metrics::Confusion;
+use taxel_learn::metrics::Confusion;
 
-use super::{Chart, shown};
-use crate::judgement::Judgement;
+use super::chart::Chart;
+use super::look::shown;
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Type, short, width_of};
+use crate::report::names::chart;
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::slug;
+use crate::values::Judgement;
 
 /// Classes up to which counts are written into the cells.
 const WRITTEN: usize = 14;
@@ -25,11 +27,11 @@ pub(super) fn charts(judgement: &Judgement) -> Vec<Chart<'_>> {
             all.push(Chart::new(file, title, reading, move |paint| draw(&counts, &classes, paint)));
         };
         if let Some(confusion) = &n.results.confusion {
-            let file = format!("confusion-{number:02}-{}", slug(name));
+            let file = format!("{}{number:02}-{}", chart::CONFUSION, slug(name));
             add(file, name.clone(), confusion, &judgement.results.classes);
         }
         for (attribute, scores) in judgement.results.attributes.iter().zip(&n.results.attributes) {
-            let file = format!("confusion-{number:02}-{}-{}", slug(name), slug(&attribute.name));
+            let file = format!("{}{number:02}-{}-{}", chart::CONFUSION, slug(name), slug(&attribute.name));
             add(file, format!("{name}: {}", attribute.name), &scores.confusion, &attribute.classes);
         }
     }

@@ -1,12 +1,14 @@
 //! Training, and accuracy with few samples.
 
-use super::{Chart, HEADING, Look, legend, legend_height, look, shown};
-use crate::judgement::{EpochPoint, Judged, Judgement};
+use super::chart::{Chart, HEADING};
+use super::look::{Look, legend, legend_height, look, shown};
 use crate::report::axes::{Frame, Scale, widened};
 use crate::report::canvas::{Canvas, Stroke};
+use crate::report::names::chart;
 use crate::report::numbers::{digits, tenth, tick};
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::few_samples_of;
+use crate::values::{EpochPoint, Judged, Judgement};
 
 const WIDTH: f64 = 860.0;
 
@@ -31,7 +33,7 @@ pub(super) fn training(judgement: &Judgement) -> Option<Chart<'_>> {
         reading += " Thin: on validation samples, which are not trained on.";
     }
     let draw = move |paint| draw_training(judgement, &trained, paint);
-    Some(Chart::new("training", "Training", reading, draw))
+    Some(Chart::new(chart::TRAINING, "Training", reading, draw))
 }
 
 fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Canvas {
@@ -88,7 +90,7 @@ pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     let reading = "Accuracy against the number of training samples of each class; whiskers: 95 % interval. \
                    Dashed: baselines.";
     let draw = move |paint| draw_few(judgement, &curves, paint);
-    Some(Chart::new("few-samples", "Accuracy with few samples", reading, draw))
+    Some(Chart::new(chart::FEW_SAMPLES, "Accuracy with few samples", reading, draw))
 }
 
 fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {

@@ -1,13 +1,14 @@
 //! Accuracy under faults: a small chart for each fault, and one map of all losses.
 
-use super::{Chart, HEADING, Look, legend, legend_height, look};
-use crate::judgement::Judgement;
+use super::chart::{Chart, HEADING};
+use super::look::{Look, legend, legend_height, look};
 use crate::report::axes::{Frame, Scale};
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use crate::report::names::chart;
 use crate::report::numbers::{tenth, tick};
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::stress_basis;
-use crate::stress::{NetworkStress, Stress};
+use crate::values::{Judgement, MAJORITY, NetworkStress, Stress};
 
 const WIDTH: f64 = 860.0;
 const COLUMNS: usize = 3;
@@ -22,7 +23,7 @@ pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
          Dashed lines: baselines; dotted: chance. {}.",
         stress_basis(stress)
     );
-    Some(Chart::new("fault-curves", "Accuracy under faults", reading, move |paint| {
+    Some(Chart::new(chart::FAULT_CURVES, "Accuracy under faults", reading, move |paint| {
         draw_curves(judgement, stress, paint)
     }))
 }
@@ -45,7 +46,7 @@ fn draw_curves(judgement: &Judgement, stress: &Stress, paint: Paint) -> Canvas {
 
 /// All but always naming the commonest class, which is the line of chance.
 fn drawn<'a>(judgement: &'a Judgement, stress: &'a Stress) -> impl Iterator<Item = &'a NetworkStress> {
-    let majority = judgement.networks.iter().find(|n| n.results.zoo == "majority");
+    let majority = judgement.networks.iter().find(|n| n.results.zoo == MAJORITY);
     stress.networks.iter().filter(move |n| majority.is_none_or(|m| m.results.network != n.network))
 }
 
@@ -66,7 +67,7 @@ fn small(
     frame.draw_y(canvas, tick);
     frame.draw_x(canvas, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], |severity| match severity as usize {
         0 => "clean".into(),
-        at => info.levels[at - 1].to_string(),
+        at => info.level(at as u8).to_string(),
     });
     let ((x, to), (y, _)) = (frame.x.ends(), frame.y.ends());
     let look = Type { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
@@ -82,12 +83,7 @@ fn small(
         for point in &points {
             let what = match point.0 {
                 0 => "clean".into(),
-                severity => format!(
-                    "{} {} {}",
-                    info.fault.name(),
-                    info.levels[usize::from(severity.clamp(1, 5)) - 1],
-                    info.unit
-                ),
+                severity => format!("{} {} {}", info.fault.name(), info.level(severity), info.unit),
             };
             let broken = curve.breaks_at == Some(point.0);
             let note = if broken { ", broken" } else { "" };
@@ -106,7 +102,9 @@ pub(super) fn heat(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = "Accuracy lost in percentage points, mean over severities; the stronger the colour, the more. ✕3: from \
                    severity 3 on half of the margin above chance is gone.";
-    Some(Chart::new("fault-losses", "What each fault costs", reading, move |paint| draw_heat(stress, paint)))
+    Some(Chart::new(chart::FAULT_LOSSES, "What each fault costs", reading, move |paint| {
+        draw_heat(stress, paint)
+    }))
 }
 
 fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {

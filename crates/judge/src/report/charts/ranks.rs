@@ -1,10 +1,11 @@
 //! The critical-difference diagram (Demsar 2006, section 3.2.4): mean ranks over several data sets.
 
-use super::Chart;
-use crate::across::Across;
+use super::chart::Chart;
 use crate::report::axes::Scale;
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use crate::report::names::chart;
 use crate::report::palette::{Ink, Paint};
+use crate::values::Across;
 
 const WIDTH: f64 = 860.0;
 /// Room for names on either side.
@@ -21,7 +22,7 @@ pub(in crate::report) fn ranks(across: &Across) -> Chart<'_> {
         across.critical_difference,
         across.alpha
     );
-    Chart::new("critical-difference", "Ranks over data sets", reading, move |paint| draw(across, paint))
+    Chart::new(chart::CRITICAL_DIFFERENCE, "Ranks over data sets", reading, move |paint| draw(across, paint))
 }
 
 fn draw(across: &Across, paint: Paint) -> Canvas {

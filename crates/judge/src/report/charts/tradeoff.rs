@@ -1,14 +1,16 @@
 //! Accuracy against what it costs: latency, size, MACs.
 
+use super::chart::Chart;
 use super::labels::{self, place};
-use super::{Chart, shown};
-use crate::choice::Choice;
-use crate::judgement::{Judged, Judgement};
+use super::look::shown;
+use crate::pareto;
 use crate::report::axes::{Frame, Scale, widened};
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short, width_of};
+use crate::report::names::chart;
 use crate::report::numbers::{bytes, digits, si, tenth, tick};
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::runs;
+use crate::values::{Choice, Judged, Judgement, MAJORITY};
 
 const SIZE: (f64, f64) = (860.0, 506.0);
 /// Left, top, right, bottom of the area of the marks.
@@ -44,21 +46,21 @@ struct Axis {
 }
 
 const LATENCY: Axis = Axis {
-    name: "accuracy-latency",
+    name: chart::ACCURACY_LATENCY,
     title: "Accuracy against latency",
     label: "latency from raw reading to answer, one sample, one thread (ms, log)",
     unit: |v| format!("{} ms", digits(v)),
     tick,
 };
 const BYTES: Axis = Axis {
-    name: "accuracy-size",
+    name: chart::ACCURACY_SIZE,
     title: "Accuracy against size",
     label: "size of parameters and statistics in f32 (bytes, log)",
     unit: bytes,
     tick: bytes,
 };
 const MACS: Axis = Axis {
-    name: "accuracy-macs",
+    name: chart::ACCURACY_MACS,
     title: "Accuracy against work",
     label: "multiply-accumulates per sample (log)",
     unit: |v| format!("{} MACs", si(v)),
@@ -69,7 +71,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     // No printed point against MACs: no one convention explains the papers' GFLOPs (docs/costs.md).
     let sizes = shown(judgement).filter_map(printed_size).collect();
     let all = [
-        (LATENCY, points(judgement, |n| n.speed.map(|s| (s.whole_p50_ms, Some(s.whole_p95_ms)))), vec![]),
+        (LATENCY, points(judgement, |n| n.speed.map(|s| (s.whole.p50_ms, Some(s.whole.p95_ms)))), vec![]),
         (BYTES, points(judgement, |n| Some((n.results.costs.bytes as f64, None))), sizes),
         (MACS, points(judgement, |n| Some((n.results.costs.macs as f64, None))), vec![]),
     ];
@@ -108,18 +110,8 @@ fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f
             Some(Point { name, cost, worst, accuracy, interval, baseline, front: false })
         })
         .collect();
-    let beaten = |own: &Point| {
-        let beats = |other: &Point| {
-            let as_good = other.cost <= own.cost && other.accuracy >= own.accuracy;
-            as_good && (other.cost < own.cost || other.accuracy > own.accuracy)
-        };
-        all.iter().any(beats)
-    };
-    let front: Vec<bool> = all.iter().map(|own| !beaten(own)).collect();
-    let majority = |point: &Point| {
-        let own = shown(judgement).find(|n| n.results.network == point.name);
-        own.is_some_and(|n| n.results.zoo == "majority")
-    };
+    let front = pareto::front(&all.iter().map(|own| (own.cost, own.accuracy)).collect::<Vec<_>>());
+    let majority = |point: &Point| judgement.network(point.name).is_some_and(|n| n.results.zoo == MAJORITY);
     let all = all.into_iter().zip(front).map(|(point, front)| Point { front, ..point });
     all.filter(|point| point.cost > 0.0 && !majority(point)).collect()
 }
@@ -329,15 +321,15 @@ fn key(canvas: &mut Canvas, points: &[Point], printed: &[Printed], chosen: Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::tests::judgement;
+    use crate::report::fixture::judgement;
 
     #[test]
     fn the_front_holds_no_dominated_network() {
         let judgement = judgement();
-        let points = points(&judgement, |n| n.speed.map(|s| (s.whole_p50_ms, None)));
+        let points = points(&judgement, |n| n.speed.map(|s| (s.whole.p50_ms, None)));
         assert!(points.iter().all(|p| p.name != "majority"), "it is the line of chance");
         for point in &points {
-            let network = judgement.networks.iter().find(|n| n.results.network == point.name).unwrap();
+            let network = judgement.network(point.name).unwrap();
             assert_eq!(point.front, network.on_front, "{}", point.name);
             let better = points.iter().any(|o| o.cost < point.cost && o.accuracy > point.accuracy);
             assert!(!(point.front && better), "{} is dominated", point.name);

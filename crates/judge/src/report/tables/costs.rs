@@ -1,10 +1,10 @@
 //! What networks cost: time, size, training; and what training changed.
 
 use super::scores::name;
-use super::{Cell, Column, Table};
-use crate::Speed;
-use crate::judgement::{EpochPoint, Judged, Judgement};
+use super::table::{Cell, Column, Table};
+use crate::report::names::table;
 use crate::report::numbers::{bytes, digits, si, tenth};
+use crate::values::{EpochPoint, Judged, Judgement, Speed};
 
 pub(super) fn speed(judgement: &Judgement) -> Table {
     let rows: Vec<Judged> = judgement.networks.iter().filter(|n| n.speed.is_some()).cloned().collect();
@@ -18,12 +18,12 @@ pub(super) fn speed(judgement: &Judgement) -> Table {
     };
     let columns = vec![
         name("network"),
-        of("encoding p50, ms", "encoding_p50_ms", |s| s.encoding_p50_ms),
-        of("network p50, ms", "network_p50_ms", |s| s.p50_ms),
-        of("network p95, ms", "network_p95_ms", |s| s.p95_ms),
-        of("whole p50, ms", "whole_p50_ms", |s| s.whole_p50_ms),
-        of("whole p95, ms", "whole_p95_ms", |s| s.whole_p95_ms),
-        count("timed runs", "runs", |s| s.runs),
+        of("encoding p50, ms", "encoding_p50_ms", |s| s.encoding.p50_ms),
+        of("network p50, ms", "network_p50_ms", |s| s.network.p50_ms),
+        of("network p95, ms", "network_p95_ms", |s| s.network.p95_ms),
+        of("whole p50, ms", "whole_p50_ms", |s| s.whole.p50_ms),
+        of("whole p95, ms", "whole_p95_ms", |s| s.whole.p95_ms),
+        count("timed runs", "runs", |s| s.whole.runs),
         of("samples per second in batches", "samples_per_second", |s| s.samples_per_second),
         count("batch", "batch", |s| s.batch),
         Column::number("training per fold, s", &["train_seconds"], |n: &Judged| {
@@ -39,7 +39,7 @@ pub(super) fn speed(judgement: &Judgement) -> Table {
     let caption = format!(
         "Measured on {machine}, one thread; training was timed when the run was made ({then} threads)"
     );
-    Table::new("speed", caption, columns, &rows)
+    Table::new(table::SPEED, caption, columns, &rows)
 }
 
 pub(super) fn size(judgement: &Judgement) -> Table {
@@ -58,7 +58,7 @@ pub(super) fn size(judgement: &Judgement) -> Table {
         }),
     ];
     let caption = "Counted, not measured: the same on every machine; size: parameters and statistics in f32";
-    Table::new("costs", caption.into(), columns, &judgement.networks)
+    Table::new(table::COSTS, caption.into(), columns, &judgement.networks)
 }
 
 pub(super) fn training(judgement: &Judgement) -> Table {
@@ -83,11 +83,11 @@ pub(super) fn training(judgement: &Judgement) -> Table {
             Cell::number(row.1.validation_accuracy, tenth)
         }),
     ];
-    Table::new("training", "Training, epoch by epoch, mean over folds".into(), columns, &rows)
+    Table::new(table::TRAINING, "Training, epoch by epoch, mean over folds".into(), columns, &rows)
 }
 
 pub(super) fn weight_changes(judgement: &Judgement) -> Table {
-    type Row<'a> = (&'a str, &'a taxel_trainer::Change);
+    type Row<'a> = (&'a str, &'a taxel_learn::Change);
     let mut rows: Vec<Row> = vec![];
     for n in &judgement.networks {
         rows.extend(n.results.changes.iter().map(|change| (n.results.network.as_str(), change)));
@@ -101,5 +101,5 @@ pub(super) fn weight_changes(judgement: &Judgement) -> Table {
     ];
     let caption = "How much training changed the kernels of each convolution, both scaled to 0 to 1, mean \
                    over folds (paper 001, Figs. 3 and 4)";
-    Table::new("weight-changes", caption.into(), columns, &rows)
+    Table::new(table::WEIGHT_CHANGES, caption.into(), columns, &rows)
 }

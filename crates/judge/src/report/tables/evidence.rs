@@ -1,10 +1,10 @@
 //! What speaks for a choice, for claims, and what networks say about examples.
 
-use super::{Cell, Column, Table};
-use crate::choice::{By, Choice, Evidence, Test};
-use crate::claims::{Claim, Outcome};
-use crate::judgement::{Example, Judgement, Kind, Verdict};
+use super::table::{Cell, Column, Table};
+use crate::report::names::table;
 use crate::report::numbers::{bytes, digits, si, tenth};
+use crate::report::words::kind;
+use crate::values::{Choice, Claim, CostKind, Evidence, Example, Judgement, Outcome, Test, Verdict};
 
 fn interval(value: Option<[f64; 2]>, show: fn(f64) -> String) -> (String, [Option<f64>; 2]) {
     let shown = value.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
@@ -15,16 +15,16 @@ pub(super) fn choice(choice: &Choice) -> Table {
     let p = |value: Option<f64>| {
         Cell::number(value, |v| if v < 1e-4 { "< 0.0001".into() } else { format!("{v:.4}") })
     };
-    let by = choice.wish.by;
+    let by = choice.criteria.cost;
     let (head, csv) = match by {
-        By::Latency => ("latency, ms", "latency_ms"),
-        By::Size => ("size", "bytes"),
-        By::Macs => ("MACs", "macs"),
+        CostKind::Latency => ("latency, ms", "latency_ms"),
+        CostKind::Size => ("size", "bytes"),
+        CostKind::Macs => ("MACs", "macs"),
     };
     let cost = move |value: f64| match by {
-        By::Latency => digits(value),
-        By::Size => bytes(value),
-        By::Macs => si(value),
+        CostKind::Latency => digits(value),
+        CostKind::Size => bytes(value),
+        CostKind::Macs => si(value),
     };
     let columns = vec![
         Column::text("network", "network", |e: &Evidence| Cell::text(&e.network)),
@@ -56,11 +56,11 @@ pub(super) fn choice(choice: &Choice) -> Table {
     };
     let caption = format!(
         "Each network against {}, the most accurate; {test}, Holm-corrected over the table, level {}",
-        choice.best, choice.wish.alpha
+        choice.best, choice.criteria.alpha
     );
     let chosen = |e: &Evidence| Some(&e.network) == choice.chosen.as_ref();
     let marked = (0..choice.evidence.len()).filter(|&i| chosen(&choice.evidence[i])).collect();
-    Table { marked, ..Table::new("evidence", caption, columns, &choice.evidence) }
+    Table { marked, ..Table::new(table::EVIDENCE, caption, columns, &choice.evidence) }
 }
 
 pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
@@ -69,13 +69,8 @@ pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
         Column::text("printed in", "place", |c: &Claim| Cell::text(&c.place)),
         Column::text("claim", "claim", |c: &Claim| Cell::text(&c.says)),
         Column::text("run", "run", |c: &Claim| Cell::text(&c.run)),
-        Column::text("on", "source", |c: &Claim| Cell::text(&c.source)),
-        Column::text("readings", "kind", |c: &Claim| {
-            Cell::text(match c.kind {
-                Kind::Simulated => "simulated",
-                Kind::Real => "real",
-            })
-        }),
+        Column::text("on", "source", |c: &Claim| Cell::text(c.source.to_string())),
+        Column::text("readings", "kind", |c: &Claim| Cell::text(kind(c.source.kind))),
         Column::text("outcome", "outcome", |c: &Claim| {
             Cell::text(match c.outcome {
                 Outcome::Holds => "holds",
@@ -89,7 +84,7 @@ pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
             Cell::number(c.size, digits).and(shown, &ends)
         }),
     ];
-    Table::new("claims", "What the papers claim, and what of it holds here".into(), columns, claims)
+    Table::new(table::CLAIMS, "What the papers claim, and what of it holds here".into(), columns, claims)
 }
 
 pub(super) fn examples(judgement: &Judgement) -> Table {
@@ -108,5 +103,5 @@ pub(super) fn examples(judgement: &Judgement) -> Table {
         }),
         Column::text("right", "right", |row: &Row| Cell::yes(row.1.right, "yes")),
     ];
-    Table::new("examples", "What the networks say about some test samples".into(), columns, &rows)
+    Table::new(table::EXAMPLES, "What the networks say about some test samples".into(), columns, &rows)
 }

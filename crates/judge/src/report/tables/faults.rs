@@ -1,9 +1,10 @@
 //! Accuracy under faults: breaking points, losses, all curves.
 
-use super::{Cell, Column, Table};
+use super::table::{Cell, Column, Table};
+use crate::report::names::table;
 use crate::report::numbers::tenth;
 use crate::report::words::stress_basis;
-use crate::stress::{FaultInfo, NetworkStress, Score, Stress};
+use crate::values::{FaultInfo, NetworkStress, Score, Stress};
 
 fn points(value: f64) -> Cell {
     Cell::number(Some(value), tenth)
@@ -44,7 +45,7 @@ pub(super) fn breaking_points(stress: &Stress) -> Table {
          relative to {reference}'s, below 100 is steadier; ECE: expected calibration error",
         stress_basis(stress)
     );
-    Table::new("breaking-points", caption, columns, &stress.networks)
+    Table::new(table::BREAKING_POINTS, caption, columns, &stress.networks)
 }
 
 /// One row per network, one column per fault.
@@ -64,7 +65,7 @@ pub(super) fn losses(stress: &Stress) -> Table {
     }
     let caption = "Accuracy lost under each fault, percentage points, mean over severities; ✕3: from severity 3 \
                    on half of the margin above chance is gone";
-    Table::new("fault-losses", caption.into(), columns, &stress.networks)
+    Table::new(table::FAULT_LOSSES, caption.into(), columns, &stress.networks)
 }
 
 pub(super) fn curves(stress: &Stress) -> Table {
@@ -78,7 +79,7 @@ pub(super) fn curves(stress: &Stress) -> Table {
             rows.extend(curve.points.iter().map(row));
         }
     }
-    let level = |row: &Row| f64::from(row.1.levels[usize::from(row.2.clamp(1, 5)) - 1]);
+    let level = |row: &Row| f64::from(row.1.level(row.2));
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::text("fault", "fault", |row: &Row| Cell::text(row.1.fault.name())),
@@ -97,7 +98,7 @@ pub(super) fn curves(stress: &Stress) -> Table {
         }),
     ];
     let caption = format!("Accuracy under every fault and severity: {}", stress_basis(stress));
-    Table::new("fault-curves", caption, columns, &rows)
+    Table::new(table::FAULT_CURVES, caption, columns, &rows)
 }
 
 pub(super) fn kinds(stress: &Stress) -> Table {
@@ -108,5 +109,5 @@ pub(super) fn kinds(stress: &Stress) -> Table {
         Column::text("severities 1 to 5", "levels", move |info: &FaultInfo| Cell::text(levels(info))),
         Column::text("unit", "unit", |info: &FaultInfo| Cell::text(&info.unit)),
     ];
-    Table::new("faults", "The faults that were tried".into(), columns, &stress.faults)
+    Table::new(table::FAULTS, "The faults that were tried".into(), columns, &stress.faults)
 }

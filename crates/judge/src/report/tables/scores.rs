@@ -1,20 +1,17 @@
 //! Accuracy: the table of the networks, what papers published, folds, classes.
 
-use taxel_trainer::NetworkResults;
+use taxel_learn::metrics::{ClassScores, LevelScores};
+use taxel_learn::{FoldScores, NetworkResults, Published};
 
-use super::{Cell, Column, Table};
-use crate::choice::Choice;
-use crate::judgement::{Judged, Judgement, Kind};
+use super::table::{Cell, Column, Table};
+use crate::report::names::table;
 use crate::report::numbers::{bytes, digits, si, tenth};
-use crate::report::words::{few_samples_of, is_shown};
+use crate::report::words::{few_samples_of, is_shown, kind};
+use crate::values::{Choice, Judged, Judgement, Speed};
 
 /// `simulated: fingertip`: every caption of measured scores says it.
 fn measured_on(judgement: &Judgement) -> String {
-    let kind = match judgement.kind {
-        Kind::Simulated => "simulated readings",
-        Kind::Real => "real readings",
-    };
-    format!("Measured on {kind} ({})", judgement.results.source)
+    format!("Measured on {} readings ({})", kind(judgement.kind()), judgement.results.source)
 }
 
 pub(super) fn name(head: &str) -> Column<'_, Judged> {
@@ -31,10 +28,7 @@ const ACCURACY: [&str; 3] = ["accuracy_percent", "accuracy_low_percent", "accura
 
 /// The table that a report begins with.
 pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>) -> Table {
-    let loss = |n: &Judged| {
-        let stress = judgement.stress.as_ref()?;
-        stress.networks.iter().find(|own| own.network == n.results.network).map(|own| own.mean_loss)
-    };
+    let loss = |n: &Judged| judgement.stress.as_ref()?.mean_loss(&n.results.network);
     let role = |n: &Judged| {
         let name = Some(n.results.network.as_str());
         let best = choice.is_some_and(|c| Some(c.best.as_str()) == name);
@@ -46,7 +40,7 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         }
     };
     let speed =
-        |value: fn(&crate::Speed) -> f64| move |n: &Judged| Cell::number(n.speed.as_ref().map(value), digits);
+        |value: fn(&Speed) -> f64| move |n: &Judged| Cell::number(n.speed.as_ref().map(value), digits);
     let mut columns = vec![
         name("network"),
         Column::text("what", "kind", |n: &Judged| {
@@ -59,8 +53,8 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         Column::number("macro F1 %", &["macro_f1_percent"], |n: &Judged| {
             Cell::number(n.results.mean.map(|m| m.f1), tenth)
         }),
-        Column::number("latency p50, ms", &["latency_p50_ms"], speed(|s| s.whole_p50_ms)),
-        Column::number("p95, ms", &["latency_p95_ms"], speed(|s| s.whole_p95_ms)),
+        Column::number("latency p50, ms", &["latency_p50_ms"], speed(|s| s.whole.p50_ms)),
+        Column::number("p95, ms", &["latency_p95_ms"], speed(|s| s.whole.p95_ms)),
         Column::number("size", &["bytes"], |n: &Judged| {
             Cell::number(Some(n.results.costs.bytes as f64), bytes)
         }),
@@ -84,7 +78,7 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
     );
     let chosen = choice.and_then(|c| c.chosen.as_ref());
     let marked = (0..shown.len()).filter(|&i| Some(&shown[i].results.network) == chosen).collect();
-    Table { marked, ..Table::new("networks", caption, columns, &shown) }
+    Table { marked, ..Table::new(table::NETWORKS, caption, columns, &shown) }
 }
 
 /// What authors report on their own data; in no column with what was measured here.
@@ -99,7 +93,7 @@ pub(super) fn published(judgement: &Judgement) -> Table {
         .iter()
         .filter_map(|n| n.results.published.clone().map(|own| (n.results.network.clone(), own)))
         .collect();
-    type Row = (String, taxel_trainer::config::Published);
+    type Row = (String, Published);
     let columns = vec![
         Column::text("network", "network", |(name, _): &Row| Cell::text(name)),
         Column::text("where", "published_in", |(_, own): &Row| Cell::text(&own.table)),
@@ -122,12 +116,12 @@ pub(super) fn published(judgement: &Judgement) -> Table {
     ];
     let caption = "Published by the papers on their own recordings: other data, other machines, not \
                    measured here and not to be compared digit by digit";
-    Table::new("published", caption.into(), columns, &rows)
+    Table::new(table::PUBLISHED, caption.into(), columns, &rows)
 }
 
 /// Each of several attributes.
 pub(super) fn attributes(judgement: &Judgement) -> Table {
-    type Row<'a> = (&'a str, &'a str, &'a taxel_trainer::metrics::LevelScores);
+    type Row<'a> = (&'a str, &'a str, &'a LevelScores);
     let names = &judgement.results.attributes;
     let mut rows: Vec<Row> = vec![];
     for n in &judgement.networks {
@@ -150,12 +144,12 @@ pub(super) fn attributes(judgement: &Judgement) -> Table {
         }),
     ];
     let caption = format!("{}: each attribute, all folds together", measured_on(judgement));
-    Table::new("attributes", caption, columns, &rows)
+    Table::new(table::ATTRIBUTES, caption, columns, &rows)
 }
 
 /// Every fold.
 pub(super) fn folds(judgement: &Judgement) -> Table {
-    type Row<'a> = (&'a str, &'a taxel_trainer::FoldScores);
+    type Row<'a> = (&'a str, &'a FoldScores);
     let of = |n: &'_ Judged| n.results.folds.len();
     let mut rows: Vec<Row> = Vec::with_capacity(judgement.networks.iter().map(of).sum());
     for n in &judgement.networks {
@@ -181,12 +175,12 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
             Cell::number(Some(row.1.brier), digits)
         }),
     ];
-    Table::new("folds", format!("{}: every fold", measured_on(judgement)), columns, &rows)
+    Table::new(table::FOLDS, format!("{}: every fold", measured_on(judgement)), columns, &rows)
 }
 
 /// Every class of every network that is tested further.
 pub(super) fn classes(judgement: &Judgement) -> Table {
-    type Row = (String, String, taxel_trainer::metrics::ClassScores);
+    type Row = (String, String, ClassScores);
     let mut rows: Vec<Row> = vec![];
     for n in judgement.networks.iter().filter(|n| is_shown(judgement, n)) {
         let Some(confusion) = &n.results.confusion else { continue };
@@ -203,7 +197,7 @@ pub(super) fn classes(judgement: &Judgement) -> Table {
         Column::number("samples", &["samples"], |row: &Row| Cell::count(row.2.support)),
     ];
     let caption = format!("{}: every class, all folds together", measured_on(judgement));
-    Table::new("classes", caption, columns, &rows)
+    Table::new(table::CLASSES, caption, columns, &rows)
 }
 
 /// Every pair of classes that was seen at least once.
@@ -227,7 +221,7 @@ pub(super) fn confusion(judgement: &Judgement) -> Table {
         Column::number("samples", &["samples"], |row: &Row| Cell::count(row.3)),
     ];
     let caption = format!("{}: what was taken for what, all folds together", measured_on(judgement));
-    Table::new("confusion", caption, columns, &rows)
+    Table::new(table::CONFUSION, caption, columns, &rows)
 }
 
 /// Rows of a learning curve.
@@ -247,5 +241,5 @@ pub(super) fn few_samples(judgement: &Judgement) -> Table {
         }),
     ];
     let caption = format!("{}: accuracy with few training samples", measured_on(judgement));
-    Table::new("few-samples", caption, columns, &rows)
+    Table::new(table::FEW_SAMPLES, caption, columns, &rows)
 }

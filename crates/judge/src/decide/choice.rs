@@ -1,0 +1,166 @@
+//! The smallest network that suffices, with the evidence.
+
+use taxel_learn::Problem;
+
+use super::choice_words::{choice_words, unseen};
+use super::comparison::{Comparison, Effect};
+use super::statistics::holm;
+use crate::case::Case;
+use crate::error::{Error, Result};
+use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJORITY};
+
+/// The smallest network of a run that suffices: of those that are not significantly worse than the most
+/// accurate one the cheapest, with the evidence. Baselines take part. Never chosen are majority, which reads
+/// nothing, what is no better than chance, and what seems to lose more than [`Criteria::margin`],
+/// significantly or not. Of a learning curve only the rows with the most training samples take part.
+///
+/// # Errors
+/// Criteria outside their range, or a limit on losses without a stress test.
+///
+/// ```no_run
+/// use taxel_judge::{Case, Criteria, Options, choose, judge};
+/// use taxel_learn::RunFolder;
+///
+/// let dataset = taxel_data::load("presses.npz".as_ref(), &taxel_data::Options::default())?;
+/// let case = Case::new(RunFolder::open("runs/presses".as_ref())?, dataset)?;
+/// let judgement = judge(&case, &Options::default())?;
+/// let choice = choose(&case, &judgement, &Criteria::default())?;
+/// println!("{}", choice.words.join("\n"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn choose(case: &Case, judgement: &Judgement, criteria: &Criteria) -> Result<Choice> {
+    decide(&Comparison::of(case), judgement, &case.compared(), criteria)
+}
+
+/// The same from records and a judgement alone.
+pub(super) fn decide(
+    comparison: &Comparison,
+    judgement: &Judgement,
+    compared: &[&str],
+    criteria: &Criteria,
+) -> Result<Choice> {
+    criteria.check()?;
+    if let (Some(most), None) = (criteria.max_loss, &judgement.stress) {
+        let reason = "needs a stress test, and there is none in the judgement; judge the run with one";
+        return Err(Problem::new("max_loss", most, reason).into());
+    }
+    let takes_part = |n: &&Judged| compared.contains(&n.results.network.as_str());
+    let rows: Vec<&Judged> = judgement.networks.iter().filter(takes_part).collect();
+    let Some(best) = most_accurate(&rows, criteria.cost) else {
+        let (folder, reason) = (judgement.results.name.clone(), "has no finished fold".into());
+        return Err(Error::Run { folder, reason });
+    };
+    let mut evidence =
+        rows.iter().map(|row| one(comparison, judgement, row, best, criteria)).collect::<Result<Vec<_>>>()?;
+    correct(&mut evidence, criteria.alpha);
+    for own in evidence.iter_mut().filter(|own| own.refused.is_none() && !own.worse) {
+        let lost = -own.difference;
+        own.refused = (lost > criteria.margin)
+            .then(|| format!("seems to lose {lost:.1} points, but the data cannot tell"));
+    }
+    let best = best.results.network.clone();
+    let chosen = cheapest(&evidence).map(|own| own.network.clone());
+    let enough_data = evidence.iter().all(|own| own.network == best || !unseen(own, criteria.margin));
+    let mut choice = Choice {
+        criteria: criteria.clone(),
+        test: comparison.test(),
+        best,
+        chosen,
+        enough_data,
+        evidence,
+        words: vec![],
+    };
+    choice.words = choice_words(&choice, judgement);
+    Ok(choice)
+}
+
+/// Of equals the cheaper.
+fn most_accurate<'a>(rows: &[&'a Judged], by: CostKind) -> Option<&'a Judged> {
+    let cost = |row: &Judged| cost(row, by).unwrap_or(f64::INFINITY);
+    let scored = rows.iter().copied().filter(|row| row.accuracy().is_some());
+    scored.max_by(|a, b| accuracy(a).total_cmp(&accuracy(b)).then(cost(b).total_cmp(&cost(a))))
+}
+
+/// One row beside the best, before its p is corrected.
+fn one(
+    comparison: &Comparison,
+    judgement: &Judgement,
+    row: &Judged,
+    best: &Judged,
+    criteria: &Criteria,
+) -> Result<Evidence> {
+    let (name, best_name) = (&row.results.network, &best.results.network);
+    let effect = match name == best_name {
+        true => Some(Effect { size: 0.0, interval: None, p: None }),
+        false => comparison.difference(name, best_name, None)?,
+    };
+    let mean_loss = judgement.stress.as_ref().and_then(|stress| stress.mean_loss(name));
+    Ok(Evidence {
+        network: name.clone(),
+        accuracy: accuracy(row),
+        difference: effect.map_or(accuracy(row) - accuracy(best), |e| e.size),
+        interval: effect.and_then(|e| e.interval),
+        p: effect.and_then(|e| e.p),
+        p_holm: None,
+        worse: false,
+        cost: cost(row, criteria.cost),
+        mean_loss,
+        refused: match effect {
+            None => Some(format!("has no finished fold in common with {best_name}")),
+            Some(_) => refusal(row, judgement.chance, mean_loss, criteria),
+        },
+    })
+}
+
+fn accuracy(row: &Judged) -> f64 {
+    row.accuracy().unwrap_or(0.0)
+}
+
+/// What is to be small.
+fn cost(row: &Judged, by: CostKind) -> Option<f64> {
+    match by {
+        CostKind::Latency => row.speed.map(|speed| speed.whole.p50_ms),
+        CostKind::Size => Some(row.results.costs.bytes as f64),
+        CostKind::Macs => Some(row.results.costs.macs as f64),
+    }
+}
+
+/// Why a network cannot be chosen, however accurate it is.
+fn refusal(row: &Judged, chance: f64, mean_loss: Option<f64>, criteria: &Criteria) -> Option<String> {
+    if row.results.zoo == MAJORITY {
+        return Some("reads nothing: is here to be beaten".into());
+    }
+    // To rounding: accuracies are means over folds.
+    if accuracy(row) <= chance + 1e-9 {
+        return Some("is no better than always naming the commonest class".into());
+    }
+    if cost(row, criteria.cost).is_none() {
+        return Some("was not timed: its speed is not known".into());
+    }
+    match (criteria.max_loss, mean_loss) {
+        (Some(most), Some(loss)) if loss > most => {
+            Some(format!("loses {loss:.1} points to faults on average, more than {most}"))
+        }
+        (Some(_), None) => Some("was not tested under faults".into()),
+        _ => None,
+    }
+}
+
+/// Holm over all comparisons with the best; what is worse beyond doubt.
+fn correct(evidence: &mut [Evidence], alpha: f64) {
+    let p: Vec<f64> = evidence.iter().filter_map(|own| own.p).collect();
+    let tested = evidence.iter_mut().filter(|own| own.p.is_some());
+    for (own, corrected) in tested.zip(holm(&p)) {
+        own.p_holm = Some(corrected);
+        own.worse = corrected < alpha && own.difference < 0.0;
+    }
+}
+
+/// The cheapest that is neither refused nor worse; of equals the more accurate.
+fn cheapest(evidence: &[Evidence]) -> Option<&Evidence> {
+    let candidates = evidence.iter().filter(|own| own.refused.is_none() && !own.worse);
+    candidates.min_by(|a, b| {
+        let cost = |own: &Evidence| own.cost.unwrap_or(f64::INFINITY);
+        cost(a).total_cmp(&cost(b)).then(b.accuracy.total_cmp(&a.accuracy))
+    })
+}

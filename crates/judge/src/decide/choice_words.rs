@@ -1,0 +1,253 @@
+//! A choice in sentences.
+
+use super::p_value::shown;
+use crate::values::{Choice, Evidence, Judged, Judgement, MAJORITY, Test};
+
+/// Percentage points of mean loss under faults that are worth a word.
+const NOTABLE: f64 = 2.0;
+
+/// What is chosen, what it gives up, what it saves, whether faults speak against it, what is not known.
+pub(super) fn choice_words(choice: &Choice, judgement: &Judgement) -> Vec<String> {
+    let own = |name: &str| choice.evidence.iter().find(|own| own.network == name);
+    let mut words = vec![];
+    let Some(chosen) = choice.chosen.as_deref().and_then(own) else {
+        words.push(format!("Nothing suffices: {}.", refusals(choice)));
+        words.extend(doubts(choice, judgement, None));
+        return words;
+    };
+    #[expect(clippy::expect_used, reason = "the best is one of the rows")]
+    let best = own(&choice.best).expect("the best has evidence");
+    words.push(match chosen.network == best.network {
+        true => is_best(choice, chosen),
+        false => suffices(choice, chosen, best),
+    });
+    if let (Some(small), Some(large)) = (judgement.network(&chosen.network), judgement.network(&best.network))
+    {
+        if chosen.network != best.network {
+            words.extend(saves(small, large));
+        }
+        if small.baseline {
+            words.push(format!(
+                "{} is a baseline and no network: no network of this table earns its cost on these data.",
+                chosen.network
+            ));
+        }
+    }
+    words.extend(faults(chosen, best, judgement));
+    words.extend(doubts(choice, judgement, Some(chosen)));
+    words
+}
+
+/// Whether a loss larger than `margin` could have stayed unseen, or is seen and not sure. Majority counts:
+/// data that cannot tell it from the best tell nothing.
+pub(super) fn unseen(own: &Evidence, margin: f64) -> bool {
+    let counts = own.refused.is_none() || own.network == MAJORITY || own.difference < -margin;
+    counts && !own.worse && own.interval.is_none_or(|[low, _]| low < -margin)
+}
+
+fn is_best(choice: &Choice, chosen: &Evidence) -> String {
+    let others = choice.evidence.iter().filter(|own| own.network != chosen.network);
+    let cheaper: Vec<String> = others
+        .filter(|own| own.network != MAJORITY && own.cost < chosen.cost)
+        .map(|own| match (&own.refused, own.p_holm) {
+            (Some(reason), _) => format!("{} {reason}", own.network),
+            (_, Some(p)) => format!("{} ({:+.1} points, p {})", own.network, own.difference, shown(p)),
+            _ => own.network.clone(),
+        })
+        .collect();
+    let beyond = match cheaper.as_slice() {
+        [] => "nothing in the table that beats chance is cheaper".into(),
+        some => format!("cheaper ones do not suffice: {}", some.join("; ")),
+    };
+    format!("{} suffices, and is the most accurate ({:.1} %): {beyond}.", chosen.network, chosen.accuracy)
+}
+
+fn suffices(choice: &Choice, chosen: &Evidence, best: &Evidence) -> String {
+    let p = chosen.p_holm.map_or(String::new(), |p| format!(" ({}, p {})", test(choice.test), shown(p)));
+    let gives_up = match chosen.difference < 0.0 {
+        true => format!("gives up {} points of accuracy", points(-chosen.difference)),
+        false => "gives up no accuracy".into(),
+    };
+    let suffices = match unseen(chosen, choice.criteria.margin) {
+        true => "would suffice, but the data are too few to tell",
+        false => "suffices",
+    };
+    format!(
+        "{} {suffices}: {:.1} % right, it {gives_up} against {}, the most accurate ({:.1} %); the two cannot \
+         be told apart{p}.",
+        chosen.network, chosen.accuracy, best.network, best.accuracy
+    )
+}
+
+fn test(test: Test) -> &'static str {
+    match test {
+        Test::NadeauBengio => "corrected resampled t-test with Holm's correction",
+        Test::McNemar => "McNemar's exact test with Holm's correction",
+    }
+}
+
+/// How much faster and smaller one is than another.
+fn saves(small: &Judged, large: &Judged) -> Option<String> {
+    let times = |own: f64, other: f64, more: &str, less: &str| {
+        let ratio = other / own;
+        match ratio {
+            r if !r.is_finite() || (0.95..=1.05).contains(&r) => None,
+            r if r > 1.0 => Some(format!("{} times {more}", rounded(r))),
+            r => Some(format!("{} times {less}", rounded(1.0 / r))),
+        }
+    };
+    let (own, other) = (small.results.costs, large.results.costs);
+    let mut parts = vec![];
+    if let (Some(own), Some(other)) = (small.speed, large.speed) {
+        parts.extend(times(own.whole.p50_ms, other.whole.p50_ms, "faster", "slower").map(|t| {
+            format!("{t} ({} against {} ms)", digits(own.whole.p50_ms), digits(other.whole.p50_ms))
+        }));
+    }
+    parts.extend(
+        times(own.bytes as f64, other.bytes as f64, "smaller", "larger")
+            .map(|t| format!("{t} ({} against {} kB)", kilobytes(own.bytes), kilobytes(other.bytes))),
+    );
+    let macs = times(own.macs as f64, other.macs as f64, "fewer", "more")
+        .map(|t| format!("needs {t} multiply-accumulates"));
+    let is = (!parts.is_empty()).then(|| format!("is {}", listed(&parts)));
+    let all: Vec<String> = is.into_iter().chain(macs).collect();
+    (!all.is_empty()).then(|| format!("It {}.", all.join(", and ")))
+}
+
+/// Whether faults speak against the chosen one.
+fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<String> {
+    let stress = judgement.stress.as_ref()?;
+    let loss = chosen.mean_loss?;
+    let verdict = stress.networks.iter().find(|n| n.network == chosen.network).map(|n| n.verdict.as_str());
+    let own = points(loss);
+    let against = match best.mean_loss.filter(|_| best.network != chosen.network) {
+        Some(other) => {
+            let speak = if loss > other + NOTABLE { "speak" } else { "do not speak" };
+            let other = points(other);
+            format!(
+                "Faults {speak} against it: they cost it {own} points on average, {} {other}",
+                best.network
+            )
+        }
+        None => format!("Faults cost it {own} points on average"),
+    };
+    Some(match verdict {
+        Some(verdict) if !verdict.is_empty() => {
+            format!("{against}. {}: {}.", chosen.network, verdict.trim_end_matches('.'))
+        }
+        _ => format!("{against}."),
+    })
+}
+
+/// What is not known.
+fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> Vec<String> {
+    let (criteria, mut words) = (&choice.criteria, vec![]);
+    if let Some(chosen) = chosen.filter(|own| own.network != choice.best) {
+        words.push(match chosen.interval {
+            Some([low, _]) if low < 0.0 => format!(
+                "The data could not have excluded that {} is up to {:.1} points less accurate than {} (95 % \
+                 interval).",
+                chosen.network, -low, choice.best
+            ),
+            Some(_) => format!("With 95 % confidence {} is no less accurate.", chosen.network),
+            None => format!("How much less accurate {} may be, these data do not say.", chosen.network),
+        });
+    }
+    let hidden: Vec<String> = choice
+        .evidence
+        .iter()
+        .filter(|own| own.network != choice.best && unseen(own, criteria.margin))
+        .map(|own| match own.interval {
+            Some([low, _]) => format!("{} (up to {:.1})", own.network, -low),
+            None => format!("{} (no interval)", own.network),
+        })
+        .collect();
+    if !choice.enough_data {
+        words.push(format!(
+            "Too few data: a loss of more than {} points could have stayed unseen for {}. More samples, \
+             folds or repetitions would tell.",
+            criteria.margin,
+            listed(&hidden)
+        ));
+    }
+    let majority = choice.evidence.iter().find(|own| own.network == MAJORITY && !own.worse);
+    if majority.is_some_and(|own| own.network != choice.best) {
+        words.push("Not even majority, which reads nothing, can be told from the best.".into());
+    } else if choice.best == MAJORITY {
+        words.push("Majority, which reads nothing, is the most accurate: nothing has been learned.".into());
+    }
+    words.extend(circumstances(judgement));
+    words
+}
+
+/// What the numbers rest on.
+fn circumstances(judgement: &Judgement) -> Vec<String> {
+    let mut words = vec![];
+    if judgement.stress.is_none() {
+        words.push("Not known: what faults do to it; there was no stress test.".into());
+    }
+    if let Some(most) = judgement.networks.iter().filter_map(|n| n.results.per_class).max() {
+        words.push(format!("Only the rows with the most training samples per class ({most}) took part."));
+    }
+    if judgement.results.attributes.len() > 1 {
+        let names: Vec<String> = judgement.results.attributes.iter().map(|a| a.name.clone()).collect();
+        words.push(format!("Accuracy is the mean over {}.", listed(&names)));
+    }
+    if !judgement.results.complete {
+        words.push("Some folds are not finished: resume the run.".into());
+    }
+    if !judgement.judged_on.optimised {
+        words.push("Speeds are those of a build that is not optimised.".into());
+    }
+    if judgement.results.source.is_simulated() {
+        words.push("Measured on simulated data: recordings may rank networks otherwise.".into());
+    }
+    words
+}
+
+/// Why none of those that are accurate enough can be chosen.
+fn refusals(choice: &Choice) -> String {
+    let reasons: Vec<String> = choice
+        .evidence
+        .iter()
+        .filter(|own| !own.worse)
+        .filter_map(|own| Some(format!("{} {}", own.network, own.refused.as_ref()?)))
+        .collect();
+    match reasons.as_slice() {
+        [] => "no network is accurate enough".into(),
+        some => some.join("; "),
+    }
+}
+
+/// `a, b and c`.
+fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+    }
+}
+
+/// Without the minus of a rounded zero.
+fn points(value: f64) -> String {
+    format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
+}
+
+fn rounded(ratio: f64) -> String {
+    if ratio < 10.0 { format!("{ratio:.1}") } else { format!("{ratio:.0}") }
+}
+
+/// Two significant digits of small numbers.
+fn digits(ms: f64) -> String {
+    match ms {
+        v if v < 0.01 => format!("{v:.4}"),
+        v if v < 1.0 => format!("{v:.3}"),
+        v if v < 10.0 => format!("{v:.2}"),
+        v => format!("{v:.1}"),
+    }
+}
+
+fn kilobytes(bytes: u64) -> String {
+    let kb = bytes as f64 / 1e3;
+    if kb < 10.0 { format!("{kb:.1}") } else { format!("{kb:.0}") }
+}

@@ -1,0 +1,122 @@
+//! What claims are asked of: the networks of one run, or of several on the same samples.
+
+use taxel_learn::NetworkResults;
+
+use crate::case::Case;
+use crate::decide::comparison::Comparison;
+use crate::values::{Judged, Judgement};
+
+/// A network of a run, and where its training started.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry {
+    /// Name in the experiment.
+    pub name: String,
+    /// Scores, layers, inputs.
+    pub judged: Judged,
+    /// Whether training started from a checkpoint.
+    pub checkpoint: bool,
+    /// What training left as it was.
+    pub frozen: Vec<String>,
+}
+
+impl Entry {
+    /// Scores.
+    pub fn results(&self) -> &NetworkResults {
+        &self.judged.results
+    }
+}
+
+/// The networks of one run, or of several on the same samples.
+pub(crate) struct Benchmark<'a> {
+    /// Names of the runs.
+    pub name: String,
+    /// Of the first run.
+    pub judgement: &'a Judgement,
+    /// Their answers.
+    pub comparison: Comparison,
+    /// In the order of the runs.
+    pub entries: Vec<Entry>,
+    /// Look-alikes: classes by label.
+    pub look_alikes: Vec<Vec<u32>>,
+}
+
+impl<'a> Benchmark<'a> {
+    /// The networks of one run.
+    pub fn of(case: &Case, judgement: &'a Judgement) -> Self {
+        let results = &judgement.results;
+        let entry = |judged: &Judged| Entry {
+            name: judged.results.network.clone(),
+            // Without one there is nothing that training could have changed.
+            checkpoint: !judged.results.changes.is_empty(),
+            frozen: judged.frozen.clone(),
+            judged: judged.clone(),
+        };
+        let class = |name: &String| {
+            let at = results.classes.iter().position(|known| known == name);
+            at.map(|at| at as u32)
+        };
+        let groups = results.look_alikes.values();
+        Benchmark {
+            name: results.name.clone(),
+            judgement,
+            comparison: Comparison::of(case),
+            entries: judgement.networks.iter().filter(|n| n.results.mean.is_some()).map(entry).collect(),
+            look_alikes: groups.map(|names| names.iter().filter_map(class).collect()).collect(),
+        }
+    }
+
+    /// Puts runs on the same samples, divided alike, together. Of two networks of one name the first stays.
+    pub fn join(all: Vec<Self>) -> Vec<Self> {
+        let mut joined: Vec<Self> = vec![];
+        for other in all {
+            let same = |own: &&mut Self| {
+                let (a, b) = (&own.judgement.results, &other.judgement.results);
+                (&a.data_digest, &a.protocol, a.seed) == (&b.data_digest, &b.protocol, b.seed)
+            };
+            let Some(own) = joined.iter_mut().find(same) else {
+                joined.push(other);
+                continue;
+            };
+            own.name = format!("{} + {}", own.name, other.name);
+            let known = |name: &str| own.entries.iter().any(|entry| entry.name == name);
+            let new: Vec<Entry> = other.entries.into_iter().filter(|e| !known(&e.name)).collect();
+            let wanted = |name: &String| new.iter().any(|entry| entry.name == *name);
+            own.comparison
+                .networks
+                .extend(other.comparison.networks.into_iter().filter(|(name, _)| wanted(name)));
+            own.entries.extend(new);
+        }
+        joined
+    }
+
+    /// Entrants that take part where nothing is said about training samples: of a learning curve's rows
+    /// those with the most.
+    pub fn full(&self) -> impl Iterator<Item = &Entry> {
+        let most = self.entries.iter().filter_map(|e| e.results().per_class).max();
+        self.entries.iter().filter(move |e| e.results().per_class == most)
+    }
+
+    /// The network of the zoo, where there are several the one that bears its name.
+    pub fn find(&self, zoo: &str) -> Option<&Entry> {
+        let own = || self.full().filter(|e| e.results().zoo == zoo && e.frozen.is_empty());
+        own().find(|e| e.name == zoo).or_else(|| own().next())
+    }
+
+    /// The network of the zoo that started from a checkpoint and was tuned as a whole.
+    pub fn tuned(&self, zoo: &str) -> Option<&Entry> {
+        self.full().find(|e| e.results().zoo == zoo && e.checkpoint && e.frozen.is_empty())
+    }
+
+    /// Entrants that are trained on `count` samples of each class.
+    pub fn with(&self, count: usize) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().filter(move |e| e.results().per_class == Some(count))
+    }
+
+    /// Training samples of each class, ascending; empty without a learning curve.
+    pub fn counts(&self) -> Vec<usize> {
+        let mut counts: Vec<usize> = self.entries.iter().filter_map(|e| e.results().per_class).collect();
+        counts.sort_unstable();
+        counts.dedup();
+        counts
+    }
+}

@@ -1,0 +1,53 @@
+//! What the papers claim, and what of it holds here.
+
+mod answer;
+mod benchmark;
+mod palpation;
+mod papers;
+mod questions;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
+mod transfer;
+
+use benchmark::Benchmark;
+use papers::CLAIMS;
+
+use crate::case::Case;
+use crate::error::Result;
+use crate::values::{Claim, Judgement};
+
+/// Every claim of papers 000 to 004 on every run, in the order of the papers. Runs on the same samples,
+/// divided alike, are one: paper 000's tables share their networks so.
+///
+/// A claim over several networks ("the best") holds if it does against each: shown is the one that comes
+/// nearest to refuting it. Differences of accuracy are tested as by [`crate::choose`], each at 95 %.
+///
+/// # Errors
+/// A statistic that is not finite.
+pub fn claims(runs: &[(&Case, &Judgement)]) -> Result<Vec<Claim>> {
+    let all = runs.iter().map(|(case, judgement)| Benchmark::of(case, judgement)).collect();
+    settle(Benchmark::join(all))
+}
+
+fn settle(all: Vec<Benchmark>) -> Result<Vec<Claim>> {
+    let mut claims = vec![];
+    for definition in CLAIMS {
+        for own in &all {
+            let others: Vec<&Benchmark> = all.iter().filter(|other| !std::ptr::eq(*other, own)).collect();
+            let answer = (definition.ask)(own, &others)?;
+            claims.push(Claim {
+                paper: definition.paper.into(),
+                place: definition.place.into(),
+                says: definition.says.into(),
+                run: own.name.clone(),
+                source: own.judgement.results.source.clone(),
+                outcome: answer.outcome,
+                effect: answer.effect,
+                size: answer.size,
+                interval: answer.interval,
+            });
+        }
+    }
+    Ok(claims)
+}

@@ -1,0 +1,165 @@
+//! Papers 002 and 003: sequences against single frames.
+
+use super::answer::{Answer, above, accuracy, against_all, lacks, nearest};
+use super::benchmark::{Benchmark, Entry};
+use crate::decide::comparison::{Answers, Effect};
+use crate::error::Result;
+
+/// TactNet3D among some entries: the one that bears its name first.
+fn three<'f>(entries: impl Iterator<Item = &'f Entry>) -> Option<&'f Entry> {
+    let own: Vec<&Entry> =
+        entries.filter(|e| ["tactnet3d", "tactnet3d-51"].contains(&e.results().zoo.as_str())).collect();
+    let plain =
+        |e: &&&Entry| e.name == e.results().zoo || e.name.starts_with(&format!("{}.n", e.results().zoo));
+    own.iter().find(plain).or(own.first()).copied()
+}
+
+/// Networks that see single frames.
+fn two<'f>(entries: impl Iterator<Item = &'f Entry>) -> Vec<&'f Entry> {
+    entries.filter(|e| !e.judged.baseline && e.judged.inputs == ["image"]).collect()
+}
+
+const BOTH: &str = "TactNet3D and a 2D network";
+
+/// TactNet3D beats every 2D network that is trained on as many grasps.
+pub(super) fn three_beats_two(run: &Benchmark, count: usize) -> Result<Answer> {
+    let (Some(three), two) = (three(run.with(count)), two(run.with(count))) else {
+        return Ok(lacks(format!("{BOTH} trained on {count} samples per class")));
+    };
+    if two.is_empty() {
+        return Ok(lacks(format!("a 2D network trained on {count} samples per class")));
+    }
+    against_two(run, three, &two, 0.95).map(|effects| against_all(0.0, effects))
+}
+
+fn against_two(
+    run: &Benchmark,
+    three: &Entry,
+    two: &[&Entry],
+    confidence: f64,
+) -> Result<Vec<(String, Effect)>> {
+    let mut effects = vec![];
+    for other in two {
+        if let Some(effect) = run.comparison.effect(&[&three.name, &other.name], &accuracy, confidence)? {
+            effects.push((format!("accuracy: {} less {}, points", three.name, other.name), effect));
+        }
+    }
+    Ok(effects)
+}
+
+/// The margin of TactNet3D is larger with the fewest than with the most samples per class.
+pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Answer> {
+    let counts = run.counts();
+    let (Some(&few), Some(&many)) = (counts.first(), counts.last().filter(|_| counts.len() > 1)) else {
+        return Ok(lacks("a learning curve"));
+    };
+    let (Some(a), Some(b)) = (three(run.with(few)), three(run.with(many))) else {
+        return Ok(lacks(BOTH));
+    };
+    let margins = |all: &[Answers]| {
+        let right: Vec<f64> = all.iter().map(|answers| answers.accuracy(None)).collect();
+        Some((right[0] - right[1]) - (right[2] - right[3]))
+    };
+    let mut effects = vec![];
+    for c in two(run.with(few)) {
+        let Some(d) = two(run.with(many)).into_iter().find(|d| d.results().zoo == c.results().zoo) else {
+            continue;
+        };
+        if let Some(effect) = run.comparison.effect(&[&a.name, &c.name, &b.name, &d.name], &margins, 0.95)? {
+            let zoo = &c.results().zoo;
+            effects
+                .push((format!("margin over {zoo}: with {few} less with {many} per class, points"), effect));
+        }
+    }
+    Ok(if effects.is_empty() { lacks(BOTH) } else { against_all(0.0, effects) })
+}
+
+/// In at least one pair of counts TactNet3D trained on few samples beats every 2D network trained on many.
+/// Intervals are widened for the number of pairs (Bonferroni).
+pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> Result<Answer> {
+    let counts = run.counts();
+    let pairs: Vec<(usize, usize)> = few
+        .iter()
+        .flat_map(|&few| many.iter().map(move |&many| (few, many)))
+        .filter(|(few, many)| counts.contains(few) && counts.contains(many))
+        .collect();
+    let confidence = 1.0 - 0.05 / pairs.len().max(1) as f64;
+    let mut cases = vec![];
+    for (few, many) in &pairs {
+        let (Some(three), two) = (three(run.with(*few)), two(run.with(*many))) else { continue };
+        let effects = against_two(run, three, &two, confidence)?;
+        cases.extend(effects.into_iter().min_by(nearest(0.0)));
+    }
+    let best = cases.into_iter().max_by(nearest(0.0));
+    Ok(match best {
+        Some((text, effect)) => above(0.0, format!("{text}; best of {} cases", pairs.len()), effect),
+        None => lacks(format!("{BOTH} trained on few ({few:?}) and many ({many:?}) samples per class")),
+    })
+}
+
+/// The share of mistakes that stay inside a group of look-alikes is larger for TactNet3D; with `count`
+/// samples per class where there is a learning curve, as in the paper's figures.
+pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Answer> {
+    if run.look_alikes.is_empty() {
+        return Ok(lacks("groups of look-alikes (data.look_alikes)"));
+    }
+    let entries: Vec<&Entry> =
+        if run.counts().contains(&count) { run.with(count).collect() } else { run.full().collect() };
+    let own = three(entries.iter().copied());
+    let baselines = two(entries.iter().copied());
+    let (Some(own), false) = (own, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
+    let inside = |answers: Answers| {
+        let (mut errors, mut within) = (0, 0);
+        for (truth, predicted) in answers.each().filter(|(truth, predicted)| truth[0] != predicted[0]) {
+            let both = |group: &Vec<u32>| group.contains(&truth[0]) && group.contains(&predicted[0]);
+            errors += 1;
+            within += u32::from(run.look_alikes.iter().any(both));
+        }
+        (errors > 0).then(|| 100.0 * f64::from(within) / f64::from(errors))
+    };
+    let more = |both: &[Answers]| Some(inside(both[0])? - inside(both[1])?);
+    let mut effects = vec![];
+    for other in baselines {
+        if let Some(effect) = run.comparison.effect(&[&own.name, &other.name], &more, 0.95)? {
+            let text = format!("errors inside look-alikes: {} less {}, % of errors", own.name, other.name);
+            effects.push((text, effect));
+        }
+    }
+    Ok(if effects.is_empty() { lacks("errors to look at") } else { against_all(0.0, effects) })
+}
+
+/// TactNet3D takes an object for its twin (`name` and `name` + `suffix`) less often than 2D networks do.
+pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Answer> {
+    let classes = &run.judgement.results.classes;
+    let label = |name: &str| classes.iter().position(|known| known == name);
+    let pair = |name: &String| Some((label(name.strip_suffix(suffix)?)? as u32, label(name)? as u32));
+    let pairs: Vec<(u32, u32)> = classes.iter().filter_map(pair).collect();
+    if pairs.is_empty() {
+        return Ok(lacks(format!("objects with twins (a name and the same with {suffix})")));
+    }
+    let own = three(run.full());
+    let baselines = two(run.full());
+    let (Some(own), false) = (own, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
+    let told = |answers: Answers| {
+        let (mut all, mut mistaken) = (0, 0);
+        for (truth, predicted) in answers.each() {
+            let twin = pairs.iter().find_map(|&(a, b)| match truth[0] {
+                own if own == a => Some(b),
+                own if own == b => Some(a),
+                _ => None,
+            });
+            all += u32::from(twin.is_some());
+            mistaken += u32::from(twin == Some(predicted[0]));
+        }
+        (all > 0).then(|| 100.0 - 100.0 * f64::from(mistaken) / f64::from(all))
+    };
+    let more = |both: &[Answers]| Some(told(both[0])? - told(both[1])?);
+    let mut effects = vec![];
+    for other in baselines {
+        if let Some(effect) = run.comparison.effect(&[&own.name, &other.name], &more, 0.95)? {
+            let text = format!("twins told apart: {} less {}, % of their grasps", own.name, other.name);
+            effects.push((text, effect));
+        }
+    }
+    Ok(against_all(0.0, effects))
+}

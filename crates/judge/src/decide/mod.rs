@@ -1,0 +1,19 @@
+//! What follows from measured values: comparisons, choices, ranks, claims.
+
+mod across;
+mod choice;
+mod choice_words;
+mod claims;
+mod comparison;
+mod p_value;
+pub mod statistics;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod choice_tests;
+
+pub use across::across;
+pub use choice::choose;
+pub use claims::claims;
+#[cfg(test)]
+pub(crate) use comparison::Comparison;

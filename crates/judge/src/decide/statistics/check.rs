@@ -1,0 +1,27 @@
+//! Values that a statistic can be computed of.
+
+use crate::error::{Error, Result};
+
+/// An error about the values of a statistic.
+pub(super) fn refuse<T>(what: &'static str, reason: impl Into<String>) -> Result<T> {
+    Err(Error::Statistics { what, reason: reason.into() })
+}
+
+/// Every value finite, and at least `least` of them.
+pub(super) fn check(what: &'static str, values: &[f64], least: usize) -> Result<()> {
+    if values.len() < least {
+        return refuse(what, format!("{} values; at least {least} are needed", values.len()));
+    }
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(at) => refuse(what, format!("value {at} is {}", values[at])),
+        None => Ok(()),
+    }
+}
+
+/// A share that is neither nothing nor all.
+pub(super) fn check_share(what: &'static str, share: f64) -> Result<()> {
+    match share > 0.0 && share < 1.0 {
+        true => Ok(()),
+        false => refuse(what, format!("{share} is not in (0, 1)")),
+    }
+}

@@ -1,0 +1,170 @@
+//! From an opened run folder to its [`Judgement`].
+
+use taxel_learn::{
+    Anatomy, Card, Environment, Epoch, FoldRecord, NetworkResults, Results, RunFolder, Timing,
+};
+
+use super::chance::chance;
+use super::examples::examples;
+use super::speed::speed;
+use super::stress::{StressOptions, stress};
+use crate::case::Case;
+use crate::error::{Error, Result};
+use crate::pareto::front;
+use crate::values::{EpochPoint, Judged, Judgement, Speed};
+
+/// Name of a judgement in its run folder.
+const FILE: &str = "judgement.json";
+
+/// What a judgement may cost, and who hears how far it is.
+pub struct Options<'a> {
+    /// Faults to try; none leaves the stress test out.
+    pub stress: Option<StressOptions>,
+    /// Seconds for timing one network.
+    pub budget: f64,
+    /// Hears what is being done.
+    pub say: &'a (dyn Fn(&str) + Sync),
+    /// Hears how many steps the stress test has.
+    pub start: &'a dyn Fn(u64),
+    /// Hears every step of it.
+    pub tick: &'a (dyn Fn() + Sync),
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Options {
+            stress: Some(StressOptions::default()),
+            budget: 2.0,
+            say: &|_| {},
+            start: &|_| {},
+            tick: &|| {},
+        }
+    }
+}
+
+/// Measures everything that a report says about a run: speed first, while nothing else runs.
+///
+/// # Errors
+/// Models that are missing or damaged, readings that cannot be broken.
+pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
+    let compared = case.compared();
+    let mut networks = vec![];
+    for own in &case.results.networks {
+        let timed = compared.contains(&own.network.as_str());
+        networks.push(judged(case, own, timed, options)?);
+    }
+    mark_front(&mut networks);
+    let stress = match &options.stress {
+        Some(wanted) => {
+            (options.say)("breaking test samples on purpose");
+            Some(stress(case, wanted, options.start, options.tick)?)
+        }
+        None => None,
+    };
+    let results = Results { networks: vec![], ..case.results.clone() };
+    Ok(Judgement {
+        protocol: results.protocol.words(),
+        environment: case.folder.environment()?,
+        judged_on: Environment::now(1, results.seed, &results.source, &results.data_digest),
+        chance: chance(&case.dataset),
+        examples: examples(case)?,
+        networks,
+        stress,
+        results,
+    })
+}
+
+/// One row; `timed` says whether its speed is measured.
+fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> Result<Judged> {
+    let records: Vec<&FoldRecord> = case.records(&own.network).collect();
+    let (mut card, mut measured): (_, Option<Speed>) = (None, None);
+    if let Some(first) = records.first() {
+        let model = case.model(&first.key)?;
+        if timed {
+            (options.say)(&format!("timing {}", own.network));
+            measured = Some(speed(&model, &case.dataset, &first.index, options.budget)?);
+        }
+        card = Some(model.card().clone());
+    }
+    let timings = records.iter().map(|record| timing(case, record)).collect::<Result<Vec<_>>>()?;
+    let epochs = records.iter().map(|r| r.epochs.len()).max().unwrap_or(0);
+    let trained = timings.iter().zip(&records).filter(|(_, record)| !record.epochs.is_empty());
+    let per_epoch = mean(trained.map(|(timing, record)| timing.train_seconds / record.epochs.len() as f64));
+    Ok(Judged {
+        baseline: card.as_ref().is_some_and(|card| card.graph().is_none()),
+        inputs: card.iter().flat_map(|card| &card.inputs).map(|input| input.name.clone()).collect(),
+        frozen: card.as_ref().map_or(vec![], frozen),
+        speed: measured,
+        train_seconds: mean(timings.iter().map(|timing| timing.train_seconds)).unwrap_or(0.0),
+        epoch_seconds: per_epoch,
+        calibration_error: mean(own.folds.iter().map(|fold| fold.calibration_error)).unwrap_or(0.0),
+        on_front: false,
+        training: (0..epochs).map(|epoch| point(epoch, &records)).collect(),
+        results: own.clone(),
+    })
+}
+
+fn frozen(card: &Card) -> Vec<String> {
+    match &card.anatomy {
+        Anatomy::Network { recipe, .. } => recipe.frozen.clone(),
+        Anatomy::Baseline { .. } => vec![],
+    }
+}
+
+/// How long a finished fold took.
+fn timing(case: &Case, record: &FoldRecord) -> Result<Timing> {
+    case.folder.timing(&record.key)?.ok_or_else(|| {
+        let reason = format!("fold {} has no timing; delete its record and resume the run", record.key);
+        Error::run(case.folder.path(), reason)
+    })
+}
+
+/// None of nothing.
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let all: Vec<f64> = values.collect();
+    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// Mean of one epoch over the folds that got so far: one did at least.
+fn point(epoch: usize, records: &[&FoldRecord]) -> EpochPoint {
+    let lines = || records.iter().filter_map(|record| record.epochs.get(epoch));
+    let over = |value: fn(&Epoch) -> f64| lines().map(value).sum::<f64>() / lines().count() as f64;
+    EpochPoint {
+        epoch,
+        train_loss: over(|line| line.train_loss),
+        train_accuracy: over(|line| line.train_accuracy),
+        validation_loss: mean(lines().filter_map(|line| line.validation_loss)),
+        validation_accuracy: mean(lines().filter_map(|line| line.validation_accuracy)),
+    }
+}
+
+/// Marks those for which no other is at least as fast and at least as accurate, and better in one.
+fn mark_front(networks: &mut [Judged]) {
+    let place = |n: &Judged| Some((n.speed?.whole.p50_ms, n.accuracy()?));
+    let places: Vec<(f64, f64)> = networks.iter().filter_map(place).collect();
+    let known = networks.iter_mut().filter(|n| place(n).is_some());
+    known.zip(front(&places)).for_each(|(network, on_front)| network.on_front = on_front);
+}
+
+impl Judgement {
+    /// The judgement in a run folder, if there is one and it is about the run as it is now.
+    ///
+    /// # Errors
+    /// A damaged file.
+    pub fn read(case: &Case) -> Result<Option<Self>> {
+        let read: Option<Judgement> = case.folder.read(FILE)?;
+        let own = |j: &Judgement| {
+            let networks = j.networks.iter().map(|n| &n.results);
+            networks.eq(&case.results.networks) && j.results.data_digest == case.results.data_digest
+        };
+        Ok(read.filter(own))
+    }
+
+    /// Writes the judgement into its run folder, whole or not at all.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, folder: &RunFolder) -> Result<()> {
+        Ok(folder.write(FILE, self)?)
+    }
+}

@@ -1,0 +1,15 @@
+//! What is measured about a run: speed, accuracy under faults, examples.
+
+mod chance;
+mod examples;
+mod judge;
+mod parts;
+mod scores;
+mod sensor;
+mod speed;
+mod stress;
+mod threads;
+mod verdict;
+
+pub use judge::{Options, judge};
+pub use stress::{StressOptions, stress};

@@ -1,0 +1,156 @@
+//! Accuracy under graded faults on raw readings: where each network breaks.
+
+use std::collections::BTreeMap;
+
+use taxel_learn::{ModelInput, require};
+use taxel_scenes::faults::{Fault, Layout};
+
+use super::chance::chance;
+use super::parts::{Answer, Job, Part, answer, parts};
+use super::scores::{breaks_at, relate, score, stressed};
+use super::sensor::sensor;
+use super::verdict::verdict;
+use crate::case::Case;
+use crate::error::{Error, Result};
+use crate::values::{FaultCurve, FaultInfo, NetworkStress, Score, Stress};
+
+/// Baselines and networks that corruption errors are relative to, the first that a run has.
+const REFERENCES: [&str; 3] = ["k-nn", "mini-rocket", "mlp"];
+
+/// What is broken, and how much time it may take.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StressOptions {
+    /// These faults only; all that have a meaning where it is empty.
+    pub faults: Vec<Fault>,
+    /// This severity only.
+    pub severity: Option<u8>,
+    /// At most so many test samples of each network; the others are left out evenly. Default 1000.
+    pub samples: usize,
+    /// Worker threads; results do not depend on them.
+    pub threads: usize,
+}
+
+impl Default for StressOptions {
+    fn default() -> Self {
+        let threads = std::thread::available_parallelism().map_or(1, Into::into);
+        StressOptions { faults: vec![], severity: None, samples: 1000, threads }
+    }
+}
+
+/// Scores the saved networks of a run on broken test samples; nothing is trained. `start` hears the
+/// number of steps, `tick` each of them.
+///
+/// Every sample is broken before it is encoded, in the same way for all networks. A sample that an
+/// encoding refuses (no contact is found, for example) counts as wrong.
+///
+/// # Errors
+/// A fault without a meaning for these readings, models that are missing, readings that are not finite.
+pub fn stress(
+    case: &Case,
+    options: &StressOptions,
+    start: &dyn Fn(u64),
+    tick: &(dyn Fn() + Sync),
+) -> Result<Stress> {
+    let (sensor, range) = sensor(&case.dataset);
+    let (faults, left_out) = faults(case, options, sensor.layout)?;
+    let severities: Vec<u8> = options.severity.map_or_else(|| (1..=5).collect(), |one| vec![one]);
+    let names = case.compared();
+    let (parts, of) = parts(case, &names, options.samples);
+    let mut jobs = vec![];
+    for part in 0..parts.len() {
+        jobs.push(Job { part, broken: None });
+        for &fault in &faults {
+            jobs.extend(severities.iter().map(|&severity| Job { part, broken: Some((fault, severity)) }));
+        }
+    }
+    start(jobs.len() as u64);
+    let answers = answer(case, &sensor, &parts, &jobs, options.threads, tick)?;
+    let chance = chance(&case.dataset);
+    let mut networks = vec![];
+    for name in &names {
+        networks.push(network(case, name, &answers, (&faults, &severities), chance)?);
+    }
+    let reference = REFERENCES.into_iter().find(|name| names.contains(name));
+    relate(&mut networks, reference);
+    for network in &mut networks {
+        let inputs = inputs(case, &network.network)?;
+        network.verdict = verdict(network, chance, &inputs);
+    }
+    Ok(Stress {
+        seed: case.results.seed,
+        samples: tested(&parts),
+        of,
+        range,
+        chance,
+        reference: reference.map(Into::into),
+        faults: faults.into_iter().map(FaultInfo::of).collect(),
+        left_out,
+        networks,
+    })
+}
+
+/// Scores of one network, clean and under every fault.
+fn network(
+    case: &Case,
+    name: &str,
+    answers: &[Answer],
+    (faults, severities): (&[Fault], &[u8]),
+    chance: f64,
+) -> Result<NetworkStress> {
+    let under = |broken| {
+        let own = answers.iter().filter(|a| a.network == name && a.broken == broken);
+        score(&case.levels(), &own.collect::<Vec<_>>())
+    };
+    let clean = under(None)?;
+    let mut curves = vec![];
+    for &fault in faults {
+        let point = |&severity: &u8| Ok((severity, under(Some((fault, severity)))?));
+        let points: Vec<(u8, Score)> = severities.iter().map(point).collect::<Result<_>>()?;
+        curves.push(FaultCurve { fault, breaks_at: breaks_at(&points, clean.accuracy, chance), points });
+    }
+    Ok(stressed(name, clean, curves))
+}
+
+/// How the first saved fold of a network reads samples.
+fn inputs(case: &Case, network: &str) -> Result<Vec<ModelInput>> {
+    match case.first_repetition(network).next() {
+        Some(first) => Ok(case.card(&first.key)?.inputs.clone()),
+        None => Ok(vec![]),
+    }
+}
+
+/// The faults to be tested, and those that have no meaning here.
+fn faults(
+    case: &Case,
+    options: &StressOptions,
+    layout: Layout,
+) -> Result<(Vec<Fault>, BTreeMap<String, String>)> {
+    if let Some(severity) = options.severity {
+        require((1..=5).contains(&severity), "severity", severity, "must be in 1..=5")?;
+    }
+    let (mut faults, mut left_out) = (vec![], BTreeMap::new());
+    for fault in Fault::ALL {
+        let asked = options.faults.contains(&fault);
+        match fault.refusal(layout) {
+            Some(reason) if asked => {
+                let (fault, layout) = (fault.name(), layout.describe());
+                let source = taxel_scenes::Error::Fault { fault, layout, reason };
+                return Err(Error::Fault { source_label: case.dataset.source.to_string(), source });
+            }
+            Some(reason) => {
+                left_out.insert(fault.name().into(), reason.into());
+            }
+            None if asked || options.faults.is_empty() => faults.push(fault),
+            None => {}
+        }
+    }
+    Ok((faults, left_out))
+}
+
+/// Different test samples over all parts.
+fn tested(parts: &[Part]) -> usize {
+    let mut folds: Vec<(usize, usize)> = parts.iter().map(|part| (part.fold, part.len())).collect();
+    folds.sort_unstable();
+    folds.dedup();
+    folds.into_iter().map(|(_, count)| count).sum()
+}

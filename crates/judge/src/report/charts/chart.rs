@@ -1,0 +1,39 @@
+//! A chart: drawn twice from one description, for the page in the colours of its theme and for files.
+
+use crate::report::canvas::{Canvas, PLAIN, Type};
+use crate::report::palette::Paint;
+
+/// A chart with all that is said about it.
+pub(in crate::report) struct Chart<'a> {
+    /// Name of its files.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// How to read it; screen readers hear it in place of the drawing.
+    pub reading: String,
+    draw: Box<dyn Fn(Paint) -> Canvas + Sync + 'a>,
+}
+
+impl<'a> Chart<'a> {
+    pub(super) fn new(
+        name: impl Into<String>,
+        title: impl Into<String>,
+        reading: impl Into<String>,
+        draw: impl Fn(Paint) -> Canvas + Sync + 'a,
+    ) -> Self {
+        Chart { name: name.into(), title: title.into(), reading: reading.into(), draw: Box::new(draw) }
+    }
+
+    /// What screen readers hear.
+    pub(in crate::report) fn label(&self) -> String {
+        format!("{}. {}", self.title, self.reading)
+    }
+
+    /// The drawing.
+    pub(in crate::report) fn canvas(&self, paint: Paint) -> Canvas {
+        (self.draw)(paint)
+    }
+}
+
+/// A heading inside a chart.
+pub(super) const HEADING: Type = Type { size: 13, bold: true, ..PLAIN };

@@ -1,0 +1,47 @@
+//! Files of a report.
+
+use std::path::Path;
+
+use super::charts::Chart;
+use super::palette::Paint;
+use super::tables::Table;
+use crate::error::{Error, Result};
+
+/// A path below the folder of a report, and what stands there.
+pub(super) type File = (String, Vec<u8>);
+
+/// A table as Markdown and as CSV.
+pub(super) fn of_table(table: &Table) -> [File; 2] {
+    let name = |ending| format!("tables/{}.{ending}", table.name);
+    [(name("md"), table.markdown().into_bytes()), (name("csv"), table.csv().into_bytes())]
+}
+
+/// A chart as SVG and as PNG.
+///
+/// # Errors
+/// A chart that cannot be drawn.
+pub(super) fn of_chart(chart: &Chart) -> Result<[File; 2]> {
+    let canvas = chart.canvas(Paint::Print);
+    let name = format!("charts/{}", chart.name);
+    Ok([
+        (format!("{name}.svg"), canvas.svg(&chart.label()).into_bytes()),
+        (format!("{name}.png"), canvas.png()?),
+    ])
+}
+
+/// Writes a file below `folder`, whole or not at all.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn write(folder: &Path, (name, bytes): &File) -> Result<()> {
+    let path = folder.join(name);
+    taxel_files::write_whole(&path, bytes).map_err(|e| Error::write(&path, e))
+}
+
+/// Makes a folder, if it is not there.
+///
+/// # Errors
+/// A folder that cannot be made.
+pub(super) fn make(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::write(folder, e))
+}

@@ -1,0 +1,44 @@
+//! Names of tables and charts: those who make one and those who show it take the name from here.
+
+/// Tables: the name of their files, and of their place in the page.
+pub(super) mod table {
+    pub const ATTRIBUTES: &str = "attributes";
+    pub const BREAKING_POINTS: &str = "breaking-points";
+    pub const CLAIMS: &str = "claims";
+    pub const CLAIMS_BY_RUN: &str = "claims-by-run";
+    pub const CLASSES: &str = "classes";
+    pub const CONFUSION: &str = "confusion";
+    pub const COSTS: &str = "costs";
+    pub const EVIDENCE: &str = "evidence";
+    pub const EXAMPLES: &str = "examples";
+    pub const FAULTS: &str = "faults";
+    pub const FAULT_CURVES: &str = "fault-curves";
+    pub const FAULT_LOSSES: &str = "fault-losses";
+    pub const FEW_SAMPLES: &str = "few-samples";
+    pub const FOLDS: &str = "folds";
+    pub const NETWORKS: &str = "networks";
+    pub const OVERVIEW_REAL: &str = "overview-real";
+    pub const OVERVIEW_SIMULATED: &str = "overview-simulated";
+    pub const PUBLISHED: &str = "published";
+    pub const RANKS: &str = "ranks";
+    pub const SPEED: &str = "speed";
+    pub const TRAINING: &str = "training";
+    pub const WEIGHT_CHANGES: &str = "weight-changes";
+}
+
+/// Charts: the name of their files.
+pub(super) mod chart {
+    pub const ACCURACY_LATENCY: &str = "accuracy-latency";
+    pub const ACCURACY_MACS: &str = "accuracy-macs";
+    pub const ACCURACY_SIZE: &str = "accuracy-size";
+    pub const CALIBRATION: &str = "calibration";
+    /// What the names of all confusion matrices begin with.
+    pub const CONFUSION: &str = "confusion-";
+    pub const CRITICAL_DIFFERENCE: &str = "critical-difference";
+    pub const FAULT_CURVES: &str = "fault-curves";
+    pub const FAULT_LOSSES: &str = "fault-losses";
+    pub const FEW_SAMPLES: &str = "few-samples";
+    pub const TRAINING: &str = "training";
+    pub const WEIGHT_CHANGES: &str = "weight-changes";
+    pub const WHERE_TIME_GOES: &str = "where-time-goes";
+}

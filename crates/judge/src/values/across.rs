@@ -1,0 +1,37 @@
+//! Networks ranked over several data sets.
+
+use serde::{Deserialize, Serialize};
+
+/// Networks that several runs share, ranked over their data sets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Across {
+    /// Names of the runs, one per data set.
+    pub runs: Vec<String>,
+    /// Names of the networks that all runs have, the best mean rank first.
+    pub networks: Vec<String>,
+    /// Accuracy in %, `[run][network]`.
+    pub accuracy: Vec<Vec<f64>>,
+    /// Friedman's test; ranks in the order of `networks`, 1 is the best.
+    pub friedman: Friedman,
+    /// Level of significance of [`Across::critical_difference`].
+    pub alpha: f64,
+    /// Nemenyi's: mean ranks that differ by at least as much differ beyond doubt.
+    pub critical_difference: f64,
+    /// Wilcoxon's signed-rank test of each network against the first, Holm-corrected; none for the first.
+    pub p_holm: Vec<Option<f64>>,
+    /// What it says, in sentences.
+    pub words: Vec<String>,
+}
+
+/// Friedman's test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Friedman {
+    /// Mean rank of each method over the data sets; 1 is the best, ties share their mean.
+    pub ranks: Vec<f64>,
+    /// Chi-squared with methods − 1 degrees of freedom, corrected for ties.
+    pub statistic: f64,
+    /// Of [`Friedman::statistic`].
+    pub p: f64,
+    /// Of the less conservative F statistic (Iman & Davenport 1980).
+    pub p_iman_davenport: f64,
+}

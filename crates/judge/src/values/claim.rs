@@ -1,0 +1,41 @@
+//! What papers claim, and what of it holds on a run.
+
+use serde::{Deserialize, Serialize};
+use taxel_data::Source;
+
+/// Whether a claim holds on one run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The difference has the claimed sign, and its interval excludes 0 (of a claim that something costs
+    /// less than so many points: excludes a larger cost).
+    Holds,
+    /// It has the other sign, or its interval includes 0 (or a larger cost).
+    DoesNotHold,
+    /// The run lacks a network, an attribute or a protocol that the claim is about: [`Claim::effect`] says
+    /// which.
+    CannotBeTested,
+}
+
+/// A claim of a paper, tested on one run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// `000` to `004`.
+    pub paper: String,
+    /// Where it is printed.
+    pub place: String,
+    /// What it says.
+    pub says: String,
+    /// Name of the run.
+    pub run: String,
+    /// What the run measured on.
+    pub source: Source,
+    /// Holds, does not, cannot be tested.
+    pub outcome: Outcome,
+    /// What was compared, in which unit; where nothing could be, what the run lacks.
+    pub effect: String,
+    /// Size of the effect, in the unit that `effect` names.
+    pub size: Option<f64>,
+    /// 95 % interval of it.
+    pub interval: Option<[f64; 2]>,
+}

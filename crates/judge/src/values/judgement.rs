@@ -1,0 +1,91 @@
+//! What is known about one run, ready to be shown: plain values, written as `judgement.json`.
+
+use serde::{Deserialize, Serialize};
+use taxel_data::SourceKind;
+use taxel_learn::{Environment, NetworkResults, Results};
+
+use super::example::Example;
+use super::speed::Speed;
+use super::stress::Stress;
+
+/// Everything that a report says about one run folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Judgement {
+    /// Protocol, classes, source; `networks` is empty here, scores are in [`Judgement::networks`].
+    pub results: Results,
+    /// Protocol in words.
+    pub protocol: String,
+    /// Machine, code and data of the run.
+    pub environment: Environment,
+    /// Machine and code of this judgement: speeds were measured here.
+    pub judged_on: Environment,
+    /// Share in % that is right by always naming the commonest class.
+    pub chance: f64,
+    /// In the order of the config, baselines behind.
+    pub networks: Vec<Judged>,
+    /// Accuracy under faults; none where it was not asked for.
+    pub stress: Option<Stress>,
+    /// Some test samples with what networks say about them.
+    pub examples: Vec<Example>,
+}
+
+impl Judgement {
+    /// Whether scores were measured on simulated or on real readings; never mixed with published numbers.
+    pub fn kind(&self) -> SourceKind {
+        self.results.source.kind
+    }
+
+    /// The network or baseline of that name.
+    pub fn network(&self, name: &str) -> Option<&Judged> {
+        self.networks.iter().find(|own| own.results.network == name)
+    }
+}
+
+impl Judged {
+    /// Mean accuracy over folds in %; none without a finished fold.
+    pub fn accuracy(&self) -> Option<f64> {
+        self.results.mean.map(|mean| mean.accuracy)
+    }
+}
+
+/// One network or baseline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// Scores, costs, confusion, published numbers.
+    #[serde(flatten)]
+    pub results: NetworkResults,
+    /// Whether it is a baseline and no network.
+    pub baseline: bool,
+    /// Names of the inputs that it reads: `signal`, `image`, `tensor`; `series` for baselines.
+    pub inputs: Vec<String>,
+    /// Nodes whose weights training left as they were.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frozen: Vec<String>,
+    /// Measured here; none for the smaller rows of a learning curve.
+    pub speed: Option<Speed>,
+    /// Seconds of training per fold, mean over finished folds.
+    pub train_seconds: f64,
+    /// Seconds of one epoch, mean over finished folds; none for baselines.
+    pub epoch_seconds: Option<f64>,
+    /// Expected calibration error over the test parts, 0 to 1, mean over folds.
+    pub calibration_error: f64,
+    /// Whether no other is at least as accurate and faster, or as fast and more accurate.
+    pub on_front: bool,
+    /// Mean over folds, epoch by epoch; empty for baselines.
+    pub training: Vec<EpochPoint>,
+}
+
+/// One epoch, mean over the folds that got so far.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EpochPoint {
+    /// From 0.
+    pub epoch: usize,
+    /// Mean loss over the training samples.
+    pub train_loss: f64,
+    /// In %.
+    pub train_accuracy: f64,
+    /// Mean loss over the validation part, where there is one.
+    pub validation_loss: Option<f64>,
+    /// In %.
+    pub validation_accuracy: Option<f64>,
+}

@@ -1,0 +1,21 @@
+//! Plain values: what is measured about a run, and what is decided by it. They serialise, and know neither
+//! how they came about nor how they are shown.
+
+mod across;
+mod choice;
+mod claim;
+mod example;
+mod judgement;
+mod speed;
+mod stress;
+
+pub use across::{Across, Friedman};
+pub use choice::{Choice, CostKind, Criteria, Evidence, Test};
+pub use claim::{Claim, Outcome};
+pub use example::{Example, Picture, PictureKind, Verdict};
+pub use judgement::{EpochPoint, Judged, Judgement};
+pub use speed::Speed;
+pub use stress::{FaultCurve, FaultInfo, NetworkStress, Score, SensorRange, Stress};
+
+/// The baseline that reads nothing.
+pub(crate) const MAJORITY: &str = "majority";

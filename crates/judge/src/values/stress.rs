@@ -1,0 +1,136 @@
+//! Accuracy under graded faults on raw readings.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use taxel_scenes::faults::Fault;
+
+/// What a fault does, for readers of a report.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultInfo {
+    /// Name in settings and in reports.
+    pub fault: Fault,
+    /// What happens, in a few words.
+    pub what: String,
+    /// Severities 1 to 5.
+    pub levels: [f32; 5],
+    /// Unit of the levels.
+    pub unit: String,
+}
+
+/// The range of readings that levels in % of full scale refer to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SensorRange {
+    /// The smallest possible reading.
+    pub low: f32,
+    /// The largest possible reading.
+    pub high: f32,
+    /// Whether it was taken from the samples, since nobody says what the sensor's is.
+    pub from_samples: bool,
+}
+
+/// Scores on the same test samples, clean or broken.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// In %.
+    pub accuracy: f64,
+    /// Expected calibration error, 0 to 1.
+    pub calibration_error: f64,
+    /// Samples that an encoding refused; they count as wrong.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub refused: usize,
+}
+
+/// One network under one fault.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultCurve {
+    /// The fault.
+    pub fault: Fault,
+    /// Severity (1 to 5) and scores; all five unless one was asked for.
+    pub points: Vec<(u8, Score)>,
+    /// The first severity at which half of the margin above chance is lost: its breaking point.
+    pub breaks_at: Option<u8>,
+}
+
+/// One network under all faults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NetworkStress {
+    /// Name in the experiment.
+    pub network: String,
+    /// On the same samples, unbroken.
+    pub clean: Score,
+    /// In the order of [`Stress::faults`].
+    pub curves: Vec<FaultCurve>,
+    /// Accuracy lost, in percentage points, mean over faults and severities.
+    pub mean_loss: f64,
+    /// The largest loss of a fault, in percentage points, mean over its severities.
+    pub worst_loss: f64,
+    /// Errors relative to the reference's, mean over faults, in % (Hendrycks & Dietterich 2019, mCE).
+    pub corruption_error: Option<f64>,
+    /// Errors beyond the clean ones relative to the reference's (relative mCE), in %; none where the
+    /// reference loses nothing.
+    pub relative_corruption_error: Option<f64>,
+    /// Mean over faults and severities.
+    pub calibration_error: f64,
+    /// What the numbers say, in words.
+    pub verdict: String,
+}
+
+/// Every network under every fault.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Stress {
+    /// Seed of the faults.
+    pub seed: u64,
+    /// Test samples behind every accuracy, over all folds of the first repetition.
+    pub samples: usize,
+    /// Test samples that there are; more than `samples` where some were left out for time.
+    pub of: usize,
+    /// The sensor's range.
+    pub range: SensorRange,
+    /// Accuracy in % of always naming the commonest class.
+    pub chance: f64,
+    /// The network that corruption errors are relative to.
+    pub reference: Option<String>,
+    /// In the order of the table.
+    pub faults: Vec<FaultInfo>,
+    /// Faults without a meaning for these readings, and why.
+    pub left_out: BTreeMap<String, String>,
+    /// In the order of the run.
+    pub networks: Vec<NetworkStress>,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+impl FaultInfo {
+    /// What `fault` does.
+    pub(crate) fn of(fault: Fault) -> Self {
+        let (what, unit) = (fault.describe().into(), fault.unit().into());
+        FaultInfo { fault, what, levels: fault.severities(), unit }
+    }
+
+    /// The level of a severity from 1 to 5, in [`FaultInfo::unit`].
+    pub fn level(&self, severity: u8) -> f32 {
+        self.levels[usize::from(severity.clamp(1, 5)) - 1]
+    }
+}
+
+impl FaultCurve {
+    /// Accuracy lost, in percentage points, mean over the severities.
+    pub fn loss(&self, clean: Score) -> f64 {
+        self.mean(|score| clean.accuracy - score.accuracy)
+    }
+
+    /// Mean of a score over the severities.
+    pub(crate) fn mean(&self, value: impl Fn(&Score) -> f64) -> f64 {
+        self.points.iter().map(|(_, score)| value(score)).sum::<f64>() / self.points.len().max(1) as f64
+    }
+}
+
+impl Stress {
+    /// What the faults cost the network of that name, in percentage points on average.
+    pub fn mean_loss(&self, network: &str) -> Option<f64> {
+        self.networks.iter().find(|own| own.network == network).map(|own| own.mean_loss)
+    }
+}
