@@ -60,12 +60,12 @@ enum Small {
 
 impl Choose {
     pub fn run(self) -> Outcome {
-        let by = match self.by {
+        let cost = match self.by {
             Small::Latency => CostKind::Latency,
             Small::Size => CostKind::Size,
             Small::Macs => CostKind::Macs,
         };
-        let criteria = Criteria { by, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
+        let criteria = Criteria { cost, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
         criteria.check()?;
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
@@ -91,7 +91,11 @@ impl Choose {
         Ok(if all { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn one(&self, path: &Path, criteria: &Criteria) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
+    fn one(
+        &self,
+        path: &Path,
+        criteria: &Criteria,
+    ) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
         let case = open(path)?;
         let stress = criteria.max_loss.map(|_| stress_options(self.threads));
         let judgement = match before(&case, stress.as_ref())? {
@@ -107,7 +111,7 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
     let results = &judgement.results;
     println!("{}: {}, {}", path.display(), results.source, judgement.protocol);
     println!();
-    let unit = match choice.criteria.by {
+    let unit = match choice.criteria.cost {
         CostKind::Latency => "ms",
         CostKind::Size => "kB",
         CostKind::Macs => "MACs",
@@ -133,7 +137,7 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
 fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
     let dash = || "-".to_string();
     let best = own.network == choice.best;
-    let cost = |cost: f64| match choice.criteria.by {
+    let cost = |cost: f64| match choice.criteria.cost {
         CostKind::Latency => format!("{cost:.3}"),
         CostKind::Size => format!("{:.1}", cost / 1e3),
         CostKind::Macs => format!("{cost:.0}"),

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use taxel::data::{Npz, Recordings, recordings};
-use taxel::learn::thousands;
+use taxel::learn::{Grid, thousands};
 use taxel::{Model, Options, Predictions};
 
 use crate::Outcome;
@@ -163,23 +163,19 @@ impl Answered<'_> {
     }
 
     fn csv(&self) -> String {
-        let cell = |text: &str| match text.contains([',', '"', '\n', '\r']) {
-            true => format!("\"{}\"", text.replace('"', "\"\"")),
-            false => text.to_string(),
-        };
-        let mut header = vec!["sample".to_string()];
-        header.extend(self.predictions.attributes.iter().map(|own| cell(&own.name)));
-        header.extend(self.outputs().iter().map(|name| cell(&format!("p({name})"))));
-        let mut text = header.join(",") + "\n";
-        let outputs = self.predictions.outputs();
+        let attributes = self.predictions.attributes.iter().map(|own| own.name.clone());
+        let outputs = self.outputs().into_iter().map(|name| format!("p({name})"));
+        let mut grid = attributes.chain(outputs).fold(Grid::new().left("sample"), Grid::left);
+        let width = self.predictions.outputs();
         for i in 0..self.predictions.len() {
-            let mut cells = vec![cell(&self.origins[i])];
-            cells.extend(self.predictions.answers(i).iter().map(|answer| cell(answer.class)));
-            let own = &self.predictions.probabilities[i * outputs..(i + 1) * outputs];
-            cells.extend(own.iter().map(ToString::to_string));
-            text += &(cells.join(",") + "\n");
+            let answers = self.predictions.answers(i);
+            let own = &self.predictions.probabilities[i * width..(i + 1) * width];
+            let cells = answers.iter().map(|answer| answer.class.to_string());
+            grid.row(
+                [self.origins[i].clone()].into_iter().chain(cells).chain(own.iter().map(f32::to_string)),
+            );
         }
-        text
+        grid.csv()
     }
 
     fn json(&self) -> serde_json::Result<String> {

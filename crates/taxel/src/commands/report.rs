@@ -9,8 +9,8 @@ use taxel::judge::{
     Case, Choice, Claim, Criteria, Entry, Judgement, StressOptions, across, choose, claims, overview, report,
 };
 
+use crate::Outcome;
 use crate::commands::judging::{before, now, open, stress_options};
-use crate::{Outcome, text};
 
 /// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
 ///
@@ -94,7 +94,7 @@ impl Report {
         let results = &judgement.results;
         if self.json {
             let object = json!({
-                "name": results.name, "source": results.source, "kind": judgement.kind, "page": page,
+                "name": results.name, "source": results.source, "kind": judgement.kind(), "page": page,
                 "chance_percent": judgement.chance, "chosen": choice.chosen,
                 "networks": made.summary.json,
             });
@@ -104,8 +104,7 @@ impl Report {
                 "{}: {} ({} samples), {}\n",
                 results.name, results.source, results.samples, judgement.protocol
             );
-            let head: Vec<&str> = made.summary.head.iter().map(String::as_str).collect();
-            println!("{}", text::table(&head, &made.summary.rows, &made.summary.right));
+            println!("{}", made.summary.grid.clone().ruled());
             choice.words.iter().for_each(|line| println!("{line}"));
             println!("report: {}\n", page.display());
         }

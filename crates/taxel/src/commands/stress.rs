@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::judge::{Stress as Outcomes, StressOptions, stress};
-use taxel_scenes::faults::Fault;
 use taxel::learn::{IndicatifProgress, Progress};
+use taxel_scenes::faults::Fault;
 
 use crate::commands::judging::{open, stress_options};
 use crate::{Outcome, text};
