@@ -113,7 +113,7 @@ impl Saver {
         let damaged = |why: String| {
             Error::damaged(
                 path,
-                format!("{why}; delete it and run again with --resume: the fold starts anew"),
+                format!("{why}; delete it and go on: the training starts from the beginning"),
             )
         };
         let (tensors, text) = checkpoint::read(path).map_err(|e| damaged(e.to_string()))?;
