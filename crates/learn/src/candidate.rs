@@ -114,11 +114,18 @@ impl Candidate {
     }
 
     /// # Errors
-    /// A name that cannot name files, a recipe out of range, frozen nodes that the network does not have.
+    /// A name that cannot name files, a recipe out of range, published scores that are none, frozen nodes that
+    /// the network does not have.
     pub fn check(&self) -> Result<()> {
         file_name("name", &self.name)?;
+        if let Some(published) = &self.published {
+            published.check().map_err(|problem| problem.below("published"))?;
+        }
         let Estimator::Network(network) = &self.estimator else { return Ok(()) };
         network.recipe.check()?;
+        if let Some(search) = &network.search {
+            search.check().map_err(|problem| problem.below("search"))?;
+        }
         network.check_frozen()
     }
 }

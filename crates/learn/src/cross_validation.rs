@@ -12,6 +12,7 @@ use crate::encoding::{Encoder, Encoding};
 use crate::environment::cores;
 use crate::error::{Error, Result};
 use crate::folder::{Identity, RunFolder};
+use crate::model::digest;
 use crate::plan::Plan;
 use crate::problem::Problem;
 use crate::progress::{Progress, Silent};
@@ -150,12 +151,12 @@ impl<'a> CrossValidation<'a> {
         cancel: &AtomicBool,
     ) -> Result<RunFolder> {
         let own = self.identity();
-        let difference = |path: &Path, before: &str| {
+        let differs = |path: &Path, before: &str| {
             let before: Value = serde_json::from_str(before)
                 .map_err(|e| Error::damaged(path, format!("cannot be read: {e}")))?;
-            Ok((before != own).then(|| "its settings are others".to_string()))
+            Ok(difference("", &before, &own))
         };
-        let identity = Identity { file: "run.json", text: format!("{own:#}\n"), difference: &difference };
+        let identity = Identity { file: "run.json", text: format!("{own:#}\n"), difference: &differs };
         self.run_as(out, &identity, options, progress, cancel)
     }
 
@@ -213,10 +214,7 @@ impl<'a> CrossValidation<'a> {
         let candidate = |own: &Candidate| match &own.estimator {
             Estimator::Network(network) => json!({
                 "name": own.name, "graph": network.graph, "recipe": network.recipe,
-                "search": network.search.as_ref().map(|search| {
-                    search.grid.iter().map(|own| &own.recipe).collect::<Vec<_>>()
-                }),
-                "starts from a checkpoint": network.start.is_some(),
+                "search": network.search, "start": network.start.as_deref().map(digest),
             }),
             Estimator::Baseline(method) => json!({ "name": own.name, "baseline": method }),
         };
@@ -225,5 +223,25 @@ impl<'a> CrossValidation<'a> {
             "look_alikes": self.look_alikes,
             "candidates": self.candidates.iter().map(candidate).collect::<Vec<_>>(),
         })
+    }
+}
+
+/// The first dotted key whose values differ, in words.
+fn difference(at: &str, before: &Value, now: &Value) -> Option<String> {
+    let below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
+    match (before, now) {
+        (a, b) if a == b => None,
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            a.iter().find_map(|(key, value)| difference(&below(key), value, &b[key]))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let mut pairs = a.iter().zip(b).enumerate();
+            pairs.find_map(|(i, (a, b))| difference(&below(&i.to_string()), a, b))
+        }
+        // Whole tables and lists would fill pages.
+        (Value::Object(_) | Value::Array(_), _) | (_, Value::Object(_) | Value::Array(_)) => {
+            Some(format!("{at} is another"))
+        }
+        (a, b) => Some(format!("{at} was {a}, is now {b}")),
     }
 }

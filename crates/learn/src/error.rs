@@ -59,6 +59,16 @@ pub enum Error {
         /// What is there instead.
         reason: String,
     },
+    /// A network answers with more or fewer numbers than there are classes.
+    #[error("{network} answers with {outputs} numbers, the samples have {classes} classes or levels")]
+    Outputs {
+        /// Name of the network.
+        network: String,
+        /// Values of its first output.
+        outputs: usize,
+        /// Classes, or levels of all attributes together.
+        classes: usize,
+    },
     /// The engine refuses a graph, its weights or a batch.
     #[error(transparent)]
     Engine(Box<taxel_engine::Error>),

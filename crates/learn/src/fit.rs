@@ -62,7 +62,7 @@ impl Fit<'_> {
         let origin = Origin { dataset, samples: dataset.len(), fold: None, seed: self.seed };
         match &candidate.estimator {
             Estimator::Network(network) => {
-                crate::plan::check_inputs(candidate, network, encoder)?;
+                crate::plan::check_network(candidate, network, encoder)?;
                 network.drawn()?;
                 let training = Training {
                     name: &candidate.name,

@@ -78,7 +78,7 @@ impl RunFolder {
             None => Ok((folder, lock)),
             Some(difference) => {
                 let reason = format!(
-                    "was run with another config: {difference}; resume with the same config or give another \
+                    "was run with other settings: {difference}; resume with the same ones or give another \
                      folder"
                 );
                 Err(Error::folder(path, reason))

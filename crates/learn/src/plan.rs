@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use taxel_data::{Dataset, Fold, Shortcut};
+use taxel_graph::Loss;
 
 use crate::candidate::{Candidate, Estimator, Trainable};
 use crate::encoding::{Encoder, SERIES};
 use crate::error::{Error, Result};
 use crate::metrics::Levels;
-use crate::problem::Problem;
+use crate::problem::{Problem, require};
 use crate::progress::Progress;
 use crate::protocol::Protocol;
 use crate::records::{Costs, FoldKey};
@@ -63,7 +64,7 @@ impl<'a> Plan<'a> {
         let mut drawn = vec![];
         for candidate in &candidates {
             if let Estimator::Network(network) = &candidate.estimator {
-                check_inputs(candidate, network, &encoder)?;
+                check_network(candidate, network, &encoder)?;
                 drawn.push((candidate.name.clone(), network.drawn()?));
             }
         }
@@ -148,11 +149,36 @@ fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
+/// Refuses a network that cannot be trained on the samples: its inputs, its outputs, its recipes.
+///
+/// # Errors
+/// The first input that the encoding does not make, another number of outputs, a loss or an augmentation
+/// that the samples do not allow.
+pub(crate) fn check_network(candidate: &Candidate, network: &Trainable, encoder: &Encoder) -> Result<()> {
+    check_inputs(candidate, network, encoder)?;
+    let classes = encoder.dataset().classes.len();
+    let shape = network.graph.outputs().first().map_or(&[][..], |(_, id)| &network.graph.nodes()[*id].shape);
+    let outputs = shape.iter().product::<usize>();
+    if outputs != classes {
+        return Err(Error::Outputs { network: candidate.name.clone(), outputs, classes });
+    }
+    let several = encoder.dataset().labels.attributes().len() > 1;
+    let tried = network.search.iter().flat_map(|search| &search.grid).map(|own| &own.recipe);
+    for recipe in tried.chain([&network.recipe]) {
+        let reason = "several attributes need \"multi-label-soft-margin\" or \"mean-squared-error\"";
+        let fits = !several || recipe.loss != Loss::SoftmaxCrossEntropy;
+        require(fits, "loss", "\"softmax-cross-entropy\"", reason)?;
+        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
+        require(recipe.augment.is_none() || encoder.is_warpable(), "augment", "{ .. }", reason)?;
+    }
+    Ok(())
+}
+
 /// Refuses a network whose inputs are not what the encoding makes.
 ///
 /// # Errors
 /// The first such input.
-pub(crate) fn check_inputs(candidate: &Candidate, network: &Trainable, encoder: &Encoder) -> Result<()> {
+fn check_inputs(candidate: &Candidate, network: &Trainable, encoder: &Encoder) -> Result<()> {
     for node in network.graph.inputs() {
         let refuse = |reason: String| Error::Input {
             network: candidate.name.clone(),
@@ -161,8 +187,9 @@ pub(crate) fn check_inputs(candidate: &Candidate, network: &Trainable, encoder: 
         };
         let shape =
             encoder.shape(&node.name).ok_or_else(|| refuse("the encoding makes no such input".into()))?;
-        let flat = node.shape.len() == 1 && node.shape[0] == shape.iter().product::<usize>();
-        if node.shape != shape && !flat {
+        // `[n]` and `[1, n]` take the whole sample as one row.
+        let row = matches!(*node.shape, [n] | [1, n] if n == shape.iter().product::<usize>());
+        if node.shape != shape && !row {
             return Err(refuse(format!("it takes {:?}, the samples are {shape:?}", node.shape)));
         }
     }

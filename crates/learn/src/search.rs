@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::problem::{Check, require, share};
 use crate::recipe::{Criterion, Recipe};
 
 /// Every recipe of `grid` is trained on what is left of the training part and scored on what is held back (or
 /// on the protocol's validation part); the best one is trained on the whole training part and tested.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Search {
     /// What is tried.
     pub grid: Vec<Combination>,
@@ -20,7 +21,7 @@ pub struct Search {
 }
 
 /// One recipe of a grid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Combination {
     /// What it sets, by dotted key of the recipe.
     pub set: BTreeMap<String, Value>,
@@ -49,6 +50,17 @@ pub struct Chosen {
 }
 
 impl Search {
+    /// # Errors
+    /// Nothing to choose from, a share that is none, a recipe out of range.
+    pub(crate) fn check(&self) -> Check {
+        let reason = "needs recipes to choose from";
+        require(!self.grid.is_empty(), "grid", "[]", reason)?;
+        share("validation", self.validation)?;
+        self.grid.iter().enumerate().try_for_each(|(i, own)| {
+            own.recipe.check().map_err(|problem| problem.below(&format!("grid.{i}")))
+        })
+    }
+
     /// Position of the best trial; of equals the first. None if all diverged.
     pub(crate) fn best(&self, trials: &[Trial]) -> Option<usize> {
         let mut best: Option<(usize, (f64, f64))> = None;

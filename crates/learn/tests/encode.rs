@@ -1,47 +1,52 @@
-//! Inputs, folds and the order of training.
+//! Inputs: what is fitted, on which samples, and what is refused.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use ndarray::{Array3, ArrayD, Axis};
-use proptest::prelude::*;
-use taxel_encodings::Scaling;
-use taxel_trainer::{Encoder, Experiment, IMAGE, Labels, Overrides, SIGNAL, Samples, Transform, shuffled};
+use serde_json::{Value, json};
+use taxel_data::Dataset;
+use taxel_encodings::{Layout, Scaling};
+use taxel_learn::encoding::{IMAGE, Input, SERIES, SIGNAL};
+use taxel_learn::{Encoder, Encoding, Error, Transform};
 
-fn experiment(encoding: &str, protocol: &str) -> Experiment {
-    let text = format!(
-        "name = \"t\"\n[data]\npath = \"-\"\n[encoding]\n{encoding}\n[protocol]\nfolds = 2\n{protocol}\n\
-         [[networks]]\nname = \"mlp\"\n"
-    );
-    Experiment::parse(&text, "t.toml", &Overrides::default()).unwrap()
+/// An encoding as a config writes it.
+fn encoding(value: Value) -> Encoding {
+    let encoding: Encoding = serde_json::from_value(value).unwrap();
+    encoding.check().unwrap();
+    encoding
 }
 
-/// Eight samples 2 × 6 in two classes and two groups; sample i lies around i in channel 0.
-fn samples() -> Samples {
+/// The inputs in `names` of every sample, fitted on `train`.
+fn inputs(value: Value, ladder: &Dataset, names: &[&str], train: &[usize]) -> Result<Vec<Input>, Error> {
+    let mut encoder = Encoder::new(&encoding(value), ladder);
+    encoder.prepare(names)?;
+    encoder.fit(names, train)
+}
+
+/// What is said of samples that cannot be encoded.
+fn refusal(value: Value, ladder: &Dataset, names: &[&str], train: &[usize]) -> String {
+    inputs(value, ladder, names, train).err().unwrap().to_string()
+}
+
+/// Eight samples 2 × 6 in two classes; sample i lies around i in channel 0.
+fn ladder() -> Dataset {
     let x = Array3::from_shape_fn((8, 2, 6), |(i, c, t)| (i + 10 * c) as f32 + 0.1 * t as f32);
-    Samples {
-        labels: Labels::new(vec![], vec![]),
-        official: None,
-        source: "real: ladder".into(),
-        x: x.into_dyn(),
-        y: vec![0, 1, 0, 1, 0, 1, 0, 1],
-        classes: vec!["a".into(), "b".into()],
-        groups: Some(vec![0, 0, 0, 0, 1, 1, 1, 1]),
-        units: None,
-        full_scale: None,
-        rest: None,
-        origins: vec![String::new(); 8],
-        digest: String::new(),
-    }
+    Dataset::new("ladder", Layout::Series, x.into_dyn(), &["a", "b"].repeat(4)).unwrap()
+}
+
+/// The same classes with other samples.
+fn with(layout: Layout, x: ArrayD<f32>) -> Dataset {
+    Dataset::new("ladder", layout, x, &["a", "b"].repeat(4)).unwrap()
 }
 
 #[test]
 fn z_scores_know_the_training_part_only() {
-    let samples = samples();
-    let experiment = experiment("", "");
-    let encoder = Encoder::new(&experiment, &samples, &[SIGNAL]).unwrap();
+    let ladder = ladder();
+    let mut encoder = Encoder::new(&Encoding::default(), &ladder);
+    encoder.prepare(&[SIGNAL]).unwrap();
     assert_eq!((encoder.shape(SIGNAL), encoder.shape(IMAGE)), (Some(vec![2, 6]), None));
     let train = [0, 1, 2, 3];
-    let inputs = encoder.fit(&train).unwrap();
+    let inputs = encoder.fit(&[SIGNAL], &train).unwrap();
     let of_train: Vec<f32> = train.iter().flat_map(|&i| inputs[0].encoded.sample(i)[..6].to_vec()).collect();
     let mean = of_train.iter().sum::<f32>() / 24.0;
     let variance = of_train.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / 24.0;
@@ -54,128 +59,94 @@ fn z_scores_know_the_training_part_only() {
 
 #[test]
 fn a_field_is_made_from_raw_readings() {
-    let samples = samples();
-    let image = "image = { kind = \"gadf\", size = 4, colormap = \"grey\" }";
-    let inputs = |signal: &str| {
-        let experiment = experiment(&format!("{image}\n{signal}"), "");
-        Encoder::new(&experiment, &samples, &[SIGNAL, IMAGE]).unwrap().fit(&[0, 1]).unwrap()
+    let ladder = ladder();
+    let image = json!({ "kind": "gadf", "size": 4, "colormap": "grey" });
+    let with = |signal: Value| {
+        inputs(json!({ "image": image, "signal": signal }), &ladder, &[SIGNAL, IMAGE], &[0, 1]).unwrap()
     };
-    let (z, raw) = (inputs(""), inputs("signal = { scale = \"raw\" }"));
+    let (z, raw) = (with(json!({})), with(json!({ "scale": "raw" })));
     assert_eq!(z[1].encoded.shape(), [1, 4, 4]);
     assert_eq!(z[1].encoded, raw[1].encoded);
     assert_ne!(z[0].encoded, raw[0].encoded);
     let Transform::Field(field) = &z[1].transform else { panic!() };
-    let sample = samples.x.index_axis(Axis(0), 3).into_dimensionality().unwrap();
+    let sample = ladder.x.index_axis(Axis(0), 3).into_dimensionality().unwrap();
     let want: Vec<f32> = field.encode(sample).unwrap().iter().copied().collect();
     assert_eq!(z[1].encoded.sample(3), want);
     assert_eq!(raw[0].encoded.sample(1)[..2], [1.0, 1.1]);
-    let gasf = experiment(&image.replace("gadf", "gasf"), "");
-    let gasf = Encoder::new(&gasf, &samples, &[IMAGE]).unwrap().fit(&[0]).unwrap();
+    let gasf = json!({ "image": { "kind": "gasf", "size": 4, "colormap": "grey" } });
+    let gasf = inputs(gasf, &ladder, &[IMAGE], &[0]).unwrap();
     assert_ne!(gasf[0].encoded, z[1].encoded);
 }
 
 #[test]
 fn images_get_a_channel_axis_and_a_full_scale() {
-    let samples = samples();
-    let raw = experiment("image = { kind = \"raw\" }", "");
-    let error = Encoder::new(&raw, &samples, &[IMAGE]).err().unwrap().to_string();
-    assert!(error.starts_with("t.toml:2: data.full_scale = not set: "), "{error}");
-    let scaled = Samples { full_scale: Some(2.0), ..samples.clone() };
-    let inputs = Encoder::new(&raw, &scaled, &[IMAGE]).unwrap().fit(&[0]).unwrap();
-    assert_eq!(inputs[0].encoded.shape(), [1, 2, 6]);
-    assert_eq!(inputs[0].encoded.sample(3)[6], 6.5);
-    let signal = Samples { x: ArrayD::zeros(vec![8, 1, 2, 3]), ..samples };
-    let error = Encoder::new(&raw, &signal, &[SIGNAL]).err().unwrap().to_string();
+    let ladder = ladder();
+    let raw = || json!({ "image": { "kind": "raw" } });
+    let error = refusal(raw(), &ladder, &[IMAGE], &[0]);
     assert_eq!(
         error,
+        "data.full_scale = not set: the scale needs the largest possible reading of real: ladder, such as 1023 \
+         for 10-bit counts or 255 for 8-bit images"
+    );
+    let scaled = ladder.with_full_scale(2.0).unwrap();
+    let images = inputs(raw(), &scaled, &[IMAGE], &[0]).unwrap();
+    assert_eq!(images[0].encoded.shape(), [1, 2, 6]);
+    assert_eq!(images[0].encoded.sample(3)[6], 6.5);
+    let fingers = with(Layout::Fingers, ArrayD::zeros(vec![8, 1, 2, 3]));
+    assert_eq!(
+        refusal(raw(), &fingers, &[SIGNAL], &[0]),
         "real: ladder: samples of shape [1, 2, 3] cannot become `signal`: a signal is [N, C, T] or [N, F]"
     );
 }
 
 #[test]
 fn a_bad_reading_is_named_by_sample() {
-    let mut bad = samples();
+    let mut bad = ladder();
     bad.x.index_axis_mut(Axis(0), 5)[[1, 2]] = f32::NAN;
-    for encoding in ["signal = { scale = \"raw\" }", "image = { kind = \"gadf\", size = 4 }"] {
-        let error = Encoder::new(&experiment(encoding, ""), &bad, &[SIGNAL, IMAGE]).err();
-        let error = error.map(|e| e.to_string()).unwrap_or_else(|| {
-            let experiment = experiment(encoding, "");
-            Encoder::new(&experiment, &bad, &[SIGNAL]).unwrap().fit(&[4, 5]).err().unwrap().to_string()
-        });
-        assert!(error.starts_with("real: ladder: ") && error.contains("sample"), "{error}");
-    }
-}
-
-#[test]
-fn grouped_folds_cut_no_group_and_need_groups() {
-    let grouped = experiment("", "split = \"group\"");
-    let samples = samples();
-    for fold in samples.folds(&grouped, 0).unwrap() {
-        let groups = samples.groups.as_ref().unwrap();
-        let inside =
-            |rows: &[usize]| rows.iter().map(|&i| groups[i]).collect::<std::collections::BTreeSet<_>>();
-        assert!(inside(&fold.train).is_disjoint(&inside(&fold.test)));
-    }
-    let error = Samples { groups: None, ..samples }.folds(&grouped, 0).unwrap_err().to_string();
-    assert!(error.starts_with("t.toml:8: protocol.split = \"group\": real: ladder has no groups"), "{error}");
-}
-
-#[test]
-fn every_epoch_has_its_own_order_and_its_own_only() {
-    let train: Vec<usize> = (0..50).map(|i| 2 * i).collect();
-    let order = shuffled(&train, 1, 0, 0, 0);
-    assert_eq!(order, shuffled(&train, 1, 0, 0, 0));
-    for other in [(2, 0, 0, 0), (1, 1, 0, 0), (1, 0, 1, 0), (1, 0, 0, 1)] {
-        assert_ne!(order, shuffled(&train, other.0, other.1, other.2, other.3), "{other:?}");
-    }
-}
-
-proptest! {
-    #[test]
-    fn batches_partition_the_training_set(
-        count in 1usize..200, batch in 1usize..70, seed: u64, epoch in 0usize..1000,
-    ) {
-        let train: Vec<usize> = (0..count).map(|i| 3 * i + 1).collect();
-        let order = shuffled(&train, seed, 0, 0, epoch);
-        let batches: Vec<&[usize]> = order.chunks(batch).collect();
-        prop_assert_eq!(batches.len(), count.div_ceil(batch));
-        let mut seen = batches.concat();
-        seen.sort_unstable();
-        prop_assert_eq!(seen, train);
-    }
+    let raw = json!({ "signal": { "scale": "raw" } });
+    let error = refusal(raw, &bad, &[SIGNAL], &[0]);
+    assert!(error.starts_with("real: ladder: signal: ") && error.contains("sample 5"), "{error}");
+    let field = json!({ "image": { "kind": "gadf", "size": 4 } });
+    let error = refusal(field, &bad, &[IMAGE], &[0]);
+    assert!(error.starts_with("real: ladder: image: ") && error.contains("sample 5"), "{error}");
+    // A scale is fitted to training samples: the first of them that is bad is named.
+    let error = refusal(json!({}), &bad, &[SIGNAL], &[4, 5]);
+    assert!(error.starts_with("real: ladder: signal: ") && error.contains("sample"), "{error}");
 }
 
 #[test]
 fn a_baseline_is_taken_off_before_anything_else() {
-    let samples = samples();
-    let raw = experiment("baseline = 2\nsignal = { scale = \"raw\" }", "");
-    let inputs = Encoder::new(&raw, &samples, &[SIGNAL]).unwrap().fit(&[0]).unwrap();
+    let ladder = ladder();
+    let raw = json!({ "baseline": 2, "signal": { "scale": "raw" } });
+    let signals = inputs(raw.clone(), &ladder, &[SIGNAL], &[0]).unwrap();
     // 0.1 a tick from the mean of the first two on, whatever sample and channel.
     for sample in 0..8 {
         let want = [-0.05, 0.05, 0.15, 0.25, 0.35, 0.45].repeat(2);
-        let pairs = inputs[0].encoded.sample(sample).iter().zip(&want);
+        let pairs = signals[0].encoded.sample(sample).iter().zip(&want);
         assert!(pairs.into_iter().all(|(got, want)| (got - want).abs() < 1e-5), "{sample}");
     }
+    // What baselines read is less the same mean.
+    let series = inputs(raw, &ladder, &[SERIES], &[0, 1]).unwrap();
+    let Transform::Baseline { readings: 2, then } = &series[0].transform else { panic!() };
+    assert!(matches!(&**then, Transform::Signal(Scaling::ZScore { .. })), "{then:?}");
     // Scales are fitted to what is left, and the saved transform does the same to new recordings.
-    let scaled = experiment("baseline = 2", "");
-    let inputs = Encoder::new(&scaled, &samples, &[SIGNAL]).unwrap().fit(&[0, 1]).unwrap();
-    let again = inputs[0].transform.apply(&samples.x, "again").unwrap();
-    assert_eq!(again.iter().take(12).copied().collect::<Vec<f32>>(), inputs[0].encoded.sample(0));
-    let Transform::Baseline { readings: 2, then } = &inputs[0].transform else { panic!() };
+    let scaled = inputs(json!({ "baseline": 2 }), &ladder, &[SIGNAL], &[0, 1]).unwrap();
+    let again = scaled[0].transform.apply(&ladder.x, "again").unwrap();
+    assert_eq!(again.iter().take(12).copied().collect::<Vec<f32>>(), scaled[0].encoded.sample(0));
+    let Transform::Baseline { readings: 2, then } = &scaled[0].transform else { panic!() };
     let Transform::Signal(Scaling::ZScore { mean, .. }) = &**then else { panic!() };
     assert!(mean.iter().all(|mean| (mean - 0.2).abs() < 1e-5), "{mean:?}");
-    let long = experiment("baseline = 7", "");
-    let error = Encoder::new(&long, &samples, &[SIGNAL]).err().unwrap().to_string();
+    let error = refusal(json!({ "baseline": 7 }), &ladder, &[SIGNAL], &[0]);
     assert!(error.contains("encoding.baseline needs [N, C, T] with at least as many readings"), "{error}");
 }
 
 #[test]
 fn rows_are_an_image_and_each_is_scaled_by_itself() {
-    let samples = samples();
-    let rows = experiment("image = { kind = \"rows\" }", "");
-    let encoder = Encoder::new(&rows, &samples, &[IMAGE]).unwrap();
+    let ladder = ladder();
+    let mut encoder = Encoder::new(&encoding(json!({ "image": { "kind": "rows" } })), &ladder);
+    encoder.prepare(&[IMAGE]).unwrap();
     assert_eq!(encoder.shape(IMAGE), Some(vec![1, 2, 6]));
-    let inputs = encoder.fit(&[0, 1]).unwrap();
+    let inputs = encoder.fit(&[IMAGE], &[0, 1]).unwrap();
     let Transform::Rows(Scaling::ZScore { mean, sd }) = &inputs[0].transform else { panic!() };
     assert!((mean[0] - 0.75).abs() < 1e-5 && (mean[1] - 10.75).abs() < 1e-5, "{mean:?}");
     assert!((inputs[0].encoded.sample(3)[6] - (13.0 - mean[1]) / sd[1]).abs() < 1e-5);
@@ -184,17 +155,34 @@ fn rows_are_an_image_and_each_is_scaled_by_itself() {
 #[test]
 fn colours_are_scaled_as_imagenet_was() {
     let x = ArrayD::from_shape_fn(vec![8, 3, 1, 2], |at| (51 * at[1] + 102 * at[3]) as f32);
-    let samples = Samples { x, full_scale: Some(255.0), ..samples() };
-    let colours = experiment("image = { kind = \"raw\", scale = \"imagenet\" }", "");
-    let inputs = Encoder::new(&colours, &samples, &[IMAGE]).unwrap().fit(&[0]).unwrap();
+    let colours = with(Layout::Colour, x).with_full_scale(255.0).unwrap();
+    let imagenet = || json!({ "image": { "kind": "raw", "scale": "imagenet" } });
+    let images = inputs(imagenet(), &colours, &[IMAGE], &[0]).unwrap();
     // (v / 255 - mean) / sd by hand.
     let want = [-2.117_904, -0.371_179, -1.142_857, 0.642_857, -0.026_667, 1.751_111];
-    for (got, want) in inputs[0].encoded.sample(5).iter().zip(want) {
+    for (got, want) in images[0].encoded.sample(5).iter().zip(want) {
         assert!((got - want).abs() < 1e-5, "{got} {want}");
     }
-    let grey = Samples { x: ArrayD::zeros(vec![8, 2, 6]), ..samples };
-    assert!(Encoder::new(&colours, &grey, &[IMAGE]).is_err());
-    let red = experiment("image = { kind = \"raw\", scale = \"imagenet\", red = true }", "");
-    let inputs = Encoder::new(&red, &grey, &[IMAGE]).unwrap().fit(&[0]).unwrap();
-    assert!((inputs[0].encoded.sample(0)[12] + 0.456 / 0.224).abs() < 1e-5);
+    let grey = with(Layout::Image, ArrayD::zeros(vec![8, 2, 6])).with_full_scale(255.0).unwrap();
+    assert!(inputs(imagenet(), &grey, &[IMAGE], &[0]).is_err());
+    let red = json!({ "image": { "kind": "raw", "scale": "imagenet", "red": true } });
+    let images = inputs(red, &grey, &[IMAGE], &[0]).unwrap();
+    assert!((images[0].encoded.sample(0)[12] + 0.456 / 0.224).abs() < 1e-5);
+}
+
+/// Rows of an image and taxels of a frame become channels.
+#[test]
+fn baselines_read_channels_and_time_of_every_layout() {
+    let shape = |layout, axes: &[usize]| {
+        let x = ArrayD::from_shape_fn(axes.to_vec(), |at| at[0] as f32 + 0.5 * at[1] as f32);
+        let samples = with(layout, x);
+        let series = inputs(json!({}), &samples, &[SERIES], &[0, 1]).unwrap();
+        series[0].encoded.shape().to_vec()
+    };
+    assert_eq!(shape(Layout::Features, &[8, 7]), [1, 7]);
+    assert_eq!(shape(Layout::Series, &[8, 2, 7]), [2, 7]);
+    assert_eq!(shape(Layout::Image, &[8, 5, 7]), [5, 7]);
+    assert_eq!(shape(Layout::Colour, &[8, 3, 5, 7]), [15, 7]);
+    assert_eq!(shape(Layout::Sequence, &[8, 4, 5, 7]), [35, 4]);
+    assert_eq!(shape(Layout::Fingers, &[8, 2, 23, 9]), [46, 9]);
 }

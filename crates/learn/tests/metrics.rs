@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use serde_json::Value;
-use taxel_trainer::metrics::{
+use taxel_learn::metrics::{
     BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, Scores, argmax, brier, calibration_error,
     log_loss, mean_sd, quantile, softmax,
 };

@@ -94,6 +94,11 @@ impl<'a> Encoder<'a> {
         self.dataset
     }
 
+    /// Whether pixels or taxels lie side by side as on the sensor, so that they can be moved.
+    pub(crate) fn is_warpable(&self) -> bool {
+        self.encoding.is_warpable()
+    }
+
     /// Prepares the inputs in `names` that are not there yet; what needs no fitting is encoded now. An input
     /// that the encoding does not make is left out: [`Encoder::shape`] knows no shape of it.
     ///

@@ -155,7 +155,7 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
 }
 
 /// BLAKE3 of all tensors in order of their names.
-fn digest(weights: &Weights) -> String {
+pub(crate) fn digest(weights: &Weights) -> String {
     let mut named: Vec<_> = weights.iter().collect();
     named.sort_by_key(|(name, _)| *name);
     let mut hasher = blake3::Hasher::new();

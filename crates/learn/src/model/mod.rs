@@ -7,5 +7,6 @@ mod predictor;
 
 pub use card::{Anatomy, Card, FORMAT, ModelInput, Score, TrainedOn, TrainingPart};
 pub use file::Model;
+pub(crate) use file::digest;
 pub use predictions::Predictions;
 pub use predictor::Predictor;

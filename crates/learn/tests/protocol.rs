@@ -1,0 +1,186 @@
+//! How samples are divided, in which order they are trained on, and the rows of a learning curve.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use std::collections::BTreeSet;
+
+use proptest::prelude::*;
+use serde_json::json;
+use support::{key, mlp, model, presses, recipe, record, run, three_folds, trainable, two_attributes};
+use taxel_baselines::Method;
+use taxel_data::{Dataset, Fold};
+use taxel_graph::Loss;
+use taxel_learn::{Anatomy, Candidate, Protocol, Split, Table, shuffled};
+
+/// The folds of repetition 0 under seed 3.
+fn folds(protocol: &Protocol, dataset: &Dataset) -> Vec<Fold> {
+    protocol.check().unwrap();
+    protocol.folds(dataset, 3, 0).unwrap()
+}
+
+fn few(per_class: &[usize], repetitions: usize) -> Protocol {
+    Protocol::FewSamples { split: Split::Stratified, repetitions, test: 0.4, per_class: per_class.to_vec() }
+}
+
+#[test]
+fn grouped_folds_cut_no_group_and_need_groups() {
+    let dataset = presses(8, 6).with_groups(&[0, 0, 0, 0, 1, 1, 1, 1]).unwrap();
+    let grouped = Protocol::group_k_fold(2);
+    for fold in folds(&grouped, &dataset) {
+        let groups = dataset.groups.as_ref().unwrap();
+        let inside = |rows: &[usize]| rows.iter().map(|&i| groups[i]).collect::<BTreeSet<_>>();
+        assert!(inside(&fold.train).is_disjoint(&inside(&fold.test)));
+    }
+    let without = presses(8, 6);
+    let error = grouped.folds(&without, 3, 0).unwrap_err().to_string();
+    assert!(error.starts_with("protocol.split = \"group\": real: presses has no groups"), "{error}");
+    let alone = Protocol::LeaveGroupOut { split: Split::Stratified, repetitions: 1 };
+    let error = alone.folds(&without, 3, 0).unwrap_err().to_string();
+    assert!(error.starts_with("protocol.kind = \"leave-group-out\": real: presses has no groups"), "{error}");
+    let official = Protocol::Official { split: Split::Stratified, repetitions: 1 };
+    let error = official.folds(&without, 3, 0).unwrap_err().to_string();
+    assert!(error.starts_with("protocol.kind = \"official\": real: presses has no split"), "{error}");
+}
+
+#[test]
+fn protocols_cut_as_they_say() {
+    let mut dataset = two_attributes();
+    dataset.learn_attributes(&["elasticity".to_string(), "hardness".to_string()]).unwrap();
+    // Of 20 samples of a class, or of 5 of a combination of levels.
+    for (dataset, sizes) in [(&two_attributes(), [42, 6, 12]), (&dataset, [36, 12, 12])] {
+        let (split, repetitions) = (Split::Stratified, 1);
+        let random = |split, test, validation| Protocol::RandomSplits { split, repetitions, test, validation };
+        let cut = &folds(&random(split, 0.2, 0.1), dataset)[0];
+        assert_eq!([cut.train.len(), cut.validation.len(), cut.test.len()], sizes);
+        let left = folds(&Protocol::LeaveGroupOut { split, repetitions }, dataset);
+        assert_eq!(left.len(), 5);
+        let groups = dataset.groups.as_ref().unwrap();
+        for (group, fold) in left.iter().enumerate() {
+            assert!(fold.test.iter().all(|&row| groups[row] == group as u32));
+        }
+        let official = folds(&Protocol::Official { split, repetitions }, dataset);
+        assert!(official[0].test.iter().all(|row| row % 4 == 0) && official[0].test.len() == 15);
+        let grouped = &folds(&random(Split::Group, 0.4, 0.0), dataset)[0];
+        assert!(grouped.test.iter().all(|&a| grouped.train.iter().all(|&b| groups[a] != groups[b])));
+    }
+}
+
+#[test]
+fn repetitions_cut_otherwise_and_the_same_again() {
+    let dataset = presses(45, 6);
+    let repeated = Protocol::KFold { folds: 3, split: Split::Stratified, repetitions: 2 };
+    let cut = |repetition| repeated.folds(&dataset, 3, repetition).unwrap();
+    assert_eq!(cut(0), cut(0));
+    assert_ne!(cut(0), cut(1));
+    assert_ne!(cut(0), repeated.folds(&dataset, 4, 0).unwrap());
+    let candidate = Candidate::baseline(Method::Majority);
+    let results = three_folds(&dataset, vec![candidate]).protocol(repeated).run().unwrap();
+    let parts: Vec<_> = results.networks[0].folds.iter().map(|f| (f.repetition, f.fold)).collect();
+    assert_eq!(parts, [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]);
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let (split, repetitions) = (Split::Stratified, 1);
+    for (protocol, key) in [
+        (Protocol::k_fold(1), "folds"),
+        (Protocol::KFold { folds: 5, split, repetitions: 0 }, "repetitions"),
+        (Protocol::RandomSplits { split, repetitions, test: 1.0, validation: 0.0 }, "test"),
+        (Protocol::RandomSplits { split, repetitions, test: 0.2, validation: f64::NAN }, "validation"),
+        (Protocol::RandomSplits { split, repetitions, test: 0.6, validation: 0.4 }, "validation"),
+        (few(&[], 1), "per_class"),
+        (few(&[0, 1], 1), "per_class"),
+        (few(&[2, 2], 1), "per_class"),
+        (Protocol::Official { split, repetitions: 2 }, "repetitions"),
+        (Protocol::LeaveGroupOut { split, repetitions: 2 }, "repetitions"),
+    ] {
+        assert_eq!(protocol.check().unwrap_err().key, key, "{protocol:?}");
+        let error = three_folds(&presses(45, 6), vec![]).protocol(protocol).run().unwrap_err().to_string();
+        assert!(error.starts_with(&format!("protocol.{key} = ")), "{error}");
+    }
+}
+
+#[test]
+fn a_learning_curve_has_a_row_per_number_of_samples() {
+    let dataset = presses(45, 20);
+    let candidates =
+        vec![mlp(&dataset, recipe(json!({}))), Candidate::baseline(Method::NearestNeighbours { k: 1 })];
+    let (_keep, folder) = run(three_folds(&dataset, candidates).protocol(few(&[1, 3], 2)));
+    let results = folder.results().unwrap();
+    let rows: Vec<(&str, Option<usize>)> =
+        results.networks.iter().map(|n| (n.network.as_str(), n.per_class)).collect();
+    assert_eq!(rows, [("mlp.n1", Some(1)), ("mlp.n3", Some(3)), ("k-nn.n1", Some(1)), ("k-nn.n3", Some(3))]);
+    assert!(results.complete && results.networks.iter().all(|n| n.folds.len() == 2));
+    let (one, three) = (record(&folder, &key("mlp.n1", 1, 0)), record(&folder, &key("mlp.n3", 1, 0)));
+    assert_eq!((one.train_samples, three.train_samples), (3, 9));
+    assert_eq!(one.index, three.index);
+    assert!(Table::of(&folder).unwrap().to_string().contains("few samples per class"));
+    // A model bears the name of its network, and says how many samples it has seen.
+    let card = model(&folder, &key("mlp.n3", 1, 0)).card().clone();
+    assert_eq!((card.name.as_str(), card.trained_on.samples), ("mlp", 9));
+}
+
+/// A network keeps its own recipe whatever others are called: `mlp.nobn` is no `mlp` with `obn` samples, nor
+/// is `mlp.n5` one with five.
+#[test]
+fn a_name_that_looks_like_a_row_keeps_its_own_recipe() {
+    let dataset = presses(45, 20);
+    let named = |name: &str, changes| Candidate { name: name.into(), ..mlp(&dataset, recipe(changes)) };
+    let candidates = vec![
+        named("mlp", json!({ "epochs": 1 })),
+        named("mlp.nobn", json!({ "epochs": 2, "loss": "mean-squared-error" })),
+        named("mlp.n5", json!({ "epochs": 3, "loss": "multi-label-soft-margin" })),
+    ];
+    for (protocol, suffix) in [(few(&[5], 1), ".n5"), (Protocol::k_fold(2), "")] {
+        let (_keep, folder) = run(three_folds(&dataset, candidates.clone()).protocol(protocol));
+        for mut candidate in candidates.clone() {
+            let row = key(&format!("{}{suffix}", candidate.name), 0, 0);
+            let own = trainable(&mut candidate).recipe.clone();
+            assert_eq!(record(&folder, &row).epochs.len(), own.epochs, "{row}");
+            let card = model(&folder, &row).card().clone();
+            assert_eq!(card.name, candidate.name);
+            let Anatomy::Network { loss, recipe, .. } = card.anatomy else { panic!("a network") };
+            assert_eq!((loss, *recipe), (own.loss, own), "{row}");
+        }
+    }
+    assert_eq!(recipe(json!({})).loss, Loss::SoftmaxCrossEntropy, "else all three agree");
+}
+
+#[test]
+fn two_candidates_of_one_name_are_refused() {
+    let dataset = presses(45, 20);
+    let twice = vec![mlp(&dataset, recipe(json!({}))); 2];
+    let error = three_folds(&dataset, twice).run().unwrap_err().to_string();
+    assert_eq!(error, "name = \"mlp\": two candidates go by this name; give one of them another");
+    let bad = Candidate { name: "../mlp".into(), ..mlp(&dataset, recipe(json!({}))) };
+    let error = three_folds(&dataset, vec![bad]).run().unwrap_err().to_string();
+    assert!(error.starts_with("name = \"../mlp\": must be 1 to 100 letters"), "{error}");
+}
+
+/// The order of samples is a pure function: what other epochs or folds did does not matter.
+#[test]
+fn batches_follow_seed_repetition_fold_and_epoch_alone() {
+    let rows: Vec<usize> = (0..50).map(|i| 2 * i).collect();
+    let order = |seed, repetition, fold, epoch| shuffled(&rows, seed, repetition, fold, epoch);
+    assert_eq!(order(1, 2, 3, 4), order(1, 2, 3, 4));
+    for other in [order(2, 2, 3, 4), order(1, 1, 3, 4), order(1, 2, 2, 4), order(1, 2, 3, 5)] {
+        assert_ne!(order(1, 2, 3, 4), other);
+    }
+}
+
+proptest! {
+    #[test]
+    fn batches_partition_the_training_set(
+        count in 1usize..200, batch in 1usize..70, seed: u64, epoch in 0usize..1000,
+    ) {
+        let train: Vec<usize> = (0..count).map(|i| 3 * i + 1).collect();
+        let order = shuffled(&train, seed, 0, 0, epoch);
+        let batches: Vec<&[usize]> = order.chunks(batch).collect();
+        prop_assert_eq!(batches.len(), count.div_ceil(batch));
+        let mut seen = batches.concat();
+        seen.sort_unstable();
+        prop_assert_eq!(seen, train);
+    }
+}
