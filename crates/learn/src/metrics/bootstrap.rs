@@ -106,3 +106,38 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
     low + (high - low) * at.fract()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Written out: draw after draw, whole clusters from one generator.
+    #[test]
+    fn intervals_of_results_that_are_there_stay_what_they_are() {
+        let (values, groups) = ([1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], [5, 5, 2, 2, 2, 9, 11]);
+        let members = [vec![2, 3, 4], vec![0, 1], vec![5], vec![6]];
+        let mut rng = taxel_seed::rng(7, "bootstrap/small-1d");
+        let mut means = vec![];
+        for _ in 0..500 {
+            let drawn: Vec<usize> = (0..4).flat_map(|_| members[rng.random_range(0..4)].clone()).collect();
+            means.push(drawn.iter().map(|&at| values[at]).sum::<f64>() / drawn.len() as f64);
+        }
+        means.sort_by(f64::total_cmp);
+        assert_eq!(
+            means,
+            bootstrap(4, 500, 7, "small-1d", |drawn| {
+                let rows: Vec<usize> = drawn.iter().flat_map(|&cluster| members[cluster].clone()).collect();
+                Some(rows.iter().map(|&at| values[at]).sum::<f64>() / rows.len() as f64)
+            })
+        );
+        let own = Clusters::new(&values, &groups).interval(0.95, 500, 7, "small-1d");
+        assert_eq!(own, (quantile(&means, 0.025), quantile(&means, 0.975)));
+    }
+
+    #[test]
+    fn what_is_undefined_is_left_out() {
+        let first = |drawn: &[usize]| (drawn[0] == 0).then_some(1.0);
+        let values = bootstrap(2, 100, 0, "half", first);
+        assert!((30..70).contains(&values.len()) && values.iter().all(|v| *v == 1.0));
+    }
+}
