@@ -34,6 +34,8 @@ pub(crate) struct Stage {
 /// Where a fold stands.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
+    /// Digest of the training that it belongs to.
+    of: String,
     /// Combinations of settings that were tried.
     pub trials: Vec<Trial>,
     /// The training that is under way.
@@ -102,14 +104,16 @@ impl Saver {
         self.before + self.begin.elapsed().as_secs_f64()
     }
 
-    /// The saved session; a fresh one where nothing was saved.
+    /// The saved session of the training `of`; a fresh one where nothing was saved.
     ///
     /// # Errors
-    /// A file that cannot be read.
-    pub fn load(&mut self) -> Result<Session> {
-        let Some(path) = self.path.as_ref().filter(|path| path.is_file()) else {
-            return Ok(Session::default());
-        };
+    /// A file that cannot be read, or that another training has saved.
+    pub fn load(&mut self, of: impl FnOnce() -> String) -> Result<Session> {
+        let Some(path) = &self.path else { return Ok(Session::default()) };
+        let of = of();
+        if !path.is_file() {
+            return Ok(Session { state: State { of, ..State::default() }, ..Session::default() });
+        }
         let damaged = |why: String| {
             Error::damaged(
                 path,
@@ -119,6 +123,9 @@ impl Saver {
         let (tensors, text) = checkpoint::read(path).map_err(|e| damaged(e.to_string()))?;
         let state: State =
             serde_json::from_str(&text.unwrap_or_default()).map_err(|e| damaged(e.to_string()))?;
+        if state.of != of {
+            return Err(damaged("was saved by another training: other samples, network, recipe or seed".into()));
+        }
         let mut groups: [Weights; 5] = Default::default();
         for (name, tensor) in tensors.iter() {
             let found = GROUPS

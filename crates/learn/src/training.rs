@@ -11,6 +11,7 @@ use crate::epoch::Epoch;
 use crate::error::{Error, Result};
 use crate::hooks::Hooks;
 use crate::learner::{Learner, Task};
+use crate::model::digest;
 use crate::part::Part;
 use crate::recipe::{BatchNorm, Recipe};
 use crate::records::OtherStatistics;
@@ -75,7 +76,7 @@ impl Training<'_> {
     /// [`Error::Diverged`] for a loss that is not finite, too few samples to hold some back, or what the
     /// engine refuses.
     pub fn run(&self, hooks: &mut Hooks) -> Result<Option<Trained>> {
-        let mut session = hooks.saver.load()?;
+        let mut session = hooks.saver.load(|| self.digest())?;
         let Some((recipe, chosen)) = self.choose(&mut session, hooks)? else { return Ok(None) };
         let (rows, validation) = match &recipe.early_stopping {
             Some(stopping) => self.parts(stopping.validation, "stop")?,
@@ -88,6 +89,19 @@ impl Training<'_> {
         let stage = session.state.stage;
         let best_epoch = stage.best.map(|best| best.epoch);
         Ok(Some(Trained { chosen, best_epoch, epochs: stage.epochs, ..tested }))
+    }
+
+    /// Digest of all that the weights depend on.
+    fn digest(&self) -> String {
+        let Trainable { graph, recipe, search, start } = self.network;
+        let Part { seed, repetition, fold } = self.part;
+        let transforms: Vec<_> = self.inputs.iter().map(|input| (input.name, &input.transform)).collect();
+        let own = serde_json::json!({
+            "graph": graph, "recipe": recipe, "search": search, "start": start.as_deref().map(digest),
+            "part": [seed, repetition as u64, fold as u64], "inputs": transforms,
+            "data": self.dataset.digest, "rows": [&self.fold.train, &self.fold.validation],
+        });
+        blake3::hash(own.to_string().as_bytes()).to_hex().to_string()
     }
 
     /// What a trained network says about the test samples, with both kinds of batch-norm statistics.

@@ -41,7 +41,7 @@ fn small_networks(validation: &mut CrossValidation, inputs: &[&str]) -> Vec<Cand
         if !entry.inputs.iter().all(|input| inputs.contains(&input.name.as_str())) {
             continue;
         }
-        let own = recipe(json!({ "epochs": 1, "batch_size": 4, "optimizer": { "name": "sgdm", "lr": 1e-3 } }));
+        let own = recipe(json!({ "epochs": 1, "batch_size": 4, "optimizer": { "name": "sgdm", "lr": 1e-5 } }));
         let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         let encoder = validation.encoder();
         encoder.prepare(&names).unwrap();
@@ -97,4 +97,32 @@ fn every_small_network_and_baseline_answers_from_its_file_as_in_its_fold() {
         assert!(names.iter().any(|own| own.starts_with(name)), "no {name} among {names:?}");
     }
     assert!(names.len() >= 25, "{names:?}");
+}
+
+/// REPORT
+#[test]
+fn batches() {
+    for (dataset, encoding, inputs) in worlds() {
+        let mut validation =
+            CrossValidation::new(&dataset).encoding(encoding).protocol(Protocol::k_fold(2)).seed(5);
+        let networks = small_networks(&mut validation, inputs);
+        let baselines = Method::all().map(Candidate::baseline);
+        validation.candidates = networks.into_iter().chain(baselines).collect();
+        let dir = tempfile::tempdir().unwrap();
+        let folder = run_at(validation, &dir.path().join("run")).unwrap();
+        for key in folder.keys().unwrap().into_iter().filter(|key| key.fold == 0) {
+            let model = alone(&folder, &key);
+            let want = model.predict(&dataset.x).unwrap();
+            let classes = want.outputs();
+            let differ = |batch: usize| {
+                let mut predictor = model.predictor(batch, 1).unwrap();
+                let got = predictor.predict(&dataset.x).unwrap();
+                let rows = got.probabilities.chunks(classes).zip(want.probabilities.chunks(classes));
+                let rows = rows.filter(|(a, b)| bits(a) != bits(b)).count();
+                let gap = got.probabilities.iter().zip(&want.probabilities).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                format!("{batch}: {rows} rows {gap:e}")
+            };
+            println!("REPORT {} {key}: {}", dataset.name, [1, 2, 3, 5, 7, 15, 64].map(differ).join("; "));
+        }
+    }
 }

@@ -24,7 +24,7 @@ fn candidates(dataset: &Dataset) -> Vec<Candidate> {
     let stopping = json!({ "early_stopping": { "patience": 2 }, "epochs": 6 });
     vec![
         mlp(dataset, recipe(stopping)),
-        network("resnet8-lite-1d", json!({}), recipe(json!({ "epochs": 2 })), &mut encoder),
+        network("resnet8-lite-1d", json!({}), recipe(json!({ "epochs": 5 })), &mut encoder),
         Candidate::baseline(Method::MiniRocket { features: 84 }),
     ]
 }
@@ -172,7 +172,7 @@ fn a_stopped_fit_goes_on_to_the_same_bytes() {
             options: options.clone(),
             session: session(name),
         };
-        let whole = stopped_after(&fit("whole"), &dataset, usize::MAX).unwrap();
+        let whole = stopped_after(&Fit { session: None, ..fit("whole") }, &dataset, usize::MAX).unwrap();
         let parts = fit(&format!("{}-{}", candidate.name, trainable(&mut candidate.clone()).search.is_some()));
         // In the middle of an epoch, each time a little further.
         let (mut stops, mut model) = (0, None);
@@ -187,6 +187,41 @@ fn a_stopped_fit_goes_on_to_the_same_bytes() {
         assert_eq!(whole.card().trained_on.samples, 45);
         assert!(bytes(whole) == bytes(model.unwrap()), "{}", candidate.name);
     }
+}
+
+#[test]
+fn a_session_of_another_training_is_refused_by_name() {
+    let dataset = presses(45, 20);
+    let dir = tempfile::tempdir().unwrap();
+    let session = dir.path().join("mlp.session.safetensors");
+    let options = RunOptions { threads: Some(1), save_every: Some(0.0), ..RunOptions::default() };
+    let go = |candidate: &Candidate, dataset: &Dataset, seed: u64, samples: usize| {
+        let (cancel, mut seen) = (AtomicBool::new(false), 0);
+        let mut tick = |count: usize| {
+            seen += count;
+            cancel.store(seen >= samples, Ordering::Relaxed);
+        };
+        let (protocol, options, session) = (Protocol::default(), options.clone(), Some(session.clone()));
+        let fit = Fit { candidate, protocol: &protocol, seed, options, session };
+        fit.run(&mut Encoder::new(&Encoding::default(), dataset), &mut tick, &cancel)
+    };
+    let own = mlp(&dataset, recipe(json!({})));
+    assert!(go(&own, &dataset, 0, 100).unwrap().is_none() && session.is_file());
+    let slow = mlp(&dataset, recipe(json!({ "optimizer": { "name": "sgdm", "lr": 1e-3 } })));
+    let others = candidates(&dataset);
+    let more = presses(48, 20);
+    for (candidate, dataset, seed) in
+        [(&slow, &dataset, 0), (&others[1], &dataset, 0), (&own, &dataset, 1), (&own, &more, 0)]
+    {
+        let error = go(candidate, dataset, seed, usize::MAX).unwrap_err().to_string();
+        let want = format!("{}: was saved by another training: ", session.display());
+        assert!(error.starts_with(&want) && error.contains("delete it and go on"), "{error}");
+    }
+    assert!(go(&own, &dataset, 0, usize::MAX).unwrap().is_some());
+    // A file that is broken is named too.
+    std::fs::write(&session, b"{").unwrap();
+    let error = go(&own, &dataset, 0, usize::MAX).unwrap_err().to_string();
+    assert!(error.starts_with(&session.display().to_string()) && error.contains("delete it"), "{error}");
 }
 
 #[test]

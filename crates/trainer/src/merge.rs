@@ -13,15 +13,12 @@ const SHARED: [&str; 2] = ["lr", "weight_decay"];
 /// `base` with the values of `over` in it, key by key. A table of another kind replaces the one below; only
 /// what all optimisers have stays.
 pub(crate) fn merged(base: &Table, over: &Table) -> Table {
-    let mut table = base.clone();
+    let kind = KINDS.into_iter().find(|kind| base.contains_key(*kind));
+    let other = kind.is_some_and(|kind| over.contains_key(kind) && over[kind] != base[kind]);
+    let mut table = if other { shared(base) } else { base.clone() };
     for (key, value) in over {
         let value = match (table.get(key), value) {
-            (Some(Value::Table(below)), Value::Table(own)) => {
-                let kind = KINDS.into_iter().find(|kind| below.contains_key(*kind));
-                let other = kind.is_some_and(|kind| own.contains_key(kind) && own[kind] != below[kind]);
-                let below = if other { shared(below) } else { below.clone() };
-                Value::Table(merged(&below, own))
-            }
+            (Some(Value::Table(below)), Value::Table(own)) => Value::Table(merged(below, own)),
             _ => value.clone(),
         };
         table.insert(key.clone(), value);
