@@ -171,7 +171,10 @@ fn forward_gives_the_features_of_a_node() {
         }
         case.twin.assert_values("eval_logits", &logits, 1e-4);
         let refusal = String::from_utf8(at("layer5").stderr).unwrap();
-        assert!(refusal.contains("has no node `layer5`; `taxel cost resnet18` lists them"), "{refusal}");
+        assert!(
+            refusal.contains("has no node `layer5`; did you mean `layer1` or `layer2` or `layer3`?"),
+            "{refusal}"
+        );
     }
 }
 
@@ -280,7 +283,7 @@ fn forward_refuses_tensors_and_inputs_by_name() {
 fn zoo_and_cost_count_alike() {
     let zoo: serde_json::Value = serde_json::from_str(&good(&["zoo", "--json"])).unwrap();
     let list = zoo.as_array().unwrap();
-    assert_eq!(list.len(), taxel_zoo::NETWORKS.len());
+    assert_eq!(list.len(), taxel_zoo::built_in().entries().count());
     for entry in list {
         let name = entry["name"].as_str().unwrap();
         let cost: serde_json::Value = serde_json::from_str(&good(&["cost", name, "--json"])).unwrap();
@@ -291,7 +294,8 @@ fn zoo_and_cost_count_alike() {
         assert_eq!(sum, entry["macs"].as_u64().unwrap());
     }
     assert!(good(&["zoo"]).contains("hybrid-resvgg"));
-    assert!(refused(&["cost", "resvgg"]).starts_with("no network is called `resvgg`; known: mlp, "));
+    let meant = "did you mean `hybrid-resvgg` or `hybrid-resvgg-nofc`?";
+    assert!(refused(&["cost", "resvgg"]).starts_with(&format!("no network is called `resvgg`; {meant}")));
     assert!(refused(&["cost", "mlp", "--set", "clases=3"]).contains("unknown field `clases`"));
 }
 

@@ -2,20 +2,30 @@
 
 /// How many names are offered at most.
 const MOST: usize = 3;
+/// Characters that a part of a name must have to be one.
+const PART: usize = 3;
 
-/// Those of `known` that `name` is nearest to, at most three, by the number of characters to insert, delete,
-/// replace or swap; none where that is more than half of the longer name. Case does not count.
+/// Those of `known` that `name` is nearest to, at most three: by the number of characters to insert, delete,
+/// replace or swap, or where that is more than half of the longer name, those that `name` is a part of. Case does
+/// not count.
 ///
 /// ```
 /// assert_eq!(taxel_graph::nearest("resnet81d", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
+/// assert_eq!(taxel_graph::nearest("net", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
 /// assert!(taxel_graph::nearest("svm", ["mlp", "resnet8-1d"]).is_empty());
 /// ```
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let name: Vec<char> = name.to_lowercase().chars().collect();
-    let mut found = vec![];
-    let mut least = usize::MAX;
+    let (mut found, mut least) = (vec![], usize::MAX);
+    let mut around = vec![];
     for candidate in known {
         let other: Vec<char> = candidate.to_lowercase().chars().collect();
+        if found.contains(&candidate) || around.contains(&candidate) {
+            continue;
+        }
+        if around.len() < MOST && name.len() >= PART && other.windows(name.len()).any(|part| part == name) {
+            around.push(candidate);
+        }
         let most = name.len().max(other.len()) / 2;
         // Names are at least as far apart as their lengths are.
         if name.len().abs_diff(other.len()) > most.min(least) {
@@ -29,10 +39,11 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
             found.clear();
         }
         least = distance;
-        found.push(candidate);
+        if found.len() < MOST {
+            found.push(candidate);
+        }
     }
-    found.truncate(MOST);
-    found
+    if found.is_empty() { around } else { found }
 }
 
 /// Insertions, deletions, replacements and swaps of neighbours (optimal string alignment).
@@ -82,7 +93,9 @@ mod tests {
         let known = ["resnet8-lite-1d", "resnet8-lite-2d", "vgg6-lite-1d", "mlp"];
         assert_eq!(nearest("resnet8-lite", known), ["resnet8-lite-1d", "resnet8-lite-2d"]);
         assert_eq!(nearest("MPL", known), ["mlp"]);
-        assert!(nearest("transformer", known).is_empty());
+        assert_eq!(nearest("lite", known), ["resnet8-lite-1d", "resnet8-lite-2d", "vgg6-lite-1d"]);
+        assert_eq!(nearest("vgg", known), ["vgg6-lite-1d"]);
+        assert!(nearest("2d", known).is_empty() && nearest("transformer", known).is_empty());
         assert!(nearest("", known).is_empty());
         assert_eq!(nearest("a", ["b1", "a1", "a2", "a3", "a4"]), ["a1", "a2", "a3"]);
     }

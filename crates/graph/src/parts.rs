@@ -71,12 +71,18 @@ impl Graph {
         })
     }
 
-    /// "; did you mean …?" with the names of nodes that are nearest to `name`, or with the first and the last.
+    /// "; did you mean …?" with the names of nodes and blocks that are nearest to `name`, or with the first and the
+    /// last node.
     fn meant(&self, name: &str) -> String {
-        let names = self.nodes.iter().map(|node| node.name.as_str());
-        match nearest(name, names.clone()).as_slice() {
+        let mut names: Vec<&str> = vec![];
+        for node in &self.nodes {
+            let blocks = node.name.match_indices('.').map(|(end, _)| &node.name[..end]);
+            names.extend(blocks.filter(|block| !block.contains('/')).chain([node.name.as_str()]));
+        }
+        names.dedup();
+        match nearest(name, names.iter().copied()).as_slice() {
             [] => {
-                let ends: Vec<&str> = [names.clone().next(), names.last()].into_iter().flatten().collect();
+                let ends: Vec<&str> = [names.first(), names.last()].into_iter().flatten().copied().collect();
                 format!("; its nodes are `{}`", ends.join("` to `"))
             }
             names => format!("; did you mean `{}`?", names.join("` or `")),

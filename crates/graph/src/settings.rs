@@ -55,3 +55,26 @@ pub fn share(key: &str, value: f32) -> Result<()> {
     }
     Err(Error::config(key, value, "must be at least 0 and below 1"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_hold_both_ends_and_refusals_name_the_key() {
+        let text = |result: Result<()>| result.unwrap_err().to_string();
+        assert!(within("pool", 1, 1..=4).is_ok() && within("pool", 4, 1..=4).is_ok());
+        assert_eq!(text(within("pool", 5, 1..=4)), "pool = 5: must be in 1..=4");
+        assert!(at_least(&[("classes", 2, 2), ("height", 65_536, 21)]).is_ok());
+        assert_eq!(
+            text(at_least(&[("height", 1, 1), ("classes", 1, 2)])),
+            "classes = 1: must be in 2..=65536"
+        );
+        assert_eq!(text(at_least(&[("height", 65_537, 1)])), "height = 65537: must be in 1..=65536");
+        assert!(share("dropout", 0.0).is_ok() && share("dropout", 0.999).is_ok());
+        for value in [1.0, -0.1, f32::NAN] {
+            let want = format!("dropout = {value}: must be at least 0 and below 1");
+            assert_eq!(text(share("dropout", value)), want);
+        }
+    }
+}
