@@ -198,7 +198,15 @@ impl<'a> CrossValidation<'a> {
         }
         let names: Vec<&str> = self.candidates.iter().flat_map(Candidate::inputs).collect();
         self.encoder.prepare(&names)?;
-        Plan::new(self.name, self.title, self.protocol, self.candidates, &self.look_alikes, self.seed, self.encoder)
+        Plan::new(
+            self.name,
+            self.title,
+            self.protocol,
+            self.candidates,
+            &self.look_alikes,
+            self.seed,
+            self.encoder,
+        )
     }
 
     /// Everything that the results depend on besides the samples.

@@ -104,8 +104,7 @@ impl Fit<'_> {
 /// As [`Fit::run`].
 pub fn fit(candidate: &Candidate, dataset: &Dataset, encoding: &Encoding) -> Result<Model> {
     let protocol = Protocol::default();
-    let fit =
-        Fit { candidate, protocol: &protocol, seed: 0, options: RunOptions::default(), session: None };
+    let fit = Fit { candidate, protocol: &protocol, seed: 0, options: RunOptions::default(), session: None };
     let model = fit.run(&mut Encoder::new(encoding, dataset), &mut |_| {}, &AtomicBool::new(false))?;
     #[expect(clippy::expect_used, reason = "nobody has a hand on the flag")]
     Ok(model.expect("a training that is not cancelled ends with a model"))

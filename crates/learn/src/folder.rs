@@ -125,8 +125,7 @@ impl RunFolder {
     /// A missing or damaged `results.json`.
     pub fn results(&self) -> Result<Results> {
         let path = self.file("results.json");
-        read_json(&path)?
-            .ok_or_else(|| Error::damaged(&path, "is not there; resume the run"))
+        read_json(&path)?.ok_or_else(|| Error::damaged(&path, "is not there; resume the run"))
     }
 
     /// Machine, code and data of the run.

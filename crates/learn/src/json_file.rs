@@ -35,7 +35,7 @@ pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(e) => return Err(Error::io(path, "read", e)),
     };
-    serde_json::from_str(&text).map(Some).map_err(|e| {
-        Error::damaged(path, format!("cannot be read: {e}; delete it and resume the run"))
-    })
+    serde_json::from_str(&text)
+        .map(Some)
+        .map_err(|e| Error::damaged(path, format!("cannot be read: {e}; delete it and resume the run")))
 }

@@ -183,11 +183,7 @@ impl Training<'_> {
     }
 
     /// Tries every recipe that is left open; the best one.
-    fn choose(
-        &self,
-        session: &mut Session,
-        hooks: &mut Hooks,
-    ) -> Result<Option<(Recipe, Option<Chosen>)>> {
+    fn choose(&self, session: &mut Session, hooks: &mut Hooks) -> Result<Option<(Recipe, Option<Chosen>)>> {
         let Some(search) = &self.network.search else { return Ok(Some((self.network.recipe.clone(), None))) };
         let (rows, validation) = self.parts(search.validation, "choose")?;
         while session.state.trials.len() < search.grid.len() {

@@ -40,7 +40,6 @@ pub(super) fn image_axes(x: ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
     }
 }
 
-
 /// Samples as recordings `[N, channels, length]`: rows of an image and taxels of a frame become channels.
 ///
 /// Images `[H, W]` are H channels, colour images `[3, H, W]` 3·H, squeezes `[T, H, W]` H·W channels of length

@@ -164,7 +164,8 @@ impl fmt::Display for Card {
         match &self.anatomy {
             Anatomy::Network { graph, .. } => {
                 let cost = graph.cost();
-                let own = if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
+                let own =
+                    if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
                 line(f, "network", format!("{}{own}{paper}", self.name))?;
                 line(f, "size", format!("{} parameters, {} MACs", cost.parameters, cost.macs))?;
             }

@@ -100,7 +100,8 @@ fn read_card(path: &Path, text: &str) -> Result<Card> {
             return Err(Error::damaged(path, reason));
         }
         None => {
-            let reason = "was written by a version without model files, or by another program; train it again";
+            let reason =
+                "was written by a version without model files, or by another program; train it again";
             return Err(Error::damaged(path, reason));
         }
     }
