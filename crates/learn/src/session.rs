@@ -124,7 +124,9 @@ impl Saver {
         let state: State =
             serde_json::from_str(&text.unwrap_or_default()).map_err(|e| damaged(e.to_string()))?;
         if state.of != of {
-            return Err(damaged("was saved by another training: other samples, network, recipe or seed".into()));
+            return Err(damaged(
+                "was saved by another training: other samples, network, recipe or seed".into(),
+            ));
         }
         let mut groups: [Weights; 5] = Default::default();
         for (name, tensor) in tensors.iter() {

@@ -51,7 +51,8 @@ fn protocols_cut_as_they_say() {
     // Of 20 samples of a class, or of 5 of a combination of levels.
     for (dataset, sizes) in [(&two_attributes(), [42, 6, 12]), (&dataset, [36, 12, 12])] {
         let (split, repetitions) = (Split::Stratified, 1);
-        let random = |split, test, validation| Protocol::RandomSplits { split, repetitions, test, validation };
+        let random =
+            |split, test, validation| Protocol::RandomSplits { split, repetitions, test, validation };
         let cut = &folds(&random(split, 0.2, 0.1), dataset)[0];
         assert_eq!([cut.train.len(), cut.validation.len(), cut.test.len()], sizes);
         let left = folds(&Protocol::LeaveGroupOut { split, repetitions }, dataset);

@@ -173,7 +173,8 @@ fn a_stopped_fit_goes_on_to_the_same_bytes() {
             session: session(name),
         };
         let whole = stopped_after(&Fit { session: None, ..fit("whole") }, &dataset, usize::MAX).unwrap();
-        let parts = fit(&format!("{}-{}", candidate.name, trainable(&mut candidate.clone()).search.is_some()));
+        let parts =
+            fit(&format!("{}-{}", candidate.name, trainable(&mut candidate.clone()).search.is_some()));
         // In the middle of an epoch, each time a little further.
         let (mut stops, mut model) = (0, None);
         while model.is_none() {
