@@ -9,15 +9,15 @@ use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
 use taxel_graph::Loss;
 use taxel_learn::{
-    Check, Combination, Criterion, Encoding, Problem, Protocol, Published, Recipe, Search, file_name, require,
-    share, within,
+    Check, Combination, Criterion, Encoding, Problem, Protocol, Published, Recipe, Search, file_name,
+    require, share, within,
 };
 use taxel_zoo::{Registry, Settings};
 use toml::{Table, Value};
 
 use crate::data::Data;
 use crate::merge::merged;
-use crate::read::{Misread, read, table_of};
+use crate::read::{Misread, one_line, read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -264,7 +264,7 @@ impl Network {
             require(!self.set.contains_key(key), &format!("set.{key}"), value, reason)?;
         }
         if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&self.settings()) {
-            return Err(Problem::new("set", format!("{:?}", self.set), error.to_string()));
+            return Err(Problem::new("set", one_line(&self.set), error.to_string()));
         }
         match &self.published {
             Some(published) => published.check().map_err(|problem| problem.below("published")),

@@ -50,7 +50,13 @@ pub(crate) fn leaves(table: &Table) -> Vec<(String, Value)> {
 ///
 /// # Errors
 /// A key that leads nowhere.
-pub(crate) fn put(table: &mut Table, key: &str, value: Value, place: &str, places: &mut Places) -> Result<()> {
+pub(crate) fn put(
+    table: &mut Table,
+    key: &str,
+    value: Value,
+    place: &str,
+    places: &mut Places,
+) -> Result<()> {
     let refuse = |message: String| Error::config(place, message);
     let mut parts: Vec<&str> = key.split('.').map(str::trim).collect();
     let last = parts.pop().unwrap_or_default();
