@@ -17,7 +17,7 @@ use toml::{Table, Value};
 
 use crate::data::Data;
 use crate::merge::merged;
-use crate::read::{Misread, read, table_of};
+use crate::read::{Misread, one_line, read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -264,7 +264,7 @@ impl Network {
             require(!self.set.contains_key(key), &format!("set.{key}"), value, reason)?;
         }
         if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&self.settings()) {
-            return Err(Problem::new("set", format!("{:?}", self.set), error.to_string()));
+            return Err(Problem::new("set", one_line(&self.set), error.to_string()));
         }
         match &self.published {
             Some(published) => published.check().map_err(|problem| problem.below("published")),

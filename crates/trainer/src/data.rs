@@ -7,7 +7,7 @@ use taxel_data::{Drop, Layout, Limits, Options};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
-use crate::read::{Misread, read};
+use crate::read::{Misread, one_line, read};
 
 /// Recordings to simulate where nothing else is said: the paper's number (000, section 4).
 const SAMPLES: usize = 1500;
@@ -118,6 +118,18 @@ pub struct RecordingsOrigin {
 /// Keys of a scene that recordings in its place do not have.
 pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
 
+/// Keys of either origin.
+const SHARED_KEYS: [&str; 6] = ["full_scale", "layout", "rate", "attributes", "classes", "look_alikes"];
+
+/// The keys that an unknown one of the table itself could have been, all of them.
+fn with_shared(misread: Misread) -> Misread {
+    let Misread { key, mut message } = misread;
+    if message.starts_with("unknown field") && key.matches('.').count() == 1 {
+        SHARED_KEYS.iter().for_each(|key| message.push_str(&format!(", `{key}`")));
+    }
+    Misread { key, message }
+}
+
 impl Data {
     /// Reads the `[data]` table.
     ///
@@ -141,8 +153,8 @@ impl Data {
             (false, false) => {
                 return Err(foreign("data", "needs scene = \"..\" or path = \"..\"".into()));
             }
-            (true, false) => Origin::Scene(read("data", Value::Table(table))?),
-            (false, true) => Origin::Recordings(read("data", Value::Table(table))?),
+            (true, false) => Origin::Scene(read("data", Value::Table(table)).map_err(with_shared)?),
+            (false, true) => Origin::Recordings(read("data", Value::Table(table)).map_err(with_shared)?),
         };
         Ok(Data { origin, full_scale, layout, rate, attributes, classes, look_alikes })
     }
@@ -177,8 +189,8 @@ impl SceneOrigin {
         let reason = format!("no scene has this name; known: {}", known.join(", "));
         require(known.contains(&self.scene.as_str()), "scene", format!("{:?}", self.scene), reason)?;
         if let Err(error) = taxel_scenes::Settings::read(&self.scene, Value::Table(self.set.clone())) {
-            let value = self.set.to_string().trim().replace('\n', ", ");
-            return Err(Problem::new("set", value, error.to_string()));
+            let reason = error.to_string().trim().replace('\n', " ");
+            return Err(Problem::new("set", one_line(&self.set), reason));
         }
         within("samples", self.samples, 1, 10_000_000)
     }

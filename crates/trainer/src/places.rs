@@ -121,6 +121,8 @@ impl Places {
                 let line = format!("\n  {number} | {}", shown.trim_end());
                 Error::Config { place: format!("{}:{column}", place.at), message, line }
             }
+            // The key stands on the command line.
+            (None, true) => Error::config(&place.at, message),
             _ => Error::config(&place.at, format!("{key}: {message}")),
         }
     }

@@ -32,9 +32,19 @@ fn attempt<T: DeserializeOwned>(value: Value) -> Result<T, Misread> {
     serde_path_to_error::deserialize(value).map_err(|e: serde_path_to_error::Error<toml::de::Error>| {
         let path = e.path().to_string();
         // `networks[0].name` is `networks.0.name` everywhere else.
-        let key = if path == "." { String::new() } else { path.replace('[', ".").replace(']', "") };
-        Misread { key, message: e.inner().message().trim().replace('\n', "; ") }
+        let key = path.replace('[', ".").replace(']', "").trim_start_matches('.').to_string();
+        Misread { key, message: plain(&e.inner().message().trim().replace('\n', "; ")) }
     })
+}
+
+/// A message without the names of this program's types.
+fn plain(message: &str) -> String {
+    match message.split_once(", expected ") {
+        Some((what, kind)) if kind.starts_with("internally tagged enum ") || kind.starts_with("struct ") => {
+            format!("{what}, expected a table")
+        }
+        _ => message.into(),
+    }
 }
 
 /// The key within the table where reading stopped: the paths of tables with a `kind` end at the table. The
@@ -90,4 +100,10 @@ fn at_mut<'v>(value: &'v mut Value, key: &str) -> Option<&'v mut Value> {
 pub(crate) fn table_of(value: &impl serde::Serialize) -> Table {
     #[expect(clippy::expect_used, reason = "settings are made of what TOML can write")]
     Table::try_from(value).expect("settings are a table")
+}
+
+/// A table as it would be written on one line.
+pub(crate) fn one_line(table: &Table) -> String {
+    let entries: Vec<String> = table.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    format!("{{ {} }}", entries.join(", "))
 }
