@@ -579,7 +579,7 @@ fn from_recordings_to_a_shipped_model() {
     let card = good(&["fit", text(&run), "--output", text(&chosen)]);
     assert!(card.contains("(all of them)") && card.contains("± "), "{card}");
     good(&["fit", text(&run), "--network", "resnet8-lite-1d", "--output", text(&named), "--json"]);
-    assert!(good(&["inspect", text(&named)]).contains("reads        5 × 50 of channels × time (series)"));
+    assert!(good(&["inspect", text(&named)]).contains("reads        series, channels × time: 5 × 50"));
     let json: serde_json::Value = serde_json::from_str(&good(&["inspect", text(&named), "--json"])).unwrap();
     assert_eq!(json["trained_on"]["samples"], 60);
     assert!(json["score"]["mean"]["accuracy"].is_f64());

@@ -99,7 +99,7 @@ impl Dataset {
     /// For a row that is not there.
     pub fn select(&self, rows: &[usize]) -> Self {
         let mut selected = self.rows(rows);
-        selected.digest_anew();
+        selected.update_digest();
         selected
     }
 
@@ -148,7 +148,7 @@ impl Dataset {
     }
 
     /// Brings the digest up to date with samples, labels and groups.
-    pub(crate) fn digest_anew(&mut self) {
+    pub(crate) fn update_digest(&mut self) {
         self.digest = digest(&self.x, &self.y, self.columns.as_ref(), self.groups.as_deref());
     }
 }

@@ -62,7 +62,7 @@ impl Dataset {
             digest: String::new(),
             x,
         };
-        dataset.digest_anew();
+        dataset.update_digest();
         Ok(dataset)
     }
 
@@ -78,7 +78,7 @@ impl Dataset {
         let numbers: Option<Vec<u32>> = names.iter().map(|name| name.parse().ok()).collect();
         self.groups = Some(numbers.unwrap_or_else(|| by_name(names).1));
         self.group_name = Some("group".into());
-        self.digest_anew();
+        self.update_digest();
         Ok(self)
     }
 

@@ -52,6 +52,7 @@ mod lock;
 mod making;
 pub mod metrics;
 mod model;
+mod numbers;
 mod objective;
 mod optimizer;
 mod part;
@@ -83,6 +84,7 @@ pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
     Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,
 };
+pub use numbers::thousands;
 pub use optimizer::{Moments, Optimizer};
 pub use part::shuffled;
 pub use problem::{Check, Problem, require, share, within};
@@ -94,4 +96,4 @@ pub use results::{FoldScores, NetworkResults, Results};
 pub use schedule::Schedule;
 pub use search::{Chosen, Combination, Search, Trial};
 pub use session::forget;
-pub use table::{Table, thousands};
+pub use table::Table;

@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::folder::RunFolder;
 use crate::grid::Grid;
 use crate::latency::Latency;
+use crate::numbers::thousands;
 use crate::recipe::BatchNorm;
 use crate::results::{NetworkResults, Results};
 
@@ -220,17 +221,4 @@ fn published_cell(network: &NetworkResults, name_paper: bool) -> String {
             format!("{spread}{paper}")
         }
     }
-}
-
-/// Thousands apart: 1,234,567.
-pub fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }

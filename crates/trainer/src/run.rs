@@ -135,8 +135,8 @@ impl Runner<'_> {
         }
         let known = networks.iter().map(|network| network.label.as_str());
         let known: Vec<&str> = known.chain(baselines.iter().map(|own| own.0.name())).collect();
-        let reason = format!("the experiment has no such network or baseline; it has {}", known.join(", "));
-        Err(self.experiment.refuse(Problem::new("networks", format!("{name:?}"), reason)))
+        let reason = format!("is no network or baseline of this experiment; it has {}", known.join(", "));
+        Err(taxel_learn::Error::from(Problem::new("network", format!("{name:?}"), reason)).into())
     }
 
     /// The networks, then the baselines, sized by the samples.

@@ -12,6 +12,7 @@ use taxel_graph::{Graph, Loss};
 
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Scores};
+use crate::numbers::thousands;
 use crate::protocol::Protocol;
 use crate::recipe::Recipe;
 
@@ -167,7 +168,11 @@ impl fmt::Display for Card {
                 let own =
                     if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
                 line(f, "network", format!("{}{own}{paper}", self.name))?;
-                line(f, "size", format!("{} parameters, {} MACs", cost.parameters, cost.macs))?;
+                line(
+                    f,
+                    "size",
+                    format!("{} parameters, {} MACs", thousands(cost.parameters), thousands(cost.macs)),
+                )?;
             }
             Anatomy::Baseline { method, .. } => {
                 line(f, "baseline", format!("{}{paper}", self.name))?;
@@ -181,7 +186,7 @@ impl fmt::Display for Card {
         }
         let Reading { layout, shape, unit, rate, full_scale, .. } = &self.reading;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
-        let mut reading = format!("{} of {} ({layout})", sizes.join(" × "), layout.axes());
+        let mut reading = format!("{layout}, {}: {}", layout.axes(), sizes.join(" × "));
         unit.iter().for_each(|unit| reading += &format!(", in {unit}"));
         rate.iter().for_each(|rate| reading += &format!(", {rate} Hz"));
         full_scale.iter().for_each(|full| reading += &format!(", full scale {full}"));

@@ -87,9 +87,20 @@ impl Predict {
         let answered = Answered { origins: &origins, predictions: &predictions, truth: truth.as_deref() };
         self.write(&answered)?;
         if let Some(line) = answered.score() {
-            eprintln!("{line}");
+            let seen = if self.was_trained_on(card, options) {
+                "; the model was trained on these recordings: of new ones that says nothing"
+            } else {
+                ""
+            };
+            eprintln!("{line}{seen}");
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Whether these are the recordings that the model has learned from.
+    fn was_trained_on(&self, card: &taxel::Card, options: Options) -> bool {
+        let options = Options { channels: card.reading.channels.clone(), ..options };
+        taxel::load(&self.data, &options).is_ok_and(|dataset| dataset.digest == card.trained_on.digest)
     }
 
     fn write(&self, answered: &Answered) -> Result<(), Box<dyn std::error::Error>> {
