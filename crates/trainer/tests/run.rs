@@ -9,10 +9,12 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use run_folder::contents;
-use taxel_trainer::{
-    Error, Experiment, FoldKey, Overrides, Progress, RunFolder, RunOptions, Samples, Silent, Table,
-    read_checkpoint, run,
-};
+use taxel_data::Dataset;
+use taxel_engine::{Engine, Mode, Options};
+use taxel_graph::Weights;
+use taxel_learn::{FoldKey, Model, Progress, RunFolder, RunOptions, Silent, Table};
+use taxel_trainer::{Error, Experiment, Overrides, Runner, open, run};
+use taxel_zoo::Registry;
 
 const TINY: &str = r#"
 name = "tiny"
@@ -40,15 +42,22 @@ name = "resnet8-lite-1d"
 
 fn experiment(sets: &[&str]) -> Experiment {
     let set = sets.iter().map(ToString::to_string).collect();
-    Experiment::parse(TINY, "tiny.toml", &Overrides { set, ..Overrides::default() }).unwrap()
+    let overrides = Overrides { set, ..Overrides::default() };
+    Experiment::parse(TINY, "tiny.toml", &overrides, &Registry::built_in()).unwrap()
 }
 
-fn options(out: &Path, resume: bool, threads: usize) -> RunOptions {
-    RunOptions { out: Some(out.into()), resume, threads: Some(threads), save_every: Some(0.0) }
+fn options(resume: bool, threads: usize) -> RunOptions {
+    RunOptions { resume, threads: Some(threads), save_every: Some(0.0) }
+}
+
+/// Runs to the end, unless something is wrong.
+fn go(experiment: &Experiment, out: &Path, options: &RunOptions) -> Result<RunFolder, Error> {
+    let cancel = AtomicBool::new(false);
+    run(experiment, &Registry::built_in(), Some(out), options, &Silent, &cancel)
 }
 
 fn run_tiny(out: &Path, sets: &[&str]) -> Result<RunFolder, Error> {
-    run(&experiment(sets), &options(out, false, 1), &Silent, &AtomicBool::new(false))
+    go(&experiment(sets), out, &options(false, 1))
 }
 
 fn assert_same(a: &Path, b: &Path) {
@@ -84,7 +93,7 @@ fn a_run_folder_holds_what_it_promises() {
     let folder = run_tiny(&out, &[]).unwrap();
     let results = folder.results().unwrap();
     assert!(results.complete && results.missing.is_empty());
-    assert_eq!((results.source.as_str(), results.samples), ("simulated: fingertip", 30));
+    assert_eq!((results.source.to_string().as_str(), results.samples), ("simulated: fingertip", 30));
     assert_eq!(results.networks[0].costs.parameters, 32_515);
     for network in &results.networks {
         assert_eq!(network.folds.len(), 2);
@@ -124,7 +133,9 @@ fn a_run_folder_holds_what_it_promises() {
     );
     // The resolved config runs again, to the same bytes.
     let again = dir.path().join("again");
-    run(&folder.experiment().unwrap(), &options(&again, false, 1), &Silent, &AtomicBool::new(false)).unwrap();
+    let (experiment, dataset) = open(&folder, &Registry::built_in()).unwrap();
+    assert_eq!(dataset.digest, results.data_digest);
+    go(&experiment, &again, &options(false, 1)).unwrap();
     assert_same(&out, &again);
 }
 
@@ -153,44 +164,48 @@ fn predictions_are_readable_arrays() {
     }
 }
 
+/// What a model file says is enough to build the network by hand.
 #[test]
-fn checkpoints_rebuild_the_network_that_was_tested() {
+fn models_rebuild_the_network_that_was_tested() {
     let dir = tempfile::tempdir().unwrap();
     let folder = run_tiny(&dir.path().join("run"), &[]).unwrap();
     let key = FoldKey { network: "resnet8-lite-1d".into(), repetition: 0, fold: 1 };
-    let (weights, metadata) = read_checkpoint(&folder.model_path(&key)).unwrap();
-    assert_eq!(metadata.classes, ["shore-00", "shore-10", "shore-20"]);
-    let samples = Samples::load(&folder.experiment().unwrap()).unwrap();
-    let (name, transform) = &metadata.inputs[0];
-    assert_eq!(name, "signal");
-    let encoded = transform.apply(&samples.x, &samples.source).unwrap();
+    let model = Model::open(&folder.model_path(&key)).unwrap();
+    let card = model.card();
+    assert_eq!(card.attributes[0].classes, ["shore-00", "shore-10", "shore-20"]);
+    let (_, dataset) = open(&folder, &Registry::built_in()).unwrap();
+    let input = &card.inputs[0];
+    assert_eq!(input.name, "signal");
+    let encoded = input.transform.apply(&dataset.x, "tiny").unwrap();
     let record = folder.record(&key).unwrap().unwrap();
-    let options = taxel_engine::Options { batch: 1, threads: 1, ..taxel_engine::Options::default() };
-    let mut engine = taxel_engine::Engine::new(&metadata.graph().unwrap(), &weights, options).unwrap();
+    let mut engine = engine(&model, 1);
     for (i, &row) in record.index.iter().enumerate() {
         let x: Vec<f32> = encoded.index_axis(ndarray::Axis(0), row).iter().copied().collect();
-        let mut logits = engine.forward(&[&x], 1, taxel_engine::Mode::Eval).unwrap().to_vec();
-        taxel_trainer::metrics::softmax(&mut logits, 3);
+        let mut logits = engine.forward(&[&x], 1, Mode::Eval).unwrap().to_vec();
+        taxel_learn::metrics::softmax(&mut logits, 3);
         for (got, want) in logits.iter().zip(&record.probabilities[3 * i..]) {
             assert!((got - want).abs() <= 1e-5, "sample {row}: {logits:?}");
         }
     }
 }
 
+fn engine(model: &Model, batch: usize) -> Engine {
+    let options = Options { batch, threads: 1, ..Options::default() };
+    Engine::new(model.card().graph().unwrap(), model.weights(), options).unwrap()
+}
+
 /// Largest gap between the logits of the training set in training and in evaluation.
 fn train_eval_gap(folder: &RunFolder) -> f32 {
     let key = FoldKey { network: "resnet8-lite-1d".into(), repetition: 0, fold: 0 };
-    let (weights, metadata) = read_checkpoint(&folder.model_path(&key)).unwrap();
-    let experiment = folder.experiment().unwrap();
-    let samples = Samples::load(&experiment).unwrap();
-    let train = &samples.folds(&experiment, 0).unwrap()[0].train;
-    let encoded = metadata.inputs[0].1.apply(&samples.x, &samples.source).unwrap();
+    let model = Model::open(&folder.model_path(&key)).unwrap();
+    let (experiment, dataset) = open(folder, &Registry::built_in()).unwrap();
+    let config = experiment.config();
+    let train = &config.protocol.folds(&dataset, config.seed, 0).unwrap()[0].train;
+    let encoded = model.card().inputs[0].transform.apply(&dataset.x, "tiny").unwrap();
     let x: Vec<f32> = encoded.select(ndarray::Axis(0), train).iter().copied().collect();
-    let options =
-        taxel_engine::Options { batch: train.len(), threads: 1, ..taxel_engine::Options::default() };
-    let mut engine = taxel_engine::Engine::new(&metadata.graph().unwrap(), &weights, options).unwrap();
+    let mut engine = engine(&model, train.len());
     let mut logits = |mode| engine.forward(&[&x], train.len(), mode).unwrap().to_vec();
-    let (eval, train) = (logits(taxel_engine::Mode::Eval), logits(taxel_engine::Mode::Train));
+    let (eval, train) = (logits(Mode::Eval), logits(Mode::Train));
     eval.iter().zip(&train).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
@@ -254,8 +269,9 @@ fn every_sample_of_every_epoch_is_a_piece_of_the_work_announced() {
     let dir = tempfile::tempdir().unwrap();
     let count = Count::default();
     // 15 training samples in batches of 8: the rest of 7 is a step too.
-    let options = options(&dir.path().join("run"), false, 1);
-    run(&experiment(&[]), &options, &count, &AtomicBool::new(false)).unwrap();
+    let (registry, out) = (Registry::built_in(), dir.path().join("run"));
+    let cancel = AtomicBool::new(false);
+    run(&experiment(&[]), &registry, Some(&out), &options(false, 1), &count, &cancel).unwrap();
     assert!(count.0.load(Ordering::Relaxed) > 0);
     assert_eq!(count.0.into_inner(), count.1.into_inner());
 }
@@ -265,7 +281,7 @@ fn equal_runs_write_equal_bytes_whatever_the_threads() {
     let dir = tempfile::tempdir().unwrap();
     let (a, b, c) = (dir.path().join("a"), dir.path().join("b"), dir.path().join("c"));
     run_tiny(&a, &[]).unwrap();
-    run(&experiment(&[]), &options(&b, false, 2), &Silent, &AtomicBool::new(false)).unwrap();
+    go(&experiment(&[]), &b, &options(false, 2)).unwrap();
     assert_same(&a, &b);
     run_tiny(&c, &["seed=4"]).unwrap();
     assert_ne!(contents(&a)[Path::new("results.json")], contents(&c)[Path::new("results.json")]);
@@ -290,9 +306,13 @@ fn a_stopped_run_is_readable_and_resumes_to_the_same_bytes() {
         let cancel = AtomicBool::new(false);
         // One more fold each time.
         let stop = StopAfter { folds: 1, begun: AtomicUsize::new(0), cancel: &cancel };
-        let error = run(&experiment(&[]), &options(&parts, folds > 1, 1), &stop, &cancel).unwrap_err();
-        assert!(matches!(error, Error::Cancelled { done, total: 4, .. } if done == folds), "{error}");
-        assert!(error.to_string().contains("--resume"), "{error}");
+        let registry = Registry::built_in();
+        let error =
+            run(&experiment(&[]), &registry, Some(&parts), &options(folds > 1, 1), &stop, &cancel).unwrap_err();
+        let Error::Learn(taxel_learn::Error::Cancelled { done, total: 4, ref folder }) = error else {
+            panic!("{error}");
+        };
+        assert_eq!((done, folder.as_str()), (folds, parts.to_str().unwrap()));
         let results = RunFolder::open(&parts).unwrap().results().unwrap();
         assert!(!results.complete);
         assert_eq!(results.missing.len(), 4 - folds);
@@ -302,7 +322,7 @@ fn a_stopped_run_is_readable_and_resumes_to_the_same_bytes() {
     // What a kill in the middle of a write leaves behind.
     std::fs::write(parts.join("results.json.part"), "{").unwrap();
     std::fs::write(parts.join(".lock"), "4294967295").unwrap();
-    run(&experiment(&[]), &options(&parts, true, 1), &Silent, &AtomicBool::new(false)).unwrap();
+    go(&experiment(&[]), &parts, &options(true, 1)).unwrap();
     assert_same(&whole, &parts);
 }
 
@@ -313,15 +333,18 @@ fn a_folder_is_not_overwritten_and_not_mixed() {
     run_tiny(&out, &[]).unwrap();
     let before = contents(&out);
     let error = run_tiny(&out, &[]).unwrap_err().to_string();
-    assert!(error.contains("--resume") && error.contains("--out"), "{error}");
-    let resume = |sets: &[&str]| {
-        let cancel = AtomicBool::new(false);
-        run(&experiment(sets), &options(&out, true, 1), &Silent, &cancel).unwrap_err().to_string()
-    };
+    let want = format!("{}: exists and is not empty; resume its run or give another folder", out.display());
+    assert_eq!(error, want);
+    let resume =
+        |sets: &[&str]| go(&experiment(sets), &out, &options(true, 1)).unwrap_err().to_string();
     let error = resume(&["train.epochs=4"]);
     assert!(error.contains("train.epochs was 3, is now 4"), "{error}");
     let error = resume(&["networks.1.train={ epochs = 9 }"]);
-    assert!(error.contains("networks.1.train was not set, is now { epochs = 9 }"), "{error}");
+    assert!(error.contains("networks.1.train.epochs was 3, is now 9"), "{error}");
+    let error = resume(&["networks.1.label=other"]);
+    assert!(error.contains("networks.1.label was \"resnet8-lite-1d\", is now \"other\""), "{error}");
+    let error = resume(&["train.clip=1.0"]);
+    assert!(error.contains("networks.0.train.clip was not set, is now 1.0"), "{error}");
     let held = std::fs::File::options().write(true).open(out.join(".lock")).unwrap();
     held.lock().unwrap();
     let error = resume(&[]);
@@ -331,7 +354,7 @@ fn a_folder_is_not_overwritten_and_not_mixed() {
     let empty = dir.path().join("notes");
     std::fs::create_dir(&empty).unwrap();
     std::fs::write(empty.join("notes.txt"), "mine").unwrap();
-    let error = run(&experiment(&[]), &options(&empty, true, 1), &Silent, &AtomicBool::new(false));
+    let error = go(&experiment(&[]), &empty, &options(true, 1));
     assert!(error.unwrap_err().to_string().contains("no config.toml"));
     assert_eq!(std::fs::read_dir(&empty).unwrap().count(), 1);
 }
@@ -344,7 +367,7 @@ fn a_bare_folder_counts_as_empty() {
     std::fs::create_dir_all(out.join("folds")).unwrap();
     std::fs::create_dir_all(out.join("models")).unwrap();
     std::fs::write(out.join("config.toml.part"), "name").unwrap();
-    run(&experiment(&[]), &options(&out, true, 1), &Silent, &AtomicBool::new(false)).unwrap();
+    go(&experiment(&[]), &out, &options(true, 1)).unwrap();
     assert!(!out.join("config.toml.part").exists());
 }
 
@@ -352,16 +375,16 @@ fn a_bare_folder_counts_as_empty() {
 fn resuming_on_other_data_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
-    let experiment = experiment(&[]);
-    let mut samples = Samples::load(&experiment).unwrap();
-    let go = |samples: &Samples, resume| {
-        let options = options(&out, resume, 1);
-        taxel_trainer::run_on(&experiment, samples, &options, &Silent, &AtomicBool::new(false))
+    let (experiment, registry) = (experiment(&[]), Registry::built_in());
+    let mut dataset = experiment.dataset().unwrap();
+    let go = |dataset: &Dataset, resume| {
+        let runner = Runner { experiment: &experiment, registry: &registry, dataset };
+        runner.run(Some(&out), &options(resume, 1), &Silent, &AtomicBool::new(false))
     };
-    go(&samples, false).unwrap();
-    go(&samples, true).unwrap();
-    samples.digest = "0".repeat(64);
-    let error = go(&samples, true).unwrap_err().to_string();
+    go(&dataset, false).unwrap();
+    go(&dataset, true).unwrap();
+    dataset.digest = "0".repeat(64);
+    let error = go(&dataset, true).unwrap_err().to_string();
     assert!(error.contains("was run on other data"), "{error}");
 }
 
@@ -393,18 +416,20 @@ fn starting_from_a_checkpoint() {
     run_tiny(&at("first"), &[]).unwrap();
     let model = std::fs::read_dir(at("first/models")).unwrap().map(|e| e.unwrap().path());
     let model = model.filter(|p| p.to_str().unwrap().contains("resnet8")).min().unwrap();
-    let (before, _) = taxel_checkpoint::read(&model).unwrap();
+    let read = |path: &Path| -> Weights { taxel_checkpoint::read(path).unwrap().0 };
+    let before = read(&model);
+    let parse = |text: &str, file: &str| {
+        Experiment::parse(text, file, &Overrides::default(), &Registry::built_in()).unwrap()
+    };
     let config = |path: &Path, more: &str| {
         let second = TINY.replace(
             "name = \"resnet8-lite-1d\"",
             &format!("name = \"resnet8-lite-1d\"\nweights = {:?}\n{more}", path.to_str().unwrap()),
         );
         let second = second.replace("[[networks]]\nname = \"mlp\"\npublished = { table = \"paper 000, Table 5\", accuracy = [83.13, 2.39] }\n", "");
-        Experiment::parse(&second, "second.toml", &Overrides::default()).unwrap()
+        parse(&second, "second.toml")
     };
-    let go = |experiment: &Experiment, out: &str| {
-        run(experiment, &options(&at(out), false, 1), &Silent, &AtomicBool::new(false))
-    };
+    let go = |experiment: &Experiment, out: &str| go(experiment, &at(out), &options(false, 1));
 
     let names: Vec<String> = before.iter().map(|(name, _)| name.to_string()).collect();
     // A convolution.
@@ -413,13 +438,13 @@ fn starting_from_a_checkpoint() {
     let experiment = config(&model, &format!("train.frozen = [{stem:?}]"));
     go(&experiment, "second").unwrap();
     let tuned = std::fs::read_dir(at("second/models")).unwrap().next().unwrap().unwrap().path();
-    let (after, _) = taxel_checkpoint::read(&tuned).unwrap();
+    let after = read(&tuned);
     assert_eq!(before.get(&frozen), after.get(&frozen), "{stem} is frozen");
     let moved = |name: &&String| before.get(name) != after.get(name);
     assert!(names.iter().filter(moved).count() > names.len() / 2, "the rest is tuned");
     let results: serde_json::Value =
         serde_json::from_slice(&std::fs::read(at("second/results.json")).unwrap()).unwrap();
-    assert!(results["networks"][0].get("made_anew").is_none());
+    assert!(results["networks"][0].get("drawn").is_none());
     // What training changed: nothing in the frozen convolution, something in every other, averaged over folds.
     let changes = results["networks"][0]["changes"].as_array().unwrap();
     let still = changes.iter().filter(|change| change["change"] == 0.0).count();
@@ -438,16 +463,17 @@ fn starting_from_a_checkpoint() {
 
     // Four classes instead of three.
     let four = "scene = \"fingertip\"\nset = { shore = [0, 10, 20, 30] }";
-    let more = config(&model, "").to_toml().unwrap().replace("scene = \"fingertip\"", four);
-    let experiment = Experiment::parse(&more, "four.toml", &Overrides::default()).unwrap();
+    let more = config(&model, "").to_toml().replace("scene = \"fingertip\"", four);
+    let experiment = parse(&more, "four.toml");
     go(&experiment, "four").unwrap();
     let results: serde_json::Value =
         serde_json::from_slice(&std::fs::read(at("four/results.json")).unwrap()).unwrap();
-    let anew = results["networks"][0]["made_anew"].as_array().unwrap();
+    let anew = results["networks"][0]["drawn"].as_array().unwrap();
     assert_eq!(anew.len(), 2, "weight and bias of the head: {anew:?}");
 
     let message = |path: &Path| go(&config(path, ""), "never").unwrap_err().to_string();
-    assert!(message(&at("none.safetensors")).contains("networks.0.weights"));
+    let text = message(&at("none.safetensors"));
+    assert!(text.starts_with("second.toml:20: networks.0.weights = "), "{text}");
     let mlp = std::fs::read_dir(at("first/models")).unwrap().map(|e| e.unwrap().path());
     let mlp = mlp.filter(|p| p.to_str().unwrap().contains("mlp")).min().unwrap();
     assert!(message(&mlp).contains("networks.0.weights"), "{}", message(&mlp));
