@@ -9,13 +9,12 @@ use taxel::{
 
 fn main() -> taxel::Result<()> {
     // 40 presses [N, channels, time]: two sensors, 30 readings each. Hard things push back at once. Ten days.
-    let press = |at: &[usize]| {
-        let (press, sensor, time) = (at[0], at[1], at[2] as f32 / 30.0);
+    let reading = |press: usize, sensor: usize, time: usize| {
         let stiffness = if press % 2 == 0 { 0.4 } else { 0.6 };
-        let noise = 0.2 * ((press * 97 + sensor * 31 + at[2] * 13) as f32).sin();
-        600.0 * stiffness * time.powf(1.0 - 0.2 * stiffness) + 100.0 * noise
+        let noise = 20.0 * ((press * 97 + sensor * 31 + time * 13) as f32).sin();
+        600.0 * stiffness * (time as f32 / 30.0).powf(1.0 - 0.2 * stiffness) + noise
     };
-    let x = ArrayD::from_shape_fn(vec![40, 2, 30], |at| press(at.slice()));
+    let x = ArrayD::from_shape_fn(vec![40, 2, 30], |at| reading(at[0], at[1], at[2]));
     let labels: Vec<&str> = (0..40).map(|i| if i % 2 == 0 { "soft" } else { "hard" }).collect();
     let days: Vec<usize> = (0..40).map(|i| i / 4).collect();
     let presses = Dataset::new("presses", Layout::Series, x, &labels)?
