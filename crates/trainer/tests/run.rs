@@ -307,8 +307,8 @@ fn a_stopped_run_is_readable_and_resumes_to_the_same_bytes() {
         // One more fold each time.
         let stop = StopAfter { folds: 1, begun: AtomicUsize::new(0), cancel: &cancel };
         let registry = Registry::built_in();
-        let error =
-            run(&experiment(&[]), &registry, Some(&parts), &options(folds > 1, 1), &stop, &cancel).unwrap_err();
+        let error = run(&experiment(&[]), &registry, Some(&parts), &options(folds > 1, 1), &stop, &cancel)
+            .unwrap_err();
         let Error::Learn(taxel_learn::Error::Cancelled { done, total: 4, ref folder }) = error else {
             panic!("{error}");
         };
@@ -335,8 +335,7 @@ fn a_folder_is_not_overwritten_and_not_mixed() {
     let error = run_tiny(&out, &[]).unwrap_err().to_string();
     let want = format!("{}: exists and is not empty; resume its run or give another folder", out.display());
     assert_eq!(error, want);
-    let resume =
-        |sets: &[&str]| go(&experiment(sets), &out, &options(true, 1)).unwrap_err().to_string();
+    let resume = |sets: &[&str]| go(&experiment(sets), &out, &options(true, 1)).unwrap_err().to_string();
     let error = resume(&["train.epochs=4"]);
     assert!(error.contains("train.epochs was 3, is now 4"), "{error}");
     let error = resume(&["networks.1.train={ epochs = 9 }"]);
