@@ -91,30 +91,43 @@ impl Places {
         self.known.extend(own);
     }
 
-    /// A value that was left out belongs to its table.
-    fn nearest(&self, key: &str) -> Option<&Place> {
-        let mut written = key;
+    /// Where `key` was written, and whether it was: a value that was left out belongs to its table, one that a
+    /// network takes over to `[train]`.
+    fn nearest(&self, key: &str) -> Option<(&Place, bool)> {
+        let own = self.written(key);
+        let network = key.strip_prefix("networks.").and_then(|rest| rest.split_once('.'));
+        let shared =
+            network.and_then(|(_, key)| key.starts_with("train.").then(|| self.written(key)).flatten());
+        match (own, shared) {
+            (Some((_, missing)), Some((place, less))) if less < missing => Some((place, less == 0)),
+            (own, _) => own.map(|(place, missing)| (place, missing == 0)),
+        }
+    }
+
+    /// The place of `key` or of the table that it would be in, and how many parts of the key are missing there.
+    fn written(&self, key: &str) -> Option<(&Place, usize)> {
+        let (mut written, mut missing) = (key, 0);
         loop {
             if let Some(place) = self.known.get(written) {
-                return Some(place);
+                return Some((place, missing));
             }
-            written = written.rsplit_once('.')?.0;
+            (written, missing) = (written.rsplit_once('.')?.0, missing + 1);
         }
     }
 
     /// A value out of range, with the place where it was written.
     pub fn refuse(&self, problem: Problem) -> Error {
         let Problem { key, value, reason } = problem;
-        let place = self.nearest(&key).map_or(self.file.clone(), |place| place.at.clone());
+        let place = self.nearest(&key).map_or(self.file.clone(), |(place, _)| place.at.clone());
         Error::Value { place, key, value, reason }
     }
 
     /// A value that could not be read, likewise.
     pub fn misread(&self, misread: Misread) -> Error {
         let Misread { key, message } = misread;
-        let Some(place) = self.nearest(&key) else { return Error::config(&self.file, message) };
+        let Some((place, exact)) = self.nearest(&key) else { return Error::config(&self.file, message) };
         let number = place.at.rsplit(':').next().unwrap_or_default();
-        match (&place.inside, self.known.contains_key(&key)) {
+        match (&place.inside, exact) {
             (Some((in_key, in_value, shown)), true) => {
                 // An unknown key is shown itself, a wrong value where it stands.
                 let column = if message.starts_with("unknown field") { in_key } else { in_value };

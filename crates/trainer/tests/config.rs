@@ -255,6 +255,28 @@ fn values_out_of_range_name_the_line_and_the_range() {
     }
 }
 
+/// What a network takes over from `[train]` is wrong where `[train]` says it.
+#[test]
+fn a_value_that_a_network_takes_over_is_named_where_it_was_written() {
+    let smooth = |train: &str, own: &str| {
+        let text = BASE.replace("epochs = 7", train).replace("batch_size = 8", own);
+        parse(&text).unwrap_err().to_string()
+    };
+    let text = smooth("label_smoothing = 0.1", "loss = \"mean-squared-error\"");
+    let want = "tiny.toml:11: networks.1.train.label_smoothing = 0.1: works with loss = ";
+    assert!(text.starts_with(want), "{text}");
+    let text = smooth("loss = \"mean-squared-error\"", "label_smoothing = 0.1");
+    assert!(text.starts_with("tiny.toml:19: networks.1.train.label_smoothing = 0.1: works with"), "{text}");
+    let text = smooth("optimizer = { betas = [0.5, 0.6] }", "epochs = 1");
+    assert!(
+        text.starts_with("tiny.toml:11:15: unknown field `betas`, expected one of `lr`, `momentum`"),
+        "{text}"
+    );
+    // The network's own kind, with a setting of its own that this kind does not have.
+    let text = smooth("optimizer = { name = \"adam\", betas = [0.5, 0.6] }", "loss = \"entropy\"");
+    assert!(text.starts_with("tiny.toml:19:18: unknown variant `entropy`"), "{text}");
+}
+
 #[test]
 fn a_second_copy_of_a_network_needs_a_label() {
     let text = BASE.replace("\"vgg6-lite-2d\"", "\"mlp\"\nlabel = \"mlp-slow\"");

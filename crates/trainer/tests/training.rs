@@ -1,15 +1,17 @@
-//! What a training does besides its steps: choosing, stopping, several attributes, baselines, protocols.
+//! What a config says about training, down to the trained networks: choosing, attributes, protocols, scenes.
+//!
+//! The trainings themselves are tested in `taxel-learn`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use taxel_data::Npz;
-use taxel_trainer::{
-    Error, Experiment, FoldKey, FoldRecord, Overrides, Results, RunFolder, RunOptions, Samples, Silent,
-    Table, run_on,
-};
+use taxel_data::{Dataset, Fold, Npz};
+use taxel_learn::encoding::IMAGE;
+use taxel_learn::{Encoder, FoldKey, FoldRecord, Model, RunFolder, RunOptions, Silent, Table};
+use taxel_trainer::{Error, Experiment, Overrides, Runner};
+use taxel_zoo::Registry;
 
 const TINY: &str = r#"
 name = "tiny"
@@ -28,94 +30,113 @@ name = "mlp"
 set = { hidden = 8 }
 "#;
 
-fn experiment(text: &str, sets: &[&str]) -> Experiment {
+fn parse(text: &str, sets: &[&str]) -> Result<Experiment, Error> {
     let set = sets.iter().map(ToString::to_string).collect();
-    Experiment::parse(text, "tiny.toml", &Overrides { set, ..Overrides::default() }).unwrap()
+    let overrides = Overrides { set, ..Overrides::default() };
+    Experiment::parse(text, "tiny.toml", &overrides, &Registry::built_in())
 }
 
-fn go(experiment: &Experiment, samples: &Samples, out: &Path) -> Result<RunFolder, Error> {
-    let options = RunOptions { out: Some(out.into()), threads: Some(1), ..RunOptions::default() };
-    run_on(experiment, samples, &options, &Silent, &AtomicBool::new(false))
+fn experiment(text: &str, sets: &[&str]) -> Experiment {
+    parse(text, sets).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn go(experiment: &Experiment, dataset: &Dataset, out: &Path) -> Result<RunFolder, Error> {
+    let options = RunOptions { threads: Some(1), ..RunOptions::default() };
+    let runner = Runner { experiment, registry: &Registry::built_in(), dataset };
+    runner.run(Some(out), &options, &Silent, &AtomicBool::new(false))
 }
 
 /// Runs TINY with `sets`: the folder lives as long as the first of the two.
 fn run_tiny(sets: &[&str]) -> (tempfile::TempDir, RunFolder) {
     let dir = tempfile::tempdir().unwrap();
     let experiment = experiment(TINY, sets);
-    let folder = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join("run")).unwrap();
+    let folder = go(&experiment, &experiment.dataset().unwrap(), &dir.path().join("run")).unwrap();
     (dir, folder)
 }
 
-fn record(folder: &RunFolder, network: &str, repetition: usize, fold: usize) -> FoldRecord {
-    folder.record(&FoldKey { network: network.into(), repetition, fold }).unwrap().unwrap()
+/// What is said of TINY with `sets` once it has its samples.
+fn refusal(sets: &[&str]) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    let experiment = experiment(TINY, sets);
+    let out = dir.path().join("run");
+    let error = go(&experiment, &experiment.dataset().unwrap(), &out).unwrap_err().to_string();
+    assert!(!out.exists(), "nothing was begun: {error}");
+    error
+}
+
+fn key(network: &str, fold: usize) -> FoldKey {
+    FoldKey { network: network.into(), repetition: 0, fold }
+}
+
+fn record(folder: &RunFolder, network: &str, fold: usize) -> FoldRecord {
+    folder.record(&key(network, fold)).unwrap().unwrap()
 }
 
 fn model(folder: &RunFolder, fold: usize) -> Vec<u8> {
-    let key = FoldKey { network: "mlp".into(), repetition: 0, fold };
-    std::fs::read(folder.model_path(&key)).unwrap()
+    std::fs::read(folder.model_path(&key("mlp", fold))).unwrap()
+}
+
+fn folds(experiment: &Experiment, dataset: &Dataset) -> Vec<Fold> {
+    let config = experiment.config();
+    config.protocol.folds(dataset, config.seed, 0).unwrap()
+}
+
+/// Settings that a network or the samples refuse are named with the line that holds them.
+#[test]
+fn what_only_the_samples_can_refuse_names_its_place() {
+    let frozen = "train.frozen=[\"fc9\"]";
+    let error = refusal(&[frozen]);
+    let want = format!("--set {frozen}: networks.0.train.frozen = [\"fc9\"]: mlp: cannot freeze `fc9`");
+    assert!(error.starts_with(&want) && error.contains("`taxel cost mlp`"), "{error}");
+    let own = TINY.replace("set = { hidden = 8 }", "train.frozen = [\"fc9\"]");
+    let own = experiment(&own, &[]);
+    let error = go(&own, &own.dataset().unwrap(), Path::new("never")).unwrap_err().to_string();
+    assert!(error.starts_with("tiny.toml:15: networks.0.train.frozen = [\"fc9\"]: "), "{error}");
+
+    let error = refusal(&["protocol.split=group", "protocol.folds=200"]);
+    assert!(error.contains("protocol.folds") || error.contains("200"), "{error}");
+    let error = refusal(&["protocol={ kind = \"official\" }"]);
+    let want = "--set protocol={ kind = \"official\" }: protocol.kind = \"official\": simulated: fingertip has no \
+                split of its own";
+    assert!(error.starts_with(want), "{error}");
+    let text = TINY.replace("folds = 3", "kind = \"official\"");
+    let official = experiment(&text, &[]);
+    let error = go(&official, &official.dataset().unwrap(), Path::new("never")).unwrap_err().to_string();
+    assert!(error.starts_with("tiny.toml:9: protocol.kind = \"official\": "), "{error}");
+    assert!(!Path::new("never").exists());
 }
 
 #[test]
-fn every_option_changes_the_training_and_nothing_is_left_unread() {
-    let (_keep, plain) = run_tiny(&[]);
-    for set in [
-        "train.optimizer={ name = \"adam\", lr = 1e-3 }",
-        "train.optimizer={ name = \"adamw\", lr = 1e-3, weight_decay = 0.1 }",
-        "train.schedule={ kind = \"cosine\" }",
-        "train.schedule={ kind = \"steps\", at = [0.5] }",
-        "train.clip=0.01",
-        "train.label_smoothing=0.2",
-        "train.early_stopping={ patience = 2 }",
-        "train.loss=mean-squared-error",
-        "train.frozen=[\"fc1\"]",
-    ] {
-        let (_keep, other) = run_tiny(&[set]);
-        assert_ne!(model(&plain, 0), model(&other, 0), "{set}");
-    }
-    // Adam and AdamW part where there is a penalty.
-    let adam = |name: &str| {
-        format!("train.optimizer={{ name = \"{name}\", lr = 1e-3, weight_decay = 0.1, betas = [0.8, 0.9] }}")
-    };
-    let ((_a, coupled), (_b, decoupled)) = (run_tiny(&[&adam("adam")]), run_tiny(&[&adam("adamw")]));
-    assert_ne!(model(&coupled, 0), model(&decoupled, 0));
-}
-
-#[test]
-fn frozen_layers_stay_and_unknown_ones_are_named() {
-    let weights = |folder: &RunFolder| {
-        let key = FoldKey { network: "mlp".into(), repetition: 0, fold: 0 };
-        taxel_trainer::read_checkpoint(&folder.model_path(&key)).unwrap().0
-    };
-    let (_a, short) = run_tiny(&["train.frozen=[\"fc1\"]", "train.epochs=1"]);
-    let (_b, long) = run_tiny(&["train.frozen=[\"fc1\"]"]);
-    let (short, long) = (weights(&short), weights(&long));
-    assert_eq!(short.get("fc1.weight"), long.get("fc1.weight"));
-    assert_ne!(short.get("fc2.weight"), long.get("fc2.weight"));
+fn samples_without_a_full_scale_or_groups_name_the_line_that_asks_for_them() {
     let dir = tempfile::tempdir().unwrap();
-    let experiment = experiment(TINY, &["train.frozen=[\"fc9\"]"]);
-    let error = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join("run")).unwrap_err();
-    assert!(error.to_string().contains("mlp: cannot freeze `fc9`"), "{error}");
-    assert!(!dir.path().join("run").exists());
-}
-
-#[test]
-fn early_stopping_keeps_the_best_epoch_and_ends() {
-    let stop = "train.early_stopping={ patience = 3, validation = 0.2 }";
-    let (_keep, folder) = run_tiny(&[stop, "train.epochs=60", "train.optimizer.lr=0.2"]);
-    for fold in 0..3 {
-        let record = record(&folder, "mlp", 0, fold);
-        let best = record.best_epoch.unwrap();
-        let losses: Vec<f64> = record.epochs.iter().map(|e| e.validation_loss.unwrap()).collect();
-        assert!(losses.iter().all(|loss| losses[best] <= *loss), "{losses:?}");
-        assert!(record.epochs.len() == 60 || record.epochs.len() == best + 1 + 3, "{} {best}", losses.len());
-        assert_eq!(record.train_samples, 30);
-    }
-    let stopped = (0..3).filter(|&fold| record(&folder, "mlp", 0, fold).epochs.len() < 60).count();
-    assert!(stopped > 0);
-    // The weights are the best epoch's: a run that ends there has the same ones.
-    let best = record(&folder, "mlp", 0, 0).best_epoch.unwrap();
-    let (_keep, short) = run_tiny(&[stop, &format!("train.epochs={}", best + 1), "train.optimizer.lr=0.2"]);
-    assert!(model(&folder, 0) == model(&short, 0));
+    let mut npz = Npz::default();
+    npz.add("x", &[12, 4, 6], &(0..288).map(|i| (i * i % 17) as f32).collect::<Vec<_>>()).unwrap();
+    npz.add("y", &[12], &(0..12).map(|i| i % 2).collect::<Vec<u32>>()).unwrap();
+    let path = dir.path().join("ladder.npz");
+    std::fs::write(&path, npz.finish().unwrap()).unwrap();
+    let text = TINY.replace("scene = \"fingertip\"\nsamples = 45", &format!("path = \"{}\"", path.display()));
+    let grouped = experiment(&text.replace("folds = 3", "split = \"group\""), &[]);
+    let dataset = grouped.dataset().unwrap();
+    let error = go(&grouped, &dataset, Path::new("never")).unwrap_err().to_string();
+    assert!(
+        error.starts_with("tiny.toml:8: protocol.split = \"group\": real: ladder has no groups"),
+        "{error}"
+    );
+    let raw = text
+        .replace("[protocol]", "[encoding]\nimage = { kind = \"raw\" }\n[protocol]")
+        .replace("name = \"mlp\"\nset = { hidden = 8 }", "name = \"resnet8-lite-2d\"");
+    let images = experiment(&raw, &[]);
+    let error = go(&images, &images.dataset().unwrap(), Path::new("never")).unwrap_err().to_string();
+    assert!(error.starts_with("tiny.toml:5: data.full_scale = not set: the scale needs"), "{error}");
+    assert!(!Path::new("never").exists());
+    // The samples are images as soon as the encoding says so.
+    let mut encoder = Encoder::new(&images.config().encoding, &dataset);
+    assert!(encoder.prepare(&[IMAGE]).is_err());
+    let scaled = experiment(&raw.replace("[encoding]", "full_scale = 2\n[encoding]"), &[]);
+    let dataset = scaled.dataset().unwrap();
+    let mut encoder = Encoder::new(&scaled.config().encoding, &dataset);
+    encoder.prepare(&[IMAGE]).unwrap();
+    assert_eq!(encoder.shape(IMAGE), Some(vec![1, 4, 6]));
 }
 
 const CHOOSE: &str =
@@ -124,28 +145,28 @@ const CHOOSE: &str =
 #[test]
 fn settings_are_chosen_per_fold_and_never_by_test_data() {
     let experiment = experiment(TINY, &[CHOOSE]);
-    let samples = Samples::load(&experiment).unwrap();
+    let dataset = experiment.dataset().unwrap();
     let dir = tempfile::tempdir().unwrap();
-    let folder = go(&experiment, &samples, &dir.path().join("plain")).unwrap();
+    let folder = go(&experiment, &dataset, &dir.path().join("plain")).unwrap();
     for fold in 0..3 {
-        let chosen = record(&folder, "mlp", 0, fold).chosen.unwrap();
+        let chosen = record(&folder, "mlp", fold).chosen.unwrap();
         assert_eq!(chosen.trials.len(), 4);
         let least = chosen.trials.iter().map(|t| t.loss.unwrap()).fold(f64::INFINITY, f64::min);
         let best = chosen.trials.iter().find(|t| t.loss == Some(least)).unwrap();
         assert_eq!(best.set, chosen.set);
     }
     // Spoil the test samples of fold 0: what fold 0 has chosen and trained stays the same.
-    let test = samples.folds(&experiment, 0).unwrap()[0].test.clone();
-    let mut spoilt = samples.clone();
+    let test = folds(&experiment, &dataset)[0].test.clone();
+    let mut spoilt = dataset.clone();
     for &row in &test {
         spoilt.x.index_axis_mut(ndarray::Axis(0), row).mapv_inplace(|v| 1023.0 - v);
     }
     let other = go(&experiment, &spoilt, &dir.path().join("spoilt")).unwrap();
     assert!(model(&folder, 0) == model(&other, 0));
-    assert_eq!(record(&folder, "mlp", 0, 0).chosen, record(&other, "mlp", 0, 0).chosen);
-    assert_ne!(record(&folder, "mlp", 0, 0).probabilities, record(&other, "mlp", 0, 0).probabilities);
+    assert_eq!(record(&folder, "mlp", 0).chosen, record(&other, "mlp", 0).chosen);
+    assert_ne!(record(&folder, "mlp", 0).probabilities, record(&other, "mlp", 0).probabilities);
     // The chosen training is the one with its values written down, on the whole training part.
-    let chosen = record(&folder, "mlp", 0, 0).chosen.unwrap().set;
+    let chosen = record(&folder, "mlp", 0).chosen.unwrap().set;
     let sets: Vec<String> = chosen.iter().map(|(key, value)| format!("train.{key}={value}")).collect();
     let (_keep, fixed) = run_tiny(&sets.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(model(&folder, 0) == model(&fixed, 0));
@@ -155,12 +176,12 @@ fn settings_are_chosen_per_fold_and_never_by_test_data() {
 fn a_rate_that_diverges_is_not_chosen_and_all_of_them_are_an_error() {
     let grid = |rates: &str| format!("choose={{ grid = {{ \"optimizer.lr\" = {rates} }} }}");
     let (_keep, folder) = run_tiny(&[&grid("[1e30, 0.01]"), "train.epochs=2"]);
-    let chosen = record(&folder, "mlp", 0, 0).chosen.unwrap();
+    let chosen = record(&folder, "mlp", 0).chosen.unwrap();
     assert_eq!(chosen.trials[0].loss, None);
-    assert_eq!(chosen.set["optimizer.lr"].as_float(), Some(0.01));
+    assert_eq!(chosen.set["optimizer.lr"].as_f64(), Some(0.01));
     let dir = tempfile::tempdir().unwrap();
     let experiment = experiment(TINY, &[&grid("[1e30, 1e31]")]);
-    let error = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join("run")).unwrap_err();
+    let error = go(&experiment, &experiment.dataset().unwrap(), &dir.path().join("run")).unwrap_err();
     assert!(
         error.to_string().starts_with("mlp, repetition 0, fold 0: training diverged with all 2"),
         "{error}"
@@ -203,9 +224,9 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
         "baselines=[\"majority\", \"svm-linear\"]",
     ];
     let experiment = two_level_experiment(&two_attributes(dir.path()), &sets);
-    let samples = Samples::load(&experiment).unwrap();
-    assert_eq!((samples.classes.len(), samples.classes[4].as_str()), (7, "hardness:1"));
-    let folder = go(&experiment, &samples, &dir.path().join("run")).unwrap();
+    let dataset = experiment.dataset().unwrap();
+    assert_eq!((dataset.classes.len(), dataset.classes[4].as_str()), (7, "hardness:1"));
+    let folder = go(&experiment, &dataset, &dir.path().join("run")).unwrap();
     let results = folder.results().unwrap();
     assert_eq!(results.attributes[1].name, "hardness");
     let mlp = &results.networks[0];
@@ -215,7 +236,7 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
     let majority = &results.networks[1];
     assert!(majority.mean.unwrap().accuracy < 50.0 && majority.attributes[0].mean_absolute_error > 0.5);
     assert!(results.networks[2].mean.unwrap().accuracy > 90.0);
-    let record = record(&folder, "mlp", 0, 0);
+    let record = record(&folder, "mlp", 0);
     assert_eq!(
         (record.truth.len(), record.probabilities.len()),
         (2 * record.index.len(), 7 * record.index.len())
@@ -223,26 +244,19 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
     let text = Table::of(&folder).unwrap().to_string();
     assert!(text.contains("hardness off by"), "{text}");
     // Splits are even over the combinations of levels.
-    for fold in samples.folds(&experiment, 0).unwrap() {
-        let mut seen: Vec<u32> = fold.test.iter().map(|&row| samples.y[row]).collect();
+    for fold in folds(&experiment, &dataset) {
+        let mut seen: Vec<u32> = fold.test.iter().map(|&row| dataset.y[row]).collect();
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen.len(), 12);
     }
-    let refused = |sets: &[&str]| {
-        let parsed = sets.iter().map(ToString::to_string).collect();
-        let text = TINY.replace("scene = \"fingertip\"\nsamples = 45", "path = \"levels.npz\"");
-        Experiment::parse(&text, "tiny.toml", &Overrides { set: parsed, ..Overrides::default() })
-            .unwrap_err()
-            .to_string()
-    };
-    let error = refused(&sets[..1]);
+    let text = TINY.replace("scene = \"fingertip\"\nsamples = 45", "path = \"levels.npz\"");
+    let error = parse(&text, &sets[..1]).unwrap_err().to_string();
     assert!(error.contains("train.loss") && error.contains("multi-label-soft-margin"), "{error}");
-    let three = two_level_experiment(
-        &dir.path().join("levels.npz"),
-        &["data.attributes=[\"a\", \"b\", \"c\"]", sets[1]],
-    );
-    let error = Samples::load(&three).unwrap_err().to_string();
+    let attributes = "data.attributes=[\"a\", \"b\", \"c\"]";
+    let three = two_level_experiment(&dir.path().join("levels.npz"), &[attributes, sets[1]]);
+    let error = three.dataset().unwrap_err().to_string();
+    assert!(error.starts_with(&format!("--set {attributes}: data.attributes = ")), "{error}");
     assert!(error.contains("has 2 columns of labels"), "{error}");
 }
 
@@ -253,34 +267,63 @@ fn protocols_cut_as_they_say() {
     let folds = |protocol: &str| {
         let set = format!("protocol={protocol}");
         let experiment = two_level_experiment(&path, &[&set, "data.test=held"]);
-        let samples = Samples::load(&experiment).unwrap();
-        (samples.folds(&experiment, 0).unwrap(), samples)
+        let dataset = experiment.dataset().unwrap();
+        (folds(&experiment, &dataset), dataset)
     };
     let (split, _) = folds("{ kind = \"random-splits\", test = 0.2, validation = 0.1, repetitions = 2 }");
     assert_eq!([split[0].train.len(), split[0].validation.len(), split[0].test.len()], [42, 6, 12]);
-    let (left, samples) = folds("{ kind = \"leave-group-out\" }");
+    let (left, dataset) = folds("{ kind = \"leave-group-out\" }");
     assert_eq!(left.len(), 5);
     for (group, fold) in left.iter().enumerate() {
-        assert!(fold.test.iter().all(|&row| samples.groups.as_ref().unwrap()[row] == group as u32));
+        assert!(fold.test.iter().all(|&row| dataset.groups.as_ref().unwrap()[row] == group as u32));
     }
     let (official, _) = folds("{ kind = \"official\" }");
     assert!(official[0].test.iter().all(|row| row % 4 == 0) && official[0].test.len() == 15);
-    let (grouped, samples) = folds("{ kind = \"random-splits\", split = \"group\", test = 0.4 }");
-    let groups = samples.groups.unwrap();
+    let (grouped, dataset) = folds("{ kind = \"random-splits\", split = \"group\", test = 0.4 }");
+    let groups = dataset.groups.unwrap();
     assert!(grouped[0].test.iter().all(|&a| grouped[0].train.iter().all(|&b| groups[a] != groups[b])));
 }
 
+/// Of a learning curve every row has its own samples, and every network its own recipe, whatever it is called.
 #[test]
 fn a_learning_curve_has_a_row_per_number_of_samples() {
     let protocol = "protocol={ kind = \"few-samples\", per_class = [1, 3], test = 0.4, repetitions = 2 }";
-    let (_keep, folder) = run_tiny(&[protocol, "baselines=[\"k-nn\"]"]);
+    let networks = "networks=[{ name = \"mlp\" }, { name = \"mlp\", label = \"mlp.nobn\", train = { epochs = 2, \
+                    loss = \"mean-squared-error\" } }]";
+    let (_keep, folder) = run_tiny(&[protocol, networks, "baselines=[\"k-nn\"]"]);
     let results = folder.results().unwrap();
     let rows: Vec<(&str, Option<usize>)> =
         results.networks.iter().map(|n| (n.network.as_str(), n.per_class)).collect();
-    assert_eq!(rows, [("mlp.n1", Some(1)), ("mlp.n3", Some(3)), ("k-nn.n1", Some(1)), ("k-nn.n3", Some(3))]);
+    assert_eq!(
+        rows,
+        [
+            ("mlp.n1", Some(1)),
+            ("mlp.n3", Some(3)),
+            ("mlp.nobn.n1", Some(1)),
+            ("mlp.nobn.n3", Some(3)),
+            ("k-nn.n1", Some(1)),
+            ("k-nn.n3", Some(3))
+        ]
+    );
     assert!(results.complete && results.networks.iter().all(|n| n.folds.len() == 2));
-    let (one, three) = (record(&folder, "mlp.n1", 1, 0), record(&folder, "mlp.n3", 1, 0));
-    assert_eq!((one.train_samples, three.train_samples), (3, 9));
+    for (row, epochs, loss, samples) in [
+        ("mlp.n1", 4, "softmax-cross-entropy", 3),
+        ("mlp.n3", 4, "softmax-cross-entropy", 9),
+        ("mlp.nobn.n1", 2, "mean-squared-error", 3),
+        ("mlp.nobn.n3", 2, "mean-squared-error", 9),
+    ] {
+        let key = FoldKey { network: row.into(), repetition: 1, fold: 0 };
+        let record = folder.record(&key).unwrap().unwrap();
+        assert_eq!((record.epochs.len(), record.train_samples), (epochs, samples), "{row}");
+        let card = Model::open(&folder.model_path(&key)).unwrap().card().clone();
+        let anatomy = serde_json::to_value(&card.anatomy).unwrap();
+        assert_eq!(anatomy["loss"], loss, "{row}");
+        assert_eq!(
+            (anatomy["recipe"]["epochs"].as_u64(), card.trained_on.samples),
+            (Some(epochs as u64), samples)
+        );
+    }
+    let (one, three) = (record(&folder, "mlp.n1", 0), record(&folder, "mlp.n3", 0));
     assert_eq!(one.index, three.index);
     assert!(Table::of(&folder).unwrap().to_string().contains("few samples per class"));
 }
@@ -295,8 +338,8 @@ fn baselines_stand_in_the_table_and_follow_the_seed() {
             "baselines=[\"majority\", { name = \"k-nn\", k = 3 }, { name = \"mini-rocket\", features = 168 }, \"svm-linear\", \"svm-rbf\"]",
         ],
     );
-    let samples = Samples::load(&plain).unwrap();
-    let folder = go(&plain, &samples, &dir.path().join("a")).unwrap();
+    let dataset = plain.dataset().unwrap();
+    let folder = go(&plain, &dataset, &dir.path().join("a")).unwrap();
     let results = folder.results().unwrap();
     let score =
         |name: &str| results.networks.iter().find(|n| n.network == name).unwrap().mean.unwrap().accuracy;
@@ -306,24 +349,28 @@ fn baselines_stand_in_the_table_and_follow_the_seed() {
     }
     let rocket = results.networks.iter().find(|n| n.network == "mini-rocket").unwrap();
     assert!(rocket.costs.parameters > 168 && rocket.costs.macs > 0 && rocket.interval.is_some());
-    let key = FoldKey { network: "k-nn".into(), repetition: 0, fold: 0 };
-    assert!(folder.model_path(&key).is_file() && folder.timing(&key).unwrap().unwrap().latency.is_some());
-    let again = go(&plain, &samples, &dir.path().join("b")).unwrap();
+    let nearest = key("k-nn", 0);
+    assert!(folder.model_path(&nearest).is_file());
+    assert!(folder.timing(&nearest).unwrap().unwrap().latency.is_some());
+    let again = go(&plain, &dataset, &dir.path().join("b")).unwrap();
     let bytes = |folder: &RunFolder| std::fs::read(folder.file("results.json")).unwrap();
     assert!(bytes(&folder) == bytes(&again));
     // By default all of them are there; an unknown one is named with its line.
-    let config = experiment(&text, &[]).config().clone();
-    assert_eq!(config.baselines.unwrap().len(), 5);
-    let error = Experiment::parse(&TINY.replace("[]", "[\"knn\"]"), "tiny.toml", &Overrides::default());
-    let error = error.unwrap_err().to_string();
-    assert!(error.starts_with("tiny.toml:4:") && error.contains("no baseline is called `knn`"), "{error}");
+    assert_eq!(experiment(&text, &[]).config().baselines.len(), 5);
+    let error = parse(&TINY.replace("[]", "[\"knn\"]"), &[]).unwrap_err().to_string();
+    assert!(
+        error.starts_with("tiny.toml:4:14: no baseline is called `knn`; known: majority, k-nn, "),
+        "{error}"
+    );
+    let error = parse(&TINY.replace("[]", "[\"k-nn\", { name = \"k-nn\", k = 3 }]"), &[]).unwrap_err();
+    assert!(error.to_string().starts_with("tiny.toml:4: baselines.1 = \"k-nn\": two rows"), "{error}");
 }
 
 #[test]
 fn classes_can_be_kept_and_look_alikes_are_told_apart() {
     let keep = ["data.classes=[\"shore-20\", \"shore-00\"]", "baselines=[\"k-nn\"]"];
     let (_keep, folder) = run_tiny(&keep);
-    let results: Results = folder.results().unwrap();
+    let results = folder.results().unwrap();
     assert_eq!(results.classes, ["shore-20", "shore-00"]);
     assert_eq!(results.samples, 30);
     let alike = "data.look_alikes={ hard = [\"shore-10\", \"shore-20\"], soft = [\"shore-00\"] }";
@@ -332,21 +379,10 @@ fn classes_can_be_kept_and_look_alikes_are_told_apart() {
     assert_eq!(alikes.groups, ["hard", "soft"]);
     let counted: u64 = alikes.confusion.counts().iter().flatten().sum();
     assert_eq!(counted, 45);
-    let experiment = experiment(TINY, &["data.look_alikes={ hard = [\"shore-10\"] }"]);
-    let dir = tempfile::tempdir().unwrap();
-    let error = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join("run")).unwrap_err();
-    assert!(error.to_string().contains("must be in exactly one group"), "{error}");
-}
-
-/// The order of samples is a pure function: what other epochs or folds did does not matter.
-#[test]
-fn batches_follow_seed_repetition_fold_and_epoch_alone() {
-    let rows: Vec<usize> = (0..50).collect();
-    let order = |seed, repetition, fold, epoch| taxel_trainer::shuffled(&rows, seed, repetition, fold, epoch);
-    assert_eq!(order(1, 2, 3, 4), order(1, 2, 3, 4));
-    for other in [order(2, 2, 3, 4), order(1, 1, 3, 4), order(1, 2, 2, 4), order(1, 2, 3, 5)] {
-        assert_ne!(order(1, 2, 3, 4), other);
-    }
+    let torn = "data.look_alikes={ hard = [\"shore-10\"] }";
+    let error = refusal(&[torn]);
+    let want = format!("--set {torn}: data.look_alikes = \"shore-00\": must be in exactly one group");
+    assert!(error.starts_with(&want), "{error}");
 }
 
 const IMAGES: &str = r#"
@@ -373,8 +409,8 @@ fn augmentation_moves_training_images_alone() {
     let dir = tempfile::tempdir().unwrap();
     let go_with = |name: &str, sets: &[&str]| {
         let experiment = experiment(IMAGES, sets);
-        let folder = go(&experiment, &Samples::load(&experiment).unwrap(), &dir.path().join(name)).unwrap();
-        record(&folder, "vgg6-lite-2d", 0, 0)
+        let folder = go(&experiment, &experiment.dataset().unwrap(), &dir.path().join(name)).unwrap();
+        record(&folder, "vgg6-lite-2d", 0)
     };
     let augment = "train.augment={ flip_rows = true, flip_columns = true, shift = 3.0, rotate = 10.0 }";
     let (plain, moved, again) =
@@ -387,8 +423,7 @@ fn augmentation_moves_training_images_alone() {
     assert_ne!(still.epochs[1].train_loss, turned.epochs[1].train_loss);
     assert_eq!(still.probabilities, turned.probabilities);
     let set = "encoding={ image = { kind = \"gadf\" } }";
-    let overrides = Overrides { set: vec![set.into(), augment.into()], ..Overrides::default() };
-    let error = Experiment::parse(IMAGES, "tiny.toml", &overrides).unwrap_err().to_string();
+    let error = parse(IMAGES, &[set, augment]).unwrap_err().to_string();
     assert!(error.contains("train.augment") && error.contains("moves pixels"), "{error}");
 }
 
@@ -397,16 +432,19 @@ fn every_scene_feeds_its_papers_networks() {
     let run = |text: &str, sets: &[&str]| {
         let dir = tempfile::tempdir().unwrap();
         let experiment = experiment(text, sets);
-        let samples = Samples::load(&experiment).unwrap();
-        let folder = go(&experiment, &samples, &dir.path().join("run")).unwrap();
+        let dataset = experiment.dataset().unwrap();
+        let folder = go(&experiment, &dataset, &dir.path().join("run")).unwrap();
         let results = folder.results().unwrap();
-        let key = FoldKey { network: results.networks[0].network.clone(), repetition: 0, fold: 0 };
-        let metadata = taxel_trainer::read_checkpoint(&folder.model_path(&key)).unwrap().1;
+        let key = key(&results.networks[0].network, 0);
+        let model = Model::open(&folder.model_path(&key)).unwrap();
         // What was fitted is enough to encode new recordings.
-        let (_, transform) = &metadata.inputs[0];
-        let x = transform.apply(&samples.x, "new").unwrap();
-        assert_eq!(x.shape()[0], samples.len());
-        (results, x.shape().to_vec())
+        let mut predictor = model.predictor(model.card().batch(), 1).unwrap();
+        let inputs = predictor.encode(&dataset.x).unwrap();
+        assert_eq!(inputs[0].shape()[0], dataset.len());
+        let tested = folder.record(&key).unwrap().unwrap();
+        let answers = predictor.predict(&dataset.x.select(ndarray::Axis(0), &tested.index)).unwrap();
+        assert_eq!(answers.probabilities, tested.probabilities);
+        (results, inputs[0].shape().to_vec())
     };
     let tensor = "networks=[{ name = \"tactnet3d-4-8\", set = { pool = 2 } }]";
     let (results, shape) = run(IMAGES, &[tensor]);
