@@ -346,8 +346,9 @@ fn simulate_encode_and_check_go_together() {
     good(&["simulate", "gripper", "--samples", "30", "--output", text(&out)]);
     let grasps = taxel_data::load(&out, &taxel_data::Options::default()).unwrap();
     assert_eq!(grasps.x.shape(), [30, 2, 23, 450]);
-    assert_eq!(grasps.attributes.unwrap().row(6).to_vec(), [8, 2]);
-    assert_eq!(grasps.attribute_classes[1][2], "hardness-3");
+    let columns = grasps.columns.unwrap();
+    assert_eq!(columns.of(&[6]), [8, 2]);
+    assert_eq!(columns.attributes()[1].classes[2], "hardness-3");
     let nope = |set: &str| refused(&["simulate", "palpation", "--set", set, "--output", "x.npz"]);
     assert!(nope("frames=2").contains("frames = 2"));
     assert!(nope("objects=9").contains("unknown field `objects`"));
@@ -624,7 +625,7 @@ fn a_run_on_own_data_bears_its_name_and_opens_from_anywhere() {
         text(&folder.path().join("my glove.npz")),
     ]);
     let run = |arguments: &[&str], here: &str| {
-        let mut command = assert_cmd::Command::cargo_bin("taxel").unwrap();
+        let mut command = Command::cargo_bin("taxel").unwrap();
         let output = command.current_dir(folder.path().join(here)).args(arguments).output().unwrap();
         assert!(output.status.success(), "{output:?}");
         String::from_utf8(output.stdout).unwrap()

@@ -10,12 +10,12 @@ use taxel::{
 fn main() -> taxel::Result<()> {
     // 40 presses [N, channels, time]: two sensors, 30 readings each. Hard things push back at once. Ten days.
     let reading = |press: usize, sensor: usize, time: usize| {
-        let stiffness = if press % 2 == 0 { 0.4 } else { 0.6 };
+        let stiffness = [0.4, 0.6][press % 2];
         let noise = 20.0 * ((press * 97 + sensor * 31 + time * 13) as f32).sin();
         600.0 * stiffness * (time as f32 / 30.0).powf(1.0 - 0.2 * stiffness) + noise
     };
     let x = ArrayD::from_shape_fn(vec![40, 2, 30], |at| reading(at[0], at[1], at[2]));
-    let labels: Vec<&str> = (0..40).map(|i| if i % 2 == 0 { "soft" } else { "hard" }).collect();
+    let labels: Vec<&str> = (0..40).map(|i| ["soft", "hard"][i % 2]).collect();
     let days: Vec<usize> = (0..40).map(|i| i / 4).collect();
     let presses = Dataset::new("presses", Layout::Series, x, &labels)?
         .with_groups(&days)?

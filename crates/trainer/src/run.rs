@@ -154,10 +154,10 @@ impl Runner<'_> {
         let (settings, graph) = self.sized(network, entry, encoder)?;
         let refuse = |problem| self.experiment.refuse(problem);
         let mut recipe = network.train.clone();
-        recipe.frozen = self.frozen(i, network, &graph)?;
+        recipe.frozen = self.frozen(i, &recipe.frozen, &graph)?;
         let mut search = config.search(&network.train).map_err(refuse)?;
         for own in search.iter_mut().flat_map(|search| &mut search.grid) {
-            own.recipe.frozen = recipe.frozen.clone();
+            own.recipe.frozen = self.frozen(i, &own.recipe.frozen, &graph)?;
         }
         let mut trainable = Trainable { graph, recipe, search, start: None };
         if let Some(path) = self.experiment.weights_path(i)? {
@@ -195,8 +195,7 @@ impl Runner<'_> {
     }
 
     /// Frozen nodes by name: paper 001's ranges of MATLAB layers are resolved here.
-    fn frozen(&self, i: usize, network: &Network, graph: &Graph) -> Result<Vec<String>> {
-        let frozen = &network.train.frozen;
+    fn frozen(&self, i: usize, frozen: &[String], graph: &Graph) -> Result<Vec<String>> {
         let names = matlab::resolve(graph, frozen);
         let checked = names.and_then(|names| graph.covered(&names).map(|_| names));
         checked.map_err(|error| {
