@@ -30,7 +30,8 @@ const SAVE_EVERY: f64 = 10.0;
 /// use taxel_data::Dataset;
 /// use taxel_encodings::Layout;
 /// use taxel_learn::{Candidate, CrossValidation, Protocol};
-/// # let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], |at| (at[0] % 2) as f32 + 0.01 * at[2] as f32);
+/// # let value = |at: ndarray::IxDyn| (at[0] % 2) as f32 + 0.001 * (at[0] + 10 * at[2]) as f32;
+/// # let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], value);
 /// # let labels: Vec<&str> = (0..12).map(|i| ["soft", "hard"][i % 2]).collect();
 ///
 /// let presses = Dataset::new("presses", Layout::Series, x, &labels)?;
