@@ -126,6 +126,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
     Judged {
         results: NetworkResults {
             network: player.name.into(),
+            candidate: player.name.into(),
             zoo: player.zoo.into(),
             per_class: player.per_class,
             paper: String::new(),

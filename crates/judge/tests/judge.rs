@@ -47,7 +47,7 @@ fn run(
     let recipe: Recipe = serde_json::from_value(recipe).unwrap();
     for name in networks {
         let entry = taxel_zoo::find(name).unwrap();
-        let inputs: Vec<&str> = entry.inputs.iter().map(|input| input.name).collect();
+        let inputs: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         cv.encoder().prepare(&inputs).unwrap();
         let classes = cv.encoder().dataset().classes.len();
         let encoder = &*cv.encoder();
