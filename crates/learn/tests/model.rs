@@ -146,6 +146,27 @@ fn an_answer_does_not_depend_on_the_company() {
     }
 }
 
+/// A model answers in batches of the fold's size, whatever comes at once: a wide layer's bits depend on it.
+#[test]
+fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
+    let dataset = presses(60, 32);
+    let mut validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2));
+    for (name, batch_size) in [("four", 4), ("many", 64)] {
+        let own = recipe(json!({ "epochs": 1, "batch_size": batch_size }));
+        let wide = network("mlp", json!({ "hidden": 200 }), own, validation.encoder());
+        validation.candidates.push(Candidate { name: name.into(), ..wide });
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let folder = run_at(validation, &dir.path().join("run")).unwrap();
+    for key in folder.keys().unwrap() {
+        let record = record(&folder, &key);
+        let model = alone(&folder, &key);
+        assert_eq!(model.card().batch(), if key.network == "four" { 4 } else { 30 });
+        let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
+        assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{key}");
+    }
+}
+
 /// A model file taken apart.
 struct Parts {
     card: Value,
