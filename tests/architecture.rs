@@ -29,7 +29,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("devices", &["graph"]),
     ("learn", &["baselines", "checkpoint", "data", "encodings", "engine", "files", "graph", "seed"]),
     ("trainer", &["baselines", "checkpoint", "data", "graph", "learn", "scenes", "zoo"]),
-    ("judge", &["data", "encodings", "learn", "scenes", "seed"]),
+    ("judge", &["data", "encodings", "files", "learn", "scenes", "seed"]),
     (
         "taxel",
         &[

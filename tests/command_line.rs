@@ -191,7 +191,8 @@ fn two_trained_networks_are_stitched_into_one() {
     let parent = graph("mobilenet-v2");
     let fresh = |seed| Weights::init(&parent, taxel_graph::Scheme::Pytorch, seed, "stitch");
     let (visual, mut tactile) = (fresh(1), fresh(2));
-    let covered = parent.covered(&["18:139".into()]).unwrap();
+    let names = taxel_zoo::matlab::resolve(&parent, &["18:139".into()]).unwrap();
+    let covered = parent.covered(&names).unwrap();
     let shared = parent.nodes().iter().zip(covered).filter(|(_, covered)| *covered);
     for param in shared.flat_map(|(node, _)| &node.params) {
         tactile.insert(&param.name, visual.get(&param.name).unwrap().clone());

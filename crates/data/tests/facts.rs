@@ -79,7 +79,8 @@ fn an_image_of_which_planes_are_left_out_is_no_colour_image() {
     assert_eq!(read(folder.path()).reading, Reading::new(Layout::Colour, &[3, 2, 4]));
     let red = Options { channels: Some(vec![0]), ..Options::default() };
     let reading = load(folder.path(), &red).unwrap().reading;
-    assert_eq!(reading, Reading::new(Layout::Sequence, &[1, 2, 4]));
+    let kept = Reading { channels: Some(vec![0]), ..Reading::new(Layout::Sequence, &[1, 2, 4]) };
+    assert_eq!(reading, kept);
     let colour = Options { layout: Some(Layout::Colour), ..red };
     let message = load(folder.path(), &colour).unwrap_err().to_string();
     let end = ": layout is colour, but a sample of shape [1, 2, 4] is not a colour image [3, H, W]";

@@ -9,19 +9,16 @@ use taxel_data::Dataset;
 
 use crate::candidate::{Candidate, Estimator, file_name};
 use crate::encoding::{Encoder, Encoding};
-use crate::environment::cores;
 use crate::error::{Error, Result};
 use crate::folder::{Identity, RunFolder};
 use crate::model::digest;
+use crate::options::RunOptions;
 use crate::plan::Plan;
 use crate::problem::Problem;
 use crate::progress::{Progress, Silent};
 use crate::protocol::Protocol;
 use crate::results::Results;
 use crate::run::Run;
-
-/// Seconds between two savings of a fold in training, where nothing else is said.
-const SAVE_EVERY: f64 = 10.0;
 
 /// Networks and baselines that are trained and tested on the same folds of one data set.
 ///
@@ -57,31 +54,6 @@ pub struct CrossValidation<'a> {
     pub seed: u64,
     encoding: Encoding,
     encoder: Encoder<'a>,
-}
-
-/// How a run is made; none of it changes a result.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct RunOptions {
-    /// Whether the folder may hold the same run already: its finished folds are kept, and a fold in training
-    /// goes on where it was saved.
-    pub resume: bool,
-    /// Worker threads. Default one per core.
-    pub threads: Option<usize>,
-    /// Seconds between two savings of a fold in training. Default 10; never more than a twentieth of the
-    /// time is spent on it.
-    pub save_every: Option<f64>,
-}
-
-impl RunOptions {
-    /// Worker threads, at least one.
-    pub fn threads(&self) -> usize {
-        self.threads.unwrap_or_else(cores).max(1)
-    }
-
-    /// Seconds between two savings.
-    pub fn save_every(&self) -> f64 {
-        self.save_every.unwrap_or(SAVE_EVERY)
-    }
 }
 
 impl<'a> CrossValidation<'a> {

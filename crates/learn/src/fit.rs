@@ -7,12 +7,12 @@ use taxel_data::{Dataset, Fold};
 
 use crate::baseline::FittedBaseline;
 use crate::candidate::{Candidate, Estimator};
-use crate::cross_validation::RunOptions;
 use crate::encoding::{Encoder, Encoding};
 use crate::error::{Error, Result};
 use crate::hooks::Hooks;
 use crate::making::{Origin, baseline_model, network_model};
 use crate::model::Model;
+use crate::options::RunOptions;
 use crate::part::{Part, pool};
 use crate::protocol::Protocol;
 use crate::session::Saver;

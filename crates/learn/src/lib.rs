@@ -55,6 +55,7 @@ mod model;
 mod numbers;
 mod objective;
 mod optimizer;
+mod options;
 mod part;
 mod plan;
 mod problem;
@@ -72,7 +73,7 @@ mod tensorboard;
 mod training;
 
 pub use candidate::{Candidate, Estimator, Published, Trainable, file_name};
-pub use cross_validation::{CrossValidation, RunOptions};
+pub use cross_validation::CrossValidation;
 pub use encoding::{Encoder, Encoding, Transform};
 pub use environment::Environment;
 pub use epoch::Epoch;
@@ -86,6 +87,7 @@ pub use model::{
 };
 pub use numbers::thousands;
 pub use optimizer::{Moments, Optimizer};
+pub use options::RunOptions;
 pub use part::shuffled;
 pub use problem::{Check, Problem, require, share, within};
 pub use progress::{IndicatifProgress, Progress, Silent};

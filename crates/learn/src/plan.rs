@@ -111,7 +111,7 @@ impl<'a> Plan<'a> {
     pub fn say(&self, progress: &dyn Progress) {
         for (name, drawn) in self.drawn.iter().filter(|(_, drawn)| !drawn.is_empty()) {
             let (drawn, classes) = (drawn.join(", "), self.dataset.classes.len());
-            progress.say(&format!("{name}: drawn anew, for {classes} classes: {drawn}"));
+            progress.say(&format!("{name}: drawn fresh, for {classes} classes: {drawn}"));
         }
     }
 

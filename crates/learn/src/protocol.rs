@@ -239,7 +239,7 @@ impl Protocol {
         let (y, repetition) = (&dataset.y, repetition as u32);
         match self {
             Protocol::KFold { folds, split: Split::Group, .. } => {
-                Ok(group_k_fold(units.unwrap_or_default(), y, *folds, seed, repetition)?)
+                Ok(group_k_fold(grouped(units), y, *folds, seed, repetition)?)
             }
             Protocol::KFold { folds, .. } => match stratified_k_fold(y, *folds, seed, repetition, units) {
                 Err(taxel_data::Error::ClassTooSmall { .. }) if has_combinations(dataset) => {
@@ -248,7 +248,7 @@ impl Protocol {
                 other => Ok(other?),
             },
             Protocol::LeaveGroupOut { .. } => {
-                let groups = units.unwrap_or_default();
+                let groups = grouped(units);
                 let mut names = groups.to_vec();
                 names.sort_unstable();
                 names.dedup();
@@ -270,6 +270,12 @@ impl Protocol {
             Protocol::Official { .. } => official(dataset).map(|fold| vec![fold]),
         }
     }
+}
+
+/// The groups that [`Protocol::inseparable`] insisted on.
+fn grouped(units: Option<&[u32]>) -> &[u32] {
+    #[expect(clippy::expect_used, reason = "a data set without groups was refused")]
+    units.expect("groups")
 }
 
 /// One random cut.

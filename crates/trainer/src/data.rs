@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use crate::read::{Misread, one_line, read};
 
 /// Recordings to simulate where nothing else is said: the paper's number (000, section 4).
-const SAMPLES: usize = 1500;
+pub const SAMPLES: usize = 1500;
 
 /// Where samples come from and what is learned of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,7 +7,7 @@ use taxel_zoo::Registry;
 use toml::{Table, Value};
 
 use crate::config::Config;
-use crate::data::{Origin, SCENE_KEYS};
+use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS};
 use crate::error::{Error, Result};
 use crate::merge::{leaves, parse_value, put};
 use crate::places::Places;
@@ -112,9 +112,15 @@ impl Experiment {
     /// # Errors
     /// A variable that is not set, named with the line that uses it.
     pub fn data_path(&self) -> Result<Option<PathBuf>> {
-        let Origin::Recordings(recordings) = &self.config.data.origin else { return Ok(None) };
+        match &self.config.data.origin {
+            Origin::Scene(_) => Ok(None),
+            Origin::Recordings(recordings) => self.recordings_path(recordings).map(Some),
+        }
+    }
+
+    pub(crate) fn recordings_path(&self, recordings: &RecordingsOrigin) -> Result<PathBuf> {
         let way_out = "give the data set itself with --data PATH";
-        self.expanded("data.path", &recordings.path, way_out).map(Some)
+        self.expanded("data.path", &recordings.path, way_out)
     }
 
     /// The checkpoint that a network starts from, likewise; `None` for fresh weights.

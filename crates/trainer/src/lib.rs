@@ -30,7 +30,7 @@ mod run;
 mod samples;
 
 pub use config::{Baseline, Choose, Config, Network};
-pub use data::{Data, Origin, RecordingsOrigin, SceneOrigin};
+pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin};
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};
 pub use run::{Runner, open, run};

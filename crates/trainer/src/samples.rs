@@ -16,16 +16,16 @@ impl Experiment {
     /// be simulated.
     pub fn dataset(&self) -> Result<Dataset> {
         let Data { full_scale, layout, rate, attributes, classes, .. } = &self.config().data;
-        let mut dataset = match (&self.config().data.origin, self.data_path()?) {
-            (Origin::Scene(scene), _) => {
+        let mut dataset = match &self.config().data.origin {
+            Origin::Scene(scene) => {
                 let SceneOrigin { scene: name, samples, set, without } = scene;
                 let settings = taxel_scenes::Settings::read(name, Value::Table(set.clone()))?;
                 let scene = settings.simulate(*samples, self.config().seed, without)?;
                 simulated(name, without, scene)
             }
-            (Origin::Recordings(recordings), path) => {
-                let options = recordings.options(*layout, *rate);
-                taxel_data::load(&path.unwrap_or_default(), &options)?
+            Origin::Recordings(recordings) => {
+                let path = self.recordings_path(recordings)?;
+                taxel_data::load(&path, &recordings.options(*layout, *rate))?
             }
         };
         // What the encodings take samples for is what they are, where nobody has said it.

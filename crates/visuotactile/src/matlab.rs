@@ -1,7 +1,11 @@
 //! MATLAB's layer numbers, by which paper 001 names what it freezes.
 //!
-//! In `mobilenet-v2` they are those of MATLAB's 154 layers, of which the last two, softmax and classification,
-//! are no nodes here (paper 001, Table 6). Other networks are counted alike: from 1, in order, dropout left out.
+//! # Reference
+//! Paper 001, Table 6: ranges of the 154 layers that MATLAB counts in `mobilenet-v2`.
+//!
+//! # Departures
+//! The last two of these layers, softmax and classification, are no nodes here. Other networks are counted alike:
+//! from 1, in order, dropout left out.
 //!
 //! ```
 //! use taxel_graph::Architecture;

@@ -3,7 +3,7 @@
 use ndarray::{ArrayD, Axis};
 use taxel_encodings::Layout;
 
-use super::transform::{IMAGE, SERIES, SIGNAL, TENSOR};
+use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use crate::error::{Error, Result};
 
 pub(super) fn refused(source: &str, input: &'static str, error: taxel_encodings::Error) -> Error {

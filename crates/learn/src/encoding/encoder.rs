@@ -7,8 +7,9 @@ use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
 use taxel_encodings::{Gaf, HardnessImage, Method, NumaTac, Resize, Scaling, TactileTensor};
 
+use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use super::settings::{Encoding, Field, Image, Picture, Scale, SqueezeFrame};
-use super::transform::{IMAGE, SERIES, SIGNAL, TENSOR, Transform};
+use super::transform::Transform;
 
 use crate::error::Result;
 use crate::problem::Problem;

@@ -6,11 +6,13 @@
 
 mod axes;
 mod encoder;
+mod names;
 mod range;
 mod settings;
 mod transform;
 
 pub use encoder::{Encoded, Encoder, Input};
+pub use names::{IMAGE, SERIES, SIGNAL, TENSOR};
 pub use range::Range;
 pub use settings::{Bits, Encoding, Field, Image, Picture, Scale, Signal, SqueezeFrame, Tensor};
-pub use transform::{IMAGE, SERIES, SIGNAL, TENSOR, Transform};
+pub use transform::Transform;

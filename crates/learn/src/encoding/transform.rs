@@ -6,16 +6,8 @@ use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{Frame, HardnessImage, Layout, NumaTac, Resize, Scaling, TactileTensor, red_channel};
 
 use super::axes::{image_axes, less_baseline, refused, series, signal_axes, wrong_axes};
+use super::names::{IMAGE, SIGNAL, TENSOR};
 use crate::error::Result;
-
-/// Input of 1D networks: channels × time.
-pub const SIGNAL: &str = "signal";
-/// Input of 2D networks: channels × rows × columns.
-pub const IMAGE: &str = "image";
-/// Input of 3D networks: channels × rows × columns × frames.
-pub const TENSOR: &str = "tensor";
-/// Input of baselines: channels × time.
-pub const SERIES: &str = "series";
 
 /// How raw samples `[N, ..]` become one input; everything that was fitted is in it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

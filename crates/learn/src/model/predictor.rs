@@ -101,7 +101,8 @@ impl Predictor {
     pub fn answer(&mut self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
         let n = inputs.first().map_or(0, |x| x.len_of(Axis(0)));
         let standard: Vec<_> = inputs.iter().map(|x| x.as_standard_layout()).collect();
-        let values: Vec<&[f32]> = standard.iter().filter_map(|x| x.as_slice()).collect();
+        #[expect(clippy::expect_used, reason = "standard layout is one slice")]
+        let values: Vec<&[f32]> = standard.iter().map(|x| x.as_slice().expect("standard layout")).collect();
         match &mut self.method {
             Method::Network { evaluator, workspace, loss, batch } => {
                 let mut outputs = vec![];
@@ -118,7 +119,13 @@ impl Predictor {
                 probabilities(*loss, self.outputs, &mut outputs);
                 Ok(outputs)
             }
-            Method::Baseline(baseline) => baseline.scores(values.first().copied().unwrap_or_default()),
+            Method::Baseline(baseline) => match values[..] {
+                [series] => baseline.scores(series),
+                _ => {
+                    let (model, expected) = (self.card.name.clone(), "one input".to_string());
+                    Err(Error::Samples { model, expected, given: format!("{} are given", values.len()) })
+                }
+            },
         }
     }
 

@@ -31,7 +31,7 @@ pub struct Simulate {
     /// Scene name.
     scene: String,
     /// Number of recordings.
-    #[arg(long, default_value_t = 1500)]
+    #[arg(long, default_value_t = taxel::experiment::SAMPLES)]
     samples: usize,
     /// Seed of everything random.
     #[arg(long, default_value_t = 0)]

@@ -1,0 +1,10 @@
+//! Names of the inputs that an encoding makes.
+
+/// Input of 1D networks: channels × time.
+pub const SIGNAL: &str = "signal";
+/// Input of 2D networks: channels × rows × columns.
+pub const IMAGE: &str = "image";
+/// Input of 3D networks: channels × rows × columns × frames.
+pub const TENSOR: &str = "tensor";
+/// Input of baselines: channels × time.
+pub const SERIES: &str = "series";
