@@ -10,6 +10,9 @@ use crate::optimizer::Optimizer;
 use crate::problem::{Check, Problem, require, share, within};
 use crate::schedule::Schedule;
 
+/// Samples of the largest batch.
+pub(crate) const LARGEST_BATCH: usize = 65_536;
+
 /// Which statistics batch norm uses once training has ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -147,7 +150,7 @@ impl Recipe {
     /// The first setting outside its range.
     pub fn check(&self) -> Check {
         within("epochs", self.epochs, 1, 100_000)?;
-        within("batch_size", self.batch_size, 1, 65_536)?;
+        within("batch_size", self.batch_size, 1, LARGEST_BATCH)?;
         self.optimizer.check().map_err(|problem| problem.below("optimizer"))?;
         self.schedule.check().map_err(|problem| problem.below("schedule"))?;
         self.check_targets()?;

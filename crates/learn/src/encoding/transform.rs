@@ -93,6 +93,18 @@ impl Transform {
         matches!(self, Transform::Field(field) if field.gaf.range == taxel_encodings::Range::PerSample)
     }
 
+    /// The last axes of what it makes of any sample; empty where those are the sample's own.
+    pub(crate) fn sizes(&self) -> Vec<usize> {
+        match self {
+            Transform::Field(field) => vec![field.gaf.size; 2],
+            Transform::Picture { resize: Some(resize), .. } => vec![resize.height, resize.width],
+            Transform::Tensor { tensor: TactileTensor { frames: Some(frames) }, .. } => vec![*frames],
+            Transform::Numatac { numatac, .. } => vec![numatac.window],
+            Transform::Series { then, .. } | Transform::Baseline { then, .. } => then.sizes(),
+            _ => vec![],
+        }
+    }
+
     /// Name of the input that it makes.
     pub(super) fn input(&self) -> &'static str {
         match self {

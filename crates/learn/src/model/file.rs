@@ -11,6 +11,8 @@ use super::predictions::Predictions;
 use super::predictor::Predictor;
 use crate::baseline::FittedBaseline;
 use crate::error::{Error, Result};
+use crate::problem::within;
+use crate::recipe::LARGEST_BATCH;
 
 /// A trained network or baseline that says all about itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,8 +134,16 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
             if !names.eq(card.inputs.iter().map(|input| input.name.as_str())) {
                 return refuse("its network reads other inputs than its card makes".into());
             }
-            if *batch == 0 {
-                return refuse("its card says that it answers no sample at a time".into());
+            for (node, input) in graph.inputs().zip(&card.inputs) {
+                if !makes(&input.transform.sizes(), &node.shape) {
+                    let (name, shape) = (&node.name, &node.shape);
+                    return refuse(format!(
+                        "its network reads `{name}` of shape {shape:?}, its card makes another"
+                    ));
+                }
+            }
+            if let Err(problem) = within("batch", *batch, 1, LARGEST_BATCH) {
+                return refuse(format!("its card says {problem}"));
             }
         }
         Anatomy::Baseline { method, series } => {
@@ -142,6 +152,11 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
             }
             if card.inputs.len() != 1 {
                 return refuse("a baseline reads one input; its card makes another number".into());
+            }
+            if !makes(&card.inputs[0].transform.sizes(), series) {
+                return refuse(format!(
+                    "its baseline reads series of shape {series:?}, its card makes others"
+                ));
             }
         }
     }
@@ -152,6 +167,14 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
                 .into(),
         ),
     }
+}
+
+/// Whether an input of `shape` may end in axes of `sizes`: before memory is asked for.
+fn makes(sizes: &[usize], shape: &[usize]) -> bool {
+    let values = sizes.iter().try_fold(1usize, |values, size| values.checked_mul(*size));
+    // A whole sample as one row is a multiple of them.
+    let row = |n: &usize| values.is_some_and(|values| values > 0 && n.is_multiple_of(values));
+    shape.ends_with(sizes) || matches!(shape, [n] | [1, n] if row(n))
 }
 
 /// BLAKE3 of all tensors in order of their names.

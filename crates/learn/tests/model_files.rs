@@ -1,0 +1,347 @@
+//! Model files: they come back as themselves, and broken ones are refused by name.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ndarray::Axis;
+use serde_json::{Value, json};
+use support::{bits, imprints, mlp, network, presses, recipe, squeezes};
+use taxel_baselines::Method;
+use taxel_data::Dataset;
+use taxel_graph::{Tensor, Weights};
+use taxel_learn::{Candidate, CrossValidation, Encoding, Model, fit};
+
+fn encoding(value: Value) -> Encoding {
+    serde_json::from_value(value).unwrap()
+}
+
+/// A model file taken apart.
+struct Parts {
+    card: Value,
+    weights: Weights,
+}
+
+impl Parts {
+    fn of(model: &Model, dir: &Path) -> Self {
+        let path = dir.join("whole.safetensors");
+        model.save(&path).unwrap();
+        let (weights, text) = taxel_checkpoint::read(&path).unwrap();
+        Parts { card: serde_json::from_str(&text.unwrap()).unwrap(), weights }
+    }
+
+    /// What is said of the file with these parts, less its name, which comes first.
+    fn refusal(&self, dir: &Path) -> String {
+        let path = dir.join("broken.safetensors");
+        taxel_checkpoint::write(&path, &self.weights, &self.card.to_string()).unwrap();
+        refusal(&path)
+    }
+}
+
+/// What is said of the file at `path`, less its name, which comes first.
+fn refusal(path: &Path) -> String {
+    let error = Model::open(path).unwrap_err().to_string();
+    let own = format!("{}: ", path.display());
+    error.strip_prefix(&own).unwrap_or_else(|| panic!("names no file: {error}")).to_string()
+}
+
+/// Names, shapes and bits, in order of the names.
+fn tensors(model: &Model) -> BTreeMap<String, (Vec<usize>, Vec<u32>)> {
+    let own = model.weights().iter();
+    own.map(|(name, tensor)| (name.into(), (tensor.shape.clone(), bits(&tensor.data)))).collect()
+}
+
+/// Models of the three kinds of samples, small enough to be written many times.
+fn small_models() -> Vec<(Model, Dataset)> {
+    let (series, images) = (presses(15, 12), imprints(15, 14));
+    let small = json!({ "image": { "kind": "raw", "resize": [12, 12] } });
+    let mut validation = CrossValidation::new(&images).encoding(encoding(small.clone()));
+    let convolution =
+        network("resnet8-lite-2d", json!({}), recipe(json!({ "epochs": 1 })), validation.encoder());
+    let own = fit(&mlp(&series, recipe(json!({ "epochs": 1 }))), &series, &Encoding::default()).unwrap();
+    let nearest = Candidate::baseline(Method::NearestNeighbours { k: 1 });
+    vec![
+        (own, series.clone()),
+        (fit(&convolution, &images, &encoding(small)).unwrap(), images),
+        (fit(&nearest, &series, &Encoding::default()).unwrap(), series),
+    ]
+}
+
+#[test]
+fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let series = presses(15, 12);
+    let whole = |lr: f64| {
+        let own = json!({ "epochs": 1, "optimizer": { "name": "sgdm", "lr": lr } });
+        let model = fit(&mlp(&series, recipe(own)), &series, &Encoding::default()).unwrap();
+        Parts::of(&model, dir)
+    };
+    let broken = |change: &dyn Fn(&mut Parts)| {
+        let mut parts = whole(0.01);
+        change(&mut parts);
+        parts.refusal(dir)
+    };
+    let set = |key: &'static str, value: Value| {
+        broken(&move |parts| *parts.card.pointer_mut(key).unwrap() = value.clone())
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    let newer = broken(&|parts| {
+        parts.card["format"] = json!(2);
+        parts.card["taxel"] = json!("9.0.0");
+        parts.card["a key of the future"] = json!(1);
+    });
+    assert_eq!(
+        newer,
+        format!(
+            "is a model of format 2, written by taxel 9.0.0; this version ({version}) reads format 1: open it \
+             with taxel 9.0.0 or newer"
+        )
+    );
+    let older = broken(&|parts| {
+        parts.card.as_object_mut().unwrap().remove("format");
+    });
+    assert!(older.starts_with("was written by a version without model files"), "{older}");
+    let text = set("/attributes/0/classes", json!(["soft", "stiff"]));
+    assert_eq!(text, "its network has outputs [3], its card names 2");
+    let text = set("/attributes", json!([]));
+    assert_eq!(text, "its card names no classes");
+    let text = broken(&|parts| {
+        let tensor = parts.weights.get("fc1.weight").unwrap().clone();
+        let others = parts.weights.iter().filter(|(name, _)| *name != "fc1.weight");
+        let mut renamed = Weights::new();
+        others.for_each(|(name, tensor)| renamed.insert(name, tensor.clone()));
+        renamed.insert("fc9.weight", tensor);
+        parts.weights = renamed;
+    });
+    assert!(text.starts_with("its tensors are not those of its network: "), "{text}");
+    assert!(text.contains("fc1.weight") || text.contains("fc9.weight"), "{text}");
+    let text = broken(&|parts| parts.weights.insert("more", Tensor { shape: vec![1], data: vec![0.0] }));
+    assert!(
+        text.starts_with("its tensors are not those of its network: ") && text.contains("more"),
+        "{text}"
+    );
+    let text = broken(&|parts| parts.weights = whole(0.1).weights);
+    assert_eq!(
+        text,
+        "its tensors are not those that its card was written for (digests differ); fit the model again"
+    );
+    let text = broken(&|parts| {
+        let mut tensor = parts.weights.get("fc2.bias").unwrap().clone();
+        tensor.data[0] = -tensor.data[0];
+        parts.weights.insert("fc2.bias", tensor);
+    });
+    assert!(text.contains("digests differ"), "{text}");
+    // A graph whose stated shapes are not those that its operations have.
+    let text = set("/anatomy/graph/nodes/2/shape", json!([9]));
+    assert!(text.starts_with("its model card cannot be read: ") && text.contains("fc1"), "{text}");
+    // A graph that is sound, and has other tensors.
+    let text = broken(&|parts| {
+        let wide = network(
+            "mlp",
+            json!({ "hidden": 9 }),
+            recipe(json!({ "epochs": 1 })),
+            CrossValidation::new(&series).encoder(),
+        );
+        let wide = Parts::of(&fit(&wide, &series, &Encoding::default()).unwrap(), dir);
+        parts.card["anatomy"]["graph"] = wide.card["anatomy"]["graph"].clone();
+    });
+    assert!(text.starts_with("its tensors are not those of its network: ") && text.contains("fc1"), "{text}");
+    let text = set("/reading/shape", json!([2, 12, 1]));
+    assert_eq!(text, "its card says that a series reading has shape [2, 12, 1], which none has");
+    let text = set("/inputs/0/name", json!("image"));
+    assert_eq!(text, "its network reads other inputs than its card makes");
+    for batch in [0u64, 5_000_000_000] {
+        let text = set("/anatomy/batch", json!(batch));
+        assert_eq!(text, format!("its card says batch = {batch}: must be in 1..=65536"));
+    }
+    let text = set("/tensors", json!("0"));
+    assert!(text.contains("digests differ"), "{text}");
+    let text = broken(&|parts| parts.card["colour"] = json!("red"));
+    assert!(text.starts_with("its model card cannot be read: unknown field `colour`"), "{text}");
+    let path = dir.join("plain.safetensors");
+    taxel_checkpoint::write(&path, &whole(0.01).weights, "").unwrap();
+    let text = refusal(&path);
+    assert!(text.starts_with("holds no model card: it is a checkpoint"), "{text}");
+    let text = refusal(&dir.join("none.safetensors"));
+    assert!(text.contains("cannot be read") || text.contains("No such file"), "{text}");
+}
+
+#[test]
+fn a_baseline_with_other_tensors_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let series = presses(15, 12);
+    for method in Method::all() {
+        let model = fit(&Candidate::baseline(method), &series, &Encoding::default()).unwrap();
+        let whole = Parts::of(&model, dir.path());
+        let names: Vec<String> = whole.weights.iter().map(|(name, _)| name.to_string()).collect();
+        assert!(!names.is_empty(), "{method:?}");
+        for gone in &names {
+            let mut parts = Parts { card: whole.card.clone(), weights: Weights::new() };
+            let others = whole.weights.iter().filter(|(name, _)| name != gone);
+            others.for_each(|(name, tensor)| parts.weights.insert(name, tensor.clone()));
+            let text = parts.refusal(dir.path());
+            assert!(text.starts_with("its tensors are not those"), "{method:?} without {gone}: {text}");
+        }
+        let mut parts = Parts { card: whole.card.clone(), weights: whole.weights.clone() };
+        parts.card["attributes"][0]["classes"] = json!(["soft", "medium"]);
+        let text = parts.refusal(dir.path());
+        assert!(text.starts_with("its tensors are not those of its baseline: "), "{method:?}: {text}");
+        parts.card["attributes"] = whole.card["attributes"].clone();
+        parts.card["inputs"] = json!([]);
+        assert_eq!(parts.refusal(dir.path()), "a baseline reads one input; its card makes another number");
+    }
+}
+
+/// What a card leaves open is refused when samples come: by the model's name, and never by a panic.
+#[test]
+fn samples_that_are_not_what_the_model_reads_are_refused() {
+    for (model, dataset) in small_models() {
+        let refusal = |x| model.predict(&x).unwrap_err().to_string();
+        let name = model.card().name.clone();
+        let short = dataset
+            .x
+            .slice_each_axis(|axis| ndarray::Slice::from(..axis.len - usize::from(axis.axis.0 == 2)));
+        let error = refusal(short.to_owned());
+        let reading = &model.card().reading;
+        let want = format!(
+            "{name} reads samples of shape {:?} ({}); these have",
+            reading.shape,
+            reading.layout.axes()
+        );
+        assert!(error.starts_with(&want), "{error}");
+        let none: Vec<usize> = vec![];
+        assert!(refusal(dataset.x.select(Axis(0), &none)).ends_with("there are none"));
+        let mut bad = dataset.x.clone();
+        bad.index_axis_mut(Axis(0), 3)[[1, 2]] = f32::INFINITY;
+        assert!(refusal(bad).ends_with("sample 3 holds a reading that is not finite"));
+    }
+}
+
+#[test]
+fn a_truncated_file_is_refused_wherever_it_ends() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("model.safetensors");
+    for (model, _) in small_models() {
+        model.save(&path).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let step = bytes.len() / 60;
+        for end in (0..bytes.len()).step_by(step.max(1)).chain([bytes.len() - 1]) {
+            std::fs::write(&path, &bytes[..end]).unwrap();
+            let text = refusal(&path);
+            assert!(!text.is_empty(), "{end} of {} bytes", bytes.len());
+        }
+    }
+}
+
+/// Flipped bits are refused, or change what no digest covers; nothing panics, answers included.
+#[test]
+fn flipped_bits_never_panic() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("model.safetensors");
+    for (model, dataset) in small_models() {
+        model.save(&path).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let header = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+        let (mut state, mut refused, mut opened) = (1u64, 0, 0);
+        let mut next = |below: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % below
+        };
+        for round in 0..400 {
+            let mut broken = bytes.clone();
+            // Most of them where the card is: tensors are under a digest.
+            let end = if round % 4 == 0 { bytes.len() } else { header };
+            for _ in 0..=round % 3 {
+                broken[next(end)] ^= 1 << next(8);
+            }
+            std::fs::write(&path, &broken).unwrap();
+            let Ok(other) = Model::open(&path) else {
+                refused += 1;
+                continue;
+            };
+            opened += 1;
+            assert!(tensors(&other) == tensors(&model), "round {round}");
+            let _ = other.predict(&dataset.x);
+            let _ = other.card().to_string();
+        }
+        println!("{}: {refused} refused, {opened} opened", model.card().name);
+        assert!(refused > 100, "{refused}");
+    }
+}
+
+/// Sizes that no encoding has are refused before memory is asked for.
+#[test]
+fn a_card_with_impossible_numbers_never_panics() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("model.safetensors");
+    let (series, images, touches) = (presses(15, 12), imprints(15, 14), squeezes(15, [8, 28, 28]));
+    let made = |dataset: &Dataset, name: &str, own: Value| {
+        let mut validation = CrossValidation::new(dataset).encoding(encoding(own.clone()));
+        let candidate = network(name, json!({}), recipe(json!({ "epochs": 1 })), validation.encoder());
+        Parts::of(&fit(&candidate, dataset, &encoding(own)).unwrap(), dir.path())
+    };
+    let resized = json!({ "image": { "kind": "raw", "resize": [12, 12] } });
+    let field = json!({ "image": { "kind": "gadf", "size": 24 } });
+    let models = [
+        (made(&images, "resnet8-lite-2d", resized), &images),
+        (made(&series, "resnet8-lite-2d", field), &series),
+        (made(&touches, "tactnet3d-4-8", json!({ "tensor": { "frames": 8 } })), &touches),
+        (made(&series, "mlp", json!({ "baseline": 3 })), &series),
+    ];
+    for (whole, dataset) in models {
+        let transform = whole.card["inputs"][0]["transform"].clone();
+        let mut tried = 0;
+        for place in numbers(&transform, "") {
+            for number in
+                [json!(0), json!(1), json!(-1), json!(5_000_000_000u64), json!(u64::MAX), json!(1e300)]
+            {
+                let mut card = whole.card.clone();
+                *card["inputs"][0]["transform"].pointer_mut(&place).unwrap() = number.clone();
+                taxel_checkpoint::write(&path, &whole.weights, &card.to_string()).unwrap();
+                if let Ok(model) = Model::open(&path) {
+                    let _ = model.predict(&dataset.x);
+                }
+                tried += 1;
+            }
+        }
+        assert!(tried >= 6, "{transform}");
+    }
+}
+
+/// Where numbers are in a text, as JSON pointers.
+fn numbers(value: &Value, at: &str) -> Vec<String> {
+    match value {
+        Value::Number(_) => vec![at.into()],
+        Value::Array(items) => {
+            items.iter().enumerate().flat_map(|(i, item)| numbers(item, &format!("{at}/{i}"))).collect()
+        }
+        Value::Object(map) => {
+            map.iter().flat_map(|(key, item)| numbers(item, &format!("{at}/{key}"))).collect()
+        }
+        _ => vec![],
+    }
+}
+
+#[test]
+fn equal_models_are_equal_files_and_a_file_comes_back_as_itself() {
+    let dir = tempfile::tempdir().unwrap();
+    let paths: Vec<PathBuf> =
+        ["a", "b"].map(|name| dir.path().join(name).with_extension("safetensors")).into();
+    for (model, dataset) in small_models() {
+        model.save(&paths[0]).unwrap();
+        let again = Model::open(&paths[0]).unwrap();
+        assert!(again.card() == model.card() && tensors(&again) == tensors(&model));
+        again.save(&paths[1]).unwrap();
+        assert!(std::fs::read(&paths[0]).unwrap() == std::fs::read(&paths[1]).unwrap());
+        let card = again.card();
+        assert_eq!((&card.reading, &card.trained_on.source), (&dataset.reading, &dataset.source));
+        assert_eq!((&card.trained_on.digest, card.trained_on.samples), (&dataset.digest, 15));
+        assert_eq!(card.attributes, dataset.labels.attributes());
+        let words = card.to_string();
+        assert!(words.contains(&card.name) && words.contains("not measured"), "{words}");
+    }
+}
