@@ -31,6 +31,13 @@ pub fn built_in() -> &'static Registry {
     })
 }
 
+impl Registry {
+    /// The networks of the papers and those they compare with.
+    pub fn built_in() -> Self {
+        built_in().clone()
+    }
+}
+
 /// The network called `name` among them.
 ///
 /// # Errors

@@ -12,11 +12,6 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// The networks of the papers and those they compare with.
-    pub fn built_in() -> Self {
-        crate::built_in().clone()
-    }
-
     /// No network yet.
     pub fn empty() -> Self {
         Registry::default()
