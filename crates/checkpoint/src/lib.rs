@@ -53,7 +53,7 @@ pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
     weights().map_err(|cause| Error::new(path, cause))
 }
 
-/// The text that [`write`] kept in a `.safetensors`, read from the file's header alone; none in other files.
+/// The text that [`write()`] kept in a `.safetensors`, read from the file's header alone; none in other files.
 ///
 /// # Errors
 /// A file that is missing, broken or of another kind. Values are not read, so damage there is not seen.
