@@ -1,7 +1,7 @@
 //! What a model says about itself: the metadata of its file.
 //!
 //! The file is safetensors. Its tensors bear PyTorch's names; its metadata hold one JSON text under the key
-//! `taxel`, which is a [`Card`].
+//! `taxel`, which is a [`Card`] and, as its last key `digest`, the BLAKE3 of the text without that key.
 
 use std::fmt;
 

@@ -50,7 +50,7 @@ impl Model {
     pub fn save(&self, path: &Path) -> Result<()> {
         let text = serde_json::to_string(&self.card)
             .map_err(|e| Error::damaged(path, format!("the card cannot be encoded: {e}")))?;
-        Ok(taxel_checkpoint::write(path, &self.weights, &text)?)
+        Ok(taxel_checkpoint::write(path, &self.weights, &sealed(&text))?)
     }
 
     /// What the model says about itself.
@@ -107,7 +107,21 @@ fn read_card(path: &Path, text: &str) -> Result<Card> {
             return Err(Error::damaged(path, reason));
         }
     }
-    serde_json::from_value(value).map_err(broken)
+    let card = text.rsplit_once(SEAL).map(|(card, _)| format!("{card}}}"));
+    let Some(card) = card.filter(|card| sealed(card) == text) else {
+        let reason = "its card is not the one that was written (digests differ); fit the model again";
+        return Err(Error::damaged(path, reason));
+    };
+    serde_json::from_str(&card).map_err(broken)
+}
+
+/// What stands between a card and the digest of its text.
+const SEAL: &str = ",\"digest\":\"";
+
+/// The JSON text of a card, with its own BLAKE3 as a last key.
+fn sealed(card: &str) -> String {
+    let digest = blake3::hash(card.as_bytes()).to_hex();
+    format!("{}{SEAL}{digest}\"}}", card.strip_suffix('}').unwrap_or(card))
 }
 
 /// Whether tensors and card belong together.
