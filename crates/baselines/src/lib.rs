@@ -291,9 +291,9 @@ impl Fitted {
     }
 }
 
-/// Rows of decision values to rows that add up to 1, in the same order.
-pub(crate) fn softmax(values: &mut [f32], classes: usize) {
-    for row in values.chunks_exact_mut(classes) {
+/// Softmax over each row of `classes` values, in place.
+pub fn softmax(values: &mut [f32], classes: usize) {
+    for row in values.chunks_exact_mut(classes.max(1)) {
         let largest = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         row.iter_mut().for_each(|v| *v = (*v - largest).exp());
         let sum: f32 = row.iter().sum();

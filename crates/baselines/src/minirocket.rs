@@ -71,15 +71,9 @@ fn dilations(length: usize, features: usize) -> Vec<(usize, usize)> {
         }
     }
     found.iter_mut().for_each(|(_, count)| *count = (*count as f64 * multiplier) as usize);
-    let mut rest = per_kernel - found.iter().map(|(_, count)| count).sum::<usize>();
+    let rest = per_kernel - found.iter().map(|(_, count)| count).sum::<usize>();
     let all = found.len();
-    for i in 0.. {
-        if rest == 0 {
-            break;
-        }
-        found[i % all].1 += 1;
-        rest -= 1;
-    }
+    (0..rest).for_each(|i| found[i % all].1 += 1);
     found
 }
 

@@ -1,6 +1,6 @@
 //! Samples, labels and groups by name, from a `.npz` archive or a MATLAB file.
 
-use crate::hash::hash_row;
+use crate::hash::hash_rows;
 use crate::npy::{Cap, Header};
 use crate::options::{Limits, Options};
 use crate::raw::{Names, Raw, name_of};
@@ -79,9 +79,7 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         *name == options.x || *name == options.y || is(&groups) || is(&official)
     };
     let others = archive.arrays().iter().filter(|n| !used(n)).cloned().collect();
-    #[expect(clippy::expect_used, reason = "a reader gives C order")]
-    let values = x.as_slice().expect("C order");
-    let row_hash = values.chunks_exact(values.len() / samples).map(hash_row).collect();
+    let row_hash = hash_rows(&x);
     let (names, facts) = names_file::beside(path, &options.limits)?;
     Ok(Raw {
         name: name_of(path),

@@ -4,6 +4,7 @@ use crate::dataset::Dataset;
 use crate::duplicates::{contradictory, duplicate_sets, later_copies, units};
 use crate::hash::digest;
 use crate::labels::Labels;
+use crate::npy::c_order;
 use crate::options::{Drop, Options};
 use crate::problems::{Faults, Problem};
 use crate::raw::Raw;
@@ -129,7 +130,7 @@ fn chosen(mut x: ArrayD<f32>, kept: &[usize], rows: usize, channels: Option<&[us
     if let Some(channels) = channels {
         x = x.select(Axis(1), channels);
     }
-    if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() }
+    c_order(x)
 }
 
 /// A scene that was saved and read again is still simulated; everything else is a recording.

@@ -2,7 +2,7 @@
 
 use crate::hash::{RowHash, hash_row};
 use crate::npy;
-use crate::options::{Limits, Options};
+use crate::options::{Limits, Options, refuse_set};
 use crate::raw::{Facts, Names, Raw, name_of};
 use crate::text::read_text;
 use crate::{Error, Result, csv_file, image_file, mat};
@@ -154,22 +154,16 @@ fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
 
 fn refuse_array_options(file: &str, kind: Kind, options: &Options) -> Result<()> {
     let default = Options::default();
-    let named = [
+    let set = [
         ("x", options.x != default.x && kind != Kind::Mat),
         ("y", options.y != default.y),
         ("group", options.group.is_some()),
         ("test", options.test.is_some()),
         ("test-above", options.test_above.is_some()),
     ];
-    match named.iter().find(|(_, set)| *set) {
-        None => Ok(()),
-        Some((option, _)) => Err(Error::Option {
-            file: file.into(),
-            option,
-            why: "names an array of a .npz; a folder per class has none (group-block divides \
-                  the position of each file in its class folder)",
-        }),
-    }
+    let why = "names an array of a .npz; a folder per class has none (group-block divides \
+                  the position of each file in its class folder)";
+    refuse_set(file, &set, why)
 }
 
 /// The recordings of each class folder: `take2.csv` before `take10.csv`.

@@ -9,10 +9,17 @@ pub type RowHash = [u8; 16];
 /// Hashes one sample; -0 and 0 count as equal.
 pub(crate) fn hash_row(row: &[f32]) -> RowHash {
     let mut hasher = blake3::Hasher::new();
-    update(&mut hasher, row.iter().map(|v| (v + 0.0).to_le_bytes()));
+    hash_words(&mut hasher, row.iter().map(|v| (v + 0.0).to_le_bytes()));
     let mut hash = [0; 16];
     hash.copy_from_slice(&hasher.finalize().as_bytes()[..16]);
     hash
+}
+
+/// Hashes each sample of `x` `[N, ..]`, which is in C order and has no empty axis.
+pub(crate) fn hash_rows(x: &ArrayD<f32>) -> Vec<RowHash> {
+    #[expect(clippy::expect_used, reason = "readers give C order")]
+    let values = x.as_slice().expect("C order");
+    values.chunks_exact(values.len() / x.shape()[0]).map(hash_row).collect()
 }
 
 /// BLAKE3 of the content, each part preceded by its length; `columns` are all labels where a sample has
@@ -26,22 +33,22 @@ pub(crate) fn digest(x: &ArrayD<f32>, y: &[u32], columns: Option<&Labels>, group
     for axis in x.shape() {
         len(&mut hasher, *axis);
     }
-    update(&mut hasher, x.iter().map(|v| v.to_le_bytes()));
+    hash_words(&mut hasher, x.iter().map(|v| v.to_le_bytes()));
     len(&mut hasher, y.len());
-    update(&mut hasher, y.iter().map(|v| v.to_le_bytes()));
+    hash_words(&mut hasher, y.iter().map(|v| v.to_le_bytes()));
     // No groups count as none of them.
     let groups = groups.unwrap_or(&[]);
     len(&mut hasher, groups.len());
-    update(&mut hasher, groups.iter().map(|v| v.to_le_bytes()));
+    hash_words(&mut hasher, groups.iter().map(|v| v.to_le_bytes()));
     if let Some(columns) = columns {
         len(&mut hasher, columns.attributes().len());
-        update(&mut hasher, columns.values().iter().map(|v| v.to_le_bytes()));
+        hash_words(&mut hasher, columns.values().iter().map(|v| v.to_le_bytes()));
     }
     hasher.finalize().to_hex().to_string()
 }
 
 /// Feeds four-byte words to the hasher in large pieces: many small ones are slow.
-fn update(hasher: &mut blake3::Hasher, words: impl Iterator<Item = [u8; 4]>) {
+pub fn hash_words(hasher: &mut blake3::Hasher, words: impl Iterator<Item = [u8; 4]>) {
     let mut buffer = [0; 1 << 14];
     let mut used = 0;
     for word in words {

@@ -76,7 +76,7 @@ pub use card::{Card, ClassCount, Contradiction, GroupSummary};
 pub use dataset::Dataset;
 pub use duplicates::duplicate_sets;
 pub use error::{Error, Result};
-pub use hash::RowHash;
+pub use hash::{RowHash, hash_words};
 pub use labels::{Attribute, Labels};
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};

@@ -88,7 +88,7 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
     }
     let archives: Vec<String> = entries
         .iter()
-        .filter(|e| e.extension().is_some_and(|x| x.eq_ignore_ascii_case("npz")) || mat::is_named(e))
+        .filter(|e| is_archive(e))
         .filter_map(|e| Some(e.file_name()?.to_string_lossy().into_owned()))
         .collect();
     let hint = match archives.as_slice() {

@@ -2,8 +2,9 @@
 
 use crate::dataset::{Dataset, refuse_layout};
 use crate::duplicates;
-use crate::hash::hash_row;
+use crate::hash::hash_rows;
 use crate::labels::{Labels, by_name};
+use crate::npy::c_order;
 use crate::reading::Reading;
 use crate::source::Source;
 use crate::{Error, Result};
@@ -38,11 +39,9 @@ impl Dataset {
             return Err(Error::NotFinite { sample, index, value: *value });
         }
         let reading = Reading::new(layout, shape);
-        let x = if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() };
+        let x = c_order(x);
         let (classes, y) = by_name(labels.iter().map(ToString::to_string).collect());
-        #[expect(clippy::expect_used, reason = "x was just brought into C order")]
-        let values = x.as_slice().expect("C order");
-        let row_hash: Vec<_> = values.chunks_exact(values.len() / samples).map(hash_row).collect();
+        let row_hash = hash_rows(&x);
         let mut dataset = Self {
             name: name.into(),
             source: Source::real(name),

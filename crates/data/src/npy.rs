@@ -250,7 +250,7 @@ impl Header {
         let shape = IxDyn(&axes).set_f(self.fortran);
         let array = ArrayD::from_shape_vec(shape, values)
             .map_err(|e| Error::NotAnArray { at: at.into(), why: e.to_string() })?;
-        Ok(if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() })
+        Ok(c_order(array))
     }
 
     /// Reads integers or booleans as i64 in C order; the stream must end with them.
@@ -378,4 +378,9 @@ pub(crate) fn read_up_to(reader: &mut dyn Read, buffer: &mut [u8]) -> io::Result
         }
     }
     Ok(filled)
+}
+
+/// The same array with its last axis running fastest.
+pub(crate) fn c_order(x: ArrayD<f32>) -> ArrayD<f32> {
+    if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() }
 }

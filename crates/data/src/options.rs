@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
 
+use crate::{Error, Result};
+
 /// Rows to leave out of a data set, decided on the full recorded sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -88,6 +90,14 @@ impl Default for Options {
             rate: None,
             limits: Limits::default(),
         }
+    }
+}
+
+/// Refuses the first of these options that is set.
+pub(crate) fn refuse_set(file: &str, options: &[(&'static str, bool)], why: &'static str) -> Result<()> {
+    match options.iter().find(|(_, set)| *set) {
+        None => Ok(()),
+        Some((option, _)) => Err(Error::Option { file: file.into(), option, why }),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::hash::hash_row;
 use crate::labels::by_name;
-use crate::options::Options;
+use crate::options::{Options, refuse_set};
 use crate::raw::{Facts, Names, Raw};
 use crate::text::read_text;
 use crate::{Error, Result};
@@ -131,14 +131,8 @@ fn refuse_options(file: &str, options: &Options) -> Result<()> {
         ("resize", options.resize.is_some()),
         ("test", options.test.is_some()),
     ];
-    match set.iter().find(|(_, set)| *set) {
-        None => Ok(()),
-        Some((option, _)) => Err(Error::Option {
-            file: file.into(),
-            option,
-            why: "does not apply to a pair of _TRAIN and _TEST files; leave it out",
-        }),
-    }
+    let why = "does not apply to a pair of _TRAIN and _TEST files; leave it out";
+    refuse_set(file, &set, why)
 }
 
 fn number(text: &str, file: &str, line: usize, column: usize) -> Result<f32> {

@@ -61,7 +61,8 @@ fn start(compiled: &Compiled, state: &State, workspace: &Workspace, gradients: &
     gradients.parts.iter_mut().for_each(PartGradients::clear);
     compiled.threads.each(&mut gradients.prepared, 1, |id, prepared| {
         let node = &compiled.nodes[id];
-        if let Some(layer) = node.layer() {
+        let wanted = compiled.plan.nodes[id].slots.iter().any(Option::is_some);
+        if let Some(layer) = node.layer().filter(|_| wanted) {
             layer.prepare(&state.params[node.params.clone()], &mut prepared[0]);
         }
     });

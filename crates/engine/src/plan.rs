@@ -240,11 +240,10 @@ impl Plan {
             if !node.stored || !reached[id] {
                 continue;
             }
-            let waits: Vec<usize> =
-                node.own.iter().filter_map(|&s| self.slots[s].seen.norm).filter(|&n| !summed[n]).collect();
+            let norms = node.own.iter().filter_map(|&s| self.slots[s].seen.norm);
+            let waits: Vec<usize> = norms.filter(|&n| !std::mem::replace(&mut summed[n], true)).collect();
             if !waits.is_empty() {
                 flush(&mut phases, &mut steps);
-                waits.iter().for_each(|&n| summed[n] = true);
                 phases.push(Phase::Norms(waits));
             }
             // Visited for its batch norms alone: an input, or what is frozen with all before it.

@@ -62,13 +62,8 @@ impl Graph {
             inputs: node.inputs.iter().map(|&id| at(id)).collect(),
             ..node.clone()
         };
-        Ok(Graph {
-            name: self.name.clone(),
-            nodes: kept.iter().zip(&self.nodes).filter(|(kept, _)| **kept).map(moved).collect(),
-            inputs: self.inputs.iter().map(|&id| at(id)).collect(),
-            outputs: vec![(self.nodes[end].name.clone(), at(end))],
-            loss_weights: vec![1.0],
-        })
+        let nodes = kept.iter().zip(&self.nodes).filter(|(kept, _)| **kept).map(moved).collect();
+        Graph::new(self.name.clone(), nodes, vec![(self.nodes[end].name.clone(), at(end))], vec![1.0])
     }
 
     /// "; did you mean …?" with the names of nodes and blocks that are nearest to `name`, or with the first and the

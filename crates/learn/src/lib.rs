@@ -87,7 +87,7 @@ pub use model::{
 };
 pub use numbers::thousands;
 pub use optimizer::{Moments, Optimizer};
-pub use options::RunOptions;
+pub use options::{RunOptions, threads};
 pub use part::shuffled;
 pub use problem::{Check, Problem, require, share, within};
 pub use progress::{IndicatifProgress, Progress, Silent};

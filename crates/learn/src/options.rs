@@ -18,10 +18,15 @@ pub struct RunOptions {
     pub save_every: Option<f64>,
 }
 
+/// So many worker threads as are asked for, else one per core; at least one.
+pub fn threads(asked: Option<usize>) -> usize {
+    asked.unwrap_or_else(cores).max(1)
+}
+
 impl RunOptions {
     /// Worker threads, at least one.
     pub fn threads(&self) -> usize {
-        self.threads.unwrap_or_else(cores).max(1)
+        threads(self.threads)
     }
 
     /// Seconds between two savings.

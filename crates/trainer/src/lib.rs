@@ -34,4 +34,4 @@ pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin};
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};
 pub use run::{Runner, open, run};
-pub use samples::{simulate, simulated};
+pub use samples::simulate;

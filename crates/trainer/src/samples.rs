@@ -1,11 +1,11 @@
 //! The samples of an experiment: simulated or recorded.
 
-use taxel_data::{Attribute, Dataset, Labels, Reading, Source};
+use taxel_data::{Attribute, Dataset, Labels, Reading, Source, hash_words};
 use taxel_learn::Problem;
 use toml::Value;
 
 use crate::data::{Data, Origin, SceneOrigin};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::experiment::Experiment;
 
 impl Experiment {
@@ -57,7 +57,7 @@ impl Experiment {
 }
 
 /// A scene's recordings as a data set.
-pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> Dataset {
+fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> Dataset {
     let digest = digest(&scene);
     let left_out = match without {
         [] => String::new(),
@@ -103,12 +103,10 @@ fn digest(scene: &taxel_scenes::Scene) -> String {
     for axis in scene.x.shape() {
         hasher.update(&(*axis as u64).to_le_bytes());
     }
-    let mut bytes = Vec::with_capacity(4 * scene.x.len());
-    bytes.extend(scene.x.iter().flat_map(|v| v.to_le_bytes()));
-    bytes.extend(scene.y.iter().chain(&scene.group).flat_map(|v| v.to_le_bytes()));
-    hasher.update(&bytes);
+    hash_words(&mut hasher, scene.x.iter().map(|v| v.to_le_bytes()));
+    hash_words(&mut hasher, scene.y.iter().chain(&scene.group).map(|v| v.to_le_bytes()));
     if let Some(own) = &scene.attributes {
-        hasher.update(&own.y.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
+        hash_words(&mut hasher, own.y.iter().map(|v| v.to_le_bytes()));
     }
     hasher.finalize().to_hex().to_string()
 }
@@ -118,7 +116,5 @@ fn digest(scene: &taxel_scenes::Scene) -> String {
 /// # Errors
 /// No such scene, or no samples asked for.
 pub fn simulate(scene: &str, samples: usize, seed: u64, without: &[String]) -> Result<Dataset> {
-    let settings = taxel_scenes::Settings::read(scene, Value::Table(toml::Table::new()))?;
-    let simulated_scene = settings.simulate(samples, seed, without).map_err(Error::from)?;
-    Ok(simulated(scene, without, simulated_scene))
+    Ok(simulated(scene, without, taxel_scenes::simulate(scene, samples, seed, without)?))
 }

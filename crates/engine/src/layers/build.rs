@@ -49,10 +49,8 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             Box::new(pool::MaxPool(taxel_kernels::pool::MaxPool::new(&window, node.shape[0])))
         }
         Op::AveragePool { window, counted } => {
-            let mut all = [(0, 0); 3];
-            all[3 - counted.len()..].copy_from_slice(counted);
-            let window = window3(window, &input(0).shape);
-            Box::new(pool::AveragePool { window, counted: all, channels: node.shape[0] })
+            let (window, counted) = (window3(window, &input(0).shape), axes3(counted, (0, 0)));
+            Box::new(pool::AveragePool { window, counted, channels: node.shape[0] })
         }
         Op::GlobalAveragePool => {
             let len = input(0).shape.iter().product();
@@ -100,7 +98,7 @@ fn window3(window: &Window, input: &[usize]) -> Window3 {
 }
 
 /// Values of 1 to 3 spatial axes as those of three; the missing first ones are `rest`.
-fn axes3(values: &[usize], rest: usize) -> [usize; 3] {
+fn axes3<T: Copy>(values: &[T], rest: T) -> [T; 3] {
     let mut all = [rest; 3];
     all[3 - values.len()..].copy_from_slice(values);
     all

@@ -116,7 +116,7 @@ pub(crate) trait Layer: Send + Sync {
     /// What both passes need of the values that are not learned, kept with what is packed.
     fn keep(&self, _buffers: &[f32], _packed: &mut Vec<f32>) {}
 
-    /// What all samples' backward passes share, from the parameters.
+    /// What all samples' input gradients share, from the parameters; not called where no input has one.
     fn prepare(&self, _params: &[f32], _prepared: &mut Vec<f32>) {}
 
     /// Values that a layer with `params` parameters adds up over samples.

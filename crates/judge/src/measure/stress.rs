@@ -32,8 +32,7 @@ pub struct StressOptions {
 
 impl Default for StressOptions {
     fn default() -> Self {
-        let threads = std::thread::available_parallelism().map_or(1, Into::into);
-        StressOptions { faults: vec![], severity: None, samples: 1000, threads }
+        StressOptions { faults: vec![], severity: None, samples: 1000, threads: taxel_learn::threads(None) }
     }
 }
 

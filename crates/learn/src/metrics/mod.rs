@@ -24,6 +24,8 @@ use crate::error::{Error, Result};
 
 pub use bootstrap::{Clusters, bootstrap, central, quantile};
 pub use levels::{LevelScores, Levels};
+pub use taxel_baselines::softmax;
+
 pub use probabilities::{BINS, brier, calibration_error, log_loss, mean_log_loss};
 
 /// Precision, recall and F1 of one class, each in `[0, 1]`.
@@ -214,16 +216,6 @@ pub fn mean_sd(values: &[f64]) -> (f64, Option<f64>) {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
-}
-
-/// Softmax over each row of `classes` logits, in place.
-pub fn softmax(logits: &mut [f32], classes: usize) {
-    for row in logits.chunks_exact_mut(classes.max(1)) {
-        let most = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        row.iter_mut().for_each(|v| *v = (*v - most).exp());
-        let sum: f32 = row.iter().sum();
-        row.iter_mut().for_each(|v| *v /= sum);
-    }
 }
 
 /// Position of the largest value of each row; the first of equals.

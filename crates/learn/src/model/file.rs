@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ndarray::ArrayD;
 use serde_json::Value;
+use taxel_data::hash_words;
 use taxel_graph::Weights;
 
 use super::card::{Anatomy, Card, FORMAT};
@@ -202,8 +203,7 @@ pub(crate) fn digest(weights: &Weights) -> String {
         tensor.shape.iter().for_each(|axis| {
             hasher.update(&(*axis as u64).to_le_bytes());
         });
-        let bytes: Vec<u8> = tensor.data.iter().flat_map(|v| v.to_le_bytes()).collect();
-        hasher.update(&bytes);
+        hash_words(&mut hasher, tensor.data.iter().map(|v| v.to_le_bytes()));
     }
     hasher.finalize().to_hex().to_string()
 }

@@ -46,7 +46,7 @@ impl Predictions {
 
     /// Number of probabilities of one sample.
     pub fn outputs(&self) -> usize {
-        levels(&self.attributes).outputs()
+        self.attributes.iter().map(|own| own.classes.len()).sum()
     }
 
     /// The answers to sample `i`, one per attribute.

@@ -108,12 +108,9 @@ impl Predictor {
                 let mut outputs = vec![];
                 for start in (0..n).step_by(*batch) {
                     let count = (*batch).min(n - start);
-                    let part = |x: &&'_ [f32]| -> Vec<f32> {
-                        let each = x.len() / n;
-                        x[start * each..(start + count) * each].to_vec()
-                    };
-                    let parts: Vec<Vec<f32>> = values.iter().map(part).collect();
-                    let parts: Vec<&[f32]> = parts.iter().map(Vec::as_slice).collect();
+                    let each = |x: &[f32]| x.len() / n;
+                    let rows = |x: &[f32]| start * each(x)..(start + count) * each(x);
+                    let parts: Vec<&[f32]> = values.iter().map(|x| &x[rows(x)]).collect();
                     outputs.extend_from_slice(evaluator.answer(workspace, &parts, count)?);
                 }
                 probabilities(*loss, self.outputs, &mut outputs);

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
 
-use crate::commands::judging::{before, now, open, stress_options};
+use crate::commands::judging::{judgement, open, stress_options};
 use crate::{Outcome, text};
 
 /// Names the smallest network of a run that suffices, with the evidence.
@@ -98,10 +98,7 @@ impl Choose {
     ) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
         let case = open(path)?;
         let stress = criteria.max_loss.map(|_| stress_options(self.threads));
-        let judgement = match before(&case, stress.as_ref())? {
-            Some(judgement) => judgement,
-            None => now(&case, stress)?,
-        };
+        let judgement = judgement(&case, stress)?;
         let choice = choose(&case, &judgement, criteria)?;
         Ok((judgement, choice))
     }

@@ -11,7 +11,7 @@ use taxel::{Dataset, Experiment, Overrides, Registry, RunFolder, RunOptions};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
-use crate::commands::judging::{before, now};
+use crate::commands::judging::judgement;
 
 /// Trains one network, or baseline, on all recordings and writes it as a model: one file that says all about
 /// itself, for `taxel predict` and `taxel inspect`.
@@ -145,10 +145,7 @@ impl Fit {
     fn chosen(&self, folder: &RunFolder, registry: &Registry) -> Result<String, Box<dyn std::error::Error>> {
         let (_, dataset) = taxel::experiment::open(folder, registry)?;
         let case = Case::new(folder.clone(), dataset)?;
-        let judgement = match before(&case, None)? {
-            Some(judgement) => judgement,
-            None => now(&case, None)?,
-        };
+        let judgement = judgement(&case, None)?;
         let choice = choose(&case, &judgement, &Criteria::default())?;
         choice.words.iter().for_each(|line| eprintln!("{line}"));
         choice.chosen.ok_or_else(|| {

@@ -5,10 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use ndarray::{ArrayD, IxDyn};
+use taxel::learn::threads;
 use taxel_checkpoint as checkpoint;
 #[cfg(feature = "candle")]
 use taxel_devices::{Device, Model};
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Evaluator, Options};
 
 use crate::Outcome;
 use crate::arrays::write_npy;
@@ -102,8 +103,7 @@ impl Forward {
                 return Err(format!("{here}: {n} samples, but {first} has {samples}").into());
             }
         }
-        let threads =
-            self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+        let threads = threads(self.threads);
         let mut outputs: Vec<(String, Vec<f32>)> = vec![];
         let mut keep = |name: &str, values: &[f32]| match outputs.iter_mut().find(|(n, _)| n == name) {
             Some((_, all)) => all.extend_from_slice(values),
@@ -116,12 +116,13 @@ impl Forward {
         match self.backend {
             Backend::Native => {
                 let batch = CHUNK.min(samples);
-                let mut engine =
-                    Engine::new(&graph, &weights, Options { batch, threads, ..Options::default() })?;
+                let options = Options { batch, threads, ..Options::default() };
+                let evaluator = Evaluator::new(&graph, &weights, options)?;
+                let mut workspace = evaluator.workspace();
                 for from in (0..samples).step_by(CHUNK) {
                     let n = CHUNK.min(samples - from);
-                    engine.forward(&slices(from, n), n, Mode::Eval)?;
-                    engine.outputs().for_each(|(name, values)| keep(name, values));
+                    evaluator.answer(&mut workspace, &slices(from, n), n)?;
+                    workspace.outputs().for_each(|(name, values)| keep(name, values));
                 }
             }
             #[cfg(feature = "candle")]

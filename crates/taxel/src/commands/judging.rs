@@ -16,13 +16,20 @@ pub fn open(path: &Path) -> Result<Case, Box<dyn std::error::Error>> {
 
 /// Default options on at most `threads` threads.
 pub fn stress_options(threads: Option<usize>) -> StressOptions {
-    let default = StressOptions::default();
-    StressOptions { threads: threads.map_or(default.threads, |threads| threads.max(1)), ..default }
+    StressOptions { threads: taxel::learn::threads(threads), ..StressOptions::default() }
 }
 
 /// The judgement in the run folder, if it has the faults that are asked for.
 pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judgement>, taxel::judge::Error> {
     Ok(Judgement::read(case)?.filter(|judgement| judgement.stress.is_some() || stress.is_none()))
+}
+
+/// What is in the run folder already, or is measured now.
+pub fn judgement(case: &Case, stress: Option<StressOptions>) -> Result<Judgement, taxel::judge::Error> {
+    match before(case, stress.as_ref())? {
+        Some(judgement) => Ok(judgement),
+        None => now(case, stress),
+    }
 }
 
 /// Measures with progress and keeps what was measured in the run folder.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use taxel::data::{Npz, Recordings, recordings};
-use taxel::learn::{Grid, thousands};
+use taxel::learn::{Grid, thousands, threads};
 use taxel::{Model, Options, Predictions};
 
 use crate::Outcome;
@@ -78,10 +78,8 @@ impl Predict {
         };
         let Recordings { x, origins, truth, .. } =
             recordings(&self.data, &options, card.reading.layout.rank())?;
-        let threads =
-            self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
         let predictions = model
-            .predictor(card.batch(), threads.max(1))?
+            .predictor(card.batch(), threads(self.threads))?
             .predict(&x)
             .map_err(|e| format!("{}: {e}", self.data.display()))?;
         let answered = Answered { origins: &origins, predictions: &predictions, truth: truth.as_deref() };

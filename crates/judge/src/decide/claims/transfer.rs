@@ -3,8 +3,9 @@
 use super::answer::{Answer, above, accuracy, against_all, lacks, not_worse};
 use super::benchmark::{Benchmark, Entry};
 use crate::decide::comparison::Effect;
-use crate::decide::statistics::independent;
+use crate::decide::statistics::{independent, ranks};
 use crate::error::Result;
+use taxel_learn::metrics::mean_sd;
 
 /// Tuned from a checkpoint, `one` is less than `margin` points worse than `other`.
 pub(super) fn tuned_close(run: &Benchmark, one: &str, other: &str, margin: f64) -> Result<Answer> {
@@ -58,7 +59,7 @@ pub(super) fn early_layers_change_most(run: &Benchmark, zoo: &str) -> Result<Ans
     };
     let changes: Vec<f64> = own.judged.results.changes.iter().map(|layer| layer.change).collect();
     let depth: Vec<f64> = (0..changes.len()).map(|at| at as f64).collect();
-    let r = -correlation(&ranks(&depth), &ranks(&changes));
+    let r = -correlation(&ranks(&depth).0, &ranks(&changes).0);
     let half = 1.96 / (changes.len() as f64 - 3.0).sqrt();
     // Perfect order has no variance: Fisher's transform of 1 is infinite.
     let z = r.clamp(-0.999_999, 0.999_999).atanh();
@@ -68,16 +69,9 @@ pub(super) fn early_layers_change_most(run: &Benchmark, zoo: &str) -> Result<Ans
     Ok(above(0.0, text, effect))
 }
 
-fn ranks(values: &[f64]) -> Vec<f64> {
-    let below = |value: f64| values.iter().filter(|v| **v < value).count() as f64;
-    let equal = |value: f64| values.iter().filter(|v| **v == value).count() as f64;
-    values.iter().map(|&v| below(v) + (equal(v) + 1.0) / 2.0).collect()
-}
-
 /// 0 where either does not vary.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (mean_a, mean_b) = (mean(a), mean(b));
+    let ((mean_a, _), (mean_b, _)) = (mean_sd(a), mean_sd(b));
     let sum =
         |f: &dyn Fn(f64, f64) -> f64| a.iter().zip(b).map(|(a, b)| f(a - mean_a, b - mean_b)).sum::<f64>();
     let size = (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt();
