@@ -26,6 +26,9 @@ pub enum Cause {
     /// The system refused.
     #[error(transparent)]
     Io(#[from] io::Error),
+    /// The system does not take it: a full device, a folder that is not there.
+    #[error("cannot be written: {0}")]
+    Write(io::Error),
     /// The ending of the name says nothing.
     #[error("unknown kind of weights; expected .safetensors, .pth or .pt")]
     Kind,

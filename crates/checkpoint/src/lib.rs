@@ -75,7 +75,7 @@ pub fn read_text(path: &Path) -> Result<Option<String>> {
 /// # Errors
 /// A tensor whose values are not as many as its shape says, and a folder that is missing or cannot be written.
 pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
-    let write = || Ok(taxel_files::write_whole(path, &to_bytes(weights, text)?)?);
+    let write = || taxel_files::write_whole(path, &to_bytes(weights, text)?).map_err(Cause::Write);
     write().map_err(|cause| Error::new(path, cause))
 }
 

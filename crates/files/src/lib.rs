@@ -1,6 +1,6 @@
 //! Files that are whole or not there: the one way in which the project writes a file.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,12 +8,17 @@ use std::path::{Path, PathBuf};
 pub const PART: &str = ".part";
 
 /// Writes `bytes` under another name in the same folder, flushes them to disk, then renames: no
-/// reader sees half a file.
+/// reader sees half a file. Where a link stands, what it leads to is written; a device or a pipe cannot be
+/// replaced and gets the bytes themselves.
 ///
 /// # Errors
 ///
 /// What the system says.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        return OpenOptions::new().write(true).open(path).and_then(|mut device| device.write_all(bytes));
+    }
     let mut part = path.as_os_str().to_owned();
     part.push(PART);
     let part = PathBuf::from(part);

@@ -44,3 +44,31 @@ fn a_file_that_cannot_be_renamed_leaves_no_part() {
     assert_eq!(fs::read(taken.join("inside")).unwrap(), b"stays");
     assert!(write_whole(&folder.path().join("missing/results.json"), b"bytes").is_err());
 }
+
+/// Where the system has no such device there is nothing to test.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_device_is_written_and_not_replaced() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().unwrap();
+    // Behind a link, so that a mistake costs the link and not the device.
+    for (device, is_full) in [("/dev/full", true), ("/dev/null", false)] {
+        let link = folder.path().join(device.rsplit('/').next().unwrap());
+        std::os::unix::fs::symlink(device, &link).unwrap();
+        assert_eq!(write_whole(&link, b"bytes").is_err(), is_full, "{device}");
+        assert!(fs::metadata(&link).unwrap().file_type().is_char_device(), "{device}");
+    }
+    assert_eq!(names(folder.path()), ["full", "null"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+    fs::write(&file, "before").unwrap();
+    std::os::unix::fs::symlink("file", &link).unwrap();
+    write_whole(&link, b"after").unwrap();
+    assert_eq!(fs::read(&file).unwrap(), b"after");
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+}

@@ -29,25 +29,8 @@ impl Case {
     /// # Errors
     /// A folder without finished folds or with damaged ones, or samples that are not those of the run.
     pub fn new(folder: RunFolder, dataset: Dataset) -> Result<Self> {
-        let results = folder.results()?;
-        if dataset.digest != results.data_digest {
-            let reason = format!(
-                "was run on other data than {} holds now ({} then, {} now); run it again",
-                dataset.source, results.data_digest, dataset.digest
-            );
-            return Err(Error::run(folder.path(), reason));
-        }
-        let mut records = vec![];
-        for key in folder.keys()? {
-            if let Some(record) = folder.record(&key)? {
-                check(&record, &dataset).map_err(|what| {
-                    let reason = format!("fold {key} {what}; delete its record and resume the run");
-                    Error::run(folder.path(), reason)
-                })?;
-                records.push(record);
-            }
-        }
-        if records.is_empty() || results.networks.iter().all(|n| n.folds.is_empty()) {
+        let (results, records) = folder.finished(&dataset)?;
+        if records.is_empty() {
             return Err(Error::run(folder.path(), "has no finished fold; resume the run"));
         }
         Ok(Case { folder, results, dataset, records, cards: Mutex::default() })
@@ -58,12 +41,14 @@ impl Case {
         Levels::new(&self.dataset.labels.sizes())
     }
 
-    /// The saved model of a fold.
+    /// The saved model of a finished fold.
     ///
     /// # Errors
-    /// A model that is missing or damaged.
+    /// No such fold; a model that is missing, damaged or not the one that the fold wrote.
     pub fn model(&self, key: &FoldKey) -> Result<Model> {
-        let model = Model::open(&self.folder.model_path(key))?;
+        let record = self.records.iter().find(|record| record.key == *key);
+        let unknown = || Error::run(self.folder.path(), format!("has no finished fold {key}"));
+        let model = self.folder.model(record.ok_or_else(unknown)?)?;
         let mut cards = self.cards.lock().unwrap_or_else(PoisonError::into_inner);
         cards.entry(key.to_string()).or_insert_with(|| Arc::new(model.card().clone()));
         Ok(model)
@@ -97,25 +82,5 @@ impl Case {
         let most = self.results.networks.iter().filter_map(|n| n.per_class).max();
         let rows = self.results.networks.iter().filter(|n| n.per_class == most && !n.folds.is_empty());
         rows.map(|n| n.network.as_str()).collect()
-    }
-}
-
-/// Whether a record is about samples and classes that there are.
-fn check(record: &FoldRecord, dataset: &Dataset) -> std::result::Result<(), &'static str> {
-    let sizes = dataset.labels.sizes();
-    let tested = record.index.len();
-    let known = |labels: &[u32]| {
-        labels.len() == tested * sizes.len()
-            && labels.iter().zip(sizes.iter().cycle()).all(|(&label, &size)| (label as usize) < size)
-    };
-    if tested == 0 || record.index.iter().any(|&row| row >= dataset.len()) {
-        return Err("tests samples that the data do not have");
-    }
-    if !known(&record.truth) || !known(&record.predicted) {
-        return Err("holds labels that the data do not have");
-    }
-    match record.probabilities.len() == tested * sizes.iter().sum::<usize>() {
-        true => Ok(()),
-        false => Err("does not hold one probability for each sample and class"),
     }
 }

@@ -85,12 +85,15 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
             let (repetition, fold) = if k_fold { (0, part) } else { (part, 0) };
             FoldRecord {
                 key: FoldKey { network: player.name.into(), repetition, fold },
+                data: None,
+                model: None,
                 train_samples: setting.trained,
                 index: (start..start + setting.tested).collect(),
                 predicted: predicted.collect(),
                 truth,
                 probabilities: vec![],
                 test_loss: 0.0,
+                diverged: false,
                 chosen: None,
                 best_epoch: None,
                 costs: None,
@@ -119,6 +122,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
         test_loss: 0.0,
         calibration_error: 0.0,
         brier: 0.0,
+        diverged: false,
     });
     let mean = |i: usize| scores.iter().map(|s| s.values()[i]).sum::<f64>() / scores.len() as f64;
     let bytes = (1000.0 * player.ms) as u64;
@@ -134,6 +138,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             drawn: vec![],
             changes: vec![],
             other_statistics: None,
+            diverged: 0,
             costs: Costs { parameters: bytes / 4, bytes, macs: bytes, flops: 2 * bytes },
             folds: folds.collect(),
             mean: Some(Scores::from_values([0, 1, 2, 3].map(mean))),

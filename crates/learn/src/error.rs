@@ -108,6 +108,17 @@ pub enum Error {
         /// Combinations that were tried.
         trials: usize,
     },
+    /// Some trainings diverged; all others are finished and on disk.
+    #[error("{} of {total} folds did not finish: their training diverged; {folder} holds the others{}",
+        folds.len(), folds.iter().map(|own| format!("\n{own}")).collect::<String>())]
+    Unfinished {
+        /// [`Error::Diverged`] or [`Error::NothingChosen`] of each.
+        folds: Vec<Error>,
+        /// All folds.
+        total: usize,
+        /// The run folder.
+        folder: String,
+    },
     /// A baseline refuses its data.
     #[error("{baseline}: {source}")]
     Baseline {
@@ -190,6 +201,11 @@ impl From<taxel_data::Error> for Error {
 }
 
 impl Error {
+    /// Whether it is a training that left the finite numbers: other trainings may go on.
+    pub(crate) fn is_divergence(&self) -> bool {
+        matches!(self, Error::Diverged { .. } | Error::NothingChosen { .. })
+    }
+
     pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
         Error::Io { file: path.display().to_string(), action, source }
     }

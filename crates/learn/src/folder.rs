@@ -174,9 +174,36 @@ impl RunFolder {
     /// # Errors
     /// A damaged `results.json`.
     pub fn keys(&self) -> Result<Vec<FoldKey>> {
-        let results = self.results()?;
+        self.keys_of(&self.results()?)
+    }
+
+    /// As [`RunFolder::keys`], of results that are read already.
+    pub(crate) fn keys_of(&self, results: &Results) -> Result<Vec<FoldKey>> {
+        let (repetitions, folds) = (results.protocol.repetitions(), results.folds);
+        let known = results.networks.iter().map(|n| n.folds.len()).sum::<usize>() + results.missing.len();
+        let all = repetitions.checked_mul(folds).and_then(|each| each.checked_mul(results.networks.len()));
+        // Before memory is asked for.
+        if all != Some(known) {
+            let reason = format!(
+                "names {known} folds, {} networks in {repetitions} repetitions of {folds} folds have others; \
+                 resume the run, which writes it anew",
+                results.networks.len()
+            );
+            return Err(Error::damaged(&self.file("results.json"), reason));
+        }
         let labels = results.networks.iter().map(|n| n.network.as_str());
-        Ok(FoldKey::all(labels, results.protocol.repetitions(), results.folds))
+        Ok(FoldKey::all(labels, repetitions, folds))
+    }
+
+    /// Keeps other processes from writing to the folder while it lives; half-written files of killed ones are
+    /// swept away.
+    ///
+    /// # Errors
+    /// Another process that writes to it.
+    pub fn lock(&self) -> Result<Lock> {
+        let lock = Lock::take(&self.path)?;
+        sweep(&self.path)?;
+        Ok(lock)
     }
 
     /// Timings of all finished folds.

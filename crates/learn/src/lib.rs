@@ -41,6 +41,7 @@ mod environment;
 mod epoch;
 mod error;
 mod feed;
+mod finished;
 mod fit;
 mod folder;
 mod grid;
@@ -65,10 +66,12 @@ mod recipe;
 mod records;
 mod results;
 mod run;
+mod run_models;
 mod schedule;
 mod search;
 mod session;
 mod table;
+mod table_latency;
 mod tensorboard;
 mod training;
 
@@ -82,6 +85,7 @@ pub use fit::{Fit, fit};
 pub use folder::{Identity, RunFolder};
 pub use grid::{Align, Grid, markdown_text};
 pub use latency::{Latency, Stopwatch, milliseconds};
+pub use lock::Lock;
 pub use model::{
     Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,
 };
@@ -95,6 +99,7 @@ pub use protocol::{Protocol, Split};
 pub use recipe::{BatchNorm, ClassWeights, Criterion, EarlyStopping, Recipe};
 pub use records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, Timing};
 pub use results::{FoldScores, NetworkResults, Results};
+pub use run_models::read_weights;
 pub use schedule::Schedule;
 pub use search::{Chosen, Combination, Search, Trial};
 pub use session::forget;

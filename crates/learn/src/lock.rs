@@ -31,13 +31,13 @@ pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
 /// Held while a process writes to a run folder. The system gives it back when the process ends, however
 /// it ends.
 #[derive(Debug)]
-pub(crate) struct Lock {
+pub struct Lock {
     _file: File,
 }
 
 impl Lock {
     /// Takes the folder, unless another process has it.
-    pub fn take(folder: &Path) -> Result<Self> {
+    pub(crate) fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
         let mut file = OpenOptions::new()
             .read(true)

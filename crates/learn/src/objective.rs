@@ -6,6 +6,10 @@ use taxel_graph::{Loss, Targets};
 use crate::metrics::{Levels, softmax};
 use crate::recipe::{ClassWeights, Recipe};
 
+/// How far above the loss of outputs that are all 0 (equal shares for every class) a training has diverged. A
+/// network that learns nothing stays near 1, one that guesses too boldly below 3.
+const DIVERGED: f64 = 10.0;
+
 /// A loss with its targets, and how outputs are read.
 pub(crate) struct Objective {
     loss: Loss,
@@ -89,6 +93,14 @@ impl Objective {
         };
         let rows = logits.chunks_exact(outputs).zip(targets.chunks_exact(outputs));
         rows.map(term).sum::<f64>() / (logits.len() / outputs).max(1) as f64
+    }
+
+    /// Whether a mean training loss is far above what knowing nothing costs: [`DIVERGED`] times that of outputs
+    /// that are all 0, or not finite.
+    pub fn is_diverged(&self, loss: f64) -> bool {
+        let labels = vec![0; self.levels.sizes().len()];
+        let idle = self.value(&vec![0.0; self.levels.outputs()], &labels);
+        !loss.is_finite() || loss > DIVERGED * idle
     }
 
     /// Number of labels that `outputs` (logits or probabilities) get right.

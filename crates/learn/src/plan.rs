@@ -8,7 +8,6 @@ use taxel_graph::Loss;
 use crate::candidate::{Candidate, Estimator, Trainable};
 use crate::encoding::{Encoder, SERIES};
 use crate::error::{Error, Result};
-use crate::metrics::Levels;
 use crate::problem::{Problem, require};
 use crate::progress::Progress;
 use crate::protocol::Protocol;
@@ -95,7 +94,7 @@ impl<'a> Plan<'a> {
         Ok(Plan {
             dataset,
             keys: FoldKey::all(names, folds.len(), per_row),
-            frame: frame(dataset, look_alikes, seed)?,
+            frame: Frame::of(dataset, look_alikes, seed)?,
             encoder,
             protocol,
             seed,
@@ -229,28 +228,6 @@ fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
     found.filter(Shortcut::is_suspicious)
 }
 
-/// What scores need to know about the samples.
-fn frame(dataset: &Dataset, look_alikes: &BTreeMap<String, Vec<String>>, seed: u64) -> Result<Frame> {
-    let mut groups: Vec<(String, Vec<usize>)> = vec![];
-    for (name, classes) in look_alikes {
-        // Of the classes that were kept, so that one list serves every subset.
-        let own = |class: &String| dataset.classes.iter().position(|known| known == class);
-        let own: Vec<usize> = classes.iter().filter_map(own).collect();
-        if !own.is_empty() {
-            groups.push((name.clone(), own));
-        }
-    }
-    let named: Vec<usize> = groups.iter().flat_map(|(_, classes)| classes).copied().collect();
-    let torn = (0..dataset.classes.len()).find(|c| named.iter().filter(|n| *n == c).count() != 1);
-    if let Some(class) = torn.filter(|_| !look_alikes.is_empty()) {
-        let reason = "must be in exactly one group; every class needs one";
-        let value = format!("{:?}", dataset.classes[class]);
-        return Err(Problem::new("data.look_alikes", value, reason).into());
-    }
-    let levels = Levels::new(&dataset.labels.sizes());
-    Ok(Frame { levels, clusters: dataset.clusters(), look_alikes: groups, seed })
-}
-
 fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {
     let costs = match &candidate.estimator {
         Estimator::Network(network) => network.graph.cost().into(),
@@ -266,6 +243,7 @@ fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkRes
         drawn,
         changes: vec![],
         other_statistics: None,
+        diverged: 0,
         costs,
         folds: vec![],
         mean: None,

@@ -15,7 +15,7 @@ pub trait Progress {
     fn step(&self, work: u64);
     /// The run has ended, for good or bad.
     fn finish(&self);
-    /// Something that a user should know before the run begins.
+    /// Something that a user should know at once.
     fn say(&self, _line: &str) {}
 }
 

@@ -72,6 +72,13 @@ pub struct FoldRecord {
     /// Which fold of which network.
     #[serde(flatten)]
     pub key: FoldKey,
+    /// BLAKE3 of the samples; none in folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data: Option<String>,
+    /// Digest of the model that the fold wrote, which stands last in the card of its file; none in memory and in
+    /// folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
     /// Number of training samples.
     pub train_samples: usize,
     /// Test samples by position in the data set, ascending.
@@ -85,6 +92,10 @@ pub struct FoldRecord {
     pub probabilities: Vec<f32>,
     /// Mean loss over the test samples.
     pub test_loss: f64,
+    /// Whether the training diverged: the weights that were tested had a training loss above ten times that of
+    /// outputs that are all 0 (ln(classes) for the cross-entropy).
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub diverged: bool,
     /// What the fold has chosen by its validation part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<Chosen>,
@@ -123,6 +134,12 @@ impl FoldRecord {
             levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.scores).collect();
         Ok(mean_scores(&each))
     }
+}
+
+/// What goes without saying is not written.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands a reference")]
+pub(crate) fn is_false(value: &bool) -> bool {
+    !value
 }
 
 fn mean_scores(each: &[Scores]) -> Scores {

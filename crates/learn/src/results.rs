@@ -10,8 +10,9 @@ use crate::candidate::Published;
 use crate::error::Result;
 use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd};
 use crate::model::Score;
+use crate::problem::Problem;
 use crate::protocol::Protocol;
-use crate::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics};
+use crate::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, is_false};
 
 /// Resamples of a bootstrap interval.
 const DRAWS: usize = 2000;
@@ -36,6 +37,9 @@ pub struct FoldScores {
     pub calibration_error: f64,
     /// Brier score, 0 to 2; with several attributes the mean over them.
     pub brier: f64,
+    /// Whether the training diverged ([`FoldRecord::diverged`]): then the scores say nothing about the network.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub diverged: bool,
 }
 
 /// One network of `results.json`.
@@ -64,6 +68,10 @@ pub struct NetworkResults {
     /// Mean over finished folds of what the other kind of batch-norm statistics does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_statistics: Option<OtherStatistics>,
+    /// Folds whose training diverged: finished ones ([`FoldScores::diverged`]), and in the run that wrote this
+    /// those that were stopped because their loss was not finite.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub diverged: usize,
     /// What it costs.
     pub costs: Costs,
     /// Finished folds, in %.
@@ -190,6 +198,42 @@ pub(crate) struct Frame {
     pub seed: u64,
 }
 
+impl Frame {
+    /// What scores need to know about these samples.
+    ///
+    /// # Errors
+    /// A class that is in no or in two groups of look-alikes.
+    pub(crate) fn of(
+        dataset: &Dataset,
+        look_alikes: &BTreeMap<String, Vec<String>>,
+        seed: u64,
+    ) -> Result<Self> {
+        let mut groups: Vec<(String, Vec<usize>)> = vec![];
+        for (name, classes) in look_alikes {
+            // Of the classes that were kept, so that one list serves every subset.
+            let own = |class: &String| dataset.classes.iter().position(|known| known == class);
+            let own: Vec<usize> = classes.iter().filter_map(own).collect();
+            if !own.is_empty() {
+                groups.push((name.clone(), own));
+            }
+        }
+        let named: Vec<usize> = groups.iter().flat_map(|(_, classes)| classes).copied().collect();
+        let torn = (0..dataset.classes.len()).find(|c| named.iter().filter(|n| *n == c).count() != 1);
+        if let Some(class) = torn.filter(|_| !look_alikes.is_empty()) {
+            let reason = "must be in exactly one group; every class needs one";
+            let value = format!("{:?}", dataset.classes[class]);
+            return Err(Problem::new("data.look_alikes", value, reason).into());
+        }
+        let levels = Levels::new(&dataset.labels.sizes());
+        Ok(Frame { levels, clusters: dataset.clusters(), look_alikes: groups, seed })
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands a reference")]
+fn is_zero(value: &usize) -> bool {
+    *value == 0
+}
+
 fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
     let Some(first) = records.first() else { return vec![] };
     let mean = |(i, change): (usize, &Change)| {
@@ -210,11 +254,34 @@ fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
 impl NetworkResults {
     /// Puts the finished folds and all that follows from them in.
     pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
+        self.tally(records, frame)?;
+        self.diverged = self.folds.iter().filter(|fold| fold.diverged).count();
+        self.interval = interval(&self.network, records, frame);
+        Ok(())
+    }
+
+    /// `2 of 5 folds`: those whose training diverged, of those that were trained.
+    pub fn diverged_folds(&self) -> String {
+        format!("{} of {} folds", self.diverged, self.folds.len() + self.stopped())
+    }
+
+    /// Folds whose loss was not finite: they have no scores, and training them again would end in the same way.
+    pub fn stopped(&self) -> usize {
+        self.diverged.saturating_sub(self.folds.iter().filter(|fold| fold.diverged).count())
+    }
+
+    /// Whether the row is what follows from the records of its folds; the interval is not drawn again.
+    pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &Frame) -> Result<bool> {
+        let mut again = self.clone();
+        again.tally(records, frame)?;
+        Ok(again == *self)
+    }
+
+    /// Everything but the interval and the count of diverged folds.
+    fn tally(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
         let levels = &frame.levels;
-        let width = levels.sizes().len().max(1);
         self.folds.clear();
         let mut sums: Vec<Confusion> = vec![];
-        let (mut right, mut clusters) = (vec![], vec![]);
         for record in records {
             let confusions = record.confusions(levels)?;
             let (calibration_error, brier) = levels.calibration(&record.probabilities, &record.truth)?;
@@ -227,14 +294,11 @@ impl NetworkResults {
                 test_loss: record.test_loss,
                 calibration_error,
                 brier,
+                diverged: record.diverged,
             });
             match sums.is_empty() {
                 true => sums = confusions,
                 false => sums.iter_mut().zip(&confusions).for_each(|(sum, own)| sum.add(own)),
-            }
-            for (i, (truth, predicted)) in record.truth.iter().zip(&record.predicted).enumerate() {
-                right.push(f64::from(u8::from(truth == predicted)));
-                clusters.push(record.index.get(i / width).and_then(|&row| frame.clusters.get(row)).copied());
             }
         }
         // The most that any fold needs.
@@ -244,12 +308,6 @@ impl NetworkResults {
         }
         self.changes = mean_changes(records);
         self.other_statistics = mean_other(records);
-        let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
-        let drawn = Clusters::new(&right, &clusters);
-        self.interval = (drawn.len() > 1 && right.len() == clusters.len()).then(|| {
-            let (low, high) = drawn.interval(0.95, DRAWS, frame.seed, &self.network);
-            [100.0 * low, 100.0 * high]
-        });
         (self.confusion, self.look_alikes, self.attributes) = (None, None, vec![]);
         match sums.as_slice() {
             [] => {}
@@ -272,4 +330,22 @@ impl NetworkResults {
         };
         Ok(())
     }
+}
+
+/// 95 % bootstrap interval of the accuracy over the folds' samples, in %; none for a single cluster.
+fn interval(network: &str, records: &[&FoldRecord], frame: &Frame) -> Option<[f64; 2]> {
+    let width = frame.levels.sizes().len().max(1);
+    let (mut right, mut clusters) = (vec![], vec![]);
+    for record in records {
+        for (i, (truth, predicted)) in record.truth.iter().zip(&record.predicted).enumerate() {
+            right.push(f64::from(u8::from(truth == predicted)));
+            clusters.push(record.index.get(i / width).and_then(|&row| frame.clusters.get(row)).copied());
+        }
+    }
+    let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
+    let drawn = Clusters::new(&right, &clusters);
+    (drawn.len() > 1 && right.len() == clusters.len()).then(|| {
+        let (low, high) = drawn.interval(0.95, DRAWS, frame.seed, network);
+        [100.0 * low, 100.0 * high]
+    })
 }

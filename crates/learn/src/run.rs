@@ -3,20 +3,17 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Graph, Weights};
 
 use crate::assemble::{assemble, fill};
 use crate::baseline::FittedBaseline;
 use crate::candidate::{Candidate, Estimator, Trainable};
-use crate::encoding::{Input, SERIES};
+use crate::encoding::SERIES;
 use crate::environment::Environment;
 use crate::error::{Error, Result};
-use crate::feed::Feed;
 use crate::folder::RunFolder;
 use crate::hooks::Hooks;
 use crate::json_file::{write_atomic, write_json};
-use crate::latency::{Latency, Stopwatch, milliseconds};
 use crate::making::{Origin, baseline_model, network_model};
 use crate::metrics::mean_log_loss;
 use crate::options::RunOptions;
@@ -26,11 +23,12 @@ use crate::progress::Progress;
 use crate::records::{Change, FoldKey, FoldRecord, Timing};
 use crate::results::Results;
 use crate::session::Saver;
+use crate::table_latency::{of_baseline, of_network};
 use crate::tensorboard;
 use crate::training::{Trained, Training};
 
-/// The latency that stands in the table: it costs two seconds at most.
-const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
+/// On what machine, with which code and on which data the run was made.
+const ENVIRONMENT: &str = "environment.json";
 
 /// A run that is under way.
 pub(crate) struct Run<'a> {
@@ -40,6 +38,8 @@ pub(crate) struct Run<'a> {
     save_every: f64,
     records: Vec<FoldRecord>,
     timings: Vec<Timing>,
+    /// Folds whose training left the finite numbers.
+    stopped: Vec<FoldKey>,
 }
 
 /// What is kept of a finished fold.
@@ -52,7 +52,7 @@ impl<'a> Run<'a> {
     /// A run that writes to `folder`, or keeps its records in memory.
     pub fn new(plan: Plan<'a>, options: &RunOptions, folder: Option<RunFolder>) -> Self {
         let (threads, save_every) = (options.threads(), options.save_every());
-        Run { plan, folder, threads, save_every, records: vec![], timings: vec![] }
+        Run { plan, folder, threads, save_every, records: vec![], timings: vec![], stopped: vec![] }
     }
 
     /// Takes over what an earlier run of the folder has finished.
@@ -62,55 +62,72 @@ impl<'a> Run<'a> {
     pub fn begin(&mut self) -> Result<()> {
         let Some(folder) = self.folder.clone() else { return Ok(()) };
         let dataset = self.plan.dataset;
+        let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
+        if let Some(before) = &environment {
+            folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
+        }
         if folder.file("results.json").is_file() {
-            let before = folder.results()?;
-            if before.data_digest != dataset.digest {
-                let reason = format!(
-                    "was run on other data ({} {}, now {} {}); give another folder",
-                    before.source, before.data_digest, dataset.source, dataset.digest
-                );
-                return Err(Error::folder(folder.path(), reason));
-            }
+            folder.same_data("results.json", &folder.results()?.data_digest, dataset)?;
         }
         for key in &self.plan.keys {
             let path = folder.record_path(key);
             let Some(record) = folder.record(key)? else { continue };
+            if let Some(data) = &record.data {
+                folder.same_data(&format!("folds/{key}.json"), data, dataset)?;
+            }
             Saver::remove(&folder.session_path(key))?;
             if record.key != *key || Some(&record.index) != self.plan.fold(key).map(|fold| &fold.test) {
                 let reason = "belongs to another split; give another folder, or delete the run folder";
                 return Err(Error::damaged(&path, reason));
             }
             self.timings.extend(folder.timing(key)?);
-            self.records.push(record);
+            self.records.push(self.completed(&folder, record)?);
         }
-        let environment = folder.file("environment.json");
-        if !environment.is_file() {
+        if environment.is_none() {
             let now = Environment::now(self.threads, self.plan.seed, &dataset.source, &dataset.digest);
-            write_json(&environment, &now, true)?;
+            write_json(&folder.file(ENVIRONMENT), &now, true)?;
         }
         self.assemble()
     }
 
-    /// Trains and tests what is not finished yet.
+    /// A record with its digests; those of an older version are added, if its model file is that of the fold.
+    fn completed(&self, folder: &RunFolder, record: FoldRecord) -> Result<FoldRecord> {
+        if record.data.is_some() && record.model.is_some() {
+            return Ok(record);
+        }
+        let (key, data, seed) = (&record.key, &self.plan.dataset.digest, self.plan.seed);
+        let network = self.candidate(key).map_or("", |own| own.name.as_str());
+        let model = Some(folder.older_model(key, network, data, seed)?);
+        let path = folder.record_path(key);
+        write_json(&path, &FoldRecord { data: Some(data.clone()), model, ..record }, false)
+    }
+
+    /// Trains and tests what is not finished yet. In a folder a training that diverges is left aside, and the
+    /// others go on.
     ///
     /// # Errors
-    /// What a training refuses; [`Error::Cancelled`] if `cancel` was set.
+    /// What a training refuses; [`Error::Unfinished`] if some diverged, [`Error::Cancelled`] if `cancel` was set.
     pub fn all(&mut self, progress: &dyn Progress, cancel: &AtomicBool) -> Result<()> {
         let finished = |key: &&FoldKey| !self.records.iter().any(|r| r.key == **key);
         let open: Vec<FoldKey> = self.plan.keys.iter().filter(finished).cloned().collect();
         progress.start(open.iter().map(|key| self.work(key)).sum());
         let (begin, mut assembling) = (Instant::now(), 0.0);
-        let before = self.records.len();
+        let (before, mut errors) = (self.records.len(), vec![]);
         for (done, key) in open.into_iter().enumerate() {
             progress.fold(&key, before + done + 1, self.plan.keys.len());
-            let Some(Finished { record, timing }) = self.one(&key, progress, cancel)? else {
-                return Err(Error::Cancelled {
-                    done: self.records.len(),
-                    total: self.plan.keys.len(),
-                    folder: self.folder.as_ref().map_or(String::new(), |f| f.path().display().to_string()),
-                });
-            };
-            self.keep(record, timing)?;
+            match self.one(&key, progress, cancel) {
+                Ok(Some(Finished { record, timing })) => self.keep(record, timing)?,
+                Ok(None) => {
+                    let (done, total) = (self.records.len(), self.plan.keys.len());
+                    return Err(Error::Cancelled { done, total, folder: self.folder_name() });
+                }
+                Err(error) if error.is_divergence() && self.folder.is_some() => {
+                    progress.say(&format!("{error}; the other folds go on"));
+                    self.set_aside(key)?;
+                    errors.push(error);
+                }
+                Err(error) => return Err(error),
+            }
             // After every fold, unless that would take a share of the time worth mentioning.
             if self.folder.is_some() && assembling * 20.0 <= begin.elapsed().as_secs_f64() {
                 let start = Instant::now();
@@ -118,6 +135,26 @@ impl<'a> Run<'a> {
                 assembling += start.elapsed().as_secs_f64();
             }
         }
+        match errors.is_empty() {
+            true => Ok(()),
+            false => {
+                let (total, folder) = (self.plan.keys.len(), self.folder_name());
+                Err(Error::Unfinished { folds: errors, total, folder })
+            }
+        }
+    }
+
+    /// Empty where nothing is written.
+    fn folder_name(&self) -> String {
+        self.folder.as_ref().map_or(String::new(), |folder| folder.path().display().to_string())
+    }
+
+    /// Leaves a fold unfinished; what was saved of it would only diverge again.
+    fn set_aside(&mut self, key: FoldKey) -> Result<()> {
+        if let Some(folder) = &self.folder {
+            Saver::remove(&folder.session_path(&key))?;
+        }
+        self.stopped.push(key);
         Ok(())
     }
 
@@ -176,12 +213,15 @@ impl<'a> Run<'a> {
         };
         let mut hooks = Hooks { tick: &mut tick, cancel, saver: &mut saver };
         let Some(trained) = training.run(&mut hooks)? else { return Ok(None) };
-        if let Some(folder) = &self.folder {
-            let model = network_model(candidate, network, &inputs, &trained, &self.origin(key));
-            model.save(&folder.model_path(key))?;
-        }
+        let written = match &self.folder {
+            Some(folder) => {
+                let model = network_model(candidate, network, &inputs, &trained, &self.origin(key));
+                Some(model.write(&folder.model_path(key))?)
+            }
+            None => None,
+        };
         let latency = match fold.test.first().filter(|_| self.is_first(key)) {
-            Some(&row) => Some(latency(&network.graph, &trained.weights, &inputs, row)?),
+            Some(&row) => Some(of_network(&network.graph, &trained.weights, &inputs, row)?),
             None => None,
         };
         let timing = Timing {
@@ -194,9 +234,10 @@ impl<'a> Run<'a> {
             Some(start) => changes(&network.graph, start, &trained.weights)?,
             None => vec![],
         };
-        let Trained { epochs, chosen, best_epoch, probabilities, test_loss, other_statistics, .. } = trained;
-        let record = self.record(key, probabilities, test_loss);
-        let record = FoldRecord { chosen, best_epoch, epochs, changes, other_statistics, ..record };
+        let Trained { epochs, chosen, best_epoch, diverged, probabilities, test_loss, other_statistics, .. } =
+            trained;
+        let record = self.record(key, written, probabilities, test_loss);
+        let record = FoldRecord { chosen, best_epoch, diverged, epochs, changes, other_statistics, ..record };
         Ok(Some(Finished { record, timing }))
     }
 
@@ -222,20 +263,18 @@ impl<'a> Run<'a> {
         let test_seconds = start.elapsed().as_secs_f64();
         let test_loss = mean_log_loss(&probabilities, &labels.of(&fold.test), &labels.sizes())?;
         let latency = match self.is_first(key) {
-            true => {
-                let one = series.sample(fold.test[0]);
-                // As the networks: one sample, one thread.
-                let run = || TABLE.time(|_| timed(|| fitted.scores(one)));
-                Some(Latency::of(pool(1)?.install(run)?))
-            }
+            true => Some(of_baseline(&fitted, series.sample(fold.test[0]))?),
             false => None,
         };
-        if let Some(folder) = &self.folder {
-            let model = baseline_model(candidate, &fitted, &inputs, &self.origin(key));
-            model.save(&folder.model_path(key))?;
-        }
+        let written = match &self.folder {
+            Some(folder) => {
+                let model = baseline_model(candidate, &fitted, &inputs, &self.origin(key));
+                Some(model.write(&folder.model_path(key))?)
+            }
+            None => None,
+        };
         let timing = Timing { latency, ..self.timing(key, train_seconds, test_seconds) };
-        let record = self.record(key, probabilities, test_loss);
+        let record = self.record(key, written, probabilities, test_loss);
         Ok(Finished { record: FoldRecord { costs: Some(fitted.costs()), ..record }, timing })
     }
 
@@ -274,16 +313,26 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn record(&self, key: &FoldKey, probabilities: Vec<f32>, test_loss: f64) -> FoldRecord {
+    /// `model` is the digest of the file that was written.
+    fn record(
+        &self,
+        key: &FoldKey,
+        model: Option<String>,
+        probabilities: Vec<f32>,
+        test_loss: f64,
+    ) -> FoldRecord {
         let fold = self.fold(key);
         FoldRecord {
             key: key.clone(),
+            data: Some(self.plan.dataset.digest.clone()),
+            model,
             train_samples: fold.train.len(),
             index: fold.test.clone(),
             truth: self.plan.dataset.labels.of(&fold.test),
             predicted: self.plan.frame.levels.predicted(&probabilities),
             probabilities,
             test_loss,
+            diverged: false,
             chosen: None,
             best_epoch: None,
             costs: None,
@@ -320,6 +369,9 @@ impl<'a> Run<'a> {
         self.timings.sort_by_key(|t| place(&t.key));
         let plan = &mut self.plan;
         fill(&mut plan.results, &plan.keys, &self.records, &plan.frame)?;
+        for network in &mut plan.results.networks {
+            network.diverged += self.stopped.iter().filter(|key| key.network == network.network).count();
+        }
         match &self.folder {
             Some(folder) => assemble(folder, &plan.results, &self.records, &self.timings, &plan.frame.levels),
             None => Ok(()),
@@ -347,18 +399,4 @@ fn changes(graph: &Graph, start: &Weights, trained: &Weights) -> Result<Vec<Chan
     before.start_from(graph, start, false)?;
     let changes = before.changes(trained, graph)?;
     Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
-}
-
-/// Time of one encoded sample through the network, batch 1, one thread.
-fn latency(graph: &Graph, weights: &Weights, inputs: &[Input], row: usize) -> Result<Latency> {
-    let mut engine = Engine::new(graph, weights, Options { batch: 1, threads: 1, ..Options::default() })?;
-    let mut feed = Feed::new(graph, inputs)?;
-    let run = |_| timed(|| feed.forward(&mut engine, &[row], Mode::Eval).map(|logits| logits[0]));
-    Ok(Latency::of(TABLE.time(run)?))
-}
-
-/// Milliseconds of something that may fail.
-fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<f64> {
-    let (ms, done) = milliseconds(work);
-    done.map(|_| ms)
 }

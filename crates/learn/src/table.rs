@@ -100,8 +100,9 @@ fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
         });
     }
     for (network, latency) in results.networks.iter().zip(latencies) {
+        let name = if network.diverged > 0 { " (diverged)" } else { "" };
         let mut row =
-            vec![network.network.clone(), thousands(network.costs.parameters), thousands(network.costs.macs)];
+            vec![format!("{}{name}", network.network), thousands(network.costs.parameters), thousands(network.costs.macs)];
         row.extend((0..4).map(|i| score(network, i)));
         for i in 0..results.attributes.len() {
             row.extend(match network.attributes.get(i) {
@@ -129,6 +130,7 @@ fn object(network: &NetworkResults, latency: Option<Latency>) -> Value {
         "macs": network.costs.macs,
         "flops": network.costs.flops,
         "folds": network.folds.len(),
+        "diverged": network.diverged,
         "per_class": network.per_class,
         "measured": {
             "mean": network.mean,
@@ -165,13 +167,29 @@ fn caption(results: &Results) -> Vec<String> {
     if let Some(shortcut) = &results.shortcut {
         lines.push(format!("mind: {shortcut}: confounded?"));
     }
-    if !results.complete {
-        lines.push(format!("INCOMPLETE: {} folds are missing; resume the run", results.missing.len()));
+    if let Some(words) = results.diverged_words() {
+        lines.push(format!("diverged: {words}: their scores say nothing; lower the learning rate"));
+    }
+    match results.unfinished() {
+        0 => {}
+        folds => lines.push(format!("INCOMPLETE: {folds} folds are missing; resume the run")),
     }
     lines
 }
 
 impl Results {
+    /// `wild in 3 folds`: the networks of which some training diverged.
+    pub fn diverged_words(&self) -> Option<String> {
+        let own = self.networks.iter().filter(|network| network.diverged > 0);
+        let words: Vec<String> = own.map(|n| format!("{} in {} folds", n.network, n.diverged)).collect();
+        (!words.is_empty()).then(|| words.join(", "))
+    }
+
+    /// Folds that resuming the run would finish: missing, and not because their training diverged.
+    pub fn unfinished(&self) -> usize {
+        self.missing.len().saturating_sub(self.networks.iter().map(NetworkResults::stopped).sum())
+    }
+
     /// What the choice of batch-norm statistics does, a line per kind.
     pub fn batch_norm_words(&self) -> Vec<String> {
         let line = |kind: BatchNorm| {

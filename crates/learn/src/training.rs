@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::hooks::Hooks;
 use crate::learner::{Learner, Task};
 use crate::model::digest;
+use crate::objective::Objective;
 use crate::part::Part;
 use crate::recipe::{BatchNorm, Recipe};
 use crate::records::OtherStatistics;
@@ -53,6 +54,8 @@ pub(crate) struct Trained {
     pub chosen: Option<Chosen>,
     /// The epoch whose weights these are, with early stopping.
     pub best_epoch: Option<usize>,
+    /// Whether the training loss of that epoch, or of the last one, is far above that of knowing nothing.
+    pub diverged: bool,
     /// Probabilities `[test samples, outputs]`, in the order of the fold.
     pub probabilities: Vec<f32>,
     /// Mean loss over the test samples.
@@ -88,7 +91,10 @@ impl Training<'_> {
         let Some(tested) = self.test(learner, &recipe, &rows, hooks)? else { return Ok(None) };
         let stage = session.state.stage;
         let best_epoch = stage.best.map(|best| best.epoch);
-        Ok(Some(Trained { chosen, best_epoch, epochs: stage.epochs, ..tested }))
+        let objective = Objective::new(&recipe, &self.dataset.labels, &rows);
+        let answered = best_epoch.map_or(stage.epochs.last(), |best| stage.epochs.get(best));
+        let diverged = answered.is_some_and(|epoch| objective.is_diverged(epoch.train_loss));
+        Ok(Some(Trained { chosen, best_epoch, diverged, epochs: stage.epochs, ..tested }))
     }
 
     /// Digest of all that the weights depend on.
@@ -149,6 +155,7 @@ impl Training<'_> {
             epochs: vec![],
             chosen: None,
             best_epoch: None,
+            diverged: false,
             probabilities,
             test_loss,
             other_statistics,

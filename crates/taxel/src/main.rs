@@ -1,16 +1,18 @@
 //! `taxel`: the command line of the tactile model zoo.
 //!
-//! Exit codes: 0 done, 1 ran but a stated target was missed (or `data check` found problems), 2 could
-//! not run, 130 stopped by Ctrl-C. Messages on standard error name the file, key or sample and the way
+//! Exit codes: 0 done, 1 ran but a stated target was missed (`data check` found problems, some folds of a run did
+//! not finish), 2 could not run, 130 stopped by Ctrl-C. Messages on standard error name the file, key or sample and the way
 //! out.
 
 // Doc comments on arguments are what --help prints, not Markdown.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
 mod arrays;
+mod boundary;
 mod commands;
 mod text;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -47,21 +49,16 @@ enum Command {
     Completions(commands::completions::Completions),
 }
 
-/// Ends quietly when the reader of a pipe has gone (`taxel zoo | head`), where printing would panic.
-fn end_with_the_reader() {
-    let report = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let gone = panic.payload_as_str().is_some_and(|text| text.contains("Broken pipe"));
-        if gone {
-            std::process::exit(0);
-        }
-        report(panic);
-    }));
+fn main() -> ExitCode {
+    boundary::guarded(command).unwrap_or_else(|error| {
+        // Nobody may be there to read it.
+        let _ = writeln!(std::io::stderr(), "error: {error}");
+        ExitCode::from(2)
+    })
 }
 
-fn main() -> ExitCode {
-    end_with_the_reader();
-    let outcome = match Arguments::parse().command {
+fn command() -> Outcome {
+    match Arguments::parse().command {
         Command::Run(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Stress(command) => command.run(),
@@ -77,9 +74,5 @@ fn main() -> ExitCode {
         Command::Simulate(command) => command.run(),
         Command::Data(command) => command.run(),
         Command::Completions(command) => command.run(),
-    };
-    outcome.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
-        ExitCode::from(2)
-    })
+    }
 }

@@ -165,7 +165,7 @@ impl Runner<'_> {
                 let (key, value) = (format!("networks.{i}.weights"), format!("{:?}", path.display()));
                 self.experiment.refuse(Problem::new(key, value, reason))
             };
-            let (weights, _) = taxel_checkpoint::read(&path).map_err(|e| refuse(e.to_string()))?;
+            let weights = taxel_learn::read_weights(&path).map_err(|e| refuse(e.to_string()))?;
             trainable.start = Some(Arc::new(weights));
             trainable.drawn().map_err(|e| refuse(e.to_string()))?;
         }

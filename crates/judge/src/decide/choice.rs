@@ -11,7 +11,7 @@ use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJ
 
 /// The smallest network of a run that suffices: of those that are not significantly worse than the most
 /// accurate one the cheapest, with the evidence. Baselines take part. Never chosen are majority, which reads
-/// nothing, what is no better than chance, and what seems to lose more than [`Criteria::margin`],
+/// nothing, what diverged in training, what is no better than chance, and what seems to lose more than [`Criteria::margin`],
 /// significantly or not. Of a learning curve only the rows with the most training samples take part.
 ///
 /// # Errors
@@ -74,11 +74,15 @@ pub(super) fn decide(
     Ok(choice)
 }
 
-/// Of equals the cheaper.
+/// Of equals the cheaper; one whose training diverged only where all did.
 fn most_accurate<'a>(rows: &[&'a Judged], by: CostKind) -> Option<&'a Judged> {
     let cost = |row: &Judged| cost(row, by).unwrap_or(f64::INFINITY);
+    let sound = |row: &Judged| row.results.diverged == 0;
     let scored = rows.iter().copied().filter(|row| row.accuracy().is_some());
-    scored.max_by(|a, b| accuracy(a).total_cmp(&accuracy(b)).then(cost(b).total_cmp(&cost(a))))
+    scored.max_by(|a, b| {
+        let accurate = accuracy(a).total_cmp(&accuracy(b)).then(cost(b).total_cmp(&cost(a)));
+        sound(a).cmp(&sound(b)).then(accurate)
+    })
 }
 
 /// One row beside the best, before its p is corrected.
@@ -129,6 +133,9 @@ fn cost(row: &Judged, by: CostKind) -> Option<f64> {
 fn refusal(row: &Judged, chance: f64, mean_loss: Option<f64>, criteria: &Criteria) -> Option<String> {
     if row.results.zoo == MAJORITY {
         return Some("reads nothing: is here to be beaten".into());
+    }
+    if row.results.diverged > 0 {
+        return Some(format!("diverged in training ({})", row.results.diverged_folds()));
     }
     // To rounding: accuracies are means over folds.
     if accuracy(row) <= chance + 1e-9 {

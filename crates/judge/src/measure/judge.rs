@@ -1,5 +1,6 @@
 //! From an opened run folder to its [`Judgement`].
 
+use serde::{Deserialize, Serialize};
 use taxel_learn::{
     Anatomy, Card, Environment, Epoch, FoldRecord, NetworkResults, Results, RunFolder, Timing,
 };
@@ -140,19 +141,27 @@ fn point(epoch: usize, records: &[&FoldRecord]) -> EpochPoint {
 
 /// Marks those for which no other is at least as fast and at least as accurate, and better in one.
 fn mark_front(networks: &mut [Judged]) {
-    let place = |n: &Judged| Some((n.speed?.whole.p50_ms, n.accuracy()?));
+    let sound = |n: &Judged| (n.results.diverged == 0).then_some(());
+    let place = |n: &Judged| sound(n).and(Some((n.speed?.whole.p50_ms, n.accuracy()?)));
     let places: Vec<(f64, f64)> = networks.iter().filter_map(place).collect();
     let known = networks.iter_mut().filter(|n| place(n).is_some());
     known.zip(front(&places)).for_each(|(network, on_front)| network.on_front = on_front);
 }
 
 impl Judgement {
-    /// The judgement in a run folder, if there is one and it is about the run as it is now.
+    /// The judgement in a run folder, if there is one of this version and it is about the run as it is now.
     ///
     /// # Errors
-    /// A damaged file.
+    /// A file that is damaged or was changed since it was measured.
     pub fn read(case: &Case) -> Result<Option<Self>> {
-        let read: Option<Judgement> = case.folder.read(FILE)?;
+        let read = match case.folder.read::<Sealed>(FILE)? {
+            Some(Sealed { judgement, digest: Some(digest) }) if digest == seal(&judgement)? => Some(judgement),
+            Some(Sealed { digest: Some(_), .. }) => {
+                let (file, reason) = (case.folder.file(FILE).display().to_string(), CHANGED.into());
+                return Err(taxel_learn::Error::Damaged { file, reason }.into());
+            }
+            _ => None,
+        };
         let own = |j: &Judgement| {
             let networks = j.networks.iter().map(|n| &n.results);
             networks.eq(&case.results.networks) && j.results.data_digest == case.results.data_digest
@@ -165,6 +174,22 @@ impl Judgement {
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, folder: &RunFolder) -> Result<()> {
-        Ok(folder.write(FILE, self)?)
+        Ok(folder.write(FILE, &Sealed { digest: Some(seal(self)?), judgement: self.clone() })?)
     }
+}
+
+/// A judgement as it is written: nothing in it is checked again but that it is what was measured.
+#[derive(Serialize, Deserialize)]
+struct Sealed {
+    #[serde(flatten)]
+    judgement: Judgement,
+    /// BLAKE3 of the judgement as JSON; none in those of older versions.
+    digest: Option<String>,
+}
+
+const CHANGED: &str = "is not what was measured (digests differ); delete it, and the run is measured again";
+
+fn seal(judgement: &Judgement) -> Result<String> {
+    let text = serde_json::to_string(judgement).map_err(|e| Error::Write { path: FILE.into(), reason: e.to_string() })?;
+    Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
 }

@@ -96,6 +96,8 @@ impl Parts<'_> {
     fn header(&self) -> Markup {
         let results = &self.judgement.results;
         let what = if results.attributes.is_empty() { "classes" } else { "levels" };
+        let stopped = self.judgement.networks.iter().map(|n| n.results.stopped()).sum();
+        let unfinished = results.missing.len().saturating_sub(stopped);
         html! {
             header {
                 p.kicker { "taxel report of " (results.name) " " (badge(self.judgement.kind())) }
@@ -104,16 +106,26 @@ impl Parts<'_> {
                     (results.samples) " samples, " (results.classes.len()) " " (what) ". "
                     (self.judgement.protocol) ", seed " (results.seed) "."
                 }
-                @if !results.complete {
+                @if let Some(words) = self.diverged() {
                     p.warning role="note" {
-                        "Incomplete: " (results.missing.len()) " folds are missing; resume the run."
+                        "Diverged: " (words) "; scores of such a training say nothing about the network."
                     }
+                }
+                @if unfinished > 0 {
+                    p.warning role="note" { "Incomplete: " (unfinished) " folds are missing; resume the run." }
                 }
                 @if !self.judgement.judged_on.optimised {
                     p.warning role="note" { "Speeds were measured with a debug build; they mean nothing." }
                 }
             }
         }
+    }
+
+    /// `wild in 2 of 5 folds`.
+    fn diverged(&self) -> Option<String> {
+        let own = self.judgement.networks.iter().map(|n| &n.results).filter(|n| n.diverged > 0);
+        let words: Vec<String> = own.map(|n| format!("{} in {}", n.network, n.diverged_folds())).collect();
+        (!words.is_empty()).then(|| words.join(", "))
     }
 
     fn recommendation(&self) -> Markup {

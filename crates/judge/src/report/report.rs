@@ -37,8 +37,8 @@ pub struct Summary {
 
 /// Folders that belong to a report alone.
 const FOLDERS: [&str; 2] = ["tables", "charts"];
-/// Endings of the files in them.
-const ENDINGS: [&str; 4] = ["svg", "png", "md", "csv"];
+/// Endings of the files in them, half-written ones of killed processes included.
+const ENDINGS: [&str; 5] = ["svg", "png", "md", "csv", "part"];
 
 /// Makes the report of one run.
 ///

@@ -55,11 +55,33 @@ pub struct LookAlikes {
     pub within_group: Option<f64>,
 }
 
-/// Counts `[true][predicted]`.
+/// Counts `[true][predicted]`: as many columns as rows.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[serde(try_from = "Vec<Vec<u64>>", into = "Vec<Vec<u64>>")]
 pub struct Confusion {
     counts: Vec<Vec<u64>>,
+}
+
+impl TryFrom<Vec<Vec<u64>>> for Confusion {
+    type Error = String;
+
+    fn try_from(counts: Vec<Vec<u64>>) -> std::result::Result<Self, String> {
+        let classes = counts.len();
+        if let Some(row) = counts.iter().find(|row| row.len() != classes) {
+            return Err(format!("a confusion of {classes} true classes has a row of {}", row.len()));
+        }
+        let total = counts.iter().flatten().try_fold(0u64, |sum, count| sum.checked_add(*count));
+        match total.is_some_and(|total| total <= u64::from(u32::MAX)) {
+            true => Ok(Confusion { counts }),
+            false => Err("a confusion counts more samples than there can be".into()),
+        }
+    }
+}
+
+impl From<Confusion> for Vec<Vec<u64>> {
+    fn from(confusion: Confusion) -> Self {
+        confusion.counts
+    }
 }
 
 /// Accuracy and macro means, each in `[0, 1]`.

@@ -29,19 +29,19 @@ impl Model {
         Model { card: Card { tensors, ..card }, weights }
     }
 
-    /// Reads a model file; nothing else needs to be there.
+    /// Reads a model file, and the digest that stands last in its card: that of the card, which holds that of
+    /// the tensors.
     ///
     /// # Errors
-    /// A file that cannot be read or is no model of taxel, was written in another format, or whose tensors
-    /// are not those that its card describes: by file and name.
-    pub fn open(path: &Path) -> Result<Self> {
+    /// As [`Model::open`], wherever the file stands.
+    pub(crate) fn read(path: &Path) -> Result<(Self, String)> {
         let (weights, text) = taxel_checkpoint::read(path)?;
         let no_model = "holds no model card: it is a checkpoint, or was written by an older version; make a \
                         model of it by training";
         let text = text.filter(|text| !text.is_empty()).ok_or_else(|| Error::damaged(path, no_model))?;
-        let card = read_card(path, &text)?;
+        let (card, digest) = read_card(path, &text)?;
         check(path, &card, &weights)?;
-        Ok(Model { card, weights })
+        Ok((Model { card, weights }, digest))
     }
 
     /// Writes the model, whole or not at all. Equal models give equal bytes.
@@ -49,9 +49,15 @@ impl Model {
     /// # Errors
     /// A file that cannot be written.
     pub fn save(&self, path: &Path) -> Result<()> {
+        self.write(path).map(|_| ())
+    }
+
+    /// [`Model::save`], and the digest of the card.
+    pub(crate) fn write(&self, path: &Path) -> Result<String> {
         let text = serde_json::to_string(&self.card)
             .map_err(|e| Error::damaged(path, format!("the card cannot be encoded: {e}")))?;
-        Ok(taxel_checkpoint::write(path, &self.weights, &sealed(&text))?)
+        taxel_checkpoint::write(path, &self.weights, &sealed(&text))?;
+        Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
     }
 
     /// What the model says about itself.
@@ -86,8 +92,8 @@ impl Model {
     }
 }
 
-/// The card of a model file, if this version knows its format.
-fn read_card(path: &Path, text: &str) -> Result<Card> {
+/// The card of a model file and its digest, if this version knows its format.
+fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
     let broken = |e: serde_json::Error| Error::damaged(path, format!("its model card cannot be read: {e}"));
     // The format first: a newer card may hold what this version cannot read.
     let value: Value = serde_json::from_str(text).map_err(broken)?;
@@ -113,7 +119,8 @@ fn read_card(path: &Path, text: &str) -> Result<Card> {
         let reason = "its card is not the one that was written (digests differ); fit the model again";
         return Err(Error::damaged(path, reason));
     };
-    serde_json::from_str(&card).map_err(broken)
+    let digest = blake3::hash(card.as_bytes()).to_hex().to_string();
+    serde_json::from_str(&card).map(|card| (card, digest)).map_err(broken)
 }
 
 /// What stands between a card and the digest of its text.

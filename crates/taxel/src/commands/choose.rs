@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
 
+use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{judgement, open, stress_options};
 use crate::{Outcome, text};
 
@@ -67,6 +68,7 @@ impl Choose {
         };
         let criteria = Criteria { cost, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
         criteria.check()?;
+        leave_with("stopped; what was measured is in judgement.json: the same command goes on")?;
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
             let (judgement, choice) = self.one(path, &criteria)?;

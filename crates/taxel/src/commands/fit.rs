@@ -81,7 +81,10 @@ impl Fit {
         let session = self.session(&experiment, &dataset, &name);
         let model = runner.fit(&name, &options, &session, &IndicatifProgress::default(), &cancel)?;
         let Some(model) = model else {
-            eprintln!("stopped; the same command goes on with {}", session.display());
+            match session.is_file() {
+                true => eprintln!("stopped; the same command goes on with {}", session.display()),
+                false => eprintln!("stopped before anything was saved; the same command begins again"),
+            }
             return Ok(ExitCode::from(INTERRUPTED));
         };
         let model = model.with_score(score);
@@ -136,6 +139,9 @@ impl Fit {
         let overrides = self.overrides();
         let experiment = Experiment::load(&folder.file("config.toml"), &overrides, registry)?;
         let dataset = experiment.dataset()?;
+        if overrides == Overrides::default() {
+            folder.finished(&dataset)?;
+        }
         // A score belongs to the recordings and the recipe that it was measured with.
         let same = dataset.digest == results.data_digest && !self.quick && self.set.is_empty();
         let score = own.filter(|_| same).and_then(|own| results.score(&own.network));

@@ -5,8 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use ndarray::{ArrayD, IxDyn};
-use taxel::learn::threads;
-use taxel_checkpoint as checkpoint;
+use taxel::learn::{read_weights, threads};
 #[cfg(feature = "candle")]
 use taxel_devices::{Device, Model};
 use taxel_engine::{Evaluator, Options};
@@ -75,7 +74,7 @@ const CHUNK: usize = 64;
 impl Forward {
     pub fn run(self) -> Outcome {
         let graph = taxel_zoo::find(&self.model)?.graph(&super::settings(&self.set)?)?;
-        let (weights, _) = checkpoint::read(&self.weights)?;
+        let weights = read_weights(&self.weights)?;
         weights.check(&graph).map_err(|e| format!("{}: {e}", self.weights.display()))?;
         let (graph, weights) = match &self.at {
             Some(node) => {

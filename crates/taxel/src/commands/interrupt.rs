@@ -1,5 +1,6 @@
 //! Ctrl-C and what it leads to.
 
+use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,4 +17,13 @@ pub fn flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
         }
     })?;
     Ok(cancel)
+}
+
+/// Ctrl-C (or SIGTERM) ends the process with these words: for commands that write whole files and nothing else.
+pub fn leave_with(words: &'static str) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(move || {
+        // Nobody may be there to read it.
+        let _ = writeln!(std::io::stderr(), "{words}");
+        std::process::exit(i32::from(INTERRUPTED));
+    })
 }

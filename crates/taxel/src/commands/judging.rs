@@ -32,8 +32,9 @@ pub fn judgement(case: &Case, stress: Option<StressOptions>) -> Result<Judgement
     }
 }
 
-/// Measures with progress and keeps what was measured in the run folder.
+/// Measures with progress and keeps what was measured in the run folder, which no other process may write to.
 pub fn now(case: &Case, stress: Option<StressOptions>) -> Result<Judgement, taxel::judge::Error> {
+    let _lock = case.folder.lock()?;
     let progress = IndicatifProgress::default();
     let terminal = std::io::stderr().is_terminal();
     let options = Options {

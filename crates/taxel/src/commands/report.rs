@@ -10,6 +10,7 @@ use taxel::judge::{
 };
 
 use crate::Outcome;
+use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{before, now, open, stress_options};
 
 /// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
@@ -47,6 +48,7 @@ pub struct Report {
 
 impl Report {
     pub fn run(self) -> Outcome {
+        leave_with("stopped; runs that were measured have a judgement.json: the same command goes on")?;
         let mut judged = vec![];
         for run in &self.run {
             let case = open(run)?;
@@ -90,7 +92,9 @@ impl Report {
         choice: &Choice,
     ) -> Result<PathBuf, Box<dyn std::error::Error>> {
         let made = report(judgement, Some(choice), &testable(claims(&[(case, judgement)])?))?;
+        let lock = case.folder.lock()?;
         let page = made.write(case.folder.path())?;
+        drop(lock);
         let results = &judgement.results;
         if self.json {
             let object = json!({

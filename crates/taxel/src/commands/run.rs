@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use taxel::experiment::run;
 use taxel::learn::{self, IndicatifProgress};
-use taxel::{Experiment, Overrides, Registry, RunOptions, Table};
+use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
@@ -15,6 +15,9 @@ use crate::commands::interrupt::{INTERRUPTED, flag};
 ///
 /// Every network is trained and scored on every fold. Published numbers stand in their own column: they
 /// are a paper's, on its own recordings. Ctrl-C leaves a readable run folder; --resume goes on from it.
+///
+/// A training whose loss is not finite any more stops, and the others go on; one that ends far above the loss of
+/// guessing is marked as diverged. Exit code 1: some folds did not finish.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel run configs/quickstart.toml
            taxel run configs/quickstart.toml --quick --set train.epochs=5 --out runs/try
@@ -63,6 +66,7 @@ impl Run {
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
         let options = RunOptions { resume: self.resume, threads: self.threads, save_every: self.save_every };
+        let mut finished = true;
         for experiment in &experiments {
             let out = match &self.out {
                 Some(out) if experiments.len() > 1 => out.join(&experiment.config().name),
@@ -75,6 +79,12 @@ impl Run {
                 Err(taxel::experiment::Error::Learn(error @ learn::Error::Cancelled { .. })) => {
                     eprintln!("{error}\ncontinue with --resume --out {}", out.display());
                     return Ok(ExitCode::from(INTERRUPTED));
+                }
+                // Hours of training that did finish are worth their table.
+                Err(taxel::experiment::Error::Learn(error @ learn::Error::Unfinished { .. })) => {
+                    eprintln!("error: {error}");
+                    finished = false;
+                    RunFolder::open(&out)?
                 }
                 // What the library calls resuming and another folder are two options here.
                 Err(taxel::experiment::Error::Learn(error @ learn::Error::Folder { .. })) => {
@@ -91,6 +101,6 @@ impl Run {
                 println!("run folder: {}", folder.path().display());
             }
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 }

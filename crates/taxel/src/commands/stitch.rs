@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::learn::thousands;
+use taxel::learn::{read_weights, thousands};
 use taxel_checkpoint as checkpoint;
 use taxel_graph::{Graph, Tensor, Weights};
 
@@ -74,7 +74,7 @@ impl Stitch {
 }
 
 fn read(path: &Path, graph: &Graph) -> Result<Weights, Box<dyn std::error::Error>> {
-    let (weights, _) = checkpoint::read(path)?;
+    let weights = read_weights(path)?;
     weights.check(graph).map_err(|e| format!("{}: {e}", path.display()))?;
     Ok(weights)
 }

@@ -8,6 +8,7 @@ use taxel::judge::{Stress as Outcomes, StressOptions, stress};
 use taxel::learn::{IndicatifProgress, Progress};
 use taxel_scenes::faults::Fault;
 
+use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{open, stress_options};
 use crate::{Outcome, text};
 
@@ -48,6 +49,7 @@ impl Stress {
             samples: self.samples.max(1),
             ..stress_options(self.threads)
         };
+        leave_with("stopped; nothing was written: the same command begins again")?;
         let case = open(&self.run)?;
         let progress = IndicatifProgress::default();
         let outcomes = stress(&case, &options, &|steps| progress.start(steps), &|| progress.step(1));

@@ -34,6 +34,7 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         let best = choice.is_some_and(|c| Some(c.best.as_str()) == name);
         match choice.and_then(|c| c.chosen.as_deref()) == name {
             true => "recommended",
+            false if n.results.diverged > 0 => "diverged",
             false if best => "most accurate",
             false if n.on_front => "on the front",
             false => "dominated",
@@ -68,7 +69,7 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         ));
     }
     columns.push(Column::text("speed against accuracy", "role", move |n: &Judged| {
-        Cell::text(if n.speed.is_some() { role(n) } else { "not timed" })
+        Cell::text(if n.speed.is_some() || n.results.diverged > 0 { role(n) } else { "not timed" })
     }));
     let shown: Vec<Judged> = judgement.networks.iter().filter(|n| is_shown(judgement, n)).cloned().collect();
     let caption = format!(
@@ -155,7 +156,7 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
     for n in &judgement.networks {
         rows.extend(n.results.folds.iter().map(|fold| (n.results.network.as_str(), fold)));
     }
-    let columns = vec![
+    let mut columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::number("repetition", &["repetition"], |row: &Row| Cell::count(row.1.repetition as u64)),
         Column::number("fold", &["fold"], |row: &Row| Cell::count(row.1.fold as u64)),
@@ -175,6 +176,9 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
             Cell::number(Some(row.1.brier), digits)
         }),
     ];
+    if rows.iter().any(|row| row.1.diverged) {
+        columns.push(Column::text("diverged", "diverged", |row: &Row| Cell::yes(row.1.diverged, "yes")));
+    }
     Table::new(table::FOLDS, format!("{}: every fold", measured_on(judgement)), columns, &rows)
 }
 

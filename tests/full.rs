@@ -1,0 +1,171 @@
+//! A device that is full, a place where nothing can be written: exit code 2, the file's name, and what was there stays.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const CONFIG: &str = r#"
+name = "full"
+baselines = ["k-nn"]
+[data]
+scene = "fingertip"
+samples = 40
+[protocol]
+folds = 2
+[train]
+epochs = 1
+[[networks]]
+name = "mlp"
+"#;
+
+fn taxel(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_taxel"));
+    command.args(arguments).env_remove("RUST_BACKTRACE").stdin(Stdio::null());
+    command
+}
+
+/// With files of at most `kilobytes`: writing beyond fails as on a full device.
+fn limited(kilobytes: u32, arguments: &[&str]) -> Output {
+    // Ignored, so that the write fails where it would end the process.
+    let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", 2 * kilobytes);
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_taxel")]).args(arguments);
+    command.env_remove("RUST_BACKTRACE").stdin(Stdio::null()).output().unwrap()
+}
+
+/// Expects exit code 2 and one line of error; that line.
+fn refused(output: &Output) -> String {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.starts_with("error: ") && !error.contains("panicked"), "{error}");
+    assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+    error
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Names of all files below a folder that are half-written.
+fn halves(folder: &Path) -> Vec<String> {
+    let mut found = vec![];
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(halves(&path));
+        } else if path.extension().is_some_and(|ending| ending == "part") {
+            found.push(path.display().to_string());
+        }
+    }
+    found
+}
+
+struct Ran {
+    dir: tempfile::TempDir,
+    config: String,
+    run: String,
+    model: String,
+    data: String,
+}
+
+/// A finished run, a model of it, recordings.
+fn ran() -> Ran {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let (config, run, data) = (at("full.toml"), at("run"), at("grasps.npz"));
+    fs::write(&config, CONFIG).unwrap();
+    assert!(taxel(&["run", &config, "--out", &run]).output().unwrap().status.success());
+    let simulate = ["simulate", "fingertip", "--samples", "40", "--output", &data];
+    assert!(taxel(&simulate).output().unwrap().status.success());
+    let model = format!("{run}/models/mlp.r0.f0.safetensors");
+    Ran { config, run, model, data, dir }
+}
+
+#[test]
+fn a_full_device_is_named_and_what_was_there_stays() {
+    let own = ran();
+    let at = |name: &str| own.dir.path().join(name).to_str().unwrap().to_string();
+    let (model, answers, grasps) = (at("out.safetensors"), at("out.csv"), at("out.npz"));
+    for path in [&model, &answers, &grasps] {
+        fs::write(path, "what was there").unwrap();
+    }
+    let fit = ["fit", &own.run, "--network", "mlp", "--output", &model];
+    let predict = ["predict", &own.model, &own.data, "--format", "csv", "--output", &answers];
+    let simulate = ["simulate", "fingertip", "--samples", "40", "--output", &grasps];
+    for (arguments, file) in [(&fit[..], &model), (&predict[..], &answers), (&simulate[..], &grasps)] {
+        let error = refused(&limited(1, arguments));
+        assert!(error.contains(file.as_str()) && error.contains("cannot be written"), "{error}");
+        assert_eq!(fs::read(file).unwrap(), b"what was there");
+    }
+    // A run, from the first file and from later ones; then it goes on.
+    for kilobytes in [0, 1, 4, 16] {
+        let out = at(&format!("run-{kilobytes}"));
+        let error = refused(&limited(kilobytes, &["run", &own.config, "--out", &out, "--threads", "1"]));
+        assert!(error.contains(&out), "{error}");
+        assert_eq!(halves(Path::new(&out)), [""; 0]);
+        let resumed = taxel(&["run", &own.config, "--out", &out, "--resume"]).output().unwrap();
+        assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
+        let results = |run: &str| fs::read(Path::new(run).join("results.json")).unwrap();
+        assert!(results(&out) == results(&own.run), "{kilobytes} kB");
+    }
+    let report = ["report", own.run.as_str(), "--no-stress"];
+    for kilobytes in [1, 64] {
+        let error = refused(&limited(kilobytes, &report));
+        assert!(error.contains(&own.run), "{error}");
+        assert!(!Path::new(&own.run).join("report.html").exists(), "the page comes last");
+    }
+    assert_eq!(halves(own.dir.path()), [""; 0]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_named() {
+    let own = ran();
+    fs::write(own.dir.path().join("file"), "a file").unwrap();
+    let below = text(&own.dir.path().join("file")).to_string() + "/below";
+    // Behind a link: a mistake costs the link and not the device.
+    let full = own.dir.path().join("full.npz");
+    std::os::unix::fs::symlink("/dev/full", &full).unwrap();
+    let full_model = own.dir.path().join("full.safetensors");
+    std::os::unix::fs::symlink("/dev/full", &full_model).unwrap();
+    for arguments in [
+        vec!["simulate", "fingertip", "--samples", "4", "--output", text(&full)],
+        vec!["predict", &own.model, &own.data, "--format", "npz", "--output", text(&full)],
+        vec!["fit", &own.run, "--network", "k-nn", "--output", text(&full_model)],
+        vec!["predict", &own.model, &own.data, "--format", "csv", "--output", &below],
+        vec!["run", &own.config, "--out", &below],
+        vec!["run", &own.config, "--out", "/proc/nowhere"],
+    ] {
+        let output = taxel(&arguments).output().unwrap();
+        let error = refused(&output);
+        assert!(error.contains(arguments.last().unwrap()), "{error}");
+    }
+    assert!(fs::symlink_metadata(&full).unwrap().is_symlink());
+}
+
+#[test]
+fn a_full_standard_output_is_an_error_and_no_panic() {
+    let own = ran();
+    let out = own.dir.path().join("second");
+    for arguments in [
+        vec!["run", &own.config, "--out", text(&out)],
+        vec!["stress", &own.run, "--fault", "gain", "--severity", "1"],
+        vec!["report", &own.run, "--no-stress"],
+        vec!["choose", &own.run],
+        vec!["predict", &own.model, &own.data],
+        vec!["zoo"],
+        vec!["inspect", &own.model],
+        vec!["completions", "bash"],
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = taxel(&arguments).stdout(full).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        let code = output.status.code();
+        assert!([Some(1), Some(2)].contains(&code), "{arguments:?}: {code:?} {error}");
+        assert!(error.contains("standard output"), "{arguments:?}: {error}");
+        assert!(!error.contains("panicked"), "{arguments:?}: {error}");
+    }
+    assert!(out.join("results.json").is_file(), "the run itself is whole");
+}
