@@ -31,7 +31,7 @@ impl Case {
     pub fn new(folder: RunFolder, dataset: Dataset) -> Result<Self> {
         let (results, records) = folder.finished(&dataset)?;
         if records.is_empty() {
-            return Err(Error::run(folder.path(), "has no finished fold; resume the run"));
+            return Err(Error::run(&folder.file("results.json"), "has no finished fold; resume the run"));
         }
         Ok(Case { folder, results, dataset, records, cards: Mutex::default() })
     }

@@ -107,7 +107,7 @@ fn a_folder_is_opened_with_its_own_data_only() {
     record["index"][0] = json!(60);
     std::fs::write(&path, record.to_string()).unwrap();
     let error = open(simulated("fingertip", 3, &[])).err().unwrap().to_string();
-    assert!(error.contains("fold k-nn.r0.f1 tests samples that the data do not have"), "{error}");
+    assert!(error.contains("folds/k-nn.r0.f1.json: tests samples that the data do not have"), "{error}");
 }
 
 #[test]

@@ -30,13 +30,15 @@ impl RunFolder {
         {
             return Err(refuse("names other samples or classes than the data have".into()));
         }
-        let frame = Frame::of(dataset, &results.look_alikes, results.seed).map_err(|e| refuse(e.to_string()))?;
+        let frame =
+            Frame::of(dataset, &results.look_alikes, results.seed).map_err(|e| refuse(e.to_string()))?;
         let mut records = vec![];
         for network in &results.networks {
             let own = self.records_of(network, dataset)?;
             let follows = network.follows_from(&own.iter().collect::<Vec<_>>(), &frame);
             if !follows.map_err(|e| refuse(e.to_string()))? {
-                let what = format!("its scores of {} are not those of the records in folds/", network.network);
+                let what =
+                    format!("its scores of {} are not those of the records in folds/", network.network);
                 return Err(refuse(what));
             }
             records.extend(own);
@@ -57,6 +59,12 @@ impl RunFolder {
         Err(Error::folder(self.path(), reason))
     }
 
+    /// Refuses a record that is not about this fold of these samples.
+    pub(crate) fn check(&self, record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> Result<()> {
+        let reason = |what| format!("{what}; delete it and resume the run");
+        wrong(record, key, dataset).map_err(|what| Error::damaged(&self.record_path(key), reason(what)))
+    }
+
     /// The record of every fold of a row, checked.
     fn records_of(&self, network: &NetworkResults, dataset: &Dataset) -> Result<Vec<FoldRecord>> {
         let mut records = vec![];
@@ -71,17 +79,15 @@ impl RunFolder {
                 (Some(data), Some(_)) => self.same_data(&format!("folds/{key}.json"), data, dataset)?,
                 _ => return Err(older(&path)),
             }
-            check(&record, &key, dataset).map_err(|what| {
-                Error::damaged(&path, format!("{what}; delete it and resume the run"))
-            })?;
+            self.check(&record, &key, dataset)?;
             records.push(record);
         }
         Ok(records)
     }
 }
 
-/// Whether a record is about this fold, and about samples and classes that there are.
-fn check(record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> std::result::Result<(), String> {
+/// What a record says that cannot be, if anything.
+fn wrong(record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> std::result::Result<(), String> {
     if record.key != *key {
         return Err(format!("is the record of {}", record.key));
     }

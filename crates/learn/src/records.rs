@@ -3,7 +3,7 @@
 //! Everything here except [`Timing`] is a function of settings and data alone: equal runs write equal bytes.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::Cost;
+use taxel_graph::{Cost, Graph, Weights};
 
 use crate::epoch::Epoch;
 use crate::error::Result;
@@ -53,6 +53,16 @@ pub struct Change {
     pub layer: String,
     /// Mean squared difference of the two kernels, each scaled to 0..1.
     pub change: f64,
+}
+
+impl Change {
+    /// How far training moved each convolution of `graph`.
+    pub(crate) fn all(graph: &Graph, start: &Weights, trained: &Weights) -> Result<Vec<Self>> {
+        let mut before = trained.clone();
+        before.start_from(graph, start, false)?;
+        let changes = before.changes(trained, graph)?;
+        Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
+    }
 }
 
 /// How the same weights do with the other kind of batch-norm statistics.

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use taxel_graph::{Graph, Weights};
+use taxel_graph::Graph;
 
 use crate::assemble::{assemble, fill};
 use crate::baseline::FittedBaseline;
@@ -70,7 +70,6 @@ impl<'a> Run<'a> {
             folder.same_data("results.json", &folder.results()?.data_digest, dataset)?;
         }
         for key in &self.plan.keys {
-            let path = folder.record_path(key);
             let Some(record) = folder.record(key)? else { continue };
             if let Some(data) = &record.data {
                 folder.same_data(&format!("folds/{key}.json"), data, dataset)?;
@@ -78,8 +77,9 @@ impl<'a> Run<'a> {
             Saver::remove(&folder.session_path(key))?;
             if record.key != *key || Some(&record.index) != self.plan.fold(key).map(|fold| &fold.test) {
                 let reason = "belongs to another split; give another folder, or delete the run folder";
-                return Err(Error::damaged(&path, reason));
+                return Err(Error::damaged(&folder.record_path(key), reason));
             }
+            folder.check(&record, key, dataset)?;
             self.timings.extend(folder.timing(key)?);
             self.records.push(self.completed(&folder, record)?);
         }
@@ -231,11 +231,12 @@ impl<'a> Run<'a> {
             ..self.timing(key, trained.train_seconds, trained.test_seconds)
         };
         let changes = match network.start.as_deref() {
-            Some(start) => changes(&network.graph, start, &trained.weights)?,
+            Some(start) => Change::all(&network.graph, start, &trained.weights)?,
             None => vec![],
         };
-        let Trained { epochs, chosen, best_epoch, diverged, probabilities, test_loss, other_statistics, .. } =
-            trained;
+        let Trained {
+            epochs, chosen, best_epoch, diverged, probabilities, test_loss, other_statistics, ..
+        } = trained;
         let record = self.record(key, written, probabilities, test_loss);
         let record = FoldRecord { chosen, best_epoch, diverged, epochs, changes, other_statistics, ..record };
         Ok(Some(Finished { record, timing }))
@@ -391,12 +392,4 @@ impl<'a> Run<'a> {
 /// Multiply-accumulates, and something for what a small network spends besides them.
 fn work_per_sample(graph: &Graph) -> u64 {
     graph.cost().macs + 200_000
-}
-
-/// How far training moved each convolution from the checkpoint.
-fn changes(graph: &Graph, start: &Weights, trained: &Weights) -> Result<Vec<Change>> {
-    let mut before = trained.clone();
-    before.start_from(graph, start, false)?;
-    let changes = before.changes(trained, graph)?;
-    Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
 }

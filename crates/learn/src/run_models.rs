@@ -95,7 +95,9 @@ fn fold_of(path: &Path) -> Result<Option<(RunFolder, FoldRecord)>> {
 fn who(card: &Card) -> String {
     let name = &card.name;
     match card.trained_on.part {
-        TrainingPart::Fold { repetition, fold } => format!("is {name} of repetition {repetition}, fold {fold}"),
+        TrainingPart::Fold { repetition, fold } => {
+            format!("is {name} of repetition {repetition}, fold {fold}")
+        }
         TrainingPart::Everything => format!("is {name} trained on everything"),
     }
 }

@@ -188,7 +188,9 @@ impl Saver {
         let half = path.with_added_extension(PART.trim_start_matches('.'));
         for path in [path, &half] {
             match std::fs::remove_file(path) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path, "removed", e)),
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(Error::io(path, "removed", e));
+                }
                 _ => {}
             }
         }

@@ -101,8 +101,11 @@ fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
     }
     for (network, latency) in results.networks.iter().zip(latencies) {
         let name = if network.diverged > 0 { " (diverged)" } else { "" };
-        let mut row =
-            vec![format!("{}{name}", network.network), thousands(network.costs.parameters), thousands(network.costs.macs)];
+        let mut row = vec![
+            format!("{}{name}", network.network),
+            thousands(network.costs.parameters),
+            thousands(network.costs.macs),
+        ];
         row.extend((0..4).map(|i| score(network, i)));
         for i in 0..results.attributes.len() {
             row.extend(match network.attributes.get(i) {

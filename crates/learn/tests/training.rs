@@ -158,7 +158,8 @@ fn a_rate_that_diverges_is_not_chosen_and_all_of_them_are_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let all = three_folds(&dataset, vec![choosing(&dataset, &[1e30, 1e31], &[8])]);
     let error = run_at(all, &dir.path().join("run")).unwrap_err().to_string();
-    assert!(error.starts_with("mlp, repetition 0, fold 0: training diverged with all 2"), "{error}");
+    assert!(error.starts_with("3 of 3 folds did not finish: their training diverged"), "{error}");
+    assert!(error.contains("\nmlp, repetition 0, fold 0: training diverged with all 2"), "{error}");
 }
 
 /// A network that learns two attributes.

@@ -392,7 +392,7 @@ fn a_loss_that_is_not_finite_says_where() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     let error = run_tiny(&out, &["train.optimizer.lr=1e30"]).unwrap_err().to_string();
-    assert!(error.starts_with("mlp, repetition 0, fold 0: the loss is "), "{error}");
+    assert!(error.contains("\nmlp, repetition 0, fold 0: the loss is "), "{error}");
     assert!(error.contains("in epoch 0, batch 1") && error.contains("train.optimizer.lr"), "{error}");
     assert_eq!(RunFolder::open(&out).unwrap().results().unwrap().missing.len(), 4);
 }

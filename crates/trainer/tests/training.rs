@@ -182,10 +182,8 @@ fn a_rate_that_diverges_is_not_chosen_and_all_of_them_are_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let experiment = experiment(TINY, &[&grid("[1e30, 1e31]")]);
     let error = go(&experiment, &experiment.dataset().unwrap(), &dir.path().join("run")).unwrap_err();
-    assert!(
-        error.to_string().starts_with("mlp, repetition 0, fold 0: training diverged with all 2"),
-        "{error}"
-    );
+    let error = error.to_string();
+    assert!(error.contains("\nmlp, repetition 0, fold 0: training diverged with all 2"), "{error}");
 }
 
 /// Two attributes that channel 0 and channel 1 show: level = height.

@@ -193,7 +193,7 @@ fn circumstances(judgement: &Judgement) -> Vec<String> {
         let names: Vec<String> = judgement.results.attributes.iter().map(|a| a.name.clone()).collect();
         words.push(format!("Accuracy is the mean over {}.", listed(&names)));
     }
-    if !judgement.results.complete {
+    if judgement.unfinished() > 0 {
         words.push("Some folds are not finished: resume the run.".into());
     }
     if !judgement.judged_on.optimised {

@@ -155,7 +155,9 @@ impl Judgement {
     /// A file that is damaged or was changed since it was measured.
     pub fn read(case: &Case) -> Result<Option<Self>> {
         let read = match case.folder.read::<Sealed>(FILE)? {
-            Some(Sealed { judgement, digest: Some(digest) }) if digest == seal(&judgement)? => Some(judgement),
+            Some(Sealed { judgement, digest: Some(digest) }) if digest == seal(&judgement)? => {
+                Some(judgement)
+            }
             Some(Sealed { digest: Some(_), .. }) => {
                 let (file, reason) = (case.folder.file(FILE).display().to_string(), CHANGED.into());
                 return Err(taxel_learn::Error::Damaged { file, reason }.into());
@@ -190,6 +192,7 @@ struct Sealed {
 const CHANGED: &str = "is not what was measured (digests differ); delete it, and the run is measured again";
 
 fn seal(judgement: &Judgement) -> Result<String> {
-    let text = serde_json::to_string(judgement).map_err(|e| Error::Write { path: FILE.into(), reason: e.to_string() })?;
+    let text = serde_json::to_string(judgement)
+        .map_err(|e| Error::Write { path: FILE.into(), reason: e.to_string() })?;
     Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
 }

@@ -96,8 +96,7 @@ impl Parts<'_> {
     fn header(&self) -> Markup {
         let results = &self.judgement.results;
         let what = if results.attributes.is_empty() { "classes" } else { "levels" };
-        let stopped = self.judgement.networks.iter().map(|n| n.results.stopped()).sum();
-        let unfinished = results.missing.len().saturating_sub(stopped);
+        let unfinished = self.judgement.unfinished();
         html! {
             header {
                 p.kicker { "taxel report of " (results.name) " " (badge(self.judgement.kind())) }

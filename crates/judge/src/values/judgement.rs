@@ -35,6 +35,12 @@ impl Judgement {
         self.results.source.kind
     }
 
+    /// Folds that resuming the run would finish: missing, and not because their training diverged.
+    pub fn unfinished(&self) -> usize {
+        let stopped = self.networks.iter().map(|own| own.results.stopped()).sum();
+        self.results.missing.len().saturating_sub(stopped)
+    }
+
     /// The network or baseline of that name.
     pub fn network(&self, name: &str) -> Option<&Judged> {
         self.networks.iter().find(|own| own.results.network == name)

@@ -20,7 +20,9 @@ pub struct Completions {
 
 impl Completions {
     pub fn run(self) -> Outcome {
-        generate(self.shell, &mut Arguments::command(), "taxel", &mut std::io::stdout());
+        let mut script = vec![];
+        generate(self.shell, &mut Arguments::command(), "taxel", &mut script);
+        print!("{}", String::from_utf8_lossy(&script));
         Ok(ExitCode::SUCCESS)
     }
 }
