@@ -58,10 +58,10 @@ pub enum Cause {
         "this build does not read PyTorch's format; save it as .safetensors, or build taxel with `--features candle`"
     )]
     NoPthReader,
-    /// Saved by PyTorch before 1.6.
+    /// Saved by PyTorch before 1.6, or by a newer one that was asked for that format.
     #[error(
-        "is in the format of PyTorch before 1.6; load it with PyTorch 1.6 or newer and \
-         save it again with torch.save(model.state_dict(), path)"
+        "is in PyTorch's old format (before 1.6, or _use_new_zipfile_serialization=False); load it with torch.load \
+         and save it as .safetensors, or save it again with torch.save(model.state_dict(), path)"
     )]
     LegacyPth,
     /// Another object than a `state_dict`, or damaged.

@@ -14,6 +14,8 @@
 mod error;
 #[cfg(feature = "pth")]
 mod pth;
+#[cfg(feature = "pth")]
+mod quiet;
 mod safetensors;
 
 use std::fs::File;

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use candle_core::pickle::{PthTensors, TensorInfo};
@@ -10,9 +9,13 @@ use candle_core::{DType, Error};
 use taxel_graph::{Tensor, Weights};
 
 use crate::error::Cause;
+use crate::quiet::caught;
 
-/// How PyTorch before 1.6 began a file: a pickle of the number 0x1950a86a20f9469cfc6c.
-const LEGACY: [u8; 15] = *b"\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.";
+/// The number 0x1950a86a20f9469cfc6c, of which PyTorch's old format has a pickle first, of any protocol.
+const LEGACY: [u8; 10] = *b"\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";
+
+/// Bytes of a file that are looked at for it.
+const START: u64 = 32;
 
 /// How a zip archive begins.
 const ZIP: [u8; 4] = *b"PK\x03\x04";
@@ -22,16 +25,16 @@ pub(crate) fn read(path: &Path) -> Result<Weights, Cause> {
     let mut start = vec![];
     let file = File::open(path)?;
     let length = file.metadata()?.len();
-    file.take(LEGACY.len() as u64).read_to_end(&mut start)?;
-    if start == LEGACY {
+    file.take(START).read_to_end(&mut start)?;
+    if start.windows(LEGACY.len()).any(|bytes| bytes == LEGACY) {
         return Err(Cause::LegacyPth);
     }
     if !start.starts_with(&ZIP) {
         return Err(Cause::Pth("is no file of torch.save".into()));
     }
-    // Nothing of the reader outlives the call, so a panic leaves nothing half done.
-    catch_unwind(AssertUnwindSafe(|| tensors(path, length)))
-        .unwrap_or_else(|_| Err(Cause::Pth("is damaged: its pickle makes no sense".into())))
+    // The reader takes much of a pickle for granted. Nothing of it outlives the call.
+    caught(|| tensors(path, length))
+        .unwrap_or_else(|| Err(Cause::Pth("is damaged: its pickle makes no sense".into())))
 }
 
 fn tensors(path: &Path, length: u64) -> Result<Weights, Cause> {

@@ -26,7 +26,11 @@ fn what_cannot_be_read_says_the_way_out() {
     fs::write(&text, "weights").unwrap();
     let cases = [
         (file("whole_module.pth"), "holds no state_dict, perhaps a whole module"),
-        (file("legacy.pth"), "is in the format of PyTorch before 1.6; load it with PyTorch 1.6 or newer"),
+        (
+            file("legacy.pth"),
+            "is in PyTorch's old format (before 1.6, or _use_new_zipfile_serialization=False)",
+        ),
+        (file("legacy4.pth"), "is in PyTorch's old format"),
         (text, "is no file of torch.save"),
     ];
     for (path, what) in cases {
@@ -68,6 +72,17 @@ fn a_panic_inside_the_reader_is_an_error() {
     fs::write(&path, archive(b"\x80\x02}X\x01\0\0\0wctorch._utils\n_rebuild_tensor_v2\n)Rs.")).unwrap();
     let message = refusal(&path);
     assert!(message.ends_with(&format!("is damaged: its pickle makes no sense; {WAY_OUT}")), "{message}");
+}
+
+/// This test's own process runs the one above again, and listens to what it says.
+#[test]
+fn a_panic_inside_the_reader_is_not_heard() {
+    let own = std::env::current_exe().unwrap();
+    let test = "a_panic_inside_the_reader_is_an_error";
+    let output = std::process::Command::new(own).args(["--exact", test, "--nocapture"]).output().unwrap();
+    let (said, results) = (String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout));
+    assert!(output.status.success() && results.contains("1 passed"), "{results}");
+    assert!(!said.contains("panicked"), "{said}");
 }
 
 #[test]

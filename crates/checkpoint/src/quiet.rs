@@ -1,0 +1,28 @@
+//! Panics of a foreign reader, caught without a word on standard error.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
+
+thread_local! {
+    /// Whether panics of this thread are kept quiet now.
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What `work` gives; none where it panics. Nothing of `work` may outlive the call half done. Panics of other
+/// threads are reported as before.
+pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let before = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                before(panic);
+            }
+        }));
+    });
+    let before = QUIET.replace(true);
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    QUIET.set(before);
+    outcome.ok()
+}
