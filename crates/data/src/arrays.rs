@@ -144,7 +144,8 @@ fn read_labels(
         // Numbers that no file of so many samples can fill are named nowhere: they are refused as gaps.
         Some(last) => (0..=*last.min(&(samples as i64))).map(|label| (label + 1).to_string()).collect(),
     };
-    let names = Names { file: options.y.clone(), columns: (0..columns).map(names).collect() };
+    let columns_of = (0..columns).map(names).collect();
+    let names = Names { file: options.y.clone(), columns: columns_of, is_told: false };
     Ok((y, columns, Some(names)))
 }
 

@@ -5,12 +5,15 @@ use crate::duplicates::{contradictory, duplicate_sets, later_copies, units};
 use crate::hash::digest;
 use crate::labels::Labels;
 use crate::npy::c_order;
+use crate::one_hot::{Columns, settle, unsaid};
 use crate::options::{Drop, Options};
 use crate::problems::{Faults, Problem};
 use crate::raw::Raw;
 use crate::reading_of::reading;
 use crate::source::Source;
-use crate::validate::{channels, class_names, gaps, groups, labels, not_finite, official, wrong_length};
+use crate::validate::{
+    channels, class_names, gaps, groups, labels, not_finite, official, one_class, wrong_length,
+};
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
 
@@ -19,17 +22,24 @@ use ndarray::{ArrayD, Axis};
 pub(crate) struct Checked {
     pub dataset: Dataset,
     pub problems: Vec<Problem>,
+    /// What the columns of labels are.
+    pub columns: Columns,
 }
 
 /// Builds the data set; faults of the content are collected, faults of the options end it.
 pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
+    let kind = settle(&mut raw, options);
     let columns = raw.columns;
-    if options.attribute >= columns {
-        let (attribute, last) = (options.attribute, columns - 1);
+    let attribute = options.attribute.unwrap_or(0);
+    if attribute >= columns {
+        let last = columns - 1;
         return Err(Error::Attribute { file: raw.file, attribute, y: raw.y_name, columns, last });
     }
     let channels = channels(&raw, options)?;
     let mut faults = Faults::default();
+    if kind == Columns::Unsaid {
+        faults.push(unsaid(&raw));
+    }
     // Labels for fewer samples may have many columns: too many for all samples.
     if (raw.x.shape()[0] as u64).saturating_mul(columns as u64) > options.limits.max_samples {
         return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / columns));
@@ -51,15 +61,16 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
     not_finite(&x, channels.as_deref(), &mut faults, |row| {
         format!("{}{separator}{}", raw.file, origins[row])
     });
-    let y: Vec<u32> = kept.iter().map(|row| table[row * columns + options.attribute]).collect();
+    let y: Vec<u32> = kept.iter().map(|row| table[row * columns + attribute]).collect();
     let (group_name, groups) = groups.unzip();
     let groups = groups.map(|values| kept.iter().map(|row| values[*row]).collect::<Vec<u32>>());
-    let own = classes[options.attribute].clone();
+    let own = classes[attribute].clone();
+    one_class(&raw, &own, &y, &mut faults);
     let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
     let several = (columns > 1)
         .then(|| Labels::numbered(std::mem::take(&mut classes), kept.iter().flat_map(of_row).collect()));
     let row_hash: Vec<_> = kept.iter().map(|row| raw.row_hash[*row]).collect();
-    let dataset = Dataset {
+    let mut dataset = Dataset {
         reading: reading(&raw, options, &x.shape()[1..])?,
         source: source(&raw),
         digest: digest(&x, &y, several.as_ref(), groups.as_deref()),
@@ -78,7 +89,8 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
         name: raw.name,
         x,
     };
-    Ok(Checked { dataset, problems: faults.0 })
+    dataset.learn_attributes(&options.attributes)?;
+    Ok(Checked { dataset, problems: faults.0, columns: kind })
 }
 
 /// Whether each row stays; copies with different labels are dropped, refused or left, as `options` say.
@@ -102,8 +114,9 @@ fn keep(
         #[expect(clippy::expect_used, reason = "what does not differ is no contradiction")]
         let second = *second.expect("another label");
         let labelled = |row: usize| {
-            let label = rows[row][options.attribute];
-            let name = classes[options.attribute].get(label as usize);
+            let attribute = options.attribute.unwrap_or(0);
+            let label = rows[row][attribute];
+            let name = classes[attribute].get(label as usize);
             let name = name.cloned().unwrap_or_else(|| label.to_string());
             format!("{} ({name})", raw.origins[row])
         };

@@ -59,6 +59,8 @@ pub struct Card {
     pub dtype: String,
     /// Classes by label.
     pub classes: Vec<ClassCount>,
+    /// What the columns of labels are where there are several; of a card by [`check`](crate::check) only.
+    pub labels: Option<String>,
     /// Share of the largest class, 0..1: the score of always answering it.
     pub majority_share: f64,
     /// Groups, where the data set has them.

@@ -30,6 +30,9 @@ impl Card {
         let head = format!("{count}; always answering the largest scores {share:.1} %");
         entry(out, "classes", &head)?;
         entry(out, "", &classes.join(", "))?;
+        if let Some(labels) = &self.labels {
+            entry(out, "", labels)?;
+        }
         match &self.groups {
             None => entry(out, "groups", "none")?,
             Some(groups) => entry(

@@ -109,6 +109,18 @@ impl Dataset {
         self.groups.clone().or_else(|| self.units.clone()).unwrap_or_else(own)
     }
 
+    /// Refuses samples of one class, which nothing can be told apart from.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OneClass`].
+    pub fn refuse_one_class(&self) -> Result<()> {
+        match self.classes.as_slice() {
+            [class] => Err(Error::OneClass { file: self.name.clone(), class: class.clone() }),
+            _ => Ok(()),
+        }
+    }
+
     /// Takes the axes of a sample for others, where a file does not say what they are.
     ///
     /// # Errors

@@ -43,6 +43,7 @@ impl Card {
             layout: data.reading.layout,
             dtype: data.dtype.clone(),
             classes,
+            labels: None,
             majority_share: largest as f64 / data.len().max(1) as f64,
             groups: groups(data),
             other_arrays: Vec::new(),
@@ -58,7 +59,7 @@ impl Card {
             contradictions: torn.iter().map(contradiction).collect(),
             shortcut: Shortcut::of(&data.x, &data.y, data.groups.as_deref(), data.units.as_deref()),
             dropped: data.dropped.clone(),
-            problems: Vec::new(),
+            problems: data.refuse_one_class().err().iter().map(ToString::to_string).collect(),
             warnings: Vec::new(),
         };
         card.warnings = warnings(&card, data, &sets);

@@ -89,6 +89,13 @@ pub enum Error {
     EmptyClass { file: String, at: String, label: usize, name: String, hint: &'static str },
     #[error("{file}: attribute = {attribute} is out of range: {y} has {columns} columns (0..{last})")]
     Attribute { file: String, attribute: usize, y: String, columns: usize, last: usize },
+    #[error(
+        "{file}: {y} has {columns} columns that are not one-hot; choose one with attribute = N (0..{last}), or \
+         name them all to learn several attributes: attributes = [\"...\", \"...\"]"
+    )]
+    Columns { file: String, y: String, columns: usize, last: usize },
+    #[error("{file}: all samples are of one class, {class}: nothing to tell apart")]
+    OneClass { file: String, class: String },
     #[error("{file}: {at} = {value} is not a group number (0..4294967295); use group-block")]
     GroupRange { file: String, at: String, value: i64 },
     #[error("{sample}: value at {index:?} is {value}; repair the recording or leave it out")]
@@ -164,6 +171,11 @@ pub enum Error {
     NotUtf8 { file: String, byte: usize },
     #[error("{file}: is not readable as PNG or JPEG ({why})")]
     Image { file: String, why: String },
+    #[error(
+        "{file}: is {height} × {width} pixels, more than the {limit} that one image may have; set resize = [height, \
+         width], or raise limits.max-pixels"
+    )]
+    ImageTooLarge { file: String, height: u32, width: u32, limit: u64 },
     #[error("{file}: has transparent pixels; save it as grey or RGB")]
     Transparent { file: String },
 
@@ -190,7 +202,7 @@ pub enum Error {
     ClassNotInPart { class: u32, part: &'static str },
     #[error("there are too few groups to fill the {part} part; change the shares or record more groups")]
     NoGroupForPart { part: &'static str },
-    #[error("{} cannot be cut in two; more are needed to hold some back", plural(*samples, "training sample"))]
+    #[error("{} cannot be cut in two to hold some back", plural(*samples, "training sample"))]
     NothingToHoldBack { samples: usize },
     #[error("class {class} has {} to train on, fewer than the {count} asked for", plural(*samples, "sample"))]
     TooFewOfClass { class: u32, samples: usize, count: usize },

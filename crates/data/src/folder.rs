@@ -5,7 +5,7 @@ use crate::npy;
 use crate::options::{Limits, Options, refuse_set};
 use crate::raw::{Facts, Names, Raw, name_of};
 use crate::text::read_text;
-use crate::{Error, Result, csv_file, image_file, mat};
+use crate::{Error, Result, csv_file, image_file, mat, names_file};
 use ndarray::ArrayD;
 use std::cmp::Ordering;
 use std::fs::{self, File};
@@ -69,12 +69,18 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Reads every recording of every class folder of `root`.
+/// Reads every recording of every class folder of `root`; `labels.json` beside them may say what the readings
+/// are, and the order of the classes.
 pub(crate) fn read(root: &Path, classes: &[PathBuf], options: &Options) -> Result<Raw> {
     #[expect(clippy::expect_used, reason = "a class folder is an entry of root")]
     let name = |path: &PathBuf| path.file_name().expect("entries have names").to_string_lossy().into();
-    let names = classes.iter().map(name).collect();
-    read_files(root, &list(classes)?, names, options)
+    let names: Vec<String> = classes.iter().map(name).collect();
+    let (order, facts) = names_file::of_named(&[root.join("labels.json")], &names, &options.limits)?;
+    let order = order.unwrap_or_else(|| (0..names.len()).collect());
+    let files = list(classes)?;
+    let files: Vec<Vec<PathBuf>> = order.iter().map(|class| files[*class].clone()).collect();
+    let names = order.iter().map(|class| names[*class].clone()).collect();
+    Ok(Raw { facts, ..read_files(root, &files, names, options)? })
 }
 
 /// Reads recordings below `root`, one file each; `files` by class, `names` those of the classes.
@@ -88,15 +94,24 @@ pub(crate) fn read_files(
     let (kind, first) = same_kind(files, &file)?;
     refuse_array_options(&file, kind, options)?;
     refuse_resize(&file, kind, options)?;
-    let (mut values, mut row_hash, mut origins) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut values, mut row_hash, mut origins) = (Vec::<f32>::new(), Vec::new(), Vec::new());
     let (mut y, mut positions) = (Vec::new(), Vec::new());
     let mut head: Option<(Vec<usize>, String)> = None;
+    let count = files.iter().map(Vec::len).sum();
+    if kind == Kind::Image {
+        // Before the first is decoded.
+        refuse_empty(Path::new(&first), &first)?;
+        let shape = image_file::shape(Path::new(&first), &first, options.resize, &options.limits)?;
+        total_size(&file, count, &shape, options)?;
+    }
     for (label, folder) in files.iter().enumerate() {
         for (position, path) in folder.iter().enumerate() {
             let sample = read_sample(path, kind, options)?;
             match &head {
                 None => {
-                    total_size(&file, files.iter().map(Vec::len).sum(), &sample.shape, options)?;
+                    total_size(&file, count, &sample.shape, options)?;
+                    // Growing step by step would take twice the memory in the end.
+                    values.reserve_exact(count * sample.values.len());
                     head = Some((sample.shape, sample.dtype));
                 }
                 Some(head) => same_form(path, &sample, &first, head, kind)?,
@@ -128,7 +143,7 @@ pub(crate) fn read_files(
         y_name: "the class folders".into(),
         y,
         columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![names] }),
+        names: Some(Names { file: file.clone(), columns: vec![names], is_told: true }),
         facts: Facts::default(),
         groups: options.group_block.map(|_| ("position".into(), positions)),
         official: None,
@@ -286,13 +301,19 @@ fn same_form(
     Ok(())
 }
 
+fn refuse_empty(path: &Path, file: &str) -> Result<()> {
+    let metadata = path.metadata().map_err(|e| Error::Io { file: file.into(), kind: e.kind() })?;
+    if metadata.len() == 0 {
+        return Err(Error::EmptyFile { file: file.into() });
+    }
+    Ok(())
+}
+
 fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<Sample> {
     let limits = &options.limits;
     let file = path.display().to_string();
     let io = |e: std::io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-    if path.metadata().map_err(io)?.len() == 0 {
-        return Err(Error::EmptyFile { file });
-    }
+    refuse_empty(path, &file)?;
     match kind {
         Kind::Csv => {
             let (shape, values) = csv_file::read(&read_text(path, limits)?, &file, limits.max_values)?;
@@ -320,7 +341,7 @@ fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<Sample> {
             Ok(Sample {
                 shape: picture.shape,
                 values: picture.values,
-                hash: hash_row(&picture.raw),
+                hash: picture.hash,
                 dtype: format!("png/jpeg u{}", picture.bits),
             })
         }

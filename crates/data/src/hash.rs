@@ -8,8 +8,13 @@ pub type RowHash = [u8; 16];
 
 /// Hashes one sample; -0 and 0 count as equal.
 pub(crate) fn hash_row(row: &[f32]) -> RowHash {
+    hash_values(row.iter().copied())
+}
+
+/// [`hash_row`] of values that need not lie in memory.
+pub(crate) fn hash_values(values: impl Iterator<Item = f32>) -> RowHash {
     let mut hasher = blake3::Hasher::new();
-    hash_words(&mut hasher, row.iter().map(|v| (v + 0.0).to_le_bytes()));
+    hash_words(&mut hasher, values.map(|v| (v + 0.0).to_le_bytes()));
     let mut hash = [0; 16];
     hash.copy_from_slice(&hasher.finalize().as_bytes()[..16]);
     hash

@@ -1,33 +1,80 @@
 //! One PNG or JPEG recording.
 
+use crate::hash::{RowHash, hash_row, hash_values};
 use crate::options::Limits;
 use crate::{Error, Result};
-use image::{DynamicImage, GenericImageView, ImageBuffer, ImageDecoder, ImageReader, Luma, Rgb, imageops};
+use image::{DynamicImage, GenericImageView, ImageDecoder, ImageReader, Luma, Pixel, Rgb, imageops};
+use std::marker::PhantomData;
 use std::path::Path;
 
-/// A decoded image: `[H, W]` or `[3, H, W]`, before and after resampling.
+/// A decoded image: `[H, W]` or `[3, H, W]`, resampled where a size was asked for.
 pub(crate) struct Picture {
-    /// Values as stored, for the hash.
-    pub raw: Vec<f32>,
     pub shape: Vec<usize>,
-    /// Resampled values; the raw ones where no size was asked for.
+    /// In their stored range: 0..255 or 0..65535.
     pub values: Vec<f32>,
+    /// Of the values as stored, before resampling.
+    pub hash: RowHash,
     /// Bits per value.
     pub bits: u8,
 }
 
-/// Decodes one image; values keep their stored range (0..255 or 0..65535).
+/// The shape that the image will have, from the head of the file; one too large to decode is refused.
+pub(crate) fn shape(
+    path: &Path,
+    file: &str,
+    resize: Option<[usize; 2]>,
+    limits: &Limits,
+) -> Result<Vec<usize>> {
+    let stored = stored_shape(&open(path, file, limits)?, file, resize, limits)?;
+    Ok(resized(&stored, resize))
+}
+
+/// Decodes one image.
 pub(crate) fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Picture> {
-    let broken = |why: String| Error::Image { file: file.into(), why: why.to_lowercase() };
+    let decoder = open(path, file, limits)?;
+    let stored = stored_shape(&decoder, file, resize, limits)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(file, &e.to_string()))?;
+    if image.color().has_alpha() && image.pixels().any(|(_, _, pixel)| pixel.0[3] != 255) {
+        return Err(Error::Transparent { file: file.into() });
+    }
+    let bits = 8 * (image.color().bytes_per_pixel() / image.color().channel_count().max(1));
+    let (values, hash) = match (stored.len(), bits) {
+        (3, 8) => planes::<Rgb<f32>, u8>(&image.into_rgb8(), &stored, resize, 255.0),
+        (3, _) => planes::<Rgb<f32>, u16>(&image.into_rgb16(), &stored, resize, 65535.0),
+        (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
+        (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
+    };
+    Ok(Picture { shape: resized(&stored, resize), values, hash, bits })
+}
+
+fn broken(file: &str, why: &str) -> Error {
+    Error::Image { file: file.into(), why: why.to_lowercase() }
+}
+
+/// Reads the head of the file.
+fn open(path: &Path, file: &str, limits: &Limits) -> Result<impl ImageDecoder> {
     let io = |e: std::io::Error| Error::Io { file: file.into(), kind: e.kind() };
     let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(io)?;
     let mut ceiling = image::Limits::default();
     ceiling.max_alloc = Some(limits.max_values.saturating_mul(4));
     reader.limits(ceiling);
-    let decoder = reader.into_decoder().map_err(|e| broken(e.to_string()))?;
+    reader.into_decoder().map_err(|e| broken(file, &e.to_string()))
+}
+
+/// `[H, W]` or `[3, H, W]` as the head says, refused where it is too large.
+fn stored_shape(
+    decoder: &impl ImageDecoder,
+    file: &str,
+    resize: Option<[usize; 2]>,
+    limits: &Limits,
+) -> Result<Vec<usize>> {
     let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    if resize.is_none() && pixels > limits.max_pixels {
+        return Err(Error::ImageTooLarge { file: file.into(), height, width, limit: limits.max_pixels });
+    }
     let colours = if decoder.color_type().has_color() { 3 } else { 1 };
-    if u64::from(width) * u64::from(height) * colours > limits.max_values {
+    if pixels * colours > limits.max_values {
         return Err(Error::TooLarge {
             at: file.into(),
             shape: vec![colours, height.into(), width.into()],
@@ -35,66 +82,71 @@ pub(crate) fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: 
             hint: "save it smaller or raise limits.max-values",
         });
     }
-    let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(e.to_string()))?;
-    if image.color().has_alpha() && image.pixels().any(|(_, _, pixel)| pixel.0[3] != 255) {
-        return Err(Error::Transparent { file: file.into() });
+    let size = [height as usize, width as usize];
+    Ok(if colours == 3 { [vec![3], size.to_vec()].concat() } else { size.to_vec() })
+}
+
+/// A shape whose last two axes are those asked for.
+fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
+    match resize {
+        None => shape.to_vec(),
+        Some(size) => [&shape[..shape.len() - 2], &size].concat(),
     }
-    let bits = 8 * (image.color().bytes_per_pixel() / image.color().channel_count().max(1));
-    let (width, height) = (width as usize, height as usize);
-    let (raw, shape) = if image.color().has_color() {
-        let values = match bits {
-            8 => widen(image.into_rgb8().into_raw()),
-            _ => widen(image.into_rgb16().into_raw()),
-        };
-        (values, vec![3, height, width])
-    } else {
-        let values = match bits {
-            8 => widen(image.into_luma8().into_raw()),
-            _ => widen(image.into_luma16().into_raw()),
-        };
-        (values, vec![height, width])
-    };
-    let rank = shape.len();
-    let Some(size) = resize else {
-        let raw = planes(&raw, rank);
-        let values = raw.clone();
-        return Ok(Picture { raw, shape, values, bits });
-    };
-    let resized = resample(&raw, [height, width], size, rank == 3, bits)
-        .ok_or_else(|| broken("its size does not match its pixels".into()))?;
-    let mut new_shape = shape;
-    new_shape[rank - 2..].copy_from_slice(&size);
-    Ok(Picture { raw: planes(&raw, rank), values: planes(&resized, rank), shape: new_shape, bits })
 }
 
-/// Pixels resampled from one `[height, width]` to another by a triangle filter; none where there are not
-/// as many as `from` says.
-fn resample(raw: &[f32], from: [usize; 2], to: [usize; 2], colour: bool, bits: u8) -> Option<Vec<f32>> {
-    let [height, width] = from.map(|side| side as u32);
-    let [new_height, new_width] = to.map(|side| side as u32);
-    let filter = imageops::FilterType::Triangle;
-    // The image crate clamps f32 pixels to 0..1.
-    let white = if bits == 8 { 255.0 } else { 65535.0 };
-    let unit: Vec<f32> = raw.iter().map(|value| value / white).collect();
-    let mut resized = if colour {
-        let buffer = ImageBuffer::<Rgb<f32>, _>::from_raw(width, height, unit)?;
-        imageops::resize(&buffer, new_width, new_height, filter).into_raw()
-    } else {
-        let buffer = ImageBuffer::<Luma<f32>, _>::from_raw(width, height, unit)?;
-        imageops::resize(&buffer, new_width, new_height, filter).into_raw()
+/// One plane per colour, resampled by a triangle filter where a size is asked for, and the hash of the planes
+/// as stored. `white` is the largest value.
+fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
+    stored: &[T],
+    shape: &[usize],
+    resize: Option<[usize; 2]>,
+    white: f32,
+) -> (Vec<f32>, RowHash) {
+    let colours = usize::from(P::CHANNEL_COUNT);
+    let Some([height, width]) = resize else {
+        let values: Vec<f32> = by_plane(stored, colours).map(Into::into).collect();
+        let hash = hash_row(&values);
+        return (values, hash);
     };
-    resized.iter_mut().for_each(|value| *value *= white);
-    Some(resized)
+    let hash = hash_values(by_plane(stored, colours).map(Into::into));
+    let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
+    let image = Unit::<P, T> { stored, size: from, white, pixel: PhantomData };
+    let small =
+        imageops::resize(&image, width as u32, height as u32, imageops::FilterType::Triangle).into_raw();
+    (by_plane(&small, colours).map(|value| value * white).collect(), hash)
 }
 
-fn widen<T: Into<f32>>(values: Vec<T>) -> Vec<f32> {
-    values.into_iter().map(Into::into).collect()
+/// The values of pixel after pixel as one plane per colour.
+fn by_plane<T: Copy>(values: &[T], colours: usize) -> impl Iterator<Item = T> {
+    (0..colours).flat_map(move |colour| values.iter().skip(colour).step_by(colours).copied())
 }
 
-/// Pixel after pixel to one plane per colour.
-fn planes(values: &[f32], rank: usize) -> Vec<f32> {
-    if rank == 2 {
-        return values.to_vec();
+/// A decoded image whose pixels are scaled to 0..1 as they are asked for: the image crate clamps to that range,
+/// and a copy of a large image would take four times its memory.
+struct Unit<'a, P, T> {
+    /// Pixel after pixel.
+    stored: &'a [T],
+    /// Height, width.
+    size: [usize; 2],
+    white: f32,
+    pixel: PhantomData<P>,
+}
+
+impl<P: Pixel<Subpixel = f32>, T: Copy + Into<f32>> GenericImageView for Unit<'_, P, T> {
+    type Pixel = P;
+
+    fn dimensions(&self) -> (u32, u32) {
+        let [height, width] = self.size;
+        (width as u32, height as u32)
     }
-    (0..3).flat_map(|colour| values.iter().skip(colour).step_by(3).copied()).collect()
+
+    fn get_pixel(&self, x: u32, y: u32) -> P {
+        let colours = usize::from(P::CHANNEL_COUNT);
+        let at = (y as usize * self.size[1] + x as usize) * colours;
+        let mut unit = [0.0; 4];
+        for (unit, stored) in unit.iter_mut().zip(&self.stored[at..at + colours]) {
+            *unit = (*stored).into() / self.white;
+        }
+        *P::from_slice(&unit[..colours])
+    }
 }

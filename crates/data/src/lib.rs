@@ -54,6 +54,7 @@ mod memory;
 mod names_file;
 mod npy;
 mod npz;
+mod one_hot;
 mod options;
 mod problems;
 mod raw;

@@ -3,6 +3,7 @@
 use crate::assemble::assemble;
 use crate::card::Card;
 use crate::dataset::Dataset;
+use crate::one_hot::Columns;
 use crate::options::Options;
 use crate::raw::Raw;
 use crate::{Error, Result, arrays, folder, mat, ucr};
@@ -56,6 +57,17 @@ pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
     let checked = assemble(raw, options)?;
     let mut card = Card::new(&checked.dataset);
     card.other_arrays = others;
+    card.labels = match checked.columns {
+        Columns::One | Columns::Unsaid => None,
+        Columns::OneHot => Some(format!("labels are one-hot: {} classes", checked.dataset.classes.len())),
+        Columns::Attributes => checked.dataset.columns.as_ref().map(|columns| {
+            let count = columns.attributes().len();
+            match (options.attributes.is_empty(), options.attribute.unwrap_or(0)) {
+                (true, own) => format!("labels are {count} attributes, of which column {own} is the class"),
+                (false, _) => format!("labels are {count} attributes"),
+            }
+        }),
+    };
     card.problems = checked.problems.iter().map(ToString::to_string).collect();
     Ok(card)
 }

@@ -7,7 +7,7 @@ use crate::text::read_text;
 use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use taxel_encodings::Layout;
 
 /// Looks for class names beside `npz`: first `<name>.classes.json`, then `labels.json`.
@@ -24,14 +24,39 @@ pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Fact
         let path = npz.with_file_name(&name);
         if path.exists() {
             let (columns, facts) = read(&path, limits)?;
-            return Ok((Some(Names { file: name, columns }), facts));
+            let file = path.display().to_string();
+            let columns =
+                columns.ok_or_else(|| Error::LabelsForm { file, why: "has no key \"classes\"".into() })?;
+            return Ok((Some(Names { file: name, columns, is_told: true }), facts));
         }
     }
     Ok((None, Facts::default()))
 }
 
-/// Class names per column of labels, and facts.
-fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Facts)> {
+/// What the file of names at one of `paths` says of recordings whose classes have names already: the facts, and
+/// the order of `classes` where it lists them; they must be the same names then.
+pub(crate) fn of_named(
+    paths: &[PathBuf],
+    classes: &[String],
+    limits: &Limits,
+) -> Result<(Option<Vec<usize>>, Facts)> {
+    let Some(path) = paths.iter().find(|path| path.is_file()) else { return Ok((None, Facts::default())) };
+    let (columns, facts) = read(path, limits)?;
+    let Some(columns) = columns else { return Ok((None, facts)) };
+    let listed = columns.concat();
+    let order: Option<Vec<usize>> =
+        listed.iter().map(|name| classes.iter().position(|class| class == name)).collect();
+    match order.filter(|order| columns.len() == 1 && order.len() == classes.len()) {
+        Some(order) => Ok((Some(order), facts)),
+        None => {
+            let why = format!("names the classes {}, but they are {}", listed.join(", "), classes.join(", "));
+            Err(Error::LabelsForm { file: path.display().to_string(), why })
+        }
+    }
+}
+
+/// Class names per column of labels, if they are listed, and facts.
+fn read(path: &Path, limits: &Limits) -> Result<(Option<Vec<Vec<String>>>, Facts)> {
     let file = path.display().to_string();
     let text = read_text(path, limits)?;
     let value: Value = serde_json::from_str(&text)
@@ -39,7 +64,10 @@ fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Facts)> {
     let facts = facts(&value, &file)?;
     let form = |why: String| Error::LabelsForm { file: file.clone(), why };
     let list = match &value {
-        Value::Object(map) => map.get("classes").ok_or_else(|| form("has no key \"classes\"".into()))?,
+        Value::Object(map) => match map.get("classes") {
+            Some(list) => list,
+            None => return Ok((None, facts)),
+        },
         other => other,
     };
     let list = list.as_array().ok_or_else(|| form(format!("classes is {}, not a list", kind(list))))?;
@@ -48,13 +76,13 @@ fn read(path: &Path, limits: &Limits) -> Result<(Vec<Vec<String>>, Facts)> {
     }
     let nested: Option<Vec<&Vec<Value>>> = list.iter().map(Value::as_array).collect();
     let Some(nested) = nested else {
-        return Ok((vec![strings(list, "classes", &file)?], facts));
+        return Ok((Some(vec![strings(list, "classes", &file)?]), facts));
     };
     let column = |(column, names): (usize, &Vec<Value>)| match names.as_slice() {
         [] => Err(form(format!("classes[{column}] is empty"))),
         names => strings(names, &format!("classes[{column}]"), &file),
     };
-    Ok((nested.into_iter().enumerate().map(column).collect::<Result<_>>()?, facts))
+    Ok((Some(nested.into_iter().enumerate().map(column).collect::<Result<_>>()?), facts))
 }
 
 /// What an object says of the readings; of a list, nothing. `null` says nothing.

@@ -253,7 +253,7 @@ impl Header {
         Ok(c_order(array))
     }
 
-    /// Reads integers or booleans as i64 in C order; the stream must end with them.
+    /// Reads integers or booleans, of a MATLAB file or with two axes also whole floats, as i64 in C order; the stream must end with them.
     pub(crate) fn read_i64(
         &self,
         reader: &mut dyn Read,
@@ -268,7 +268,8 @@ impl Header {
         let values = match self.kind {
             Some(Kind::Bool) => self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(i64::from(b != 0))),
             Some(Kind::Int | Kind::Uint) => self.integers(reader, at, cap, signed, unsigned),
-            Some(Kind::Float) if self.matlab => self.whole(reader, at, cap, wanted),
+            // One-hot labels are floats in many frameworks.
+            Some(Kind::Float) if self.matlab || self.shape.len() == 2 => self.whole(reader, at, cap, wanted),
             _ => return Err(self.unsupported(at, wanted)),
         }?;
         if self.fortran && self.shape.len() == 2 {

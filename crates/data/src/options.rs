@@ -25,11 +25,14 @@ pub struct Limits {
     pub max_samples: u64,
     /// Most bytes in one sample file or labels file. Default 2^28 (256 MiB).
     pub max_file_bytes: u64,
+    /// Most pixels in one image file that is not resized; with [`Options::resize`] it is `max_values`.
+    /// Default 2^24 (4096 × 4096).
+    pub max_pixels: u64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_values: 1 << 28, max_samples: 1 << 22, max_file_bytes: 1 << 28 }
+        Self { max_values: 1 << 28, max_samples: 1 << 22, max_file_bytes: 1 << 28, max_pixels: 1 << 24 }
     }
 }
 
@@ -60,8 +63,12 @@ pub struct Options {
     pub test: Option<String>,
     /// Tests the samples with more than this in the `test` array, in place of those that are not 0.
     pub test_above: Option<i64>,
-    /// For labels `[N, k]`: the column that becomes `y`, 0..k-1. Default 0.
-    pub attribute: usize,
+    /// For labels `[N, k]`: the column that becomes `y`, 0..k-1.
+    pub attribute: Option<usize>,
+    /// For labels `[N, k]`: learns every column under these names, as
+    /// [`learn_attributes`](crate::Dataset::learn_attributes). Where neither this nor `attribute` nor
+    /// `labels.json` speaks of attributes, such labels must be one-hot.
+    pub attributes: Vec<String>,
     /// For image files: `[height, width]` in pixels to resample to (triangle filter).
     pub resize: Option<[usize; 2]>,
     /// What the axes of a sample are, whatever the file says of them.
@@ -84,7 +91,8 @@ impl Default for Options {
             deny_contradictory: false,
             test: None,
             test_above: None,
-            attribute: 0,
+            attribute: None,
+            attributes: Vec::new(),
             resize: None,
             layout: None,
             rate: None,

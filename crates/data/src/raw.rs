@@ -46,6 +46,8 @@ pub(crate) struct Names {
     pub file: String,
     /// Per label column the names of 0, 1, ...
     pub columns: Vec<Vec<String>>,
+    /// Whether somebody wrote them; otherwise the reader numbered them.
+    pub is_told: bool,
 }
 
 /// What the file of class names says of the readings.

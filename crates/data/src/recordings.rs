@@ -1,6 +1,7 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
 use crate::load::is_archive;
+use crate::one_hot::settle;
 use crate::options::Options;
 use crate::raw::{Raw, name_of};
 use crate::validate::channels;
@@ -37,7 +38,8 @@ pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordi
             return Ok(Recordings { name: name_of(path), x, origins, truth: None });
         }
     }
-    let (raw, is_labelled) = open(path, options)?;
+    let (mut raw, is_labelled) = open(path, options)?;
+    settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
     let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len_of(Axis(0)));
     let x = match chosen {

@@ -3,9 +3,9 @@
 use crate::hash::hash_row;
 use crate::labels::by_name;
 use crate::options::{Options, refuse_set};
-use crate::raw::{Facts, Names, Raw};
+use crate::raw::{Names, Raw};
 use crate::text::read_text;
-use crate::{Error, Result};
+use crate::{Error, Result, names_file};
 use ndarray::ArrayD;
 use std::path::{Path, PathBuf};
 use taxel_encodings::Layout;
@@ -43,7 +43,7 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
     let file = path.display().to_string();
     refuse_options(&file, options)?;
     let Cases { cases, shape, origins, test } = read_both(files, options)?;
-    let (classes, y) = by_name(cases.iter().map(|case| case.class.clone()).collect());
+    let (mut classes, mut y) = by_name(cases.iter().map(|case| case.class.clone()).collect());
     let rows: Vec<Vec<f32>> = cases.into_iter().map(|case| case.channels.concat()).collect();
     let row_hash = rows.iter().map(|row| hash_row(row)).collect();
     let full = [vec![rows.len()], shape].concat();
@@ -53,6 +53,12 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
     let name = path.file_name().expect("a path with a name").to_string_lossy();
     let name = name.split_once("_TRAIN").map_or(&*name, |(before, _)| before);
     let name = name.split_once("_TEST").map_or(name, |(before, _)| before);
+    let beside = [format!("{name}.classes.json"), "labels.json".into()].map(|own| path.with_file_name(own));
+    let (order, facts) = names_file::of_named(&beside, &classes, &options.limits)?;
+    if let Some(order) = order {
+        y = y.into_iter().map(|label| position(&order, label)).collect();
+        classes = order.iter().map(|class| classes[*class].clone()).collect();
+    }
     Ok(Raw {
         name: name.to_string(),
         dtype: "text".into(),
@@ -62,8 +68,8 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
         y_name: "the classes".into(),
         y: y.into_iter().map(i64::from).collect(),
         columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![classes] }),
-        facts: Facts::default(),
+        names: Some(Names { file: file.clone(), columns: vec![classes], is_told: true }),
+        facts,
         groups: None,
         official: Some(("the _TEST file".into(), test)),
         origins,
@@ -72,6 +78,11 @@ pub(crate) fn read(path: &Path, files: &[PathBuf; 2], options: &Options) -> Resu
         is_folder: false,
         file,
     })
+}
+
+/// Where a label comes in another order.
+fn position(order: &[usize], label: u32) -> u32 {
+    order.iter().position(|class| *class == label as usize).map_or(label, |at| at as u32)
 }
 
 /// The cases of both files, all of one shape `[channels, length]`.
@@ -130,6 +141,7 @@ fn refuse_options(file: &str, options: &Options) -> Result<()> {
         ("group-block", options.group_block.is_some()),
         ("resize", options.resize.is_some()),
         ("test", options.test.is_some()),
+        ("test-above", options.test_above.is_some()),
     ];
     let why = "does not apply to a pair of _TRAIN and _TEST files; leave it out";
     refuse_set(file, &set, why)

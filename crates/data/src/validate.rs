@@ -154,6 +154,15 @@ pub(crate) fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<Stri
     }
 }
 
+/// Samples of one class say nothing about another.
+pub(crate) fn one_class(raw: &Raw, classes: &[String], y: &[u32], faults: &mut Faults) {
+    // A label out of range is a fault of its own.
+    let Some(class) = y.first().and_then(|label| classes.get(*label as usize)) else { return };
+    if y.iter().all(|label| *label == y[0]) {
+        faults.push(Error::OneClass { file: raw.file.clone(), class: class.clone() });
+    }
+}
+
 /// The group of each sample and what the groups are.
 pub(crate) fn groups(
     raw: &Raw,

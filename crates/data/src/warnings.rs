@@ -89,9 +89,6 @@ fn of_groups(card: &Card, warnings: &mut Vec<String>) {
 }
 
 fn of_classes(card: &Card, warnings: &mut Vec<String>) {
-    if card.classes.len() == 1 {
-        warnings.push("there is one class only: nothing to tell apart".into());
-    }
     let by_size = |class: &&ClassCount| class.samples;
     let smallest = card.classes.iter().min_by_key(by_size);
     let largest = card.classes.iter().max_by_key(by_size);

@@ -152,6 +152,81 @@ fn a_broken_image_is_refused() {
 }
 
 #[test]
+fn a_large_image_is_refused_by_its_head() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    png(root, "a/1.png", GrayImage::new(40, 30));
+    png(root, "b/1.png", GrayImage::new(40, 30));
+    // Only the head of the first is whole: what follows is never looked at.
+    let whole = std::fs::read(root.join("a/1.png")).unwrap();
+    std::fs::write(root.join("a/1.png"), &whole[..60]).unwrap();
+    let limits = Limits { max_pixels: 1199, ..Limits::default() };
+    assert_eq!(
+        refused_with(root, &Options { limits, ..Options::default() }),
+        "a/1.png: is 30 × 40 pixels, more than the 1199 that one image may have; set resize = [height, width], \
+         or raise limits.max-pixels"
+    );
+    let limits = Limits { max_values: 2399, ..Limits::default() };
+    let message = refused_with(root, &Options { limits, ..Options::default() });
+    assert!(
+        message.starts_with("FOLDER: shape [2, 30, 40] is more than the 2399 values allowed"),
+        "{message}"
+    );
+    std::fs::write(root.join("a/1.png"), whole).unwrap();
+    let limits = Limits { max_pixels: 1199, ..Limits::default() };
+    let small = load(root, &Options { resize: Some([3, 4]), limits, ..Options::default() }).unwrap();
+    assert_eq!(small.x.shape(), [2, 3, 4]);
+}
+
+#[test]
+fn resampled_values_are_those_of_a_copy_in_floats() {
+    use image::imageops::{FilterType, resize};
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    let bytes = |x: u32, y: u32, c: u32| ((x * 37 + y * 101 + c * 59) % 256) as u8;
+    let rgb = RgbImage::from_fn(23, 17, |x, y| Rgb([bytes(x, y, 0), bytes(x, y, 1), bytes(x, y, 2)]));
+    png(root, "a/1.png", rgb.clone());
+    png(root, "b/1.png", RgbImage::new(23, 17));
+    for (height, width) in [(5, 7), (17, 23), (40, 30)] {
+        let options = Options { resize: Some([height, width]), ..Options::default() };
+        let data = load(root, &options).unwrap();
+        let unit =
+            image::ImageBuffer::from_fn(23, 17, |x, y| Rgb(rgb.get_pixel(x, y).0.map(|v| v as f32 / 255.)));
+        let want = resize::<image::Rgb32FImage>(&unit, width as u32, height as u32, FilterType::Triangle);
+        for (x, y, pixel) in want.enumerate_pixels() {
+            for (colour, value) in pixel.0.iter().enumerate() {
+                assert_eq!(data.x[[0, colour, y as usize, x as usize]], value * 255.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn labels_json_speaks_of_folders_too() {
+    let folder = csv_set();
+    let facts = r#"{"unit": "N", "rate": 100, "classes": ["pear", "apple"]}"#;
+    files(folder.path(), &[("labels.json", facts)]);
+    let data = load(folder.path(), &Options::default()).unwrap();
+    assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("N"), Some(100.0)));
+    assert_eq!((data.classes.join(" "), data.y), ("pear apple".to_string(), vec![0, 0, 1]));
+    assert_eq!(data.origins[2], "apple/a.csv");
+    files(folder.path(), &[("labels.json", r#"{"full_scale": 1023}"#)]);
+    let data = load(folder.path(), &Options::default()).unwrap();
+    assert_eq!((data.reading.full_scale, data.y), (Some(1023.0), vec![0, 1, 1]));
+    for wrong in [
+        r#"["apple"]"#,
+        r#"["apple", "fig"]"#,
+        r#"["apple", "pear", "fig"]"#,
+        r#"[["apple", "pear"], ["a"]]"#,
+    ] {
+        files(folder.path(), &[("labels.json", wrong)]);
+        let message = refused_with(folder.path(), &Options::default());
+        assert!(message.starts_with("labels.json: names the classes apple"), "{message}");
+        assert!(message.contains("but they are apple, pear"), "{message}");
+    }
+}
+
+#[test]
 fn a_broken_layout_is_refused() {
     let one = ("a/1.csv", "1,2\n");
     assert_eq!(refused(&[]), "FOLDER: holds neither data.npz nor class folders");

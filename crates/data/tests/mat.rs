@@ -44,7 +44,7 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
     let dataset = with(named);
     assert_eq!(dataset.groups, Some(vec![7, 7, 8, 8]));
     assert_eq!(dataset.official, Some(vec![false, false, true, true]));
-    let levels = with(Options { y: "levels".into(), attribute: 1, ..Options::default() });
+    let levels = with(Options { y: "levels".into(), attribute: Some(1), ..Options::default() });
     assert_eq!(levels.y, [2, 1, 0, 2]);
     let table = levels.columns.unwrap();
     assert_eq!(table.of(&[1]), [1, 1]);
@@ -52,6 +52,18 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
     // 300 + 2 as a byte.
     let counts = with(Options { x: "counts".into(), ..Options::default() });
     assert_eq!((counts.x.shape(), counts.x[[3, 2]]), (&[4, 3][..], 46.0));
+}
+
+#[test]
+fn one_hot_labels_are_class_numbers() {
+    let data = load(&fixture("one-hot.mat"), &Options::default()).unwrap();
+    assert_eq!((data.y, data.columns), (vec![0, 2, 1, 0], None));
+    let card = check(&fixture("one-hot.mat")).unwrap();
+    assert_eq!(card.labels.as_deref(), Some("labels are one-hot: 3 classes"));
+    // Levels that count from 1 are not named by anybody.
+    let options = Options { y: "levels".into(), ..Options::default() };
+    let message = load(&fixture("grasps-v7.mat"), &options).unwrap_err().to_string();
+    assert!(message.contains("levels has 2 columns that are not one-hot; choose one"), "{message}");
 }
 
 #[test]

@@ -26,6 +26,20 @@ fn a_ts_pair_is_read_with_its_split() {
 }
 
 #[test]
+fn labels_json_beside_the_files_is_read() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "Plain_TRAIN.txt", "a 0.5 0.25\nb 2 3\n");
+    write(dir.path(), "Plain_TEST.txt", "a,4,5\n");
+    write(dir.path(), "labels.json", r#"{"classes": ["b", "a"], "unit": "mV", "rate": 50}"#);
+    let data = load(&dir.path().join("Plain"), &Options::default()).unwrap();
+    assert_eq!((data.y, data.classes.join(" ")), (vec![1, 0, 1], "b a".to_string()));
+    assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("mV"), Some(50.0)));
+    write(dir.path(), "Plain.classes.json", r#"["b", "c"]"#);
+    let text = load(&dir.path().join("Plain"), &Options::default()).unwrap_err().to_string();
+    assert!(text.contains("Plain.classes.json: names the classes b, c, but they are a, b"), "{text}");
+}
+
+#[test]
 fn plain_text_has_the_class_first() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "Plain_TRAIN.txt", "  1.0000000e+00  0.5 0.25\n -1 2 3\n\n");
@@ -57,6 +71,9 @@ fn what_is_wrong_is_named_with_its_line() {
     let options = Options { group: Some("g".into()), ..Options::default() };
     let text = load(&dir.path().join("Bad"), &options).unwrap_err().to_string();
     assert!(text.contains("group: does not apply"), "{text}");
+    let options = Options { test_above: Some(3), ..Options::default() };
+    let text = load(&dir.path().join("Bad"), &options).unwrap_err().to_string();
+    assert!(text.contains("test-above: does not apply"), "{text}");
 }
 
 #[test]

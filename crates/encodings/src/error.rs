@@ -75,12 +75,12 @@ pub enum Error {
         expected: &'static str,
     },
     /// No layout has this name.
-    #[error("there is no layout `{name}`; known: {known}")]
+    #[error("there is no layout `{name}`; {hint}")]
     Layout {
         /// The name asked for.
         name: String,
-        /// All names.
-        known: String,
+        /// The nearest names, and all of them.
+        hint: String,
     },
     /// The contact judge never fired.
     #[error(

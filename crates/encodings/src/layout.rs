@@ -114,9 +114,9 @@ impl FromStr for Layout {
     type Err = Error;
 
     fn from_str(name: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|layout| layout.name() == name)
-            .ok_or_else(|| Error::Layout { name: name.into(), known: Self::ALL.map(Self::name).join(", ") })
+        Self::ALL.into_iter().find(|layout| layout.name() == name).ok_or_else(|| Error::Layout {
+            name: name.into(),
+            hint: taxel_names::hint(name, Self::ALL.map(Self::name)),
+        })
     }
 }

@@ -101,7 +101,7 @@ impl Compiled {
         let frozen = graph.covered(&options.frozen)?;
         let plan = Plan::new(graph, &frozen);
         let is_small = graph.cost().macs * batch as u64 <= SMALL;
-        let threads = Threads::new(if is_small { 1 } else { options.threads })?;
+        let threads = Threads::new(options.threads, is_small)?;
         let (nodes, sizes) = lay_out(graph, &frozen);
         let most_parts = (PARTIALS / usize::max(sizes.partials, 1)).clamp(2, PARTS).min(batch);
         let capacity = batch.div_ceil(most_parts);

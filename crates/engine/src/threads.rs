@@ -7,6 +7,10 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 
+/// Threads that any machine may be asked for; more than there are cores bring nothing, and many more take all of
+/// its time and memory to start.
+const MOST: usize = 64;
+
 /// One pool of worker threads; a pool of one runs everything in the calling thread.
 #[derive(Debug)]
 pub(crate) struct Threads {
@@ -14,8 +18,15 @@ pub(crate) struct Threads {
 }
 
 impl Threads {
-    pub fn new(threads: usize) -> Result<Self> {
-        if threads <= 1 {
+    /// A pool of so many; of one where the work `is_small`.
+    pub fn new(threads: usize, is_small: bool) -> Result<Self> {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let most = cores.max(MOST);
+        if threads > most {
+            let reason = format!("this machine has {cores} cores, and {most} threads are the most");
+            return Err(Error::Threads { threads, reason });
+        }
+        if threads <= 1 || is_small {
             return Ok(Threads { pool: None });
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

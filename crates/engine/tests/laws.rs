@@ -63,6 +63,18 @@ fn norm(values: &[f32]) -> f64 {
     values.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt()
 }
 
+/// Sixty-four start on any machine; of 99999 the first thousands would stop it.
+#[test]
+fn more_threads_than_a_machine_is_asked_for_are_refused() {
+    let twin = Twin::all().into_iter().find(|t| t.name == "mlp").unwrap();
+    let (graph, weights) = (graph(&twin), twin.weights());
+    let options = |threads| Options { threads, ..Options::default() };
+    let refusal = Engine::new(&graph, &weights, options(99_999)).err().unwrap().to_string();
+    assert!(refusal.starts_with("cannot start 99999 threads: this machine has "), "{refusal}");
+    assert!(refusal.ends_with(" threads are the most; try fewer threads"), "{refusal}");
+    assert!(Engine::new(&graph, &weights, options(64)).is_ok());
+}
+
 #[test]
 fn batches_that_do_not_fit_are_refused_and_change_nothing() {
     let twin = Twin::all().into_iter().find(|t| t.name == "hybrid-resvgg").unwrap();

@@ -1,8 +1,9 @@
 //! Parts of a network: which nodes a name means, and the network up to a node.
 
+use taxel_names::nearest;
+
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Node, NodeId};
-use crate::nearest::nearest;
 use crate::op::Op;
 
 impl Graph {

@@ -50,6 +50,8 @@ pub struct CrossValidation<'a> {
     pub candidates: Vec<Candidate>,
     /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
     pub look_alikes: BTreeMap<String, Vec<String>>,
+    /// Networks that cannot take such samples, and why: the results name them.
+    pub left_out: BTreeMap<String, String>,
     /// Seed of every random choice.
     pub seed: u64,
     encoding: Encoding,
@@ -65,6 +67,7 @@ impl<'a> CrossValidation<'a> {
             protocol: Protocol::default(),
             candidates: vec![],
             look_alikes: BTreeMap::new(),
+            left_out: BTreeMap::new(),
             seed: 0,
             encoding: Encoding::default(),
             encoder: Encoder::new(&Encoding::default(), dataset),
@@ -171,7 +174,7 @@ impl<'a> CrossValidation<'a> {
         }
         let names: Vec<&str> = self.candidates.iter().flat_map(Candidate::inputs).collect();
         self.encoder.prepare(&names)?;
-        Plan::new(
+        let mut plan = Plan::new(
             self.name,
             self.title,
             self.protocol,
@@ -179,7 +182,9 @@ impl<'a> CrossValidation<'a> {
             &self.look_alikes,
             self.seed,
             self.encoder,
-        )
+        )?;
+        plan.results.left_out.extend(self.left_out);
+        Ok(plan)
     }
 
     /// Everything that the results depend on besides the samples.

@@ -58,7 +58,7 @@ impl Environment {
 }
 
 /// Hardware threads that the process may use; 1 where that is unknown.
-pub(crate) fn cores() -> usize {
+pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, Into::into)
 }
 

@@ -62,6 +62,7 @@ impl Fit<'_> {
         let origin = Origin { dataset, samples: dataset.len(), fold: None, seed: self.seed };
         match &candidate.estimator {
             Estimator::Network(network) => {
+                dataset.refuse_one_class()?;
                 crate::plan::check_network(candidate, network, encoder)?;
                 network.drawn()?;
                 let training = Training {

@@ -78,7 +78,7 @@ mod training;
 pub use candidate::{Candidate, Estimator, Published, Trainable, file_name};
 pub use cross_validation::CrossValidation;
 pub use encoding::{Encoder, Encoding, Transform};
-pub use environment::Environment;
+pub use environment::{Environment, cores};
 pub use epoch::Epoch;
 pub use error::{Error, Result};
 pub use fit::{Fit, fit};

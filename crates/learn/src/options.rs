@@ -11,20 +11,20 @@ pub struct RunOptions {
     /// Whether the folder may hold the same run already: its finished folds are kept, and a fold in training
     /// goes on where it was saved.
     pub resume: bool,
-    /// Worker threads. Default one per core.
+    /// Worker threads, at most one per core, however many are asked for. Default one per core.
     pub threads: Option<usize>,
     /// Seconds between two savings of a fold in training. Default 10; never more than a twentieth of the
     /// time is spent on it.
     pub save_every: Option<f64>,
 }
 
-/// So many worker threads as are asked for, else one per core; at least one.
+/// So many worker threads as are asked for, at most one per core, at least one; without a word one per core.
 pub fn threads(asked: Option<usize>) -> usize {
-    asked.unwrap_or_else(cores).max(1)
+    asked.unwrap_or(usize::MAX).clamp(1, cores())
 }
 
 impl RunOptions {
-    /// Worker threads, at least one.
+    /// Worker threads, from one to one per core.
     pub fn threads(&self) -> usize {
         threads(self.threads)
     }
@@ -32,5 +32,18 @@ impl RunOptions {
     /// Seconds between two savings.
     pub fn save_every(&self) -> f64 {
         self.save_every.unwrap_or(SAVE_EVERY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_from_one_to_one_per_core() {
+        assert_eq!([None, Some(99_999), Some(cores())].map(threads), [cores(); 3]);
+        assert_eq!([Some(0), Some(1)].map(threads), [1; 2]);
+        let options = RunOptions { threads: Some(99_999), ..RunOptions::default() };
+        assert_eq!(options.threads(), cores());
     }
 }

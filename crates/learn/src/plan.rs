@@ -60,6 +60,7 @@ impl<'a> Plan<'a> {
         encoder: Encoder<'a>,
     ) -> Result<Self> {
         let dataset = encoder.dataset();
+        dataset.refuse_one_class()?;
         let mut drawn = vec![];
         for candidate in &candidates {
             if let Estimator::Network(network) = &candidate.estimator {

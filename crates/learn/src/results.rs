@@ -127,7 +127,7 @@ pub struct Results {
     pub protocol: Protocol,
     /// Folds of one repetition.
     pub folds: usize,
-    /// Baselines that were left out, and why.
+    /// Baselines and networks that were left out, and why.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, String>,
     /// Real recordings that a few global statistics tell apart: part of every score may not be touch.

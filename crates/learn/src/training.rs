@@ -14,6 +14,7 @@ use crate::learner::{Learner, Task};
 use crate::model::digest;
 use crate::objective::Objective;
 use crate::part::Part;
+use crate::problem::Problem;
 use crate::recipe::{BatchNorm, Recipe};
 use crate::records::OtherStatistics;
 use crate::search::{Chosen, Trial};
@@ -82,7 +83,7 @@ impl Training<'_> {
         let mut session = hooks.saver.load(|| self.digest())?;
         let Some((recipe, chosen)) = self.choose(&mut session, hooks)? else { return Ok(None) };
         let (rows, validation) = match &recipe.early_stopping {
-            Some(stopping) => self.parts(stopping.validation, "stop")?,
+            Some(stopping) => self.parts(stopping.validation, "stop", "train.early_stopping.validation")?,
             None => (self.fold.train.clone(), vec![]),
         };
         let Some(learner) = self.fit(&recipe, &rows, &validation, &mut session, hooks)? else {
@@ -179,20 +180,28 @@ impl Training<'_> {
     }
 
     /// The rows that are trained on and those that choose: the protocol's, or held back from the
-    /// training part.
-    fn parts(&self, share: f64, purpose: &str) -> Result<(Vec<usize>, Vec<usize>)> {
+    /// training part by the share that `key` gives.
+    fn parts(&self, share: f64, purpose: &str, key: &str) -> Result<(Vec<usize>, Vec<usize>)> {
         let fold = self.fold;
         if !fold.validation.is_empty() {
             return Ok((fold.train.clone(), fold.validation.clone()));
         }
         let purpose = self.part.purpose(&format!("validation/{purpose}"));
-        Ok(hold_back(&fold.train, &self.dataset.y, self.units, share, self.part.seed, &purpose)?)
+        hold_back(&fold.train, &self.dataset.y, self.units, share, self.part.seed, &purpose).map_err(
+            |error| match error {
+                taxel_data::Error::NothingToHoldBack { .. } => {
+                    let way_out = "give another share, record more samples or leave the table out";
+                    Problem::new(key, share, format!("{error}; {way_out}")).into()
+                }
+                other => other.into(),
+            },
+        )
     }
 
     /// Tries every recipe that is left open; the best one.
     fn choose(&self, session: &mut Session, hooks: &mut Hooks) -> Result<Option<(Recipe, Option<Chosen>)>> {
         let Some(search) = &self.network.search else { return Ok(Some((self.network.recipe.clone(), None))) };
-        let (rows, validation) = self.parts(search.validation, "choose")?;
+        let (rows, validation) = self.parts(search.validation, "choose", "choose.validation")?;
         while session.state.trials.len() < search.grid.len() {
             let own = &search.grid[session.state.trials.len()];
             // Early stopping sees the same part: it, too, is never tested on.

@@ -77,6 +77,28 @@ fn frozen_layers_stay_and_unknown_ones_are_named() {
 }
 
 #[test]
+fn too_few_samples_to_hold_some_back_name_the_key() {
+    let dataset = presses(9, 20);
+    let dir = tempfile::tempdir().unwrap();
+    let stopping = json!({ "early_stopping": { "validation": 0.01 } });
+    let error = run_at(three_folds(&dataset, vec![mlp(&dataset, recipe(stopping))]), &dir.path().join("run"));
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "train.early_stopping.validation = 0.01: 6 training samples cannot be cut in two to hold some back; give \
+         another share, record more samples or leave the table out"
+    );
+}
+
+#[test]
+fn samples_of_one_class_are_refused() {
+    let x = ndarray::ArrayD::from_shape_fn(vec![9, 1, 5], |at| (at[0] * at[2]) as f32);
+    let dataset = taxel_data::Dataset::new("cans", taxel_data::Layout::Series, x, &["can"; 9]).unwrap();
+    let baseline = taxel_learn::Candidate::baseline(Method::all()[0]);
+    let error = three_folds(&dataset, vec![baseline]).run().unwrap_err().to_string();
+    assert_eq!(error, "cans: all samples are of one class, can: nothing to tell apart");
+}
+
+#[test]
 fn early_stopping_keeps_the_best_epoch_and_ends() {
     let stopping = |epochs: usize| {
         json!({

@@ -9,12 +9,12 @@
 #[non_exhaustive]
 pub enum Error {
     /// No scene has this name.
-    #[error("there is no scene `{name}`; known: {known}")]
+    #[error("there is no scene `{name}`; {hint}")]
     UnknownScene {
         /// The name asked for.
         name: String,
-        /// All names.
-        known: String,
+        /// The nearest names, and all of them.
+        hint: String,
     },
     /// The settings of a scene cannot be read.
     #[error("settings of scene {scene}: {reason}")]
@@ -25,22 +25,22 @@ pub enum Error {
         reason: String,
     },
     /// The scene has no such effect, or could not work without it.
-    #[error("scene {scene} has no removable effect `{name}`; known: {known}")]
+    #[error("scene {scene} has no removable effect `{name}`; {hint}")]
     UnknownEffect {
         /// The scene.
         scene: &'static str,
         /// The effect asked for.
         name: String,
-        /// All removable effects of the scene.
-        known: String,
+        /// The nearest of its removable effects, and all of them.
+        hint: String,
     },
     /// No fault has this name.
-    #[error("there is no fault `{name}`; known: {known}")]
+    #[error("there is no fault `{name}`; {hint}")]
     UnknownFault {
         /// The name asked for.
         name: String,
-        /// All names.
-        known: String,
+        /// The nearest names, and all of them.
+        hint: String,
     },
     /// A fault has no meaning for these readings.
     #[error("fault {fault} has no meaning for {layout}: {reason}")]

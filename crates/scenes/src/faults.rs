@@ -235,8 +235,8 @@ impl std::str::FromStr for Fault {
 
     fn from_str(name: &str) -> Result<Self> {
         Self::ALL.into_iter().find(|fault| fault.name() == name).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            Error::UnknownFault { name: name.into(), known }
+            let hint = taxel_names::hint(name, Self::ALL.map(Self::name));
+            Error::UnknownFault { name: name.into(), hint }
         })
     }
 }

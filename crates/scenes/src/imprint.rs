@@ -140,8 +140,8 @@ impl Imprint {
             return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
         }
         if let Some(name) = without.iter().find(|name| !REMOVABLE.contains(&name.as_str())) {
-            let known = REMOVABLE.join(", ");
-            return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), known });
+            let hint = taxel_names::hint(name, REMOVABLE.iter().copied());
+            return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), hint });
         }
         let (class_names, objects) = self.objects()?;
         let of = |class: usize| {

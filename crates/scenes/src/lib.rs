@@ -37,6 +37,7 @@ pub use palpation::Palpation;
 use faults::{Fault, Layout, Sensor};
 use ndarray::{Array2, ArrayD, Axis};
 use serde::{Deserialize, Deserializer, Serialize};
+use taxel_names::{hint, with_meant};
 
 /// A simulated data set of N samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,7 +147,7 @@ impl Settings {
             imprint::NAME => Imprint::deserialize(settings).map(Self::Imprint),
             _ => return Err(unknown(name)),
         };
-        read.map_err(|error| Error::Settings { scene: name.into(), reason: error.to_string() })
+        read.map_err(|error| Error::Settings { scene: name.into(), reason: with_meant(&error.to_string()) })
     }
 
     /// The scene `name` as it is by default.
@@ -206,5 +207,5 @@ pub fn explain(name: &str) -> Result<Vec<Effect>> {
 }
 
 fn unknown(name: &str) -> Error {
-    Error::UnknownScene { name: name.into(), known: names().join(", ") }
+    Error::UnknownScene { name: name.into(), hint: hint(name, names().iter().copied()) }
 }

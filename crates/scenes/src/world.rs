@@ -30,8 +30,8 @@ impl<'a> World<'a> {
             return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
         }
         if let Some(name) = without.iter().find(|name| !removable.contains(&name.as_str())) {
-            let known = removable.join(", ");
-            return Err(Error::UnknownEffect { scene, name: name.clone(), known });
+            let hint = taxel_names::hint(name, removable.iter().copied());
+            return Err(Error::UnknownEffect { scene, name: name.clone(), hint });
         }
         Ok(World { scene, seed, without })
     }

@@ -109,8 +109,8 @@ impl<'de> Deserialize<'de> for Baseline {
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
         let known = Method::all();
         if !known.iter().any(|method| method.name() == name) {
-            let names: Vec<&str> = known.iter().map(Method::name).collect();
-            let message = format!("no baseline is called `{name}`; known: {}", names.join(", "));
+            let hint = taxel_names::hint(name, known.iter().map(Method::name));
+            let message = format!("no baseline is called `{name}`; {hint}");
             return Err(D::Error::custom(message));
         }
         Method::deserialize(Value::Table(table)).map(Baseline).map_err(D::Error::custom)
@@ -327,7 +327,7 @@ impl Choose {
             let known = set.keys().find(|key| misread.key == **key).or(set.keys().next());
             let key = known.map_or(String::new(), |key| format!(".{key}"));
             let value = known.map(|key| set[key].to_string()).unwrap_or_default();
-            Problem::new(format!("choose.grid{key}"), value, misread.message)
+            Problem::new(format!("choose.grid{key}"), value, taxel_names::with_meant(&misread.message))
         })
     }
 }

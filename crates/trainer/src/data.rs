@@ -104,7 +104,7 @@ pub struct RecordingsOrigin {
     /// Samples with more than this in the `test` array are tested, in place of those that are not 0.
     #[serde(default, alias = "test-above", skip_serializing_if = "Option::is_none")]
     pub test_above: Option<i64>,
-    /// For labels `[N, k]`: the column that becomes the class. Default 0.
+    /// For labels `[N, k]` that are not one-hot: the column that becomes the class.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attribute: Option<usize>,
     /// For image files: `[height, width]` in pixels.
@@ -114,6 +114,9 @@ pub struct RecordingsOrigin {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
 }
+
+/// Settings of scenes that are paths.
+pub(crate) const SCENE_PATHS: [&str; 1] = ["meshes"];
 
 /// Keys of a scene that recordings in its place do not have.
 pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
@@ -186,7 +189,8 @@ impl Data {
 impl SceneOrigin {
     fn check(&self) -> Check {
         let known = taxel_scenes::names();
-        let reason = format!("no scene has this name; known: {}", known.join(", "));
+        let hint = taxel_names::hint(&self.scene, known.iter().copied());
+        let reason = format!("no scene has this name; {hint}");
         require(known.contains(&self.scene.as_str()), "scene", format!("{:?}", self.scene), reason)?;
         if let Err(error) = taxel_scenes::Settings::read(&self.scene, Value::Table(self.set.clone())) {
             let reason = error.to_string().trim().replace('\n', " ");
@@ -205,7 +209,12 @@ impl RecordingsOrigin {
     }
 
     /// What the reader of the recordings is asked.
-    pub(crate) fn options(&self, layout: Option<Layout>, rate: Option<f64>) -> Options {
+    pub(crate) fn options(
+        &self,
+        layout: Option<Layout>,
+        rate: Option<f64>,
+        attributes: &[String],
+    ) -> Options {
         let default = Options::default();
         Options {
             x: self.x.clone().unwrap_or(default.x),
@@ -215,7 +224,8 @@ impl RecordingsOrigin {
             channels: self.channels.clone(),
             drop: self.drop.clone(),
             deny_contradictory: self.deny_contradictory.unwrap_or(default.deny_contradictory),
-            attribute: self.attribute.unwrap_or(default.attribute),
+            attribute: self.attribute,
+            attributes: attributes.to_vec(),
             test: self.test.clone(),
             test_above: self.test_above,
             resize: self.resize,

@@ -47,6 +47,12 @@ pub enum Error {
     /// A network cannot be built for these samples.
     #[error(transparent)]
     Zoo(Box<taxel_zoo::Error>),
+    /// No network takes such samples.
+    #[error("{reason}")]
+    Unfit {
+        /// What the first of them says, and the way out.
+        reason: String,
+    },
     /// A training, a run folder or a model.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),

@@ -7,7 +7,7 @@ use taxel_zoo::Registry;
 use toml::{Table, Value};
 
 use crate::config::Config;
-use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS};
+use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS, SCENE_PATHS, SceneOrigin};
 use crate::error::{Error, Result};
 use crate::merge::{leaves, parse_value, put};
 use crate::places::Places;
@@ -133,6 +133,18 @@ impl Experiment {
         self.expanded(&format!("networks.{network}.weights"), path, way_out).map(Some)
     }
 
+    /// The settings of a scene, paths among them likewise.
+    pub(crate) fn scene_settings(&self, scene: &SceneOrigin) -> Result<Table> {
+        let mut set = scene.set.clone();
+        for key in SCENE_PATHS {
+            if let Some(Value::String(path)) = set.get_mut(key) {
+                let way_out = "write the folder's own path in the config";
+                *path = self.expanded(&format!("data.set.{key}"), path, way_out)?.display().to_string();
+            }
+        }
+        Ok(set)
+    }
+
     fn expanded(&self, key: &str, path: &str, way_out: &str) -> Result<PathBuf> {
         let refuse = |reason: String| self.refuse(Problem::new(key, format!("{path:?}"), reason));
         let mut expanded = String::new();
@@ -157,17 +169,26 @@ impl Experiment {
 
     /// Paths that are relative to the config's folder, from the root: a run folder opens from anywhere.
     fn make_absolute(&mut self, folder: &Path) -> std::io::Result<()> {
-        let absolute = |path: &mut String| -> std::io::Result<()> {
+        // However the folder was spelled: a run is gone on with from anywhere.
+        let folder = std::fs::canonicalize(if folder == Path::new("") { Path::new(".") } else { folder })?;
+        let absolute = |path: &mut String| {
             // A variable says where its folder is, on every machine its own.
             if !path.starts_with("${") && Path::new(path.as_str()).is_relative() {
-                *path = std::path::absolute(folder.join(&*path))?.display().to_string();
+                *path = folder.join(&*path).display().to_string();
             }
-            Ok(())
         };
-        if let Origin::Recordings(recordings) = &mut self.config.data.origin {
-            absolute(&mut recordings.path)?;
+        match &mut self.config.data.origin {
+            Origin::Recordings(recordings) => absolute(&mut recordings.path),
+            Origin::Scene(scene) => {
+                for key in SCENE_PATHS {
+                    if let Some(Value::String(path)) = scene.set.get_mut(key) {
+                        absolute(path);
+                    }
+                }
+            }
         }
-        self.config.networks.iter_mut().filter_map(|n| n.weights.as_mut()).try_for_each(absolute)
+        self.config.networks.iter_mut().filter_map(|n| n.weights.as_mut()).for_each(absolute);
+        Ok(())
     }
 
     /// An error with the place where the value was written.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use taxel_learn::Problem;
+use taxel_names::with_meant;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::Error;
@@ -125,6 +126,7 @@ impl Places {
     /// A value that could not be read, likewise.
     pub fn misread(&self, misread: Misread) -> Error {
         let Misread { key, message } = misread;
+        let message = with_meant(&message);
         let Some((place, exact)) = self.nearest(&key) else { return Error::config(&self.file, message) };
         let number = place.at.rsplit(':').next().unwrap_or_default();
         match (&place.inside, exact) {

@@ -1,5 +1,6 @@
 //! An experiment from start to end: its candidates on its samples, into a run folder or a model.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -14,8 +15,11 @@ use taxel_zoo::{Entry, Registry, matlab};
 use toml::{Table, Value};
 
 use crate::config::{Baseline, Config, Network};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Overrides};
+
+/// A length that every network takes, for messages.
+const SHORTER: usize = 1000;
 
 /// Name of the file of a run folder that holds the resolved config.
 const CONFIG: &str = "config.toml";
@@ -71,6 +75,8 @@ impl Runner<'_> {
         progress: &dyn Progress,
         cancel: &AtomicBool,
     ) -> Result<RunFolder> {
+        // Before a network blames its number of classes.
+        self.dataset.refuse_one_class()?;
         let config = self.experiment.config();
         let mut validation = CrossValidation::new(self.dataset).encoding(config.encoding.clone());
         validation.name = config.name.clone();
@@ -78,7 +84,7 @@ impl Runner<'_> {
         validation.protocol = config.protocol.clone();
         validation.look_alikes = config.data.look_alikes.clone();
         validation.seed = config.seed;
-        validation.candidates = self.candidates(validation.encoder())?;
+        (validation.candidates, validation.left_out) = self.candidates(validation.encoder())?;
         let text = self.experiment.to_toml();
         let now = parsed(&text);
         let difference = |path: &Path, before: &str| {
@@ -108,6 +114,7 @@ impl Runner<'_> {
         progress: &dyn Progress,
         cancel: &AtomicBool,
     ) -> Result<Option<Model>> {
+        self.dataset.refuse_one_class()?;
         let config = self.experiment.config();
         let mut encoder = Encoder::new(&config.encoding, self.dataset);
         let candidate = self.candidate(name, &mut encoder)?;
@@ -134,18 +141,35 @@ impl Runner<'_> {
             return Ok(Candidate::baseline(*method));
         }
         let known = networks.iter().map(|network| network.label.as_str());
-        let known: Vec<&str> = known.chain(baselines.iter().map(|own| own.0.name())).collect();
-        let reason = format!("is no network or baseline of this experiment; it has {}", known.join(", "));
+        let known = known.chain(baselines.iter().map(|own| own.0.name()));
+        let hint = taxel_names::hint(name, known);
+        let reason = format!("is no network or baseline of this experiment; {hint}");
         Err(taxel_learn::Error::from(Problem::new("network", format!("{name:?}"), reason)).into())
     }
 
-    /// The networks, then the baselines, sized by the samples.
-    fn candidates(&self, encoder: &mut Encoder) -> Result<Vec<Candidate>> {
+    /// The networks, then the baselines, sized by the samples; and the networks that take no such samples, with
+    /// the reason.
+    ///
+    /// # Errors
+    /// Whatever else is wrong with a network, and the first reason where no network is left.
+    fn candidates(&self, encoder: &mut Encoder) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
         let Config { networks, baselines, .. } = self.experiment.config();
-        let own = networks.iter().enumerate().map(|(i, network)| self.network(i, network, encoder));
-        let mut candidates = own.collect::<Result<Vec<_>>>()?;
+        let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);
+        for (i, network) in networks.iter().enumerate() {
+            match self.network(i, network, encoder) {
+                Ok(candidate) => candidates.push(candidate),
+                Err(Error::Zoo(error)) if matches!(*error, taxel_zoo::Error::Graph { .. }) => {
+                    refused.insert(network.label.clone(), reason(&error));
+                    first.get_or_insert(error);
+                }
+                Err(other) => return Err(other),
+            }
+        }
+        if let (true, Some(error)) = (candidates.is_empty(), first) {
+            return Err(Error::Unfit { reason: reason(&error) });
+        }
         candidates.extend(baselines.iter().map(|Baseline(method)| Candidate::baseline(*method)));
-        Ok(candidates)
+        Ok((candidates, refused))
     }
 
     fn network(&self, i: usize, network: &Network, encoder: &mut Encoder) -> Result<Candidate> {
@@ -203,6 +227,19 @@ impl Runner<'_> {
             let reason = format!("{error}; `taxel cost {}` lists and numbers them", graph.name());
             self.experiment.refuse(Problem::new(key, value, reason))
         })
+    }
+}
+
+/// Why a network takes no such samples, and the way out where they are too long.
+fn reason(error: &taxel_zoo::Error) -> String {
+    let length = |key: &str| ["length", "frames"].contains(&key);
+    match error {
+        taxel_zoo::Error::Graph { source: taxel_graph::Error::Config { key, .. }, .. } if length(key) => {
+            format!(
+                "{error}; shorten the recordings: data.length = {{ kind = \"resample\", to = {SHORTER} }}"
+            )
+        }
+        _ => error.to_string(),
     }
 }
 

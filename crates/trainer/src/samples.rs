@@ -5,7 +5,7 @@ use taxel_learn::Problem;
 use toml::Value;
 
 use crate::data::{Data, Origin, SceneOrigin};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::experiment::Experiment;
 
 impl Experiment {
@@ -18,14 +18,18 @@ impl Experiment {
         let Data { full_scale, layout, rate, attributes, classes, .. } = &self.config().data;
         let mut dataset = match &self.config().data.origin {
             Origin::Scene(scene) => {
-                let SceneOrigin { scene: name, samples, set, without } = scene;
-                let settings = taxel_scenes::Settings::read(name, Value::Table(set.clone()))?;
+                let SceneOrigin { scene: name, samples, without, .. } = scene;
+                let set = self.scene_settings(scene)?;
+                let settings = taxel_scenes::Settings::read(name, Value::Table(set))?;
                 let scene = settings.simulate(*samples, self.config().seed, without)?;
-                simulated(name, without, scene)
+                let mut dataset = simulated(name, without, scene);
+                dataset.learn_attributes(attributes).map_err(|e| self.of_attributes(attributes, e))?;
+                dataset
             }
             Origin::Recordings(recordings) => {
                 let path = self.recordings_path(recordings)?;
-                taxel_data::load(&path, &recordings.options(*layout, *rate))?
+                let options = recordings.options(*layout, *rate, attributes);
+                taxel_data::load(&path, &options).map_err(|e| self.of_attributes(attributes, e))?
             }
         };
         // What the encodings take samples for is what they are, where nobody has said it.
@@ -44,15 +48,21 @@ impl Experiment {
             let key = key.to_string();
             move |e: taxel_data::Error| self.refuse(Problem::new(key, value, e.to_string()))
         };
-        if !attributes.is_empty() {
-            let value = format!("{attributes:?}");
-            dataset.learn_attributes(attributes).map_err(refuse("data.attributes", value))?;
-        }
         if let Some(classes) = classes {
             let value = format!("{classes:?}");
             dataset.keep_classes(classes).map_err(refuse("data.classes", value))?;
         }
         Ok(dataset)
+    }
+
+    /// What is wrong with the attributes belongs to their key.
+    fn of_attributes(&self, attributes: &[String], error: taxel_data::Error) -> Error {
+        match error {
+            taxel_data::Error::LearnAttributes { .. } => {
+                self.refuse(Problem::new("data.attributes", format!("{attributes:?}"), error.to_string()))
+            }
+            other => other.into(),
+        }
     }
 }
 

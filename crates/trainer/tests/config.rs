@@ -200,10 +200,35 @@ fn paths_of_a_config_start_at_its_folder() {
     assert!(variable.to_toml().contains("path = \"${CARGO_MANIFEST_DIR}/glove.npz\""));
     let want = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("glove.npz");
     assert_eq!(variable.data_path().unwrap(), Some(want));
+    // However the folder is spelled, the run is the same.
+    let spelled = load(&elsewhere.join("../../tiny.toml"));
+    assert_eq!(spelled.to_toml(), load(&file).to_toml());
     // A path of the command line does not move with the config.
     let overrides = Overrides { data: Some("mine.npz".into()), ..Overrides::default() };
     let own = Experiment::load(&file, &overrides, &Registry::built_in()).unwrap();
     assert_eq!(own.data_path().unwrap(), Some(std::env::current_dir().unwrap().join("mine.npz")));
+}
+
+#[test]
+fn meshes_start_at_the_configs_folder_and_may_hold_a_variable() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("tiny.toml");
+    let load = |meshes: &str| {
+        let scene = format!("scene = \"imprint\"\nsamples = 60\nset.meshes = \"{meshes}\"");
+        std::fs::write(&file, BASE.replace("scene = \"fingertip\"\nsamples = 60", &scene)).unwrap();
+        Experiment::load(&file, &Overrides::default(), &Registry::built_in()).unwrap()
+    };
+    let folder = dir.path().canonicalize().unwrap();
+    let own = load("my/meshes");
+    assert!(own.to_toml().contains(&format!("meshes = {:?}", folder.join("my/meshes"))), "{}", own.to_toml());
+    let error = own.dataset().unwrap_err().to_string();
+    assert!(error.contains(&folder.join("my/meshes").display().to_string()), "{error}");
+    let variable = load("${CARGO_MANIFEST_DIR}/none");
+    assert!(variable.to_toml().contains("meshes = \"${CARGO_MANIFEST_DIR}/none\""));
+    let error = variable.dataset().unwrap_err().to_string();
+    assert!(error.contains(&format!("{}/none", env!("CARGO_MANIFEST_DIR"))), "{error}");
+    let unset = load("${TAXEL_NO_SUCH}/none").dataset().unwrap_err().to_string();
+    assert!(unset.contains("data.set.meshes = ") && unset.contains("TAXEL_NO_SUCH is not set"), "{unset}");
 }
 
 #[test]

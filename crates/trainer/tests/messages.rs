@@ -16,13 +16,18 @@ fn message(from: &str, to: &str) -> String {
 #[test]
 fn unknown_keys_and_wrong_types_name_file_line_and_column() {
     let text = message("epochs = 7", "epoch = 7");
-    assert!(text.starts_with("tiny.toml:11:1: unknown field `epoch`, expected one of `epochs`"), "{text}");
+    assert!(
+        text.starts_with(
+            "tiny.toml:11:1: unknown field `epoch`: did you mean `epochs`? expected one of `epochs`"
+        ),
+        "{text}"
+    );
     assert!(text.ends_with("\n  11 | epoch = 7"), "{text}");
     let text = message("epochs = 7", "epochs = \"seven\"");
     assert!(text.starts_with("tiny.toml:11:10: invalid type: string \"seven\""), "{text}");
     let text = message("kind = \"gadf\"", "kind = \"gadf\", range = { low = 1, hihg = 2 }");
     assert!(text.starts_with("tiny.toml:8:"), "{text}");
-    assert!(text.contains("unknown field `hihg`, expected `low` or `high`"), "{text}");
+    assert!(text.contains("unknown field `hihg`: did you mean `high`? expected `low` or `high`"), "{text}");
     let text = message("kind = \"gadf\"", "kind = \"gadf\", range = \"sample\"");
     assert!(text.starts_with("tiny.toml:8:") && text.contains("per-sample"), "{text}");
     let text = message("epochs = 7", "epochs = ");
@@ -30,7 +35,12 @@ fn unknown_keys_and_wrong_types_name_file_line_and_column() {
     // A mistake in [quick] must not wait for --quick's full run to be noticed there.
     let text = BASE.replace("data.samples = 12", "data.sample = 12");
     let text = parse_with(&text, &quick()).unwrap_err().to_string();
-    assert!(text.starts_with("tiny.toml:22:6: unknown field `sample`, expected one of `scene`"), "{text}");
+    assert!(
+        text.starts_with(
+            "tiny.toml:22:6: unknown field `sample`: did you mean `samples`? expected one of `scene`"
+        ),
+        "{text}"
+    );
 }
 
 #[test]
@@ -67,7 +77,7 @@ fn values_out_of_range_name_the_line_and_the_range() {
         (
             "kind = \"gadf\"",
             "kind = \"raw\", size = 9",
-            "tiny.toml:8:25: unknown field `size`, expected one of `scale`, `resize`, `red`\n  8 | image = ",
+            "tiny.toml:8:25: unknown field `size`: did you mean `resize`? expected one of `scale`, `resize`, `red`\n  8 | image = ",
         ),
         (
             "kind = \"gadf\"",

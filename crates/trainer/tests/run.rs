@@ -60,6 +60,44 @@ fn run_tiny(out: &Path, sets: &[&str]) -> Result<RunFolder, Error> {
     go(&experiment(sets), out, &options(false, 1))
 }
 
+/// 30 recordings of one channel that are longer than light networks take.
+fn long_recordings(dir: &Path) -> std::path::PathBuf {
+    let (n, length) = (12usize, 70_000usize);
+    let x: Vec<f32> = (0..n * length).map(|i| ((i / length % 3) * 100 + i % 89) as f32).collect();
+    let mut npz = taxel_data::Npz::default();
+    npz.add("x", &[n, 1, length], &x).unwrap();
+    npz.add("y", &[n], &(0..n as u32).map(|i| i % 3).collect::<Vec<_>>()).unwrap();
+    let path = dir.join("long.npz");
+    std::fs::write(&path, npz.finish().unwrap()).unwrap();
+    path
+}
+
+#[test]
+fn a_network_that_takes_no_such_samples_is_left_out_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = long_recordings(dir.path());
+    let text = TINY.replace("scene = \"fingertip\"\nsamples = 30", &format!("path = {path:?}"));
+    let load = |text: &str, set: &[&str]| {
+        let overrides =
+            Overrides { set: set.iter().map(ToString::to_string).collect(), ..Overrides::default() };
+        Experiment::parse(text, "tiny.toml", &overrides, &Registry::built_in()).unwrap()
+    };
+    let wanted = "resnet8-lite-1d: length = 70000: must be in 1..=65536; shorten the recordings: data.length = \
+                  { kind = \"resample\", to = 1000 }";
+    let sets = ["networks.0.set={ hidden = 2 }", "train.epochs=1"];
+    let folder = go(&load(&text, &sets), &dir.path().join("run"), &options(false, 1)).unwrap();
+    let results = folder.results().unwrap();
+    assert_eq!((results.networks.len(), results.complete), (1, true));
+    assert_eq!(results.left_out.get("resnet8-lite-1d").map(String::as_str), Some(wanted));
+    let table = Table::of(&folder).unwrap().to_string();
+    assert!(table.contains(&format!("left out: resnet8-lite-1d: {wanted}")), "{table}");
+    // Where none is left there is nothing to run.
+    let alone = text.replace("name = \"mlp\"", "name = \"resnet8-lite-1d\"\nlabel = \"one\"");
+    let error = go(&load(&alone, &[]), &dir.path().join("none"), &options(false, 1)).unwrap_err().to_string();
+    assert_eq!(error, wanted);
+    assert!(!dir.path().join("none").exists());
+}
+
 fn assert_same(a: &Path, b: &Path) {
     let (a, b) = (contents(a), contents(b));
     assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());

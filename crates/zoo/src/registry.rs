@@ -1,6 +1,6 @@
 //! Networks by name.
 
-use taxel_graph::nearest;
+use taxel_names::hint;
 
 use crate::entry::Entry;
 use crate::error::{Error, Result};
@@ -47,10 +47,9 @@ impl Registry {
 
     fn hint(&self, name: &str) -> String {
         let known = self.entries.iter().map(|entry| entry.name.as_str());
-        match nearest(name, known.clone()).as_slice() {
-            [] if self.entries.is_empty() => "none is registered".into(),
-            [] => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
-            names => format!("did you mean `{}`?", names.join("` or `")),
+        match self.entries.is_empty() {
+            true => "none is registered".into(),
+            false => hint(name, known),
         }
     }
 }

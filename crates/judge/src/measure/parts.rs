@@ -118,7 +118,7 @@ pub(super) fn answer(
         }
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(|| alone(worker))).collect();
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(|| alone(worker))).collect();
         let ends = workers.into_iter().map(|w| w.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
         ends.collect::<Result<Vec<()>>>()
     })?;

@@ -26,7 +26,7 @@ pub struct StressOptions {
     pub severity: Option<u8>,
     /// At most so many test samples of each network; the others are left out evenly. Default 1000.
     pub samples: usize,
-    /// Worker threads; results do not depend on them.
+    /// Worker threads, at most one per core, however many are asked for; results do not depend on them.
     pub threads: usize,
 }
 
@@ -63,7 +63,7 @@ pub fn stress(
         }
     }
     start(jobs.len() as u64);
-    let answers = answer(case, &sensor, &parts, &jobs, options.threads, tick)?;
+    let answers = answer(case, &sensor, &parts, &jobs, taxel_learn::threads(Some(options.threads)), tick)?;
     let chance = chance(&case.dataset);
     let mut networks = vec![];
     for name in &names {

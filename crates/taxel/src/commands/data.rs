@@ -17,7 +17,7 @@ pub enum Data {
 /// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
 ///
 /// A data set is a .npz or a .mat of MATLAB 5 to 7 with x [N, channels, time], [N, rows, columns] or
-/// [N, frames, rows, columns], y [N] and optionally group [N], with labels.json beside it; or a folder with
+/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; or a folder with
 /// one sub-folder per class holding CSV (rows = time), NPY, MAT, PNG or JPEG files. Ends with 1 if something
 /// keeps it from being used.
 #[derive(Args)]
@@ -31,6 +31,9 @@ pub struct Check {
     /// Turns that many consecutive group values, or files of a class folder, into one group.
     #[arg(long)]
     group_block: Option<u32>,
+    /// Names of the columns of y [N, k] where they are attributes and not one-hot.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    attributes: Vec<String>,
     /// Size in pixels that image files are shrunk to first.
     #[arg(long, value_name = "HEIGHT,WIDTH", value_parser = size)]
     resize: Option<[usize; 2]>,
@@ -55,6 +58,7 @@ impl Data {
             group: check.group,
             group_block: check.group_block,
             resize: check.resize,
+            attributes: check.attributes,
             ..Default::default()
         };
         let card = taxel_data::check_with(&check.path, &options)?;

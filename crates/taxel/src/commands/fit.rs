@@ -77,7 +77,8 @@ impl Fit {
             false => self.of_config(&registry)?,
         };
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
-        let options = RunOptions { resume: true, threads: self.threads, save_every: self.save_every };
+        let threads = Some(super::threads(self.threads));
+        let options = RunOptions { resume: true, threads, save_every: self.save_every };
         let session = self.session(&experiment, &dataset, &name);
         let model = runner.fit(&name, &options, &session, &IndicatifProgress::default(), &cancel)?;
         let Some(model) = model else {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use ndarray::{ArrayD, IxDyn};
-use taxel::learn::{read_weights, threads};
+use taxel::learn::read_weights;
 #[cfg(feature = "candle")]
 use taxel_devices::{Device, Model};
 use taxel_engine::{Evaluator, Options};
@@ -102,7 +102,7 @@ impl Forward {
                 return Err(format!("{here}: {n} samples, but {first} has {samples}").into());
             }
         }
-        let threads = threads(self.threads);
+        let threads = super::threads(self.threads);
         let mut outputs: Vec<(String, Vec<f32>)> = vec![];
         let mut keep = |name: &str, values: &[f32]| match outputs.iter_mut().find(|(n, _)| n == name) {
             Some((_, all)) => all.extend_from_slice(values),

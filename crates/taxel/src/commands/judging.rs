@@ -16,7 +16,7 @@ pub fn open(path: &Path) -> Result<Case, Box<dyn std::error::Error>> {
 
 /// Default options on at most `threads` threads.
 pub fn stress_options(threads: Option<usize>) -> StressOptions {
-    StressOptions { threads: taxel::learn::threads(threads), ..StressOptions::default() }
+    StressOptions { threads: super::threads(threads), ..StressOptions::default() }
 }
 
 /// The judgement in the run folder, if it has the faults that are asked for.

@@ -18,7 +18,17 @@ pub mod stitch;
 pub mod stress;
 pub mod zoo;
 
+use taxel::learn::cores;
 use taxel_zoo::Settings;
+
+/// The value of --threads; more than there are cores are capped, and said.
+pub fn threads(asked: Option<usize>) -> usize {
+    if let Some(asked) = asked.filter(|asked| *asked > cores()) {
+        let cores = cores();
+        eprintln!("--threads {asked}: this machine has {cores} cores, so {cores} threads run");
+    }
+    taxel::learn::threads(asked)
+}
 
 /// `key=value` pairs of `--set`; a value that is not JSON is taken as text.
 pub fn settings(pairs: &[String]) -> Result<Settings, String> {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use taxel::data::{Npz, Recordings, recordings};
-use taxel::learn::{Grid, thousands, threads};
+use taxel::learn::{Grid, thousands};
 use taxel::{Model, Options, Predictions};
 
 use crate::Outcome;
@@ -74,12 +74,13 @@ impl Predict {
             x: self.x.clone().unwrap_or(default.x),
             y: self.y.clone().unwrap_or(default.y),
             resize: resize(&self.data, &card.reading),
+            attributes: attributes(card),
             ..Options::default()
         };
         let Recordings { x, origins, truth, .. } =
             recordings(&self.data, &options, card.reading.layout.rank())?;
         let predictions = model
-            .predictor(card.batch(), threads(self.threads))?
+            .predictor(card.batch(), super::threads(self.threads))?
             .predict(&x)
             .map_err(|e| format!("{}: {e}", self.data.display()))?;
         let answered = Answered { origins: &origins, predictions: &predictions, truth: truth.as_deref() };
@@ -118,6 +119,14 @@ impl Predict {
                 Ok(())
             }
         }
+    }
+}
+
+/// Names of the attributes where the model answers several.
+fn attributes(card: &taxel::Card) -> Vec<String> {
+    match card.attributes.as_slice() {
+        [_] => vec![],
+        several => several.iter().map(|own| own.name.clone()).collect(),
     }
 }
 

@@ -65,7 +65,8 @@ impl Run {
         // All configs are read before the first runs: a typo in the last one costs no hours.
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
-        let options = RunOptions { resume: self.resume, threads: self.threads, save_every: self.save_every };
+        let threads = Some(super::threads(self.threads));
+        let options = RunOptions { resume: self.resume, threads, save_every: self.save_every };
         let mut finished = true;
         for experiment in &experiments {
             let out = match &self.out {

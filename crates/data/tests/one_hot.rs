@@ -1,0 +1,80 @@
+//! Labels with several columns: one-hot, attributes, or nobody says.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use common::{f32s, files, i64s, npz, refused, samples};
+use taxel_data::{Error, Options, check, check_with, load, recordings};
+use tempfile::tempdir;
+
+const ONE_HOT: [i64; 12] = [0, 0, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0];
+
+#[test]
+fn one_hot_rows_become_class_numbers_of_the_same_digest() {
+    let folder = tempdir().unwrap();
+    let numbers = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4], &[2, 0, 1, 0]))]);
+    let wanted = load(&numbers, &Options::default()).unwrap();
+    let floats = ONE_HOT.map(|value| value as f32);
+    for y in [i64s(&[4, 3], &ONE_HOT), f32s(&[4, 3], &floats)] {
+        let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
+        let data = load(&path, &Options::default()).unwrap();
+        assert_eq!((&data.y, &data.classes), (&wanted.y, &wanted.classes));
+        assert_eq!((data.columns, &data.digest), (None, &wanted.digest));
+        let card = check(&path).unwrap();
+        assert_eq!((card.labels.as_deref(), card.problems.len()), (Some("labels are one-hot: 3 classes"), 0));
+        assert!(card.to_string().contains("\n            labels are one-hot: 3 classes\n"), "{card}");
+        let truth = recordings(&path, &Options::default(), 2).unwrap().truth.unwrap();
+        assert_eq!(truth, [["2"], ["0"], ["1"], ["0"]]);
+    }
+}
+
+#[test]
+fn one_list_of_names_is_that_of_the_columns() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 3], &ONE_HOT))]);
+    files(folder.path(), &[("labels.json", r#"["can", "rope", "ball"]"#)]);
+    let data = load(&path, &Options::default()).unwrap();
+    assert_eq!((data.y, data.classes.join(" ")), (vec![2, 0, 1, 0], "can rope ball".to_string()));
+    let path = npz(folder.path(), &[("x", samples(2)), ("y", i64s(&[2, 3], &ONE_HOT[..6]))]);
+    let message = refused(&path, &Options::default());
+    assert_eq!(message, "grasps.npz: no sample in y has label 1 (rope); record some or remove its name");
+}
+
+#[test]
+fn attributes_are_learned_only_where_somebody_asks() {
+    let folder = tempdir().unwrap();
+    let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]);
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
+    let wanted = "grasps.npz: y has 2 columns that are not one-hot; choose one with attribute = N (0..1), or name \
+                  them all to learn several attributes: attributes = [\"...\", \"...\"]";
+    assert_eq!(refused(&path, &Options::default()), wanted);
+    assert_eq!(check(&path).unwrap().problems.len(), 1, "a card all the same");
+    // Rows that could be one-hot are what their reader says they are.
+    let y = i64s(&[4, 2], &[0, 1, 1, 0, 1, 0, 0, 1]);
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
+    assert_eq!(load(&path, &Options::default()).unwrap().y, [1, 0, 0, 1]);
+    let names = ["wet".to_string(), "hot".to_string()];
+    let named = Options { attributes: names.to_vec(), ..Options::default() };
+    let data = load(&path, &named).unwrap();
+    assert_eq!(data.classes, ["wet:0", "wet:1", "hot:0", "hot:1"]);
+    assert_eq!(check_with(&path, &named).unwrap().labels.as_deref(), Some("labels are 2 attributes"));
+    let three = Options { attributes: ["a", "b", "c"].map(String::from).to_vec(), ..Options::default() };
+    assert!(matches!(load(&path, &three), Err(Error::LearnAttributes { .. })));
+    let first = Options { attribute: Some(0), ..Options::default() };
+    assert_eq!(load(&path, &first).unwrap().y, [0, 1, 1, 0]);
+    files(folder.path(), &[("labels.json", r#"{"classes": [["dry", "wet"], ["cold", "hot"]]}"#)]);
+    assert_eq!(load(&path, &Options::default()).unwrap().classes, ["dry", "wet"]);
+    let told = check(&path).unwrap().labels;
+    assert_eq!(told.as_deref(), Some("labels are 2 attributes, of which column 0 is the class"));
+}
+
+#[test]
+fn one_class_is_nothing_to_tell_apart() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4], &[0; 4]))]);
+    files(folder.path(), &[("labels.json", r#"["can"]"#)]);
+    let wanted = "grasps.npz: all samples are of one class, can: nothing to tell apart";
+    assert_eq!(refused(&path, &Options::default()), wanted);
+    let problems = check(&path).unwrap().problems;
+    assert!(problems.len() == 1 && problems[0].ends_with(wanted), "{problems:?}");
+}
