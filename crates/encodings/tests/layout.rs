@@ -28,7 +28,7 @@ fn names_are_the_same_in_words_and_in_json() {
     }
     assert_eq!(
         "Series".parse::<Layout>().unwrap_err().to_string(),
-        "there is no layout `Series`; known: features, series, image, colour, sequence, fingers"
+        "there is no layout `Series`; did you mean `series`? known: features, series, image, colour, sequence, fingers"
     );
 }
 

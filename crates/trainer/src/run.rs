@@ -158,15 +158,19 @@ impl Runner<'_> {
         for (i, network) in networks.iter().enumerate() {
             match self.network(i, network, encoder) {
                 Ok(candidate) => candidates.push(candidate),
-                Err(Error::Zoo(error)) if matches!(*error, taxel_zoo::Error::Graph { .. }) => {
-                    refused.insert(network.label.clone(), reason(&error));
-                    first.get_or_insert(error);
-                }
+                Err(Error::Zoo(error)) => match *error {
+                    taxel_zoo::Error::Graph { source, .. } => {
+                        let reason = reason(&source);
+                        first.get_or_insert(format!("{}: {reason}", network.label));
+                        refused.insert(network.label.clone(), reason);
+                    }
+                    other => return Err(other.into()),
+                },
                 Err(other) => return Err(other),
             }
         }
-        if let (true, Some(error)) = (candidates.is_empty(), first) {
-            return Err(Error::Unfit { reason: reason(&error) });
+        if let (true, Some(reason)) = (candidates.is_empty(), first) {
+            return Err(Error::Unfit { reason });
         }
         candidates.extend(baselines.iter().map(|Baseline(method)| Candidate::baseline(*method)));
         Ok((candidates, refused))
@@ -231,14 +235,12 @@ impl Runner<'_> {
 }
 
 /// Why a network takes no such samples, and the way out where they are too long.
-fn reason(error: &taxel_zoo::Error) -> String {
+fn reason(error: &taxel_graph::Error) -> String {
     let length = |key: &str| ["length", "frames"].contains(&key);
     match error {
-        taxel_zoo::Error::Graph { source: taxel_graph::Error::Config { key, .. }, .. } if length(key) => {
-            format!(
-                "{error}; shorten the recordings: data.length = {{ kind = \"resample\", to = {SHORTER} }}"
-            )
-        }
+        taxel_graph::Error::Config { key, .. } if length(key) => format!(
+            "{error}; shorten the recordings: data.length = {{ kind = \"resample\", to = {SHORTER} }}"
+        ),
         _ => error.to_string(),
     }
 }
