@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use taxel_kernels::conv::Conv;
+use taxel_kernels::simd::{Level, level};
 use taxel_kernels::{Rectifier, View, Window3};
 
 /// Sizes of a convolution in one to three dimensions.
@@ -94,6 +95,13 @@ const DIRECT: Shares = Shares { forward: 1e-5, gradients: 1e-5 };
 /// Transforms add and subtract values several times as large as what is left in the end: of thousands of
 /// outputs' cases one was above 1e-5.
 const FEWER: Shares = Shares { forward: 2e-5, gradients: 5e-5 };
+
+/// Portable code rounds each product before it is added, where the others round the sum alone: cases of many
+/// products came out a little above their share.
+fn fewer() -> Shares {
+    let factor = if level() == Level::Portable { 2.0 } else { 1.0 };
+    Shares { forward: factor * FEWER.forward, gradients: factor * FEWER.gradients }
+}
 
 /// All passes of `conv` against the definition.
 fn agrees(case: &Case, conv: &Conv, accumulate: bool, relu: bool, shares: Shares) {
@@ -192,7 +200,7 @@ proptest! {
     #[test]
     fn fewer_products_give_the_same(case in prop_oneof![squares(), lines()], accumulate in any::<bool>(), relu in any::<bool>()) {
         let Case { window, channels, filters, groups } = case;
-        agrees(&case, &Conv::winograd(window, channels, filters, groups), accumulate, relu, FEWER);
+        agrees(&case, &Conv::winograd(window, channels, filters, groups), accumulate, relu, fewer());
     }
 }
 
