@@ -300,12 +300,14 @@ fn operation(case: &Value) -> Graph {
         "conv" => {
             let conv = Conv::new(number("filters"), extent("kernel")).stride(extent("stride"));
             let conv = conv.pad(extent("pad")).groups(number("groups"));
+            let conv = if case["dilation"].is_null() { conv } else { conv.dilation(extent("dilation")) };
             x.conv("op", if case["bias"] == true { conv } else { conv.no_bias() })
         }
         "max" => x.max_pool(pool()),
         "mean" => x.average_pool(pool()),
         "norm" => x.batch_norm("op"),
         "global" => x.global_average_pool(),
+        "deviation" => x.global_standard_deviation(real("eps")),
         "relu6" => x.activation(Activation::Relu6),
         "leaky_relu" => x.activation(Activation::LeakyRelu { slope: real("slope") }),
         "sigmoid" => x.activation(Activation::Sigmoid),

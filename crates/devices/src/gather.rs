@@ -17,7 +17,12 @@ pub(crate) struct Gather {
 impl Gather {
     /// For `window` over the spatial `size`.
     pub fn new(window: &Window, size: &[usize]) -> Self {
-        let out = window.positions(size);
+        Self::dilated(window, &[], size)
+    }
+
+    /// For a `window` whose kernel offsets lie `dilation` apart (empty: 1).
+    pub fn dilated(window: &Window, dilation: &[usize], size: &[usize]) -> Self {
+        let out = window.dilated(dilation).positions(size);
         let padding = size.iter().product::<usize>() as u32;
         let (volume, positions) = (window.volume(), out.iter().product());
         let mut index = Vec::with_capacity(volume * positions);
@@ -26,7 +31,8 @@ impl Gather {
             for position in 0..positions {
                 let position = unravel(position, &out);
                 let at = (0..size.len()).try_fold(0, |at, axis| {
-                    let padded = position[axis] * window.stride[axis] + offset[axis];
+                    let step = dilation.get(axis).unwrap_or(&1);
+                    let padded = position[axis] * window.stride[axis] + offset[axis] * step;
                     let inside = padded.checked_sub(window.padding[axis].0).filter(|&i| i < size[axis])?;
                     Some(at * size[axis] as u32 + inside as u32)
                 });

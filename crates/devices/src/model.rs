@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use candle_core::{D, Device, Tensor, Var};
-use taxel_graph::{DropoutMask, Graph, Kind, Loss, Node, Op, Targets, Weights, Window};
+use taxel_graph::{DropoutMask, Graph, Kind, Loss, Node, Op, Targets, Weights};
 
 use crate::error::{Error, Result};
 use crate::gather::Gather;
@@ -144,8 +144,9 @@ impl Model {
         let tensor = |i: usize| self.tensors[&node.params[i].name].as_tensor();
         match &node.op {
             Op::Input => Ok(x.clone()),
-            Op::Conv { window, groups, bias, .. } => {
-                let y = self.conv(x, tensor(0), window, *groups, node)?;
+            Op::Conv { window, dilation, groups, bias, .. } => {
+                let gather = Gather::dilated(window, dilation, &x.dims()[2..]);
+                let y = self.conv(x, tensor(0), &gather, *groups, node)?;
                 if *bias { y.broadcast_add(&per_channel(tensor(1), y.rank())?) } else { Ok(y) }
             }
             Op::BatchNorm { eps, momentum } => {
@@ -190,6 +191,11 @@ impl Model {
                 self.mean(&gather, &divisors, x, node)
             }
             Op::GlobalAveragePool => x.flatten_from(2)?.mean(2),
+            Op::GlobalStandardDeviation { eps } => {
+                let x = x.flatten_from(2)?;
+                let deviations = x.broadcast_sub(&x.mean_keepdim(2)?)?;
+                (deviations.sqr()?.mean(2)? + f64::from(*eps))?.sqrt()
+            }
             Op::Flatten => x.flatten_from(1),
             Op::Linear { bias, .. } => {
                 let y = x.matmul(&tensor(0).t()?)?;
@@ -224,11 +230,10 @@ impl Model {
         &self,
         x: &Tensor,
         weight: &Tensor,
-        window: &Window,
+        gather: &Gather,
         groups: usize,
         node: &Node,
     ) -> candle_core::Result<Tensor> {
-        let gather = Gather::new(window, &x.dims()[2..]);
         let (n, filters) = (x.dim(0)?, node.shape[0]);
         let patches = gather.patches(x, 0.0, &self.device)?;
         let (_, channels, volume, positions) = patches.dims4()?;

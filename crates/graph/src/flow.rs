@@ -51,10 +51,15 @@ impl Flow {
 
     /// Convolution `name`, drawn as [`crate::Network::conv_init`] says.
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
-        let Conv { filters, window, groups, bias } = conv;
+        let Conv { filters, window, dilation, groups, bias } = conv;
         let fills = self.state.borrow().conv;
         self.push(self.full(name), fills, |node, shape| {
-            Ok(Op::Conv { filters, window: window.resolve(node, shape)?, groups, bias })
+            let mut dilation = dilation.over(shape.len().saturating_sub(1));
+            if dilation.iter().all(|&step| step == 1) {
+                dilation.clear();
+            }
+            let window = window.resolve_dilated(node, shape, &dilation)?;
+            Ok(Op::Conv { filters, window, dilation, groups, bias })
         })
     }
 
@@ -167,6 +172,11 @@ impl Flow {
     /// Mean over all spatial axes.
     pub fn global_average_pool(&self) -> Flow {
         self.unnamed(Op::GlobalAveragePool, &[])
+    }
+
+    /// Standard deviation over all spatial axes; `eps` is added to the variance.
+    pub fn global_standard_deviation(&self, eps: f32) -> Flow {
+        self.unnamed(Op::GlobalStandardDeviation { eps }, &[])
     }
 
     /// Mean over windows that cut each spatial axis into `output` parts.

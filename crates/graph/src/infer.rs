@@ -55,8 +55,8 @@ impl<'a> Inference<'a> {
             op => {
                 let x = self.only()?;
                 match op {
-                    Op::Conv { filters, window, groups, bias } => {
-                        self.conv(x, *filters, window, *groups, *bias)
+                    Op::Conv { filters, window, dilation, groups, bias } => {
+                        self.conv(x, *filters, (window, dilation), *groups, *bias)
                     }
                     Op::BatchNorm { eps, momentum } => self.batch_norm(x, *eps, *momentum),
                     Op::Activation(activation) => self.activation(x, *activation),
@@ -64,6 +64,7 @@ impl<'a> Inference<'a> {
                     Op::MaxPool(window) => self.pool(x, window, &window.padding),
                     Op::AveragePool { window, counted } => self.pool(x, window, counted),
                     Op::GlobalAveragePool => Ok((vec![self.spatial(x)?[0]], vec![])),
+                    Op::GlobalStandardDeviation { eps } => self.deviation(x, *eps),
                     Op::AdaptiveAveragePool { output } => self.adaptive_average_pool(x, output),
                     // An input's values are counted, so that this product does not overflow.
                     Op::Flatten => Ok((vec![x.iter().product()], vec![])),
@@ -132,8 +133,15 @@ impl<'a> Inference<'a> {
         Param { kind: Kind::Buffer, ..param }
     }
 
-    fn conv(&self, x: &[usize], filters: usize, window: &Window, groups: usize, bias: bool) -> Inferred {
-        let positions = window.fit(self.node, x)?;
+    fn conv(
+        &self,
+        x: &[usize],
+        filters: usize,
+        (window, dilation): (&Window, &[usize]),
+        groups: usize,
+        bias: bool,
+    ) -> Inferred {
+        let positions = window.fit_dilated(self.node, x, dilation)?;
         let channels = x[0];
         if filters == 0 || groups == 0 || !channels.is_multiple_of(groups) || !filters.is_multiple_of(groups)
         {
@@ -215,6 +223,13 @@ impl<'a> Inference<'a> {
             }
         }
         Ok(([&x[..1], &positions].concat(), vec![]))
+    }
+
+    fn deviation(&self, x: &'a [usize], eps: f32) -> Inferred {
+        if !(eps > 0.0 && eps.is_finite()) {
+            return self.refuse(format!("ε {eps} must be above 0"));
+        }
+        Ok((vec![self.spatial(x)?[0]], vec![]))
     }
 
     fn adaptive_average_pool(&self, x: &'a [usize], output: &[usize]) -> Inferred {

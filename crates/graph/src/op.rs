@@ -10,13 +10,17 @@ use crate::window::Window;
 pub enum Op {
     /// A named input of the network.
     Input,
-    /// Cross-correlation as in `torch.nn.Conv1d/2d/3d`; out-of-range inputs are zero.
+    /// Cross-correlation as in `torch.nn.Conv1d/2d/3d`; out-of-range inputs are zero. Kernel value k meets the
+    /// input `dilation · k` after the window's first.
     Conv {
         /// Output channels.
         #[serde(rename = "out_channels")]
         filters: usize,
         /// Kernel, stride, zero padding.
         window: Window,
+        /// Steps between the inputs that neighbouring kernel values meet, per spatial axis; empty: all 1.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        dilation: Vec<usize>,
         /// Channel groups; input and output channels are both divisible by it.
         groups: usize,
         /// Whether a bias is added per output channel.
@@ -56,6 +60,13 @@ pub enum Op {
     },
     /// Mean over all spatial axes: channels × … → features.
     GlobalAveragePool,
+    /// Standard deviation over all spatial axes, divided by the number of positions and kept from 0 by `eps`:
+    /// `√(mean((x − mean)²) + eps)`, channels × … → features. With the mean beside it, statistics pooling
+    /// (Snyder et al., ICASSP 2018).
+    GlobalStandardDeviation {
+        /// Added to the variance, so that the gradient of a constant channel is 0; above 0.
+        eps: f32,
+    },
     /// Mean over windows that cut each spatial axis into a given number of parts
     /// (`torch.nn.AdaptiveAvgPool*d`): part i of n over a size s covers ⌊i·s/n⌋ to ⌈(i+1)·s/n⌉, so
     /// neighbours may share values, and n may exceed s.
@@ -163,6 +174,7 @@ impl Op {
             Op::MaxPool(_) => "max_pool",
             Op::AveragePool { .. } => "average_pool",
             Op::GlobalAveragePool => "global_average_pool",
+            Op::GlobalStandardDeviation { .. } => "global_standard_deviation",
             Op::AdaptiveAveragePool { .. } => "adaptive_average_pool",
             Op::Flatten => "flatten",
             Op::Linear { .. } => "linear",

@@ -43,7 +43,11 @@ impl Graph {
         let ends = |op: &Op| {
             matches!(
                 op,
-                Op::GlobalAveragePool | Op::AdaptiveAveragePool { .. } | Op::Flatten | Op::Dropout { .. }
+                Op::GlobalAveragePool
+                    | Op::GlobalStandardDeviation { .. }
+                    | Op::AdaptiveAveragePool { .. }
+                    | Op::Flatten
+                    | Op::Dropout { .. }
             )
         };
         let inside =

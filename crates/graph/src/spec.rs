@@ -57,6 +57,11 @@ pub(crate) struct WindowSpec {
 impl WindowSpec {
     /// The window over `shape` (channels first), or why it does not fit.
     pub fn resolve(&self, node: &str, shape: &[usize]) -> Result<Window> {
+        self.resolve_dilated(node, shape, &[])
+    }
+
+    /// The same for a kernel whose values meet inputs `dilation` apart (empty: neighbours).
+    pub fn resolve_dilated(&self, node: &str, shape: &[usize], dilation: &[usize]) -> Result<Window> {
         let size = shape.get(1..).unwrap_or_default();
         let (kernel, stride) = (self.kernel.over(size.len()), self.stride.over(size.len()));
         let padding = match &self.padding {
@@ -64,11 +69,12 @@ impl WindowSpec {
             Padding::Both(extent) => extent.over(size.len()).into_iter().map(|pad| (pad, pad)).collect(),
             Padding::Same => {
                 let same = |((&size, &kernel), &stride)| same(size, kernel, stride);
-                size.iter().zip(&kernel).zip(&stride).map(same).collect()
+                let extent = Window { kernel: kernel.clone(), stride: vec![], padding: vec![] };
+                size.iter().zip(&extent.dilated(dilation).kernel).zip(&stride).map(same).collect()
             }
         };
         let mut window = Window { kernel, stride, padding };
-        window.fit(node, shape)?;
+        window.fit_dilated(node, shape, dilation)?;
         if self.round_up {
             round_up(&mut window, size);
         }
@@ -101,6 +107,7 @@ fn round_up(window: &mut Window, size: &[usize]) {
 pub struct Conv {
     pub(crate) filters: usize,
     pub(crate) window: WindowSpec,
+    pub(crate) dilation: Extent,
     pub(crate) groups: usize,
     pub(crate) bias: bool,
 }
@@ -116,6 +123,7 @@ impl Conv {
                 padding: Padding::Valid,
                 round_up: false,
             },
+            dilation: Extent::All(1),
             groups: 1,
             bias: true,
         }
@@ -136,6 +144,12 @@ impl Conv {
     /// Step of the kernel.
     pub fn stride(mut self, stride: impl Into<Extent>) -> Self {
         self.window.stride = stride.into();
+        self
+    }
+
+    /// Steps between the inputs that neighbouring kernel values meet (PyTorch's `dilation`).
+    pub fn dilation(mut self, dilation: impl Into<Extent>) -> Self {
+        self.dilation = dilation.into();
         self
     }
 

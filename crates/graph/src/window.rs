@@ -40,6 +40,33 @@ impl Window {
         self.kernel.iter().product()
     }
 
+    /// The same for a kernel whose values meet inputs `dilation` apart (empty: neighbours): one that is longer.
+    pub fn dilated(&self, dilation: &[usize]) -> Window {
+        let mut window = self.clone();
+        for (kernel, step) in window.kernel.iter_mut().zip(dilation) {
+            *kernel = kernel.saturating_sub(1).saturating_mul(*step).saturating_add(1);
+        }
+        window
+    }
+
+    /// [`Window::fit`] of the dilated window.
+    pub(crate) fn fit_dilated(&self, node: &str, shape: &[usize], dilation: &[usize]) -> Result<Vec<usize>> {
+        if dilation.is_empty() {
+            return self.fit(node, shape);
+        }
+        check_axes(node, "dilation", dilation, shape.len().saturating_sub(1))?;
+        check_axes(node, "kernel", &self.kernel, dilation.len())?;
+        if self.kernel.contains(&0) || dilation.iter().any(|step| !(1..=MOST).contains(step)) {
+            let kernel = &self.kernel;
+            let reason = format!("kernel {kernel:?} must be at least 1, dilation {dilation:?} 1 to {MOST}");
+            return Err(Error::node(node, reason));
+        }
+        if self.kernel.iter().any(|kernel| *kernel > MOST) {
+            return self.fit(node, shape);
+        }
+        self.dilated(dilation).fit(node, shape)
+    }
+
     /// [`Window::positions`] over the spatial axes of an input of `shape`, or why the window does not fit.
     pub(crate) fn fit(&self, node: &str, shape: &[usize]) -> Result<Vec<usize>> {
         let refuse = |reason: String| Err(Error::node(node, reason));

@@ -53,6 +53,10 @@ fn operations_keep_or_change_shapes() {
     assert_eq!(shape_after(&image, |x| x.slice(0, 2).concat(&x.slice(2, 4))), image);
     assert_eq!(shape_after(&image, |x| x.adaptive_average_pool(7)), [6, 7, 7]);
     assert_eq!(shape_after(&image, |x| x.adaptive_average_pool([2, 1])), [6, 2, 1]);
+    assert_eq!(shape_after(&image, |x| x.global_standard_deviation(1e-5)), [6]);
+    let dilated = || Conv::new(2, [3, 2]).dilation([1, 3]);
+    assert_eq!(shape_after(&image, |x| x.conv("c", dilated())), [2, 2, 2]);
+    assert_eq!(shape_after(&image, |x| x.conv("c", dilated().same())), [2, 4, 5]);
     assert_eq!(shape_after(&[5, 50], |x| x.lstm("lstm", 128)), [128]);
     assert_eq!(shape_after(&[7], |x| x.batch_norm("bn").linear_no_bias("fc", 3)), [3]);
 }
@@ -73,6 +77,26 @@ fn windows_joins_and_layers_that_do_not_fit() {
     same(
         refusal(&[3, 4], |x| x.conv("c", Conv::new(4, 1).groups(2))),
         "c: 2 groups must divide 3 input and 4 output channels",
+    );
+    same(
+        refusal(&[3], |x| x.global_standard_deviation(1e-5)),
+        "x/global_standard_deviation: needs a spatial axis, the input is features 3",
+    );
+    same(
+        refusal(&[3, 4], |x| x.global_standard_deviation(0.0)),
+        "x/global_standard_deviation: ε 0 must be above 0",
+    );
+    same(
+        refusal(&[3, 4], |x| x.conv("c", Conv::new(4, 3).dilation(2))),
+        "c: kernel 5 along length is larger than the padded size 4; the input is channels 3 × length 4",
+    );
+    same(
+        refusal(&[3, 4], |x| x.conv("c", Conv::new(4, 3).dilation(0))),
+        "c: kernel [3] must be at least 1, dilation [0] 1 to 16777216",
+    );
+    same(
+        refusal(&[3, 4], |x| x.conv("c", Conv::new(4, 3).dilation([2, 2]))),
+        "c: dilation [2, 2] has 2 axes, the input has 1 spatial axes",
     );
     same(
         refusal(&[3, 4], |x| x.conv("c", Conv::new(4, [1, 1]))),

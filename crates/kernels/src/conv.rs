@@ -41,18 +41,30 @@ pub struct Conv {
 impl Conv {
     /// A convolution of `channels` into `filters`; `groups` divides both.
     pub fn new(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        let sizes = Sizes::new(window, channels, filters, groups);
+        Self::dilated(window, [1; 3], channels, filters, groups)
+    }
+
+    /// The same with a kernel whose values meet inputs `dilation` apart; the window's outputs are counted with
+    /// them.
+    pub fn dilated(
+        window: Window3,
+        dilation: [usize; 3],
+        channels: usize,
+        filters: usize,
+        groups: usize,
+    ) -> Self {
+        let sizes = Sizes::new(window, dilation, channels, filters, groups);
         Self::with(sizes, Winograd::pays(&sizes))
     }
 
     /// The same by the definition's own products, whatever the sizes.
     pub fn direct(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(Sizes::new(window, channels, filters, groups), false)
+        Self::with(Sizes::new(window, [1; 3], channels, filters, groups), false)
     }
 
     /// The same with fewer products wherever the window allows, even where that does not pay.
     pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(Sizes::new(window, channels, filters, groups), true)
+        Self::with(Sizes::new(window, [1; 3], channels, filters, groups), true)
     }
 
     fn with(sizes: Sizes, fewer: bool) -> Self {

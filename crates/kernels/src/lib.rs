@@ -13,6 +13,7 @@ pub mod adaptive_pool;
 pub mod batch_norm;
 mod buffer;
 pub mod conv;
+pub mod deviation;
 pub mod dropout;
 mod fold;
 pub mod layout;

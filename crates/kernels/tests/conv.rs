@@ -9,13 +9,14 @@ use taxel_kernels::{Rectifier, View, Window3};
 #[derive(Debug, Clone)]
 struct Case {
     window: Window3,
+    dilation: [usize; 3],
     channels: usize,
     filters: usize,
     groups: usize,
 }
 
 fn cases() -> impl Strategy<Value = Case> {
-    let axis = (1usize..12, 1usize..6, 1usize..4, 0usize..5, 0usize..5);
+    let axis = (1usize..12, 1usize..6, 1usize..4, 0usize..5, 0usize..5, 1usize..4);
     // Dense, grouped, and depthwise with up to 40 channels.
     let dense = (1usize..20, 1usize..36, 1usize..4);
     let sizes = prop_oneof![3 => dense, 1 => (Just(1usize), Just(1usize), 2usize..40)];
@@ -23,15 +24,20 @@ fn cases() -> impl Strategy<Value = Case> {
         |(axes, flat, (channels, filters, groups))| {
             let mut window =
                 Window3 { input: [1; 3], output: [1; 3], kernel: [1; 3], stride: [1; 3], before: [0; 3] };
-            for (a, (input, kernel, stride, before, after)) in axes.into_iter().enumerate().skip(flat) {
-                let padding = (kernel.saturating_sub(input)).max(before + after);
+            let mut dilations = [1; 3];
+            for (a, axis) in axes.into_iter().enumerate().skip(flat) {
+                let (input, kernel, stride, before, after, dilation) = axis;
+                let extent = (kernel - 1) * dilation + 1;
+                let padding = extent.saturating_sub(input).max(before + after);
+                dilations[a] = dilation;
                 window.input[a] = input;
                 window.kernel[a] = kernel;
                 window.stride[a] = stride;
                 window.before[a] = before;
-                window.output[a] = (input + padding - kernel) / stride + 1;
+                window.output[a] = (input + padding - extent) / stride + 1;
             }
-            Case { window, channels: channels * groups, filters: filters * groups, groups }
+            let (channels, filters) = (channels * groups, filters * groups);
+            Case { window, dilation: dilations, channels, filters, groups }
         },
     )
 }
@@ -53,7 +59,11 @@ impl Case {
         for o in all(output) {
             for k in all(kernel) {
                 let position: Vec<Option<usize>> = (0..3)
-                    .map(|a| (o[a] * stride[a] + k[a]).checked_sub(before[a]).filter(|&i| i < input[a]))
+                    .map(|a| {
+                        (o[a] * stride[a] + k[a] * self.dilation[a])
+                            .checked_sub(before[a])
+                            .filter(|&i| i < input[a])
+                    })
                     .collect();
                 let [Some(d), Some(r), Some(c)] = position[..] else { continue };
                 for group in 0..self.groups {
@@ -164,7 +174,7 @@ fn squares() -> impl Strategy<Value = Case> {
             window.before[a + 1] = before;
             window.output[a + 1] = input + padding - 2;
         }
-        Case { window, channels, filters, groups: 1 }
+        Case { window, dilation: [1; 3], channels, filters, groups: 1 }
     })
 }
 
@@ -183,7 +193,7 @@ fn lines() -> impl Strategy<Value = Case> {
                 window.before[a] = before;
                 window.output[a] = input + padding + 1 - kernel;
             }
-            Case { window, channels, filters, groups: 1 }
+            Case { window, dilation: [1; 3], channels, filters, groups: 1 }
         },
     )
 }
@@ -193,13 +203,17 @@ proptest! {
 
     #[test]
     fn agrees_with_its_definition(case in cases(), accumulate in any::<bool>(), relu in any::<bool>()) {
-        let Case { window, channels, filters, groups } = case;
-        agrees(&case, &Conv::direct(window, channels, filters, groups), accumulate, relu, DIRECT);
+        let Case { window, channels, filters, groups, .. } = case;
+        let conv = match case.dilation {
+            [1, 1, 1] => Conv::direct(window, channels, filters, groups),
+            dilation => Conv::dilated(window, dilation, channels, filters, groups),
+        };
+        agrees(&case, &conv, accumulate, relu, DIRECT);
     }
 
     #[test]
     fn fewer_products_give_the_same(case in prop_oneof![squares(), lines()], accumulate in any::<bool>(), relu in any::<bool>()) {
-        let Case { window, channels, filters, groups } = case;
+        let Case { window, channels, filters, groups, .. } = case;
         agrees(&case, &Conv::winograd(window, channels, filters, groups), accumulate, relu, fewer());
     }
 }
@@ -208,9 +222,17 @@ proptest! {
 fn large_depthwise_images_go_band_by_band() {
     // The padded images do not fit into one band; odd strides, kernels and paddings, and a stride that
     // leaves out the last rows.
-    for (kernel, stride, before, rows) in [(3, 1, 1, 40), (3, 2, 1, 40), (5, 3, 0, 41), (2, 2, 0, 40)] {
+    for (kernel, stride, before, rows, step) in [
+        (3, 1, 1, 40, 1),
+        (3, 2, 1, 40, 1),
+        (5, 3, 0, 41, 1),
+        (2, 2, 0, 40, 1),
+        (3, 1, 2, 40, 2),
+        (2, 2, 0, 40, 3),
+    ] {
         let (input, channels) = ([1, rows, 30], 150);
-        let out = |size: usize| (size + 2 * before - kernel) / stride + 1;
+        let dilation = [1, step, step];
+        let out = |size: usize| (size + 2 * before - (kernel - 1) * step - 1) / stride + 1;
         let window = Window3 {
             input,
             output: [1, out(rows), out(30)],
@@ -218,8 +240,8 @@ fn large_depthwise_images_go_band_by_band() {
             stride: [1, stride, stride],
             before: [0, before, before],
         };
-        let case = Case { window, channels, filters: channels, groups: channels };
-        let conv = Conv::new(window, channels, channels, channels);
+        let case = Case { window, dilation, channels, filters: channels, groups: channels };
+        let conv = Conv::dilated(window, dilation, channels, channels, channels);
         assert!(conv.bands().count() > 1);
         for accumulate in [false, true] {
             agrees(&case, &conv, accumulate, true, DIRECT);

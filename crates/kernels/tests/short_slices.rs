@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use taxel_kernels::adaptive_pool::AdaptivePool;
 use taxel_kernels::batch_norm::InputGradient;
 use taxel_kernels::conv::Conv;
+use taxel_kernels::deviation;
 use taxel_kernels::lstm::{Lstm, Trace, Weights};
 use taxel_kernels::matmul::{Matrix, few_rows, matmul};
 use taxel_kernels::optim::Adam;
@@ -88,9 +89,16 @@ fn values_that_are_moved() {
         needs("mean_positions_backward", [width, rows * width], |[dy, dx]| {
             pointwise::mean_positions_backward(width, dy, dx, add);
         });
+        let (image, each) = (rows * width, width);
+        needs("deviation::backward", [image, each, each, each, image], |[x, mean, y, dy, dx]| {
+            deviation::backward(width, x, mean, y, dy, dx, add);
+        });
         needs("transpose", [rows * width; 2], |[x, y]| layout::transpose(rows, width, x, y, add));
         needs("dropout", [37; 2], |[x, y]| dropout::apply(x, y, 2.0, |i| i % 2 == 0, add));
     }
+    needs("deviation::forward", [rows * width, width, width], |[x, mean, y]| {
+        deviation::forward(width, 1e-5, x, mean, y);
+    });
     needs("put_columns", [rows * width, rows * wide], |[x, y]| pointwise::put_columns(x, width, y, wide, 2));
     needs("add_to_columns", [rows * width, rows * wide], |[x, y]| {
         pointwise::add_to_columns(x, width, y, wide, 4);
@@ -233,11 +241,13 @@ fn pools() {
 type New = fn(Window3, usize, usize, usize) -> Conv;
 
 /// Name, constructor, window, channels, filters, groups: every algorithm, and every way to an input gradient.
-const CONVOLUTIONS: [(&str, New, Window3, [usize; 3]); 9] = [
+const CONVOLUTIONS: [(&str, New, Window3, [usize; 3]); 11] = [
     ("direct", Conv::direct, flat(7, 7, 3, 1, 1), [5, 19, 1]),
     ("direct without a halo", Conv::direct, flat(7, 7, 1, 1, 0), [5, 19, 1]),
     ("direct in groups", Conv::direct, flat(7, 5, 3, 1, 0), [6, 9, 3]),
     ("direct with strides", Conv::direct, flat(7, 3, 3, 2, 0), [5, 19, 1]),
+    ("dilated", twice_as_wide, flat(7, 7, 3, 1, 2), [5, 19, 1]),
+    ("dilated with strides", twice_as_wide, flat(7, 2, 3, 2, 0), [5, 19, 1]),
     ("depthwise", Conv::new, flat(7, 7, 3, 1, 1), [19, 19, 19]),
     ("depthwise in bands", Conv::new, flat(60, 60, 5, 1, 2), [40, 40, 40]),
     ("depthwise with strides", Conv::new, flat(7, 3, 3, 2, 0), [19, 19, 19]),
@@ -247,6 +257,10 @@ const CONVOLUTIONS: [(&str, New, Window3, [usize; 3]); 9] = [
 
 const LINES: Window3 =
     Window3 { input: [6, 5, 5], output: [6, 5, 5], kernel: [3, 1, 5], stride: [1; 3], before: [1, 0, 2] };
+
+fn twice_as_wide(window: Window3, channels: usize, filters: usize, groups: usize) -> Conv {
+    Conv::dilated(window, [1, 2, 2], channels, filters, groups)
+}
 
 #[test]
 fn convolutions_pad_and_go_forward() {

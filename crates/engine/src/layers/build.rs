@@ -1,7 +1,7 @@
 //! Which layer a node of the graph becomes.
 
 use taxel_graph::{Activation, Graph, Node, Op, Window};
-use taxel_kernels::{Window3, adaptive_pool::AdaptivePool};
+use taxel_kernels::{self as kernels, Window3, adaptive_pool::AdaptivePool};
 
 use super::batch_layer::{Batch, BatchLayer};
 use super::layer::Layer;
@@ -32,9 +32,13 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let (channels, len) = (node.shape[0], node.shape.iter().product());
     Some(match &node.op {
         Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
-        Op::Conv { window, groups, bias, .. } => {
-            let window = window3(window, &input(0).shape);
-            Box::new(conv::Conv::new(window, input(0).shape[0], node.shape[0], *groups, *bias))
+        Op::Conv { filters, window, dilation, groups, bias } => {
+            let shape = &input(0).shape;
+            let kernel = axes3(&window.kernel, 1);
+            let window = Window3 { kernel, ..window3(&window.dilated(dilation), shape) };
+            let dilation = axes3(dilation, 1);
+            let kernel = kernels::conv::Conv::dilated(window, dilation, shape[0], *filters, *groups);
+            Box::new(conv::Conv::new(kernel, *bias))
         }
         // Stored only where the engine cannot leave them to their readers.
         Op::BatchNorm { .. } | Op::Relu | Op::Activation(Activation::Relu6) => {
@@ -55,6 +59,10 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
         Op::GlobalAveragePool => {
             let len = input(0).shape.iter().product();
             Box::new(pool::GlobalAveragePool { channels: node.shape[0], len })
+        }
+        &Op::GlobalStandardDeviation { eps } => {
+            let len = input(0).shape.iter().product();
+            Box::new(pool::GlobalStandardDeviation { channels: node.shape[0], eps, len })
         }
         Op::Flatten => {
             let shape = &input(0).shape;

@@ -1,7 +1,7 @@
 //! Convolution.
 
 use taxel_graph::{Node, Op, Param};
-use taxel_kernels::{Window3, conv, layout};
+use taxel_kernels::{conv, layout};
 
 use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
@@ -11,8 +11,8 @@ pub(super) struct Conv {
 }
 
 impl Conv {
-    pub fn new(window: Window3, channels: usize, filters: usize, groups: usize, bias: bool) -> Self {
-        Conv { conv: conv::Conv::new(window, channels, filters, groups), bias }
+    pub fn new(conv: conv::Conv, bias: bool) -> Self {
+        Conv { conv, bias }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Windowed and global pooling.
 
-use taxel_kernels::{Window3, pointwise, pool};
+use taxel_kernels::{Window3, deviation, pointwise, pool};
 
 use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
@@ -70,6 +70,44 @@ impl Layer for GlobalAveragePool {
         if let Some((dx, add)) = outputs.get(0) {
             pointwise::mean_positions_backward(self.channels, dy, dx, add);
         }
+    }
+
+    fn scratch_len(&self) -> usize {
+        self.len
+    }
+}
+
+pub(super) struct GlobalStandardDeviation {
+    pub channels: usize,
+    pub eps: f32,
+    /// Values of one sample of the input.
+    pub len: usize,
+}
+
+impl Layer for GlobalStandardDeviation {
+    fn forward(&self, inputs: Inputs, _: &[f32], y: &mut [f32], saved: &mut [f32], scratch: &mut Scratch) {
+        let (x, view) = inputs.get(0);
+        let x = view.seen(self.channels, x, &mut scratch.x);
+        deviation::forward(self.channels, self.eps, x, saved, y);
+    }
+
+    fn backward(
+        &self,
+        pass: Backward,
+        dy: &[f32],
+        _: &mut [f32],
+        mut outputs: Outputs,
+        scratch: &mut Scratch,
+    ) {
+        if let Some((dx, add)) = outputs.get(0) {
+            let (x, view) = pass.inputs.get(0);
+            let x = view.seen(self.channels, x, &mut scratch.x);
+            deviation::backward(self.channels, x, pass.saved, pass.y, dy, dx, add);
+        }
+    }
+
+    fn saved_len(&self) -> usize {
+        self.channels
     }
 
     fn scratch_len(&self) -> usize {

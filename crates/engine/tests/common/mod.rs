@@ -14,7 +14,9 @@ pub fn mixed() -> Graph {
     let left = x.slice(0, 3).conv("left.conv", Conv::new(4, 3).same().no_bias()).batch_norm("left.bn").relu();
     let right = x.slice(3, 5).conv("right.conv", Conv::new(4, 1)).activation(Activation::HardSwish);
     let x = left.add(&right.scale("right.scale", 0.5)).max_pool(Pool::new(2)).adaptive_average_pool(2);
-    let signal = net.input("signal", &[2, 6]).lstm("lstm", 5).dropout(0.5);
+    let signal = net.input("signal", &[2, 6]);
+    let wide = signal.conv("wide.conv", Conv::new(3, 2).dilation(3)).global_standard_deviation(1e-3);
+    let signal = signal.lstm("lstm", 5).dropout(0.5).concat(&wide);
     let x = x.flatten().linear("fc1", 6).activation(Activation::Tanh).concat(&signal);
     net.finish(&[("logits", x.linear("fc2", 3))]).unwrap()
 }
@@ -26,7 +28,7 @@ pub fn weights(graph: &Graph) -> Weights {
 pub fn engine(batch: usize, threads: usize, frozen: &[&str]) -> Engine {
     let frozen = frozen.iter().map(|name| name.to_string()).collect();
     let graph = mixed();
-    Engine::new(&graph, &weights(&graph), Options { batch, threads, frozen }).unwrap()
+    Engine::new(&graph, &weights(&graph), Options { batch, threads, frozen, ..Options::default() }).unwrap()
 }
 
 /// Inputs and labels of batch `number` with `n` samples.

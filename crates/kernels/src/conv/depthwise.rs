@@ -38,17 +38,18 @@ struct Image<'a> {
 impl Depthwise {
     pub fn new(sizes: Sizes) -> Self {
         let Window3 { output, kernel, stride, .. } = sizes.window;
-        let padded = sizes.reach();
+        let (padded, extent) = (sizes.reach(), sizes.extent());
+        let offset = sizes.offsets(padded);
         let mut offsets = Vec::with_capacity(sizes.window.volume());
         for kd in 0..kernel[0] {
             for kr in 0..kernel[1] {
-                offsets.extend((0..kernel[2]).map(|kc| (kd * padded[1] + kr) * padded[2] + kc));
+                offsets.extend((0..kernel[2]).map(|kc| offset([kd, kr, kc])));
             }
         }
         let row = padded[2] * sizes.channels;
-        let cut = output[0] == 1 && kernel[0] == 1 && padded[0] * padded[1] * row > BAND;
+        let cut = output[0] == 1 && extent[0] == 1 && padded[0] * padded[1] * row > BAND;
         let band_rows = match cut {
-            true => ((BAND / row).saturating_sub(kernel[1]) / stride[1] + 1).min(output[1]),
+            true => ((BAND / row).saturating_sub(extent[1]) / stride[1] + 1).min(output[1]),
             false => output[1],
         };
         Depthwise { sizes, offsets, band_rows }
@@ -189,31 +190,31 @@ unsafe fn backward_weight_at<S: Simd>(image: &Image, x: &[f32], dy: &[f32], dwei
 
 at_level! {
     /// Adds the gradient of the input, tap by tap; for strides above 1.
-    pub(crate) fn scatter(
-        window: &Window3, channels: usize, dy: &[f32], weight: &[f32], dx: &mut [f32],
-    ) = scatter_at
+    pub(crate) fn scatter(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) = scatter_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn scatter_at<S: Simd>(window: &Window3, channels: usize, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+unsafe fn scatter_at<S: Simd>(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+    let Sizes { window, dilation, channels, .. } = *sizes;
     at_least("dy of a convolution", dy.len(), image(window.output, channels));
     at_least("weights of a convolution", weight.len(), image(window.kernel, channels));
     at_least("dx of a convolution", dx.len(), image(window.input, channels));
-    let Window3 { input, kernel, .. } = *window;
+    let Window3 { input, kernel, .. } = window;
     for position in 0..window.output_len() {
         let [d, r, c] = window.unravel(position);
-        let (depths, first_d) = window.inside(0, d);
-        let (rows, first_r) = window.inside(1, r);
-        let (columns, first_c) = window.inside(2, c);
+        let (depths, first_d) = sizes.inside(0, d);
+        let (rows, first_r) = sizes.inside(1, r);
+        let (columns, first_c) = sizes.inside(2, c);
         let dy = &dy[position * channels..(position + 1) * channels];
         for kd in depths.clone() {
             for kr in rows.clone() {
                 for kc in columns.clone() {
                     let k = (kd * kernel[1] + kr) * kernel[2] + kc;
-                    let line = (first_d + kd - depths.start) * input[1] + first_r + kr - rows.start;
-                    let at = (line * input[2] + first_c + kc - columns.start) * channels;
+                    let depth = first_d + (kd - depths.start) * dilation[0];
+                    let line = depth * input[1] + first_r + (kr - rows.start) * dilation[1];
+                    let at = (line * input[2] + first_c + (kc - columns.start) * dilation[2]) * channels;
                     let dx = &mut dx[at..at + channels];
                     let weight = &weight[k * channels..(k + 1) * channels];
                     vectors!(S, channels, c, n, {

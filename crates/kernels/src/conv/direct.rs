@@ -1,8 +1,8 @@
 //! Convolution by every product of its definition, in blocks of neighbouring outputs × filters that are held
 //! in registers (`tile.rs`).
 //!
-//! Channels lie innermost, so the input under one row of the kernel is one stretch of memory, read where it
-//! lies in the padded image. The weights' gradient is the same loop over positions.
+//! Channels lie innermost, so the input under one row of the kernel is one stretch of memory (under one value
+//! of the row where it is dilated), read where it lies in the padded image. The weights' gradient is the same loop over positions.
 
 use std::ops::Range;
 
@@ -43,19 +43,20 @@ struct Line {
 
 impl Direct {
     pub fn new(sizes: Sizes) -> Self {
-        let Sizes { window, channels, filters, groups } = sizes;
+        let Sizes { window, dilation, channels, filters, groups } = sizes;
         let Window3 { output, kernel, stride, .. } = window;
         let padded = sizes.reach();
         let [inner, out] = sizes.of_group();
-        let (run, steps) = if groups == 1 { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
+        let joined = groups == 1 && dilation[2] == 1;
+        let (run, steps) = if joined { (kernel[2] * channels, 1) } else { (inner, kernel[2]) };
+        let offset = sizes.offsets(padded);
         let under = |rows: &Range<usize>, depths: &Range<usize>| {
             let mut taps = vec![];
             for kd in depths.clone() {
                 for kr in rows.clone() {
                     for kc in 0..steps {
-                        let position = (kd * padded[1] + kr) * padded[2] + kc;
                         let number = (kd * kernel[1] + kr) * steps + kc;
-                        taps.push((position * channels, number * run * out));
+                        taps.push((offset([kd, kr, kc]) * channels, number * run * out));
                     }
                 }
             }
@@ -67,7 +68,7 @@ impl Direct {
             .map(|line| {
                 let (d, r) = (line / output[1], line % output[1]);
                 let position = (d * stride[0] * padded[1] + r * stride[1]) * padded[2];
-                let cut = [window.inside(1, r).0, window.inside(0, d).0];
+                let cut = [sizes.inside(1, r).0, sizes.inside(0, d).0];
                 let taps = cuts.iter().position(|c| *c == cut).unwrap_or_else(|| {
                     cuts.push(cut);
                     cuts.len() - 1
@@ -162,7 +163,7 @@ impl Direct {
         at_least("padded input of a convolution", padded.len(), self.padded_len);
         at_least("dy of a convolution", dy.len(), self.y_len());
         at_least("weight gradient of a convolution", dweight.len(), self.weight_len());
-        let Sizes { window: Window3 { output, stride, .. }, channels, filters, groups } = self.sizes;
+        let Sizes { window: Window3 { output, stride, .. }, channels, filters, groups, .. } = self.sizes;
         let [inner, out] = self.sizes.of_group();
         for group in 0..groups {
             for columns in columns(out) {

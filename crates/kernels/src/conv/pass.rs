@@ -64,12 +64,12 @@ impl Pass {
 
     /// The pieces in which it goes over an image.
     pub fn bands(&self) -> impl Iterator<Item = Band> + use<> {
-        let Window3 { output, kernel, stride, .. } = self.sizes.window;
+        let (Window3 { output, stride, .. }, extent) = (self.sizes.window, self.sizes.extent());
         let (most, all) = (self.band_rows, self.halo.rows());
         (0..output[1]).step_by(most).map(move |from| {
             let rows = most.min(output[1] - from);
             let under = match most < output[1] {
-                true => (from * stride[1], (rows - 1) * stride[1] + kernel[1]),
+                true => (from * stride[1], (rows - 1) * stride[1] + extent[1]),
                 false => (0, all),
             };
             Band { from, rows, under }
@@ -164,7 +164,7 @@ impl Pass {
     pub fn scatter(&self, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
         match &self.algorithm {
             Algorithm::Depthwise(_) => {
-                depthwise::scatter(&self.sizes.window, self.sizes.channels, dy, weight, dx);
+                depthwise::scatter(&self.sizes, dy, weight, dx);
             }
             Algorithm::Direct(_) | Algorithm::Winograd(_) => scatter(&self.sizes, dy, weight, dx),
         }

@@ -40,17 +40,19 @@ pub(crate) fn scatter(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32])
 
 /// Adds the gradients under one window, kernel × channels of a group, to where they belong.
 fn add_patch(sizes: &Sizes, group: usize, position: usize, patch: &[f32], dx: &mut [f32]) {
-    let (window, [inner, _]) = (&sizes.window, sizes.of_group());
+    let (window, dilation, [inner, _]) = (&sizes.window, sizes.dilation, sizes.of_group());
     let [d, r, c] = window.unravel(position);
-    let (depths, first_d) = window.inside(0, d);
-    let (rows, first_r) = window.inside(1, r);
-    let (columns, first_c) = window.inside(2, c);
+    let (depths, first_d) = sizes.inside(0, d);
+    let (rows, first_r) = sizes.inside(1, r);
+    let (columns, first_c) = sizes.inside(2, c);
     for kd in depths.clone() {
         for kr in rows.clone() {
-            let line = (first_d + kd - depths.start) * window.input[1] + first_r + kr - rows.start;
+            let depth = first_d + (kd - depths.start) * dilation[0];
+            let line = depth * window.input[1] + first_r + (kr - rows.start) * dilation[1];
             let tap = (kd * window.kernel[1] + kr) * window.kernel[2] + columns.start;
             let gradients = patch[tap * inner..].chunks_exact(inner);
-            for (column, gradient) in (first_c..first_c + columns.len()).zip(gradients) {
+            for (number, gradient) in (0..columns.len()).zip(gradients) {
+                let column = first_c + number * dilation[2];
                 let to = (line * window.input[2] + column) * sizes.channels + group * inner;
                 pointwise::copy(gradient, &mut dx[to..to + inner], true);
             }

@@ -11,21 +11,29 @@ use super::band::Band;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sizes {
     pub window: Window3,
+    /// Steps between the inputs that neighbouring kernel values meet.
+    pub dilation: [usize; 3],
     pub channels: usize,
     pub filters: usize,
     pub groups: usize,
 }
 
 impl Sizes {
-    pub fn new(mut window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+    pub fn new(
+        mut window: Window3,
+        dilation: [usize; 3],
+        channels: usize,
+        filters: usize,
+        groups: usize,
+    ) -> Self {
         assert!(
             groups > 0 && channels.is_multiple_of(groups) && filters.is_multiple_of(groups),
             "groups that divide {channels} channels and {filters} filters are needed, not {groups}"
         );
         let Window3 { input, output, kernel, stride, .. } = window;
         assert!(
-            [output, kernel, stride].iter().flatten().all(|&size| size > 0),
-            "outputs, kernels and strides of at least 1 are needed: {window:?}"
+            [output, kernel, stride, dilation].iter().flatten().all(|&size| size > 0),
+            "outputs, kernels, strides and dilations of at least 1 are needed: {window:?}, {dilation:?}"
         );
         for (size, width) in [(input, channels), (output, filters), (kernel, channels / groups * filters)] {
             image(size, width);
@@ -36,7 +44,7 @@ impl Sizes {
             window.input = [1, 1, positions];
             window.output = window.input;
         }
-        let sizes = Sizes { window, channels, filters, groups };
+        let sizes = Sizes { window, dilation, channels, filters, groups };
         image(sizes.reach(), channels);
         sizes
     }
@@ -46,11 +54,37 @@ impl Sizes {
     /// alone.
     pub fn turned(&self) -> Option<Self> {
         let Window3 { input, output, kernel, stride, before } = self.window;
-        (stride == [1; 3] && (0..3).all(|a| before[a] < kernel[a])).then(|| {
-            let before = std::array::from_fn(|a| kernel[a] - 1 - before[a]);
+        let extent = self.extent();
+        (stride == [1; 3] && (0..3).all(|a| before[a] < extent[a])).then(|| {
+            let before = std::array::from_fn(|a| extent[a] - 1 - before[a]);
             let window = Window3 { input: output, output: input, kernel, stride, before };
-            Self::new(window, self.filters, self.channels, self.groups)
+            Self::new(window, self.dilation, self.filters, self.channels, self.groups)
         })
+    }
+
+    /// Input positions from the first under a window to the last.
+    pub fn extent(&self) -> [usize; 3] {
+        std::array::from_fn(|a| {
+            let gaps = (self.window.kernel[a] - 1).checked_mul(self.dilation[a]);
+            fits(gaps.and_then(|gaps| gaps.checked_add(1)))
+        })
+    }
+
+    /// Along `axis`, the kernel values of the window at output `out` that meet inputs, and the input that the
+    /// first of them meets.
+    pub fn inside(&self, axis: usize, out: usize) -> (Range<usize>, usize) {
+        let Window3 { input, kernel, stride, before, .. } = self.window;
+        let (start, dilation) = (out * stride[axis], self.dilation[axis]);
+        let values = |gap: usize| gap.div_ceil(dilation).min(kernel[axis]);
+        let low = values(before[axis].saturating_sub(start));
+        let high = values((input[axis] + before[axis]).saturating_sub(start)).max(low);
+        (low..high, (start + low * dilation).saturating_sub(before[axis]))
+    }
+
+    /// Offset of each kernel value's input from that of the first, in an image of size `padded`.
+    pub fn offsets(&self, padded: [usize; 3]) -> impl Fn([usize; 3]) -> usize + use<> {
+        let [depth, row, column] = self.dilation;
+        move |[d, r, c]| (d * depth * padded[1] + r * row) * padded[2] + c * column
     }
 
     /// Whether every channel is a group of its own.
@@ -60,14 +94,9 @@ impl Sizes {
 
     /// Size of the input with its halo, as far as windows reach.
     pub fn reach(&self) -> [usize; 3] {
-        let Window3 { output, kernel, stride, .. } = self.window;
+        let (Window3 { output, stride, .. }, extent) = (self.window, self.extent());
         std::array::from_fn(|a| {
-            let last = (output[a] - 1).checked_mul(stride[a]).and_then(|last| last.checked_add(kernel[a]));
-            #[expect(
-                clippy::expect_used,
-                reason = "sizes that overflow are a programming error of the caller"
-            )]
-            last.expect("no memory holds a padded input of this size")
+            fits((output[a] - 1).checked_mul(stride[a]).and_then(|last| last.checked_add(extent[a])))
         })
     }
 
@@ -105,4 +134,10 @@ impl Sizes {
         let row = output[2] * self.filters;
         band.from * row..(band.from + band.rows) * row
     }
+}
+
+/// A size along an axis of the padded input.
+#[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
+fn fits(size: Option<usize>) -> usize {
+    size.expect("no memory holds a padded input of this size")
 }

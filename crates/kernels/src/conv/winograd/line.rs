@@ -113,7 +113,7 @@ impl Line {
             axis,
             output: output[axis],
             filters,
-            inner: Direct::new(Sizes::new(inner, channels, filters, 1)),
+            inner: Direct::new(Sizes::new(inner, [1; 3], channels, filters, 1)),
             input_runs: Runs::new(padded, axis, channels),
             output_runs: Runs::new(output, axis, filters),
             weight_runs: Runs::new(kernel, axis, channels * filters),

@@ -39,9 +39,9 @@ macro_rules! either {
 impl Winograd {
     /// The plan for an ungrouped convolution, where there is one.
     pub fn new(sizes: &Sizes) -> Option<Self> {
-        let Sizes { window, channels, filters, .. } = *sizes;
+        let Sizes { window, dilation, channels, filters, .. } = *sizes;
         let Window3 { output, kernel, stride, .. } = window;
-        if stride != [1; 3] {
+        if stride != [1; 3] || dilation != [1; 3] {
             return None;
         }
         if kernel == [1, 3, 3] && output[0] == 1 {
