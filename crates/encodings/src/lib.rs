@@ -1,5 +1,5 @@
 //! Readings to tensors: Gramian angular fields, colour maps, frame sequences, dual-channel series,
-//! sizes, scaling; and what the axes of a raw sample are ([`Layout`]).
+//! quantile codes, sizes, scaling; and what the axes of a raw sample are ([`Layout`]).
 //!
 //! Everything here is a function of one sample, or is fitted on training data and carries what it
 //! has fitted ([`Scaling::ZScore`]). Bad readings are errors that name them, never NaN pixels.
@@ -25,6 +25,7 @@ mod gaf;
 mod hardness;
 mod layout;
 pub mod numatac;
+mod quantile_code;
 mod resize;
 mod scale;
 mod sequence;
@@ -37,6 +38,7 @@ pub use gaf::{Constant, Gaf, Method, Range};
 pub use hardness::HardnessImage;
 pub use layout::Layout;
 pub use numatac::NumaTac;
+pub use quantile_code::QuantileCode;
 pub use resize::{Filter, Resize, red_channel};
 pub use scale::Scaling;
 pub use sequence::{Frame, TactileTensor, all_frames};

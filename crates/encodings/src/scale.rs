@@ -114,7 +114,7 @@ impl Scaling {
     }
 }
 
-fn shape_error(x: &ArrayViewD<f32>, what: &'static str, expected: String) -> Error {
+pub(crate) fn shape_error(x: &ArrayViewD<f32>, what: &'static str, expected: String) -> Error {
     Error::Shape { what, expected, got: x.shape().to_vec() }
 }
 
@@ -125,7 +125,7 @@ fn check_shape(x: &ArrayViewD<f32>, what: &'static str) -> Result<()> {
     }
 }
 
-fn check_finite(x: &ArrayViewD<f32>) -> Result<()> {
+pub(crate) fn check_finite(x: &ArrayViewD<f32>) -> Result<()> {
     match x.indexed_iter().find(|(_, v)| !v.is_finite()) {
         None => Ok(()),
         Some((at, &value)) => {

@@ -34,6 +34,12 @@ fn ladder() -> Dataset {
     Dataset::new("ladder", Layout::Series, x.into_dyn(), &["a", "b"].repeat(4)).unwrap()
 }
 
+/// Its samples `rows` alone.
+fn with_samples(ladder: &Dataset, rows: &[usize]) -> Dataset {
+    let classes: Vec<&str> = rows.iter().map(|i| ["a", "b"][i % 2]).collect();
+    Dataset::new("ladder", Layout::Series, ladder.x.select(Axis(0), rows), &classes).unwrap()
+}
+
 /// The same classes with other samples.
 fn with(layout: Layout, x: ArrayD<f32>) -> Dataset {
     Dataset::new("ladder", layout, x, &["a", "b"].repeat(4)).unwrap()
@@ -55,6 +61,66 @@ fn z_scores_know_the_training_part_only() {
     assert!(inputs[0].encoded.sample(7)[0] > 2.0, "{:?}", inputs[0].encoded.sample(7));
     let Transform::Signal(Scaling::ZScore { mean, .. }) = &inputs[0].transform else { panic!() };
     assert!((mean[0] - 1.75).abs() <= 1e-5 && (mean[1] - 11.75).abs() <= 1e-5, "{mean:?}");
+}
+
+#[test]
+fn the_quantile_code_knows_the_training_part_only() {
+    let ladder = ladder();
+    let code = json!({ "signal": { "kind": "quantile-code", "steps": 3 } });
+    let train = [0, 1, 2, 3];
+    let fitted = inputs(code.clone(), &ladder, &[SIGNAL], &train).unwrap();
+    // 16 ramps and half as many again, and a z-score, of four views of two channels.
+    assert_eq!(fitted[0].encoded.shape(), [4 * 2 * 25, 3]);
+    let mut encoder = Encoder::new(&encoding(code.clone()), &ladder);
+    encoder.prepare(&[SIGNAL]).unwrap();
+    assert_eq!(encoder.shape(SIGNAL), Some(vec![200, 3]));
+    let cut = with_samples(&ladder, &train);
+    let alone = inputs(code.clone(), &cut, &[SIGNAL], &train).unwrap();
+    assert_eq!(fitted[0].transform, alone[0].transform);
+    assert_ne!(fitted[0].transform, inputs(code, &ladder, &[SIGNAL], &[4, 5, 6, 7]).unwrap()[0].transform);
+    // Whatever is above all training readings looks the same.
+    let readings = |i: usize| fitted[0].encoded.sample(i)[..24 * 3].to_vec();
+    assert_eq!(readings(6), readings(7));
+    assert_ne!(readings(2), readings(3));
+}
+
+#[test]
+fn the_quantile_code_takes_features_and_what_is_left_of_a_baseline() {
+    let code = json!({ "signal": { "kind": "quantile-code" } });
+    let features = with(Layout::Features, ArrayD::from_shape_fn(vec![8, 5], |at| (at[0] * at[1]) as f32));
+    let shape = inputs(code, &features, &[SIGNAL], &[0, 1, 2, 3]).unwrap()[0].encoded.shape().to_vec();
+    assert_eq!(shape, [4 * 25, 5]);
+    let ladder = ladder();
+    let less = json!({ "baseline": 2, "signal": { "kind": "quantile-code" } });
+    let less = &inputs(less, &ladder, &[SIGNAL], &[0, 1, 2, 3]).unwrap()[0];
+    let Transform::Baseline { readings: 2, then } = &less.transform else { panic!() };
+    assert!(matches!(&**then, Transform::QuantileCode(_)));
+    let again = less.transform.apply(&ladder.x, "ladder").unwrap();
+    assert_eq!(again.iter().take(100 * 6).copied().collect::<Vec<_>>(), less.encoded.sample(0)[..600]);
+}
+
+#[test]
+fn keys_of_a_signal_belong_to_its_kind() {
+    let refused = |value: Value| serde_json::from_value::<Encoding>(json!({ "signal": value })).unwrap_err();
+    let message = refused(json!({ "steps": 9 })).to_string();
+    assert!(
+        message.starts_with("`steps` is no key of a signal of kind \"scaled\", which has scale"),
+        "{message}"
+    );
+    let message = refused(json!({ "kind": "quantile-code", "scale": "raw" })).to_string();
+    assert!(message.contains("`scale` is no key of a signal of kind \"quantile-code\""), "{message}");
+    assert!(refused(json!({ "kind": "ramps" })).to_string().contains("unknown variant `ramps`"));
+    assert!(refused(json!({ "scales": "raw" })).to_string().contains("unknown field `scales`"));
+    // What is written is what was always written, where no code is asked for.
+    let plain = serde_json::to_value(encoding(json!({}))).unwrap();
+    assert_eq!(plain, json!({ "signal": { "scale": "z-score" } }));
+    let code = encoding(json!({ "signal": { "kind": "quantile-code" } }));
+    let written = serde_json::to_value(&code).unwrap();
+    assert_eq!(written, json!({ "signal": { "kind": "quantile-code", "ramps": 768, "steps": 40 } }));
+    assert_eq!(encoding(written), code);
+    let none: Encoding =
+        serde_json::from_value(json!({ "signal": { "kind": "quantile-code", "steps": 0 } })).unwrap();
+    assert_eq!(none.check().unwrap_err().key, "signal.steps");
 }
 
 #[test]

@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
-use taxel_encodings::{Gaf, HardnessImage, Method, NumaTac, Resize, Scaling, TactileTensor};
+use taxel_encodings::{Gaf, HardnessImage, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor};
 
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use super::settings::{Encoding, Field, Image, Picture, Scale, SqueezeFrame};
+use super::signal::{Code, Scaled, Signal};
 use super::transform::Transform;
 
 use crate::error::Result;
@@ -80,7 +81,7 @@ pub struct Encoder<'a> {
 enum Plan {
     /// The same in every fold.
     Done(Input),
-    /// Samples with the axes of the input, to be scaled by z-scores.
+    /// Samples with the axes that the fit takes.
     Fit { name: &'static str, transform: Transform, x: ArrayD<f32> },
 }
 
@@ -110,7 +111,13 @@ impl<'a> Encoder<'a> {
         let baseline = self.encoding.baseline;
         let missing = |own: &Self, name| names.contains(&name) && own.shape(name).is_none();
         if missing(self, SIGNAL) {
-            self.plan(self.encoding.signal.scale, baseline, Transform::Signal)?;
+            match self.encoding.signal {
+                Signal::Scaled(Scaled { scale }) => self.plan(scale, baseline, Transform::Signal)?,
+                Signal::QuantileCode(Code { ramps, steps }) => {
+                    let code = Transform::QuantileCode(QuantileCode::new(ramps, steps));
+                    self.fit_later(SIGNAL, code.less(baseline))?;
+                }
+            }
         }
         if let Some(tensor) = self.encoding.tensor.filter(|_| missing(self, TENSOR)) {
             let frames = TactileTensor { frames: tensor.frames };
@@ -206,7 +213,7 @@ impl<'a> Encoder<'a> {
     pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
         self.plans.iter().find(|plan| plan.name() == name).map(|plan| match plan {
             Plan::Done(input) => input.encoded.shape().to_vec(),
-            Plan::Fit { x, .. } => x.shape()[1..].to_vec(),
+            Plan::Fit { transform, x, .. } => transform.scaled_shape(&x.shape()[1..]),
         })
     }
 

@@ -1,7 +1,7 @@
 //! What networks and baselines read: from raw samples to the inputs of a network, fold by fold.
 //!
 //! An [`Encoding`] says what is wanted, an [`Encoder`] makes it of a data set. What needs no fitting is
-//! computed once; what does (z-scores) is fitted on the training part of each fold. What was fitted is a
+//! computed once; what does (z-scores, quantiles) is fitted on the training part of each fold. What was fitted is a
 //! [`Transform`], saved with the model and enough to encode new recordings.
 
 mod axes;
@@ -9,10 +9,12 @@ mod encoder;
 mod names;
 mod range;
 mod settings;
+mod signal;
 mod transform;
 
 pub use encoder::{Encoded, Encoder, Input};
 pub use names::{IMAGE, SERIES, SIGNAL, TENSOR};
 pub use range::Range;
-pub use settings::{Bits, Encoding, Field, Image, Picture, Scale, Signal, SqueezeFrame, Tensor};
+pub use settings::{Bits, Encoding, Field, Image, Picture, Scale, SqueezeFrame, Tensor};
+pub use signal::{Code, Scaled, Signal};
 pub use transform::Transform;

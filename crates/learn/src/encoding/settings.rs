@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use taxel_encodings::{Colormap, Constant, Frame, Layout};
 
 use super::range::Range;
+use super::signal::{Scaled, Signal};
 use crate::problem::{Check, require, within};
 
 /// How samples become the inputs of networks.
@@ -14,7 +15,7 @@ pub struct Encoding {
     /// alike. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<usize>,
-    /// `signal` [N, C, T], for 1D networks and the flattened MLP.
+    /// `signal` [N, C, T] or [N, rows, steps], for 1D networks and the flattened MLP.
     pub signal: Signal,
     /// `image` [N, C, H, W], for 2D networks; no image without it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,14 +41,6 @@ pub enum Scale {
     Raw,
 }
 
-/// The `signal` input.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Signal {
-    /// Scale of the readings. Default `z-score`; paper 000 names none.
-    pub scale: Scale,
-}
-
 /// The `image` input, by what it is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
@@ -61,7 +54,7 @@ pub enum Image {
     /// One frame of each squeeze [N, T, H, W], for 2D networks (papers 002 and 003).
     Frame(SqueezeFrame),
     /// Series [N, C, T] as one channel of C rows and T columns, each row scaled by itself.
-    Rows(Signal),
+    Rows(Scaled),
     /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
     Numatac(Bits),
 }
@@ -166,7 +159,7 @@ impl Encoding {
         if let Some(readings) = self.baseline {
             within("baseline", readings, 1, 1_000_000)?;
         }
-        no_colours("signal.scale", self.signal.scale)?;
+        self.signal.check().map_err(|problem| problem.below("signal"))?;
         if let Some(tensor) = self.tensor {
             within("tensor.frames", tensor.frames.unwrap_or(1), 1, 4096)?;
             no_colours("tensor.scale", tensor.scale)?;
@@ -191,7 +184,7 @@ impl Encoding {
 }
 
 /// ImageNet's scale is of three colours.
-fn no_colours(key: &str, scale: Scale) -> Check {
+pub(super) fn no_colours(key: &str, scale: Scale) -> Check {
     let reason = "belongs to encoding.image of three channels";
     require(scale != Scale::Imagenet, key, "\"imagenet\"", reason)
 }

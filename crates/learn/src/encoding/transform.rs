@@ -3,7 +3,9 @@
 use ndarray::{ArrayD, ArrayViewD, Axis, Ix3, Ix4};
 use serde::{Deserialize, Serialize};
 use taxel_encodings::numatac::{fit_features, scale_features};
-use taxel_encodings::{Frame, HardnessImage, Layout, NumaTac, Resize, Scaling, TactileTensor, red_channel};
+use taxel_encodings::{
+    Frame, HardnessImage, Layout, NumaTac, QuantileCode, Resize, Scaling, TactileTensor, red_channel,
+};
 
 use super::axes::{image_axes, less_baseline, refused, series, signal_axes, wrong_axes};
 use super::names::{IMAGE, SIGNAL, TENSOR};
@@ -15,6 +17,8 @@ use crate::error::Result;
 pub enum Transform {
     /// `[N, C, T]` (or `[N, F]` as one channel) scaled per channel.
     Signal(Scaling),
+    /// `[N, C, T]` (or `[N, F]` as one channel) as ramps and z-scores `[N, rows, steps]`.
+    QuantileCode(QuantileCode),
     /// `[N, H, W]` as `[N, 1, H, W]`, or `[N, C, H, W]`, scaled per channel.
     Image(Scaling),
     /// `[N, C, T]` as a coloured Gramian angular field `[N, C, H, W]`.
@@ -78,7 +82,11 @@ impl Transform {
             | Transform::Picture { scaling, .. }
             | Transform::Tensor { scaling, .. } => scaling,
             Transform::Baseline { then, .. } | Transform::Series { then, .. } => return then.rest(),
-            Transform::Signal(_) | Transform::Field(_) | Transform::Numatac { .. } | Transform::Rows(_) => {
+            Transform::Signal(_)
+            | Transform::QuantileCode(_)
+            | Transform::Field(_)
+            | Transform::Numatac { .. }
+            | Transform::Rows(_) => {
                 return None;
             }
         };
@@ -105,23 +113,34 @@ impl Transform {
         }
     }
 
+    /// Shape of one sample once what [`Transform::shape`] gives is scaled.
+    pub(super) fn scaled_shape(&self, shape: &[usize]) -> Vec<usize> {
+        match (self, shape) {
+            (Transform::QuantileCode(code), &[channels, length]) => code.shape(channels, length).to_vec(),
+            (Transform::Series { then, .. } | Transform::Baseline { then, .. }, shape) => {
+                then.scaled_shape(shape)
+            }
+            _ => shape.to_vec(),
+        }
+    }
+
     /// Name of the input that it makes.
     pub(super) fn input(&self) -> &'static str {
         match self {
-            Transform::Signal(_) => SIGNAL,
+            Transform::Signal(_) | Transform::QuantileCode(_) => SIGNAL,
             Transform::Tensor { .. } => TENSOR,
             Transform::Baseline { then, .. } | Transform::Series { then, .. } => then.input(),
             _ => IMAGE,
         }
     }
 
-    /// Everything but the scaling.
+    /// Everything but what is fitted.
     pub(super) fn shape(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
         let input = self.input();
         let refuse = |e| refused(source, input, e);
         let wrong = |_| wrong_axes(x, input, source);
         match self {
-            Transform::Signal(_) => signal_axes(x.clone(), SIGNAL, source),
+            Transform::Signal(_) | Transform::QuantileCode(_) => signal_axes(x.clone(), SIGNAL, source),
             Transform::Rows(_) => Ok(signal_axes(x.clone(), IMAGE, source)?.insert_axis(Axis(1))),
             Transform::Baseline { readings, then } => {
                 then.shape(&less_baseline(x.clone(), *readings, source)?, source)
@@ -174,6 +193,11 @@ impl Transform {
         let refuse = |e| refused(source, input, e);
         match self {
             Transform::Field(_) => {}
+            Transform::QuantileCode(code) => {
+                let view = x.view().into_dimensionality::<Ix3>();
+                let view = view.map_err(|_| wrong_axes(&x, input, source))?;
+                return Ok(code.encode_batch(view).map_err(refuse)?.into_dyn());
+            }
             Transform::Baseline { then, .. } | Transform::Series { then, .. } => {
                 return then.scale(x, source);
             }
@@ -196,6 +220,11 @@ impl Transform {
         let fitted = || Scaling::fit_z_score(train.view()).map_err(refuse);
         Ok(match self.clone() {
             Transform::Signal(_) => Transform::Signal(fitted()?),
+            Transform::QuantileCode(code) => {
+                let view = train.view().into_dimensionality::<Ix3>();
+                let view = view.map_err(|_| wrong_axes(&train.to_owned(), self.input(), source))?;
+                Transform::QuantileCode(code.fit(view).map_err(refuse)?)
+            }
             Transform::Image(_) => Transform::Image(fitted()?),
             Transform::Field(field) => Transform::Field(field),
             Transform::Picture { frame, red, resize, .. } => {
