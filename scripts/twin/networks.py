@@ -4,6 +4,9 @@
 whose `state_dict` names are taxel's.
 """
 
+from collections import OrderedDict
+
+import numpy as np
 import torch
 from torch import nn
 
@@ -275,6 +278,35 @@ class Multiscale(nn.Module):
         return self.bn2(self.fc2(torch.sigmoid(self.bn1(self.fc1(x.flatten(1))))))
 
 
+class DilatedBlock(nn.Module):
+    def __init__(self, width, dilation):
+        super().__init__()
+        layer = lambda: nn.Conv1d(width, width, 3, padding=dilation, dilation=dilation, bias=False)  # noqa: E731
+        self.conv1 = nn.Sequential(OrderedDict(conv=layer(), bn=nn.BatchNorm1d(width)))
+        self.conv2 = nn.Sequential(OrderedDict(conv=layer(), bn=nn.BatchNorm1d(width)))
+
+    def forward(self, x):
+        return torch.relu(self.conv2(torch.relu(self.conv1(x))) + x)
+
+
+class DilatedResNet(nn.Module):
+    """taxel's own: 1x1 convolution, two residual blocks, mean, maximum and deviation over time."""
+
+    def __init__(self, classes=3, in_channels=500, length=25, width=64):
+        super().__init__()
+        self.stem = nn.Sequential(OrderedDict(conv=nn.Conv1d(in_channels, width, 1, bias=False), bn=nn.BatchNorm1d(width)))
+        self.drop1 = nn.Dropout(0.1)
+        self.block1, self.block2 = DilatedBlock(width, 1), DilatedBlock(width, 2)
+        self.norm = nn.BatchNorm1d(3 * width)
+        self.drop2 = nn.Dropout(0.4)
+        self.fc = nn.Linear(3 * width, classes)
+
+    def forward(self, x):
+        x = self.block2(self.block1(self.drop1(torch.relu(self.stem(x)))))
+        deviation = (x.var(2, unbiased=False) + float(np.float32(1e-5))).sqrt()
+        return self.fc(self.drop2(self.norm(torch.cat([x.mean(2), x.amax(2), deviation], 1))))
+
+
 ACTIVE_KERNELS, PALPATION_KERNELS = [(5, 5, 3), (5, 3, 3)], [(5, 3, 8), (5, 3, 8)]
 # Filters, kernels, and the settings that differ from paper 002's second row.
 TACTNETS_3D = {
@@ -312,6 +344,8 @@ def build(name, **settings):
         return TactNet3d(filters, kernels, **{**own, **settings})
     if name == "multiscale-cnn":
         return Multiscale(**settings)
+    if name == "dilated-resnet-1d":
+        return DilatedResNet(**settings)
     return light(name, **settings)
 
 
@@ -342,6 +376,8 @@ def input_shapes(name, **settings):
         return [tuple(sizes[key] for key in ("in_channels", "height", "width", "frames"))]
     if name == "multiscale-cnn":
         return [(settings.get("in_channels", 2), settings.get("height", 23), settings.get("width", 300))]
+    if name == "dilated-resnet-1d":
+        return [(settings.get("in_channels", 500), settings.get("length", 25))]
     return light_input_shapes(name, **settings)
 
 

@@ -92,8 +92,8 @@ fn too_few_samples_to_hold_some_back_name_the_key() {
 #[test]
 fn samples_of_one_class_are_refused() {
     let x = ndarray::ArrayD::from_shape_fn(vec![9, 1, 5], |at| (at[0] * at[2]) as f32);
-    let dataset = taxel_data::Dataset::new("cans", taxel_data::Layout::Series, x, &["can"; 9]).unwrap();
-    let baseline = taxel_learn::Candidate::baseline(Method::all()[0]);
+    let dataset = Dataset::new("cans", taxel_data::Layout::Series, x, &["can"; 9]).unwrap();
+    let baseline = Candidate::baseline(Method::all()[0]);
     let error = three_folds(&dataset, vec![baseline]).run().unwrap_err().to_string();
     assert_eq!(error, "cans: all samples are of one class, can: nothing to tell apart");
 }

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use taxel_comparators::{LstmConfig, MlpConfig, TactNetConfig, TactResNetConfig};
+use taxel_dilated_resnet::DilatedResNetConfig;
 use taxel_graph::Architecture;
 use taxel_hybrid_cnn::{Body, HybridConfig, Light1dConfig, Light2dConfig};
 use taxel_multiscale_cnn::MultiscaleConfig;
@@ -94,6 +95,13 @@ fn others() -> Vec<Entry> {
         squeeze(TactNet3dConfig::ACTIVE_8_16_32, "002, Table I"),
         squeeze(TactNet3dConfig::PALPATION, "003, Fig. 4"),
         Entry::of(multiscale, name, name, "004, Table 1", [Input::image()]),
+        Entry::of(
+            DilatedResNetConfig::default(),
+            "dilated-resnet-1d",
+            "dilated-resnet",
+            "taxel's own",
+            [Input::signal()],
+        ),
     ]
 }
 
