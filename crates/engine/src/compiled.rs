@@ -9,7 +9,7 @@ use crate::head::Head;
 use crate::layers::{self, Layer};
 use crate::lifetimes::Places;
 use crate::norm::NormLayout;
-use crate::options::Options;
+use crate::options::{Decay, Options};
 use crate::plan::{NormPlan, Plan};
 use crate::threads::Threads;
 
@@ -85,6 +85,8 @@ pub(crate) struct Compiled {
     /// Samples of one part at most.
     pub capacity: usize,
     pub sizes: Sizes,
+    /// Learned parameters that do not decay, ascending.
+    pub spared: Vec<Range<usize>>,
 }
 
 impl Compiled {
@@ -105,7 +107,7 @@ impl Compiled {
         let (nodes, sizes) = lay_out(graph, &frozen);
         let most_parts = (PARTIALS / usize::max(sizes.partials, 1)).clamp(2, PARTS).min(batch);
         let capacity = batch.div_ceil(most_parts);
-        Ok(Compiled {
+        let mut compiled = Compiled {
             graph: graph.clone(),
             batch,
             threads,
@@ -117,7 +119,14 @@ impl Compiled {
             nodes,
             capacity,
             sizes,
-        })
+            spared: vec![],
+        };
+        if options.decay == Decay::Matrices {
+            let vectors = compiled.learned_tensors().filter(|(_, param, _)| param.shape.len() < 2);
+            compiled.spared = vectors.map(|(_, _, range)| range).collect();
+            compiled.spared.sort_by_key(|range| range.start);
+        }
+        Ok(compiled)
     }
 
     /// Parts that a batch is cut into.

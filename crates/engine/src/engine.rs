@@ -148,17 +148,17 @@ impl Engine {
 
     /// One step of SGDM with the gradients of the last [`Engine::backward`].
     pub fn sgdm(&mut self, step: &Sgdm) {
-        self.state.sgdm(&self.gradients.dparams, step);
+        self.state.sgdm(&self.compiled, &self.gradients.dparams, step);
     }
 
     /// One step of Adam (`torch.optim.Adam`: coupled weight decay) with those gradients.
     pub fn adam(&mut self, settings: &Adam) {
-        self.state.adam(&self.gradients.dparams, settings, false);
+        self.state.adam(&self.compiled, &self.gradients.dparams, settings, false);
     }
 
     /// One step of AdamW (`torch.optim.AdamW`: decoupled weight decay) with those gradients.
     pub fn adamw(&mut self, settings: &Adam) {
-        self.state.adam(&self.gradients.dparams, settings, true);
+        self.state.adam(&self.compiled, &self.gradients.dparams, settings, true);
     }
 
     /// Seed of the dropout masks, and the step of the next training pass; 0 and 0 at first.

@@ -1,5 +1,7 @@
 //! Optimisers and what they remember from step to step.
 
+use std::ops::Range;
+
 use taxel_graph::Weights;
 use taxel_kernels::Buffer;
 use taxel_kernels::optim::{self, Adam};
@@ -47,16 +49,43 @@ fn fill_up(buffer: &mut Buffer, len: usize) {
 }
 
 impl Memory {
-    pub fn sgdm(&mut self, params: &mut [f32], gradients: &[f32], step: &Sgdm) {
+    /// A step of `params`, of which the ranges in `spared` do not decay.
+    pub fn sgdm(&mut self, params: &mut [f32], gradients: &[f32], step: &Sgdm, spared: &[Range<usize>]) {
         fill_up(&mut self.velocity, params.len());
-        optim::sgdm(params, gradients, &mut self.velocity, step.lr, step.momentum, step.weight_decay);
+        for (range, decays) in stretches(params.len(), spared) {
+            let decay = if decays { step.weight_decay } else { 0.0 };
+            let (params, velocity) = (&mut params[range.clone()], &mut self.velocity[range.clone()]);
+            optim::sgdm(params, &gradients[range], velocity, step.lr, step.momentum, decay);
+        }
     }
 
-    pub fn adam(&mut self, params: &mut [f32], gradients: &[f32], settings: &Adam, decoupled: bool) {
+    /// The same of Adam, or with `decoupled` weight decay of AdamW.
+    pub fn adam(
+        &mut self,
+        params: &mut [f32],
+        gradients: &[f32],
+        settings: &Adam,
+        decoupled: bool,
+        spared: &[Range<usize>],
+    ) {
         fill_up(&mut self.first, params.len());
         fill_up(&mut self.second, params.len());
         self.step += 1;
         let move_by = if decoupled { optim::adamw } else { optim::adam };
-        move_by(params, gradients, &mut self.first, &mut self.second, settings, self.step);
+        for (range, decays) in stretches(params.len(), spared) {
+            let weight_decay = if decays { settings.weight_decay } else { 0.0 };
+            let (params, gradients) = (&mut params[range.clone()], &gradients[range.clone()]);
+            let (first, second) = (&mut self.first[range.clone()], &mut self.second[range]);
+            move_by(params, gradients, first, second, &Adam { weight_decay, ..*settings }, self.step);
+        }
     }
+}
+
+/// All of `len` parameters in stretches, and whether they decay; `spared` ascend.
+fn stretches(len: usize, spared: &[Range<usize>]) -> impl Iterator<Item = (Range<usize>, bool)> {
+    let before = std::iter::once(0).chain(spared.iter().map(|range| range.end));
+    let after = spared.iter().map(|range| range.start).chain([len]);
+    let decaying = before.zip(after).map(|(start, end)| (start..end, true));
+    let spared = spared.iter().map(|range| (range.clone(), false));
+    decaying.chain(spared).filter(|(range, _)| !range.is_empty())
 }

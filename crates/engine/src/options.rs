@@ -12,11 +12,24 @@ pub struct Options {
     /// `stem.…`). Their parameters get no gradient and no step, their batch norms use the running statistics
     /// and keep them (PyTorch: `requires_grad_(False)` and `eval()`).
     pub frozen: Vec<String>,
+    /// Which parameters the weight decay of optimisers touches.
+    pub decay: Decay,
+}
+
+/// Which parameters the weight decay of optimisers touches.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Decay {
+    /// All of them, as PyTorch's optimisers do.
+    #[default]
+    All,
+    /// Those with at least two axes: weights of convolutions, linear and recurrent layers, not biases and batch
+    /// norms.
+    Matrices,
 }
 
 impl Default for Options {
-    /// One sample, one thread, nothing frozen.
+    /// One sample, one thread, nothing frozen, decay of everything.
     fn default() -> Self {
-        Options { batch: 1, threads: 1, frozen: vec![] }
+        Options { batch: 1, threads: 1, frozen: vec![], decay: Decay::All }
     }
 }

@@ -126,15 +126,16 @@ impl State {
     }
 
     /// One step of SGDM; `gradients` are those of the parameters that learn.
-    pub fn sgdm(&mut self, gradients: &[f32], step: &Sgdm) {
+    pub fn sgdm(&mut self, compiled: &Compiled, gradients: &[f32], step: &Sgdm) {
         self.is_packed = false;
-        self.optimizer.sgdm(&mut self.params[..gradients.len()], gradients, step);
+        self.optimizer.sgdm(&mut self.params[..gradients.len()], gradients, step, &compiled.spared);
     }
 
     /// One step of Adam, or with `decoupled` weight decay of AdamW.
-    pub fn adam(&mut self, gradients: &[f32], settings: &Adam, decoupled: bool) {
+    pub fn adam(&mut self, compiled: &Compiled, gradients: &[f32], settings: &Adam, decoupled: bool) {
         self.is_packed = false;
-        self.optimizer.adam(&mut self.params[..gradients.len()], gradients, settings, decoupled);
+        let params = &mut self.params[..gradients.len()];
+        self.optimizer.adam(params, gradients, settings, decoupled, &compiled.spared);
     }
 
     /// Running statistics of batch norm `number` move to a batch's, or its population grows.

@@ -7,7 +7,7 @@ mod common;
 mod twin;
 
 use common::{batch, engine, mixed, pass, weights};
-use taxel_engine::{Adam, Engine, Mode, OptimizerState, Options, Sgdm};
+use taxel_engine::{Adam, Decay, Engine, Mode, OptimizerState, Options, Sgdm};
 use taxel_graph::{Graph, Loss, Targets, Weights};
 use taxel_kernels::optim;
 use twin::Twin;
@@ -58,6 +58,34 @@ fn optimisers_are_the_kernels_tensor_by_tensor() {
         }
         assert_eq!(state.momentum_buffer.is_empty(), name != "sgdm");
         assert_eq!(state.exp_avg.is_empty(), name == "sgdm");
+    }
+}
+
+/// PyTorch's two groups of parameters: matrices with weight decay, biases and batch norms without.
+#[test]
+fn decay_of_matrices_alone_is_no_decay_of_the_rest() {
+    let bare = Sgdm { weight_decay: 0.0, ..SGDM };
+    let without = Adam { weight_decay: 0.0, ..ADAM };
+    let plain: [Step; 3] = [|e| e.sgdm(&SGDM), |e| e.adam(&ADAM), |e| e.adamw(&ADAM)];
+    let spared: [&dyn Fn(&mut Engine); 3] =
+        [&|e| e.sgdm(&bare), &|e| e.adam(&without), &|e| e.adamw(&without)];
+    for ((name, optimiser), (all, none)) in OPTIMISERS.iter().zip(plain.iter().zip(spared)) {
+        let graph = mixed();
+        let options = Options { batch: 5, decay: Decay::Matrices, ..Options::default() };
+        let mut own = Engine::new(&graph, &weights(&graph), options).unwrap();
+        let [mut decayed, mut bare] = [(); 2].map(|()| engine(5, 1, &[]));
+        for engine in [&mut own, &mut decayed, &mut bare] {
+            pass(engine, 5, 1);
+        }
+        optimiser(&mut own);
+        all(&mut decayed);
+        none(&mut bare);
+        let [own, decayed, bare] = [own, decayed, bare].map(|engine| engine.weights());
+        assert_ne!(decayed, bare);
+        for (param, tensor) in own.iter() {
+            let want = if tensor.shape.len() > 1 { &decayed } else { &bare };
+            assert_eq!(Some(tensor), want.get(param), "{name}: {param}");
+        }
     }
 }
 
@@ -225,7 +253,7 @@ fn frozen_batch_norms_use_and_keep_running_statistics() {
 #[test]
 fn everything_frozen_moves_nothing() {
     let graph = mixed();
-    let names: Vec<&str> = vec!["stem", "left", "right", "lstm", "fc1", "fc2"];
+    let names: Vec<&str> = vec!["stem", "left", "right", "wide", "lstm", "fc1", "fc2"];
     let mut engine = engine(3, 1, &names);
     let before = engine.weights();
     assert!(pass(&mut engine, 3, 0).is_finite());

@@ -63,7 +63,8 @@ impl<'d> Learner<'d> {
             weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
         }
         let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
-        let options = Options { batch, threads: task.threads, frozen: recipe.frozen.clone() };
+        let (frozen, decay) = (recipe.frozen.clone(), recipe.optimizer.decay());
+        let options = Options { batch, threads: task.threads, frozen, decay };
         let purpose = part.purpose(&format!("dropout/{}", graph.name()));
         Ok(Learner {
             name: task.name.into(),
@@ -88,7 +89,7 @@ impl<'d> Learner<'d> {
     pub fn epoch(&mut self, epoch: usize, rows: &[usize], hooks: &mut Hooks) -> Result<Option<Epoch>> {
         let Part { seed, repetition, fold } = self.part;
         let order = self.part.shuffled(rows, epoch);
-        let lr = self.recipe.schedule.rate(self.recipe.optimizer.lr(), epoch, self.recipe.epochs);
+        let lr = self.recipe.rate(epoch);
         let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
         for (number, rows) in order.chunks(self.batch).enumerate() {
             if hooks.is_cancelled() {
@@ -187,9 +188,7 @@ impl<'d> Learner<'d> {
 
     /// The last epoch left the finite numbers.
     pub fn diverged_at_the_end(&self, value: f32) -> Error {
-        let Recipe { epochs, schedule, optimizer, .. } = &self.recipe;
-        let last = epochs.saturating_sub(1);
-        let lr = schedule.rate(optimizer.lr(), last, *epochs);
-        self.diverged(last, self.steps.saturating_sub(1), value, lr)
+        let last = self.recipe.epochs.saturating_sub(1);
+        self.diverged(last, self.steps.saturating_sub(1), value, self.recipe.rate(last))
     }
 }

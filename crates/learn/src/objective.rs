@@ -210,6 +210,17 @@ mod tests {
     }
 
     #[test]
+    fn a_warm_up_before_the_cosine_agrees_with_pytorch() {
+        let optimizer = serde_json::from_str(r#"{ "name": "sgdm", "lr": 0.1 }"#).unwrap();
+        let schedule = Schedule::Cosine { floor: 0.0 };
+        let recipe = Recipe { epochs: 12, optimizer, schedule, warm_up: 0.25, ..Recipe::default() };
+        for (epoch, want) in fixture()["warm_up"].as_array().unwrap().iter().enumerate() {
+            let (got, want) = (recipe.rate(epoch), want.as_f64().unwrap());
+            assert!((got - want).abs() <= 1e-12, "epoch {epoch}: {got} and {want}");
+        }
+    }
+
+    #[test]
     fn schedules_agree_with_pytorch() {
         let cosine = Schedule::Cosine { floor: 0.05 };
         let steps = Schedule::Steps { at: vec![0.5, 0.75], factor: 0.3 };

@@ -20,11 +20,32 @@ pub enum Optimizer {
         /// L2 penalty, `[0, 1]`. Default 0.
         #[serde(default)]
         weight_decay: f64,
+        /// What the penalty touches. Default `all`.
+        #[serde(default, skip_serializing_if = "Decay::is_default")]
+        decay: Decay,
     },
     /// `torch.optim.Adam`: the penalty is part of the gradient.
     Adam(Moments),
     /// `torch.optim.AdamW`: the penalty shrinks the weights.
     Adamw(Moments),
+}
+
+/// Which parameters a penalty touches.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decay {
+    /// All of them, as in PyTorch.
+    #[default]
+    All,
+    /// Weights of convolutions, linear and recurrent layers, not biases and batch norms.
+    Matrices,
+}
+
+impl Decay {
+    /// Left out of files, which then say what they always said.
+    fn is_default(&self) -> bool {
+        *self == Decay::All
+    }
 }
 
 /// Settings of the optimisers that remember two moments of the gradient.
@@ -35,6 +56,9 @@ pub struct Moments {
     pub lr: f64,
     /// L2 penalty, `[0, 1]`. Default 0.
     pub weight_decay: f64,
+    /// What the penalty touches. Default `all`.
+    #[serde(skip_serializing_if = "Decay::is_default")]
+    pub decay: Decay,
     /// Decay of the first and second moment, each in `[0, 1)`. Default `[0.9, 0.999]`.
     pub betas: [f64; 2],
     /// Added to the root of the second moment, in (0, 1). Default 1e-8.
@@ -43,7 +67,7 @@ pub struct Moments {
 
 impl Default for Moments {
     fn default() -> Self {
-        Moments { lr: lr(), weight_decay: 0.0, betas: [0.9, 0.999], eps: 1e-8 }
+        Moments { lr: lr(), weight_decay: 0.0, decay: Decay::All, betas: [0.9, 0.999], eps: 1e-8 }
     }
 }
 
@@ -57,7 +81,7 @@ fn momentum() -> f64 {
 
 impl Default for Optimizer {
     fn default() -> Self {
-        Optimizer::Sgdm { lr: lr(), momentum: momentum(), weight_decay: 0.0 }
+        Optimizer::Sgdm { lr: lr(), momentum: momentum(), weight_decay: 0.0, decay: Decay::All }
     }
 }
 
@@ -67,6 +91,18 @@ impl Optimizer {
         match self {
             Optimizer::Sgdm { lr, .. } => *lr,
             Optimizer::Adam(moments) | Optimizer::Adamw(moments) => moments.lr,
+        }
+    }
+
+    /// Which parameters its penalty touches, for the engine.
+    pub(crate) fn decay(&self) -> taxel_engine::Decay {
+        match self {
+            Optimizer::Sgdm { decay, .. }
+            | Optimizer::Adam(Moments { decay, .. })
+            | Optimizer::Adamw(Moments { decay, .. }) => match decay {
+                Decay::All => taxel_engine::Decay::All,
+                Decay::Matrices => taxel_engine::Decay::Matrices,
+            },
         }
     }
 

@@ -97,6 +97,13 @@ pub struct Recipe {
     pub epochs: usize,
     /// Samples per step, 1 to 65,536; a smaller rest is a step too. Default 64.
     pub batch_size: usize,
+    /// Steps that a training takes at least, 1 to 10,000,000: few samples get more epochs. Default no such number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_steps: Option<usize>,
+    /// Batches that few samples are still cut into, 1 to 65,536, each of at least 8 samples. Default no such
+    /// number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_batches: Option<usize>,
     /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (paper 004,
     /// Eq. 7) or `mean-squared-error`.
     pub loss: Loss,
@@ -104,6 +111,10 @@ pub struct Recipe {
     pub optimizer: Optimizer,
     /// How the learning rate changes over the epochs.
     pub schedule: Schedule,
+    /// Share of the epochs, `[0, 1)`, over which the rate rises evenly to the first of the schedule, which takes
+    /// the rest. Default 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub warm_up: f64,
     /// Which statistics batch norm uses once training has ended.
     pub batch_norm: BatchNorm,
     /// How fresh weights are drawn: `pytorch` (default), `glorot`, `he`.
@@ -130,9 +141,12 @@ impl Default for Recipe {
         Recipe {
             epochs: 100,
             batch_size: 64,
+            least_steps: None,
+            least_batches: None,
             loss: Loss::default(),
             optimizer: Optimizer::default(),
             schedule: Schedule::default(),
+            warm_up: 0.0,
             batch_norm: BatchNorm::default(),
             init: Scheme::default(),
             label_smoothing: 0.0,
@@ -145,12 +159,50 @@ impl Default for Recipe {
     }
 }
 
+/// Samples of the smallest batch that [`Recipe::least_batches`] makes.
+const SMALLEST_BATCH: usize = 8;
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
 impl Recipe {
+    /// The recipe for so many training samples: epochs and batches as the least numbers of steps and batches ask.
+    pub fn for_samples(&self, samples: usize) -> Recipe {
+        let mut own = self.clone();
+        if let Some(batches) = own.least_batches.take() {
+            own.batch_size = own.batch_size.min((samples / batches.max(1)).max(SMALLEST_BATCH));
+        }
+        if let Some(steps) = own.least_steps.take() {
+            let per_epoch = samples.div_ceil(own.batch_size.max(1)).max(1);
+            own.epochs = own.epochs.max(steps.div_ceil(per_epoch));
+        }
+        own
+    }
+
+    /// The learning rate of `epoch`, from 0.
+    pub fn rate(&self, epoch: usize) -> f64 {
+        let lr = self.optimizer.lr();
+        let rising = (self.warm_up * self.epochs as f64).ceil() as usize;
+        match epoch.checked_sub(rising) {
+            None => lr * (epoch + 1) as f64 / rising as f64,
+            Some(epoch) => self.schedule.rate(lr, epoch, self.epochs.saturating_sub(rising)),
+        }
+    }
+
     /// # Errors
     /// The first setting outside its range.
     pub fn check(&self) -> Check {
         within("epochs", self.epochs, 1, 100_000)?;
         within("batch_size", self.batch_size, 1, LARGEST_BATCH)?;
+        if let Some(steps) = self.least_steps {
+            within("least_steps", steps, 1, 10_000_000)?;
+        }
+        if let Some(batches) = self.least_batches {
+            within("least_batches", batches, 1, LARGEST_BATCH)?;
+        }
+        let reason = "must be a share of the epochs, in [0, 1)";
+        require((0.0..1.0).contains(&self.warm_up), "warm_up", self.warm_up, reason)?;
         self.optimizer.check().map_err(|problem| problem.below("optimizer"))?;
         self.schedule.check().map_err(|problem| problem.below("schedule"))?;
         self.check_targets()?;

@@ -170,7 +170,7 @@ impl Training<'_> {
         let fitted = |recipe: &Recipe, share: Option<f64>| {
             let rows = fold.train.len();
             let held = share.filter(|_| fold.validation.is_empty()).map_or(0, |s| (rows as f64 * s) as usize);
-            (rows - held) * recipe.epochs
+            (rows - held) * recipe.for_samples(rows - held).epochs
         };
         let recipe = &network.recipe;
         let last = fitted(recipe, recipe.early_stopping.as_ref().map(|s| s.validation));
@@ -250,6 +250,7 @@ impl Training<'_> {
         session: &mut Session,
         hooks: &mut Hooks,
     ) -> Result<Option<Learner<'_>>> {
+        let recipe = &recipe.for_samples(rows.len());
         let task = Task {
             name: self.name,
             graph: &self.network.graph,

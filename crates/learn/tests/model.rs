@@ -114,6 +114,26 @@ fn every_network_and_baseline_answers_from_its_file_as_in_its_fold() {
     assert_eq!(left, [APART]);
 }
 
+/// Three readings per step in time, less what the sensor says at rest.
+#[test]
+fn the_quantile_code_comes_back_from_the_file() {
+    let dataset = presses(18, 100);
+    let code = encoding(json!({ "baseline": 4, "signal": { "kind": "quantile-code" } }));
+    let mut validation = CrossValidation::new(&dataset).encoding(code).protocol(Protocol::k_fold(2)).seed(5);
+    let own = recipe(json!({ "epochs": 2, "optimizer": { "name": "adamw", "lr": 1e-3 } }));
+    let names = ["dilated-resnet-1d", "resnet8-lite-1d", "lstm"];
+    let encoder = validation.encoder();
+    let candidates = names.map(|name| network(name, json!({}), own.clone(), encoder)).to_vec();
+    validation.candidates = candidates;
+    let dir = tempfile::tempdir().unwrap();
+    let folder = run_at(validation, &dir.path().join("run")).unwrap();
+    for key in folder.keys().unwrap() {
+        let (record, model) = (record(&folder, &key), alone(&folder, &key));
+        let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
+        assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{key}");
+    }
+}
+
 /// Whoever asks one sample at a time gets the answers of a batch. Baselines and most networks give the same
 /// bits; a wide linear layer is another matrix product for another number of rows, which sums in another order.
 #[test]

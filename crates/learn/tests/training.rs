@@ -354,6 +354,48 @@ fn look_alikes_need_every_class_once() {
 }
 
 #[test]
+fn few_samples_get_smaller_batches_and_more_epochs() {
+    let own = recipe(json!({ "epochs": 80, "batch_size": 64, "least_steps": 800, "least_batches": 4 }));
+    let of = |samples: usize| {
+        let recipe = own.for_samples(samples);
+        (recipe.batch_size, recipe.epochs)
+    };
+    // min(64, max(8, n div 4)); at least 800 steps.
+    assert_eq!(of(10_000), (64, 80));
+    assert_eq!(of(640), (64, 80));
+    assert_eq!(of(639), (64, 80));
+    assert_eq!(of(576), (64, 89));
+    assert_eq!(of(100), (25, 200));
+    assert_eq!(of(9), (8, 400));
+    assert_eq!(of(1), (8, 800));
+    let plain = recipe(json!({}));
+    assert_eq!(plain.for_samples(5), plain);
+}
+
+#[test]
+fn a_training_takes_the_least_steps_and_warms_up() {
+    let dataset = presses(12, 6);
+    let own = recipe(json!({ "batch_size": 64, "least_steps": 24, "least_batches": 4, "warm_up": 0.5,
+        "optimizer": { "name": "adamw", "lr": 0.01, "weight_decay": 0.05, "decay": "matrices" } }));
+    let run = run(three_folds(&dataset, vec![mlp(&dataset, own)]));
+    let epochs = record(&run.1, &key("mlp", 0, 0)).epochs;
+    // Eight samples in one batch of eight: an epoch per step.
+    assert_eq!(epochs.len(), 24);
+    let rates: Vec<f64> = epochs.iter().map(|epoch| epoch.lr).collect();
+    assert!((rates[0] - 0.01 / 12.0).abs() <= 1e-12 && rates[11] == 0.01 && rates[23] == 0.01, "{rates:?}");
+}
+
+/// Files say what they said before there were these settings.
+#[test]
+fn what_is_not_set_is_not_written() {
+    let written = serde_json::to_value(Recipe::default()).unwrap();
+    for key in ["least_steps", "least_batches", "warm_up"] {
+        assert!(written.get(key).is_none(), "{key}");
+    }
+    assert!(written["optimizer"].get("decay").is_none());
+}
+
+#[test]
 fn settings_out_of_range_are_named() {
     let refusal = |changes: Value| recipe(changes).check().unwrap_err();
     let problem = |key: &str, value: &str, reason: &str| Problem::new(key, value, reason);
@@ -366,6 +408,9 @@ fn settings_out_of_range_are_named() {
         (json!({ "schedule": { "kind": "steps", "at": [0.6, 0.5] } }), "schedule.at"),
         (json!({ "schedule": { "kind": "steps", "at": [0.5], "factor": 2.0 } }), "schedule.factor"),
         (json!({ "schedule": { "kind": "cosine", "floor": 1.0 } }), "schedule.floor"),
+        (json!({ "least_steps": 0 }), "least_steps"),
+        (json!({ "least_batches": 0 }), "least_batches"),
+        (json!({ "warm_up": 1.0 }), "warm_up"),
         (json!({ "clip": 0.0 }), "clip"),
         (json!({ "label_smoothing": 1.0 }), "label_smoothing"),
         (json!({ "early_stopping": { "patience": 0 } }), "early_stopping.patience"),
