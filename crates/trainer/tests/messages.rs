@@ -218,6 +218,7 @@ fn settings_that_belong_elsewhere_are_refused() {
         assert!(error.starts_with(&format!("--set {value}: ")) && error.contains(part), "{value}: {error}");
     };
     refused("encoding.signal.scale=imagenet", "belongs to encoding.image of three channels");
+    refused("encoding.signal.steps=9", "`steps` is no key of a signal of kind \"scaled\"");
     refused("encoding.image={ kind = \"rows\", scale = \"imagenet\" }", "three channels");
     refused(
         "encoding.image={ kind = \"rows\", red = true }",
