@@ -151,6 +151,7 @@ impl QuantileCode {
     }
 
     /// The code of one sample `[C, T]` into `code`, which is zeros.
+    #[allow(clippy::manual_clamp, reason = "`clamp` would pass on the NaN that two infinities leave")]
     fn encode(&self, sample: ArrayView2<f32>, code: &mut [f32], work: &mut Work) {
         let (rows, steps) = (self.rows_of_view(sample.nrows()), work.steps);
         let (ramps, scores) = code.split_at_mut(self.views.len() * rows * steps);
