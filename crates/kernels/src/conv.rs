@@ -72,6 +72,11 @@ impl Conv {
         Conv { forward: Pass::new(sizes, fewer), turned }
     }
 
+    /// Whether it saves products, at the price of transforms.
+    pub fn is_winograd(&self) -> bool {
+        self.forward.is_winograd()
+    }
+
     /// Values of one input image.
     pub fn x_len(&self) -> usize {
         self.forward.sizes.x_len()

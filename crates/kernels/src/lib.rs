@@ -16,6 +16,7 @@ pub mod conv;
 pub mod deviation;
 pub mod dropout;
 mod fold;
+pub mod frozen;
 pub mod layout;
 mod lengths;
 pub mod loss;

@@ -248,7 +248,7 @@ impl Lstm {
 at_level! {
     /// One step of one sample from the cell state `old`: gates get their functions, `c` becomes the new cell,
     /// `tanh` its tangent, `h` the new hidden state.
-    fn cell(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
+    pub(crate) fn cell(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
 }
 
 /// # Safety

@@ -6,6 +6,7 @@ use gemm::{Parallelism, gemm};
 
 use crate::lengths::{at_least, exactly};
 use crate::tile::{Columns, Start, Tile, columns, even, wide_rows};
+use crate::view::Rectifier;
 
 /// A matrix seen in a slice: element (r, c) is `data[r * row_stride + c * column_stride]`.
 #[derive(Debug, Clone, Copy)]
@@ -125,6 +126,7 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
             run: depths.len(),
             start: if accumulate || depths.start > 0 { Start::Add } else { Start::Zero },
             last: columns.last,
+            rectifier: Rectifier::None,
         };
         // SAFETY: `rows` end at most at `m`, `depths` at `k`, `columns` at `n`. That rows and depths up to
         // there lie inside `a` and `b` has been asserted by `Matrix::strided`, that the block lies inside

@@ -7,6 +7,7 @@
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Avx2, Avx512};
 use crate::simd::{Level, Portable, Simd, level};
+use crate::view::{Rectifier, rectify};
 
 /// What the accumulators start from.
 #[derive(Clone, Copy)]
@@ -16,6 +17,8 @@ pub(crate) enum Start {
     Add,
     /// One value per column, from this address.
     Bias(*const f32),
+    /// The same, and an addend per row and column: its address and the distance of its rows.
+    Sum(*const f32, (*const f32, usize)),
 }
 
 /// One block of outputs: addresses and strides, in floats.
@@ -33,6 +36,8 @@ pub(crate) struct Tile<'a> {
     pub start: Start,
     /// Columns in the last vector, 1..=LANES.
     pub last: usize,
+    /// What the outputs are cut off by.
+    pub rectifier: Rectifier,
 }
 
 /// # Safety
@@ -66,11 +71,23 @@ unsafe fn tile<S: Simd, const M: usize, const N: usize>(t: &Tile) {
                     }
                 }
             }
+            Start::Sum(bias, (addend, distance)) => {
+                for (m, row) in acc.iter_mut().enumerate() {
+                    for (n, v) in row.iter_mut().enumerate() {
+                        *v = S::add(load!(bias, n), load!(addend.add(m * distance), n));
+                    }
+                }
+            }
         }
         if full {
             products::<S, M, N, true>(t, &mut acc);
         } else {
             products::<S, M, N, false>(t, &mut acc);
+        }
+        if t.rectifier != Rectifier::None {
+            for v in acc.iter_mut().flatten() {
+                *v = rectify::<S>(t.rectifier, *v);
+            }
         }
         for (m, row) in acc.iter().enumerate() {
             for (n, &v) in row.iter().enumerate() {
@@ -188,6 +205,7 @@ fn narrow() -> &'static Kernels {
 }
 
 /// Neighbouring columns that one kernel computes.
+#[derive(Clone, Copy)]
 pub(crate) struct Columns {
     kernels: &'static Kernels,
     /// The first one.
@@ -198,6 +216,11 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        (self.vectors - 1) * self.kernels.lanes + self.last
+    }
+
     /// The most rows of a block.
     pub fn rows(&self) -> usize {
         self.kernels.rows[self.vectors - 1]

@@ -48,10 +48,21 @@ impl Window3 {
     /// Along `axis`, the kernel offsets at output position `out` that fall inside the input, and the
     /// input position of the first of them.
     pub(crate) fn inside(&self, axis: usize, out: usize) -> (std::ops::Range<usize>, usize) {
-        let start = out * self.stride[axis];
-        let before = self.before[axis];
-        let low = before.saturating_sub(start).min(self.kernel[axis]);
-        let high = (self.input[axis] + before).saturating_sub(start).min(self.kernel[axis]).max(low);
-        (low..high, (start + low).saturating_sub(before))
+        self.inside_dilated(axis, out, 1)
+    }
+
+    /// The same for a kernel whose values meet inputs `dilation` apart.
+    pub(crate) fn inside_dilated(
+        &self,
+        axis: usize,
+        out: usize,
+        dilation: usize,
+    ) -> (std::ops::Range<usize>, usize) {
+        let Window3 { input, kernel, stride, before, .. } = self;
+        let start = out * stride[axis];
+        let values = |gap: usize| gap.div_ceil(dilation).min(kernel[axis]);
+        let low = values(before[axis].saturating_sub(start));
+        let high = values((input[axis] + before[axis]).saturating_sub(start)).max(low);
+        (low..high, (start + low * dilation).saturating_sub(before[axis]))
     }
 }

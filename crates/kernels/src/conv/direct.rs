@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use crate::lengths::{at_least, exactly, image};
 use crate::tile::{Columns, Start, Tile, columns, even};
+use crate::view::Rectifier;
 use crate::window::Window3;
 
 use super::begin::Begin;
@@ -148,6 +149,7 @@ impl Direct {
                     run: self.run,
                     start,
                     last: columns.last,
+                    rectifier: Rectifier::None,
                 };
                 // SAFETY: the last value that `a` reaches, a window's last tap (rows - 1) strides further, is
                 // at most the last of the padded input, whose size `Sizes::reach` gives by just these
@@ -184,6 +186,7 @@ impl Direct {
                             run: output[2],
                             start: Start::Add,
                             last: columns.last,
+                            rectifier: Rectifier::None,
                         };
                         // SAFETY: at every output position, `tap + m + rows` lies under its window and so
                         // inside the padded input; `b` walks the rows of `dy`; `c` covers `rows` weights of

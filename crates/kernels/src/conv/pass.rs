@@ -57,6 +57,11 @@ impl Pass {
         Pass { sizes, halo: Halo::new(&sizes, padded), band_rows, algorithm }
     }
 
+    /// Whether it saves products, at the price of transforms.
+    pub fn is_winograd(&self) -> bool {
+        matches!(self.algorithm, Algorithm::Winograd(_))
+    }
+
     /// Values of one padded image.
     pub fn padded_len(&self) -> usize {
         self.halo.len()

@@ -73,12 +73,7 @@ impl Sizes {
     /// Along `axis`, the kernel values of the window at output `out` that meet inputs, and the input that the
     /// first of them meets.
     pub fn inside(&self, axis: usize, out: usize) -> (Range<usize>, usize) {
-        let Window3 { input, kernel, stride, before, .. } = self.window;
-        let (start, dilation) = (out * stride[axis], self.dilation[axis]);
-        let values = |gap: usize| gap.div_ceil(dilation).min(kernel[axis]);
-        let low = values(before[axis].saturating_sub(start));
-        let high = values((input[axis] + before[axis]).saturating_sub(start)).max(low);
-        (low..high, (start + low * dilation).saturating_sub(before[axis]))
+        self.window.inside_dilated(axis, out, self.dilation[axis])
     }
 
     /// Offset of each kernel value's input from that of the first, in an image of size `padded`.

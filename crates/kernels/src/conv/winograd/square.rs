@@ -5,6 +5,7 @@
 use crate::conv::begin::Begin;
 use crate::lengths::at_least;
 use crate::tile::{Start, Tile, columns, even};
+use crate::view::Rectifier;
 
 use super::grid::{Grid, TILE};
 use super::square_transforms::{gather_output, pack, spread_gradient, spread_input, unpack};
@@ -96,6 +97,7 @@ impl Square {
                     run: channels,
                     start: Start::Zero,
                     last: columns.last,
+                    rectifier: Rectifier::None,
                 };
                 // SAFETY: `a` walks `rows` of the `count` tiles of `v`, `b` the weights `u`, `c` the same tiles
                 // of `m`; the three were cut to just that length above. `m` is borrowed exclusively.
@@ -125,6 +127,7 @@ impl Square {
                     run: count,
                     start: Start::Add,
                     last: columns.last,
+                    rectifier: Rectifier::None,
                 };
                 // SAFETY: `a` and `b` walk the `count` tiles of `v` and `w`, `c` covers `rows` channels of `du`;
                 // the three were cut to just that length above. `du` is borrowed exclusively.

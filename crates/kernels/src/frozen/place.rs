@@ -1,0 +1,106 @@
+//! Where an image lies in a buffer.
+
+use crate::lengths::image;
+use crate::view::Rectifier;
+
+/// An image in a buffer, channels last, maybe between margins of zeros, maybe among other channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Depth, rows, columns.
+    pub size: [usize; 3],
+    /// Channels.
+    pub channels: usize,
+    /// Index of the first value.
+    pub start: usize,
+    /// Distance of neighbours along each axis.
+    pub pitch: [usize; 3],
+    /// Columns of zeros before and after every row.
+    pub margin: [usize; 2],
+}
+
+/// Between which places a convolution works, and what happens to its outputs before they are stored.
+#[derive(Debug, Clone, Copy)]
+pub struct Route {
+    /// The input.
+    pub from: Place,
+    /// The output.
+    pub to: Place,
+    /// What is added to the outputs, of the same shape.
+    pub addend: Option<Place>,
+    /// What cuts the sums off.
+    pub rectifier: Rectifier,
+}
+
+impl Route {
+    /// Plain outputs of what lies at `from` into `to`.
+    pub fn new(from: Place, to: Place) -> Self {
+        Route { from, to, addend: None, rectifier: Rectifier::None }
+    }
+}
+
+impl Place {
+    /// An image that fills its buffer.
+    pub fn dense(size: [usize; 3], channels: usize) -> Self {
+        Self::new(size, channels, [0; 2], channels, 0)
+    }
+
+    /// An image with margins, which takes `channels` of `width` from channel `first` on.
+    pub fn new(size: [usize; 3], channels: usize, margin: [usize; 2], width: usize, first: usize) -> Self {
+        assert!(first + channels <= width, "channels {first}..{} do not fit into {width}", first + channels);
+        let row = margin[0] + size[2] + margin[1];
+        image([size[0], size[1], row], width);
+        let pitch = [size[1] * row * width, row * width, width];
+        Place { size, channels, start: margin[0] * width + first, pitch, margin }
+    }
+
+    /// Values of the whole buffer, margins and other channels included.
+    pub fn buffer_len(&self) -> usize {
+        self.size[0] * self.pitch[0]
+    }
+
+    /// Positions.
+    pub fn positions(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// Values of the image.
+    pub fn len(&self) -> usize {
+        self.positions() * self.channels
+    }
+
+    /// Whether there is no value.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Index of the first channel at (depth, row, column).
+    pub fn at(&self, position: [usize; 3]) -> usize {
+        self.start + (0..3).map(|a| position[a] * self.pitch[a]).sum::<usize>()
+    }
+
+    /// One past the last value.
+    pub fn end(&self) -> usize {
+        if self.is_empty() { self.start } else { self.at(self.size.map(|size| size - 1)) + self.channels }
+    }
+
+    /// Whether the values fill the buffer without a gap.
+    pub fn is_dense(&self) -> bool {
+        self.start == 0 && self.buffer_len() == self.len()
+    }
+
+    /// The same positions as one row, where all neighbours are equally far from each other.
+    pub fn line(&self) -> Option<Self> {
+        let [_, rows, columns] = self.size;
+        let even = self.pitch[1] == columns * self.pitch[2] && self.pitch[0] == rows * self.pitch[1];
+        even.then(|| {
+            let pitch = [self.positions() * self.pitch[2]; 2];
+            Place { size: [1, 1, self.positions()], pitch: [pitch[0], pitch[1], self.pitch[2]], ..*self }
+        })
+    }
+
+    /// Starts of the rows.
+    pub(super) fn rows(&self) -> impl Iterator<Item = usize> + use<> {
+        let place = *self;
+        (0..place.size[0]).flat_map(move |d| (0..place.size[1]).map(move |r| place.at([d, r, 0])))
+    }
+}

@@ -1,0 +1,273 @@
+//! Kernels of frozen networks against those of training, between places with margins and other channels; and with
+//! slices that are too short.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use proptest::prelude::*;
+use taxel_kernels::frozen::{self, Place, Pool, Pooling, Reach, Route};
+use taxel_kernels::{Rectifier, View, Window3, conv, lstm, pool};
+
+fn values(count: usize, salt: usize) -> Vec<f32> {
+    (0..count).map(|i| (((i * 7919 + salt * 104_729) % 2003) as f32 - 1001.0) / 1000.0).collect()
+}
+
+/// A convolution and where its values lie: margins beyond what windows reach, and channels beside them.
+#[derive(Debug, Clone)]
+struct Case {
+    window: Window3,
+    dilation: [usize; 3],
+    channels: usize,
+    filters: usize,
+    groups: usize,
+    wider: [usize; 2],
+    beside: [usize; 2],
+    rectifier: Rectifier,
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let axis = (1usize..12, 1usize..6, 1usize..4, 0usize..5, 0usize..5, 1usize..4);
+    let dense = (1usize..20, 1usize..40, 1usize..4);
+    let sizes = prop_oneof![3 => dense, 2 => (Just(1usize), Just(1usize), 2usize..40)];
+    let rectifier = prop_oneof![Just(Rectifier::None), Just(Rectifier::Relu), Just(Rectifier::Relu6)];
+    ([axis.clone(), axis.clone(), axis], 0usize..3, sizes, [0usize..3, 0..3], [0usize..5, 0..5], rectifier)
+        .prop_map(|(axes, flat, (channels, filters, groups), wider, beside, rectifier)| {
+            let mut window =
+                Window3 { input: [1; 3], output: [1; 3], kernel: [1; 3], stride: [1; 3], before: [0; 3] };
+            let mut dilations = [1; 3];
+            for (a, axis) in axes.into_iter().enumerate().skip(flat) {
+                let (input, kernel, stride, before, after, dilation) = axis;
+                let extent = (kernel - 1) * dilation + 1;
+                let padding = extent.saturating_sub(input).max(before + after);
+                dilations[a] = dilation;
+                window.input[a] = input;
+                window.kernel[a] = kernel;
+                window.stride[a] = stride;
+                window.before[a] = before;
+                window.output[a] = (input + padding - extent) / stride + 1;
+            }
+            Case {
+                window,
+                dilation: dilations,
+                channels: channels * groups,
+                filters: filters * groups,
+                groups,
+                wider,
+                beside,
+                rectifier,
+            }
+        })
+}
+
+impl Case {
+    fn from(&self) -> Place {
+        let [before, after] = frozen::margins(&self.window, self.dilation);
+        let margin = [before + self.wider[0], after + self.wider[1]];
+        Place::new(
+            self.window.input,
+            self.channels,
+            margin,
+            self.channels + self.beside[0],
+            self.beside[0] / 2,
+        )
+    }
+
+    fn to(&self) -> Place {
+        Place::new(
+            self.window.output,
+            self.filters,
+            self.wider,
+            self.filters + self.beside[1],
+            self.beside[1] / 2,
+        )
+    }
+}
+
+/// Dense values at `place`: margins are zero, other channels hold what nobody may read.
+fn spread(place: &Place, dense: &[f32]) -> Vec<f32> {
+    let mut buffer = vec![0.0; place.buffer_len()];
+    for row in 0..place.size[0] * place.size[1] {
+        for column in 0..place.size[2] {
+            let at = place.at([row / place.size[1], row % place.size[1], column]);
+            let start = at - at % place.pitch[2];
+            buffer[start..start + place.pitch[2]].fill(f32::NAN);
+        }
+    }
+    frozen::copy(&Place::dense(place.size, place.channels), dense, place, &mut buffer);
+    buffer
+}
+
+fn gathered(place: &Place, buffer: &[f32]) -> Vec<f32> {
+    let mut dense = vec![0.0; place.len()];
+    frozen::copy(place, buffer, &Place::dense(place.size, place.channels), &mut dense);
+    dense
+}
+
+fn close(got: &[f32], want: &[f32], what: &str) {
+    let largest = want.iter().fold(1.0f32, |most, v| most.max(v.abs()));
+    assert_eq!(got.len(), want.len());
+    for (i, (got, want)) in got.iter().zip(want).enumerate() {
+        assert!((got - want).abs() <= 1e-5 * largest, "{what}[{i}]: {got} and {want}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn convolutions_agree_with_those_of_training(case in cases()) {
+        let sizes = (case.channels, case.filters, case.groups);
+        let plain = match case.dilation {
+            [1, 1, 1] => conv::Conv::direct(case.window, sizes.0, sizes.1, sizes.2),
+            dilation => conv::Conv::dilated(case.window, dilation, sizes.0, sizes.1, sizes.2),
+        };
+        let (x, weight, bias) = (values(plain.x_len(), 1), values(plain.weight_len(), 2), values(case.filters, 3));
+        let addend = values(plain.y_len(), 4);
+        let (mut scratch, mut work) = (vec![0.0; plain.padded_len()], vec![0.0; plain.work_len()]);
+        let mut sums = vec![0.0; plain.y_len()];
+        for band in plain.bands() {
+            let padded = plain.pad(&x, &View::default(), band, &mut scratch);
+            plain.forward(padded, &weight, &[], Some(&bias), &mut sums, &mut work);
+        }
+        let (from, to) = (case.from(), case.to());
+        let input = spread(&from, &x);
+        let seen = |sums: &[f32]| {
+            let mut y = vec![0.0; sums.len()];
+            View { affine: None, rectifier: case.rectifier }.apply(case.filters, sums, &mut y);
+            y
+        };
+        let route = Route { rectifier: case.rectifier, ..Route::new(from, to) };
+        let depthwise = case.groups > 1 && case.groups == case.channels && case.groups == case.filters;
+        if depthwise {
+            let conv = frozen::Depthwise::new(&case.window, case.dilation, &weight, &bias, route);
+            let mut y = vec![7.0; to.buffer_len()];
+            conv.run(&input, &mut y);
+            close(&gathered(&to, &y), &seen(&sums), "depthwise");
+            return Ok(());
+        }
+        let conv = frozen::Conv::new(&case.window, case.dilation, case.groups, &weight, &bias, route);
+        let mut y = vec![7.0; to.buffer_len()];
+        conv.run(&input, None, &mut y);
+        close(&gathered(&to, &y), &seen(&sums), "outputs");
+        let untouched = y.iter().filter(|v| **v == 7.0).count();
+        prop_assert!(untouched >= y.len() - to.len(), "nothing is written outside the place");
+        let route = Route { addend: Some(to), ..route };
+        let conv = frozen::Conv::new(&case.window, case.dilation, case.groups, &weight, &bias, route);
+        conv.run(&input, Some(&spread(&to, &addend)), &mut y);
+        sums.iter_mut().zip(&addend).for_each(|(sum, addend)| *sum += addend);
+        close(&gathered(&to, &y), &seen(&sums), "outputs with an addend");
+    }
+}
+
+#[test]
+fn poolings_agree_with_those_of_training() {
+    let window = Window3 {
+        input: [2, 7, 9],
+        output: [2, 4, 4],
+        kernel: [1, 3, 3],
+        stride: [1, 2, 2],
+        before: [0, 1, 0],
+    };
+    let channels = 21;
+    let x = values(window.input_len() * channels, 5);
+    let reach = |axis: usize| {
+        (0..window.output[axis])
+            .map(|out| {
+                let low = out * window.stride[axis];
+                let high = low + window.kernel[axis];
+                let (from, to) =
+                    (low.max(window.before[axis]), high.min(window.before[axis] + window.input[axis]));
+                let (from, to) = (from - window.before[axis], to - window.before[axis]);
+                Reach { from, to, count: to - from }
+            })
+            .collect()
+    };
+    let from = Place::new(window.input, channels, [1, 2], channels + 3, 2);
+    let to = Place::new(window.output, channels, [2, 0], channels + 1, 1);
+    let (mut largest, mut means) = (vec![0.0; to.len()], vec![0.0; to.len()]);
+    let max = pool::MaxPool::new(&window, channels);
+    max.forward(&View::default(), &x, &mut largest, &mut vec![0.0; max.output_len()]);
+    pool::average_forward(&window, &[(0, 0); 3], channels, &x, &mut means);
+    for (pooling, expected) in [(Pooling::Max, largest), (Pooling::Mean, means)] {
+        let mut y = vec![0.0; to.buffer_len()];
+        Pool::new(pooling, [reach(0), reach(1), reach(2)], from, to).run(&spread(&from, &x), &mut y);
+        close(&gathered(&to, &y), &expected, "pooling");
+    }
+}
+
+#[test]
+fn linear_layers_and_lstms_agree_with_those_of_training() {
+    for (inputs, outputs) in [(1, 1), (7, 3), (65, 16), (130, 129), (33, 400)] {
+        let (x, weight, start) = (values(inputs, 6), values(inputs * outputs, 7), values(outputs, 8));
+        let mut y = vec![0.0; outputs];
+        frozen::Linear::new(inputs, outputs, &weight).run(&x, &start, Rectifier::Relu, &mut y);
+        let sum = |output: usize| -> f32 {
+            let products =
+                (0..inputs).map(|input| f64::from(x[input]) * f64::from(weight[input * outputs + output]));
+            (products.sum::<f64>() + f64::from(start[output])).max(0.0) as f32
+        };
+        close(&y, &(0..outputs).map(sum).collect::<Vec<_>>(), "linear");
+    }
+    let sizes = lstm::Lstm { channels: 5, steps: 11, hidden: 37 };
+    let tensors = [values(4 * 37 * 5, 9), values(4 * 37 * 37, 10), values(4 * 37, 11), values(4 * 37, 12)];
+    let [ih, hh, bias_ih, bias_hh] = &tensors;
+    let weights = lstm::Weights { ih, hh, bias_ih, bias_hh };
+    let x = values(5 * 11, 13);
+    let (mut expected, mut h) = (vec![0.0; 37], vec![0.0; 37]);
+    sizes.forward(&x, &weights, &mut lstm::Trace::new(&sizes, 1), &mut expected);
+    let from = Place::new([1, 1, 11], 5, [1, 0], 8, 2);
+    let frozen = frozen::Lstm::new(sizes, &weights, from);
+    frozen.run(&spread(&from, &x), &mut vec![0.0; frozen.work_len()], &mut h);
+    close(&h, &expected, "lstm");
+}
+
+/// `call` goes through with slices of these lengths, and panics with a message where one is a value shorter.
+#[track_caller]
+fn needs<const N: usize>(name: &str, lens: [usize; N], call: impl Fn([&mut [f32]; N])) {
+    let run = |lens: [usize; N]| {
+        let mut slices = lens.map(|len| vec![0.5; len]);
+        call(slices.each_mut().map(|slice| &mut slice[..]));
+    };
+    run(lens);
+    for which in 0..N {
+        let mut short = lens;
+        short[which] -= 1;
+        let panic = catch_unwind(AssertUnwindSafe(|| run(short))).err();
+        let text = panic.and_then(|panic| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+        assert!(text.contains("needed"), "{name}, slice {which}: {text}");
+    }
+}
+
+#[test]
+fn slices_that_are_too_short_are_refused() {
+    let window =
+        Window3 { input: [1, 5, 6], output: [1, 5, 6], kernel: [1, 3, 3], stride: [1; 3], before: [0, 1, 1] };
+    let (from, to) = (Place::new([1, 5, 6], 3, [1, 1], 3, 0), Place::dense([1, 5, 6], 4));
+    let route = Route { addend: Some(to), ..Route::new(from, to) };
+    let conv = frozen::Conv::new(&window, [1; 3], 1, &values(108, 1), &values(4, 2), route);
+    needs("conv", [from.buffer_len(), to.end(), to.end()], |[x, addend, y]| conv.run(x, Some(addend), y));
+    let to = Place::dense([1, 5, 6], 3);
+    let conv = frozen::Depthwise::new(&window, [1; 3], &values(27, 1), &values(3, 2), Route::new(from, to));
+    needs("depthwise", [from.buffer_len(), to.end()], |[x, y]| conv.run(x, y));
+    let whole = |size: usize| vec![Reach { from: 0, to: size, count: size }];
+    let pool = Pool::new(Pooling::Mean, [1, 5, 6].map(whole), from, Place::dense([1; 3], 3));
+    needs("pool", [from.end(), 3], |[x, y]| pool.run(x, y));
+    let linear = frozen::Linear::new(6, 5, &values(30, 1));
+    needs("linear", [6, 5, 5], |[x, start, y]| linear.run(x, start, Rectifier::None, y));
+    let sizes = lstm::Lstm { channels: 2, steps: 3, hidden: 4 };
+    let weight = |len| vec![0.1; len];
+    let (ih, hh, bias) = (weight(32), weight(64), weight(16));
+    let weights = lstm::Weights { ih: &ih, hh: &hh, bias_ih: &bias, bias_hh: &bias };
+    let lstm = frozen::Lstm::new(sizes, &weights, Place::dense([1, 1, 3], 2));
+    needs("lstm", [6, lstm.work_len(), 4], |[x, work, h]| lstm.run(x, work, h));
+    needs("copy", [from.end(), to.end()], |[x, y]| frozen::copy(&from, x, &to, y));
+    needs("add", [from.end(), to.end()], |[x, y]| frozen::add(&from, x, &to, y));
+}
+
+#[test]
+#[should_panic(expected = "margins of")]
+fn margins_that_are_too_narrow_are_refused() {
+    let window =
+        Window3 { input: [1, 1, 6], output: [1, 1, 6], kernel: [1, 1, 3], stride: [1; 3], before: [0, 0, 1] };
+    let place = Place::dense([1, 1, 6], 2);
+    frozen::Conv::new(&window, [1; 3], 1, &[0.0; 12], &[0.0; 2], Route::new(place, place));
+}
