@@ -97,6 +97,8 @@ pub use taxel_graph as graph;
 pub use taxel_judge as judge;
 /// Training, cross-validation, metrics, models.
 pub use taxel_learn as learn;
+/// Networks frozen for answering.
+pub use taxel_runtime as runtime;
 /// Simulated worlds and sensor faults.
 pub use taxel_scenes as scenes;
 /// Experiments from TOML.

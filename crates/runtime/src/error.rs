@@ -1,0 +1,26 @@
+//! What the runtime refuses.
+
+/// A network or an input that the runtime cannot take.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Weights that do not fit the graph.
+    #[error(transparent)]
+    Graph(#[from] taxel_graph::Error),
+    /// Inputs that do not fit the network.
+    #[error("{model}: {reason}")]
+    Input {
+        /// Network name.
+        model: String,
+        /// What does not fit.
+        reason: String,
+    },
+    /// A workspace that another network made.
+    #[error("{model}: the workspace belongs to another network; make one with this network's `workspace`")]
+    Workspace {
+        /// Network name.
+        model: String,
+    },
+}
+
+/// Result with this crate's [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;

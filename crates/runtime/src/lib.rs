@@ -1,0 +1,34 @@
+//! Networks frozen for answering.
+//!
+//! [`Frozen`] is a graph with its weights, changed into what answers fastest: batch norms are folded into the
+//! convolutions before them, rectifiers and sums happen before outputs are stored, weights lie in the order in which they
+//! are read, and values lie where their readers want them, inside margins and among the channels of a
+//! concatenation. It never changes: threads share one, each with a [`Workspace`] of its own, and no answer allocates.
+//!
+//! ```
+//! use taxel_comparators::MlpConfig;
+//! use taxel_graph::{Architecture, Scheme, Weights};
+//! use taxel_runtime::Frozen;
+//!
+//! let graph = MlpConfig { classes: 2, in_features: 4, hidden: 8 }.graph()?;
+//! let weights = Weights::init(&graph, Scheme::Pytorch, 0, "doc");
+//! let frozen = Frozen::new(&graph, &weights)?;
+//! let mut workspace = frozen.workspace();
+//! let logits = frozen.answer(&mut workspace, &[&[1.0, 0.0, 0.0, 0.5]])?;
+//! assert_eq!(logits.len(), 2);
+//! # Ok::<(), taxel_runtime::Error>(())
+//! ```
+//!
+//! Logits differ from those of `taxel-engine` in the last bits: norms that are folded in are rounded elsewhere.
+
+mod error;
+mod frozen;
+mod lower;
+mod merge;
+mod places;
+mod program;
+mod step;
+mod weights;
+
+pub use error::{Error, Result};
+pub use frozen::{Frozen, Workspace};

@@ -1,0 +1,291 @@
+//! From a graph to steps: norms, rectifiers and sums become part of the step before them.
+
+use taxel_graph::{Activation, Graph, Node, NodeId, Op, Weights, Window};
+use taxel_kernels::frozen::{Pooling, Reach};
+use taxel_kernels::{Rectifier, Window3, conv, lstm};
+
+use crate::merge::merge;
+use crate::step::{Conv, ConvKind, Shape, Step, StepId, Work};
+use crate::weights;
+
+/// The steps of a graph, and the steps of its outputs. `weights` have been checked against it.
+pub(crate) fn lower(graph: &Graph, weights: &Weights) -> (Vec<Step>, Vec<StepId>) {
+    let mut uses = vec![0; graph.nodes().len()];
+    graph.nodes().iter().flat_map(|node| &node.inputs).for_each(|&input| uses[input] += 1);
+    // What callers read stays as it is.
+    graph.outputs().iter().for_each(|(_, id)| uses[*id] += 2);
+    let mut lower = Lower { weights, uses, steps: vec![], seen: vec![], inputs: 0 };
+    for node in graph.nodes() {
+        let seen = lower.node(node);
+        lower.seen.push(seen);
+    }
+    let outputs: Vec<StepId> = graph.outputs().iter().map(|(_, id)| lower.stored(*id)).collect();
+    let (steps, now) = merge(lower.steps);
+    (steps, outputs.into_iter().map(|output| now[output]).collect())
+}
+
+/// How a node's value is found.
+#[derive(Clone, Copy)]
+struct Seen {
+    step: StepId,
+    /// Whether it is that value with channels first, as features.
+    flat: bool,
+}
+
+struct Lower<'a> {
+    weights: &'a Weights,
+    /// Readers of every node.
+    uses: Vec<usize>,
+    steps: Vec<Step>,
+    seen: Vec<Seen>,
+    inputs: usize,
+}
+
+impl Lower<'_> {
+    fn node(&mut self, node: &Node) -> Seen {
+        let at = |which: usize| node.inputs[which];
+        match &node.op {
+            Op::Input => {
+                self.inputs += 1;
+                self.push(Work::Input(self.inputs - 1), vec![], node)
+            }
+            Op::Conv { window, dilation, groups, bias, .. } => {
+                self.conv(node, window, dilation, *groups, *bias)
+            }
+            Op::Linear { bias, .. } => {
+                let seen = self.seen[at(0)];
+                let positions = if seen.flat { self.steps[seen.step].shape.size.iter().product() } else { 1 };
+                let weight = weights::linear(self.weights, node, positions);
+                let bias = weights::bias(self.weights, node, *bias, node.shape[0]);
+                self.push(Work::Linear { weight, bias, rectifier: Rectifier::None }, vec![seen.step], node)
+            }
+            Op::Lstm { hidden, steps } => {
+                let input = self.stored(at(0));
+                let sizes =
+                    lstm::Lstm { channels: self.steps[input].shape.channels, steps: *steps, hidden: *hidden };
+                let weights = [0, 1, 2, 3].map(|which| weights::values(self.weights, node, which).to_vec());
+                self.push(Work::Lstm { sizes, weights }, vec![input], node)
+            }
+            Op::BatchNorm { eps, .. } => {
+                let norm = weights::norm(self.weights, node, *eps);
+                self.affine(node, &norm)
+            }
+            Op::Standardize { .. } => {
+                let [mean, std] = [0, 1].map(|which| weights::values(self.weights, node, which));
+                let one =
+                    |(mean, std): (&f32, &f32)| (1.0 / f64::from(*std), -f64::from(*mean) / f64::from(*std));
+                let norm: Vec<(f64, f64)> = mean.iter().zip(std).map(one).collect();
+                self.affine(node, &norm)
+            }
+            Op::Scale => {
+                let scale = f64::from(weights::values(self.weights, node, 0)[0]);
+                self.affine(node, &vec![(scale, 0.0); node.shape[0]])
+            }
+            Op::Relu => self.rectify(node, Rectifier::Relu),
+            Op::Activation(Activation::Relu6) => self.rectify(node, Rectifier::Relu6),
+            Op::Activation(function) => {
+                let input = self.stored(at(0));
+                self.push(Work::Activation(*function), vec![input], node)
+            }
+            Op::Dropout { .. } => self.seen[at(0)],
+            Op::MaxPool(window) => self.pool(node, Pooling::Max, window, &[]),
+            Op::AveragePool { window, counted } => self.pool(node, Pooling::Mean, window, counted),
+            Op::GlobalAveragePool => {
+                let input = self.stored(at(0));
+                let whole = |size: usize| vec![Reach { from: 0, to: size, count: size }];
+                let axes = self.steps[input].shape.size.map(whole);
+                self.push(Work::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
+            }
+            Op::GlobalStandardDeviation { eps } => {
+                let input = self.stored(at(0));
+                self.push(Work::Deviation(*eps), vec![input], node)
+            }
+            Op::AdaptiveAveragePool { .. } => {
+                let input = self.stored(at(0));
+                let (from, to) = (self.steps[input].shape.size, shape_of(node).size);
+                let axes = [0, 1, 2].map(|axis| {
+                    let part = |i: usize| {
+                        let (low, high) =
+                            (i * from[axis] / to[axis], ((i + 1) * from[axis]).div_ceil(to[axis]));
+                        Reach { from: low, to: high, count: high - low }
+                    };
+                    (0..to[axis]).map(part).collect()
+                });
+                self.push(Work::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
+            }
+            Op::Flatten => {
+                let input = self.stored(at(0));
+                Seen { step: input, flat: true }
+            }
+            Op::ChannelShuffle { groups } => {
+                let input = self.stored(at(0));
+                self.push(Work::Shuffle(*groups), vec![input], node)
+            }
+            Op::Slice { start, .. } => {
+                let input = self.stored(at(0));
+                self.push(Work::Slice(*start), vec![input], node)
+            }
+            Op::SwitchScale => {
+                let inputs = vec![self.stored(at(0)), self.stored(at(1))];
+                self.push(Work::Switch, inputs, node)
+            }
+            Op::Add => self.add(node),
+            Op::Concat => {
+                let inputs = node.inputs.iter().map(|&input| self.stored(input)).collect();
+                self.push(Work::Concat, inputs, node)
+            }
+        }
+    }
+
+    fn push(&mut self, work: Work, inputs: Vec<StepId>, node: &Node) -> Seen {
+        self.steps.push(Step { work, inputs, shape: shape_of(node) });
+        Seen { step: self.steps.len() - 1, flat: false }
+    }
+
+    /// The step that stores a node's value as it is; flattens it where no one has.
+    fn stored(&mut self, id: NodeId) -> StepId {
+        let Seen { step, flat } = self.seen[id];
+        if !flat {
+            return step;
+        }
+        let shape = Shape::features(self.steps[step].shape.len());
+        self.steps.push(Step { work: Work::Flatten, inputs: vec![step], shape });
+        self.seen[id] = Seen { step: self.steps.len() - 1, flat: false };
+        self.seen[id].step
+    }
+
+    fn conv(
+        &mut self,
+        node: &Node,
+        window: &Window,
+        dilation: &[usize],
+        groups: usize,
+        has_bias: bool,
+    ) -> Seen {
+        let input = self.stored(node.inputs[0]);
+        let (channels, filters) = (self.steps[input].shape.channels, node.shape[0]);
+        let kernel = axes3(&window.kernel, 1);
+        let window = Window3 { kernel, ..window3(&window.dilated(dilation), self.steps[input].shape.size) };
+        let dilation = axes3(dilation, 1);
+        let plan = conv::Conv::dilated(window, dilation, channels, filters, groups);
+        let conv = Conv {
+            window,
+            dilation,
+            groups,
+            weight: weights::conv(self.weights, node, groups),
+            bias: weights::bias(self.weights, node, has_bias, filters),
+            rectifier: Rectifier::None,
+            kind: ConvKind::of(&plan, channels, filters, groups),
+        };
+        self.push(Work::Conv(conv), vec![input], node)
+    }
+
+    /// Whether nobody but one reader sees the value of `id` as its step stores it.
+    fn is_private(&self, id: NodeId) -> bool {
+        self.uses[id] == 1 && !self.seen[id].flat
+    }
+
+    /// Scale and shift per channel, folded into what comes before where nobody else sees that.
+    fn affine(&mut self, node: &Node, norm: &[(f64, f64)]) -> Seen {
+        let id = node.inputs[0];
+        let seen = self.seen[id];
+        if self.is_private(id) {
+            let step = &mut self.steps[seen.step];
+            match &mut step.work {
+                Work::Conv(conv) if conv.rectifier == Rectifier::None && step.inputs.len() == 1 => {
+                    // Depthwise weights are kernel × channels: one group of all.
+                    let groups = if conv.kind == ConvKind::Depthwise { 1 } else { conv.groups };
+                    weights::fold(&mut conv.weight, &mut conv.bias, groups, norm);
+                    return seen;
+                }
+                Work::Linear { weight, bias, rectifier: Rectifier::None } => {
+                    weights::fold(weight, bias, 1, norm);
+                    return seen;
+                }
+                _ => {}
+            }
+        }
+        let input = self.stored(id);
+        let scale = norm.iter().map(|(scale, shift)| (*scale as f32, *shift as f32)).unzip();
+        self.push(Work::Affine { scale: Some(scale), rectifier: Rectifier::None }, vec![input], node)
+    }
+
+    /// A rectifier, left to what comes before where nobody else sees that.
+    fn rectify(&mut self, node: &Node, which: Rectifier) -> Seen {
+        let id = node.inputs[0];
+        let seen = self.seen[id];
+        if self.is_private(id)
+            && let Some(rectifier) = self.steps[seen.step].work.rectifier()
+            && *rectifier == Rectifier::None
+        {
+            *rectifier = which;
+            return seen;
+        }
+        let input = self.stored(id);
+        self.push(Work::Affine { scale: None, rectifier: which }, vec![input], node)
+    }
+
+    /// A sum, left to the later of two convolutions where nobody else sees what that stores.
+    fn add(&mut self, node: &Node) -> Seen {
+        let inputs: Vec<StepId> = node.inputs.iter().map(|&input| self.stored(input)).collect();
+        for (mine, other) in [(0, 1), (1, 0)] {
+            let (conv, addend) = (inputs[mine], inputs[other]);
+            if !self.is_private(node.inputs[mine]) || addend >= conv {
+                continue;
+            }
+            let step = &mut self.steps[conv];
+            if let Work::Conv(Conv { kind: ConvKind::Direct, rectifier: Rectifier::None, .. }) = &step.work
+                && step.inputs.len() == 1
+            {
+                step.inputs.push(addend);
+                return Seen { step: conv, flat: false };
+            }
+        }
+        self.push(Work::Add { rectifier: Rectifier::None }, inputs, node)
+    }
+
+    fn pool(&mut self, node: &Node, pooling: Pooling, window: &Window, counted: &[(usize, usize)]) -> Seen {
+        let input = self.stored(node.inputs[0]);
+        let window = window3(window, self.steps[input].shape.size);
+        let counted = axes3(counted, (0, 0));
+        let axes = [0, 1, 2].map(|axis| {
+            let Window3 { input, output, kernel, stride, before } = window;
+            let (before, size) = (before[axis], input[axis]);
+            let (first, last) = (before - counted[axis].0.min(before), before + size + counted[axis].1);
+            let reach = |out: usize| {
+                // In coordinates that start at the first padded position.
+                let (low, high) = (out * stride[axis], out * stride[axis] + kernel[axis]);
+                let count = high.min(last).saturating_sub(low.max(first)).max(1);
+                let (from, to) = (low.max(before) - before, high.min(before + size) - before.min(high));
+                Reach { from, to, count }
+            };
+            (0..output[axis]).map(reach).collect()
+        });
+        self.push(Work::Pool { pooling, axes }, vec![input], node)
+    }
+}
+
+/// Positions and channels of a node's value.
+fn shape_of(node: &Node) -> Shape {
+    Shape { size: axes3(&node.shape[1..], 1), channels: node.shape[0] }
+}
+
+/// A window over (depth, rows, columns).
+fn window3(window: &Window, input: [usize; 3]) -> Window3 {
+    let axes = window.kernel.len();
+    let before: Vec<usize> = window.padding.iter().map(|p| p.0).collect();
+    Window3 {
+        input,
+        output: axes3(&window.positions(&input[3 - axes..]), 1),
+        kernel: axes3(&window.kernel, 1),
+        stride: axes3(&window.stride, 1),
+        before: axes3(&before, 0),
+    }
+}
+
+/// Values of up to three spatial axes as those of three; the missing first ones are `rest`.
+fn axes3<T: Copy>(values: &[T], rest: T) -> [T; 3] {
+    let mut all = [rest; 3];
+    all[3 - values.len()..].copy_from_slice(values);
+    all
+}

@@ -1,0 +1,96 @@
+//! Convolutions of one input that are too narrow to fill a vector are computed together.
+
+use crate::step::{Conv, ConvKind, Shape, Step, StepId, Work};
+
+/// Filters up to which a convolution leaves most of a vector empty.
+const NARROW: usize = 8;
+
+/// Joins a narrow convolution with one that sees the same input through the same window; both become slices of what
+/// they compute together. Gives the new steps, and the new number of every old one.
+pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
+    let partners = partners(&steps);
+    let mut steps: Vec<Option<Step>> = steps.into_iter().map(Some).collect();
+    let (mut merged, mut now): (Vec<Step>, Vec<StepId>) = (vec![], vec![]);
+    for id in 0..steps.len() {
+        let step = match (steps[id].take(), partners[id]) {
+            (Some(first), Some(partner)) => {
+                let shape = first.shape;
+                let both = join(first, steps[partner].take());
+                merged.push(renumbered(both, &now));
+                Step { work: Work::Slice(0), inputs: vec![merged.len() - 1], shape }
+            }
+            (Some(step), None) => renumbered(step, &now),
+            (None, first) => slice_of_rest(&merged, now[first.unwrap_or(id)]),
+        };
+        merged.push(step);
+        now.push(merged.len() - 1);
+    }
+    (merged, now)
+}
+
+/// What the second of two convolutions has become: the rest of the value whose first slice the first one is.
+fn slice_of_rest(merged: &[Step], first: StepId) -> Step {
+    let slice = &merged[first];
+    let whole = slice.inputs[0];
+    let (channels, all) = (slice.shape.channels, merged[whole].shape);
+    let shape = Shape { channels: all.channels - channels, ..all };
+    Step { work: Work::Slice(channels), inputs: vec![whole], shape }
+}
+
+fn renumbered(mut step: Step, now: &[StepId]) -> Step {
+    step.inputs.iter_mut().for_each(|input| *input = now[*input]);
+    step
+}
+
+/// Of every step the other convolution that it is computed with.
+fn partners(steps: &[Step]) -> Vec<Option<StepId>> {
+    let mut partners = vec![None; steps.len()];
+    for later in 0..steps.len() {
+        let fits =
+            |&earlier: &StepId| partners[earlier].is_none() && are_siblings(&steps[earlier], &steps[later]);
+        if let Some(earlier) = (0..later).find(fits) {
+            (partners[earlier], partners[later]) = (Some(later), Some(earlier));
+        }
+    }
+    partners
+}
+
+fn are_siblings(a: &Step, b: &Step) -> bool {
+    let (Some(x), Some(y)) = (plain(a), plain(b)) else { return false };
+    a.inputs == b.inputs
+        && x.window == y.window
+        && x.dilation == y.dilation
+        && x.rectifier == y.rectifier
+        && a.shape.channels.min(b.shape.channels) <= NARROW
+}
+
+/// A convolution of one group by its definition's products, without an addend.
+fn plain(step: &Step) -> Option<&Conv> {
+    match &step.work {
+        Work::Conv(conv) if conv.kind == ConvKind::Direct && conv.groups == 1 && step.inputs.len() == 1 => {
+            Some(conv)
+        }
+        _ => None,
+    }
+}
+
+/// Both convolutions as one, filter beside filter.
+fn join(first: Step, second: Option<Step>) -> Step {
+    let Some((Work::Conv(a), Work::Conv(b))) = second.as_ref().map(|second| (&first.work, &second.work))
+    else {
+        return first;
+    };
+    let (left, right) = (a.bias.len(), b.bias.len());
+    let rows = a.weight.chunks_exact(left).zip(b.weight.chunks_exact(right));
+    let conv = Conv {
+        weight: rows.flat_map(|(a, b)| a.iter().chain(b).copied()).collect(),
+        bias: [a.bias.as_slice(), &b.bias].concat(),
+        window: a.window,
+        dilation: a.dilation,
+        groups: 1,
+        rectifier: a.rectifier,
+        kind: ConvKind::Direct,
+    };
+    let shape = Shape { channels: left + right, ..first.shape };
+    Step { work: Work::Conv(conv), inputs: first.inputs, shape }
+}

@@ -1,0 +1,163 @@
+//! Where every value lies: in a buffer of its own, or among the channels of a concatenation that it becomes part of,
+//! with the margins that its readers need. Buffers are used again once their last reader is through.
+
+use std::collections::HashSet;
+
+use taxel_kernels::frozen::Place;
+
+use crate::step::{Step, StepId, Work};
+
+/// Places of all values.
+pub(crate) struct Places {
+    /// Of every step: its place and its buffer.
+    pub values: Vec<(Place, usize)>,
+    /// Values of every buffer.
+    pub buffers: Vec<usize>,
+}
+
+/// Channels of a larger value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Spot {
+    /// The value that has memory of its own.
+    root: StepId,
+    first: usize,
+}
+
+impl Places {
+    pub fn new(steps: &[Step], outputs: &[StepId]) -> Self {
+        let spots = spots(steps);
+        let mut margins = vec![[0; 2]; steps.len()];
+        for step in steps {
+            if let Some(&input) = step.inputs.first() {
+                let margin = &mut margins[spots[input].root];
+                let needed = step.work.margin();
+                *margin = [margin[0].max(needed[0]), margin[1].max(needed[1])];
+            }
+        }
+        let place = |id: StepId| {
+            let Spot { root, first } = spots[id];
+            let shape = steps[id].shape;
+            Place::new(shape.size, shape.channels, margins[root], steps[root].shape.channels, first)
+        };
+        let places: Vec<Place> = (0..steps.len()).map(place).collect();
+        let (buffer_of, buffers) = share(steps, outputs, &spots, &places);
+        let values = places.iter().zip(&spots).map(|(place, spot)| (*place, buffer_of[spot.root])).collect();
+        Places { values, buffers }
+    }
+}
+
+/// Puts what is joined where it will lie, unless a step would then write into the value that it reads.
+fn spots(steps: &[Step]) -> Vec<Spot> {
+    let mut alone = HashSet::new();
+    loop {
+        let spots = join(steps, &alone);
+        let before = alone.len();
+        for (id, step) in steps.iter().enumerate() {
+            for (which, &input) in step.inputs.iter().enumerate() {
+                let shared = spots[input].root == spots[id].root;
+                match step.work {
+                    Work::Slice(_) => {}
+                    // Moved inside one value: it would have to be read and written at once.
+                    Work::Concat if shared && spots[input] != part(steps, &spots, id, which) => {
+                        alone.insert(owner(steps, input));
+                    }
+                    Work::Concat => {}
+                    _ if shared => drop(alone.insert(id)),
+                    _ => {}
+                }
+            }
+        }
+        if alone.len() == before {
+            return spots;
+        }
+    }
+}
+
+/// The step that computes what slices take.
+fn owner(steps: &[Step], mut id: StepId) -> StepId {
+    while let Work::Slice(_) = steps[id].work {
+        id = steps[id].inputs[0];
+    }
+    id
+}
+
+/// Where input `which` of a concatenation belongs.
+fn part(steps: &[Step], spots: &[Spot], concat: StepId, which: usize) -> Spot {
+    let before: usize = steps[concat].inputs[..which].iter().map(|&input| steps[input].shape.channels).sum();
+    Spot { first: spots[concat].first + before, ..spots[concat] }
+}
+
+fn join(steps: &[Step], alone: &HashSet<StepId>) -> Vec<Spot> {
+    let mut spots: Vec<Spot> = (0..steps.len()).map(|root| Spot { root, first: 0 }).collect();
+    let mut placed = vec![false; steps.len()];
+    // Later concatenations hold earlier ones.
+    for (id, step) in steps.iter().enumerate().rev() {
+        let Work::Concat = step.work else { continue };
+        if !placed[id] && !alone.contains(&id) {
+            // All its parts may lie side by side in a later one.
+            let first = spots[step.inputs[0]];
+            let mut next = first;
+            let in_order = step.inputs.iter().all(|&input| {
+                let fits = placed[input] && spots[input] == next;
+                next.first += steps[input].shape.channels;
+                fits
+            });
+            if in_order {
+                (spots[id], placed[id]) = (first, true);
+            }
+        }
+        for (which, &input) in step.inputs.iter().enumerate() {
+            let is_movable = !matches!(steps[input].work, Work::Slice(_)) && !steps[input].work.makes_dense();
+            if is_movable && !placed[input] && !alone.contains(&input) {
+                (spots[input], placed[input]) = (part(steps, &spots, id, which), true);
+            }
+        }
+    }
+    for (id, step) in steps.iter().enumerate() {
+        if let Work::Slice(start) = step.work {
+            let whole = spots[step.inputs[0]];
+            spots[id] = Spot { first: whole.first + start, ..whole };
+        }
+    }
+    spots
+}
+
+/// Buffers of the roots, and their lengths.
+fn share(steps: &[Step], outputs: &[StepId], spots: &[Spot], places: &[Place]) -> (Vec<usize>, Vec<usize>) {
+    let mut last: Vec<usize> = (0..steps.len()).collect();
+    for (id, step) in steps.iter().enumerate() {
+        for &input in &step.inputs {
+            let root = spots[input].root;
+            last[root] = last[root].max(id);
+        }
+        last[spots[id].root] = last[spots[id].root].max(id);
+    }
+    outputs.iter().for_each(|&output| last[spots[output].root] = usize::MAX);
+    let (mut buffer_of, mut buffers) = (vec![usize::MAX; steps.len()], vec![]);
+    // Margins stay zero only where values with the same ones take a buffer over.
+    let mut free: Vec<(Option<Place>, usize)> = vec![];
+    let kind = |place: &Place| (place.margin != [0; 2]).then_some(*place);
+    for id in 0..steps.len() {
+        let root = spots[id].root;
+        let place = &places[root];
+        if buffer_of[root] == usize::MAX {
+            let fitting = free.iter().rposition(|(kept, _)| *kept == kind(place));
+            buffer_of[root] = fitting.map_or_else(
+                || {
+                    buffers.push(0);
+                    buffers.len() - 1
+                },
+                |at| free.remove(at).1,
+            );
+            let len = &mut buffers[buffer_of[root]];
+            *len = place.buffer_len().max(*len);
+        }
+        for root in 0..=id {
+            if last[root] == id && spots[root].root == root && buffer_of[root] != usize::MAX {
+                free.push((kind(&places[root]), buffer_of[root]));
+                last[root] = usize::MAX;
+            }
+        }
+    }
+    (buffer_of, buffers)
+}

@@ -1,0 +1,281 @@
+//! Steps with their places become calls of kernels.
+
+use taxel_graph::Activation;
+use taxel_kernels::frozen::{self, Place, Pool, Route};
+use taxel_kernels::{Rectifier, View, activation, conv, deviation, layout, lstm, pointwise};
+
+use crate::places::Places;
+use crate::step::{Conv, ConvKind, Step, StepId, Work};
+
+/// One call.
+pub(crate) struct Call {
+    pub kernel: Kernel,
+    /// Buffers and places of the inputs, and of the output.
+    pub from: Vec<(usize, Place)>,
+    pub to: (usize, Place),
+}
+
+/// Memory of a call besides its values.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    pub input: taxel_kernels::Buffer,
+    pub output: taxel_kernels::Buffer,
+    pub work: taxel_kernels::Buffer,
+}
+
+/// The most values that calls need of each.
+#[derive(Debug, Default, Clone, Copy)]
+pub(crate) struct ScratchLens {
+    pub input: usize,
+    pub output: usize,
+    pub work: usize,
+}
+
+/// What a call runs.
+pub(crate) enum Kernel {
+    /// Takes the network's input of this number.
+    Input(usize),
+    Conv(frozen::Conv),
+    Depthwise(frozen::Depthwise),
+    Winograd(Box<Winograd>),
+    Linear {
+        linear: frozen::Linear,
+        bias: Vec<f32>,
+        rectifier: Rectifier,
+    },
+    Lstm(Box<frozen::Lstm>),
+    Affine {
+        scale: Option<(Vec<f32>, Vec<f32>)>,
+        rectifier: Rectifier,
+    },
+    Activation(Activation),
+    Pool(Pool),
+    Add(Rectifier),
+    Shuffle(usize),
+    Deviation(f32),
+    Flatten,
+    Switch,
+}
+
+/// The convolution of training with what was folded into it.
+pub(crate) struct Winograd {
+    conv: conv::Conv,
+    weight: Vec<f32>,
+    packed: Vec<f32>,
+    bias: Vec<f32>,
+    rectifier: Rectifier,
+}
+
+/// All calls in order.
+pub(crate) fn program(steps: Vec<Step>, places: &Places) -> (Vec<Call>, ScratchLens) {
+    let (mut calls, mut scratch) = (vec![], ScratchLens::default());
+    for (id, step) in steps.into_iter().enumerate() {
+        let at = |id: StepId| (places.values[id].1, places.values[id].0);
+        let from: Vec<(usize, Place)> = step.inputs.iter().map(|&input| at(input)).collect();
+        let to = at(id);
+        if let Work::Concat = step.work {
+            calls.extend(moves(&from, to));
+            continue;
+        }
+        if let Work::Slice(_) = step.work {
+            continue;
+        }
+        if step.work.needs_dense() {
+            scratch.input = scratch.input.max(from.iter().map(|(_, place)| place.len()).sum());
+        }
+        if !to.1.is_dense() {
+            scratch.output = scratch.output.max(to.1.len());
+        }
+        let kernel = kernel(step.work, &from, &to.1, &mut scratch);
+        calls.push(Call { kernel, from, to });
+    }
+    (calls, scratch)
+}
+
+/// Copies of those parts of a concatenation that do not lie there already.
+fn moves(from: &[(usize, Place)], (buffer, whole): (usize, Place)) -> Vec<Call> {
+    let (mut calls, mut first) = (vec![], 0);
+    for &(source, part) in from {
+        let to = Place { channels: part.channels, start: whole.start + first, ..whole };
+        first += part.channels;
+        if (source, part) != (buffer, to) {
+            let kernel = Kernel::Affine { scale: None, rectifier: Rectifier::None };
+            calls.push(Call { kernel, from: vec![(source, part)], to: (buffer, to) });
+        }
+    }
+    calls
+}
+
+fn kernel(work: Work, from: &[(usize, Place)], to: &Place, scratch: &mut ScratchLens) -> Kernel {
+    match work {
+        Work::Input(number) => Kernel::Input(number),
+        Work::Conv(conv) => convolution(conv, from, to, scratch),
+        Work::Linear { weight, bias, rectifier } => {
+            let linear = frozen::Linear::new(from[0].1.len(), to.channels, &weight);
+            Kernel::Linear { linear, bias, rectifier }
+        }
+        Work::Lstm { sizes, weights: [ih, hh, bias_ih, bias_hh] } => {
+            let weights = lstm::Weights { ih: &ih, hh: &hh, bias_ih: &bias_ih, bias_hh: &bias_hh };
+            let lstm = frozen::Lstm::new(sizes, &weights, from[0].1);
+            scratch.work = scratch.work.max(lstm.work_len());
+            Kernel::Lstm(Box::new(lstm))
+        }
+        Work::Affine { scale, rectifier } => Kernel::Affine { scale, rectifier },
+        Work::Activation(function) => Kernel::Activation(function),
+        Work::Pool { pooling, axes } => Kernel::Pool(Pool::new(pooling, axes, from[0].1, *to)),
+        Work::Add { rectifier } => {
+            scratch.output = scratch.output.max(to.len());
+            Kernel::Add(rectifier)
+        }
+        Work::Shuffle(groups) => Kernel::Shuffle(groups),
+        Work::Deviation(eps) => {
+            scratch.work = scratch.work.max(to.channels);
+            Kernel::Deviation(eps)
+        }
+        Work::Flatten => Kernel::Flatten,
+        Work::Switch => Kernel::Switch,
+        Work::Concat | Work::Slice(_) => unreachable!("they are places, not calls"),
+    }
+}
+
+fn convolution(conv: Conv, from: &[(usize, Place)], to: &Place, scratch: &mut ScratchLens) -> Kernel {
+    let Conv { window, dilation, groups, weight, bias, rectifier, kind } = conv;
+    let x = from[0].1;
+    let route = Route { from: x, to: *to, addend: from.get(1).map(|(_, place)| *place), rectifier };
+    match kind {
+        ConvKind::Direct => Kernel::Conv(frozen::Conv::new(&window, dilation, groups, &weight, &bias, route)),
+        ConvKind::Depthwise => {
+            Kernel::Depthwise(frozen::Depthwise::new(&window, dilation, &weight, &bias, route))
+        }
+        ConvKind::Winograd => {
+            let conv = conv::Conv::new(window, x.channels, to.channels, groups);
+            scratch.input = scratch.input.max(x.len() + conv.padded_len());
+            scratch.output = scratch.output.max(to.len());
+            scratch.work = scratch.work.max(conv.work_len());
+            let mut packed = vec![];
+            conv.pack(&weight, &mut packed);
+            Kernel::Winograd(Box::new(Winograd { conv, weight, packed, bias, rectifier }))
+        }
+    }
+}
+
+/// `x` without margins and other channels: itself where it has none, else in `scratch`.
+fn dense<'a>(place: &Place, x: &'a [f32], scratch: &'a mut [f32]) -> &'a [f32] {
+    if place.is_dense() {
+        return &x[..place.len()];
+    }
+    let to = Place::dense(place.size, place.channels);
+    frozen::copy(place, x, &to, scratch);
+    &scratch[..place.len()]
+}
+
+/// Runs `make` on a dense output, which then goes where it belongs.
+fn staged(to: &Place, y: &mut [f32], scratch: &mut [f32], make: impl FnOnce(&mut [f32])) {
+    if to.is_dense() {
+        return make(&mut y[..to.len()]);
+    }
+    let scratch = &mut scratch[..to.len()];
+    make(scratch);
+    frozen::copy(&Place::dense(to.size, to.channels), scratch, to, y);
+}
+
+impl Call {
+    /// Runs the call: `values` are the inputs' buffers, `y` is the output's, `inputs` are the network's.
+    pub fn run(&self, inputs: &[&[f32]], values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
+        let to = &self.to.1;
+        let Scratch { input, output, work } = scratch;
+        match &self.kernel {
+            Kernel::Input(number) => staged(to, y, output, |y| {
+                layout::transpose(to.channels, to.positions(), inputs[*number], y, false);
+            }),
+            Kernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
+            Kernel::Depthwise(conv) => conv.run(values[0], y),
+            Kernel::Winograd(winograd) => self.winograd(winograd, values[0], y, scratch),
+            Kernel::Linear { linear, bias, rectifier } => {
+                let x = dense(&self.from[0].1, values[0], input);
+                linear.run(x, bias, *rectifier, &mut y[to.start..]);
+            }
+            Kernel::Lstm(lstm) => lstm.run(values[0], work, &mut y[to.start..]),
+            Kernel::Affine { scale, rectifier } => {
+                let affine = scale.as_ref().map(|(scale, shift)| (scale.as_slice(), shift.as_slice()));
+                let view = View { affine, rectifier: *rectifier };
+                frozen::map(&view, &self.from[0].1, values[0], to, y);
+            }
+            Kernel::Activation(function) => {
+                let x = dense(&self.from[0].1, values[0], input);
+                staged(to, y, output, |y| apply(*function, x, y));
+            }
+            Kernel::Pool(pool) => pool.run(values[0], y),
+            Kernel::Add(rectifier) => self.add(*rectifier, values, y, output),
+            Kernel::Shuffle(groups) => {
+                let x = dense(&self.from[0].1, values[0], input);
+                staged(to, y, output, |y| pointwise::shuffle_columns(x, to.channels, *groups, y, false));
+            }
+            Kernel::Deviation(eps) => {
+                let x = dense(&self.from[0].1, values[0], input);
+                let (channels, start) = (to.channels, to.start);
+                deviation::forward(channels, *eps, x, &mut work[..channels], &mut y[start..start + channels]);
+            }
+            Kernel::Flatten => {
+                let from = &self.from[0].1;
+                let x = dense(from, values[0], input);
+                staged(to, y, output, |y| layout::transpose(from.positions(), from.channels, x, y, false));
+            }
+            Kernel::Switch => {
+                let (first, second) = input.split_at_mut(self.from[0].1.len());
+                let x = dense(&self.from[0].1, values[0], first);
+                let stream = dense(&self.from[1].1, values[1], second);
+                let is_dark = is_constant(stream, self.from[1].1.channels);
+                staged(to, y, output, |y| {
+                    // A product, so that NaN stays NaN.
+                    let factor = if is_dark { 0.0 } else { 1.0 };
+                    y.iter_mut().zip(x).for_each(|(y, x)| *y = x * factor);
+                });
+            }
+        }
+    }
+
+    fn winograd(&self, winograd: &Winograd, x: &[f32], y: &mut [f32], scratch: &mut Scratch) {
+        let (from, to) = (&self.from[0].1, &self.to.1);
+        let Scratch { input, output, work } = scratch;
+        let (copy, padded) = input.split_at_mut(if from.is_dense() { 0 } else { from.len() });
+        let x = dense(from, x, copy);
+        let Winograd { conv, weight, packed, bias, rectifier } = winograd;
+        let output = &mut output[..to.len()];
+        for band in conv.bands() {
+            let padded = conv.pad(x, &View::default(), band, padded);
+            conv.forward(padded, weight, packed, Some(bias), output, work);
+        }
+        let view = View { affine: None, rectifier: *rectifier };
+        frozen::map(&view, &Place::dense(to.size, to.channels), output, to, y);
+    }
+
+    fn add(&self, rectifier: Rectifier, values: &[&[f32]], y: &mut [f32], output: &mut [f32]) {
+        let to = &self.to.1;
+        if rectifier == Rectifier::None {
+            frozen::copy(&self.from[0].1, values[0], to, y);
+            return frozen::add(&self.from[1].1, values[1], to, y);
+        }
+        let dense = Place::dense(to.size, to.channels);
+        frozen::copy(&self.from[0].1, values[0], &dense, output);
+        frozen::add(&self.from[1].1, values[1], &dense, output);
+        frozen::map(&View { affine: None, rectifier }, &dense, output, to, y);
+    }
+}
+
+/// A function of one value.
+fn apply(function: Activation, x: &[f32], y: &mut [f32]) {
+    match function {
+        Activation::Relu6 => activation::relu6(x, y),
+        Activation::LeakyRelu { slope } => activation::leaky_relu(slope, x, y),
+        Activation::Sigmoid => activation::sigmoid(x, y),
+        Activation::Tanh => activation::tanh(x, y),
+        Activation::HardSwish => activation::hard_swish(x, y),
+    }
+}
+
+/// Whether every channel has one value at all positions. NaN is not constant.
+fn is_constant(x: &[f32], channels: usize) -> bool {
+    let first = &x[..channels];
+    x.chunks_exact(channels).all(|row| row.iter().zip(first).all(|(x, first)| x == first))
+}

@@ -1,0 +1,148 @@
+//! A network as steps: what is computed between two stored values.
+
+use taxel_graph::Activation;
+use taxel_kernels::frozen::{self, Pooling, Reach};
+use taxel_kernels::{Rectifier, Window3, conv, lstm};
+
+/// Number of a step, and of the value that it computes.
+pub(crate) type StepId = usize;
+
+/// A stored value: positions × channels. Features are the channels of one position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shape {
+    pub size: [usize; 3],
+    pub channels: usize,
+}
+
+impl Shape {
+    pub fn features(channels: usize) -> Self {
+        Shape { size: [1; 3], channels }
+    }
+
+    pub fn len(&self) -> usize {
+        self.size.iter().product::<usize>() * self.channels
+    }
+}
+
+/// A convolution with what was folded into it.
+pub(crate) struct Conv {
+    pub window: Window3,
+    /// Distance of the inputs that neighbouring kernel values meet.
+    pub dilation: [usize; 3],
+    pub groups: usize,
+    /// In the kernels' order.
+    pub weight: Vec<f32>,
+    pub bias: Vec<f32>,
+    pub rectifier: Rectifier,
+    pub kind: ConvKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ConvKind {
+    Direct,
+    Depthwise,
+    /// Fewer products, by the convolution that training uses.
+    Winograd,
+}
+
+impl ConvKind {
+    pub fn of(conv: &conv::Conv, channels: usize, filters: usize, groups: usize) -> Self {
+        if groups > 1 && groups == channels && groups == filters {
+            ConvKind::Depthwise
+        } else if conv.is_winograd() {
+            ConvKind::Winograd
+        } else {
+            ConvKind::Direct
+        }
+    }
+}
+
+/// What a step does with its inputs.
+pub(crate) enum Work {
+    /// The network's input of this number.
+    Input(usize),
+    /// A convolution; a second input is added before the rectifier.
+    Conv(Conv),
+    /// `x W + b`; weights are inputs × outputs, where inputs lie channels last.
+    Linear {
+        weight: Vec<f32>,
+        bias: Vec<f32>,
+        rectifier: Rectifier,
+    },
+    Lstm {
+        sizes: lstm::Lstm,
+        weights: [Vec<f32>; 4],
+    },
+    /// Scale and shift per channel, where they are not all 1 and 0.
+    Affine {
+        scale: Option<(Vec<f32>, Vec<f32>)>,
+        rectifier: Rectifier,
+    },
+    Activation(Activation),
+    Pool {
+        pooling: Pooling,
+        axes: [Vec<Reach>; 3],
+    },
+    /// The sum of two values.
+    Add {
+        rectifier: Rectifier,
+    },
+    /// Inputs side by side along the channels.
+    Concat,
+    /// Channels from this one on.
+    Slice(usize),
+    /// Channel shuffle of so many groups.
+    Shuffle(usize),
+    /// Standard deviation over all positions, with what is added to the variance.
+    Deviation(f32),
+    /// Channels last to features with channels first.
+    Flatten,
+    /// The first input, or zeros where every channel of the second is constant.
+    Switch,
+}
+
+impl Work {
+    /// Columns of zeros that a reader needs before and after the rows of its first input.
+    pub fn margin(&self) -> [usize; 2] {
+        match self {
+            Work::Conv(Conv { window, dilation, kind: ConvKind::Direct | ConvKind::Depthwise, .. }) => {
+                frozen::margins(window, *dilation)
+            }
+            _ => [0; 2],
+        }
+    }
+
+    /// Whether inputs have to fill their buffers.
+    pub fn needs_dense(&self) -> bool {
+        match self {
+            Work::Conv(conv) => conv.kind == ConvKind::Winograd,
+            Work::Linear { .. } | Work::Activation(_) | Work::Shuffle(_) | Work::Flatten | Work::Switch => {
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether the output has to fill its buffer.
+    pub fn makes_dense(&self) -> bool {
+        matches!(self, Work::Activation(_) | Work::Shuffle(_) | Work::Flatten | Work::Switch)
+    }
+
+    /// Where rectified values could come out at once.
+    pub fn rectifier(&mut self) -> Option<&mut Rectifier> {
+        match self {
+            Work::Conv(Conv { rectifier, .. })
+            | Work::Linear { rectifier, .. }
+            | Work::Affine { rectifier, .. }
+            | Work::Add { rectifier } => Some(rectifier),
+            _ => None,
+        }
+    }
+}
+
+/// One step; its inputs are earlier steps.
+pub(crate) struct Step {
+    pub work: Work,
+    pub inputs: Vec<StepId>,
+    pub shape: Shape,
+}

@@ -1,0 +1,90 @@
+//! Frozen networks answer as the engine does.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::off;
+use taxel_graph::{Conv, Graph, Network, Pool};
+
+#[test]
+fn every_network_answers_as_the_engine_does() {
+    let only = std::env::var("TAXEL_NETWORK").ok();
+    let mut wrong = vec![];
+    for entry in taxel_zoo::Registry::built_in().entries() {
+        let name = entry.name.as_str();
+        if only.as_deref().is_some_and(|only| only != name) {
+            continue;
+        }
+        for (output, off) in off(&entry.graph(&taxel_zoo::Settings::new()).unwrap()) {
+            println!("{name} {output}: {off:e}");
+            if off > 1e-5 {
+                wrong.push(format!("{name} {output}: {off:e}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Graphs of which no network of the zoo has the like.
+fn agrees(
+    what: &str,
+    build: impl FnOnce(&Network, taxel_graph::Flow) -> Vec<(&'static str, taxel_graph::Flow)>,
+) {
+    let net = Network::new("odd");
+    let x = net.input("x", &[3, 5, 9]);
+    let outputs = build(&net, x);
+    let graph: Graph = net.finish(&outputs).unwrap();
+    for (output, off) in off(&graph) {
+        assert!(off <= 1e-5, "{what}, {output}: {off:e}");
+    }
+}
+
+#[test]
+fn what_others_see_is_left_as_it_is() {
+    agrees("a convolution beside its norm", |_, x| {
+        let conv = x.conv("conv", Conv::new(7, 3).pad(1));
+        vec![("sum", conv.batch_norm("bn").relu().add(&conv).flatten().linear("fc", 4))]
+    });
+    agrees("a convolution that is an output", |_, x| {
+        let conv = x.conv("conv", Conv::new(7, 3).pad(1));
+        let rectified = conv.batch_norm("bn").relu();
+        vec![("raw", conv), ("logits", rectified.global_average_pool())]
+    });
+    agrees("a rectified value beside the sum before it", |_, x| {
+        let (a, b) = (x.conv("a", Conv::new(6, 3).pad(1)), x.conv("b", Conv::new(6, 1)));
+        let sum = a.add(&b);
+        vec![("logits", sum.relu().add(&sum).flatten().linear("fc", 3))]
+    });
+}
+
+#[test]
+fn values_that_share_memory_are_not_mixed_up() {
+    agrees("a convolution of its neighbour", |net, x| {
+        let a = x.conv("a", Conv::new(4, 3).pad(1));
+        let b = a.conv("b", Conv::new(5, 3).pad(1));
+        let both = net.concat("both", &[&a, &b]);
+        let c = both.conv("c", Conv::new(6, 3).pad(1));
+        vec![("logits", net.concat("all", &[&both, &c, &a]).flatten().linear("fc", 3))]
+    });
+    agrees("one value twice, and parts in another order", |net, x| {
+        let a = x.conv("a", Conv::new(4, 3).pad(1));
+        let twice = net.concat("twice", &[&a, &a]);
+        let turned = net.concat("turned", &[&twice.slice(5, 3), &twice.slice(0, 5)]);
+        vec![("logits", turned.conv("b", Conv::new(3, 3).pad(1)).flatten().linear("fc", 3))]
+    });
+    agrees("a slice that is rectified in place of the whole", |_, x| {
+        let a = x.conv("a", Conv::new(8, 3).pad(1));
+        vec![("logits", a.slice(0, 4).relu().add(&a.slice(4, 4)).flatten().linear("fc", 3))]
+    });
+}
+
+#[test]
+fn means_count_what_they_should() {
+    for (what, pool) in [
+        ("with padding", Pool::new(3).stride(2).pad(1)),
+        ("without padding", Pool::new(3).stride(2).pad(1).ignore_padding()),
+        ("rounded up", Pool::new(2).stride(2).round_up()),
+    ] {
+        agrees(what, |_, x| vec![("logits", x.average_pool(pool).flatten().linear("fc", 3))]);
+    }
+}
