@@ -73,7 +73,10 @@ fn npy_files_are_taken_as_stored() {
     assert_eq!((data.x.shape(), data.x[[0, 1, 0]]), ([2, 2, 3].as_slice(), 3.0));
     let message = || refused_with(folder.path(), &Options::default());
     write(f32s(&[3, 2], &[9.; 6]));
-    assert_eq!(message(), "b/y.npy: has shape [3, 2], but a/x.npy has [2, 3]; all must be equal");
+    assert_eq!(
+        message(),
+        "b/y.npy: has shape [3, 2], but a/x.npy has [2, 3]; all must be equal but for time"
+    );
     write(f32s(&[6], &[9.; 6]));
     assert_eq!(message(), "b/y.npy: has shape [6]; one recording is [C, T], [H, W] or [T, H, W]");
     write(f32s(&[2, 0], &[]));
@@ -236,8 +239,9 @@ fn a_broken_layout_is_refused() {
     );
     assert_eq!(refused(&[one, ("b/.keep", "")]), "b: class folder holds no files; fill or remove it");
     assert_eq!(
-        refused(&[("a/session1/1.csv", "1\n")]),
-        "a/session1: a folder inside a class folder; put the recordings right into it"
+        refused(&[("a/session1/more/1.csv", "1\n")]),
+        "a/session1/more: a folder where recordings are expected; recordings lie in class/file or in \
+         class/session/file"
     );
     assert_eq!(
         refused(&[one, ("b/notes.txt", "x")]),
@@ -250,8 +254,8 @@ fn a_broken_layout_is_refused() {
     assert_eq!(refused(&[one, ("b/1.csv", "")]), "b/1.csv: is empty (0 bytes); copy or record it again");
     assert_eq!(
         refused(&[one, ("b/1.csv", "1,2\n3,4\n"), ("c/1.csv", "1\n")]),
-        "b/1.csv: has shape [2, 2], but a/1.csv has [2, 1]; all must be equal (channels, time): cut or \
-         pad the recordings"
+        "c/1.csv: has shape [1, 1], but a/1.csv has [2, 1]; all must be equal but for time (channels, time): use \
+         the same channels throughout"
     );
     assert_eq!(refused(&[one, ("b/1.csv", "1,2\n3\n")]), "b/1.csv: line 2 has 1 columns, line 1 has 2");
     assert_eq!(refused(&[one, ("b/1.csv", "1,?\n")]), "b/1.csv: line 1, column 2: \"?\" is not a number");
