@@ -173,7 +173,7 @@ fn a_length_rule_is_read_and_stored() {
     let set = vec!["data.length={ kind = \"pad\", to = 300, value = \"edge\" }".into()];
     let overrides = Overrides { data: Some("my.npz".into()), set, ..Overrides::default() };
     let experiment = parse_with(BASE, &overrides).unwrap();
-    let rule = |experiment: &taxel_trainer::Experiment| match &experiment.config().data.origin {
+    let rule = |experiment: &Experiment| match &experiment.config().data.origin {
         Origin::Recordings(recordings) => recordings.length,
         Origin::Scene(_) => None,
     };
