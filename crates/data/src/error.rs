@@ -203,6 +203,10 @@ pub enum Error {
          width], or raise limits.max-pixels"
     )]
     ImageTooLarge { file: String, height: u32, width: u32, limit: u64 },
+    #[error(
+        "{file}: is {height} × {width} pixels by its head, more than its {bytes} bytes can hold; it is damaged"
+    )]
+    ImageDamaged { file: String, height: u32, width: u32, bytes: u64 },
     #[error("{file}: has transparent pixels; save it as grey or RGB")]
     Transparent { file: String },
 

@@ -35,8 +35,7 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
         let name = path.display().to_string();
         let first_dtype = dtype.get_or_insert_with(|| sample.dtype.clone());
         let format = kind.layout(sample.shape.len());
-        let time =
-            time_axis(options.layout, found.facts.layout, format, &sample.dtype, &sample.shape);
+        let time = time_axis(options.layout, found.facts.layout, format, &sample.dtype, &sample.shape);
         if row_hash.is_empty() {
             total_size(&file, found.files.len(), &sample.shape, time, options)?;
         }

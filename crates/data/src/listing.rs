@@ -117,7 +117,8 @@ impl Found {
     /// Numbers the classes as `order` lists them. Recordings of class folders follow that order; those of a table
     /// stay as it lists them.
     pub fn in_order(self, order: &[usize]) -> Self {
-        let new = |label: i64| order.iter().position(|class| *class as i64 == label).map_or(label, |at| at as i64);
+        let new =
+            |label: i64| order.iter().position(|class| *class as i64 == label).map_or(label, |at| at as i64);
         let labels: Vec<i64> = self.labels.iter().map(|label| new(*label)).collect();
         let mut rows: Vec<usize> = (0..labels.len()).collect();
         if !self.is_table {

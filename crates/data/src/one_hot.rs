@@ -25,7 +25,10 @@ pub(crate) fn settle(raw: &mut Raw, options: &Options) -> Columns {
         return Columns::One;
     }
     let lists = raw.names.as_ref().filter(|names| names.columns.len() > 1);
-    if lists.is_some_and(|names| names.is_told) || options.attribute.is_some() || !options.attributes.is_empty() {
+    if lists.is_some_and(|names| names.is_told)
+        || options.attribute.is_some()
+        || !options.attributes.is_empty()
+    {
         return Columns::Attributes;
     }
     if lists.is_some() {

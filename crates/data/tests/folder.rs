@@ -182,6 +182,56 @@ fn a_large_image_is_refused_by_its_head() {
 }
 
 #[test]
+fn a_head_that_so_few_bytes_cannot_hold_is_damaged() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    // As black as can be: what packs best is read.
+    for name in ["a/1.png", "a/1.jpg"] {
+        png(root, name, GrayImage::new(2000, 2000));
+    }
+    std::fs::rename(root.join("a/1.jpg"), root.join("1.jpg")).unwrap();
+    png(root, "b/1.png", GrayImage::from_pixel(2000, 2000, Luma([255])));
+    assert_eq!(load(root, &Options::default()).unwrap().x.shape(), [2, 2000, 2000]);
+    std::fs::rename(root.join("1.jpg"), root.join("a/1.jpg")).unwrap();
+    std::fs::remove_file(root.join("a/1.png")).unwrap();
+    std::fs::remove_dir_all(root.join("b")).unwrap();
+    png(root, "b/1.jpg", GrayImage::from_pixel(2000, 2000, Luma([255])));
+    assert_eq!(load(root, &Options::default()).unwrap().x.shape(), [2, 2000, 2000]);
+
+    png(root, "a/1.jpg", GrayImage::new(8, 8));
+    let mut jpeg = std::fs::read(root.join("a/1.jpg")).unwrap();
+    // Height and width follow the marker, a length and the bits of a value.
+    let at = jpeg.windows(2).position(|pair| pair == [0xFF, 0xC0]).unwrap() + 5;
+    jpeg[at..at + 4].copy_from_slice(&[0x0F, 0xA0, 0x0F, 0xA0]);
+    std::fs::write(root.join("a/1.jpg"), &jpeg).unwrap();
+    let damaged = |name: &str, bytes: usize| {
+        format!(
+            "{name}: is 4000 × 4000 pixels by its head, more than its {bytes} bytes can hold; it is damaged"
+        )
+    };
+    assert_eq!(refused_with(root, &Options::default()), damaged("a/1.jpg", jpeg.len()));
+    let small = Options { resize: Some([2, 2]), ..Options::default() };
+    assert_eq!(refused_with(root, &small), damaged("a/1.jpg", jpeg.len()));
+
+    std::fs::remove_dir_all(root.join("b")).unwrap();
+    std::fs::remove_file(root.join("a/1.jpg")).unwrap();
+    png(root, "a/1.png", GrayImage::new(8, 8));
+    png(root, "b/1.png", GrayImage::new(8, 8));
+    let mut whole = std::fs::read(root.join("a/1.png")).unwrap();
+    whole[16..24].copy_from_slice(&[0, 0, 0x0F, 0xA0, 0, 0, 0x0F, 0xA0]);
+    let sum = crc(&whole[12..29]);
+    whole[29..33].copy_from_slice(&sum.to_be_bytes());
+    std::fs::write(root.join("a/1.png"), &whole).unwrap();
+    assert_eq!(refused_with(root, &Options::default()), damaged("a/1.png", whole.len()));
+}
+
+/// The checksum of a part of a PNG file.
+fn crc(bytes: &[u8]) -> u32 {
+    let step = |sum: u32, _| if sum & 1 == 1 { sum >> 1 ^ 0xEDB8_8320 } else { sum >> 1 };
+    !bytes.iter().fold(u32::MAX, |sum, byte| (0..8).fold(sum ^ u32::from(*byte), step))
+}
+
+#[test]
 fn resampled_values_are_those_of_a_copy_in_floats() {
     use image::imageops::{FilterType, resize};
     let folder = tempdir().unwrap();

@@ -107,6 +107,13 @@ fn a_table_says_label_and_group_of_each_file() {
     let card = check(root.path()).unwrap();
     assert_eq!(card.ignored, [".DS_Store", "t4.csv"]);
     assert!(card.to_string().contains("ignored     .DS_Store, t4.csv"), "{card}");
+    // The order of the classes, and facts; the table's order of recordings stays.
+    files(root.path(), &[("labels.json", r#"{"classes": ["stiff", "soft"], "rate": 50}"#)]);
+    let ordered = load(root.path(), &Options::default()).unwrap();
+    assert_eq!((ordered.classes.join(" "), ordered.y), ("stiff soft".to_string(), vec![1, 0, 1]));
+    assert_eq!((ordered.reading.rate, ordered.origins), (Some(50.0), data.origins));
+    assert_eq!(check(root.path()).unwrap().ignored, [".DS_Store", "t4.csv"], "it is read");
+    std::fs::remove_file(root.path().join("labels.json")).unwrap();
     // Other columns by name.
     let options = Options { y: "note".into(), group: Some("label".into()), ..Options::default() };
     assert!(refused(root.path(), &options).contains("labels.csv: line 2: note is empty"));

@@ -50,9 +50,11 @@ fn resampling_agrees_with_numpy() {
         let text: String = (0..length).map(|t| format!("{},{}\n", values[t], values[length + t])).collect();
         files(folder.path(), &[(&format!("c/{i}.csv"), &text)]);
     }
+    // A second class.
+    files(folder.path(), &[("d/0.csv", "1,2\n3,4\n")]);
     for to in [2, 5, 7, 12] {
         let data = load(folder.path(), &with(&format!("resample:{to}"))).unwrap();
-        assert_eq!(data.x.shape(), [all.len(), 2, to]);
+        assert_eq!(data.x.shape(), [all.len() + 1, 2, to]);
         for (own, got) in all.iter().zip(rows(&data)) {
             let of = |case: &&Value| case["length"] == own["length"] && case["to"] == to as u64;
             let case = twin["cases"].as_array().unwrap().iter().find(of).unwrap();

@@ -51,6 +51,10 @@ fn labels_groups_and_marks_are_texts() {
     assert_eq!(data.official, Some(vec![false, true, false, true]));
     let bytes = texts(y("raw"));
     assert_eq!((bytes.classes, bytes.y), (["9", "10", "word"].map(String::from).to_vec(), vec![1, 0, 1, 2]));
+    let unsaid = load(&fixture("texts.npz"), &y("two")).unwrap_err().to_string();
+    assert!(unsaid.contains("two has 2 columns that are not one-hot; choose one with attribute"), "{unsaid}");
+    let named = ["hand", "thing"].map(String::from).to_vec();
+    assert_eq!(texts(Options { attributes: named, ..y("two") }).classes.len(), 5);
     let two = texts(Options { attribute: Some(0), ..y("two") }).columns.unwrap();
     assert_eq!(two.attributes()[1].classes, ["a", "b", "c"]);
     assert_eq!(two.values(), [1, 0, 0, 1, 1, 2, 0, 1]);
@@ -73,8 +77,8 @@ fn half_floats_and_booleans_are_samples() {
     let contact = texts(Options { x: "contact".into(), ..Options::default() });
     assert_eq!((contact.dtype.as_str(), contact.x.sum(), contact.x[[1, 0, 0]]), ("|b1", 15.0, 0.0));
     let folder = tempdir().unwrap();
-    let big = npy(">f2", false, &[1, 2], &[0x3c, 0x00, 0xc0, 0x00]);
-    let path = npz(folder.path(), &[("x", big), ("y", i64s(&[1], &[0]))]);
+    let big = npy(">f2", false, &[2, 1], &[0x3c, 0x00, 0xc0, 0x00]);
+    let path = npz(folder.path(), &[("x", big), ("y", i64s(&[2], &[0, 1]))]);
     assert_eq!(load(&path, &Options::default()).unwrap().x.into_iter().collect::<Vec<_>>(), [1.0, -2.0]);
 }
 
