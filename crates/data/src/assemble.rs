@@ -1,21 +1,19 @@
 //! From stored arrays to a data set: rows and channels to leave out, labels, groups.
 
 use crate::dataset::Dataset;
-use crate::duplicates::{contradictory, duplicate_sets, later_copies, units};
+use crate::duplicates::{contradictory, duplicate_sets, later_copies};
 use crate::hash::digest;
 use crate::labels::Labels;
-use crate::npy::c_order;
+use crate::lengths::Lengths;
 use crate::one_hot::{Columns, settle, unsaid};
+use crate::one_length::{Samples, samples};
 use crate::options::{Drop, Options};
 use crate::problems::{Faults, Problem};
 use crate::raw::Raw;
-use crate::reading_of::reading;
+use crate::rows::Rows;
 use crate::source::Source;
-use crate::validate::{
-    channels, class_names, gaps, groups, labels, not_finite, official, one_class, wrong_length,
-};
+use crate::validate::{channels, class_names, gaps, groups, labels, official, one_class, wrong_length};
 use crate::{Error, Result};
-use ndarray::{ArrayD, Axis};
 
 /// A data set with everything that keeps it from being used.
 #[derive(Debug)]
@@ -24,6 +22,8 @@ pub(crate) struct Checked {
     pub problems: Vec<Problem>,
     /// What the columns of labels are.
     pub columns: Columns,
+    /// Where recordings are unequal or a rule is given.
+    pub lengths: Option<Lengths>,
 }
 
 /// Builds the data set; faults of the content are collected, faults of the options end it.
@@ -41,7 +41,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
         faults.push(unsaid(&raw));
     }
     // Labels for fewer samples may have many columns: too many for all samples.
-    if (raw.x.shape()[0] as u64).saturating_mul(columns as u64) > options.limits.max_samples {
+    if (raw.x.len() as u64).saturating_mul(columns as u64) > options.limits.max_samples {
         return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / columns));
     }
     let table = labels(&raw, &mut faults);
@@ -53,44 +53,58 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
     if kept.is_empty() {
         return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
     }
-    gaps(&raw, &table, &kept, &classes, &mut faults);
+    let mut dropped: Vec<String> =
+        (0..keep.len()).filter(|row| !keep[*row]).map(|row| raw.origins[row].clone()).collect();
 
-    let x = chosen(std::mem::take(&mut raw.x), &kept, keep.len(), channels.as_deref());
-    let origins: Vec<String> = kept.iter().map(|row| raw.origins[*row].clone()).collect();
-    let separator = if raw.is_folder { "/" } else { ": " };
-    not_finite(&x, channels.as_deref(), &mut faults, |row| {
-        format!("{}{separator}{}", raw.file, origins[row])
-    });
-    let y: Vec<u32> = kept.iter().map(|row| table[row * columns + attribute]).collect();
-    let (group_name, groups) = groups.unzip();
-    let groups = groups.map(|values| kept.iter().map(|row| values[*row]).collect::<Vec<u32>>());
+    let mut of_values = Faults::default();
+    let x = std::mem::take(&mut raw.x);
+    let Samples { x, reading, windows, lengths } =
+        samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
+    let rows = Rows::new(&raw, &kept, windows);
+    dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
+    gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
+    faults.0.extend(of_values.0);
+
+    let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
+    let (group_name, groups) = grouped(groups, &rows);
     let own = classes[attribute].clone();
     one_class(&raw, &own, &y, &mut faults);
     let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
-    let several = (columns > 1)
-        .then(|| Labels::numbered(std::mem::take(&mut classes), kept.iter().flat_map(of_row).collect()));
-    let row_hash: Vec<_> = kept.iter().map(|row| raw.row_hash[*row]).collect();
+    let several = (columns > 1).then(|| {
+        let values = rows.recordings.iter().flat_map(of_row).collect();
+        Labels::numbered(std::mem::take(&mut classes), values)
+    });
     let mut dataset = Dataset {
-        reading: reading(&raw, options, &x.shape()[1..])?,
+        reading,
         source: source(&raw),
         digest: digest(&x, &y, several.as_ref(), groups.as_deref()),
         labels: Labels::of_classes(&own, &y),
         columns: several,
         y,
         classes: own,
-        official: official.map(|test| kept.iter().map(|row| test[*row]).collect()),
+        official: official.map(|test| rows.of(|row| test[row])),
         groups,
         group_name,
-        units: Some(units(&row_hash)),
-        origins,
-        dropped: (0..keep.len()).filter(|row| !keep[*row]).map(|row| raw.origins[row].clone()).collect(),
-        row_hash,
+        units: Some(rows.units()),
+        origins: rows.origins(&raw),
+        dropped,
+        row_hash: rows.hashes(),
         dtype: raw.dtype,
         name: raw.name,
         x,
     };
     dataset.learn_attributes(&options.attributes)?;
-    Ok(Checked { dataset, problems: faults.0, columns: kind })
+    Ok(Checked { dataset, problems: faults.0, columns: kind, lengths })
+}
+
+/// What the groups are, and that of each sample. Windows without groups go by their recording: none is trained
+/// on while another of it is tested.
+fn grouped(groups: Option<(String, Vec<u32>)>, rows: &Rows) -> (Option<String>, Option<Vec<u32>>) {
+    match groups {
+        Some((name, values)) => (Some(name), Some(rows.of(|row| values[row]))),
+        None if rows.is_cut() => (Some("recording".into()), Some(rows.of(|row| row as u32))),
+        None => (None, None),
+    }
 }
 
 /// Whether each row stays; copies with different labels are dropped, refused or left, as `options` say.
@@ -133,17 +147,6 @@ fn keep(
         }
     }
     keep
-}
-
-/// The kept rows, of `rows` in all, and channels of `x`, in C order.
-fn chosen(mut x: ArrayD<f32>, kept: &[usize], rows: usize, channels: Option<&[usize]>) -> ArrayD<f32> {
-    if kept.len() < rows {
-        x = x.select(Axis(0), kept);
-    }
-    if let Some(channels) = channels {
-        x = x.select(Axis(1), channels);
-    }
-    c_order(x)
 }
 
 /// A scene that was saved and read again is still simulated; everything else is a recording.

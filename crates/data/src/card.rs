@@ -1,5 +1,6 @@
 //! What a data set holds, and what to mind before training on it.
 
+use crate::lengths::Lengths;
 use crate::shortcut::Shortcut;
 use crate::values::ChannelRange;
 use serde::{Serialize, Serializer};
@@ -55,6 +56,9 @@ pub struct Card {
     /// the axes of `x`: `N×C×T`.
     #[serde(rename = "axes", serialize_with = "axes")]
     pub layout: Layout,
+    /// Lengths of the recordings, where they are unequal or a rule for them is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lengths: Option<Lengths>,
     /// Type of the stored values.
     pub dtype: String,
     /// Classes by label.
@@ -67,6 +71,9 @@ pub struct Card {
     pub groups: Option<GroupSummary>,
     /// Further arrays of the `.npz`; any of whole numbers `[N]` can serve as groups.
     pub other_arrays: Vec<String>,
+    /// Files of the folder that were passed over: hidden ones, and what systems leave behind.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ignored: Vec<String>,
     /// Lowest and highest finite value.
     pub range: Option<[f32; 2]>,
     /// Shares of finite values equal to the lowest and to the highest one, 0..1.

@@ -7,6 +7,8 @@ const WIDTH: usize = 80;
 const KEY: usize = 12;
 /// Channels printed one per line; further ones are counted.
 const LINES: usize = 48;
+/// Names of ignored files that are printed.
+const NAMES: usize = 12;
 
 impl Display for Card {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -22,6 +24,7 @@ impl Card {
         entry(out, "data", &self.name)?;
         let shape = shape.join("×");
         entry(out, "shape", &format!("{shape} ({}, stored as {})", self.axes(), self.dtype))?;
+        self.write_lengths(out)?;
         entry(out, "digest", self.digest.get(..16).unwrap_or(&self.digest))?;
         let share = self.majority_share * 100.0;
         let classes: Vec<String> =
@@ -51,6 +54,9 @@ impl Card {
             let names = self.other_arrays.join(", ");
             entry(out, "also holds", &format!("{names} (group = \"...\" makes groups of one)"))?;
         }
+        if !self.ignored.is_empty() {
+            entry(out, "ignored", &first_of(&self.ignored))?;
+        }
         self.write_values(out)?;
         if let Some(shortcut) = self.shortcut.as_ref().filter(|shortcut| !shortcut.is_suspicious()) {
             entry(out, "statistics", &shortcut.to_string())?;
@@ -63,6 +69,20 @@ impl Card {
         }
         for (i, problem) in self.problems.iter().enumerate() {
             entry(out, if i == 0 { "WRONG" } else { "" }, &format!("- {problem}"))?;
+        }
+        Ok(())
+    }
+
+    fn write_lengths(&self, out: &mut String) -> fmt::Result {
+        let Some(lengths) = &self.lengths else { return Ok(()) };
+        entry(out, "lengths", &lengths.to_string())?;
+        // Whole, as a config takes it.
+        match lengths.rule {
+            Some(rule) => writeln!(out, "{:KEY$}{}", "rule", rule.key())?,
+            None => writeln!(out, "{:KEY$}{} (below: the set under it)", "proposed", lengths.proposed.key())?,
+        }
+        if let Some(left_out) = lengths.left_out() {
+            entry(out, "left out", &left_out)?;
         }
         Ok(())
     }
@@ -99,6 +119,13 @@ impl Card {
         }
         Ok(())
     }
+}
+
+/// The first names of a long list.
+fn first_of(names: &[String]) -> String {
+    let more = names.len().saturating_sub(NAMES);
+    let shown = names[..names.len() - more].join(", ");
+    if more == 0 { shown } else { format!("{shown} and {more} more, listed in JSON") }
 }
 
 /// Five significant digits.

@@ -1,9 +1,10 @@
 //! Everything that can be wrong with a data set, in words a user can act on.
 
+use crate::length::Length;
 use taxel_encodings::Layout;
 
 /// The result of this crate's functions.
-pub type Result<T> = std::result::Result<T, Error>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// What is wrong, where, and what would do.
 ///
@@ -37,6 +38,12 @@ pub enum Error {
     DamagedArchive { file: String, why: String },
     #[error("{file}: no array {array}: it holds {held}; name yours with {option} = \"...\"")]
     MissingArray { file: String, array: String, held: String, option: &'static str },
+    #[error("{file}: {several} could each be {option}; name yours with {option} = \"...\": it holds {held}")]
+    AmbiguousArray { file: String, option: &'static str, several: String, held: String },
+    #[error("{file}: {first} and {second} are not alike; give both the same type and number of columns")]
+    Parts { file: String, first: String, second: String },
+    #[error("{at}: is {text:?}; marks are train and test, or 0 and 1")]
+    Mark { at: String, text: String },
     #[error("{at}: is not a NumPy array ({why}); write it with numpy.save or numpy.savez")]
     NotAnArray { at: String, why: String },
     #[error("{at}: has dtype {dtype}; {wanted}")]
@@ -110,9 +117,23 @@ pub enum Error {
         "{file}: {first} and {second} are the same recording, {rows} such rows; set drop = [\"contradictory\"]"
     )]
     Contradiction { file: String, first: String, second: String, rows: usize },
+    #[error(
+        "{file}: recordings have {shortest} to {longest} readings; say what to do, such as data.{}",
+        proposed.key()
+    )]
+    UnequalLengths { file: String, shortest: usize, longest: usize, proposed: Length },
+    #[error(
+        "{file}: length: a sample is {}, which has no time; leave it out, or say what the axes are with layout",
+        layout.describe()
+    )]
+    NoTime { file: String, layout: Layout },
+    #[error("{sample}: has {}, length.to is {to}; {why}", plural(*length, "reading"))]
+    RecordingLength { sample: String, length: usize, to: usize, why: &'static str },
     #[error("{file}: {option}: {why}")]
     Option { file: String, option: &'static str, why: &'static str },
 
+    #[error("{at}: its channels have {lengths:?} values; give all channels of a case the same length")]
+    ChannelLengths { at: String, lengths: Vec<usize> },
     #[error(
         "{file}: line {line} holds no values with a class; a case is values:class in .ts, class values else"
     )]
@@ -145,8 +166,14 @@ pub enum Error {
     // A folder per class.
     #[error("{file}: class folder holds no files; fill or remove it")]
     EmptyClassFolder { file: String },
-    #[error("{file}: a folder inside a class folder; put the recordings right into it")]
+    #[error(
+        "{file}: a folder where recordings are expected; recordings lie in class/file or in class/session/file"
+    )]
     NestedFolder { file: String },
+    #[error("{file}: lies right in its class folder while others lie in a session; use one of the two")]
+    NoSession { file: String },
+    #[error("{file}: {why}; write a first line file,label or file,label,group and a line per recording")]
+    LabelTable { file: String, why: String },
     #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .png, .jpg or .jpeg")]
     UnknownExtension { file: String },
     #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
@@ -176,6 +203,10 @@ pub enum Error {
          width], or raise limits.max-pixels"
     )]
     ImageTooLarge { file: String, height: u32, width: u32, limit: u64 },
+    #[error(
+        "{file}: is {height} × {width} pixels by its head, more than its {bytes} bytes can hold; it is damaged"
+    )]
+    ImageDamaged { file: String, height: u32, width: u32, bytes: u64 },
     #[error("{file}: has transparent pixels; save it as grey or RGB")]
     Transparent { file: String },
 

@@ -3,7 +3,9 @@
 use crate::hash::{RowHash, hash_row, hash_values};
 use crate::options::Limits;
 use crate::{Error, Result};
-use image::{DynamicImage, GenericImageView, ImageDecoder, ImageReader, Luma, Pixel, Rgb, imageops};
+use image::{
+    DynamicImage, GenericImageView, ImageDecoder, ImageFormat, ImageReader, Luma, Pixel, Rgb, imageops,
+};
 use std::marker::PhantomData;
 use std::path::Path;
 
@@ -58,7 +60,25 @@ fn open(path: &Path, file: &str, limits: &Limits) -> Result<impl ImageDecoder> {
     let mut ceiling = image::Limits::default();
     ceiling.max_alloc = Some(limits.max_values.saturating_mul(4));
     reader.limits(ceiling);
-    reader.into_decoder().map_err(|e| broken(file, &e.to_string()))
+    let format = reader.format();
+    let decoder = reader.into_decoder().map_err(|e| broken(file, &e.to_string()))?;
+    let bytes = path.metadata().map_err(io)?.len();
+    let ((width, height), most) = (decoder.dimensions(), most_pixels(&decoder, format, bytes));
+    if u64::from(width) * u64::from(height) > most {
+        return Err(Error::ImageDamaged { file: file.into(), height, width, bytes });
+    }
+    Ok(decoder)
+}
+
+/// Most pixels that so many bytes can hold: PNG packs 1032 bytes into one at best, and JPEG spends a bit at least
+/// on a block of 8 × 8.
+fn most_pixels(decoder: &impl ImageDecoder, format: Option<ImageFormat>, bytes: u64) -> u64 {
+    match format {
+        Some(ImageFormat::Png) => {
+            bytes.saturating_mul(1032 * 8) / u64::from(decoder.original_color_type().bits_per_pixel())
+        }
+        _ => bytes.saturating_mul(8 * 64),
+    }
 }
 
 /// `[H, W]` or `[3, H, W]` as the head says, refused where it is too large.

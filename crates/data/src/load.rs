@@ -3,31 +3,41 @@
 use crate::assemble::assemble;
 use crate::card::Card;
 use crate::dataset::Dataset;
+use crate::label_table::LABELS;
+use crate::listing::{Found, Listing, list};
+use crate::names_file::{self, NAMES};
 use crate::one_hot::Columns;
 use crate::options::Options;
 use crate::raw::Raw;
-use crate::{Error, Result, arrays, folder, mat, ucr};
+use crate::{Error, Result, arrays, folder, label_table, listing, mat, ucr};
 use std::io;
 use std::path::Path;
 
-/// Reads the data set at `path`: a `.npz` or `.mat`, a folder with `data.npz`, or a folder with one
-/// sub-folder per class.
+/// Reads the data set at `path`: a `.npz` or `.mat`, a folder with `data.npz`, a folder of recordings, or a set
+/// of the UCR and UEA archives.
 ///
-/// - `.npz`: samples `x` `[N, F]`, `[N, C, T]`, `[N, H, W]` or `[N, T, H, W]` of integers, f32 or
-///   f64; labels `y` `[N]` or `[N, k]` of integers or booleans; optional groups `[N]`. Class names
-///   come from `<name>.classes.json` or `labels.json` beside it, otherwise they are `0`, `1`, ...
+/// - `.npz`: samples `x` `[N, F]`, `[N, C, T]`, `[N, H, W]` or `[N, T, H, W]` of integers, booleans, f16, f32 or
+///   f64; labels `y` `[N]` or `[N, k]` of integers, booleans or texts; optional groups `[N]`. Class names
+///   come from `<name>.classes.json` or `labels.json` beside it, otherwise they are the texts, or `0`, `1`, ...
+///   `X`, `data`, `Y`, `labels` stand for `x` and `y`; `X_train`, `y_train`, `X_test`, `y_test` are an official
+///   split; one array per recording beside its labels is a set of recordings.
 /// - `.mat` of MATLAB 5 to 7: the same with variables for arrays, samples along the first axis; numbers of
-///   any class, labels a row or a column, counted from 1 or from 0. Version 7.3 is refused.
-/// - folder per class: classes by name, files in counting order; CSV (rows = time, columns =
+///   any class, labels a row or a column, counted from 1 or from 0, or texts. Version 7.3 is refused.
+/// - folder of recordings: `class/file`, `class/session/file` (the session is the group), or files with
+///   `labels.csv` beside them (`file,label[,group]`); files in counting order; CSV (rows = time, columns =
 ///   channels) as `[C, T]`, NPY as stored, of a `.mat` its one array or the one named by
 ///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
-/// - pair of files of the UCR and UEA archives: `GunPoint` reads `GunPoint_TRAIN.ts` and
-///   `GunPoint_TEST.ts` (or `.tsv`, `.txt`) as `[C, T]`, with their split in [`Dataset::official`].
+/// - pair of files of the UCR and UEA archives: `GunPoint`, or the folder with both, reads `GunPoint_TRAIN.ts`
+///   and `GunPoint_TEST.ts` (or `.tsv`, `.txt`, `.arff`) as `[C, T]`, with their split in [`Dataset::official`].
+///
+/// Recordings may differ in length along time; [`Options::length`] says what becomes of them. Steps at the end
+/// of a sample in which every value is NaN are padding and no readings.
 ///
 /// # Errors
 ///
 /// The first thing that is wrong: the path, the archive, types and shapes, labels out of range or
-/// missing, a value that is not finite, a class without samples, options that do not fit.
+/// missing, a value that is not finite, a class without samples, recordings of unequal length without a rule,
+/// options that do not fit.
 /// [`check`] lists all of them.
 pub fn load(path: &Path, options: &Options) -> Result<Dataset> {
     let checked = assemble(open(path, options)?, options)?;
@@ -53,10 +63,10 @@ pub fn check(path: &Path) -> Result<Card> {
 /// As [`check`], and options that do not fit the file.
 pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
     let raw = open(path, options)?;
-    let others = raw.others.clone();
+    let (others, ignored) = (raw.others.clone(), raw.ignored.clone());
     let checked = assemble(raw, options)?;
     let mut card = Card::new(&checked.dataset);
-    card.other_arrays = others;
+    (card.other_arrays, card.ignored, card.lengths) = (others, ignored, checked.lengths);
     card.labels = match checked.columns {
         Columns::One | Columns::Unsaid => None,
         Columns::OneHot => Some(format!("labels are one-hot: {} classes", checked.dataset.classes.len())),
@@ -74,10 +84,8 @@ pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
 
 fn open(path: &Path, options: &Options) -> Result<Raw> {
     let file = path.display().to_string();
-    if !path.is_dir()
-        && let Some(files) = ucr::find(path)
-    {
-        return ucr::read(path, &files, options);
+    if let Some(pair) = ucr::find(path) {
+        return ucr::read(path, &pair, options);
     }
     let metadata = path.metadata().map_err(|e| match e.kind() {
         io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
@@ -93,12 +101,12 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
     if data.is_file() {
         return arrays::read(&data, options);
     }
-    let entries = folder::entries(path)?;
-    let classes: Vec<_> = entries.iter().filter(|e| e.is_dir()).cloned().collect();
-    if !classes.is_empty() {
-        return folder::read(path, &classes, options);
+    let top = list(path)?;
+    if is_labelled(path, &top) {
+        return folder::read(path, labelled(path, top, options)?, options);
     }
-    let archives: Vec<String> = entries
+    let archives: Vec<String> = top
+        .files
         .iter()
         .filter(|e| is_archive(e))
         .filter_map(|e| Some(e.file_name()?.to_string_lossy().into_owned()))
@@ -108,6 +116,28 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
         names => format!("; give one of {}", names.join(", ")),
     };
     Err(Error::NoDatasetInFolder { file, hint })
+}
+
+/// Whether a folder says what its recordings are: by a table, or by folders of classes.
+pub(crate) fn is_labelled(path: &Path, top: &Listing) -> bool {
+    path.join(LABELS).is_file() || !top.folders.is_empty()
+}
+
+/// The recordings of such a folder; `labels.json` in it may say what the readings are, and the order of the
+/// classes.
+pub(crate) fn labelled(path: &Path, top: Listing, options: &Options) -> Result<Found> {
+    let mut found = match path.join(LABELS).is_file() {
+        true => label_table::read(path, top, options),
+        false => listing::per_class(path, top),
+    }?;
+    let names = path.join(NAMES);
+    found.ignored.retain(|own| own != NAMES);
+    let (order, facts) = names_file::of_named(&[names], &found.classes, &options.limits)?;
+    found.facts = facts;
+    Ok(match order {
+        Some(order) => found.in_order(&order),
+        None => found,
+    })
 }
 
 /// Whether a path is named as a file of arrays.

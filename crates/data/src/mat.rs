@@ -3,14 +3,12 @@
 //! After MathWorks, "MAT-File Format", chapter 1. Only what a data set needs: dense real arrays of numbers.
 //! Nothing of a file is held but the names and shapes of its variables; values are streamed.
 
-use crate::Error;
 use crate::npy::{Header, Kind, read_up_to};
+use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
-
-type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Bytes before the first element.
 const START: u64 = 128;
@@ -21,7 +19,7 @@ const MAX_AXES: usize = 32;
 const MAX_NAME: usize = 1024;
 
 /// Types of elements.
-const MATRIX: u32 = 14;
+pub(crate) const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
 /// Whether a path is named like a MATLAB file.
@@ -89,6 +87,27 @@ impl Archive {
         names
     }
 
+    /// Name, type and shape of each variable.
+    pub fn described(&self) -> Vec<String> {
+        let mut all: Vec<_> =
+            self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect();
+        all.sort();
+        all
+    }
+
+    /// Names of the variables in the order in which they were saved.
+    pub fn saved(&self) -> Vec<String> {
+        self.variables.iter().map(|v| v.name.clone()).collect()
+    }
+
+    /// Where a variable starts, and its element.
+    pub fn element_of(&mut self, name: &str) -> Result<Option<(u64, Element<'_>)>> {
+        match self.variables.iter().find(|v| v.name == name).map(|v| v.at) {
+            None => Ok(None),
+            Some(at) => self.element(at).map(|(_, element)| Some((at, element))),
+        }
+    }
+
     /// Opens one variable and hands its header and the stream of its values to `read`.
     pub fn with<T>(
         &mut self,
@@ -97,7 +116,7 @@ impl Archive {
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
         let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
-            return Err(Error::missing(&self.file, name, &self.arrays, "x"));
+            return Err(Error::missing(&self.file, name, &self.described(), "x"));
         };
         let at = variable.at;
         let (_, element) = self.element(at)?;
@@ -157,13 +176,13 @@ fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
 }
 
 /// What is wrong with an element.
-enum Broken {
+pub(crate) enum Broken {
     Read(io::Error),
     Is(String),
 }
 
 impl Broken {
-    fn at(self, place: &str, at: u64) -> Error {
+    pub fn at(self, place: &str, at: u64) -> Error {
         let why = match self {
             Broken::Read(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
                 format!("is cut short in the element at byte {at}")
@@ -198,9 +217,9 @@ fn tag(stream: &mut dyn Read, big: bool) -> Result<(u32, u32), Broken> {
 type Content<'a> = (String, Header, Box<dyn Read + 'a>);
 
 /// The content of a variable's element.
-struct Element<'a> {
-    stream: Box<dyn Read + 'a>,
-    big: bool,
+pub(crate) struct Element<'a> {
+    pub stream: Box<dyn Read + 'a>,
+    pub big: bool,
 }
 
 impl<'a> Element<'a> {
@@ -236,8 +255,23 @@ impl<'a> Element<'a> {
         Ok(Some((name, header, Box::new(Cursor::new(small).chain(self.stream.take(bytes))))))
     }
 
+    /// Class and shape; the stream goes on behind the name.
+    pub fn form(&mut self) -> Result<(u32, Vec<u64>), Broken> {
+        let class = word(&mut self.part(16)?.as_slice(), self.big)? & 0xFF;
+        let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)? };
+        let axes = shape.chunks_exact(4).map(|mut axis| word(&mut axis, self.big).map(u64::from));
+        let shape = axes.collect::<io::Result<_>>()?;
+        self.part(MAX_NAME)?;
+        Ok((class, shape))
+    }
+
+    /// Type and length in bytes of what comes next.
+    pub fn tag(&mut self) -> Result<(u32, u32), Broken> {
+        tag(&mut self.stream, self.big)
+    }
+
     /// Type of the next part, the bytes within its tag, and how many follow.
-    fn start(&mut self) -> Result<(u32, Vec<u8>, u64), Broken> {
+    pub fn start(&mut self) -> Result<(u32, Vec<u8>, u64), Broken> {
         let first = word(&mut self.stream, self.big)?;
         if first >> 16 == 0 {
             return Ok((first, vec![], word(&mut self.stream, self.big)?.into()));

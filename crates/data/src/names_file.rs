@@ -10,6 +10,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use taxel_encodings::Layout;
 
+/// Name of the file that speaks of everything in its folder.
+pub(crate) const NAMES: &str = "labels.json";
+
 /// Looks for class names beside `npz`: first `<name>.classes.json`, then `labels.json`.
 ///
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
@@ -20,7 +23,7 @@ use taxel_encodings::Layout;
 pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
     #[expect(clippy::expect_used, reason = "the archive was opened: it is a file")]
     let stem = npz.file_stem().expect("a file has a name").to_string_lossy();
-    for name in [format!("{stem}.classes.json"), "labels.json".to_string()] {
+    for name in [format!("{stem}.classes.json"), NAMES.to_string()] {
         let path = npz.with_file_name(&name);
         if path.exists() {
             let (columns, facts) = read(&path, limits)?;

@@ -2,6 +2,7 @@
 
 use crate::options::Limits;
 use crate::{Error, Result};
+use half::f16;
 use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use std::io::{self, Read};
 
@@ -13,6 +14,10 @@ const CHUNK: usize = 1 << 14;
 const MAX_TRUST: u64 = 1 << 24;
 /// The largest integer up to which f32 holds every integer.
 const EXACT: u64 = 1 << 24;
+
+/// The way out for arrays of Python objects.
+const OBJECTS: &str = "Python objects are pickled and not read: save texts with astype(str), numbers as numbers, and \
+                       recordings of unequal length one array each beside y, or padded with NaN at the end";
 
 /// The most values an array may have, and what to do about more.
 #[derive(Debug, Clone, Copy)]
@@ -165,7 +170,7 @@ fn number(dtype: &str) -> (Option<Kind>, usize, bool) {
     let known = match kind {
         Kind::Bool => size == 1,
         Kind::Int | Kind::Uint => matches!(size, 1 | 2 | 4 | 8),
-        Kind::Float => matches!(size, 4 | 8),
+        Kind::Float => matches!(size, 2 | 4 | 8),
     };
     let ordered = matches!(order, Some('<' | '>')) || (order == Some('|') && size == 1);
     ((known && ordered).then_some(kind), size, order == Some('>'))
@@ -183,8 +188,13 @@ impl Header {
         header
     }
 
+    /// Type and shape, for messages: `<f4 [4, 2, 3]`.
+    pub(crate) fn described(&self) -> String {
+        format!("{} {:?}", self.dtype, self.shape)
+    }
+
     /// Number of values, if it is within `limit`.
-    fn count(&self, at: &str, cap: Cap) -> Result<u64> {
+    pub(crate) fn count(&self, at: &str, cap: Cap) -> Result<u64> {
         self.shape
             .iter()
             .try_fold(1u64, |product, axis| product.checked_mul(*axis))
@@ -210,7 +220,14 @@ impl Header {
         index
     }
 
-    fn unsupported(&self, at: &str, wanted: &'static str) -> Error {
+    /// Whether values are pickled Python objects, which could run anything.
+    pub(crate) fn is_pickled(&self) -> bool {
+        !self.matlab && self.dtype.ends_with('O')
+    }
+
+    /// Refuses the type of the values, with what is `wanted` of others than pickles.
+    pub(crate) fn unsupported(&self, at: &str, wanted: &'static str) -> Error {
+        let wanted = if self.is_pickled() { OBJECTS } else { wanted };
         Error::Dtype { at: at.into(), dtype: self.dtype.clone(), wanted }
     }
 
@@ -235,9 +252,15 @@ impl Header {
             0..=EXACT => Ok(v as f32),
             _ => Err(not_f32(flat, v.to_string())),
         };
-        let wanted = "samples are u8..u64, i8..i64, f32 or f64: convert it, one array for all \
+        let wanted = "samples are booleans, u8..u64, i8..i64, f16, f32 or f64: convert it, one array for all \
                       samples";
         let values = match (self.kind, self.size) {
+            (Some(Kind::Bool), _) => {
+                self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(f32::from(u8::from(b != 0))))
+            }
+            (Some(Kind::Float), 2) => self.values(reader, at, cap, |_, b| {
+                Ok(if big { f16::from_be_bytes(b) } else { f16::from_le_bytes(b) }.to_f32())
+            }),
             (Some(Kind::Float), 4) => self.values(reader, at, cap, |_, b| {
                 Ok(if big { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
             }),
@@ -272,11 +295,16 @@ impl Header {
             Some(Kind::Float) if self.matlab || self.shape.len() == 2 => self.whole(reader, at, cap, wanted),
             _ => return Err(self.unsupported(at, wanted)),
         }?;
+        Ok(self.in_rows(values))
+    }
+
+    /// Stored values of a table, or of a column, row by row.
+    pub(crate) fn in_rows<T: Clone>(&self, values: Vec<T>) -> Vec<T> {
         if self.fortran && self.shape.len() == 2 {
             let (rows, columns) = (self.shape[0] as usize, self.shape[1] as usize);
-            return Ok((0..values.len()).map(|i| values[(i % columns) * rows + i / columns]).collect());
+            return (0..values.len()).map(|i| values[(i % columns) * rows + i / columns].clone()).collect();
         }
-        Ok(values)
+        values
     }
 
     /// Floats that are whole.

@@ -13,6 +13,8 @@ pub(crate) struct Archive {
     zip: ZipArchive<BufReader<File>>,
     /// Names of the arrays, sorted.
     pub arrays: Vec<String>,
+    /// The same in the order in which they were saved.
+    pub saved: Vec<String>,
 }
 
 impl Archive {
@@ -39,8 +41,19 @@ impl Archive {
         for entry in zip.file_names() {
             arrays.extend(array_name_from_file_name(&entry.map_err(refuse)?).map(str::to_string));
         }
+        let saved = arrays.clone();
         arrays.sort();
-        Ok(Self { zip, arrays })
+        Ok(Self { zip, arrays, saved })
+    }
+
+    /// Name, type and shape of each array.
+    pub fn described(&mut self) -> Vec<String> {
+        let names = self.arrays.clone();
+        let own = |name: String| {
+            let form = self.with(&name, "", |header, _, _| Ok(header.described()));
+            form.map_or_else(|_| format!("{name} (damaged)"), |form| format!("{name} {form}"))
+        };
+        names.into_iter().map(own).collect()
     }
 
     /// Opens one array and hands its header and the stream of its values to `read`.

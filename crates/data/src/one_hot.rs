@@ -24,9 +24,16 @@ pub(crate) fn settle(raw: &mut Raw, options: &Options) -> Columns {
     if columns == 1 {
         return Columns::One;
     }
-    let named = raw.names.as_ref().is_some_and(|names| names.is_told && names.columns.len() > 1);
-    if named || options.attribute.is_some() || !options.attributes.is_empty() {
+    let lists = raw.names.as_ref().filter(|names| names.columns.len() > 1);
+    if lists.is_some_and(|names| names.is_told)
+        || options.attribute.is_some()
+        || !options.attributes.is_empty()
+    {
         return Columns::Attributes;
+    }
+    if lists.is_some() {
+        // Texts, or numbers from 1: a column of zeros and ones has no names.
+        return Columns::Unsaid;
     }
     let class = |row: &[i64]| {
         let one = row.iter().position(|value| *value == 1)?;

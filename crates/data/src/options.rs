@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
 
+use crate::length::Length;
 use crate::{Error, Result};
 
 /// Rows to leave out of a data set, decided on the full recorded sample.
@@ -42,10 +43,10 @@ impl Default for Limits {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct Options {
-    /// Name of the array of samples in the `.npz` or `.mat`. Default `x`. In a folder per class of `.mat`
-    /// files it may be left out where each holds one array.
+    /// Name of the array of samples in the `.npz` or `.mat`. Default `x`; where there is none, `X`, `data`, or
+    /// `X_train` with `X_test`. In a folder of `.mat` files it may be left out where each holds one array.
     pub x: String,
-    /// Name of the array of labels. Default `y`.
+    /// Name of the array of labels. Default `y`; where there is none, `Y`, `labels`, or `y_train` with `y_test`.
     pub y: String,
     /// Name of the array of groups (`block`, `session`, `trial`, ...). By default
     /// `group` where the file holds it, otherwise no groups.
@@ -75,6 +76,8 @@ pub struct Options {
     pub layout: Option<Layout>,
     /// Readings per second (Hz), whatever the file says of it; above 0.
     pub rate: Option<f64>,
+    /// What becomes of recordings of unequal length; equal ones go through it too.
+    pub length: Option<Length>,
     /// Ceilings on sizes.
     pub limits: Limits,
 }
@@ -96,6 +99,7 @@ impl Default for Options {
             resize: None,
             layout: None,
             rate: None,
+            length: None,
             limits: Limits::default(),
         }
     }

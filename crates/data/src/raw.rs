@@ -1,8 +1,8 @@
 //! What a reader brings home before anything about the content is judged.
 
 use crate::hash::RowHash;
+use crate::ragged::Ragged;
 use crate::source::Source;
-use ndarray::ArrayD;
 use taxel_encodings::Layout;
 
 /// A data set as stored: structurally sound, content unchecked.
@@ -16,8 +16,8 @@ pub(crate) struct Raw {
     pub dtype: String,
     /// What the axes of a sample are by the format; none of a format that does not say.
     pub format: Option<Layout>,
-    /// Samples `[N, ...]`, all channels.
-    pub x: ArrayD<f32>,
+    /// Samples, all channels, each as long as it was recorded.
+    pub x: Ragged,
     /// Names of the arrays of samples and labels, for messages.
     pub x_name: String,
     pub y_name: String,
@@ -35,8 +35,41 @@ pub(crate) struct Raw {
     pub row_hash: Vec<RowHash>,
     /// Arrays of the archive that were not read, such as `trial`.
     pub others: Vec<String>,
+    /// Files of a folder that were passed over, such as `.DS_Store`.
+    pub ignored: Vec<String>,
     /// Whether `origins` are paths below `file`.
     pub is_folder: bool,
+}
+
+impl Raw {
+    /// Samples of which nothing else is known.
+    pub fn of_samples(name: String, file: String, x: Ragged, origins: Vec<String>) -> Self {
+        Self {
+            name,
+            file,
+            dtype: String::new(),
+            format: None,
+            x,
+            x_name: "x".into(),
+            y_name: "y".into(),
+            y: vec![],
+            columns: 1,
+            names: None,
+            facts: Facts::default(),
+            groups: None,
+            official: None,
+            origins,
+            row_hash: vec![],
+            others: vec![],
+            ignored: vec![],
+            is_folder: false,
+        }
+    }
+
+    /// A sample for messages: its file, or its place in a file.
+    pub fn sample_name(&self, row: usize) -> String {
+        format!("{}{}{}", self.file, if self.is_folder { "/" } else { ": " }, self.origins[row])
+    }
 }
 
 /// Class names and the file they come from.

@@ -1,5 +1,6 @@
 //! What one raw sample is.
 
+use crate::length::Length;
 use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
 
@@ -14,6 +15,9 @@ pub struct Reading {
     /// Of a recording with more of them, the indices along its first axis that are kept, in this order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<usize>>,
+    /// How a recording of any length became one of this shape; none where recordings are taken as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
     /// Unit of the values, such as `N`, where somebody says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -35,6 +39,7 @@ impl Reading {
             layout,
             shape: shape.to_vec(),
             channels: None,
+            length: None,
             unit: None,
             rate: None,
             full_scale: None,

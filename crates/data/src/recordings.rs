@@ -1,23 +1,31 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
-use crate::load::is_archive;
+use crate::cut::cut;
+use crate::length::Length;
+use crate::lengths::Lengths;
+use crate::listing::{list, unsorted};
+use crate::load::{is_archive, is_labelled, labelled};
 use crate::one_hot::settle;
 use crate::options::Options;
+use crate::ragged::Ragged;
 use crate::raw::{Raw, name_of};
+use crate::reading_of::time_axis;
 use crate::validate::channels;
 use crate::{Error, Result, array, arrays, folder, ucr};
 use ndarray::{ArrayD, Axis};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Recordings of one shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recordings {
     /// The file or folder name without extension.
     pub name: String,
-    /// Samples `[N, ...]` in C order, as stored.
+    /// Samples `[N, ...]` in C order, as stored, or as [`Options::length`] makes them.
     pub x: ArrayD<f32>,
     /// Where each sample comes from: its file, or `x[17]`.
     pub origins: Vec<String>,
+    /// Of samples that are windows the first reading of each, from 0; `origins` name their recordings.
+    pub starts: Option<Vec<usize>>,
     /// Names of each sample's classes `[N][attributes]`; none where nothing is said of them.
     pub truth: Option<Vec<Vec<String>>>,
 }
@@ -25,34 +33,97 @@ pub struct Recordings {
 /// Reads recordings for a model that takes samples of `rank` axes: every layout of [`load`](crate::load), with
 /// or without labels, a folder of files without class folders, and a single CSV, NPY, MAT, PNG or JPEG file.
 ///
-/// Of a single `.npy`, `rank` axes are one sample and one more are a batch.
+/// Of a single `.npy`, `rank` axes are one sample and one more are a batch. With the `layout` and the `length`
+/// of the model's reading in `options`, recordings may have any length.
 ///
 /// # Errors
 ///
 /// As [`load`](crate::load), labels left aside: classes may be missing, and more may be there than a model knows.
+/// A recording without a window.
 pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordings> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
-        let x = array::read_npy(path)?;
-        if x.ndim() == rank + 1 {
-            let origins = (0..x.len_of(Axis(0))).map(|i| format!("{}[{i}]", name_of(path))).collect();
-            return Ok(Recordings { name: name_of(path), x, origins, truth: None });
-        }
-    }
-    let (mut raw, is_labelled) = open(path, options)?;
+    let (mut raw, is_labelled) = match batch(path, rank)? {
+        Some(raw) => raw,
+        None => open(path, options)?,
+    };
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
-    let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len_of(Axis(0)));
-    let x = match chosen {
-        Some(channels) => raw.x.select(Axis(1), &channels),
-        None => raw.x,
+    let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len());
+    let x = std::mem::take(&mut raw.x);
+    let all: Vec<usize> = (0..x.len()).collect();
+    let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, x.sample_shape());
+    let x = match time {
+        Some(axis) => x.without_padding(axis),
+        None => x,
     };
-    Ok(Recordings { name: raw.name, x, origins: raw.origins, truth })
+    let (x, windows) = one_length(&raw, x.select(&all, chosen.as_deref()), time, options)?;
+    let Some(windows) = windows else {
+        return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth });
+    };
+    let of = |(row, _): &(usize, usize)| raw.origins[*row].clone();
+    Ok(Recordings {
+        origins: windows.iter().map(of).collect(),
+        truth: truth.map(|truth| windows.iter().map(|(row, _)| truth[*row].clone()).collect()),
+        starts: Some(windows.into_iter().map(|(_, start)| start).collect()),
+        name: raw.name,
+        x,
+    })
+}
+
+/// Recording and first reading of each sample that is a window.
+type Windows = Option<Vec<(usize, usize)>>;
+
+/// Samples of one length.
+fn one_length(
+    raw: &Raw,
+    x: Ragged,
+    time: Option<usize>,
+    options: &Options,
+) -> Result<(ArrayD<f32>, Windows)> {
+    let unequal = |axis: usize, x: &Ragged| Lengths::of(&x.lengths(axis), None).refused(&raw.file);
+    let (axis, rule) = match (time, &options.length) {
+        (Some(axis), Some(rule)) => (axis, rule),
+        (axis, _) => {
+            let refused = axis.filter(|_| x.is_unequal()).map(|axis| unequal(axis, &x));
+            return match (refused, x.into_array()) {
+                (None, Some(x)) => Ok((x, None)),
+                (Some(error), _) => Err(error),
+                (None, None) => Err(Error::NoSamples { at: raw.file.clone() }),
+            };
+        }
+    };
+    let lengths = x.lengths(axis);
+    let short = lengths.iter().position(|length| *length < rule.to());
+    if let (Length::Window { to, .. }, Some(short)) = (*rule, short) {
+        let why = "it holds no window, so there is no answer to it; leave it out";
+        return Err(Error::RecordingLength {
+            sample: raw.sample_name(short),
+            length: lengths[short],
+            to,
+            why,
+        });
+    }
+    let cut = cut(rule, &x, axis, &options.limits, &raw.file, |row| raw.sample_name(row))?;
+    Ok((cut.x, cut.windows))
+}
+
+/// A `.npy` file of many samples.
+fn batch(path: &Path, rank: usize) -> Result<Option<(Raw, bool)>> {
+    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npy")) {
+        return Ok(None);
+    }
+    let x = array::read_npy(path)?;
+    if x.ndim() != rank + 1 {
+        return Ok(None);
+    }
+    let name = name_of(path);
+    let origins = (0..x.len_of(Axis(0))).map(|i| format!("{name}[{i}]")).collect();
+    Ok(Some((Raw::of_samples(name, path.display().to_string(), x.into(), origins), false)))
 }
 
 /// What is at `path`, and whether it says anything of classes.
 fn open(path: &Path, options: &Options) -> Result<(Raw, bool)> {
-    if let Some(files) = ucr::find(path).filter(|_| !path.is_dir()) {
-        return Ok((ucr::read(path, &files, options)?, true));
+    if let Some(pair) = ucr::find(path) {
+        return Ok((ucr::read(path, &pair, options)?, true));
     }
     let file = path.display().to_string();
     let archive = |path: &Path| {
@@ -65,7 +136,7 @@ fn open(path: &Path, options: &Options) -> Result<(Raw, bool)> {
             return archive(path);
         }
         let folder = path.parent().unwrap_or(Path::new(""));
-        return Ok((unsorted(folder, vec![path.to_path_buf()], options)?, false));
+        return Ok((folder::read(folder, unsorted(vec![path.to_path_buf()]), options)?, false));
     }
     if !path.is_dir() {
         return Err(Error::NotFound { file });
@@ -74,18 +145,14 @@ fn open(path: &Path, options: &Options) -> Result<(Raw, bool)> {
     if data.is_file() {
         return archive(&data);
     }
-    let (folders, files): (Vec<PathBuf>, Vec<PathBuf>) =
-        folder::entries(path)?.into_iter().partition(|entry| entry.is_dir());
-    match folders.is_empty() {
-        false => Ok((folder::read(path, &folders, options)?, true)),
-        true if files.is_empty() => Err(Error::NoDatasetInFolder { file, hint: String::new() }),
-        true => Ok((unsorted(path, folder::in_order(files), options)?, false)),
+    let top = list(path)?;
+    if is_labelled(path, &top) {
+        return Ok((folder::read(path, labelled(path, top, options)?, options)?, true));
     }
-}
-
-/// Files of which nobody says what class they are.
-fn unsorted(root: &Path, files: Vec<PathBuf>, options: &Options) -> Result<Raw> {
-    folder::read_files(root, &[files], vec![String::new()], options)
+    match top.files.is_empty() {
+        true => Err(Error::NoDatasetInFolder { file, hint: String::new() }),
+        false => Ok((folder::read(path, unsorted(top.files), options)?, false)),
+    }
 }
 
 /// Whether a MATLAB file holds one recording and not a set of them.

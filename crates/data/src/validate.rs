@@ -2,9 +2,9 @@
 
 use crate::options::Options;
 use crate::problems::Faults;
+use crate::ragged::Ragged;
 use crate::raw::{Names, Raw};
 use crate::{Error, Result};
-use ndarray::{ArrayD, Dimension};
 
 /// Label of a row whose stored label is unusable; only inside a card.
 const NO_LABEL: u32 = u32::MAX;
@@ -18,7 +18,7 @@ pub(crate) fn channels(raw: &Raw, options: &Options) -> Result<Option<Vec<usize>
     if channels.is_empty() {
         return Err(Error::NoChannels { file });
     }
-    let shape = raw.x.shape().to_vec();
+    let shape = raw.x.shape();
     let mut seen = vec![false; shape[1]];
     for channel in channels {
         match seen.get_mut(*channel) {
@@ -56,13 +56,13 @@ pub(crate) fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
         array: array.into(),
         len,
         x: raw.x_name.clone(),
-        samples: raw.x.shape()[0],
+        samples: raw.x.len(),
     }
 }
 
 /// All labels `[N * columns]`, unusable ones as [`NO_LABEL`].
 pub(crate) fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
-    let (samples, columns) = (raw.x.shape()[0], raw.columns);
+    let (samples, columns) = (raw.x.len(), raw.columns);
     if raw.y.len() != samples * columns {
         faults.push(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
     }
@@ -105,7 +105,7 @@ pub(crate) fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
     let column_names = |column: usize| match names_of(raw, column) {
         Some((_, list)) => list.clone(),
         None => {
-            let samples = raw.x.shape()[0];
+            let samples = raw.x.len();
             let stored = raw.y.iter().skip(column).step_by(raw.columns);
             let beyond = stored.into_iter().any(|value| *value >= samples as i64);
             let labels = table.iter().skip(column).step_by(raw.columns);
@@ -179,7 +179,7 @@ pub(crate) fn groups(
     let Some((name, values)) = &raw.groups else {
         return Ok(None);
     };
-    let samples = raw.x.shape()[0];
+    let samples = raw.x.len();
     if values.len() != samples {
         faults.push(wrong_length(raw, name, values.len()));
         return Ok(None);
@@ -209,7 +209,7 @@ pub(crate) fn groups(
 /// Which samples the authors test on.
 pub(crate) fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Option<Vec<bool>> {
     let (name, values) = raw.official.as_ref()?;
-    if values.len() != raw.x.shape()[0] {
+    if values.len() != raw.x.len() {
         faults.push(wrong_length(raw, name, values.len()));
         return None;
     }
@@ -228,23 +228,32 @@ pub(crate) fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Opt
 
 /// Notes values that are NaN or infinite; `sample` names a row.
 pub(crate) fn not_finite(
-    x: &ArrayD<f32>,
+    x: &Ragged,
     channels: Option<&[usize]>,
     faults: &mut Faults,
     sample: impl Fn(usize) -> String,
 ) {
-    if x.iter().all(|value| value.is_finite()) {
-        return;
-    }
     let mut at = None;
-    for (index, value) in x.indexed_iter().filter(|(_, value)| !value.is_finite()) {
-        let error = || {
-            let mut inside = index.slice()[1..].to_vec();
-            if let (Some(first), Some(channels)) = (inside.first_mut(), channels) {
-                *first = channels[*first];
-            }
-            Error::NotFinite { sample: sample(index[0]), index: inside, value: *value }
-        };
-        faults.more(&mut at, error);
+    for (row, own) in x.each().enumerate() {
+        for (flat, value) in own.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
+            let error = || {
+                let mut inside = index_in(&x.shape_of(row), flat);
+                if let (Some(first), Some(channels)) = (inside.first_mut(), channels) {
+                    *first = channels[*first];
+                }
+                Error::NotFinite { sample: sample(row), index: inside, value: *value }
+            };
+            faults.more(&mut at, error);
+        }
     }
+}
+
+/// The index along each axis of the `flat`-th value of a sample in C order.
+fn index_in(shape: &[usize], mut flat: usize) -> Vec<usize> {
+    let mut index = vec![0; shape.len()];
+    for (place, axis) in index.iter_mut().zip(shape).rev() {
+        *place = flat % axis;
+        flat /= axis;
+    }
+    index
 }

@@ -110,7 +110,7 @@ fn single_class_groups_are_pointed_out() {
 fn a_card_lists_every_problem() {
     let folder = tempdir().unwrap();
     files(folder.path(), &[("labels.json", r#"["a", "b", "c"]"#)]);
-    let x = f32s(&[4, 1, 2], &[1., f32::NAN, f32::NAN, 2., 3., 4., 5., 6.]);
+    let x = f32s(&[4, 1, 2], &[f32::NAN, 1., f32::NAN, 2., 3., 4., 5., 6.]);
     let path =
         npz(folder.path(), &[("x", x), ("y", i64s(&[5], &[0, 1, -1, 7, 8])), ("group", i64s(&[2], &[0, 1]))]);
     let card = check(&path).unwrap();
@@ -124,7 +124,7 @@ fn a_card_lists_every_problem() {
             format!("{file}: group has 2 entries but x has 4 samples; one per sample"),
             format!("{file}: no sample in y has label 2 (c); record some or remove its name"),
             format!(
-                "{file}: x[0]: value at [0, 1] is NaN; repair the recording or leave it out (and 1 more \
+                "{file}: x[0]: value at [0, 0] is NaN; repair the recording or leave it out (and 1 more \
                  like it)"
             ),
         ]

@@ -73,7 +73,10 @@ fn npy_files_are_taken_as_stored() {
     assert_eq!((data.x.shape(), data.x[[0, 1, 0]]), ([2, 2, 3].as_slice(), 3.0));
     let message = || refused_with(folder.path(), &Options::default());
     write(f32s(&[3, 2], &[9.; 6]));
-    assert_eq!(message(), "b/y.npy: has shape [3, 2], but a/x.npy has [2, 3]; all must be equal");
+    assert_eq!(
+        message(),
+        "b/y.npy: has shape [3, 2], but a/x.npy has [2, 3]; all must be equal but for time"
+    );
     write(f32s(&[6], &[9.; 6]));
     assert_eq!(message(), "b/y.npy: has shape [6]; one recording is [C, T], [H, W] or [T, H, W]");
     write(f32s(&[2, 0], &[]));
@@ -179,6 +182,56 @@ fn a_large_image_is_refused_by_its_head() {
 }
 
 #[test]
+fn a_head_that_so_few_bytes_cannot_hold_is_damaged() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    // As black as can be: what packs best is read.
+    for name in ["a/1.png", "a/1.jpg"] {
+        png(root, name, GrayImage::new(2000, 2000));
+    }
+    std::fs::rename(root.join("a/1.jpg"), root.join("1.jpg")).unwrap();
+    png(root, "b/1.png", GrayImage::from_pixel(2000, 2000, Luma([255])));
+    assert_eq!(load(root, &Options::default()).unwrap().x.shape(), [2, 2000, 2000]);
+    std::fs::rename(root.join("1.jpg"), root.join("a/1.jpg")).unwrap();
+    std::fs::remove_file(root.join("a/1.png")).unwrap();
+    std::fs::remove_dir_all(root.join("b")).unwrap();
+    png(root, "b/1.jpg", GrayImage::from_pixel(2000, 2000, Luma([255])));
+    assert_eq!(load(root, &Options::default()).unwrap().x.shape(), [2, 2000, 2000]);
+
+    png(root, "a/1.jpg", GrayImage::new(8, 8));
+    let mut jpeg = std::fs::read(root.join("a/1.jpg")).unwrap();
+    // Height and width follow the marker, a length and the bits of a value.
+    let at = jpeg.windows(2).position(|pair| pair == [0xFF, 0xC0]).unwrap() + 5;
+    jpeg[at..at + 4].copy_from_slice(&[0x0F, 0xA0, 0x0F, 0xA0]);
+    std::fs::write(root.join("a/1.jpg"), &jpeg).unwrap();
+    let damaged = |name: &str, bytes: usize| {
+        format!(
+            "{name}: is 4000 × 4000 pixels by its head, more than its {bytes} bytes can hold; it is damaged"
+        )
+    };
+    assert_eq!(refused_with(root, &Options::default()), damaged("a/1.jpg", jpeg.len()));
+    let small = Options { resize: Some([2, 2]), ..Options::default() };
+    assert_eq!(refused_with(root, &small), damaged("a/1.jpg", jpeg.len()));
+
+    std::fs::remove_dir_all(root.join("b")).unwrap();
+    std::fs::remove_file(root.join("a/1.jpg")).unwrap();
+    png(root, "a/1.png", GrayImage::new(8, 8));
+    png(root, "b/1.png", GrayImage::new(8, 8));
+    let mut whole = std::fs::read(root.join("a/1.png")).unwrap();
+    whole[16..24].copy_from_slice(&[0, 0, 0x0F, 0xA0, 0, 0, 0x0F, 0xA0]);
+    let sum = crc(&whole[12..29]);
+    whole[29..33].copy_from_slice(&sum.to_be_bytes());
+    std::fs::write(root.join("a/1.png"), &whole).unwrap();
+    assert_eq!(refused_with(root, &Options::default()), damaged("a/1.png", whole.len()));
+}
+
+/// The checksum of a part of a PNG file.
+fn crc(bytes: &[u8]) -> u32 {
+    let step = |sum: u32, _| if sum & 1 == 1 { sum >> 1 ^ 0xEDB8_8320 } else { sum >> 1 };
+    !bytes.iter().fold(u32::MAX, |sum, byte| (0..8).fold(sum ^ u32::from(*byte), step))
+}
+
+#[test]
 fn resampled_values_are_those_of_a_copy_in_floats() {
     use image::imageops::{FilterType, resize};
     let folder = tempdir().unwrap();
@@ -236,8 +289,9 @@ fn a_broken_layout_is_refused() {
     );
     assert_eq!(refused(&[one, ("b/.keep", "")]), "b: class folder holds no files; fill or remove it");
     assert_eq!(
-        refused(&[("a/session1/1.csv", "1\n")]),
-        "a/session1: a folder inside a class folder; put the recordings right into it"
+        refused(&[("a/session1/more/1.csv", "1\n")]),
+        "a/session1/more: a folder where recordings are expected; recordings lie in class/file or in \
+         class/session/file"
     );
     assert_eq!(
         refused(&[one, ("b/notes.txt", "x")]),
@@ -250,8 +304,8 @@ fn a_broken_layout_is_refused() {
     assert_eq!(refused(&[one, ("b/1.csv", "")]), "b/1.csv: is empty (0 bytes); copy or record it again");
     assert_eq!(
         refused(&[one, ("b/1.csv", "1,2\n3,4\n"), ("c/1.csv", "1\n")]),
-        "b/1.csv: has shape [2, 2], but a/1.csv has [2, 1]; all must be equal (channels, time): cut or \
-         pad the recordings"
+        "c/1.csv: has shape [1, 1], but a/1.csv has [2, 1]; all must be equal but for time (channels, time): use \
+         the same channels throughout"
     );
     assert_eq!(refused(&[one, ("b/1.csv", "1,2\n3\n")]), "b/1.csv: line 2 has 1 columns, line 1 has 2");
     assert_eq!(refused(&[one, ("b/1.csv", "1,?\n")]), "b/1.csv: line 1, column 2: \"?\" is not a number");

@@ -102,6 +102,39 @@ proptest! {
     }
 
     #[test]
+    fn a_damaged_file_of_texts((edits, cut) in edits(), matlab: bool) {
+        let name = if matlab { "texts.mat" } else { "texts.npz" };
+        let mut bytes = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)).unwrap();
+        damage(&mut bytes, &edits, cut);
+        let folder = tempdir().unwrap();
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+        prop_assert!(ends(&folder.path().join(name)));
+    }
+
+    #[test]
+    fn any_series_and_rule(
+        text in "(@data\n)?([0-9,:?'\\\\n\n\t a.-]{0,40}|\\PC{0,20})", ending in "ts|arff|tsv|txt",
+        rule in "(resample|pad|crop|window):[0-9]{1,20}(,[0-9a-z]{1,6})?",
+    ) {
+        let folder = tempdir().unwrap();
+        let whole = match ending.as_str() { "ts" => "@data\n1,2:a\n", "arff" => "@data\n1,2,a\n", _ => "a 1 2\n" };
+        files(folder.path(), &[(&format!("A_TRAIN.{ending}"), &text), (&format!("A_TEST.{ending}"), whole)]);
+        prop_assert!(ends(folder.path()));
+        if let Ok(rule) = rule.parse() {
+            let limits = Limits { max_values: 1 << 16, ..Limits::default() };
+            let ruled = load(folder.path(), &Options { limits, length: Some(rule), ..Options::default() });
+            prop_assert!(ruled.is_err() || ruled.unwrap().x.iter().all(|value| value.is_finite()));
+        }
+    }
+
+    #[test]
+    fn any_table_of_labels(text in "(file,label(,group)?\n)?[1-3./acsv,\"\n -]{0,40}|\\PC{0,20}") {
+        let folder = tempdir().unwrap();
+        files(folder.path(), &[("labels.csv", &text), ("1.csv", "1,2\n"), ("2.csv", "1,2\n3,4\n")]);
+        prop_assert!(ends(folder.path()));
+    }
+
+    #[test]
     fn any_table(text in "[0-9a,;\"\n\r.\t -]{0,40}|\\PC{0,20}") {
         let folder = tempdir().unwrap();
         files(folder.path(), &[("a/1.csv", &text), ("b/1.csv", "1,2\n")]);

@@ -94,7 +94,7 @@ fn a_folder_per_class_holds_one_array_per_file() {
     assert!(message.contains("take3.mat: has shape [4, 2, 3]"), "{message}");
     let message =
         load(folder.path(), &Options { x: "z".into(), ..Options::default() }).unwrap_err().to_string();
-    let held = "no array z: it holds counts, held_out, levels, session, x, y; name yours with x";
+    let held = "no array z: it holds counts |u1 [4, 3], held_out |u1 [1, 4], impedance complex <f8 [1, 1], levels <f8 [4, 2]";
     assert!(message.contains(held), "{message}");
 }
 
@@ -106,12 +106,13 @@ fn what_cannot_be_read_is_named() {
         (
             "z",
             "y",
-            "no array z: it holds counts, held_out, impedance, levels, names, note, sensor, session, x, y",
+            "no array z: it holds counts |u1 [4, 3], held_out |u1 [1, 4], impedance complex <f8 [1, 1], levels",
         ),
-        ("names", "y", "names: has dtype cell; samples are u8..u64"),
+        ("names", "y", "names: has dtype cell; samples are booleans"),
         ("sensor", "y", "sensor: has dtype struct"),
         ("impedance", "y", "impedance: has dtype complex <f8"),
-        ("x", "note", "note: has dtype char; labels are whole numbers"),
+        ("x", "sensor", "sensor: has dtype struct; labels are whole numbers"),
+        ("x", "note", "note has 1 entries but x has 4 samples"),
     ] {
         let message = data("grasps-v7.mat", &role(x, y));
         assert!(message.contains(said), "{message}");

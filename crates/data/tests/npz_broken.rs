@@ -51,11 +51,11 @@ fn a_broken_path_or_archive_is_refused() {
 fn a_missing_array_is_named() {
     assert_eq!(
         refused_arrays(&[("y", labels()), ("images", samples(4))]),
-        "grasps.npz: no array x: it holds images, y; name yours with x = \"...\""
+        "grasps.npz: no array x: it holds images <f4 [4, 2, 3], y <i8 [4]; name yours with x = \"...\""
     );
     assert_eq!(
         refused_arrays(&[("x", samples(4))]),
-        "grasps.npz: no array y: it holds x; name yours with y = \"...\""
+        "grasps.npz: no array y: it holds x <f4 [4, 2, 3]; name yours with y = \"...\""
     );
     assert_eq!(
         refused_arrays(&[]),
@@ -66,7 +66,7 @@ fn a_missing_array_is_named() {
     let options = Options { group: Some("session".into()), ..Options::default() };
     assert_eq!(
         refused(&path, &options),
-        "grasps.npz: no array session: it holds x, y; name yours with group = \"...\""
+        "grasps.npz: no array session: it holds x <f4 [4, 2, 3], y <i8 [4]; name yours with group = \"...\""
     );
     let options = Options { group_block: Some(12), ..Options::default() };
     assert_eq!(
@@ -79,8 +79,8 @@ fn a_missing_array_is_named() {
 
 #[test]
 fn a_wrong_type_is_refused() {
-    let x = "samples are u8..u64, i8..i64, f32 or f64: convert it, one array for all samples";
-    for descr in ["<U3", "|S4", "|O", "<c8", "<f2", "|b1", "<M8[ns]", "[('a', '<f4'), ('b', '<i4')]"] {
+    let x = "samples are booleans, u8..u64, i8..i64, f16, f32 or f64: convert it, one array for all samples";
+    for descr in ["<U3", "|S4", "<c8", "<f16", "<M8[ns]", "[('a', '<f4'), ('b', '<i4')]"] {
         assert_eq!(
             refused_arrays(&[("x", npy(descr, false, &[4, 2, 3], &[0; 96])), ("y", labels())]),
             format!("grasps.npz: x: has dtype {descr}; {x}")

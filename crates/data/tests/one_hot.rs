@@ -29,6 +29,45 @@ fn one_hot_rows_become_class_numbers_of_the_same_digest() {
 }
 
 #[test]
+fn unequal_recordings_have_one_hot_labels_or_attributes() {
+    let folder = tempdir().unwrap();
+    let own = |length: u64| f32s(&[2, length], &vec![1.0; 2 * length as usize]);
+    let all = |y| npz(folder.path(), &[("a", own(5)), ("b", own(3)), ("c", own(4)), ("d", own(6)), ("y", y)]);
+    let length = Some("crop:3".parse().unwrap());
+    let path = all(i64s(&[4, 3], &ONE_HOT));
+    let options = Options { length, ..Options::default() };
+    let data = load(&path, &options).unwrap();
+    assert_eq!((data.x.shape(), data.y), (&[4, 2, 3][..], vec![2, 0, 1, 0]));
+    let truth = recordings(&path, &options, 2).unwrap().truth.unwrap();
+    assert_eq!(truth, [["2"], ["0"], ["1"], ["0"]]);
+    let cut = Options { length: Some("window:2,1".parse().unwrap()), ..Options::default() };
+    assert_eq!(load(&path, &cut).unwrap().y, [2, 2, 2, 2, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
+    let path = all(i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]));
+    assert!(refused(&path, &options).contains("y has 2 columns that are not one-hot"));
+    let named = Options { attributes: vec!["wet".into(), "hot".into()], ..cut };
+    let data = load(&path, &named).unwrap();
+    let values = data.columns.unwrap().values().to_vec();
+    assert_eq!(
+        (data.y.len(), values[..4].to_vec(), values[26..].to_vec()),
+        (14, vec![0, 2, 0, 2], vec![0, 2])
+    );
+}
+
+#[test]
+fn texts_and_numbers_from_one_are_never_one_hot() {
+    let folder = tempdir().unwrap();
+    let words = |wanted: [&str; 4]| {
+        let bytes: Vec<u8> = wanted.iter().flat_map(|word| word.bytes()).collect();
+        common::npy("|S1", false, &[2, 2], &bytes)
+    };
+    let path = npz(folder.path(), &[("x", samples(2)), ("y", words(["b", "a", "a", "b"]))]);
+    let message = refused(&path, &Options::default());
+    assert!(message.starts_with("grasps.npz: y has 2 columns that are not one-hot"), "{message}");
+    let first = Options { attribute: Some(0), ..Options::default() };
+    assert_eq!(load(&path, &first).unwrap().classes, ["a", "b"]);
+}
+
+#[test]
 fn one_list_of_names_is_that_of_the_columns() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 3], &ONE_HOT))]);

@@ -64,7 +64,11 @@ fn what_is_wrong_is_named_with_its_line() {
     let text = message("@data\n1,2\n");
     assert!(text.contains("line 2 holds no values with a class"), "{text}");
     let text = message("@data\n1,2,3:a\n");
-    assert!(text.contains("Bad_TEST.ts[0]: has shape [2], but Bad_TRAIN.ts[0] has [1, 3]"), "{text}");
+    assert!(text.contains("recordings have 2 to 3 readings; say what to do"), "{text}");
+    let text = message("@data\n1,2,3:4,5:a\n");
+    assert!(text.contains("Bad_TRAIN.ts[0]: its channels have [3, 2] values"), "{text}");
+    let text = message("@data\n1,2:3,4:a\n");
+    assert!(text.contains("Bad_TEST.ts[0]: has shape [1, 2], but Bad_TRAIN.ts[0] has [2, 2]"), "{text}");
     let text = message("@data\n");
     assert!(text.contains("Bad_TRAIN.ts: holds no samples"), "{text}");
     write(dir.path(), "Bad_TRAIN.ts", "@data\n1,2:a\n");

@@ -98,6 +98,16 @@ impl Layout {
         !matches!(self, Self::Image | Self::Colour)
     }
 
+    /// The axis of a sample along which time goes; none of features and of a single image.
+    pub fn time_axis(self) -> Option<usize> {
+        match self {
+            Self::Series => Some(1),
+            Self::Sequence => Some(0),
+            Self::Fingers => Some(2),
+            Self::Features | Self::Image | Self::Colour => None,
+        }
+    }
+
     /// Whether taxels lie on a surface, in rows and columns.
     pub fn has_area(self) -> bool {
         matches!(self, Self::Image | Self::Colour | Self::Sequence)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use taxel_data::{Drop, Layout, Limits, Options};
+use taxel_data::{Drop, Layout, Length, Limits, Options};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
@@ -110,6 +110,9 @@ pub struct RecordingsOrigin {
     /// For image files: `[height, width]` in pixels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resize: Option<[usize; 2]>,
+    /// What becomes of recordings of unequal length, such as `{ kind = "resample", to = 300 }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
     /// Ceilings on file sizes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
@@ -204,6 +207,9 @@ impl RecordingsOrigin {
     fn check(&self, several: bool) -> Check {
         let named = self.test_above.is_none() || self.test.is_some();
         require(named, "test_above", "..", "needs the name of an array in data.test")?;
+        if let Some((key, value, reason)) = self.length.and_then(|rule| rule.problem()) {
+            return Err(Problem::new(format!("length.{key}"), value.to_string(), reason));
+        }
         let reason = "picks one column, data.attributes takes all; keep one of them";
         require(!several || self.attribute.is_none(), "attribute", "..", reason)
     }
@@ -230,6 +236,7 @@ impl RecordingsOrigin {
             test_above: self.test_above,
             resize: self.resize,
             limits: self.limits.unwrap_or(default.limits),
+            length: self.length,
             layout,
             rate,
         }

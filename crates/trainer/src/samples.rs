@@ -36,12 +36,19 @@ impl Experiment {
         let implied = self.config().encoding.layout(&dataset.reading.shape);
         let told = layout.or(implied.filter(|_| matches!(self.config().data.origin, Origin::Recordings(_))));
         if let Some(told) = told {
+            // The rule has worked along what the reader took for time.
+            if dataset.reading.length.is_some() && told.time_axis() != dataset.reading.layout.time_axis() {
+                let reason =
+                    format!("data.length needs it: say data.layout = \"{told}\", as the encodings take it");
+                return Err(self.refuse(Problem::new("data.layout", "left out", reason)));
+            }
             dataset.set_layout(told)?;
         }
         if let Some(full) = full_scale {
             dataset.reading.full_scale = Some(*full as f32);
         }
-        if let Some(rate) = rate {
+        // Of recordings the reader knows it, and what a length rule makes of it.
+        if let (Some(rate), Origin::Scene(_)) = (rate, &self.config().data.origin) {
             dataset.reading.rate = Some(*rate);
         }
         let refuse = |key: &str, value: String| {

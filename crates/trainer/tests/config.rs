@@ -168,6 +168,19 @@ fn data_on_the_command_line_replaces_the_scene_and_what_was_said_of_it() {
     }
 }
 
+#[test]
+fn a_length_rule_is_read_and_stored() {
+    let set = vec!["data.length={ kind = \"pad\", to = 300, value = \"edge\" }".into()];
+    let overrides = Overrides { data: Some("my.npz".into()), set, ..Overrides::default() };
+    let experiment = parse_with(BASE, &overrides).unwrap();
+    let rule = |experiment: &Experiment| match &experiment.config().data.origin {
+        Origin::Recordings(recordings) => recordings.length,
+        Origin::Scene(_) => None,
+    };
+    assert_eq!(rule(&experiment), Some("pad:300,edge".parse().unwrap()));
+    assert_eq!(rule(&parse(&experiment.to_toml()).unwrap()), rule(&experiment));
+}
+
 /// A path of the config starts at the config's folder, and is stored so that the run opens from anywhere.
 #[test]
 fn paths_of_a_config_start_at_its_folder() {

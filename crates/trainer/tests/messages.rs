@@ -233,4 +233,19 @@ fn settings_that_belong_elsewhere_are_refused() {
     };
     let error = parse_with(BASE, &overrides).unwrap_err().to_string();
     assert!(error.contains("needs the name of an array in data.test"), "{error}");
+    let ruled = |rule: &str| {
+        let set = vec![format!("data.length={rule}")];
+        let overrides = Overrides { data: Some("my.npz".into()), set, ..Overrides::default() };
+        parse_with(BASE, &overrides).unwrap_err().to_string()
+    };
+    for (rule, part) in [
+        ("{ kind = \"resample\", to = 1 }", "data.length.to = 1: is the number of readings, from 2"),
+        ("{ kind = \"window\", to = 5, hop = 0 }", "data.length.hop = 0: is the number of readings from one"),
+        ("{ kind = \"fold\", to = 5 }", "expected one of `resample`, `pad`, `crop`, `window`"),
+        ("{ kind = \"crop\", to = 5, hop = 2 }", "unknown field `hop`, expected `to` or `from`"),
+        ("{ kind = \"crop\" }", "missing field `to`"),
+    ] {
+        let error = ruled(rule);
+        assert!(error.contains(part), "{rule}: {error}");
+    }
 }

@@ -184,13 +184,16 @@ impl fmt::Display for Card {
                 }
             }
         }
-        let Reading { layout, shape, unit, rate, full_scale, .. } = &self.reading;
+        let Reading { layout, shape, length, unit, rate, full_scale, .. } = &self.reading;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         let mut reading = format!("{layout}, {}: {}", layout.axes(), sizes.join(" × "));
         unit.iter().for_each(|unit| reading += &format!(", in {unit}"));
         rate.iter().for_each(|rate| reading += &format!(", {rate} Hz"));
         full_scale.iter().for_each(|full| reading += &format!(", full scale {full}"));
         line(f, "reads", reading)?;
+        if let Some(rule) = length {
+            line(f, "recordings", rule.key())?;
+        }
         let inputs: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
         line(f, "inputs", inputs.join(" + "))?;
         for own in &self.attributes {

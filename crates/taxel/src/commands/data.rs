@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 
 use crate::Outcome;
+use crate::commands::reading::Reading;
 
 /// Looks at recordings on disk.
 #[derive(Subcommand)]
@@ -17,17 +18,17 @@ pub enum Data {
 /// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
 ///
 /// A data set is a .npz or a .mat of MATLAB 5 to 7 with x [N, channels, time], [N, rows, columns] or
-/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; or a folder with
-/// one sub-folder per class holding CSV (rows = time), NPY, MAT, PNG or JPEG files. Ends with 1 if something
-/// keeps it from being used.
+/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; a folder
+/// of CSV (rows = time), NPY, MAT, PNG or JPEG files in class/ or class/session/, or with labels.csv
+/// (file,label,group); or a set of the UCR and UEA archives. Recordings may differ in length: the card shows how,
+/// and --length shows the set under a rule. Ends with 1 if something keeps it from being used.
 #[derive(Args)]
 #[command(after_help = "Example:  taxel data check recordings/ --json")]
 pub struct Check {
-    /// A .npz file, a .mat file or a folder.
+    /// A file or a folder.
     path: PathBuf,
-    /// The array that holds the groups, if it is not called `group`.
-    #[arg(long)]
-    group: Option<String>,
+    #[command(flatten)]
+    reading: Reading,
     /// Turns that many consecutive group values, or files of a class folder, into one group.
     #[arg(long)]
     group_block: Option<u32>,
@@ -55,11 +56,10 @@ impl Data {
     pub fn run(self) -> Outcome {
         let Data::Check(check) = self;
         let options = taxel_data::Options {
-            group: check.group,
             group_block: check.group_block,
             resize: check.resize,
             attributes: check.attributes,
-            ..Default::default()
+            ..check.reading.options()
         };
         let card = taxel_data::check_with(&check.path, &options)?;
         if check.json {

@@ -12,6 +12,7 @@ use taxel::{Dataset, Experiment, Overrides, Registry, RunFolder, RunOptions};
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
 use crate::commands::judging::judgement;
+use crate::commands::reading::{Reading, with_length_hint};
 
 /// Trains one network, or baseline, on all recordings and writes it as a model: one file that says all about
 /// itself, for `taxel predict` and `taxel inspect`.
@@ -32,6 +33,8 @@ pub struct Fit {
     /// Recordings in place of those of the run or config.
     #[arg(long)]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
     /// Where the model goes, `.safetensors`.
     #[arg(long, short)]
     output: PathBuf,
@@ -102,7 +105,8 @@ impl Fit {
     }
 
     fn overrides(&self) -> Overrides {
-        Overrides { quick: self.quick, set: self.set.clone(), data: self.data.clone(), seed: self.seed }
+        let set = self.set.iter().cloned().chain(self.reading.sets()).collect();
+        Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed }
     }
 
     /// The network of an experiment file that --network names.
@@ -122,7 +126,8 @@ impl Fit {
                 .into());
             }
         };
-        Ok(Work { dataset: experiment.dataset()?, experiment, name, score: None })
+        let dataset = experiment.dataset().map_err(|e| with_length_hint(e, None))?;
+        Ok(Work { dataset, experiment, name, score: None })
     }
 
     /// The network of a run that is named, or that suffices.
@@ -139,7 +144,7 @@ impl Fit {
         let name = own.map_or(row.clone(), |own| own.candidate.clone());
         let overrides = self.overrides();
         let experiment = Experiment::load(&folder.file("config.toml"), &overrides, registry)?;
-        let dataset = experiment.dataset()?;
+        let dataset = experiment.dataset().map_err(|e| with_length_hint(e, None))?;
         if overrides == Overrides::default() {
             folder.finished(&dataset)?;
         }

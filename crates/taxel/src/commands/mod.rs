@@ -11,6 +11,7 @@ pub mod inspect;
 mod interrupt;
 mod judging;
 pub mod predict;
+mod reading;
 pub mod report;
 pub mod run;
 pub mod simulate;

@@ -7,10 +7,11 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use taxel::data::{Npz, Recordings, recordings};
 use taxel::learn::{Grid, thousands};
-use taxel::{Model, Options, Predictions};
+use taxel::{Length, Model, Options, Predictions};
 
 use crate::Outcome;
 use crate::arrays::write;
+use crate::commands::reading::{Reading, with_length_hint};
 use crate::text;
 
 /// Answers recordings with a model that `taxel fit` made, or one of a run folder's models/.
@@ -18,8 +19,12 @@ use crate::text;
 /// DATA may be anything that `taxel data check` reads, with or without labels, a folder of files, or a single
 /// CSV (rows = time), NPY, MAT, PNG or JPEG file. Labels that are there only say how often the answer is right.
 ///
+/// Recordings may have any length where the model has learned with a length rule: it applies its own. Under the rule
+/// `window` every window has its answer, and `start` says where it begins, in readings of its recording.
+///
 /// table prints sample, class and probability; csv has a row per sample with every probability; json one object
-/// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs].
+/// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs], of windows `recording`
+/// and `start` [N] too.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel predict model.safetensors recordings.npz
            taxel predict model.safetensors press.csv
@@ -35,12 +40,8 @@ pub struct Predict {
     /// Where answers go [default: printed]; npz needs it.
     #[arg(long, short)]
     output: Option<PathBuf>,
-    /// The array that holds the samples, if it is not called `x`.
-    #[arg(long, value_name = "NAME")]
-    x: Option<String>,
-    /// The array that holds the labels, if it is not called `y`.
-    #[arg(long, value_name = "NAME")]
-    y: Option<String>,
+    #[command(flatten)]
+    reading: Reading,
     /// Caps all threads [default: all cores]; answers do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
@@ -57,6 +58,8 @@ enum Format {
 /// Answers with what they are about.
 struct Answered<'a> {
     origins: &'a [String],
+    /// First reading of each, where samples are windows of recordings.
+    starts: Option<&'a [usize]>,
     predictions: &'a Predictions,
     /// Right names, where the recordings bear any.
     truth: Option<&'a [Vec<String>]>,
@@ -69,21 +72,23 @@ impl Predict {
         }
         let model = Model::open(&self.model)?;
         let card = model.card();
-        let default = Options::default();
         let options = Options {
-            x: self.x.clone().unwrap_or(default.x),
-            y: self.y.clone().unwrap_or(default.y),
             resize: resize(&self.data, &card.reading),
             attributes: attributes(card),
-            ..Options::default()
+            layout: Some(card.reading.layout),
+            length: self.length(&card.reading)?,
+            ..self.reading.options()
         };
-        let Recordings { x, origins, truth, .. } =
-            recordings(&self.data, &options, card.reading.layout.rank())?;
+        let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
+        let Recordings { x, origins, starts, truth, .. } =
+            recordings(&self.data, &options, card.reading.layout.rank())
+                .map_err(|e| with_length_hint(e, to))?;
         let predictions = model
             .predictor(card.batch(), super::threads(self.threads))?
             .predict(&x)
             .map_err(|e| format!("{}: {e}", self.data.display()))?;
-        let answered = Answered { origins: &origins, predictions: &predictions, truth: truth.as_deref() };
+        let (starts, truth) = (starts.as_deref(), truth.as_deref());
+        let answered = Answered { origins: &origins, starts, predictions: &predictions, truth };
         self.write(&answered)?;
         if let Some(line) = answered.score() {
             let seen = if self.was_trained_on(card, options) {
@@ -94,6 +99,16 @@ impl Predict {
             eprintln!("{line}{seen}");
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// The model's own rule, or one for a model that has none.
+    fn length(&self, reading: &taxel::Reading) -> Result<Option<Length>, String> {
+        match (reading.length, self.reading.length) {
+            (Some(own), Some(given)) if own != given => {
+                Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
+            }
+            (own, given) => Ok(own.or(given)),
+        }
     }
 
     /// Whether these are the recordings that the model has learned from.
@@ -160,6 +175,7 @@ impl Answered<'_> {
 
     fn table(&self) -> String {
         let mut header = vec!["sample".to_string()];
+        header.extend(self.starts.map(|_| "start".to_string()));
         for own in &self.predictions.attributes {
             header.extend([own.name.clone(), "probability".into()]);
             if self.truth.is_some() {
@@ -168,6 +184,7 @@ impl Answered<'_> {
         }
         let row = |i: usize| {
             let mut cells = vec![self.origins[i].clone()];
+            cells.extend(self.starts.map(|starts| starts[i].to_string()));
             for (at, answer) in self.predictions.answers(i).into_iter().enumerate() {
                 cells.extend([answer.class.to_string(), format!("{:.3}", answer.probability)]);
                 cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
@@ -176,22 +193,25 @@ impl Answered<'_> {
         };
         let rows: Vec<Vec<String>> = (0..self.predictions.len()).map(row).collect();
         let header: Vec<&str> = header.iter().map(String::as_str).collect();
-        let right: Vec<usize> = (0..header.len()).filter(|i| header[*i] == "probability").collect();
+        let right: Vec<usize> =
+            (0..header.len()).filter(|i| ["probability", "start"].contains(&header[*i])).collect();
         text::table(&header, &rows, &right)
     }
 
     fn csv(&self) -> String {
         let attributes = self.predictions.attributes.iter().map(|own| own.name.clone());
         let outputs = self.outputs().into_iter().map(|name| format!("p({name})"));
-        let mut grid = attributes.chain(outputs).fold(Grid::new().left("sample"), Grid::left);
+        let start = self.starts.map(|_| "start".to_string());
+        let columns = start.into_iter().chain(attributes).chain(outputs);
+        let mut grid = columns.fold(Grid::new().left("sample"), Grid::left);
         let width = self.predictions.outputs();
         for i in 0..self.predictions.len() {
             let answers = self.predictions.answers(i);
             let own = &self.predictions.probabilities[i * width..(i + 1) * width];
             let cells = answers.iter().map(|answer| answer.class.to_string());
-            grid.row(
-                [self.origins[i].clone()].into_iter().chain(cells).chain(own.iter().map(f32::to_string)),
-            );
+            let start = self.starts.map(|starts| starts[i].to_string());
+            let sample = [self.origins[i].clone()].into_iter().chain(start);
+            grid.row(sample.chain(cells).chain(own.iter().map(f32::to_string)));
         }
         grid.csv()
     }
@@ -205,10 +225,14 @@ impl Answered<'_> {
             let answers = self.predictions.answers(i);
             let classes: serde_json::Map<String, serde_json::Value> =
                 answers.iter().map(|answer| (answer.attribute.to_string(), json!(answer.class))).collect();
-            json!({
+            let mut answer = json!({
                 "sample": self.origins[i], "predicted": classes, "probabilities": probabilities,
                 "true": self.truth.map(|truth| &truth[i]),
-            })
+            });
+            if let Some(starts) = self.starts {
+                answer["start"] = json!(starts[i]);
+            }
+            answer
         };
         let all = json!({
             "answers": (0..self.predictions.len()).map(one).collect::<Vec<_>>(),
@@ -224,7 +248,22 @@ impl Answered<'_> {
         let shape = if attributes.len() == 1 { vec![n] } else { vec![n, attributes.len()] };
         npz.add("predicted", &shape, labels)?;
         npz.add("probabilities", &[n, self.predictions.outputs()], probabilities)?;
+        if let Some(starts) = self.starts {
+            let starts: Vec<i64> = starts.iter().map(|start| *start as i64).collect();
+            npz.add("start", &[n], &starts)?;
+            npz.add("recording", &[n], &self.recordings())?;
+        }
         npz.finish()
+    }
+
+    /// Number of each window's recording, in the order of the recordings.
+    fn recordings(&self) -> Vec<i64> {
+        let mut number = 0;
+        let next = |i: usize| {
+            number += i64::from(i > 0 && self.origins[i] != self.origins[i - 1]);
+            number
+        };
+        (0..self.origins.len()).map(next).collect()
     }
 
     /// Answers that are right, of those whose true names the model knows.

@@ -10,6 +10,7 @@ use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
+use crate::commands::reading::{Reading, with_length_hint};
 
 /// Runs the experiment of each config, prints its table and writes a run folder.
 ///
@@ -21,6 +22,7 @@ use crate::commands::interrupt::{INTERRUPTED, flag};
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel run configs/quickstart.toml
            taxel run configs/quickstart.toml --quick --set train.epochs=5 --out runs/try
+           taxel run configs/quickstart.toml --data presses/ --length resample:300
            TAXEL_DATA=/data taxel run configs/real/fsr-glove28.toml --resume")]
 pub struct Run {
     /// Experiment files.
@@ -35,6 +37,8 @@ pub struct Run {
     /// Recordings in place of the config's data.
     #[arg(long)]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
     /// The run folder [default: runs/<name>]; with several configs, a folder of run folders.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -60,8 +64,8 @@ impl Run {
     pub fn run(self) -> Outcome {
         let cancel = flag()?;
         let registry = Registry::built_in();
-        let overrides =
-            Overrides { quick: self.quick, set: self.set.clone(), data: self.data.clone(), seed: self.seed };
+        let set = self.set.iter().cloned().chain(self.reading.sets()).collect();
+        let overrides = Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed };
         // All configs are read before the first runs: a typo in the last one costs no hours.
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
@@ -92,7 +96,7 @@ impl Run {
                     let ways = "--resume goes on with the run of a folder, --out gives another folder";
                     return Err(format!("{error}\n{ways}").into());
                 }
-                Err(error) => return Err(error.into()),
+                Err(error) => return Err(with_length_hint(error, None)),
             };
             let table = Table::of(&folder)?;
             if self.json {

@@ -1,0 +1,64 @@
+//! Arguments that say how recordings are read, the same for every command.
+
+use std::error::Error;
+
+use clap::Args;
+use taxel::{Length, Options};
+
+/// What stands where in a file of recordings, and how long samples are.
+#[derive(Args, Clone)]
+pub struct Reading {
+    /// The array that holds the samples, if it is not called `x`.
+    #[arg(long, value_name = "NAME")]
+    pub x: Option<String>,
+    /// The array that holds the labels, if it is not called `y`; of labels.csv the column.
+    #[arg(long, value_name = "NAME")]
+    pub y: Option<String>,
+    /// The array that holds the groups, if it is not called `group`; of labels.csv the column.
+    #[arg(long, value_name = "NAME")]
+    pub group: Option<String>,
+    /// What becomes of recordings of unequal length: resample:300, pad:300[,edge][,crop], crop:300[,centre|,end] or
+    /// window:300[,150], in readings.
+    #[arg(long, value_name = "RULE")]
+    pub length: Option<Length>,
+}
+
+impl Reading {
+    /// Keys of a config, as `--set` takes them.
+    pub fn sets(&self) -> impl Iterator<Item = String> {
+        let text =
+            |(key, name): (&str, &Option<String>)| name.as_ref().map(|name| format!("data.{key}={name:?}"));
+        let names = [("x", &self.x), ("y", &self.y), ("group", &self.group)].map(text);
+        let rule = self.length.map(|rule| format!("data.{}", rule.key().replacen(" = ", "=", 1)));
+        names.into_iter().chain([rule]).flatten()
+    }
+
+    /// Options of the reader.
+    pub fn options(&self) -> Options {
+        let default = Options::default();
+        Options {
+            x: self.x.clone().unwrap_or(default.x),
+            y: self.y.clone().unwrap_or(default.y),
+            group: self.group.clone(),
+            length: self.length,
+            ..Options::default()
+        }
+    }
+}
+
+/// What the library calls a key is an option here too. `to` is the length that a model reads.
+pub fn with_length_hint(error: impl Into<taxel::Error>, to: Option<usize>) -> Box<dyn Error> {
+    let error = error.into();
+    let data = match &error {
+        taxel::Error::Data(data) => Some(data),
+        taxel::Error::Experiment(taxel::experiment::Error::Data(data)) => Some(&**data),
+        _ => None,
+    };
+    match data {
+        Some(taxel::data::Error::UnequalLengths { proposed, .. }) => {
+            let rule = to.map_or(*proposed, |to| Length::Resample { to });
+            format!("{error}, or on the command line --length {rule}").into()
+        }
+        _ => error.into(),
+    }
+}
