@@ -90,7 +90,7 @@ pub use model::{
     Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,
 };
 pub use numbers::thousands;
-pub use optimizer::{Moments, Optimizer};
+pub use optimizer::{Decay, Moments, Optimizer};
 pub use options::{RunOptions, threads};
 pub use part::shuffled;
 pub use problem::{Check, Problem, require, share, within};

@@ -6,7 +6,7 @@ mod base;
 
 use base::{BASE, parse, parse_with, quick, set};
 use taxel_learn::encoding::{Field, Image, Range};
-use taxel_learn::{Optimizer, Protocol, Schedule};
+use taxel_learn::{Decay, Optimizer, Protocol, Schedule};
 use taxel_trainer::{Experiment, Origin, Overrides};
 use taxel_zoo::Registry;
 
@@ -24,7 +24,7 @@ fn defaults_are_the_papers_recipe() {
     let config = experiment.config();
     let train = &config.networks[0].train;
     assert_eq!((train.epochs, train.batch_size), (7, 64));
-    let sgdm = |lr| Optimizer::Sgdm { lr, momentum: 0.9, weight_decay: 0.0 };
+    let sgdm = |lr| Optimizer::Sgdm { lr, momentum: 0.9, weight_decay: 0.0, decay: Decay::All };
     assert_eq!(train.optimizer, sgdm(0.01));
     assert_eq!(train.schedule.rate(0.01, 6, 7), 0.01);
     let own = &config.networks[1].train;
@@ -51,7 +51,7 @@ fn a_table_of_another_kind_replaces_the_one_below() {
     };
     assert_eq!(moments(with(adam, "lr = 1e-4").optimizer), (1e-4, 0.25, [0.5, 0.6]));
     assert_eq!(moments(with(adam, "name = \"adamw\"").optimizer), (0.5, 0.25, [0.9, 0.999]));
-    let sgdm = Optimizer::Sgdm { lr: 0.5, momentum: 0.9, weight_decay: 0.25 };
+    let sgdm = Optimizer::Sgdm { lr: 0.5, momentum: 0.9, weight_decay: 0.25, decay: Decay::All };
     assert_eq!(with(adam, "name = \"sgdm\"").optimizer, sgdm);
     let steps = "schedule = { kind = \"steps\", at = [0.5], factor = 0.5 }";
     let own = BASE.replace("epochs = 7", steps).replace("batch_size = 8", "schedule = { kind = \"cosine\" }");
