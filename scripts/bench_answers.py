@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""Compares the time of one answer with onnxruntime's; prints a table and, with --write, writes it to docs/benchmarks/.
+
+    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--write]
+
+Needs cargo and a Python with torch, onnx and onnxruntime. The same network (PyTorch's from `scripts/twin/networks.py`, exported
+to ONNX; input shapes and numbers of parameters are held against taxel's), one sample, one thread: taxel's frozen network,
+taxel's training engine in evaluation mode, onnxruntime. Each is a process of its own that stays alive; they work in turns,
+the next round the other way round, and a cell is the median over rounds of CPU time per answer. CPU time suffers less from
+other programs than wall time; they still share caches and memory, so publish what a quiet machine gave (the page says
+how busy it was).
+"""
+
+import argparse
+import contextlib
+import datetime
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+
+import bench_training
+from bench_training import ROOT, Worker, geometric_mean, processors
+
+TARGET, LEAST = 1.8, 1.2
+NETWORKS = """mlp lstm tactnet4 tactnet6 tactresnet vgg6-lite-1d resnet8-lite-1d densenet6-lite-1d vgg6-lite-2d resnet8-lite-2d
+densenet6-lite-2d hybrid-vgg hybrid-resnet hybrid-densenet hybrid-resvgg tactnet3d multiscale-cnn dilated-resnet-1d
+mobilenet-v2 shufflenet-v2 mnasnet1-0 resnet18""".split()
+
+
+def build():
+    command = ["cargo", "build", "--release", "--locked", "-p", "taxel-runtime", "--example", "answers", "--message-format", "json"]
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+    messages = (json.loads(line) for line in done.stdout.splitlines())
+    return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "answers")
+
+
+class Answers(Worker):
+    def fill(self, seconds):
+        """Finds how many answers fill `seconds`."""
+        answers = 1
+        while (took := self.ask(f"run {answers}")["cpu_s"]) < seconds / 4:
+            answers *= 4
+        self.steps = max(1, round(answers * seconds / took))
+
+    def once(self):
+        return self.ask(f"run {self.steps}")["cpu_s"] / self.steps
+
+
+def measure(name, program, args):
+    with contextlib.ExitStack() as stack:
+        commands = {
+            "frozen": [program, name, "frozen"],
+            "engine": [program, name, "engine"],
+            "onnxruntime": [sys.executable, str(ROOT / "scripts/twin/answers.py"), name],
+        }
+        workers = {}
+        for column, command in commands.items():
+            workers[column] = Answers(f"{name} ({column})", command, 600)
+            stack.callback(workers[column].close)
+        for key in ("inputs", "parameters"):
+            if len({json.dumps(worker.about[key]) for worker in workers.values()}) > 1:
+                raise SystemExit(f"{name}: {key} differ: {[worker.about[key] for worker in workers.values()]}")
+        for worker in workers.values():
+            worker.fill(args.seconds)
+        rounds = {column: [] for column in workers}
+        for number in range(args.rounds):
+            for column in list(workers)[:: 1 if number % 2 == 0 else -1]:
+                rounds[column].append(workers[column].once())
+        us = {column: 1e6 * statistics.median(times) for column, times in rounds.items()}
+        return dict(network=name, us=us, version=workers["onnxruntime"].about["version"])
+
+
+def table(results):
+    lines = ["| network | frozen µs | engine µs | onnxruntime µs | times as fast | |", "|---|---:|---:|---:|---:|---|"]
+    ratios = []
+    for result in results:
+        us = result["us"]
+        ratio = us["onnxruntime"] / us["frozen"]
+        ratios.append(ratio)
+        cells = [f"{us[column]:.3g}" for column in ("frozen", "engine", "onnxruntime")]
+        verdict = "met" if ratio >= LEAST else "**missed**"
+        lines.append(f"| `{result['network']}` | {' | '.join(cells)} | {ratio:.2f}× | {verdict} |")
+    mean = geometric_mean(ratios)
+    lines.append(f"| geometric mean | | | | {mean:.2f}× | {'met' if mean >= TARGET else '**missed**'} |")
+    return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--networks", default=",".join(NETWORKS))
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--seconds", type=float, default=0.3)
+    parser.add_argument("--write", action="store_true", help="writes docs/benchmarks/DATE-CPU-answers.md and .json")
+    args = parser.parse_args()
+    program = build()
+    before = processors()
+    results = []
+    for name in args.networks.split(","):
+        results.append(measure(name, program, args))
+        print(table(results[-1:]).splitlines()[2], flush=True)
+    busy, total = (after - first for after, first in zip(processors(), before))
+    facts = bench_training.environment(argparse.Namespace(rounds=args.rounds, seconds=args.seconds, fused=False, quick=False))
+    page = [
+        f"# One answer against onnxruntime: {facts['cpu']}, {facts['date']}",
+        "",
+        "Generated by `scripts/bench_answers.py`, which says how it measures: batch 1, one thread, CPU time.",
+        "",
+        f"- {facts['cpu']}, {facts['cores']} cores of which {busy / total:.0%} of the time was used by all programs together "
+        f"(one core is {1 / facts['cores']:.0%}), {', '.join(facts['vectors'])}",
+        f"- taxel at {facts['commit']}{' with uncommitted changes' if facts['changed'] else ''}, onnxruntime {results[0]['version']}",
+        f"- targets: {TARGET}× in geometric mean, none below {LEAST}×",
+        "",
+        table(results),
+        "",
+    ]
+    print("\n".join(page))
+    if args.write:
+        cpu = "-".join(facts["cpu"].lower().replace("(r)", "").split()[:2])
+        stem = ROOT / "docs/benchmarks" / f"{datetime.date.today().isoformat()}-{cpu}-answers"
+        stem.with_suffix(".md").write_text("\n".join(page))
+        stem.with_suffix(".json").write_text(json.dumps(dict(environment=facts, results=results), indent=1) + "\n")
+
+
+main()
