@@ -38,7 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [network, how] = asked.as_slice() else { return Err("usage: answers NETWORK frozen|engine".into()) };
     let graph = taxel_zoo::find(network)?.graph(&taxel_zoo::Settings::new())?;
     let weights = Weights::init(&graph, Scheme::Pytorch, 0, "answers");
-    let values = |node: &Node| (0..node.shape.iter().product()).map(|i| (i % 101) as f32 / 50.0 - 1.0).collect();
+    let values =
+        |node: &Node| (0..node.shape.iter().product()).map(|i| (i % 101) as f32 / 50.0 - 1.0).collect();
     let inputs: Vec<Vec<f32>> = graph.inputs().map(values).collect();
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let shapes: Vec<&[usize]> = graph.inputs().map(|node| node.shape.as_slice()).collect();

@@ -8,8 +8,9 @@ use taxel_data::Dataset;
 use taxel_encodings::{Gaf, HardnessImage, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor};
 
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
-use super::settings::{Encoding, Field, Image, Picture, Scale, SqueezeFrame};
-use super::signal::{Code, Scaled, Signal};
+use super::scale::{Scale, Scaled};
+use super::settings::{Encoding, Field, Image, Picture, SqueezeFrame};
+use super::signal::{Code, Signal};
 use super::transform::Transform;
 
 use crate::error::Result;

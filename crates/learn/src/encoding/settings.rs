@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use taxel_encodings::{Colormap, Constant, Frame, Layout};
 
 use super::range::Range;
-use super::signal::{Scaled, Signal};
+use super::scale::{Scale, Scaled, no_colours};
+use super::signal::Signal;
 use crate::problem::{Check, require, within};
 
 /// How samples become the inputs of networks.
@@ -23,22 +24,6 @@ pub struct Encoding {
     /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tensor: Option<Tensor>,
-}
-
-/// How readings are scaled.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scale {
-    /// `(v - mean) / sd` per channel, fitted on the training part of each fold.
-    #[default]
-    ZScore,
-    /// `v / full_scale`.
-    FullScale,
-    /// `(v / full_scale - mean) / sd` of ImageNet's red, green and blue, as torchvision's networks were
-    /// trained.
-    Imagenet,
-    /// As they are.
-    Raw,
 }
 
 /// The `image` input, by what it is made of.
@@ -181,12 +166,6 @@ impl Encoding {
             _ => None,
         }
     }
-}
-
-/// ImageNet's scale is of three colours.
-pub(super) fn no_colours(key: &str, scale: Scale) -> Check {
-    let reason = "belongs to encoding.image of three channels";
-    require(scale != Scale::Imagenet, key, "\"imagenet\"", reason)
 }
 
 impl Image {

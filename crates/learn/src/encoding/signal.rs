@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_encodings::QuantileCode;
 
-use super::settings::{Scale, no_colours};
+use super::scale::{Scale, Scaled, no_colours};
 use crate::problem::{Check, within};
 
 /// The `signal` input, by what it is made of.
@@ -14,14 +14,6 @@ pub enum Signal {
     Scaled(Scaled),
     /// Ramps between quantiles of the readings and their changes, `kind = "quantile-code"`: [N, rows, steps].
     QuantileCode(Code),
-}
-
-/// Scaled readings.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Scaled {
-    /// Scale of the readings. Default `z-score`; paper 000 names none.
-    pub scale: Scale,
 }
 
 /// The quantile code, fitted on the training part of each fold.

@@ -1,0 +1,35 @@
+//! How readings are scaled.
+
+use serde::{Deserialize, Serialize};
+
+use crate::problem::{Check, require};
+
+/// How readings are scaled.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// `(v - mean) / sd` per channel, fitted on the training part of each fold.
+    #[default]
+    ZScore,
+    /// `v / full_scale`.
+    FullScale,
+    /// `(v / full_scale - mean) / sd` of ImageNet's red, green and blue, as torchvision's networks were
+    /// trained.
+    Imagenet,
+    /// As they are.
+    Raw,
+}
+
+/// Scaled readings.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scaled {
+    /// Scale of the readings. Default `z-score`; paper 000 names none.
+    pub scale: Scale,
+}
+
+/// ImageNet's scale is of three colours.
+pub(super) fn no_colours(key: &str, scale: Scale) -> Check {
+    let reason = "belongs to encoding.image of three channels";
+    require(scale != Scale::Imagenet, key, "\"imagenet\"", reason)
+}
