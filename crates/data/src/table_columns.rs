@@ -8,8 +8,11 @@ use crate::{Error, Result};
 const RECORDING: [&str; 3] = ["recording", "series", "sequence"];
 /// Names of the column of time stamps, also followed by their unit.
 const TIME: [&str; 3] = ["time", "timestamp", "t"];
-/// Names of the column of labels; the first that is there is it.
-const LABEL: [&str; 4] = ["label", "class", "target", "y"];
+/// Names of the column of labels; the first that is there is it. `y` is too, but not beside `x`: an axis.
+const LABEL: [&str; 3] = ["label", "class", "target"];
+
+/// Columns that a message lists.
+const NAMES: usize = 16;
 
 /// The columns of a table by what they are for, as positions.
 pub(crate) struct TableColumns {
@@ -55,7 +58,7 @@ impl TableColumns {
         let default = Options::default();
         let label = match options.y == default.y {
             false => Some(header.named(&options.y, "y")?),
-            true => LABEL.iter().find_map(|name| header.find(name)),
+            true => LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y()),
         };
         if needed && label.is_none() {
             return Err(header.missing("label", "y"));
@@ -67,8 +70,9 @@ impl TableColumns {
         let test = options.test.as_ref().map(|name| header.named(name, "test")).transpose()?;
         let used = [recording, time.map(|(at, _)| at), label, group, test];
         let is_ignored = |name: &String| {
-            // Spreadsheets and data frames write their row numbers in a column without a name.
-            name.is_empty() || table.ignore.contains(name)
+            // Spreadsheets and data frames write their row numbers in a column without a name. What says the class in
+            // other words would be learned as a reading.
+            name.is_empty() || table.ignore.contains(name) || is_no_reading(name)
         };
         let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(&header.names[*at]);
         let rest = (0..header.names.len()).filter(is_free).collect();
@@ -89,6 +93,12 @@ pub(crate) fn recording_in(names: &[String]) -> Option<usize> {
         RECORDING.contains(&name.strip_suffix("_id").unwrap_or(&name))
     };
     names.iter().position(is_it)
+}
+
+/// Whether a column that has no role is called like one that has.
+fn is_no_reading(name: &str) -> bool {
+    let is_named = LABEL.iter().chain(&["group"]).any(|own| own.eq_ignore_ascii_case(name));
+    is_named || recording_in(&[name.into()]).is_some()
 }
 
 /// The unit that the name of a column of time stamps ends with, seconds where it has none; of another column
@@ -113,6 +123,10 @@ impl Header<'_> {
         exact.or_else(|| self.names.iter().position(|own| own.eq_ignore_ascii_case(name)))
     }
 
+    fn lone_y(&self) -> Option<usize> {
+        self.find("y").filter(|_| self.find("x").is_none())
+    }
+
     /// The column that an option names.
     fn named(&self, name: &str, option: &'static str) -> Result<usize> {
         self.find(name).ok_or_else(|| self.missing(name, option))
@@ -128,7 +142,10 @@ impl Header<'_> {
     }
 
     fn missing(&self, name: &str, option: &'static str) -> Error {
-        let held = self.names.join(", ");
+        let held = match self.names.len().saturating_sub(NAMES) {
+            0 => self.names.join(", "),
+            more => format!("{} and {more} more", self.names[..NAMES].join(", ")),
+        };
         self.refuse(format!("has no column {name:?}; name one with {option}. It has {held}"))
     }
 

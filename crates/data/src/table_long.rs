@@ -35,6 +35,7 @@ impl Recording {
 /// Readings in the order of the rows.
 #[derive(Default)]
 struct Readings {
+    /// In the unit of the table, then in seconds.
     times: Vec<f64>,
     /// `[time, channels]`.
     values: Vec<f32>,
@@ -49,41 +50,11 @@ pub(crate) fn read(
     options: &Options,
     collected: &mut Collected,
 ) -> Result<(Vec<Recording>, Option<Timing>)> {
-    #[expect(clippy::expect_used, reason = "no long form is chosen without it")]
-    let recording = columns.recording.expect("a column of recordings");
-    let (mut all, mut readings): (Vec<Recording>, Vec<Readings>) = (vec![], vec![]);
-    let mut places: HashMap<String, usize> = HashMap::new();
-    let mut count = 0;
-    table.rows(|row: Row| {
-        let own = Recording::of(&row, row.named(recording)?, columns)?;
-        let at = match places.get(&own.name) {
-            Some(at) => *at,
-            None => {
-                refuse_many(table, all.len(), options)?;
-                places.insert(own.name.clone(), all.len());
-                all.push(Recording { name: own.name.clone(), ..own });
-                readings.push(Readings::default());
-                all.len() - 1
-            }
-        };
-        refuse_other(table, &all[at], &row, columns)?;
-        count += channels.len() as u64;
-        refuse_values(table, count as f64, options)?;
-        if let Some((time, clock)) = columns.time {
-            let stamp = row.stamp(time)? / clock.per_second();
-            if let Some(before) = readings[at].times.last().filter(|before| **before >= stamp) {
-                return Err(table.refuse(format!(
-                    "line {}: the time of recording {:?} goes from {} to {} s; sort its rows by time, without doubles",
-                    row.line, all[at].name, before, stamp
-                )));
-            }
-            readings[at].times.push(stamp);
-        }
-        for channel in channels {
-            readings[at].values.push(row.number(*channel)?);
-        }
-        Ok(true)
-    })?;
+    let (all, mut readings) = gathered(table, columns, channels, options)?;
+    if let Some((_, clock)) = columns.time {
+        let seconds = |stamp: &mut f64| *stamp /= clock.per_second();
+        readings.iter_mut().flat_map(|own| &mut own.times).for_each(seconds);
+    }
     let stamps: Vec<&[f64]> = readings.iter().map(|own| own.times.as_slice()).collect();
     let timing = Timing::of(&stamps);
     let uneven = timing.filter(|timing| !timing.is_regular);
@@ -100,6 +71,52 @@ pub(crate) fn read(
         collected.push(&own.name, &shape, &values, Some(1), "")?;
     }
     Ok((all, timing))
+}
+
+/// Recordings, and the rows of each.
+fn gathered(
+    table: &TableText,
+    columns: &TableColumns,
+    channels: &[usize],
+    options: &Options,
+) -> Result<(Vec<Recording>, Vec<Readings>)> {
+    #[expect(clippy::expect_used, reason = "no long form is chosen without it")]
+    let recording = columns.recording.expect("a column of recordings");
+    let (mut all, mut readings): (Vec<Recording>, Vec<Readings>) = (vec![], vec![]);
+    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut count = 0;
+    table.rows(|row: Row| {
+        let own = Recording::of(&row, row.named(recording)?, columns)?;
+        let at = match places.get(&own.name) {
+            Some(at) => *at,
+            None => {
+                refuse_many(table, all.len(), options)?;
+                places.insert(own.name.clone(), all.len());
+                all.push(own);
+                readings.push(Readings::default());
+                all.len() - 1
+            }
+        };
+        refuse_other(table, &all[at], &row, columns)?;
+        count += channels.len() as u64;
+        refuse_values(table, count as f64, options)?;
+        if let Some((time, clock)) = columns.time {
+            let stamp = row.stamp(time)?;
+            if let Some(before) = readings[at].times.last().filter(|before| **before >= stamp) {
+                let (line, own, unit) = (row.line, &all[at].name, clock.name());
+                return Err(table.refuse(format!(
+                    "line {line}: the time of recording {own:?} goes from {before} to {stamp} {unit}; sort its rows by \
+                     time, without doubles"
+                )));
+            }
+            readings[at].times.push(stamp);
+        }
+        for channel in channels {
+            readings[at].values.push(row.number(*channel)?);
+        }
+        Ok(true)
+    })?;
+    Ok((all, readings))
 }
 
 /// `[time, channels]` as `[channels, time]`.

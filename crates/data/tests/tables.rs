@@ -65,6 +65,22 @@ fn a_row_of_a_wide_table_is_a_sample() {
 }
 
 #[test]
+fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
+    let axes = "x,y,z,kind\n1,2,3,a\n4,5,6,b\n";
+    assert!(message(axes, &Options::default()).contains("has no column \"label\""), "y is an axis beside x");
+    let data = read(axes, &Options { y: "kind".into(), ..Options::default() });
+    assert_eq!((data.x.shape(), data.classes.join(" ")), ([2, 3].as_slice(), "a b".into()));
+    assert_eq!(read("f,y\n1,a\n2,b\n", &Options::default()).classes, ["a", "b"]);
+    // Numbers of classes beside their names, groups that are not used.
+    let twice = "label,class,f\nsoft,0,1\nhard,1,2\n";
+    let card = card(twice, &Options::default());
+    assert_eq!(
+        (card.shape.as_slice(), card.ignored),
+        ([2, 1].as_slice(), vec!["column \"class\"".to_string()])
+    );
+}
+
+#[test]
 fn rows_of_a_long_table_are_readings_over_time() {
     let options = Options { length: Some("pad:3".parse().unwrap()), ..Options::default() };
     let data = read(LONG, &options);
@@ -223,7 +239,7 @@ fn a_broken_long_table_names_recording_and_lines() {
     ));
     assert!(
         long(&LONG.replace("x,20", "x,10"))
-            .contains("line 5: the time of recording \"x\" goes from 0.01 to 0.01 s")
+            .contains("line 5: the time of recording \"x\" goes from 10 to 10 ms")
     );
     assert!(
         long(&LONG.replace("x,20", "x,noon")).contains("line 5, column time_ms: \"noon\" is no time stamp")
