@@ -8,6 +8,9 @@ use crate::table_text::{Row, TableText};
 use crate::{Error, Result};
 use std::collections::HashMap;
 
+/// Seconds between readings that are time stamps and not something else.
+const STEPS: std::ops::Range<f64> = 1e-12..1e12;
+
 /// What a table says of one recording.
 pub(crate) struct Recording {
     pub name: String,
@@ -57,6 +60,12 @@ pub(crate) fn read(
     }
     let stamps: Vec<&[f64]> = readings.iter().map(|own| own.times.as_slice()).collect();
     let timing = Timing::of(&stamps);
+    if let Some(timing) = timing.filter(|timing| !STEPS.contains(&timing.step)) {
+        let why = "its time stamps give no rate";
+        return Err(
+            table.refuse(format!("{why}, being {:e} s apart; say their unit with table.clock", timing.step))
+        );
+    }
     let uneven = timing.filter(|timing| !timing.is_regular);
     if let Some(timing) = &uneven {
         let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();

@@ -4,6 +4,7 @@
 mod common;
 
 use common::{files, refused};
+use proptest::prelude::*;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use taxel_data::{Card, Dataset, Layout, Limits, Options, check, check_with, load, recordings};
@@ -252,8 +253,30 @@ fn a_broken_long_table_names_recording_and_lines() {
     // A gap that no memory would hold.
     let far = "recording,time,a,label\nx,0,1,u\nx,0.001,1,u\nx,0.002,1,u\nx,1e15,2,u\ny,0,1,d\n";
     assert!(long(far).contains("more than the"), "{}", long(far));
+    for (first, last) in [("-1e308", "1e308"), ("0", "1e-310"), ("0", "1e300")] {
+        let stamps = format!("recording,time,a,label\nx,{first},1,u\nx,{last},1,u\ny,0,1,d\n");
+        assert!(long(&stamps).contains("its time stamps give no rate, being"), "{}", long(&stamps));
+    }
     for wrong in ["tall", "form=long", "clock=h", "ignore="] {
         assert!(wrong.parse::<taxel_data::TableOptions>().is_err(), "{wrong}");
+    }
+}
+
+proptest! {
+    /// Whatever cells hold, there is a data set or a message.
+    #[test]
+    fn no_table_is_a_panic(
+        cells in proptest::collection::vec("x|y|[0-9]{1,3}|-?1e[0-9]{1,3}|nan|inf|\"|;|\n|é|", 0..40),
+        header in 0..4usize,
+    ) {
+        let header = ["recording,time,a,label", "a,label", "series_id,t_ns,a,label,group", "label"][header];
+        let rows: Vec<String> = cells.chunks(header.split(',').count()).map(|row| row.join(",")).collect();
+        with(&format!("{header}\n{}\n", rows.join("\n")), |path| {
+            let options = Options { length: Some("resample:5".parse().unwrap()), ..Options::default() };
+            let _ = load(path, &options);
+            let _ = check(path);
+            let _ = recordings(path, &options, 2);
+        });
     }
 }
 
