@@ -406,6 +406,33 @@ fn check_ends_with_1_where_a_data_set_cannot_be_used_and_2_where_it_cannot_be_re
     assert!(refused(&["data", "check", text(&folder.path().join("none.npz"))]).contains("no such file"));
 }
 
+#[test]
+fn a_table_is_checked_and_converted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let rows: String = (0..12)
+        .map(|i| format!("g{},{},{},{}\n", i / 2, i % 2 * 10, i, ["soft", "hard"][i / 2 % 2]))
+        .collect();
+    fs::write(at("grasps.csv"), format!("grasp,stamp,force,kind\n{rows}")).unwrap();
+    let columns = ["--y", "kind", "--table", "long,recording=grasp,time=stamp,clock=ms"];
+    let card = |name: &str, more: &[&str]| -> serde_json::Value {
+        let path = at(name);
+        let arguments = [&["data", "check", text(&path), "--json"], more].concat();
+        serde_json::from_str(&good(&arguments)).unwrap()
+    };
+    let table = card("grasps.csv", &columns);
+    assert_eq!((&table["shape"], &table["axes"]), (&serde_json::json!([6, 1, 2]), &"N×C×T".into()));
+    assert_eq!(table["read_as"][1], "time stamps give 100 Hz");
+    let (csv, npz) = (at("grasps.csv"), at("set.npz"));
+    let convert = ["data", "convert", text(&csv), "--output", text(&npz)];
+    let said = good(&[&convert[..], &columns].concat());
+    assert!(said.contains("set.npz: x [6, 1, 2]\n") && said.contains("set.classes.json: "), "{said}");
+    assert_eq!(card("set.npz", &[])["digest"], table["digest"]);
+    let error = refused(&["data", "check", text(&csv), "--table", "tall"]);
+    assert!(error.contains("\"tall\" is neither long nor wide"), "{error}");
+    assert!(refused(&["data", "check", text(&csv)]).contains("has no column \"label\"; name one with y"));
+}
+
 /// Every file of a run folder that equal runs share, by name.
 fn shared_files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut files = vec![];
@@ -661,6 +688,7 @@ fn help_teaches() {
             if command == "data" { good(&["data", "check", "--help"]) } else { good(&[command, "--help"]) };
         assert!(help.contains("Example"), "{command} --help has no example");
     }
+    assert!(good(&["data", "convert", "--help"]).contains("Example"));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::labels::by_name;
 use crate::npy::{Cap, Header};
 use crate::options::{Limits, Options};
 use crate::ragged::{Collected, Ragged};
-use crate::raw::{Names, Raw, name_of};
+use crate::raw::{Facts, Names, Raw, name_of};
 use crate::reading_of::time_axis;
 use crate::roles::{Roles, Samples, Unclear};
 use crate::stored::{Column, Stored, column};
@@ -29,11 +29,13 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         let why = "applies to a folder of PNG or JPEG files only; leave it out";
         return Err(Error::Option { file, option: "resize", why });
     }
+    let (names, facts) = names_file::beside(path, &options.limits)?;
+    let options = &said(options, &facts);
     let roles = Roles::of(&archive.saved(), options, needs_labels, |labels| archive.entries(labels));
     let roles = roles.map_err(|unclear| refuse(&file, &mut archive, unclear))?;
-    let (names, facts) = names_file::beside(path, &options.limits)?;
     let Read { x, dtype, origins, official } =
         read_samples(&mut archive, &file, &roles.x, facts.layout, options)?;
+    let origins = told_origins(&facts, &file, origins)?;
     let labels = match &roles.y {
         Some(arrays) => read_labels(&mut archive, &file, arrays, names.as_ref(), options, x.len())?,
         None => Labels { values: vec![], columns: 1, names: None },
@@ -71,9 +73,32 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         official,
         others,
         ignored: vec![],
+        read_as: vec![],
         is_folder: false,
         file,
     })
+}
+
+/// The options, and where they do not name the arrays of groups and marks, what the file of names says.
+fn said(options: &Options, facts: &Facts) -> Options {
+    let own = options.clone();
+    let or = |told: Option<String>, fact: &Option<String>| told.or_else(|| fact.clone());
+    Options { group: or(own.group, &facts.group_array), test: or(own.test, &facts.test_array), ..own }
+}
+
+/// Where samples come from, as the file of names says, or else as they are numbered.
+fn told_origins(facts: &Facts, file: &str, numbered: Vec<String>) -> Result<Vec<String>> {
+    match &facts.origins {
+        None => Ok(numbered),
+        Some(told) if told.len() == numbered.len() => Ok(told.clone()),
+        Some(told) => Err(Error::Length {
+            file: file.into(),
+            array: format!("origins of {}", facts.file),
+            len: told.len(),
+            x: "x".into(),
+            samples: numbered.len(),
+        }),
+    }
 }
 
 /// What the file holds, where a role is unclear.
@@ -153,8 +178,8 @@ fn read_array(archive: &mut Archive, file: &str, name: &str, limits: &Limits) ->
 }
 
 /// Labels row by row, how many a sample has, and their names where the array says them.
-struct Labels {
-    values: Vec<i64>,
+pub(crate) struct Labels {
+    pub values: Vec<i64>,
     columns: usize,
     names: Option<Names>,
 }
@@ -183,7 +208,7 @@ fn read_labels(
 }
 
 /// Texts as labels: positions among those that occur, or among the names of a file beside.
-fn named(
+pub(crate) fn named(
     texts: Vec<String>,
     columns: usize,
     array: &str,

@@ -24,6 +24,8 @@ pub(crate) struct Checked {
     pub columns: Columns,
     /// Where recordings are unequal or a rule is given.
     pub lengths: Option<Lengths>,
+    /// Readings of each recording along time, where a rule has made them one length.
+    pub readings: Option<Vec<usize>>,
 }
 
 /// Builds the data set; faults of the content are collected, faults of the options end it.
@@ -58,7 +60,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
 
     let mut of_values = Faults::default();
     let x = std::mem::take(&mut raw.x);
-    let Samples { x, reading, windows, lengths } =
+    let Samples { x, reading, windows, lengths, readings } =
         samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
     let rows = Rows::new(&raw, &kept, windows);
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
@@ -94,7 +96,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
         x,
     };
     dataset.learn_attributes(&options.attributes)?;
-    Ok(Checked { dataset, problems: faults.0, columns: kind, lengths })
+    Ok(Checked { dataset, problems: faults.0, columns: kind, lengths, readings })
 }
 
 /// What the groups are, and that of each sample. Windows without groups go by their recording: none is trained

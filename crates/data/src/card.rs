@@ -59,6 +59,9 @@ pub struct Card {
     /// Lengths of the recordings, where they are unequal or a rule for them is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lengths: Option<Lengths>,
+    /// How the file was taken where it could be taken otherwise: a table as long or wide, its time stamps.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub read_as: Vec<String>,
     /// Type of the stored values.
     pub dtype: String,
     /// Classes by label.

@@ -1,14 +1,15 @@
-//! The card as text of at most 80 columns.
+//! The card as text of at most 80 columns and one screen.
 
 use crate::card::Card;
+use crate::card_channels;
 use std::fmt::{self, Display, Formatter, Write};
 
 const WIDTH: usize = 80;
 const KEY: usize = 12;
-/// Channels printed one per line; further ones are counted.
-const LINES: usize = 48;
-/// Names of ignored files that are printed.
-const NAMES: usize = 12;
+/// Letters of a list of names, about three lines.
+const LIST: usize = 3 * (WIDTH - KEY);
+/// Problems that are printed.
+const PROBLEMS: usize = 6;
 
 impl Display for Card {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -24,6 +25,9 @@ impl Card {
         entry(out, "data", &self.name)?;
         let shape = shape.join("×");
         entry(out, "shape", &format!("{shape} ({}, stored as {})", self.axes(), self.dtype))?;
+        for (i, how) in self.read_as.iter().enumerate() {
+            entry(out, if i == 0 { "read as" } else { "" }, how)?;
+        }
         self.write_lengths(out)?;
         entry(out, "digest", self.digest.get(..16).unwrap_or(&self.digest))?;
         let share = self.majority_share * 100.0;
@@ -32,7 +36,7 @@ impl Card {
         let count = self.classes.len();
         let head = format!("{count}; always answering the largest scores {share:.1} %");
         entry(out, "classes", &head)?;
-        entry(out, "", &classes.join(", "))?;
+        entry(out, "", &first_of(&classes))?;
         if let Some(labels) = &self.labels {
             entry(out, "", labels)?;
         }
@@ -51,7 +55,7 @@ impl Card {
             )?,
         }
         if !self.other_arrays.is_empty() {
-            let names = self.other_arrays.join(", ");
+            let names = first_of(&self.other_arrays);
             entry(out, "also holds", &format!("{names} (group = \"...\" makes groups of one)"))?;
         }
         if !self.ignored.is_empty() {
@@ -67,8 +71,12 @@ impl Card {
         for (i, warning) in self.warnings.iter().enumerate() {
             entry(out, if i == 0 { "mind" } else { "" }, &format!("- {warning}"))?;
         }
-        for (i, problem) in self.problems.iter().enumerate() {
+        for (i, problem) in self.problems.iter().take(PROBLEMS).enumerate() {
             entry(out, if i == 0 { "WRONG" } else { "" }, &format!("- {problem}"))?;
+        }
+        match self.problems.len().saturating_sub(PROBLEMS) {
+            0 => {}
+            more => entry(out, "", &format!("and {more} more, listed in JSON"))?,
         }
         Ok(())
     }
@@ -98,24 +106,8 @@ impl Card {
         };
         let text = format!("{min}..{max}; {at_min:.1} % at lowest, {at_max:.1} % at highest");
         entry(out, "values", &format!("{text}{finite}"))?;
-        for channel in self.channels.iter().take(LINES) {
-            let key = if channel.channel == 0 { "channels" } else { "" };
-            let (Some(min), Some(max)) = (channel.min, channel.max) else {
-                entry(out, key, &format!("{:>4}  no finite value", channel.channel))?;
-                continue;
-            };
-            let note = if min == max {
-                "constant".into()
-            } else {
-                let [low, high] = [channel.at_min, channel.at_max].map(|share| share * 100.0);
-                format!("{low:5.1} % at lowest, {high:5.1} % at highest")
-            };
-            let range = format!("{}..{}", short(min), short(max));
-            writeln!(out, "{key:<KEY$}{:>4}  {range:<22}{note}", channel.channel)?;
-        }
-        if self.channels.len() > LINES {
-            let more = self.channels.len() - LINES;
-            entry(out, "", &format!("      and {more} more, listed in JSON"))?;
+        for (i, line) in card_channels::lines(&self.channels).iter().enumerate() {
+            writeln!(out, "{:<KEY$}{line}", if i == 0 { "channels" } else { "" })?;
         }
         Ok(())
     }
@@ -123,22 +115,16 @@ impl Card {
 
 /// The first names of a long list.
 fn first_of(names: &[String]) -> String {
-    let more = names.len().saturating_sub(NAMES);
-    let shown = names[..names.len() - more].join(", ");
-    if more == 0 { shown } else { format!("{shown} and {more} more, listed in JSON") }
-}
-
-/// Five significant digits.
-fn short(value: f32) -> String {
-    let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    if !(-4..7).contains(&digits) {
-        return format!("{value:.3e}");
-    }
-    let text = format!("{value:.*}", (4 - digits).max(0) as usize);
-    if text.contains('.') {
-        return text.trim_end_matches('0').trim_end_matches('.').into();
-    }
-    text
+    let mut letters = 0;
+    let fits = |name: &&String| {
+        letters += name.chars().count() + 2;
+        letters <= LIST
+    };
+    // The first is always there.
+    let shown = names.iter().take_while(fits).count().max(1).min(names.len());
+    let more = names.len() - shown;
+    let text = names[..shown].join(", ");
+    if more == 0 { text } else { format!("{text} and {more} more, listed in JSON") }
 }
 
 fn span([low, high]: [usize; 2]) -> String {

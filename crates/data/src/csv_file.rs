@@ -76,7 +76,7 @@ fn no_number(record: &csv::StringRecord, field: &str, file: &str, line: u64, col
 }
 
 /// The line a record is on; its position is that of the blank lines before it.
-fn line_of(text: &str, start: &csv::Position) -> u64 {
+pub(crate) fn line_of(text: &str, start: &csv::Position) -> u64 {
     let rest = &text.as_bytes()[start.byte() as usize..];
     let blank = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
     start.line() + blank.filter(|byte| **byte == b'\n').count() as u64

@@ -42,6 +42,7 @@ impl Card {
             shape: data.x.shape().to_vec(),
             layout: data.reading.layout,
             lengths: None,
+            read_as: Vec::new(),
             dtype: data.dtype.clone(),
             classes,
             labels: None,

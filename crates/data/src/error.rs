@@ -15,15 +15,17 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 pub enum Error {
     // The path.
     #[error(
-        "{file}: no such file or folder; give a .npz or .mat, a folder with data.npz, or a folder with \
+        "{file}: no such file or folder; give a .npz, .mat or .csv, a folder with data.npz, or a folder with \
          one sub-folder per class"
     )]
     NotFound { file: String },
     #[error("{file}: cannot be read: {kind}")]
     Io { file: String, kind: std::io::ErrorKind },
+    #[error("{file}: cannot be written: {why}")]
+    Write { file: String, why: String },
     #[error(
-        "{file}: not a data set; give a .npz or .mat with arrays x and y, or a folder with one \
-         sub-folder per class"
+        "{file}: not a data set; give a .npz or .mat with arrays x and y, a .csv table with a column of labels, or \
+         a folder with one sub-folder per class"
     )]
     NotADataset { file: String },
     #[error("{file}: holds neither data.npz nor class folders{hint}")]
@@ -192,6 +194,10 @@ pub enum Error {
     CsvNumber { file: String, line: u64, column: usize, text: String, hint: &'static str },
     #[error("{file}: holds a header but no rows; one row per time step")]
     CsvNoRows { file: String },
+    #[error("{file}: {why}")]
+    Table { file: String, why: String },
+    #[error("{file}: line {line}, column {column}: {text:?} {why}")]
+    TableCell { file: String, line: u64, column: String, text: String, why: &'static str },
     #[error("{file}: is not readable as CSV ({why})")]
     Csv { file: String, why: String },
     #[error("{file}: byte {byte} is not UTF-8; save it as plain text")]

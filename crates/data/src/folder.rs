@@ -72,6 +72,7 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
         row_hash,
         others: Vec::new(),
         ignored: found.ignored,
+        read_as: vec![],
         is_folder: true,
         file,
     })

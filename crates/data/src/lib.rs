@@ -1,6 +1,6 @@
 //! Recordings on disk: reading, checking, cards, splits, augmentation.
 //!
-//! [`load`] turns a `.npz`, a folder with `data.npz`, or a folder with one sub-folder per class
+//! [`load`] turns a `.npz`, a CSV table, a folder with `data.npz`, or a folder with one sub-folder per class
 //! into a [`Dataset`]; [`check`] reads the same layouts tolerantly and returns a [`Card`] that
 //! says what is in them and what is wrong with them; [`stratified_k_fold`] and [`group_k_fold`]
 //! cut the samples into [`Fold`]s that no duplicate and no group straddles; [`Augment`] reflects,
@@ -39,8 +39,11 @@ mod arrays;
 mod assemble;
 mod augment;
 mod card;
+mod card_channels;
 mod card_text;
 mod case;
+mod clock;
+mod convert;
 mod csv_file;
 mod cut;
 mod dataset;
@@ -81,6 +84,11 @@ mod shortcut;
 mod source;
 mod split;
 mod stored;
+mod table;
+mod table_columns;
+mod table_long;
+mod table_options;
+mod table_text;
 mod text;
 mod ucr;
 mod validate;
@@ -91,6 +99,7 @@ mod write;
 pub use array::read_npy;
 pub use augment::{Augment, Key, Warp};
 pub use card::{Card, ClassCount, Contradiction, GroupSummary};
+pub use convert::{Converted, convert};
 pub use dataset::Dataset;
 pub use duplicates::duplicate_sets;
 pub use error::{Error, Result};
@@ -107,6 +116,7 @@ pub use source::{Source, SourceKind};
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };
+pub use table_options::{Clock, NotATable, TableForm, TableOptions};
 pub use taxel_encodings::Layout;
 pub use taxel_files::{PART, write_whole};
 pub use values::ChannelRange;

@@ -9,11 +9,11 @@ use crate::names_file::{self, NAMES};
 use crate::one_hot::Columns;
 use crate::options::Options;
 use crate::raw::Raw;
-use crate::{Error, Result, arrays, folder, label_table, listing, mat, ucr};
+use crate::{Error, Result, arrays, folder, label_table, listing, mat, table, ucr};
 use std::io;
 use std::path::Path;
 
-/// Reads the data set at `path`: a `.npz` or `.mat`, a folder with `data.npz`, a folder of recordings, or a set
+/// Reads the data set at `path`: a `.npz` or `.mat`, a table in a `.csv`, a folder with `data.npz`, a folder of recordings, or a set
 /// of the UCR and UEA archives.
 ///
 /// - `.npz`: samples `x` `[N, F]`, `[N, C, T]`, `[N, H, W]` or `[N, T, H, W]` of integers, booleans, f16, f32 or
@@ -27,6 +27,9 @@ use std::path::Path;
 ///   `labels.csv` beside them (`file,label[,group]`); files in counting order; CSV (rows = time, columns =
 ///   channels) as `[C, T]`, NPY as stored, of a `.mat` its one array or the one named by
 ///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
+/// - `.csv` or `.tsv` table with a header: wide, a row per sample `[F]`, or long, a row per reading, rows of one
+///   recording being its readings over time `[C, T]`; [`Options::table`] says what its columns are. Long recordings
+///   with irregular time stamps are linearly interpolated onto the median step.
 /// - pair of files of the UCR and UEA archives: `GunPoint`, or the folder with both, reads `GunPoint_TRAIN.ts`
 ///   and `GunPoint_TEST.ts` (or `.tsv`, `.txt`, `.arff`) as `[C, T]`, with their split in [`Dataset::official`].
 ///
@@ -63,10 +66,11 @@ pub fn check(path: &Path) -> Result<Card> {
 /// As [`check`], and options that do not fit the file.
 pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
     let raw = open(path, options)?;
-    let (others, ignored) = (raw.others.clone(), raw.ignored.clone());
+    let (others, ignored, read_as) = (raw.others.clone(), raw.ignored.clone(), raw.read_as.clone());
     let checked = assemble(raw, options)?;
     let mut card = Card::new(&checked.dataset);
-    (card.other_arrays, card.ignored, card.lengths) = (others, ignored, checked.lengths);
+    (card.other_arrays, card.ignored, card.read_as) = (others, ignored, read_as);
+    card.lengths = checked.lengths;
     card.labels = match checked.columns {
         Columns::One | Columns::Unsaid => None,
         Columns::OneHot => Some(format!("labels are one-hot: {} classes", checked.dataset.classes.len())),
@@ -82,7 +86,7 @@ pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
     Ok(card)
 }
 
-fn open(path: &Path, options: &Options) -> Result<Raw> {
+pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
     let file = path.display().to_string();
     if let Some(pair) = ucr::find(path) {
         return ucr::read(path, &pair, options);
@@ -92,7 +96,11 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
         kind => Error::Io { file: file.clone(), kind },
     })?;
     if metadata.is_file() {
-        return if is_archive(path) { arrays::read(path, options) } else { Err(Error::NotADataset { file }) };
+        return match (is_archive(path), table::is_named(path)) {
+            (true, _) => arrays::read(path, options),
+            (_, true) => table::read(path, options),
+            _ => Err(Error::NotADataset { file }),
+        };
     }
     if !metadata.is_dir() {
         return Err(Error::NotADataset { file });
@@ -108,7 +116,7 @@ fn open(path: &Path, options: &Options) -> Result<Raw> {
     let archives: Vec<String> = top
         .files
         .iter()
-        .filter(|e| is_archive(e))
+        .filter(|e| is_archive(e) || table::is_named(e))
         .filter_map(|e| Some(e.file_name()?.to_string_lossy().into_owned()))
         .collect();
     let hint = match archives.as_slice() {

@@ -18,8 +18,9 @@ pub(crate) const NAMES: &str = "labels.json";
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
 /// a list of k such lists. An object may also say where the samples come from (`source`, a text:
 /// `simulated: fingertip`), what their axes are (`layout`: `series`, `image`, ...), their `unit` (a text),
-/// `rate` (a number, Hz), and how high readings go (`full_scale`, a number in that unit). Other keys are for
-/// people and not read.
+/// `rate` (a number, Hz), and how high readings go (`full_scale`, a number in that unit). As
+/// [`convert`](crate::convert) writes them, `group_array` and `test_array` name the arrays of groups and of marks,
+/// and `origins` lists where each sample comes from. Other keys are for people and not read.
 pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
     #[expect(clippy::expect_used, reason = "the archive was opened: it is a file")]
     let stem = npz.file_stem().expect("a file has a name").to_string_lossy();
@@ -34,6 +35,16 @@ pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Fact
         }
     }
     Ok((None, Facts::default()))
+}
+
+/// The same where classes need no list: a file of facts alone will do.
+pub(crate) fn lenient(data: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
+    let stem = data.file_stem().unwrap_or_default().to_string_lossy();
+    let paths = [format!("{stem}.classes.json"), NAMES.into()].map(|name| data.with_file_name(name));
+    let Some(path) = paths.iter().find(|path| path.is_file()) else { return Ok((None, Facts::default())) };
+    let (columns, facts) = read(path, limits)?;
+    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok((columns.map(|columns| Names { file, columns, is_told: true }), facts))
 }
 
 /// What the file of names at one of `paths` says of recordings whose classes have names already: the facts, and
@@ -100,6 +111,10 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
     let text = |(key, given): (&'static str, &Value)| {
         given.as_str().map(String::from).ok_or_else(|| refuse(key, given, "not a text".into()))
     };
+    let texts = |(key, given): (&'static str, &Value)| {
+        let list = given.as_array().map(|list| list.iter().map(|own| own.as_str().map(String::from)));
+        list.and_then(Iterator::collect).ok_or_else(|| refuse(key, given, "not a list of texts".into()))
+    };
     let number = |(key, given): (&'static str, &Value)| {
         // A reading is an f32.
         let number = given.as_f64().filter(|v| *v as f32 > 0.0 && (*v as f32).is_finite());
@@ -118,6 +133,9 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
         unit: given("unit").map(text).transpose()?,
         rate: given("rate").map(number).transpose()?,
         full_scale: given("full_scale").map(number).transpose()?.map(|number| number as f32),
+        group_array: given("group_array").map(text).transpose()?,
+        test_array: given("test_array").map(text).transpose()?,
+        origins: given("origins").map(texts).transpose()?,
     })
 }
 

@@ -21,6 +21,8 @@ pub(crate) struct Samples {
     /// Position among the recordings, and first reading, of each sample that is a window.
     pub windows: Option<Vec<(usize, usize)>>,
     pub lengths: Option<Lengths>,
+    /// Readings of each recording along time, where a rule has made them one length.
+    pub readings: Option<Vec<usize>>,
 }
 
 /// The `kept` recordings, brought to one length.
@@ -53,7 +55,7 @@ pub(crate) fn samples(
         refuse_rule(raw, options, layout)?;
         let x = x.into_array().ok_or_else(|| Error::NoTime { file: raw.file.clone(), layout })?;
         let reading = reading(raw, options, layout, &x.shape()[1..], None, &[])?;
-        return Ok(Samples { x, reading, windows: None, lengths: None });
+        return Ok(Samples { x, reading, windows: None, lengths: None, readings: None });
     };
     let own = x.lengths(axis);
     let mut lengths = Lengths::of(&own, options.length);
@@ -67,7 +69,7 @@ pub(crate) fn samples(
         lengths.too_short = own.iter().filter(|length| **length < to).count();
     }
     let reading = reading(raw, options, layout, &cut.x.shape()[1..], Some(rule), &own)?;
-    Ok(Samples { x: cut.x, reading, windows: cut.windows, lengths: Some(lengths) })
+    Ok(Samples { x: cut.x, reading, windows: cut.windows, lengths: Some(lengths), readings: Some(own) })
 }
 
 /// A rule for the length of what has no time.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
 
 use crate::length::Length;
+use crate::table_options::TableOptions;
 use crate::{Error, Result};
 
 /// Rows to leave out of a data set, decided on the full recorded sample.
@@ -46,7 +47,7 @@ pub struct Options {
     /// Name of the array of samples in the `.npz` or `.mat`. Default `x`; where there is none, `X`, `data`, or
     /// `X_train` with `X_test`. In a folder of `.mat` files it may be left out where each holds one array.
     pub x: String,
-    /// Name of the array of labels. Default `y`; where there is none, `Y`, `labels`, or `y_train` with `y_test`.
+    /// Name of the array of labels, or of a table the column. Default `y`; where there is none, `Y`, `labels`, or `y_train` with `y_test`.
     pub y: String,
     /// Name of the array of groups (`block`, `session`, `trial`, ...). By default
     /// `group` where the file holds it, otherwise no groups.
@@ -78,6 +79,8 @@ pub struct Options {
     pub rate: Option<f64>,
     /// What becomes of recordings of unequal length; equal ones go through it too.
     pub length: Option<Length>,
+    /// Of a CSV table: what its columns are.
+    pub table: TableOptions,
     /// Ceilings on sizes.
     pub limits: Limits,
 }
@@ -100,6 +103,7 @@ impl Default for Options {
             layout: None,
             rate: None,
             length: None,
+            table: TableOptions::default(),
             limits: Limits::default(),
         }
     }

@@ -37,6 +37,8 @@ pub(crate) struct Raw {
     pub others: Vec<String>,
     /// Files of a folder that were passed over, such as `.DS_Store`.
     pub ignored: Vec<String>,
+    /// How the file was taken where it could be taken otherwise, for people.
+    pub read_as: Vec<String>,
     /// Whether `origins` are paths below `file`.
     pub is_folder: bool,
 }
@@ -62,6 +64,7 @@ impl Raw {
             row_hash: vec![],
             others: vec![],
             ignored: vec![],
+            read_as: vec![],
             is_folder: false,
         }
     }
@@ -98,6 +101,12 @@ pub(crate) struct Facts {
     pub rate: Option<f64>,
     /// The highest reading that the sensor gives.
     pub full_scale: Option<f32>,
+    /// The array of groups.
+    pub group_array: Option<String>,
+    /// The array that marks the samples to test on.
+    pub test_array: Option<String>,
+    /// Where each sample comes from.
+    pub origins: Option<Vec<String>>,
 }
 
 /// The name of a path without its extension; `data.npz` goes by its folder.

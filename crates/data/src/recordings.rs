@@ -11,7 +11,7 @@ use crate::ragged::Ragged;
 use crate::raw::{Raw, name_of};
 use crate::reading_of::time_axis;
 use crate::validate::channels;
-use crate::{Error, Result, array, arrays, folder, ucr};
+use crate::{Error, Result, array, arrays, folder, table, ucr};
 use ndarray::{ArrayD, Axis};
 use std::path::Path;
 
@@ -33,6 +33,8 @@ pub struct Recordings {
 /// Reads recordings for a model that takes samples of `rank` axes: every layout of [`load`](crate::load), with
 /// or without labels, a folder of files without class folders, and a single CSV, NPY, MAT, PNG or JPEG file.
 ///
+/// A CSV file is a table for a model of features, or where a column of it names recordings; otherwise one recording.
+///
 /// Of a single `.npy`, `rank` axes are one sample and one more are a batch. With the `layout` and the `length`
 /// of the model's reading in `options`, recordings may have any length.
 ///
@@ -43,7 +45,7 @@ pub struct Recordings {
 pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordings> {
     let (mut raw, is_labelled) = match batch(path, rank)? {
         Some(raw) => raw,
-        None => open(path, options)?,
+        None => open(path, options, rank)?,
     };
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
@@ -121,7 +123,7 @@ fn batch(path: &Path, rank: usize) -> Result<Option<(Raw, bool)>> {
 }
 
 /// What is at `path`, and whether it says anything of classes.
-fn open(path: &Path, options: &Options) -> Result<(Raw, bool)> {
+fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     if let Some(pair) = ucr::find(path) {
         return Ok((ucr::read(path, &pair, options)?, true));
     }
@@ -132,6 +134,11 @@ fn open(path: &Path, options: &Options) -> Result<(Raw, bool)> {
         Ok((raw, is_labelled))
     };
     if path.is_file() {
+        if table::is_table(path, options, rank) {
+            let raw = table::read_unlabelled(path, options)?;
+            let is_labelled = !raw.y.is_empty();
+            return Ok((raw, is_labelled));
+        }
         if is_archive(path) && !is_one_recording(path, options) {
             return archive(path);
         }

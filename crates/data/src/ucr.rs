@@ -129,6 +129,7 @@ pub(crate) fn read(path: &Path, pair: &Pair, options: &Options) -> Result<Raw> {
         origins,
         others: vec![],
         ignored: vec![],
+        read_as: vec![],
         is_folder: false,
         file,
     })

@@ -133,3 +133,31 @@ fn a_card_lists_every_problem() {
     assert!(card.to_string().contains("WRONG"));
     assert!(serde_json::to_string(&card).unwrap().contains("\"problems\":["));
 }
+
+#[test]
+fn a_card_fits_on_a_screen() {
+    // 120 recordings of 60 channels, a class each two: channel 3 is dead, 7 clipped, 9 a thousand times as large.
+    let value = |i: usize| {
+        let (sample, channel, t) = (i / 1200, i / 20 % 60, i % 20);
+        match (channel, ((sample * 31 + channel * 17 + t * 7) % 101) as f32) {
+            (3, _) => 5.0,
+            (7, value) => value.min(60.0),
+            (9, value) => value * 1000.0,
+            (_, value) => value,
+        }
+    };
+    let values: Vec<f32> = (0..120 * 1200).map(value).collect();
+    let y: Vec<i64> = (0..120).map(|i| i / 2).collect();
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", f32s(&[120, 60, 20], &values)), ("y", i64s(&[120], &y))]);
+    let names: Vec<String> = (0..60).map(|i| format!("\"a long name of a thing {i}\"")).collect();
+    files(folder.path(), &[("labels.json", &format!("[{}]", names.join(",")))]);
+    let text = check(&path).unwrap().to_string();
+    assert!(text.lines().count() <= 24, "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(text.contains("60; lowest values 0 to 5, highest 5 to 100000\n"), "{text}");
+    let listed = |start: &str| text.lines().any(|line| line.trim_start().starts_with(start));
+    assert!(listed("3  5..5                  constant"), "{text}");
+    assert!(listed("7  0..60") && listed("9  0..100000"), "{text}");
+    assert!(!listed("8  0..100") && text.contains("more, listed in JSON"), "{text}");
+}

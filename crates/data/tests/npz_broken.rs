@@ -14,13 +14,14 @@ fn a_broken_path_or_archive_is_refused() {
     let default = Options::default();
     assert_eq!(
         refused(&at("none.npz"), &default),
-        "none.npz: no such file or folder; give a .npz or .mat, a folder with data.npz, or a folder with one \
+        "none.npz: no such file or folder; give a .npz, .mat or .csv, a folder with data.npz, or a folder with one \
          sub-folder per class"
     );
     std::fs::write(at("x.npy"), samples(4)).unwrap();
     assert_eq!(
         refused(&at("x.npy"), &default),
-        "x.npy: not a data set; give a .npz or .mat with arrays x and y, or a folder with one sub-folder per class"
+        "x.npy: not a data set; give a .npz or .mat with arrays x and y, a .csv table with a column of labels, or a \
+         folder with one sub-folder per class"
     );
     std::fs::write(at("empty.npz"), "").unwrap();
     assert_eq!(refused(&at("empty.npz"), &default), "empty.npz: is empty (0 bytes); copy or record it again");

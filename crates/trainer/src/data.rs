@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use taxel_data::{Drop, Layout, Length, Limits, Options};
+use taxel_data::{Drop, Layout, Length, Limits, Options, TableOptions};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
@@ -113,6 +113,9 @@ pub struct RecordingsOrigin {
     /// What becomes of recordings of unequal length, such as `{ kind = "resample", to = 300 }`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
+    /// Of a CSV table: what its columns are, such as `{ form = "long", recording = "grasp" }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<TableOptions>,
     /// Ceilings on file sizes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
@@ -237,6 +240,7 @@ impl RecordingsOrigin {
             resize: self.resize,
             limits: self.limits.unwrap_or(default.limits),
             length: self.length,
+            table: self.table.clone().unwrap_or_default(),
             layout,
             rate,
         }

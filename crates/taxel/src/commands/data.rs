@@ -12,19 +12,12 @@ use crate::commands::reading::Reading;
 #[derive(Subcommand)]
 pub enum Data {
     Check(Check),
+    Convert(Convert),
 }
 
-/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
-/// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
-///
-/// A data set is a .npz or a .mat of MATLAB 5 to 7 with x [N, channels, time], [N, rows, columns] or
-/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; a folder
-/// of CSV (rows = time), NPY, MAT, PNG or JPEG files in class/ or class/session/, or with labels.csv
-/// (file,label,group); or a set of the UCR and UEA archives. Recordings may differ in length: the card shows how,
-/// and --length shows the set under a rule. Ends with 1 if something keeps it from being used.
+/// Arguments of every command here.
 #[derive(Args)]
-#[command(after_help = "Example:  taxel data check recordings/ --json")]
-pub struct Check {
+struct Recordings {
     /// A file or a folder.
     path: PathBuf,
     #[command(flatten)]
@@ -38,9 +31,41 @@ pub struct Check {
     /// Size in pixels that image files are shrunk to first.
     #[arg(long, value_name = "HEIGHT,WIDTH", value_parser = size)]
     resize: Option<[usize; 2]>,
+}
+
+/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
+/// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
+///
+/// A data set is a .npz or a .mat of MATLAB 5 to 7 with x [N, channels, time], [N, rows, columns] or
+/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; a CSV
+/// table, wide (a row per sample, label) or long (recording, time, channels, label[, group]); a folder of CSV
+/// (rows = time), NPY, MAT, PNG or JPEG files in class/ or class/session/, or with labels.csv (file,label,group); or
+/// a set of the UCR and UEA archives. Recordings may differ in length: the card shows how, and --length shows the
+/// set under a rule. Ends with 1 if something keeps it from being used.
+#[derive(Args)]
+#[command(after_help = "Example:  taxel data check recordings/ --json")]
+pub struct Check {
+    #[command(flatten)]
+    recordings: Recordings,
     /// JSON instead of text.
     #[arg(long)]
     json: bool,
+}
+
+/// Writes a data set as one .npz: x [N, ...], y, groups and the authors' test marks, with names, unit, rate and all
+/// else that is known of it in NAME.classes.json beside it. Every other command reads the two as it reads the
+/// original.
+///
+/// Recordings of unequal length are filled up with NaN, which is read as unequal length again; with --length they
+/// are written under that rule.
+#[derive(Args)]
+#[command(after_help = "Example:  taxel data convert recordings/ --output set.npz")]
+pub struct Convert {
+    #[command(flatten)]
+    recordings: Recordings,
+    /// The .npz to write; one that is there is replaced.
+    #[arg(long, value_name = "FILE")]
+    output: PathBuf,
 }
 
 /// `40,30`.
@@ -52,21 +77,51 @@ fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
+impl Recordings {
+    fn options(&self) -> taxel_data::Options {
+        taxel_data::Options {
+            group_block: self.group_block,
+            resize: self.resize,
+            attributes: self.attributes.clone(),
+            ..self.reading.options()
+        }
+    }
+}
+
 impl Data {
     pub fn run(self) -> Outcome {
-        let Data::Check(check) = self;
-        let options = taxel_data::Options {
-            group_block: check.group_block,
-            resize: check.resize,
-            attributes: check.attributes,
-            ..check.reading.options()
-        };
-        let card = taxel_data::check_with(&check.path, &options)?;
-        if check.json {
+        match self {
+            Data::Check(check) => check.run(),
+            Data::Convert(convert) => convert.run(),
+        }
+    }
+}
+
+impl Check {
+    fn run(self) -> Outcome {
+        let card = taxel_data::check_with(&self.recordings.path, &self.recordings.options())?;
+        if self.json {
             println!("{}", serde_json::to_string_pretty(&card)?);
         } else {
             println!("{card}");
         }
         Ok(if card.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+}
+
+impl Convert {
+    fn run(self) -> Outcome {
+        let Recordings { path, .. } = &self.recordings;
+        let written = taxel_data::convert(path, &self.recordings.options(), &self.output)?;
+        let [arrays, names] = written.files.map(|file| file.display().to_string());
+        let padded = match written.padded {
+            None => String::new(),
+            Some([shortest, longest]) => {
+                format!(", recordings of {shortest} to {longest} readings filled up with NaN")
+            }
+        };
+        println!("{arrays}: x {:?}{padded}", written.shape);
+        println!("{names}: class names and what else is known");
+        Ok(ExitCode::SUCCESS)
     }
 }

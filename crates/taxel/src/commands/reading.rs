@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use clap::Args;
+use taxel::data::TableOptions;
 use taxel::{Length, Options};
 
 /// What stands where in a file of recordings, and how long samples are.
@@ -11,16 +12,20 @@ pub struct Reading {
     /// The array that holds the samples, if it is not called `x`.
     #[arg(long, value_name = "NAME")]
     pub x: Option<String>,
-    /// The array that holds the labels, if it is not called `y`; of labels.csv the column.
+    /// The array that holds the labels, if it is not called `y`; of labels.csv or a table the column.
     #[arg(long, value_name = "NAME")]
     pub y: Option<String>,
-    /// The array that holds the groups, if it is not called `group`; of labels.csv the column.
+    /// The array that holds the groups, if it is not called `group`; of labels.csv or a table the column.
     #[arg(long, value_name = "NAME")]
     pub group: Option<String>,
     /// What becomes of recordings of unequal length: resample:300, pad:300[,edge][,crop], crop:300[,centre|,end] or
     /// window:300[,150], in readings.
     #[arg(long, value_name = "RULE")]
     pub length: Option<Length>,
+    /// Of a CSV table: long or wide, and the columns whose names do not say what they are, such as
+    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns).
+    #[arg(long, value_name = "COLUMNS")]
+    pub table: Option<TableOptions>,
 }
 
 impl Reading {
@@ -30,7 +35,8 @@ impl Reading {
             |(key, name): (&str, &Option<String>)| name.as_ref().map(|name| format!("data.{key}={name:?}"));
         let names = [("x", &self.x), ("y", &self.y), ("group", &self.group)].map(text);
         let rule = self.length.map(|rule| format!("data.{}", rule.key().replacen(" = ", "=", 1)));
-        names.into_iter().chain([rule]).flatten()
+        let table = self.table.as_ref().map(|table| format!("data.{}", table.key().replacen(" = ", "=", 1)));
+        names.into_iter().chain([rule, table]).flatten()
     }
 
     /// Options of the reader.
@@ -41,6 +47,7 @@ impl Reading {
             y: self.y.clone().unwrap_or(default.y),
             group: self.group.clone(),
             length: self.length,
+            table: self.table.clone().unwrap_or_default(),
             ..Options::default()
         }
     }

@@ -1,0 +1,189 @@
+//! One CSV table of many recordings.
+
+use crate::labels::by_name;
+use crate::options::{Options, refuse_set};
+use crate::ragged::Collected;
+use crate::raw::{Names, Raw, name_of};
+use crate::table_columns::{TableColumns, recording_in};
+use crate::table_long::{self, Recording};
+use crate::table_options::{TableForm, TableOptions};
+use crate::table_text::{Row, TableText};
+use crate::{Error, Result, arrays, names_file};
+use std::path::Path;
+use taxel_encodings::Layout;
+
+/// Whether a path is named as a table.
+pub(crate) fn is_named(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("tsv"))
+}
+
+/// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
+pub(crate) fn is_table(path: &Path, options: &Options, rank: usize) -> bool {
+    let says = || {
+        let table = TableText::open(path, &options.limits);
+        table.is_ok_and(|table| recording_in(&table.header).is_some())
+    };
+    is_named(path) && (rank == 1 || options.table != TableOptions::default() || says())
+}
+
+/// Reads a table with labels.
+///
+/// - wide: a row is a sample `[F]`.
+/// - long: rows of the same recording are its readings over time, `[C, T]`; recordings may differ in length, and
+///   their rows may be mixed.
+///
+/// Columns of texts without a role are passed over and named in the card.
+pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
+    read_with(path, options, true)
+}
+
+/// The same of a table that may have no labels: `y` is empty then.
+pub(crate) fn read_unlabelled(path: &Path, options: &Options) -> Result<Raw> {
+    read_with(path, options, false)
+}
+
+fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> {
+    let file = path.display().to_string();
+    let why = "does not apply to a table, whose channels are its other columns; leave it out";
+    let default = Options::default();
+    refuse_set(&file, &[("x", options.x != default.x), ("resize", options.resize.is_some())], why)?;
+    let table = TableText::open(path, &options.limits)?;
+    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
+    let (channels, texts) = table.numeric(columns.rest.clone())?;
+    if channels.is_empty() {
+        let held = table.header.join(", ");
+        return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
+    }
+    let (names, mut facts) = names_file::lenient(path, &options.limits)?;
+    let mut collected = Collected::new(&file, options.limits);
+    let (all, timing) = match columns.form {
+        TableForm::Wide => (wide(&table, &columns, &channels, options, &mut collected)?, None),
+        TableForm::Long => table_long::read(&table, &columns, &channels, options, &mut collected)?,
+    };
+    if let Some(timing) = &timing {
+        facts.rate = Some(timing.rate());
+    }
+    let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
+    let name = |at: usize| table.header[at].clone();
+    let y_name = columns.label.map_or_else(|| "label".into(), name);
+    let labels = labels(&all, &y_name, &file, names)?;
+    let kind = match columns.form {
+        TableForm::Wide => Layout::Features,
+        TableForm::Long => Layout::Series,
+    };
+    let mut read_as = vec![described(&table, &columns, channels.len())];
+    read_as.extend(timing.map(|timing| timing.to_string()));
+    let used: Vec<usize> = columns.used().collect();
+    let is_text = |at: &usize| texts.contains(at);
+    let is_other = |at: &usize| !used.contains(at) && !channels.contains(at) && !is_text(at);
+    Ok(Raw {
+        name: name_of(path),
+        dtype: "csv".into(),
+        format: Some(kind),
+        row_hash: x.hashes(),
+        x,
+        x_name: "the table".into(),
+        y_name,
+        y: labels.0,
+        columns: 1,
+        names: labels.1,
+        facts,
+        groups: groups(&all, columns.group.map(name), &file, options)?,
+        official: columns.test.map(|at| (name(at), all.iter().filter_map(|own| own.mark).collect())),
+        origins: all.into_iter().map(|own| own.name).collect(),
+        others: texts.iter().map(|at| name(*at)).collect(),
+        ignored: (0..table.header.len())
+            .filter(is_other)
+            .map(|at| format!("column {:?}", name(at)))
+            .collect(),
+        read_as,
+        is_folder: false,
+        file,
+    })
+}
+
+/// How the table was taken, for the card.
+fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
+    let name = |at: usize| &table.header[at];
+    let mut parts = vec![match columns.form {
+        TableForm::Wide => format!("a wide table: a row is a sample of {channels} features"),
+        TableForm::Long => format!("a long table: a row is a reading of {channels} channels"),
+    }];
+    let role = |role: &str, at: Option<usize>| at.map(|at| format!("{role} by {:?}", name(at)));
+    parts.extend(role("recordings", columns.recording));
+    if let (TableForm::Long, Some((at, clock))) = (columns.form, columns.time) {
+        parts.push(format!("time by {:?} in {}", name(at), clock.name()));
+    }
+    parts.extend(role("labels", columns.label));
+    parts.extend(role("groups", columns.group));
+    parts.join(", ")
+}
+
+fn wide(
+    table: &TableText,
+    columns: &TableColumns,
+    channels: &[usize],
+    options: &Options,
+    collected: &mut Collected,
+) -> Result<Vec<Recording>> {
+    let mut all = vec![];
+    let mut values = vec![0.0; channels.len()];
+    table.rows(|row: Row| {
+        let name = match columns.recording {
+            Some(at) => row.named(at)?,
+            None => format!("line {}", row.line),
+        };
+        for (value, at) in values.iter_mut().zip(channels) {
+            *value = row.number(*at)?;
+        }
+        let own = Recording::of(&row, name, columns)?;
+        table_long::refuse_many(table, all.len(), options)?;
+        collected.push(&own.name, &[channels.len()], &values, None, "")?;
+        all.push(own);
+        Ok(true)
+    })?;
+    Ok(all)
+}
+
+/// Labels as positions among their names: those of the file beside, or those that occur.
+fn labels(all: &[Recording], y: &str, file: &str, names: Option<Names>) -> Result<(Vec<i64>, Option<Names>)> {
+    let texts: Vec<String> = all.iter().filter_map(|own| own.label.clone()).collect();
+    let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
+    match (names, numbers) {
+        (Some(names), Some(numbers)) if names.columns.iter().any(|own| !own.contains(&texts[0])) => {
+            Ok((numbers, Some(names)))
+        }
+        (Some(names), _) => {
+            let read = arrays::named(texts, 1, y, file, Some(&names))?;
+            Ok((read.values, Some(names)))
+        }
+        (None, _) => {
+            let (classes, values) = by_name(texts);
+            let names = Names { file: y.into(), columns: vec![classes], is_told: true };
+            Ok((values.into_iter().map(i64::from).collect(), Some(names)))
+        }
+    }
+}
+
+/// Groups: whole numbers as they are, texts as positions among those that occur.
+fn groups(
+    all: &[Recording],
+    name: Option<String>,
+    file: &str,
+    options: &Options,
+) -> Result<Option<(String, Vec<i64>)>> {
+    let refuse = |why| Err(Error::Option { file: file.into(), option: "group-block", why });
+    let Some(name) = name else {
+        return match options.group_block {
+            None => Ok(None),
+            Some(_) => refuse("needs a column to divide into blocks; name it with group = \"trial\""),
+        };
+    };
+    let texts: Vec<String> = all.iter().filter_map(|own| own.group.clone()).collect();
+    let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
+    match (numbers, options.group_block) {
+        (Some(numbers), _) => Ok(Some((name, numbers))),
+        (None, Some(_)) => refuse("divides consecutive numbers, but the groups are texts; leave it out"),
+        (None, None) => Ok(Some((name, by_name(texts).1.into_iter().map(i64::from).collect()))),
+    }
+}

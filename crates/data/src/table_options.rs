@@ -1,0 +1,159 @@
+//! What the columns of a table are, where its header does not say it.
+
+use serde::{Deserialize, Serialize};
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
+
+/// How a CSV table of many recordings is read; by default its header says it.
+///
+/// The columns of labels, groups and test marks are named by [`Options::y`](crate::Options::y),
+/// [`Options::group`](crate::Options::group) and [`Options::test`](crate::Options::test).
+///
+/// As text, on a command line: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`.
+///
+/// ```
+/// use taxel_data::{Clock, TableForm, TableOptions};
+///
+/// let table: TableOptions = "long,recording=grasp,clock=ms".parse()?;
+/// assert_eq!((table.form, table.clock), (Some(TableForm::Long), Some(Clock::Milliseconds)));
+/// assert_eq!(table.key(), r#"table = { form = "long", recording = "grasp", clock = "ms" }"#);
+/// # Ok::<(), taxel_data::NotATable>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TableOptions {
+    /// What a row is. By default long where a column says which recording a row belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<TableForm>,
+    /// The column that says which recording a row belongs to. Default `recording`, `series` or `sequence`, also
+    /// with `_id`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<String>,
+    /// The column of time stamps of a long table. Default `time`, `timestamp` or `t`, also with a unit: `time_ms`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<String>,
+    /// The unit of the time stamps. Default what the column's name ends with, else seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock: Option<Clock>,
+    /// Columns that are no channels, such as `id`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ignore: Vec<String>,
+}
+
+/// What a row of a table is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TableForm {
+    /// One reading of all channels; the rows of a recording are its readings over time.
+    Long,
+    /// One sample; its columns are features.
+    Wide,
+}
+
+/// The unit of time stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Clock {
+    /// Seconds.
+    #[serde(rename = "s")]
+    Seconds,
+    /// Milliseconds.
+    #[serde(rename = "ms")]
+    Milliseconds,
+    /// Microseconds.
+    #[serde(rename = "us")]
+    Microseconds,
+    /// Nanoseconds.
+    #[serde(rename = "ns")]
+    Nanoseconds,
+}
+
+/// A text that does not say how a table is read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{text:?} is neither long nor wide, nor recording=NAME, time=NAME, clock=s, ms, us or ns, or ignore=NAME; part several \
+     with commas"
+)]
+pub struct NotATable {
+    text: String,
+}
+
+impl Clock {
+    const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
+
+    /// The unit as it is written: `s`, `ms`, `us`, `ns`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Seconds => "s",
+            Self::Milliseconds => "ms",
+            Self::Microseconds => "us",
+            Self::Nanoseconds => "ns",
+        }
+    }
+
+    /// How many of it a second has.
+    pub(crate) fn per_second(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1e3,
+            Self::Microseconds => 1e6,
+            Self::Nanoseconds => 1e9,
+        }
+    }
+
+    /// The unit of that name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|clock| clock.name() == name)
+    }
+}
+
+impl TableForm {
+    /// `long` or `wide`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Long => "long",
+            Self::Wide => "wide",
+        }
+    }
+}
+
+impl TableOptions {
+    /// The same as a config says it: `table = { form = "long" }`.
+    pub fn key(&self) -> String {
+        let word = |key: &str, word: Option<&str>| word.map(|word| format!("{key} = {word:?}"));
+        let ignore = (!self.ignore.is_empty()).then(|| format!("ignore = {:?}", self.ignore));
+        let keys = [
+            word("form", self.form.map(TableForm::name)),
+            word("recording", self.recording.as_deref()),
+            word("time", self.time.as_deref()),
+            word("clock", self.clock.map(Clock::name)),
+            ignore,
+        ];
+        format!("table = {{ {} }}", keys.into_iter().flatten().collect::<Vec<_>>().join(", "))
+    }
+}
+
+impl Display for TableForm {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for TableOptions {
+    type Err = NotATable;
+
+    fn from_str(text: &str) -> Result<Self, NotATable> {
+        let mut table = Self::default();
+        for word in text.split(',').map(str::trim) {
+            match word.split_once('=').map(|(key, name)| (key.trim(), name.trim())) {
+                None if word == "long" => table.form = Some(TableForm::Long),
+                None if word == "wide" => table.form = Some(TableForm::Wide),
+                Some(("recording", name)) if !name.is_empty() => table.recording = Some(name.into()),
+                Some(("time", name)) if !name.is_empty() => table.time = Some(name.into()),
+                Some(("clock", name)) if Clock::named(name).is_some() => table.clock = Clock::named(name),
+                Some(("ignore", name)) if !name.is_empty() => table.ignore.push(name.into()),
+                _ => return Err(NotATable { text: word.into() }),
+            }
+        }
+        Ok(table)
+    }
+}
