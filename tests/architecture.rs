@@ -45,6 +45,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("learn", &["baselines", "checkpoint", "data", "encodings", "engine", "files", "graph", "seed"]),
     ("trainer", &["baselines", "checkpoint", "data", "graph", "learn", "names", "scenes", "zoo"]),
     ("judge", &["data", "encodings", "files", "learn", "scenes", "seed"]),
+    ("sweep", &["data", "files", "judge", "learn", "seed", "trainer", "zoo"]),
     (
         "taxel",
         &[
@@ -59,6 +60,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "learn",
             "runtime",
             "scenes",
+            "sweep",
             "trainer",
             "zoo",
         ],

@@ -1,7 +1,7 @@
 //! Files that are whole or not there: the one way in which the project writes a file.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Ending of a file that is being written.
@@ -19,14 +19,29 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return OpenOptions::new().write(true).open(path).and_then(|mut device| device.write_all(bytes));
     }
+    write_piecewise(path, |file| file.write_all(bytes))
+}
+
+/// A file that is too long to be held in memory, whole or not there: `pieces` writes it.
+///
+/// # Errors
+///
+/// What the system or `pieces` says.
+pub fn write_piecewise<E: From<io::Error>>(
+    path: &Path,
+    pieces: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<(), E> {
     let mut part = path.as_os_str().to_owned();
     part.push(PART);
     let part = PathBuf::from(part);
-    let written = File::create(&part).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()
+    let written = File::create(&part).map_err(E::from).and_then(|file| {
+        let mut file = BufWriter::new(file);
+        pieces(&mut file)?;
+        file.flush()?;
+        file.get_ref().sync_all()?;
+        fs::rename(&part, path)?;
+        Ok(sync_folder(path)?)
     });
-    let written = written.and_then(|()| fs::rename(&part, path)).and_then(|()| sync_folder(path));
     if written.is_err() {
         // The first error is the one to report.
         let _ = fs::remove_file(&part);
@@ -35,7 +50,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Flushes the folder that a file was renamed in, so that the new name survives a power cut.
-fn sync_folder(path: &Path) -> io::Result<()> {
+///
+/// # Errors
+///
+/// What the system says.
+pub fn sync_folder(path: &Path) -> io::Result<()> {
     match path.parent() {
         // Other systems cannot open a folder.
         Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),

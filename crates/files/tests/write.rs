@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
+use std::io::Write;
 
-use taxel_files::{PART, write_whole};
+use taxel_files::{PART, write_piecewise, write_whole};
 
 fn names(folder: &std::path::Path) -> Vec<String> {
     let mut names: Vec<String> =
@@ -22,6 +23,24 @@ fn a_file_is_replaced_as_a_whole() {
         assert_eq!(fs::read(&path).unwrap(), bytes);
         assert_eq!(names(folder.path()), ["results.json"], "nothing else is left");
     }
+}
+
+#[test]
+fn a_file_whose_pieces_end_early_leaves_the_old_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("manifest.jsonl");
+    write_whole(&path, b"old").unwrap();
+    let ended = write_piecewise(&path, |file| {
+        file.write_all(b"half")?;
+        Err(std::io::Error::other("no more"))
+    });
+    assert_eq!(ended.unwrap_err().to_string(), "no more");
+    assert_eq!(
+        (fs::read(&path).unwrap().as_slice(), names(folder.path())),
+        (&b"old"[..], vec!["manifest.jsonl".into()])
+    );
+    write_piecewise(&path, |file| (0..3).try_for_each(|i| writeln!(file, "{i}"))).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"0\n1\n2\n");
 }
 
 #[test]

@@ -16,12 +16,12 @@ mod synthetic;
 mod values;
 
 pub use case::Case;
-pub use decide::{across, choose, claims, statistics};
+pub use decide::{across, choose, claims, rank, statistics};
 pub use error::{Error, Result};
 pub use measure::{Options, StressOptions, judge, stress};
-pub use report::{Entry, Report, Summary, overview, report};
+pub use report::{Entry, Report, Summary, overview, report, sweep_page};
 pub use values::{
-    Across, Choice, Claim, CostKind, Criteria, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, Judged,
-    Judgement, NetworkStress, Outcome, Picture, PictureKind, Score, SensorRange, Speed, Stress, Test,
-    Verdict,
+    Across, Axis, Choice, Claim, Contest, CostKind, Criteria, EpochPoint, Evidence, Example, FaultCurve,
+    FaultInfo, Judged, Judgement, MAJORITY, NetworkStress, OpenTrial, Outcome, Picture, PictureKind, Score,
+    SensorRange, Setting, Speed, Spread, Stress, Sweep, SweepProgress, Test, Verdict,
 };

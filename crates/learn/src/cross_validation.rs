@@ -14,9 +14,10 @@ use crate::folder::{Identity, RunFolder};
 use crate::model::digest;
 use crate::options::RunOptions;
 use crate::plan::Plan;
-use crate::problem::Problem;
+use crate::problem::{Problem, require};
 use crate::progress::{Progress, Silent};
 use crate::protocol::Protocol;
+use crate::records::FoldKey;
 use crate::results::Results;
 use crate::run::Run;
 
@@ -101,13 +102,22 @@ impl<'a> CrossValidation<'a> {
         &mut self.encoder
     }
 
+    /// Every fold of every row, in the order in which they are run; baselines that the samples do not allow are
+    /// left out.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`], before anything is trained.
+    pub fn keys(self) -> Result<Vec<FoldKey>> {
+        Ok(self.plan()?.keys)
+    }
+
     /// Trains and tests everything in memory: no file is written, no model kept.
     ///
     /// # Errors
     /// As [`CrossValidation::run_in`].
     pub fn run(self) -> Result<Results> {
-        let plan = self.plan()?;
-        let mut run = Run::new(plan, &RunOptions::default(), None);
+        let (plan, options) = (self.plan()?, RunOptions::default());
+        let mut run = Run::new(plan, &options, None);
         run.all(&Silent, &AtomicBool::new(false))?;
         run.into_results()
     }
@@ -149,6 +159,10 @@ impl<'a> CrossValidation<'a> {
         cancel: &AtomicBool,
     ) -> Result<RunFolder> {
         let plan = self.plan()?;
+        for key in options.only.iter().flatten() {
+            let reason = "is no fold of this run";
+            require(plan.keys.contains(key), "only", key, reason)?;
+        }
         plan.say(progress);
         let (folder, lock) = RunFolder::prepare(out, identity, options.resume)?;
         let mut run = Run::new(plan, options, Some(folder.clone()));

@@ -38,6 +38,12 @@ pub struct Environment {
     pub data_digest: String,
 }
 
+/// Version of this program with the commit that it was built from, where that is known: `0.1.0 1f0c..`.
+pub fn program() -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    COMMIT.map_or(version.into(), |commit| format!("{version} {commit}"))
+}
+
 impl Environment {
     /// This machine and this build, for scores on `source`.
     pub fn now(threads: usize, seed: u64, source: &Source, data_digest: &str) -> Self {

@@ -76,7 +76,7 @@ impl Fit<'_> {
                     fold: &fold,
                 };
                 let mut saver = match &self.session {
-                    Some(path) => Saver::new(path.clone(), self.options.save_every()),
+                    Some(path) => Saver::new(path.clone(), &self.options),
                     None => Saver::none(),
                 };
                 let trained = training.run(&mut Hooks { tick, cancel, saver: &mut saver })?;

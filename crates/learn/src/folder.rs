@@ -24,7 +24,7 @@ pub struct Identity<'a> {
 }
 
 /// Files that hold the identity of a run: an experiment's, or a library's.
-const IDENTITIES: [&str; 2] = ["config.toml", "run.json"];
+pub(crate) const IDENTITIES: [&str; 2] = ["config.toml", "run.json"];
 
 /// A folder with the files of one run.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,12 +1,16 @@
-//! How a training is made: threads, savings, resuming.
+//! How a training is made: threads, savings, resuming, which folds.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::environment::cores;
+use crate::records::FoldKey;
 
 /// Seconds between two savings of a fold in training, where nothing else is said.
 const SAVE_EVERY: f64 = 10.0;
 
 /// How a run is made; none of it changes a result.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct RunOptions {
     /// Whether the folder may hold the same run already: its finished folds are kept, and a fold in training
     /// goes on where it was saved.
@@ -16,6 +20,11 @@ pub struct RunOptions {
     /// Seconds between two savings of a fold in training. Default 10; never more than a twentieth of the
     /// time is spent on it.
     pub save_every: Option<f64>,
+    /// The folds to train and test; the others stay missing. Default all.
+    pub only: Option<Vec<FoldKey>>,
+    /// Set from outside to end the run as soon as the epoch under way is over and saved. A set `cancel` does not
+    /// wait for that. Default never.
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 /// So many worker threads as are asked for, at most one per core, at least one; without a word one per core.
@@ -32,6 +41,16 @@ impl RunOptions {
     /// Seconds between two savings.
     pub fn save_every(&self) -> f64 {
         self.save_every.unwrap_or(SAVE_EVERY)
+    }
+
+    /// Whether a fold is to be trained and tested.
+    pub(crate) fn wants(&self, key: &FoldKey) -> bool {
+        self.only.as_ref().is_none_or(|only| only.contains(key))
+    }
+
+    /// Whether the run is to end after its next saving.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 }
 

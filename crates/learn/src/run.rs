@@ -34,8 +34,7 @@ const ENVIRONMENT: &str = "environment.json";
 pub(crate) struct Run<'a> {
     plan: Plan<'a>,
     folder: Option<RunFolder>,
-    threads: usize,
-    save_every: f64,
+    options: &'a RunOptions,
     records: Vec<FoldRecord>,
     timings: Vec<Timing>,
     /// Folds whose training left the finite numbers.
@@ -50,9 +49,8 @@ struct Finished {
 
 impl<'a> Run<'a> {
     /// A run that writes to `folder`, or keeps its records in memory.
-    pub fn new(plan: Plan<'a>, options: &RunOptions, folder: Option<RunFolder>) -> Self {
-        let (threads, save_every) = (options.threads(), options.save_every());
-        Run { plan, folder, threads, save_every, records: vec![], timings: vec![], stopped: vec![] }
+    pub fn new(plan: Plan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
+        Run { plan, folder, options, records: vec![], timings: vec![], stopped: vec![] }
     }
 
     /// Takes over what an earlier run of the folder has finished.
@@ -84,7 +82,8 @@ impl<'a> Run<'a> {
             self.records.push(self.completed(&folder, record)?);
         }
         if environment.is_none() {
-            let now = Environment::now(self.threads, self.plan.seed, &dataset.source, &dataset.digest);
+            let threads = self.options.threads();
+            let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
             write_json(&folder.file(ENVIRONMENT), &now, true)?;
         }
         self.assemble()
@@ -108,14 +107,17 @@ impl<'a> Run<'a> {
     /// # Errors
     /// What a training refuses; [`Error::Unfinished`] if some diverged, [`Error::Cancelled`] if `cancel` was set.
     pub fn all(&mut self, progress: &dyn Progress, cancel: &AtomicBool) -> Result<()> {
-        let finished = |key: &&FoldKey| !self.records.iter().any(|r| r.key == **key);
-        let open: Vec<FoldKey> = self.plan.keys.iter().filter(finished).cloned().collect();
+        let is_open =
+            |key: &&FoldKey| self.options.wants(key) && !self.records.iter().any(|r| r.key == **key);
+        let open: Vec<FoldKey> = self.plan.keys.iter().filter(is_open).cloned().collect();
         progress.start(open.iter().map(|key| self.work(key)).sum());
         let (begin, mut assembling) = (Instant::now(), 0.0);
         let (before, mut errors) = (self.records.len(), vec![]);
         for (done, key) in open.into_iter().enumerate() {
             progress.fold(&key, before + done + 1, self.plan.keys.len());
-            match self.one(&key, progress, cancel) {
+            let finished =
+                if self.options.is_stopping() { Ok(None) } else { self.one(&key, progress, cancel) };
+            match finished {
                 Ok(Some(Finished { record, timing })) => self.keep(record, timing)?,
                 Ok(None) => {
                     let (done, total) = (self.records.len(), self.plan.keys.len());
@@ -199,7 +201,7 @@ impl<'a> Run<'a> {
             name: &candidate.name,
             network,
             part: self.part(key),
-            threads: self.threads,
+            threads: self.options.threads(),
             dataset,
             units: protocol.inseparable(dataset)?,
             inputs: &inputs,
@@ -208,7 +210,7 @@ impl<'a> Run<'a> {
         let weight = work_per_sample(&network.graph);
         let mut tick = |samples: usize| progress.step(weight * samples as u64);
         let mut saver = match &self.folder {
-            Some(folder) => Saver::new(folder.session_path(key), self.save_every),
+            Some(folder) => Saver::new(folder.session_path(key), self.options),
             None => Saver::none(),
         };
         let mut hooks = Hooks { tick: &mut tick, cancel, saver: &mut saver };
@@ -253,7 +255,7 @@ impl<'a> Run<'a> {
         let inputs = self.plan.encoder.fit(&[SERIES], &fold.train)?;
         let series = &inputs[0].encoded;
         let (labels, purpose) = (&dataset.labels, format!("r{}/f{}", part.repetition, part.fold));
-        let threads = pool(self.threads)?;
+        let threads = pool(self.options.threads())?;
         let fitted = threads
             .install(|| FittedBaseline::fit(method, series, labels, &fold.train, (part.seed, &purpose)))?;
         let train_seconds = start.elapsed().as_secs_f64();
@@ -297,9 +299,9 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether no fold of this row has been timed yet.
+    /// Whether this fold is the one of its row whose answers are timed.
     fn is_first(&self, key: &FoldKey) -> bool {
-        !self.timings.iter().any(|t| t.key.network == key.network && t.latency.is_some())
+        self.plan.keys.iter().find(|other| other.network == key.network) == Some(key)
     }
 
     fn timing(&self, key: &FoldKey, train_seconds: f64, test_seconds: f64) -> Timing {
@@ -308,7 +310,7 @@ impl<'a> Run<'a> {
             train_seconds,
             samples: self.fold(key).train.len() as u64,
             test_seconds,
-            threads: self.threads,
+            threads: self.options.threads(),
             encoding_ms_per_sample: 0.0,
             latency: None,
         }

@@ -11,6 +11,7 @@ use taxel_graph::Weights;
 
 use crate::epoch::Epoch;
 use crate::error::{Error, Result};
+use crate::options::RunOptions;
 use crate::search::Trial;
 
 /// The best epoch of a training so far, by its validation part.
@@ -78,8 +79,7 @@ impl Session {
 #[derive(Debug)]
 pub(crate) struct Saver {
     path: Option<PathBuf>,
-    /// Seconds between two times.
-    every: f64,
+    options: RunOptions,
     last: Instant,
     /// Seconds that the last time took.
     cost: f64,
@@ -89,15 +89,20 @@ pub(crate) struct Saver {
 }
 
 impl Saver {
-    /// Saves to `path`, about every `every` seconds, and never for more than a twentieth of the time.
-    pub fn new(path: PathBuf, every: f64) -> Self {
+    /// Saves to `path` as often as the options say, and never for more than a twentieth of the time.
+    pub fn new(path: PathBuf, options: &RunOptions) -> Self {
         let now = Instant::now();
-        Saver { path: Some(path), every, last: now, cost: 0.0, begin: now, before: 0.0 }
+        Saver { path: Some(path), options: options.clone(), last: now, cost: 0.0, begin: now, before: 0.0 }
     }
 
     /// Saves nothing.
     pub fn none() -> Self {
-        Saver { path: None, ..Saver::new(PathBuf::new(), f64::INFINITY) }
+        Saver { path: None, ..Saver::new(PathBuf::new(), &RunOptions::default()) }
+    }
+
+    /// Whether the training is to end now that it is saved.
+    pub fn is_last(&self) -> bool {
+        self.path.is_some() && self.options.is_stopping()
     }
 
     /// Seconds of training, those of an earlier process included.
@@ -148,13 +153,14 @@ impl Saver {
         })
     }
 
-    /// Saves the session if it is time; `engine` is that of the stage under way, if there is one.
+    /// Saves the session if it is time, or the last time; `engine` is that of the stage under way, if there is one.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn save(&mut self, session: &mut Session, engine: Option<&Engine>) -> Result<()> {
         let Some(path) = &self.path else { return Ok(()) };
-        if self.last.elapsed().as_secs_f64() < self.every.max(20.0 * self.cost) {
+        let wait = self.options.save_every().max(20.0 * self.cost);
+        if self.last.elapsed().as_secs_f64() < wait && !self.is_last() {
             return Ok(());
         }
         let start = Instant::now();

@@ -225,6 +225,9 @@ impl Training<'_> {
             });
             session.next_stage();
             hooks.saver.save(session, None)?;
+            if hooks.saver.is_last() {
+                return Ok(None);
+            }
         }
         let trials = session.state.trials.clone();
         let Some(best) = search.best(&trials) else {
@@ -289,6 +292,9 @@ impl Training<'_> {
             }
             session.state.stage.epochs.push(line);
             hooks.saver.save(session, Some(&learner.engine))?;
+            if hooks.saver.is_last() {
+                return Ok(None);
+            }
         }
         if let Some(best) = &session.best {
             learner.engine.set_weights(best)?;

@@ -256,7 +256,12 @@ fn a_fold_in_training_goes_on_where_it_was_saved() {
     let mut sessions = 0;
     for stops in 0.. {
         let cancel = AtomicBool::new(false);
-        let options = RunOptions { resume: stops > 0, threads: Some(1), save_every: Some(0.0) };
+        let options = RunOptions {
+            resume: stops > 0,
+            threads: Some(1),
+            save_every: Some(0.0),
+            ..RunOptions::default()
+        };
         let own = three_folds(&dataset, candidates(&dataset));
         match own.run_in(&out, &options, &Stop(&cancel, 0.into()), &cancel) {
             Ok(_) => break,

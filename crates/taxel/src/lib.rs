@@ -69,6 +69,7 @@
 //! | train step by step | [`engine`] |
 //! | run a config | [`experiment`] |
 //! | judge a run | [`judge`] |
+//! | run many configs on many machines | [`sweep`] |
 
 mod error;
 
@@ -101,6 +102,8 @@ pub use taxel_learn as learn;
 pub use taxel_runtime as runtime;
 /// Simulated worlds and sensor faults.
 pub use taxel_scenes as scenes;
+/// Many experiments on many machines.
+pub use taxel_sweep as sweep;
 /// Experiments from TOML.
 pub use taxel_trainer as experiment;
 /// Networks by name.

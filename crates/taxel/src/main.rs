@@ -1,7 +1,8 @@
 //! `taxel`: the command line of the tactile model zoo.
 //!
 //! Exit codes: 0 done, 1 ran but a stated target was missed (`data check` found problems, some folds of a run did
-//! not finish), 2 could not run, 130 stopped by Ctrl-C. Messages on standard error name the file, key or sample and the way
+//! not finish), 2 could not run, 75 stopped by a scheduler and to be taken up again (`taxel sweep`), 130 stopped by
+//! Ctrl-C. Messages on standard error name the file, key or sample and the way
 //! out.
 
 // Doc comments on arguments are what --help prints, not Markdown.
@@ -46,6 +47,8 @@ enum Command {
     Simulate(commands::simulate::Simulate),
     #[command(subcommand)]
     Data(commands::data::Data),
+    #[command(subcommand)]
+    Sweep(commands::sweep::Sweep),
     Completions(commands::completions::Completions),
 }
 
@@ -73,6 +76,7 @@ fn command() -> Outcome {
         Command::Encode(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Data(command) => command.run(),
+        Command::Sweep(command) => command.run(),
         Command::Completions(command) => command.run(),
     }
 }

@@ -26,6 +26,8 @@ pub struct Overrides {
     pub data: Option<PathBuf>,
     /// A seed in place of the config's.
     pub seed: Option<u64>,
+    /// Where `set` was written, for messages. Default `--set` on the command line.
+    pub place: Option<String>,
 }
 
 /// A checked config that remembers where its values were written.
@@ -73,7 +75,7 @@ impl Experiment {
             }
         }
         for set in &overrides.set {
-            let place = format!("--set {set}");
+            let place = format!("{} {set}", overrides.place.as_deref().unwrap_or("--set"));
             let Some((key, value)) = set.split_once('=') else {
                 return Err(Error::config(place, "must be key=value, such as train.epochs=20"));
             };

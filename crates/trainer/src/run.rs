@@ -8,8 +8,8 @@ use std::sync::atomic::AtomicBool;
 use taxel_data::Dataset;
 use taxel_graph::Graph;
 use taxel_learn::{
-    Candidate, CrossValidation, Encoder, Estimator, Fit, Identity, Model, Problem, Progress, RunFolder,
-    RunOptions, Trainable,
+    Candidate, CrossValidation, Encoder, Estimator, Fit, FoldKey, Identity, Model, Problem, Progress,
+    RunFolder, RunOptions, Trainable,
 };
 use taxel_zoo::{Entry, Registry, matlab};
 use toml::{Table, Value};
@@ -75,16 +75,7 @@ impl Runner<'_> {
         progress: &dyn Progress,
         cancel: &AtomicBool,
     ) -> Result<RunFolder> {
-        // Before a network blames its number of classes.
-        self.dataset.refuse_one_class()?;
-        let config = self.experiment.config();
-        let mut validation = CrossValidation::new(self.dataset).encoding(config.encoding.clone());
-        validation.name = config.name.clone();
-        validation.title = config.title.clone();
-        validation.protocol = config.protocol.clone();
-        validation.look_alikes = config.data.look_alikes.clone();
-        validation.seed = config.seed;
-        (validation.candidates, validation.left_out) = self.candidates(validation.encoder())?;
+        let validation = self.validation()?;
         let text = self.experiment.to_toml();
         let now = parsed(&text);
         let difference = |path: &Path, before: &str| {
@@ -99,6 +90,28 @@ impl Runner<'_> {
         validation
             .run_as(&out, &identity, options, progress, cancel)
             .map_err(|error| self.experiment.located(error))
+    }
+
+    /// Every fold of the run, in order: what [`RunOptions::only`] takes.
+    ///
+    /// # Errors
+    /// As [`run()`], before anything is trained.
+    pub fn keys(&self) -> Result<Vec<FoldKey>> {
+        self.validation()?.keys().map_err(|error| self.experiment.located(error))
+    }
+
+    fn validation(&self) -> Result<CrossValidation<'_>> {
+        // Before a network blames its number of classes.
+        self.dataset.refuse_one_class()?;
+        let config = self.experiment.config();
+        let mut validation = CrossValidation::new(self.dataset).encoding(config.encoding.clone());
+        validation.name = config.name.clone();
+        validation.title = config.title.clone();
+        validation.protocol = config.protocol.clone();
+        validation.look_alikes = config.data.look_alikes.clone();
+        validation.seed = config.seed;
+        (validation.candidates, validation.left_out) = self.candidates(validation.encoder())?;
+        Ok(validation)
     }
 
     /// Trains one network or baseline of the experiment on all samples, by the name that tables give it; `None`

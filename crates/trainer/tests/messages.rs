@@ -249,3 +249,15 @@ fn settings_that_belong_elsewhere_are_refused() {
         assert!(error.contains(part), "{rule}: {error}");
     }
 }
+
+/// A sweep's settings were written in its own file.
+#[test]
+fn settings_from_a_file_are_refused_by_its_name() {
+    let overrides = Overrides {
+        set: vec!["train.epoch=3".into()],
+        place: Some("study.toml".into()),
+        ..Overrides::default()
+    };
+    let error = parse_with(BASE, &overrides).unwrap_err().to_string();
+    assert!(error.starts_with("study.toml train.epoch=3: ") && error.contains("unknown field"), "{error}");
+}

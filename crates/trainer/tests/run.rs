@@ -47,7 +47,7 @@ fn experiment(sets: &[&str]) -> Experiment {
 }
 
 fn options(resume: bool, threads: usize) -> RunOptions {
-    RunOptions { resume, threads: Some(threads), save_every: Some(0.0) }
+    RunOptions { resume, threads: Some(threads), save_every: Some(0.0), ..RunOptions::default() }
 }
 
 /// Runs to the end, unless something is wrong.

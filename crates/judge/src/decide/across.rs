@@ -3,7 +3,7 @@
 use super::p_value::shown;
 use super::statistics::{friedman, holm, nemenyi, wilcoxon};
 use crate::error::Result;
-use crate::values::{Across, Judgement, MAJORITY};
+use crate::values::{Across, Contest, Judgement, MAJORITY};
 
 /// Data sets below which ranks say too little (Demsar 2006 asks for more than five).
 const LEAST: usize = 5;
@@ -21,20 +21,37 @@ pub fn across(judgements: &[&Judgement], alpha: f64) -> Result<Option<Across>> {
             sets.push(judgement);
         }
     }
-    let accuracy = |judgement: &Judgement, name: &str| judgement.network(name)?.accuracy();
+    let contest = |set: &&Judgement| {
+        let networks = set.networks.iter().filter(|n| n.results.zoo != MAJORITY);
+        let accuracy = networks.filter_map(|n| Some((n.results.network.clone(), n.accuracy()?)));
+        Contest { name: set.results.name.clone(), accuracy: accuracy.collect() }
+    };
+    let mut own = rank(&sets.iter().map(contest).collect::<Vec<_>>(), alpha)?;
+    let left_out = judgements.len() - sets.len();
+    if let Some(own) = own.as_mut().filter(|_| left_out > 0) {
+        own.words.push(format!("{left_out} runs on samples that another run has were left out."));
+    }
+    Ok(own)
+}
+
+/// Ranks the networks that all data sets of `sets` share. `None` with fewer than five data sets or three shared
+/// networks.
+///
+/// # Errors
+/// An `alpha` outside (0, 1).
+pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
     let Some(first) = sets.first().filter(|_| sets.len() >= LEAST) else { return Ok(None) };
     let mut networks: Vec<String> = first
-        .networks
+        .accuracy
         .iter()
-        .filter(|n| n.results.zoo != MAJORITY)
-        .map(|n| n.results.network.clone())
-        .filter(|name| sets.iter().all(|set| accuracy(set, name).is_some()))
+        .map(|(name, _)| name.clone())
+        .filter(|name| sets.iter().all(|set| set.of(name).is_some()))
         .collect();
     if networks.len() < 3 {
         return Ok(None);
     }
     let table = |names: &[String]| -> Vec<Vec<f64>> {
-        sets.iter().map(|set| names.iter().filter_map(|name| accuracy(set, name)).collect()).collect()
+        sets.iter().map(|set| names.iter().filter_map(|name| set.of(name)).collect()).collect()
     };
     let ranks = friedman(&table(&networks))?.ranks;
     let mut order: Vec<usize> = (0..networks.len()).collect();
@@ -46,7 +63,7 @@ pub fn across(judgements: &[&Judgement], alpha: f64) -> Result<Option<Across>> {
     let p = (1..networks.len()).map(against).collect::<Result<Vec<_>>>()?;
     let p_holm = std::iter::once(None).chain(holm(&p).into_iter().map(Some)).collect();
     let mut own = Across {
-        runs: sets.iter().map(|set| set.results.name.clone()).collect(),
+        runs: sets.iter().map(|set| set.name.clone()).collect(),
         critical_difference: nemenyi(networks.len(), sets.len(), alpha)?,
         networks,
         accuracy,
@@ -55,12 +72,12 @@ pub fn across(judgements: &[&Judgement], alpha: f64) -> Result<Option<Across>> {
         p_holm,
         words: vec![],
     };
-    own.words = words(&own, judgements.len());
+    own.words = words(&own);
     Ok(Some(own))
 }
 
-/// What `own` says, in sentences; `given` runs were asked for.
-fn words(own: &Across, given: usize) -> Vec<String> {
+/// What `own` says, in sentences.
+fn words(own: &Across) -> Vec<String> {
     let (count, best) = (own.runs.len(), &own.networks[0]);
     let p = shown(own.friedman.p_iman_davenport);
     let mut words = vec![];
@@ -78,9 +95,6 @@ fn words(own: &Across, given: usize) -> Vec<String> {
             some => format!("{best} ranks better than {} beyond doubt", some.join(", ")),
         };
         words.push(format!("Over {count} data sets networks differ (p {p}); {beaten}."));
-    }
-    if given > count {
-        words.push(format!("{} runs on samples that another run has were left out.", given - count));
     }
     words
 }

@@ -12,7 +12,7 @@ pub mod statistics;
 #[allow(clippy::unwrap_used)]
 mod choice_tests;
 
-pub use across::across;
+pub use across::{across, rank};
 pub use choice::choose;
 pub use claims::claims;
 #[cfg(test)]

@@ -18,6 +18,7 @@ mod palette;
 mod pictures;
 #[expect(clippy::module_inception, reason = "the report of one run beside the overview of several")]
 mod report;
+mod sweep;
 mod tables;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]
@@ -26,3 +27,4 @@ mod words;
 
 pub use overview::{Entry, overview};
 pub use report::{Report, Summary, report};
+pub use sweep::sweep_page;

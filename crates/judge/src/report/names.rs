@@ -17,10 +17,12 @@ pub(super) mod table {
     pub const FEW_SAMPLES: &str = "few-samples";
     pub const FOLDS: &str = "folds";
     pub const NETWORKS: &str = "networks";
+    pub const OPEN: &str = "open";
     pub const OVERVIEW_REAL: &str = "overview-real";
     pub const OVERVIEW_SIMULATED: &str = "overview-simulated";
     pub const PUBLISHED: &str = "published";
     pub const RANKS: &str = "ranks";
+    pub const SETTINGS: &str = "settings";
     pub const SPEED: &str = "speed";
     pub const TRAINING: &str = "training";
     pub const WEIGHT_CHANGES: &str = "weight-changes";

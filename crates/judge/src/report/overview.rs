@@ -211,7 +211,7 @@ fn asked(claims: &[Claim]) -> Option<Table> {
 }
 
 /// Mean ranks and tests against the best.
-fn ranked(across: &Across) -> Table {
+pub(super) fn ranked(across: &Across) -> Table {
     let rows: Vec<usize> = (0..across.networks.len()).collect();
     let columns = vec![
         Column::text("network", "network", |&i: &usize| Cell::text(&across.networks[i])),

@@ -2,6 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 
+/// One data set and how accurate each network is on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contest {
+    /// Name of the data set or of its run.
+    pub name: String,
+    /// Networks with their accuracy in %.
+    pub accuracy: Vec<(String, f64)>,
+}
+
+impl Contest {
+    /// The accuracy of a network in %.
+    pub fn of(&self, network: &str) -> Option<f64> {
+        self.accuracy.iter().find(|(name, _)| name == network).map(|(_, accuracy)| *accuracy)
+    }
+}
+
 /// Networks that several runs share, ranked over their data sets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Across {

@@ -8,14 +8,16 @@ mod example;
 mod judgement;
 mod speed;
 mod stress;
+mod sweep;
 
-pub use across::{Across, Friedman};
+pub use across::{Across, Contest, Friedman};
 pub use choice::{Choice, CostKind, Criteria, Evidence, Test};
 pub use claim::{Claim, Outcome};
 pub use example::{Example, Picture, PictureKind, Verdict};
 pub use judgement::{EpochPoint, Judged, Judgement};
 pub use speed::Speed;
 pub use stress::{FaultCurve, FaultInfo, NetworkStress, Score, SensorRange, Stress};
+pub use sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress};
 
 /// The baseline that reads nothing.
-pub(crate) const MAJORITY: &str = "majority";
+pub const MAJORITY: &str = "majority";

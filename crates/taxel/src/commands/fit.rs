@@ -81,7 +81,8 @@ impl Fit {
         };
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let threads = Some(super::threads(self.threads));
-        let options = RunOptions { resume: true, threads, save_every: self.save_every };
+        let save_every = self.save_every;
+        let options = RunOptions { resume: true, threads, save_every, ..RunOptions::default() };
         let session = self.session(&experiment, &dataset, &name);
         let model = runner.fit(&name, &options, &session, &IndicatifProgress::default(), &cancel)?;
         let Some(model) = model else {
@@ -106,7 +107,7 @@ impl Fit {
 
     fn overrides(&self) -> Overrides {
         let set = self.set.iter().cloned().chain(self.reading.sets()).collect();
-        Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed }
+        Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None }
     }
 
     /// The network of an experiment file that --network names.

@@ -17,6 +17,7 @@ pub mod run;
 pub mod simulate;
 pub mod stitch;
 pub mod stress;
+pub mod sweep;
 pub mod zoo;
 
 use taxel::learn::cores;

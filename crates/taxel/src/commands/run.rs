@@ -65,12 +65,14 @@ impl Run {
         let cancel = flag()?;
         let registry = Registry::built_in();
         let set = self.set.iter().cloned().chain(self.reading.sets()).collect();
-        let overrides = Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed };
+        let overrides =
+            Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
         // All configs are read before the first runs: a typo in the last one costs no hours.
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
         let threads = Some(super::threads(self.threads));
-        let options = RunOptions { resume: self.resume, threads, save_every: self.save_every };
+        let (resume, save_every) = (self.resume, self.save_every);
+        let options = RunOptions { resume, threads, save_every, ..RunOptions::default() };
         let mut finished = true;
         for experiment in &experiments {
             let out = match &self.out {

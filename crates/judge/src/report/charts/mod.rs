@@ -1,5 +1,6 @@
 //! The charts of a report.
 
+mod axis;
 mod bars;
 mod chart;
 mod confusion;
@@ -10,6 +11,7 @@ mod look;
 mod ranks;
 mod tradeoff;
 
+pub(super) use axis::axis;
 pub(super) use chart::Chart;
 pub(super) use ranks::ranks;
 

@@ -1,0 +1,161 @@
+//! The page of a sweep: how far it is, what its axes do, ranks over data sets, what is missing.
+
+use std::path::{Path, PathBuf};
+
+use maud::{Markup, html};
+
+use super::charts::{Chart, axis, ranks};
+use super::files::{make, of_chart, of_table, write};
+use super::html::{chart, frame, table};
+use super::names::table as names;
+use super::numbers::{digits, tenth};
+use super::overview::ranked;
+use super::tables::{Cell, Column, Table};
+use super::words::slug;
+use crate::error::Result;
+use crate::values::{Axis, OpenTrial, Setting, Spread, Sweep};
+
+/// Rows of the tables of a page; the files that a sweep writes beside it have all.
+const MOST: usize = 200;
+/// Rows up to which an axis is drawn.
+const DRAWN: usize = 60;
+
+/// Writes `index.html` below `folder`, with its tables and charts as files. The path of the page.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn sweep_page(sweep: &Sweep, folder: &Path) -> Result<PathBuf> {
+    let tables = Tables {
+        best: settings(&sweep.settings[..sweep.settings.len().min(MOST)]),
+        axes: sweep.axes.iter().map(|own| (drawn(own), effect(own))).collect(),
+        ranked: sweep.across.as_ref().map(|across| (ranks(across), ranked(across), across.words.as_slice())),
+        open: open(&sweep.open[..sweep.open.len().min(MOST)]),
+    };
+    make(&folder.join("tables"))?;
+    make(&folder.join("charts"))?;
+    let axes = tables.axes.iter().map(|(_, own)| own);
+    let ranked = tables.ranked.iter().map(|(_, numbers, _)| numbers);
+    let all = [&tables.best, &tables.open].into_iter().chain(axes).chain(ranked);
+    all.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
+    let charts = tables.axes.iter().filter_map(|(drawn, _)| drawn.as_ref());
+    for own in charts.chain(tables.ranked.iter().map(|(drawn, ..)| drawn)) {
+        of_chart(own)?.iter().try_for_each(|file| write(folder, file))?;
+    }
+    let page = "index.html";
+    let html = frame(&format!("{}: sweep", sweep.name), &body(sweep, &tables)).into_string();
+    write(folder, &(page.into(), html.into_bytes()))?;
+    Ok(folder.join(page))
+}
+
+struct Tables<'a> {
+    best: Table,
+    axes: Vec<(Option<Chart<'a>>, Table)>,
+    ranked: Option<(Chart<'a>, Table, &'a [String])>,
+    open: Table,
+}
+
+fn body(sweep: &Sweep, tables: &Tables) -> Markup {
+    let progress = &sweep.progress;
+    html! {
+        header {
+            p.kicker { "taxel sweep" }
+            h1 { (sweep.name) ": " (progress.finished) " of " (progress.planned) " trials" }
+        }
+        main id="main" {
+            section {
+                p {
+                    (progress.finished) " finished, " (progress.failed) " failed, " (progress.begun) " begun, "
+                    (progress.missing) " missing; " (digits(progress.seconds / 3600.0)) " h of work so far."
+                }
+                @for note in &sweep.notes { p { (note) } }
+            }
+            @if !tables.best.rows.is_empty() {
+                section {
+                    h2 { "Networks and settings" }
+                    @if sweep.settings.len() > MOST {
+                        p { "The first " (MOST) " of " (sweep.settings.len()) "; all are in scores.csv." }
+                    }
+                    (table(&tables.best))
+                }
+            }
+            @if !tables.axes.is_empty() {
+                section {
+                    h2 { "What each key does" }
+                    p { "Accuracy for each value of one key, over all trials that have it." }
+                    @for (drawn, numbers) in &tables.axes {
+                        @if let Some(drawn) = drawn { (chart(drawn, &numbers.name)) }
+                        (table(numbers))
+                    }
+                }
+            }
+            @if let Some((drawn, numbers, words)) = &tables.ranked {
+                section {
+                    h2 { "Over all data sets" }
+                    @for line in *words { p { (line) } }
+                    (chart(drawn, &numbers.name))
+                    (table(numbers))
+                }
+            }
+            @if !tables.open.rows.is_empty() {
+                section {
+                    h2 { "Without a result" }
+                    @if sweep.open.len() > MOST {
+                        p { "The first " (MOST) "; all are in trials.csv." }
+                    }
+                    (table(&tables.open))
+                }
+            }
+        }
+    }
+}
+
+fn spread<R>(get: impl Fn(&R) -> &Spread + Copy + 'static) -> [Column<'static, R>; 4] {
+    [
+        Column::number("trials", &["trials"], move |row| Cell::count(get(row).count as u64)),
+        Column::number("accuracy %", &["accuracy_percent"], move |row| {
+            Cell::number(Some(get(row).mean), tenth)
+        }),
+        Column::number("SD, pp", &["accuracy_sd_points"], move |row| Cell::number(get(row).sd, tenth)),
+        Column::number("least to most %", &["least_accuracy_percent", "most_accuracy_percent"], move |row| {
+            let own = get(row);
+            let shown = format!(" to {}", tenth(own.most));
+            Cell::number(Some(own.least), tenth).and(shown, &[Some(own.most)])
+        }),
+    ]
+}
+
+fn settings(rows: &[Setting]) -> Table {
+    let mut columns = vec![
+        Column::text("on", "source", |own: &Setting| Cell::text(&own.source)),
+        Column::text("network", "network", |own: &Setting| Cell::text(&own.network)),
+        Column::text("with", "settings", |own: &Setting| Cell::text(&own.set)),
+    ];
+    columns.extend(spread(|own: &Setting| &own.accuracy));
+    let caption = "Mean accuracy over seeds, the best of each data set first";
+    Table::new(names::SETTINGS, caption.into(), columns, rows)
+}
+
+fn effect(own: &Axis) -> Table {
+    type Row = (String, String, Spread);
+    let mut columns = vec![
+        Column::text("network", "network", |row: &Row| Cell::text(&row.0)),
+        Column::text(&own.key, "value", |row: &Row| Cell::text(&row.1)),
+    ];
+    columns.extend(spread(|row: &Row| &row.2));
+    let name = format!("axis-{}", slug(&own.key));
+    Table::new(name, format!("Accuracy by {}", own.key), columns, &own.rows)
+}
+
+fn drawn(own: &Axis) -> Option<Chart<'_>> {
+    (own.rows.len() <= DRAWN).then(|| axis(own))
+}
+
+fn open(rows: &[OpenTrial]) -> Table {
+    let columns = vec![
+        Column::number("trial", &["trial"], |own: &OpenTrial| Cell::count(own.number as u64)),
+        Column::text("what", "what", |own: &OpenTrial| Cell::text(&own.trial)),
+        Column::text("state", "state", |own: &OpenTrial| Cell::text(&own.state)),
+        Column::text("because", "reason", |own: &OpenTrial| Cell::text(&own.reason)),
+    ];
+    Table::new(names::OPEN, "Trials without a result".into(), columns, rows)
+}

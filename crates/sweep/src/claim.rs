@@ -1,0 +1,390 @@
+//! Who works on a trial: a lock with a heartbeat, for machines that share nothing but a folder.
+//!
+//! Taking a trial up makes the file `claims/<id>.<n>`, where `n` is one more than that of the last who did:
+//! making it succeeds for one process only. A claim counts while its file is written to from time to time, or
+//! until it is given up. On the same machine the system says it sooner: the file is locked while its process lives.
+//!
+//! A process may be thought dead and live. Nothing it does then counts: who comes next first takes the folder that
+//! it works in away from it, by renaming it, and a result appears as a whole.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{ErrorKind, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use tempfile::NamedTempFile;
+
+use crate::error::{Error, Result};
+use crate::folder::SweepFolder;
+
+/// Heartbeats in the time after which a claim without one is over.
+const BEATS: u32 = 8;
+/// Heartbeats that must be missing, whatever time who looks at a claim has in mind.
+const MISSED: f64 = 3.0;
+/// What the name of a claim begins with until it is whole.
+const NEW: &str = ".new-";
+
+/// Who holds a claim.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Holder {
+    /// Machine.
+    pub host: String,
+    /// Process on that machine.
+    pub pid: u32,
+    /// What tells the machine's current run from all others; empty where the system does not say.
+    boot: String,
+    /// Seconds between two heartbeats.
+    beat: f64,
+    /// Whether the trial was given up.
+    free: bool,
+}
+
+/// A trial that this process works on.
+pub(crate) struct Claim<'a> {
+    folder: &'a SweepFolder,
+    identity: String,
+    generation: u32,
+    file: File,
+    holder: Holder,
+    heart: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+/// What came of taking a trial up.
+pub(crate) enum Taken<'a> {
+    Mine(Claim<'a>),
+    Held(Holder),
+}
+
+impl Holder {
+    fn me() -> Self {
+        let read = |path| fs::read_to_string(path).map(|text| text.trim().to_string()).unwrap_or_default();
+        Holder {
+            host: read("/proc/sys/kernel/hostname"),
+            pid: std::process::id(),
+            boot: read("/proc/sys/kernel/random/boot_id"),
+            beat: 0.0,
+            free: false,
+        }
+    }
+
+    /// Machine of this process.
+    pub(crate) fn host() -> String {
+        Holder::me().host
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        serde_json::to_vec(self).unwrap_or_default()
+    }
+}
+
+impl std::fmt::Display for Holder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "process {} on {}", self.pid, self.host)
+    }
+}
+
+impl<'a> Claim<'a> {
+    /// Takes a trial up, unless somebody else is at it; one who has not been heard of for `stale` is not.
+    ///
+    /// # Errors
+    /// A claim that cannot be read or written.
+    pub fn take(folder: &'a SweepFolder, identity: &str, stale: Duration) -> Result<Taken<'a>> {
+        let mut generation = 0;
+        let mut last = None;
+        while let Some(file) = open(&folder.claim(identity, generation + 1))? {
+            generation += 1;
+            last = Some(file);
+        }
+        if let Some(mut file) = last {
+            let path = folder.claim(identity, generation);
+            let holder = read(&mut file);
+            if !is_over(&file, holder.as_ref(), stale, &folder.claims())
+                .map_err(|e| Error::io(&path, "read", e))?
+            {
+                return Ok(Taken::Held(holder.unwrap_or_else(Holder::me)));
+            }
+        }
+        generation += 1;
+        let path = folder.claim(identity, generation);
+        let every = stale / BEATS;
+        let holder = Holder { beat: every.as_secs_f64(), ..Holder::me() };
+        match publish(&path, &holder).map_err(|e| Error::io(&path, "written", e))? {
+            // Somebody was quicker.
+            None => Ok(Taken::Held(open(&path)?.and_then(|mut file| read(&mut file)).unwrap_or(holder))),
+            Some(file) => {
+                let heart = beat(&file, &holder, every).map_err(|e| Error::io(&path, "written", e))?;
+                let identity = identity.into();
+                Ok(Taken::Mine(Claim { folder, identity, generation, file, holder, heart: Some(heart) }))
+            }
+        }
+    }
+
+    /// How many times the trial was taken up, this one included.
+    pub fn attempts(&self) -> u32 {
+        self.generation
+    }
+
+    /// The folder to work in, with what those before have left there.
+    ///
+    /// # Errors
+    /// A folder that cannot be renamed.
+    pub fn work(&self) -> Result<PathBuf> {
+        let own = self.folder.work(&self.identity, self.generation);
+        for generation in (1..self.generation).rev() {
+            let before = self.folder.work(&self.identity, generation);
+            match fs::rename(&before, &own) {
+                Ok(()) => {
+                    // The lock of one who is thought dead; he can write here no more.
+                    let _ = fs::remove_file(own.join(".lock"));
+                    break;
+                }
+                Err(e) if e.kind() == ErrorKind::NotFound => {}
+                Err(e) => return Err(Error::io(&before, "renamed", e)),
+            }
+        }
+        Ok(own)
+    }
+
+    /// Who has taken the trial up since, thinking this process dead.
+    ///
+    /// # Errors
+    /// A claim that cannot be read.
+    pub fn successor(&self) -> Result<Option<Holder>> {
+        let next = open(&self.folder.claim(&self.identity, self.generation + 1))?;
+        Ok(next.map(|mut file| read(&mut file).unwrap_or_else(Holder::me)))
+    }
+
+    /// Gives the trial up: the next one need not wait.
+    pub fn release(mut self) -> Result<()> {
+        self.still();
+        let holder = Holder { free: true, ..self.holder.clone() };
+        let path = self.folder.claim(&self.identity, self.generation);
+        rewrite(&mut self.file, &holder).map_err(|e| Error::io(&path, "written", e))
+    }
+
+    /// Takes away all claims on a finished trial, and what was left in its working folders.
+    pub fn finish(mut self) -> Result<()> {
+        self.still();
+        tidy(self.folder, &self.identity, self.generation)
+    }
+
+    fn still(&mut self) {
+        if let Some((stop, heart)) = self.heart.take() {
+            drop(stop);
+            // It only sleeps and writes: there is nothing to say where it has ended early.
+            let _ = heart.join();
+        }
+    }
+}
+
+/// Takes away what processes that were killed just before their end have left of a finished trial.
+pub(crate) fn tidy_up(folder: &SweepFolder, identity: &str) -> Result<()> {
+    let mut generation = 0;
+    while folder.claim(identity, generation + 1).exists() {
+        generation += 1;
+    }
+    tidy(folder, identity, generation)
+}
+
+/// The last claim first: a process that looks for them meanwhile finds those before it.
+fn tidy(folder: &SweepFolder, identity: &str, last: u32) -> Result<()> {
+    for generation in (1..=last).rev() {
+        let work = folder.work(identity, generation);
+        gone(fs::remove_dir_all(&work), &work)?;
+        let claim = folder.claim(identity, generation);
+        gone(fs::remove_file(&claim), &claim)?;
+    }
+    Ok(())
+}
+
+/// Takes away claims that were never whole; for a sweep that is finished.
+pub(crate) fn tidy_all(folder: &SweepFolder) -> Result<()> {
+    let claims = folder.claims();
+    let entries = match fs::read_dir(&claims) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+        entries => entries.map_err(|e| Error::io(&claims, "read", e))?,
+    };
+    for entry in entries {
+        let path = entry.map_err(|e| Error::io(&claims, "read", e))?.path();
+        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(NEW)) {
+            gone(fs::remove_file(&path), &path)?;
+        }
+    }
+    Ok(())
+}
+
+/// What was to be removed may be gone already.
+fn gone(removed: std::io::Result<()>, path: &Path) -> Result<()> {
+    match removed {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(Error::io(path, "removed", e)),
+        _ => Ok(()),
+    }
+}
+
+fn open(path: &Path) -> Result<Option<File>> {
+    match OpenOptions::new().read(true).write(true).open(path) {
+        Ok(file) => Ok(Some(file)),
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(Error::io(path, "read", e)),
+    }
+}
+
+/// None where the file is being written.
+fn read(file: &mut File) -> Option<Holder> {
+    let mut bytes = vec![];
+    file.read_to_end(&mut bytes).ok()?;
+    serde_json::from_slice(&bytes).ok()
+}
+
+/// Makes a claim, whole, locked and in one step; none where there is one.
+fn publish(path: &Path, holder: &Holder) -> std::io::Result<Option<File>> {
+    let mut file = NamedTempFile::with_prefix_in(NEW, path.parent().unwrap_or(Path::new(".")))?;
+    file.as_file().lock()?;
+    file.write_all(&holder.bytes())?;
+    file.as_file().sync_all()?;
+    match file.persist_noclobber(path) {
+        Ok(file) => Ok(Some(file)),
+        Err(e) if e.error.kind() == ErrorKind::AlreadyExists => Ok(None),
+        Err(e) => Err(e.error),
+    }
+}
+
+/// Whether nobody stands behind a claim any more.
+fn is_over(file: &File, holder: Option<&Holder>, stale: Duration, folder: &Path) -> std::io::Result<bool> {
+    if holder.is_some_and(|holder| holder.free) {
+        return Ok(true);
+    }
+    let me = Holder::me();
+    if !me.boot.is_empty() && holder.is_some_and(|holder| holder.boot == me.boot) {
+        match file.try_lock() {
+            Ok(()) => return Ok(true),
+            Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(e)) => return Err(e),
+        }
+    }
+    // Both times are the file system's: the clocks of two machines need not agree.
+    let now = tempfile::tempfile_in(folder).and_then(|mut probe| {
+        probe.write_all(b".")?;
+        probe.sync_all()?;
+        probe.metadata()?.modified()
+    })?;
+    let least = MISSED * holder.map_or(0.0, |holder| holder.beat);
+    let age = now.duration_since(file.metadata()?.modified()?).unwrap_or_default();
+    Ok(age > stale && age.as_secs_f64() > least)
+}
+
+/// Writes the claim again and again, until the sender is dropped.
+fn beat(file: &File, holder: &Holder, every: Duration) -> std::io::Result<(Sender<()>, JoinHandle<()>)> {
+    let (mut file, holder) = (file.try_clone()?, holder.clone());
+    let (sender, receiver) = mpsc::channel::<()>();
+    let heart = std::thread::Builder::new().name("heartbeat".into()).spawn(move || {
+        while receiver.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
+            // A beat that cannot be written is one that nobody hears: the claim turns stale.
+            let _ = rewrite(&mut file, &holder);
+        }
+    })?;
+    Ok((sender, heart))
+}
+
+fn rewrite(file: &mut File, holder: &Holder) -> std::io::Result<()> {
+    let bytes = holder.bytes();
+    file.rewind()?;
+    file.write_all(&bytes)?;
+    file.set_len(bytes.len() as u64)?;
+    file.sync_data()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod tests {
+    use super::*;
+
+    const LONG: Duration = Duration::from_secs(600);
+
+    fn sweep() -> (tempfile::TempDir, SweepFolder) {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = SweepFolder::at(dir.path());
+        folder.make().unwrap();
+        (dir, folder)
+    }
+
+    fn mine(taken: Taken) -> Claim {
+        match taken {
+            Taken::Mine(claim) => claim,
+            Taken::Held(holder) => panic!("held by {holder}"),
+        }
+    }
+
+    fn is_held(folder: &SweepFolder, stale: Duration) -> bool {
+        matches!(Claim::take(folder, "trial", stale).unwrap(), Taken::Held(_))
+    }
+
+    #[test]
+    fn one_of_many_gets_it_and_the_next_when_it_is_given_up() {
+        let (_dir, folder) = sweep();
+        let count = std::sync::atomic::AtomicUsize::new(0);
+        let claims = std::sync::Mutex::new(vec![]);
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    if let Taken::Mine(claim) = Claim::take(&folder, "trial", LONG).unwrap() {
+                        count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                        claims.lock().unwrap().push(claim);
+                    }
+                });
+            }
+        });
+        assert_eq!(count.into_inner(), 1);
+        claims.into_inner().unwrap().pop().unwrap().release().unwrap();
+        let second = mine(Claim::take(&folder, "trial", LONG).unwrap());
+        assert_eq!(second.attempts(), 2);
+        second.finish().unwrap();
+        assert_eq!(fs::read_dir(folder.claims()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_claim_whose_process_is_gone_is_over_at_once_here_and_after_a_while_elsewhere() {
+        let (_dir, folder) = sweep();
+        // As a killed process leaves it: nobody locks the file any more.
+        fs::write(folder.claim("trial", 1), Holder::me().bytes()).unwrap();
+        mine(Claim::take(&folder, "trial", LONG).unwrap()).finish().unwrap();
+        let elsewhere = Holder { boot: "another machine".into(), ..Holder::me() };
+        fs::write(folder.claim("trial", 1), elsewhere.bytes()).unwrap();
+        assert!(is_held(&folder, LONG));
+        std::thread::sleep(Duration::from_millis(60));
+        assert_eq!(mine(Claim::take(&folder, "trial", Duration::from_millis(50)).unwrap()).attempts(), 2);
+    }
+
+    #[test]
+    fn a_heart_that_beats_keeps_the_claim() {
+        let (_dir, folder) = sweep();
+        let stale = Duration::from_millis(800);
+        let claim = mine(Claim::take(&folder, "trial", stale).unwrap());
+        std::thread::sleep(Duration::from_millis(1200));
+        assert!(is_held(&folder, stale));
+        assert!(is_held(&folder, Duration::ZERO), "its next beat is not due yet");
+        claim.release().unwrap();
+    }
+
+    #[test]
+    fn who_is_thought_dead_loses_his_working_folder() {
+        let (_dir, folder) = sweep();
+        let soon = Duration::from_millis(20);
+        let mut first = mine(Claim::take(&folder, "trial", soon).unwrap());
+        let before = first.work().unwrap();
+        fs::create_dir(&before).unwrap();
+        fs::write(before.join("saved"), "half").unwrap();
+        // As if its machine were paused.
+        first.still();
+        std::thread::sleep(5 * soon);
+        let second = mine(Claim::take(&folder, "trial", soon).unwrap());
+        let work = second.work().unwrap();
+        assert_eq!(first.successor().unwrap().map(|holder| holder.pid), Some(std::process::id()));
+        assert_eq!(second.successor().unwrap(), None);
+        assert_eq!(fs::read_to_string(work.join("saved")).unwrap(), "half");
+        assert!(fs::write(before.join("more"), "").is_err(), "its folder is gone");
+    }
+}

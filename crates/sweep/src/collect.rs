@@ -1,0 +1,212 @@
+//! All that is finished on one page; what is not, by name.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use taxel_judge::{OpenTrial, Sweep, rank, sweep_page};
+use taxel_zoo::Registry;
+
+use crate::claim::{tidy_all, tidy_up};
+use crate::error::{Error, Result};
+use crate::folder::SweepFolder;
+use crate::gather::put_together;
+use crate::json;
+use crate::manifest::Manifest;
+use crate::record::{Failure, TrialResult, TrialTiming};
+use crate::tables::Tables;
+use crate::tally::Tally;
+use crate::trial::{Piece, Trial};
+
+/// Level of significance of the ranks.
+const ALPHA: f64 = 0.05;
+/// Trials without a result that the page names; `trials.csv` has all.
+const NAMED: usize = 200;
+/// Values of a key beyond which it is no axis of the page.
+const VALUES: usize = 300;
+
+/// Reads every result once, puts runs whose folds are finished together, and writes the page `index.html` with
+/// `trials.csv` and `scores.csv` beside it. A trial counts once, however often the manifest names it.
+///
+/// # Errors
+/// A manifest or result that is damaged, a file that cannot be written.
+pub fn collect(
+    folder: &SweepFolder,
+    name: &str,
+    registry: &Registry,
+    stale: Duration,
+) -> Result<(Sweep, PathBuf)> {
+    let out = folder.collected();
+    std::fs::create_dir_all(&out).map_err(|e| Error::io(&out, "created", e))?;
+    let keys = keys(folder)?;
+    let mut collector = Collector {
+        folder,
+        registry,
+        stale,
+        begun: names(&folder.claims())?,
+        seen: HashSet::new(),
+        folds: HashMap::new(),
+        tally: Tally::new(),
+        sweep: Sweep { name: name.into(), ..Sweep::default() },
+    };
+    let mut tables = Tables::new(&out, &keys)?;
+    for next in Manifest::open(folder, 0)? {
+        let (number, trial) = next?;
+        collector.trial(number, &trial, &mut tables)?;
+    }
+    tables.finish()?;
+    let sweep = collector.finish()?;
+    let page = sweep_page(&sweep, &out)?;
+    Ok((sweep, page))
+}
+
+/// Every key that the manifest varies, in the order of the alphabet.
+fn keys(folder: &SweepFolder) -> Result<Vec<String>> {
+    let mut keys = HashSet::new();
+    for next in Manifest::open(folder, 0)? {
+        for key in next?.1.set.keys() {
+            if !keys.contains(key) {
+                keys.insert(key.clone());
+            }
+        }
+    }
+    let mut keys: Vec<String> = keys.into_iter().collect();
+    keys.sort();
+    Ok(keys)
+}
+
+/// Names of the files of a folder, up to their first dot; none where there is no such folder.
+fn names(folder: &Path) -> Result<HashSet<String>> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(HashSet::new()),
+        entries => entries.map_err(|e| Error::io(folder, "read", e))?,
+    };
+    let mut names = HashSet::new();
+    for entry in entries {
+        let name = entry.map_err(|e| Error::io(folder, "read", e))?.file_name();
+        names.insert(name.to_string_lossy().split('.').next().unwrap_or_default().to_string());
+    }
+    Ok(names)
+}
+
+struct Collector<'a> {
+    folder: &'a SweepFolder,
+    registry: &'a Registry,
+    stale: Duration,
+    begun: HashSet<String>,
+    seen: HashSet<String>,
+    /// Finished folds of runs that are not put together yet.
+    folds: HashMap<String, Vec<(String, Piece)>>,
+    tally: Tally,
+    sweep: Sweep,
+}
+
+impl Collector<'_> {
+    fn trial(&mut self, number: usize, trial: &Trial, tables: &mut Tables) -> Result<()> {
+        let progress = &mut self.sweep.progress;
+        if !self.seen.insert(trial.identity.clone()) {
+            progress.duplicates += 1;
+            return Ok(());
+        }
+        progress.planned += 1;
+        let Some(result) = TrialResult::read(self.folder, &trial.identity)? else {
+            let (state, reason) = self.state(trial)?;
+            self.count(state);
+            tables.trial(number, trial, state, &reason, None)?;
+            if self.sweep.open.len() < NAMED {
+                let (trial, state) = (trial.words(), state.into());
+                self.sweep.open.push(OpenTrial { number, trial, state, reason });
+            }
+            return Ok(());
+        };
+        let timing: Option<TrialTiming> = json::read(&self.folder.timing(&trial.identity))?;
+        self.sweep.progress.finished += 1;
+        self.sweep.progress.seconds += timing.as_ref().map_or(0.0, |own| own.seconds);
+        tables.trial(number, trial, "finished", "", timing.as_ref())?;
+        if self.is_begun(&trial.identity) {
+            tidy_up(self.folder, &trial.identity)?;
+        }
+        match &trial.fold {
+            None => self.score(trial, &result, tables),
+            Some(piece) => self.fold(trial, piece, tables),
+        }
+    }
+
+    /// Counts the fold of a run; the last one puts it together.
+    fn fold(&mut self, trial: &Trial, piece: &Piece, tables: &mut Tables) -> Result<()> {
+        let folds = self.folds.entry(piece.run.clone()).or_default();
+        folds.push((trial.identity.clone(), piece.clone()));
+        if folds.len() < piece.of {
+            return Ok(());
+        }
+        let folds = self.folds.remove(&piece.run).unwrap_or_default();
+        match put_together(self.folder, &folds, trial, self.registry, self.stale) {
+            Ok(true) => {
+                tidy_up(self.folder, &piece.run)?;
+                let Some(result) = TrialResult::read(self.folder, &piece.run)? else { return Ok(()) };
+                self.score(&Trial { fold: None, ..trial.clone() }, &result, tables)
+            }
+            Ok(false) => {
+                let note = format!("{}: another process puts its folds together.", trial.name);
+                self.sweep.notes.push(note);
+                Ok(())
+            }
+            Err(error) => {
+                let note = format!("{}: its folds cannot be put together: {error}", trial.name);
+                self.sweep.notes.push(note);
+                Ok(())
+            }
+        }
+    }
+
+    fn score(&mut self, trial: &Trial, result: &TrialResult, tables: &mut Tables) -> Result<()> {
+        self.tally.add(trial, result);
+        tables.scores(trial, result, &self.folder.run(&trial.name, &result.identity))
+    }
+
+    /// State of a trial without a result, and why.
+    fn state(&self, trial: &Trial) -> Result<(&'static str, String)> {
+        let failure: Option<Failure> = json::read(&self.folder.failure(&trial.identity))?;
+        if let Some(failure) = failure {
+            return Ok(("failed", failure.error));
+        }
+        Ok((if self.is_begun(&trial.identity) { "begun" } else { "missing" }, String::new()))
+    }
+
+    /// Whether somebody took it up and has not tidied up yet.
+    fn is_begun(&self, identity: &str) -> bool {
+        let claim = self.folder.claim(identity, 1);
+        self.begun.contains(&*claim.file_stem().unwrap_or_default().to_string_lossy())
+    }
+
+    fn count(&mut self, state: &str) {
+        let progress = &mut self.sweep.progress;
+        match state {
+            "failed" => progress.failed += 1,
+            "begun" => progress.begun += 1,
+            _ => progress.missing += 1,
+        }
+    }
+
+    fn finish(mut self) -> Result<Sweep> {
+        if self.sweep.progress.finished == self.sweep.progress.planned {
+            tidy_all(self.folder)?;
+        }
+        self.sweep.settings = self.tally.settings();
+        self.sweep.axes = self.tally.axes(VALUES);
+        match self.tally.contests() {
+            Some(contests) => self.sweep.across = rank(&contests, ALPHA)?,
+            None => self.sweep.notes.push("Too many settings for ranks over data sets.".into()),
+        }
+        if !self.folds.is_empty() {
+            let note = format!("{} runs wait for folds; their scores are not here yet.", self.folds.len());
+            self.sweep.notes.push(note);
+        }
+        let duplicates = self.sweep.progress.duplicates;
+        if duplicates > 0 {
+            let note = format!("{duplicates} lines of the manifest name a trial again; each counts once.");
+            self.sweep.notes.push(note);
+        }
+        Ok(self.sweep)
+    }
+}

@@ -1,0 +1,59 @@
+//! The one error type of sweeps.
+
+use std::path::Path;
+
+/// A sweep that cannot be planned, run, collected or handed to a scheduler.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder cannot be read or written.
+    #[error("{file}: cannot be {action}: {source}")]
+    Io {
+        /// The path as the user gave it.
+        file: String,
+        /// `read`, `written`, `created`, …
+        action: &'static str,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file that does not say what it should.
+    #[error("{file}: {reason}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong with it, and the way out.
+        reason: String,
+    },
+    /// A value outside its range.
+    #[error("{key} = {value}: {reason}")]
+    Value {
+        /// Name of the value.
+        key: &'static str,
+        /// The value given.
+        value: String,
+        /// The allowed values.
+        reason: String,
+    },
+    /// A trial's config cannot be used.
+    #[error(transparent)]
+    Experiment(#[from] taxel_trainer::Error),
+    /// A run folder cannot be read or put together.
+    #[error(transparent)]
+    Learn(#[from] taxel_learn::Error),
+    /// Networks cannot be ranked, a page cannot be written.
+    #[error(transparent)]
+    Judge(#[from] taxel_judge::Error),
+}
+
+/// A result whose error is [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
+        Error::Io { file: path.display().to_string(), action, source }
+    }
+
+    pub(crate) fn file(path: &Path, reason: impl Into<String>) -> Self {
+        Error::File { file: path.display().to_string(), reason: reason.into() }
+    }
+}

@@ -1,0 +1,111 @@
+//! The folder of a sweep: which file is where.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Characters of an identity that name a trial's files.
+const SHORT: usize = 16;
+
+/// The folder of a planned sweep.
+///
+/// | path | holds |
+/// |---|---|
+/// | `manifest.jsonl` | the plan, one trial a line |
+/// | `runs/<name>-<id>/` | run folders: of trials that are a whole config, and those put together from folds |
+/// | `pieces/<name>-<id>/` | run folders of one fold each |
+/// | `results/<id>.json` | the scores of a finished trial; `<id>.timing.json`: how long it took, and where |
+/// | `failed/<id>.json` | why a trial could not be run |
+/// | `claims/`, `work/` | who works on what, and as far as they are |
+/// | `collected/` | the page and the tables |
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SweepFolder {
+    path: PathBuf,
+}
+
+impl SweepFolder {
+    /// The sweep at `path`.
+    ///
+    /// # Errors
+    /// A folder without a manifest.
+    pub fn open(path: &Path) -> Result<Self> {
+        let folder = SweepFolder::at(path);
+        match folder.manifest().is_file() {
+            true => Ok(folder),
+            false => Err(Error::file(path, "holds no manifest.jsonl; make one with taxel sweep plan")),
+        }
+    }
+
+    /// The folder of a sweep that may not be planned yet.
+    pub fn at(path: &Path) -> Self {
+        SweepFolder { path: path.into() }
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The plan.
+    pub fn manifest(&self) -> PathBuf {
+        self.path.join("manifest.jsonl")
+    }
+
+    /// The run folder of the run `identity`.
+    pub fn run(&self, name: &str, identity: &str) -> PathBuf {
+        self.path.join("runs").join(format!("{name}-{}", short(identity)))
+    }
+
+    /// The run folder of one fold.
+    pub(crate) fn piece(&self, name: &str, identity: &str) -> PathBuf {
+        self.path.join("pieces").join(format!("{name}-{}", short(identity)))
+    }
+
+    /// The scores of a finished trial or run.
+    pub(crate) fn result(&self, identity: &str) -> PathBuf {
+        self.path.join("results").join(format!("{}.json", short(identity)))
+    }
+
+    /// How long it took.
+    pub(crate) fn timing(&self, identity: &str) -> PathBuf {
+        self.path.join("results").join(format!("{}.timing.json", short(identity)))
+    }
+
+    /// Why it could not be run.
+    pub(crate) fn failure(&self, identity: &str) -> PathBuf {
+        self.path.join("failed").join(format!("{}.json", short(identity)))
+    }
+
+    /// Who works on it: one file for each time that somebody took it up, counted from 1.
+    pub(crate) fn claim(&self, identity: &str, generation: u32) -> PathBuf {
+        self.claims().join(format!("{}.{generation}", short(identity)))
+    }
+
+    /// The folder of all claims.
+    pub(crate) fn claims(&self) -> PathBuf {
+        self.path.join("claims")
+    }
+
+    /// Where it is worked on.
+    pub(crate) fn work(&self, identity: &str, generation: u32) -> PathBuf {
+        self.path.join("work").join(format!("{}.{generation}", short(identity)))
+    }
+
+    /// The page and the tables of all that is finished.
+    pub fn collected(&self) -> PathBuf {
+        self.path.join("collected")
+    }
+
+    /// Makes the folders that trials are worked on in.
+    pub(crate) fn make(&self) -> Result<()> {
+        for part in ["runs", "pieces", "results", "failed", "claims", "work"] {
+            let part = self.path.join(part);
+            std::fs::create_dir_all(&part).map_err(|e| Error::io(&part, "created", e))?;
+        }
+        Ok(())
+    }
+}
+
+fn short(identity: &str) -> &str {
+    identity.get(..SHORT).unwrap_or(identity)
+}

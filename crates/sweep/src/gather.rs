@@ -1,0 +1,61 @@
+//! Folds that were trials of their own, put together to the run that they are parts of.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use taxel_learn::{RunFolder, RunOptions, Silent, gather};
+use taxel_trainer::Runner;
+use taxel_zoo::Registry;
+
+use crate::claim::{Claim, Taken};
+use crate::error::Result;
+use crate::folder::SweepFolder;
+use crate::json;
+use crate::record::TrialResult;
+use crate::trial::{Piece, Trial};
+use crate::work::{publish, resolved};
+
+/// Puts the finished folds of one run together, unless that is done or somebody else is at it. The run folder is
+/// that of a run which was never divided, byte for byte. Whether it is there now.
+///
+/// # Errors
+/// A fold whose files are damaged, samples that are not there any more, a folder that cannot be written.
+pub(crate) fn put_together(
+    folder: &SweepFolder,
+    folds: &[(String, Piece)],
+    any: &Trial,
+    registry: &Registry,
+    stale: Duration,
+) -> Result<bool> {
+    let run = any.run();
+    if TrialResult::read(folder, run)?.is_some() {
+        return Ok(true);
+    }
+    let Taken::Mine(claim) = Claim::take(folder, run, stale)? else { return Ok(false) };
+    let out = folder.run(&any.name, run);
+    if !out.is_dir() {
+        let work = claim.work()?;
+        // What a killed process has begun is begun anew: nothing is trained here.
+        if work.is_dir() {
+            std::fs::remove_dir_all(&work).map_err(|e| crate::Error::io(&work, "removed", e))?;
+        }
+        let pieces = folds
+            .iter()
+            .map(|(identity, piece)| {
+                Ok((RunFolder::open(&folder.piece(&any.name, identity))?, piece.key.clone()))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        gather(&work, &pieces)?;
+        let experiment = resolved(any, registry)?;
+        let dataset = experiment.dataset()?;
+        let runner = Runner { experiment: &experiment, registry, dataset: &dataset };
+        // No fold is to be trained: all are there.
+        let options = RunOptions { resume: true, only: Some(vec![]), ..RunOptions::default() };
+        runner.run(Some(&work), &options, &Silent, &AtomicBool::new(false))?;
+        publish(&work, &out)?;
+    }
+    let results = RunFolder::open(&out)?.results()?;
+    json::write(&folder.result(run), &TrialResult::of(run, &any.data, &results))?;
+    claim.finish()?;
+    Ok(true)
+}

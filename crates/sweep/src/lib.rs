@@ -1,0 +1,41 @@
+//! Many experiments on many machines: planned once, run wherever there is room, collected on one page.
+//!
+//! [`plan()`] makes a manifest of trials from a [`Study`]: configs with what is varied in them. A trial is known by
+//! its identity, a hash of resolved config, samples and program, so its result counts once, however often and
+//! wherever it is run. [`work()`] runs what has no result yet, locked against other processes and machines that share
+//! the folder; [`collect()`] makes the page; [`tasks`] and [`emit`] hand what is missing to a scheduler.
+//!
+//! Nothing here schedules, and nothing here trains: a trial is a run of `taxel-trainer`.
+
+mod axes;
+mod chunks;
+mod claim;
+mod collect;
+pub mod emit;
+mod error;
+mod folder;
+mod gather;
+mod jobs;
+mod json;
+mod manifest;
+mod plan;
+mod record;
+mod study;
+mod tables;
+mod tally;
+mod trial;
+mod work;
+
+pub use chunks::{Chunking, Task, Tasks, tasks};
+pub use claim::Holder;
+pub use collect::collect;
+pub use emit::Emit;
+pub use error::{Error, Result};
+pub use folder::SweepFolder;
+pub use jobs::{Tally, shares, work};
+pub use manifest::Manifest;
+pub use plan::{Planned, plan};
+pub use record::{Failure, NetworkScore, TrialResult, TrialTiming};
+pub use study::{Configs, Draw, Folds, Random, Study};
+pub use trial::{DataOf, Piece, Trial};
+pub use work::{Outcome, WorkOptions};

@@ -1,0 +1,170 @@
+//! From a study to its manifest.
+
+use std::collections::{HashMap, HashSet};
+use std::io::Write;
+use std::path::Path;
+
+use serde_json::{Map, json};
+use taxel_learn::{FoldKey, program};
+use taxel_trainer::{Config, Experiment, Origin, Overrides, Runner};
+use taxel_zoo::Registry;
+use toml::Table;
+
+use crate::axes::{Axes, Point};
+use crate::error::{Error, Result};
+use crate::folder::SweepFolder;
+use crate::manifest::write_line;
+use crate::study::{Folds, Study, values};
+use crate::trial::{DataOf, Piece, Trial, fold_identity, hashed, run_identity};
+
+/// What was planned.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Planned {
+    /// Trials of the manifest.
+    pub trials: usize,
+    /// Points of the axes that are a trial which stands in the manifest already.
+    pub duplicates: usize,
+}
+
+/// Resolves every trial of `study` and writes the manifest of `folder`, whole or not at all. Trials of an earlier
+/// plan keep their identity, and with it their results.
+///
+/// # Errors
+/// A config that a point makes invalid, data that cannot be loaded, a manifest that cannot be written.
+pub fn plan(study: &Study, folder: &SweepFolder, registry: &Registry) -> Result<Planned> {
+    let axes = Axes::new(study)?;
+    std::fs::create_dir_all(folder.path()).map_err(|e| Error::io(folder.path(), "created", e))?;
+    let path = folder.manifest();
+    let mut planner = Planner {
+        study,
+        registry,
+        path: &path,
+        program: program(),
+        known: HashMap::new(),
+        seen: HashSet::new(),
+        planned: Planned::default(),
+    };
+    taxel_files::write_piecewise(&path, |out| {
+        for config in study.configs() {
+            for at in 0..axes.len() {
+                planner.point(&config, axes.point(at), out).map_err(Stop::Own)?;
+            }
+        }
+        Ok(())
+    })
+    .map_err(|stop| match stop {
+        Stop::Io(e) => Error::io(&path, "written", e),
+        Stop::Own(error) => error,
+    })?;
+    Ok(planner.planned)
+}
+
+/// What ends a plan: its file, or a trial.
+enum Stop {
+    Io(std::io::Error),
+    Own(Error),
+}
+
+impl From<std::io::Error> for Stop {
+    fn from(error: std::io::Error) -> Self {
+        Stop::Io(error)
+    }
+}
+
+struct Planner<'a> {
+    study: &'a Study,
+    registry: &'a Registry,
+    path: &'a Path,
+    program: String,
+    /// Samples that were loaded: what says which, and their source and digest.
+    known: HashMap<String, (String, String)>,
+    seen: HashSet<String>,
+    planned: Planned,
+}
+
+impl Planner<'_> {
+    /// Writes the trials of one point.
+    fn point(&mut self, config: &Path, point: Point, out: &mut impl Write) -> Result<()> {
+        let fixed = values(&self.study.set);
+        let set = fixed.iter().chain(&point).map(|(key, value)| format!("{key}={value}")).collect();
+        let place = Some(self.study.file.display().to_string());
+        let overrides = Overrides { quick: self.study.quick, set, place, ..Overrides::default() };
+        let experiment = Experiment::load(config, &overrides, self.registry)?;
+        let text = experiment.to_toml();
+        let data = self.data(&experiment)?;
+        let run = run_identity(&text, &data.digest, &self.program);
+        let whole = Trial {
+            identity: run.clone(),
+            name: experiment.config().name.clone(),
+            set: self.settings(config, point),
+            fold: None,
+            data,
+            program: self.program.clone(),
+            config: text,
+        };
+        if self.study.folds == Folds::Together {
+            return self.write(&whole, out);
+        }
+        let keys = self.keys(&experiment)?;
+        for key in &keys {
+            let identity = fold_identity(&run, key);
+            let fold = Some(Piece { run: run.clone(), of: keys.len(), key: key.clone() });
+            self.write(&Trial { identity, fold, ..whole.clone() }, out)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, trial: &Trial, out: &mut impl Write) -> Result<()> {
+        if !self.seen.insert(trial.identity.clone()) {
+            self.planned.duplicates += 1;
+            return Ok(());
+        }
+        self.planned.trials += 1;
+        write_line(out, trial).map_err(|e| Error::io(self.path, "written", e))
+    }
+
+    /// What a trial's tables say of it.
+    fn settings(&self, config: &Path, point: Point) -> Map<String, serde_json::Value> {
+        let mut set = Map::new();
+        if self.study.configs().len() > 1 {
+            set.insert("config".into(), json!(config.file_stem().unwrap_or_default().to_string_lossy()));
+        }
+        set.extend(point.into_iter().map(|(key, value)| (key, json!(value))));
+        set
+    }
+
+    fn data(&mut self, experiment: &Experiment) -> Result<DataOf> {
+        let config = experiment.config();
+        let key = data_key(config);
+        if !self.known.contains_key(&key) {
+            let dataset = experiment.dataset()?;
+            self.known.insert(key.clone(), (dataset.source.to_string(), dataset.digest));
+        }
+        let (source, digest) = self.known[&key].clone();
+        Ok(DataOf { source, digest, set: hashed(&[&data_table(config)]) })
+    }
+
+    fn keys(&self, experiment: &Experiment) -> Result<Vec<FoldKey>> {
+        let dataset = experiment.dataset()?;
+        Ok(Runner { experiment, registry: self.registry, dataset: &dataset }.keys()?)
+    }
+}
+
+/// All that the samples of a config depend on: its `[data]`, the seed of a scene, and the encoding, which says
+/// what the axes of recordings are.
+pub(crate) fn data_key(config: &Config) -> String {
+    let seed = match config.data.origin {
+        Origin::Scene(_) => config.seed.to_string(),
+        Origin::Recordings(_) => String::new(),
+    };
+    hashed(&[&data_table(config), &seed, &toml_of(&config.encoding)])
+}
+
+fn data_table(config: &Config) -> String {
+    toml_of(&config.data)
+}
+
+#[expect(clippy::expect_used, reason = "a resolved config is made of what TOML can write")]
+fn toml_of(value: &impl serde::Serialize) -> String {
+    Table::try_from(value).expect("a table of a config").to_string()
+}

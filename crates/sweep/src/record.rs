@@ -1,0 +1,109 @@
+//! What is kept of a finished trial besides its run folder: enough for tables, small enough for thousands.
+
+use serde::{Deserialize, Serialize};
+use taxel_learn::Results;
+
+use crate::error::{Error, Result};
+use crate::folder::SweepFolder;
+use crate::json;
+use crate::trial::DataOf;
+
+/// The scores of a trial or of a run put together from folds: a function of its identity alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrialResult {
+    /// Identity of the trial or run.
+    pub identity: String,
+    /// Name of the experiment.
+    pub name: String,
+    /// The samples.
+    pub data: DataOf,
+    /// Seed of the experiment.
+    pub seed: u64,
+    /// One per network and baseline, in the order of the config; of a fold its own alone.
+    pub networks: Vec<NetworkScore>,
+}
+
+/// Scores of one network, mean over its folds, in %.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NetworkScore {
+    /// Name of the row.
+    pub network: String,
+    /// Name in the registry, or of the baseline.
+    pub zoo: String,
+    /// Number of folds.
+    pub folds: usize,
+    /// Share of test samples that are right.
+    pub accuracy: f64,
+    /// Sample standard deviation of the accuracy over folds (n - 1), percentage points; none of one fold.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy_sd: Option<f64>,
+    /// Macro mean over classes.
+    pub precision: f64,
+    /// Macro mean over classes.
+    pub recall: f64,
+    /// Macro mean over classes.
+    pub f1: f64,
+}
+
+/// How a trial was made; differs between equal trials.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrialTiming {
+    /// Seconds from taking it up to its result, of the process that finished it.
+    pub seconds: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// Machine.
+    pub host: String,
+    /// How many times it was taken up.
+    pub attempts: u32,
+}
+
+/// Why a trial could not be run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Failure {
+    /// Identity of the trial.
+    pub identity: String,
+    /// What it ended with.
+    pub error: String,
+}
+
+impl TrialResult {
+    pub(crate) fn of(identity: &str, data: &DataOf, results: &Results) -> Self {
+        let score = |own: &taxel_learn::NetworkResults| {
+            let mean = own.mean?;
+            Some(NetworkScore {
+                network: own.network.clone(),
+                zoo: own.zoo.clone(),
+                folds: own.folds.len(),
+                accuracy: mean.accuracy,
+                accuracy_sd: own.sd.map(|sd| sd.accuracy),
+                precision: mean.precision,
+                recall: mean.recall,
+                f1: mean.f1,
+            })
+        };
+        TrialResult {
+            identity: identity.into(),
+            name: results.name.clone(),
+            data: data.clone(),
+            seed: results.seed,
+            networks: results.networks.iter().filter_map(score).collect(),
+        }
+    }
+
+    /// The result of a finished trial or run; `None` where it is not finished.
+    ///
+    /// # Errors
+    /// A damaged file, or one of another trial.
+    pub fn read(folder: &SweepFolder, identity: &str) -> Result<Option<Self>> {
+        let path = folder.result(identity);
+        let read: Option<TrialResult> = json::read(&path)?;
+        match &read {
+            Some(own) if own.identity != identity => {
+                let reason = format!("is of {}, not of {identity}; delete it", own.identity);
+                Err(Error::file(&path, reason))
+            }
+            _ => Ok(read),
+        }
+    }
+}

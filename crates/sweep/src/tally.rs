@@ -1,0 +1,243 @@
+//! Scores counted up while results go by: what each setting and each key does, in memory that grows with the number
+//! of settings alone.
+
+use std::collections::HashMap;
+
+use taxel_judge::{Axis, Contest, MAJORITY, Setting, Spread};
+
+use crate::record::{NetworkScore, TrialResult};
+use crate::trial::{Trial, shown};
+
+/// Ranks are for networks that a reader can tell apart.
+const RANKED: usize = 30;
+
+/// Mean and spread of numbers that go by (Welford).
+#[derive(Debug, Clone, Copy)]
+struct Count {
+    count: usize,
+    mean: f64,
+    squares: f64,
+    least: f64,
+    most: f64,
+}
+
+impl Count {
+    const NONE: Count =
+        Count { count: 0, mean: 0.0, squares: 0.0, least: f64::INFINITY, most: f64::NEG_INFINITY };
+
+    fn add(&mut self, value: f64) {
+        self.count += 1;
+        let before = value - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (value - self.mean);
+        self.least = self.least.min(value);
+        self.most = self.most.max(value);
+    }
+
+    fn spread(&self) -> Spread {
+        let sd = (self.count > 1).then(|| (self.squares / (self.count - 1) as f64).sqrt());
+        Spread { count: self.count, mean: self.mean, sd, least: self.least, most: self.most }
+    }
+}
+
+/// Counts by key, in the order in which keys were met.
+struct Counts<K> {
+    places: HashMap<K, usize>,
+    rows: Vec<(K, Count)>,
+}
+
+impl<K: Clone + Eq + std::hash::Hash> Counts<K> {
+    fn new() -> Self {
+        Counts { places: HashMap::new(), rows: vec![] }
+    }
+
+    fn add(&mut self, key: K, value: f64) {
+        let place = *self.places.entry(key.clone()).or_insert_with(|| {
+            self.rows.push((key, Count::NONE));
+            self.rows.len() - 1
+        });
+        self.rows[place].1.add(value);
+    }
+}
+
+/// A network with its settings on one data set.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+struct Where {
+    /// The data set in words, and its digest.
+    data: (String, String),
+    network: String,
+    zoo: String,
+    set: String,
+}
+
+/// All that is counted.
+pub(crate) struct Tally {
+    settings: Counts<Where>,
+    /// Key, network, value.
+    axes: Counts<(String, String, String)>,
+}
+
+impl Tally {
+    pub fn new() -> Self {
+        Tally { settings: Counts::new(), axes: Counts::new() }
+    }
+
+    /// Counts a finished run; `trial` says what the axes say of it.
+    pub fn add(&mut self, trial: &Trial, result: &TrialResult) {
+        let words = |wanted: &dyn Fn(&str) -> bool| {
+            let own = trial.set.iter().filter(|(key, _)| wanted(key));
+            own.map(|(key, value)| format!("{key}={}", shown(value))).collect::<Vec<_>>().join(" ")
+        };
+        let data = format!("{} {}", result.data.source, words(&is_data)).trim().to_string();
+        let set = words(&|key| !is_data(key) && key != "seed");
+        for NetworkScore { network, zoo, accuracy, .. } in &result.networks {
+            let own = Where {
+                data: (data.clone(), result.data.set.clone()),
+                network: network.clone(),
+                zoo: zoo.clone(),
+                set: set.clone(),
+            };
+            self.settings.add(own, *accuracy);
+            for (key, value) in trial.set.iter().filter(|(key, _)| *key != "seed") {
+                self.axes.add((key.clone(), network.clone(), shown(value)), *accuracy);
+            }
+        }
+    }
+
+    /// Every network with every setting, data sets in the order of the plan, the best of each first.
+    pub fn settings(&self) -> Vec<Setting> {
+        let mut order: Vec<&(String, String)> = vec![];
+        let mut places: HashMap<&(String, String), usize> = HashMap::new();
+        for (own, _) in &self.settings.rows {
+            places.entry(&own.data).or_insert_with(|| {
+                order.push(&own.data);
+                order.len() - 1
+            });
+        }
+        let mut rows: Vec<&(Where, Count)> = self.settings.rows.iter().collect();
+        rows.sort_by(|(a, x), (b, y)| places[&a.data].cmp(&places[&b.data]).then(y.mean.total_cmp(&x.mean)));
+        let row = |(own, count): &(Where, Count)| Setting {
+            source: own.data.0.clone(),
+            network: own.network.clone(),
+            set: own.set.clone(),
+            accuracy: count.spread(),
+        };
+        rows.into_iter().map(row).collect()
+    }
+
+    /// What each key does, keys in the order of the alphabet, networks in that of the plan; keys with more than
+    /// `most` rows are left out.
+    pub fn axes(&self, most: usize) -> Vec<Axis> {
+        let mut axes: Vec<Axis> = vec![];
+        for ((key, network, value), count) in &self.axes.rows {
+            let at = axes.iter().position(|axis| axis.key == *key).unwrap_or_else(|| {
+                axes.push(Axis { key: key.clone(), rows: vec![] });
+                axes.len() - 1
+            });
+            axes[at].rows.push((network.clone(), value.clone(), count.spread()));
+        }
+        axes.retain(|axis| axis.rows.len() <= most);
+        axes.sort_by(|a, b| a.key.cmp(&b.key));
+        for axis in &mut axes {
+            let mut networks: Vec<String> = vec![];
+            axis.rows.iter().for_each(|(network, _, _)| {
+                if !networks.contains(network) {
+                    networks.push(network.clone());
+                }
+            });
+            axis.rows.sort_by_key(|(network, _, _)| networks.iter().position(|known| known == network));
+        }
+        axes
+    }
+
+    /// Networks with their settings by data set, for ranks; the baseline that reads nothing is left out. None
+    /// where there are too many to be told apart.
+    pub fn contests(&self) -> Option<Vec<Contest>> {
+        let mut contests: Vec<(&(String, String), Contest)> = vec![];
+        for (own, count) in self.settings.rows.iter().filter(|(own, _)| own.zoo != MAJORITY) {
+            let at = contests.iter().position(|(data, _)| **data == own.data).unwrap_or_else(|| {
+                contests.push((&own.data, Contest { name: own.data.0.clone(), accuracy: vec![] }));
+                contests.len() - 1
+            });
+            let name = format!("{} {}", own.network, own.set).trim().to_string();
+            let accuracy = &mut contests[at].1.accuracy;
+            accuracy.push((name, count.mean));
+            if accuracy.len() > RANKED {
+                return None;
+            }
+        }
+        Some(contests.into_iter().map(|(_, contest)| contest).collect())
+    }
+}
+
+/// Whether a key says which samples a trial has.
+fn is_data(key: &str) -> bool {
+    key == "config" || key.starts_with("data.")
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::trial::DataOf;
+
+    /// A finished trial with two networks and majority.
+    fn add(tally: &mut Tally, set: &str, data: &str, accuracy: [f64; 2]) {
+        let data = DataOf { source: "simulated: s".into(), digest: set.into(), set: data.into() };
+        let trial = Trial {
+            identity: set.into(),
+            name: "t".into(),
+            set: serde_json::from_str(set).unwrap(),
+            fold: None,
+            data: data.clone(),
+            program: String::new(),
+            config: String::new(),
+        };
+        let score = |network: &str, accuracy| NetworkScore {
+            network: network.into(),
+            zoo: network.into(),
+            folds: 1,
+            accuracy,
+            accuracy_sd: None,
+            precision: 0.0,
+            recall: 0.0,
+            f1: 0.0,
+        };
+        let networks = vec![score("a", accuracy[0]), score("b", accuracy[1]), score(MAJORITY, 1.0)];
+        let result = TrialResult { identity: set.into(), name: "t".into(), data, seed: 0, networks };
+        tally.add(&trial, &result);
+    }
+
+    #[test]
+    fn seeds_are_averaged_and_data_sets_kept_apart() {
+        let mut tally = Tally::new();
+        add(&mut tally, r#"{"seed":0,"lr":0.1,"data.samples":40}"#, "40", [80.0, 60.0]);
+        add(&mut tally, r#"{"seed":1,"lr":0.1,"data.samples":40}"#, "40", [90.0, 70.0]);
+        add(&mut tally, r#"{"seed":0,"lr":0.2,"data.samples":40}"#, "40", [95.0, 50.0]);
+        add(&mut tally, r#"{"seed":0,"lr":0.1,"data.samples":80}"#, "80", [99.0, 98.0]);
+        let settings = tally.settings();
+        let shown: Vec<String> = settings
+            .iter()
+            .map(|s| format!("{}|{}|{}|{}", s.source, s.network, s.set, s.accuracy.mean))
+            .collect();
+        assert_eq!(shown[0], "simulated: s data.samples=40|a|lr=0.2|95");
+        assert_eq!(shown[1], "simulated: s data.samples=40|a|lr=0.1|85");
+        assert_eq!(shown[6], "simulated: s data.samples=80|a|lr=0.1|99");
+        let own = settings[1].accuracy;
+        assert_eq!((own.count, own.least, own.most), (2, 80.0, 90.0));
+        assert!((own.sd.unwrap() - 50f64.sqrt()).abs() < 1e-12);
+
+        let contests = tally.contests().unwrap();
+        assert_eq!(contests.len(), 2);
+        assert_eq!(contests[0].accuracy.len(), 4, "majority is left out: {:?}", contests[0]);
+        assert_eq!(contests[0].of("b lr=0.1"), Some(65.0));
+
+        let axes = tally.axes(300);
+        let keys: Vec<&str> = axes.iter().map(|axis| axis.key.as_str()).collect();
+        assert_eq!(keys, ["data.samples", "lr"], "the seed is no axis");
+        let first: Vec<(&str, &str, f64)> =
+            axes[1].rows.iter().take(2).map(|(n, v, s)| (n.as_str(), v.as_str(), s.mean)).collect();
+        assert_eq!(first, [("a", "0.1", (80.0 + 90.0 + 99.0) / 3.0), ("a", "0.2", 95.0)]);
+        assert!(tally.axes(3).is_empty());
+    }
+}

@@ -1,0 +1,230 @@
+//! One trial from claim to result.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+use taxel_data::Dataset;
+use taxel_learn::{RunFolder, RunOptions, Silent, program};
+use taxel_trainer::{Experiment, Overrides, Runner};
+use taxel_zoo::Registry;
+
+use crate::claim::{Claim, Holder, Taken};
+use crate::error::{Error, Result};
+use crate::folder::SweepFolder;
+use crate::json;
+use crate::plan::data_key;
+use crate::record::{Failure, TrialResult, TrialTiming};
+use crate::trial::Trial;
+
+/// How trials are worked on; none of it changes a result.
+#[derive(Debug, Clone)]
+pub struct WorkOptions {
+    /// Worker threads of one trial.
+    pub threads: usize,
+    /// Seconds between two savings of a fold in training.
+    pub save_every: Option<f64>,
+    /// How long a trial whose process is not heard of stays its own.
+    pub stale: Duration,
+    /// Set from outside to end after the epoch under way, which is saved.
+    pub stop: Arc<AtomicBool>,
+    /// Set from outside to end at once; what was saved before counts.
+    pub cancel: Arc<AtomicBool>,
+}
+
+/// What came of one trial.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It is finished now.
+    Finished {
+        /// Seconds that it took.
+        seconds: f64,
+    },
+    /// It was finished before.
+    Before,
+    /// Somebody else is at it.
+    Held(Holder),
+    /// It cannot be run; the reason is kept.
+    Failed(String),
+    /// Stopped from outside; it is saved.
+    Stopped,
+}
+
+/// Samples in memory, shared by all trials of a process that use them at the time.
+#[derive(Default)]
+pub(crate) struct Samples {
+    known: Mutex<HashMap<String, Weak<Dataset>>>,
+}
+
+impl Samples {
+    fn of(&self, experiment: &Experiment) -> Result<Arc<Dataset>> {
+        let key = data_key(experiment.config());
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(dataset) = known.get(&key).and_then(Weak::upgrade) {
+            return Ok(dataset);
+        }
+        let dataset = Arc::new(experiment.dataset()?);
+        known.retain(|_, other| other.strong_count() > 0);
+        known.insert(key, Arc::downgrade(&dataset));
+        Ok(dataset)
+    }
+}
+
+/// Works on trials of one sweep, one after the other.
+pub(crate) struct Worker<'a> {
+    pub folder: &'a SweepFolder,
+    pub registry: &'a Registry,
+    pub options: WorkOptions,
+    pub samples: &'a Samples,
+    /// Samples of the last trial: the next one has often the same.
+    pub last: Option<Arc<Dataset>>,
+}
+
+/// Why a trial has no result yet.
+enum Ended {
+    Stopped,
+    Failed(Error),
+}
+
+impl<E: Into<Error>> From<E> for Ended {
+    fn from(error: E) -> Self {
+        match error.into() {
+            Error::Experiment(taxel_trainer::Error::Learn(taxel_learn::Error::Cancelled { .. })) => {
+                Ended::Stopped
+            }
+            error => Ended::Failed(error),
+        }
+    }
+}
+
+impl Worker<'_> {
+    /// Runs a trial, unless it is finished or somebody else is at it.
+    ///
+    /// # Errors
+    /// A sweep folder that cannot be read or written.
+    pub fn one(&mut self, trial: &Trial) -> Result<Outcome> {
+        let identity = &trial.identity;
+        if TrialResult::read(self.folder, identity)?.is_some() {
+            return Ok(Outcome::Before);
+        }
+        let start = Instant::now();
+        let claim = match Claim::take(self.folder, identity, self.options.stale)? {
+            Taken::Mine(claim) => claim,
+            Taken::Held(holder) => return Ok(Outcome::Held(holder)),
+        };
+        // Somebody may have finished it since it was asked for.
+        if TrialResult::read(self.folder, identity)?.is_some() {
+            claim.finish()?;
+            return Ok(Outcome::Before);
+        }
+        let out = match &trial.fold {
+            None => self.folder.run(&trial.name, identity),
+            Some(_) => self.folder.piece(&trial.name, identity),
+        };
+        let run = |this: &mut Self| match out.is_dir() {
+            // Its process was killed between the run folder and the result.
+            true => Ok(()),
+            false => this.run(trial, &claim.work()?, &out),
+        };
+        match run(self) {
+            Ok(()) => {}
+            Err(Ended::Stopped) => {
+                claim.release()?;
+                return Ok(Outcome::Stopped);
+            }
+            Err(Ended::Failed(error)) => {
+                if let Some(holder) = claim.successor()? {
+                    return Ok(Outcome::Held(holder));
+                }
+                let error = error.to_string();
+                let failure = Failure { identity: identity.clone(), error: error.clone() };
+                json::write(&self.folder.failure(identity), &failure)?;
+                claim.release()?;
+                return Ok(Outcome::Failed(error));
+            }
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        self.keep(trial, &out, seconds, claim.attempts())?;
+        claim.finish()?;
+        Ok(Outcome::Finished { seconds })
+    }
+
+    /// Trains in `work` and puts the finished run folder at `out`.
+    fn run(&mut self, trial: &Trial, work: &Path, out: &Path) -> std::result::Result<(), Ended> {
+        let experiment = resolved(trial, self.registry)?;
+        let dataset = self.samples.of(&experiment)?;
+        self.last = Some(Arc::clone(&dataset));
+        let experiment = (&experiment, &*dataset);
+        run(trial, experiment, self.registry, work, &self.options)?;
+        Ok(publish(work, out)?)
+    }
+
+    /// Writes the scores of a finished trial.
+    fn keep(&self, trial: &Trial, out: &Path, seconds: f64, attempts: u32) -> Result<()> {
+        let results = RunFolder::open(out)?.results()?;
+        let timing = TrialTiming { seconds, threads: self.options.threads, host: Holder::host(), attempts };
+        json::write(&self.folder.timing(&trial.identity), &timing)?;
+        let failure = self.folder.failure(&trial.identity);
+        if failure.exists() {
+            fs::remove_file(&failure).map_err(|e| Error::io(&failure, "removed", e))?;
+        }
+        // Last: a trial with a result is a finished trial.
+        let result = TrialResult::of(&trial.identity, &trial.data, &results);
+        json::write(&self.folder.result(&trial.identity), &result)
+    }
+}
+
+/// The experiment of a trial, as it was planned.
+///
+/// # Errors
+/// A trial that another program has planned.
+pub(crate) fn resolved(trial: &Trial, registry: &Registry) -> Result<Experiment> {
+    let own = program();
+    if trial.program != own {
+        let reason = format!(
+            "was planned by taxel {}, this is {own}; plan the sweep again, or run it with that one",
+            trial.program
+        );
+        return Err(Error::Value { key: "trial", value: trial.words(), reason });
+    }
+    Ok(Experiment::parse(&trial.config, &trial.name, &Overrides::default(), registry)?)
+}
+
+/// Runs the folds of a trial that are its own in the run folder `work`.
+pub(crate) fn run(
+    trial: &Trial,
+    (experiment, dataset): (&Experiment, &Dataset),
+    registry: &Registry,
+    work: &Path,
+    options: &WorkOptions,
+) -> Result<()> {
+    if dataset.digest != trial.data.digest {
+        let reason = format!(
+            "was planned on other samples ({} then, {} now); give every machine the same data, or plan again",
+            trial.data.digest, dataset.digest
+        );
+        return Err(Error::Value { key: "trial", value: trial.words(), reason });
+    }
+    let run = RunOptions {
+        resume: true,
+        threads: Some(options.threads),
+        save_every: options.save_every,
+        only: trial.fold.as_ref().map(|piece| vec![piece.key.clone()]),
+        stop: Some(Arc::clone(&options.stop)),
+    };
+    let runner = Runner { experiment, registry, dataset };
+    runner.run(Some(work), &run, &Silent, &options.cancel)?;
+    Ok(())
+}
+
+/// Gives a finished run folder its name; one that somebody else has finished first stays.
+pub(crate) fn publish(work: &Path, out: &Path) -> Result<()> {
+    match fs::rename(work, out) {
+        Ok(()) => taxel_files::sync_folder(out).map_err(|e| Error::io(out, "written", e)),
+        Err(_) if out.join("results.json").is_file() => Ok(()),
+        Err(e) => Err(Error::io(out, "written", e)),
+    }
+}
