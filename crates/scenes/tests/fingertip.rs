@@ -185,7 +185,8 @@ fn impossible_requests_are_refused_by_name() {
 
     for fixed in ["sensor", "nois", ""] {
         let error = simulate(FINGERTIP, 3, 0, &[fixed.into()]).unwrap_err().to_string();
-        assert!(error.contains(&format!("`{fixed}`; known: compliance, relaxation")), "{error}");
+        assert!(error.contains(&format!("`{fixed}`; ")), "{error}");
+        assert!(error.contains("known: compliance, relaxation"), "{error}");
     }
     assert!(matches!(simulate("slip", 3, 0, &[]), Err(Error::UnknownScene { .. })));
     assert_eq!(

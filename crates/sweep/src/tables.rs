@@ -73,7 +73,9 @@ impl Tables {
             }
             None => row.extend([const { String::new() }; 3]),
         }
-        row.extend([state.into(), reason.into()]);
+        // One line: some programs count lines.
+        let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
+        row.extend([state.into(), reason]);
         match timing {
             Some(own) => row.extend([own.seconds.to_string(), own.host.clone(), own.attempts.to_string()]),
             None => row.extend([const { String::new() }; 3]),

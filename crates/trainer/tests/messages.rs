@@ -114,7 +114,7 @@ fn values_out_of_range_name_the_line_and_the_range() {
         (
             "epochs = 7",
             "optimizer = { name = \"adam\", momentum = 0.9 }",
-            "tiny.toml:11:30: unknown field `momentum`, expected one of `lr`, `weight_decay`, `betas`, `eps`\n  11 | ",
+            "tiny.toml:11:30: unknown field `momentum`, expected one of `lr`, `weight_decay`, `decay`, `betas`, `eps`\n  11 | ",
         ),
         (
             "epochs = 7",
@@ -124,7 +124,7 @@ fn values_out_of_range_name_the_line_and_the_range() {
         (
             "lr = 1e-4",
             "name = \"adam\", momentum = 0.9",
-            "tiny.toml:19:56: unknown field `momentum`, expected one of `lr`, `weight_decay`, `betas`, `eps`\n  19 | ",
+            "tiny.toml:19:56: unknown field `momentum`, expected one of `lr`, `weight_decay`, `decay`, `betas`, `eps`\n  19 | ",
         ),
         (
             "epochs = 7",

@@ -264,7 +264,7 @@ fn protocols_cut_as_they_say() {
     let path = two_attributes(dir.path());
     let folds = |protocol: &str| {
         let set = format!("protocol={protocol}");
-        let experiment = two_level_experiment(&path, &[&set, "data.test=held"]);
+        let experiment = two_level_experiment(&path, &[&set, "data.test=held", "data.attribute=0"]);
         let dataset = experiment.dataset().unwrap();
         (folds(&experiment, &dataset), dataset)
     };
@@ -357,7 +357,9 @@ fn baselines_stand_in_the_table_and_follow_the_seed() {
     assert_eq!(experiment(&text, &[]).config().baselines.len(), 5);
     let error = parse(&TINY.replace("[]", "[\"knn\"]"), &[]).unwrap_err().to_string();
     assert!(
-        error.starts_with("tiny.toml:4:14: no baseline is called `knn`; known: majority, k-nn, "),
+        error.starts_with(
+            "tiny.toml:4:14: no baseline is called `knn`; did you mean `k-nn`? known: majority, "
+        ),
         "{error}"
     );
     let error = parse(&TINY.replace("[]", "[\"k-nn\", { name = \"k-nn\", k = 3 }]"), &[]).unwrap_err();
