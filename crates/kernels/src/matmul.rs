@@ -126,6 +126,7 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
             run: depths.len(),
             start: if accumulate || depths.start > 0 { Start::Add } else { Start::Zero },
             last: columns.last,
+            addend: None,
             rectifier: Rectifier::None,
         };
         // SAFETY: `rows` end at most at `m`, `depths` at `k`, `columns` at `n`. That rows and depths up to

@@ -7,7 +7,7 @@
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Avx2, Avx512};
 use crate::simd::{Level, Portable, Simd, level};
-use crate::view::{Rectifier, rectify};
+use crate::view::Rectifier;
 
 /// What the accumulators start from.
 #[derive(Clone, Copy)]
@@ -17,8 +17,6 @@ pub(crate) enum Start {
     Add,
     /// One value per column, from this address.
     Bias(*const f32),
-    /// The same, and an addend per row and column: its address and the distance of its rows.
-    Sum(*const f32, (*const f32, usize)),
 }
 
 /// One block of outputs: addresses and strides, in floats.
@@ -36,7 +34,9 @@ pub(crate) struct Tile<'a> {
     pub start: Start,
     /// Columns in the last vector, 1..=LANES.
     pub last: usize,
-    /// What the outputs are cut off by.
+    /// What a frozen kernel adds to the outputs: an address, and the distance of its rows.
+    pub addend: Option<(*const f32, usize)>,
+    /// What a frozen kernel cuts them off by.
     pub rectifier: Rectifier,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct Tile<'a> {
 /// The CPU has the features of `S`; all addresses that the strides of `t` form for `M` rows and
 /// `N` vectors (the last of `t.last` lanes) are valid, and `c` overlaps neither `a` nor `b`.
 #[inline(always)]
-unsafe fn tile<S: Simd, const M: usize, const N: usize>(t: &Tile) {
+unsafe fn tile<S: Simd, const M: usize, const N: usize, const FROZEN: bool>(t: &Tile) {
     // SAFETY: the caller's contract; every access below is one of those addresses.
     unsafe {
         let full = t.last == S::LANES;
@@ -71,22 +71,34 @@ unsafe fn tile<S: Simd, const M: usize, const N: usize>(t: &Tile) {
                     }
                 }
             }
-            Start::Sum(bias, (addend, distance)) => {
-                for (m, row) in acc.iter_mut().enumerate() {
-                    for (n, v) in row.iter_mut().enumerate() {
-                        *v = S::add(load!(bias, n), load!(addend.add(m * distance), n));
-                    }
-                }
-            }
         }
         if full {
             products::<S, M, N, true>(t, &mut acc);
         } else {
             products::<S, M, N, false>(t, &mut acc);
         }
-        if t.rectifier != Rectifier::None {
-            for v in acc.iter_mut().flatten() {
-                *v = rectify::<S>(t.rectifier, *v);
+        // Short loops of their own: the accumulators stay in registers only where every loop over them unrolls.
+        if FROZEN {
+            if let Some((addend, distance)) = t.addend {
+                for (m, row) in acc.iter_mut().enumerate() {
+                    for (n, v) in row.iter_mut().enumerate() {
+                        *v = S::add(*v, load!(addend.add(m * distance), n));
+                    }
+                }
+            }
+            if t.rectifier != Rectifier::None {
+                for row in &mut acc {
+                    for v in row {
+                        *v = S::zero_unless_positive(*v, *v);
+                    }
+                }
+            }
+            if t.rectifier == Rectifier::Relu6 {
+                for row in &mut acc {
+                    for v in row {
+                        *v = S::at_most(*v, S::splat(6.0));
+                    }
+                }
             }
         }
         for (m, row) in acc.iter().enumerate() {
@@ -137,15 +149,17 @@ struct Kernels {
     lanes: usize,
     rows: [usize; 2],
     table: [&'static [Kernel]; 2],
+    /// The same with an addend and a rectifier.
+    frozen: [&'static [Kernel]; 2],
 }
 
 macro_rules! kernels {
-    ($simd:ty, $vectors:literal, $attribute:meta, [$($rows:literal)*]) => {
+    ($simd:ty, $vectors:literal, $frozen:literal, $attribute:meta, [$($rows:literal)*]) => {
         &[$({
             #[$attribute]
             unsafe fn kernel(t: &Tile) {
                 // SAFETY: the caller of the kernel keeps the contract of `tile`.
-                unsafe { tile::<$simd, $rows, $vectors>(t) }
+                unsafe { tile::<$simd, $rows, $vectors, $frozen>(t) }
             }
             kernel as Kernel
         }),*]
@@ -156,8 +170,12 @@ static PORTABLE: Kernels = Kernels {
     lanes: Portable::LANES,
     rows: Portable::ROWS,
     table: [
-        kernels!(Portable, 1, inline(never), [1 2 3 4 5 6 7 8 9 10 11 12]),
-        kernels!(Portable, 2, inline(never), [1 2 3 4 5 6]),
+        kernels!(Portable, 1, false, inline(never), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Portable, 2, false, inline(never), [1 2 3 4 5 6]),
+    ],
+    frozen: [
+        kernels!(Portable, 1, true, inline(never), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Portable, 2, true, inline(never), [1 2 3 4 5 6]),
     ],
 };
 
@@ -166,8 +184,12 @@ static AVX2: Kernels = Kernels {
     lanes: Avx2::LANES,
     rows: Avx2::ROWS,
     table: [
-        kernels!(Avx2, 1, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6 7 8 9 10 11 12]),
-        kernels!(Avx2, 2, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6]),
+        kernels!(Avx2, 1, false, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Avx2, 2, false, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6]),
+    ],
+    frozen: [
+        kernels!(Avx2, 1, true, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Avx2, 2, true, target_feature(enable = "avx2,fma"), [1 2 3 4 5 6]),
     ],
 };
 
@@ -176,8 +198,12 @@ static AVX512: Kernels = Kernels {
     lanes: Avx512::LANES,
     rows: Avx512::ROWS,
     table: [
-        kernels!(Avx512, 1, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28]),
-        kernels!(Avx512, 2, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14]),
+        kernels!(Avx512, 1, false, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28]),
+        kernels!(Avx512, 2, false, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14]),
+    ],
+    frozen: [
+        kernels!(Avx512, 1, true, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28]),
+        kernels!(Avx512, 2, true, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14]),
     ],
 };
 
@@ -229,6 +255,11 @@ impl Columns {
     /// The kernel for `rows` rows.
     pub fn kernel(&self, rows: usize) -> Kernel {
         self.kernels.table[self.vectors - 1][rows - 1]
+    }
+
+    /// The same kernel with what frozen networks do to the outputs before they store them.
+    pub fn frozen(&self, rows: usize) -> Kernel {
+        self.kernels.frozen[self.vectors - 1][rows - 1]
     }
 }
 

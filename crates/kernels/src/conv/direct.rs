@@ -149,6 +149,7 @@ impl Direct {
                     run: self.run,
                     start,
                     last: columns.last,
+                    addend: None,
                     rectifier: Rectifier::None,
                 };
                 // SAFETY: the last value that `a` reaches, a window's last tap (rows - 1) strides further, is
@@ -186,6 +187,7 @@ impl Direct {
                             run: output[2],
                             start: Start::Add,
                             last: columns.last,
+                            addend: None,
                             rectifier: Rectifier::None,
                         };
                         // SAFETY: at every output position, `tap + m + rows` lies under its window and so

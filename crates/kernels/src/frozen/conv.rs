@@ -136,13 +136,10 @@ impl Conv {
         for line in &self.lines {
             for column in (0..columns).step_by(most) {
                 let rows = most.min(columns - column);
-                let start = match &self.addend {
-                    None => Start::Bias(bias),
-                    Some(place) => {
-                        let at = line.addend + column * place.pitch[2] + panel.filter;
-                        Start::Sum(bias, (addend[at..].as_ptr(), place.pitch[2]))
-                    }
-                };
+                let addend = self.addend.as_ref().map(|place| {
+                    let at = line.addend + column * place.pitch[2] + panel.filter;
+                    (addend[at..].as_ptr(), place.pitch[2])
+                });
                 let tile = Tile {
                     a: x[line.from + column * self.step + panel.channel..].as_ptr(),
                     a_row: self.step,
@@ -153,15 +150,16 @@ impl Conv {
                     c_row: self.to.pitch[2],
                     segments: &panel.segments[line.taps],
                     run: self.run,
-                    start,
+                    start: Start::Bias(bias),
                     last: panel.columns.last,
+                    addend,
                     rectifier: self.rectifier,
                 };
                 // SAFETY: `a` ends at most `rows - 1` steps, the furthest tap and a run further, which is what
                 // `reach` counts for the last group; `b` walks this panel's weights; `c` and the addend cover `rows`
                 // neighbouring positions of one row and these filters, inside their places; `y` is borrowed
                 // exclusively.
-                unsafe { panel.columns.kernel(rows)(&tile) };
+                unsafe { panel.columns.frozen(rows)(&tile) };
             }
         }
     }

@@ -97,6 +97,7 @@ impl Square {
                     run: channels,
                     start: Start::Zero,
                     last: columns.last,
+                    addend: None,
                     rectifier: Rectifier::None,
                 };
                 // SAFETY: `a` walks `rows` of the `count` tiles of `v`, `b` the weights `u`, `c` the same tiles
@@ -127,6 +128,7 @@ impl Square {
                     run: count,
                     start: Start::Add,
                     last: columns.last,
+                    addend: None,
                     rectifier: Rectifier::None,
                 };
                 // SAFETY: `a` and `b` walk the `count` tiles of `v` and `w`, `c` covers `rows` channels of `du`;
