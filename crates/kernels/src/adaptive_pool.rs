@@ -60,7 +60,7 @@ impl AdaptivePool {
         let [_, rows, columns] = self.output;
         for position in 0..self.output.iter().product() {
             let at = [position / (rows * columns), position / columns % rows, position % columns];
-            let [d, r, c] = [0, 1, 2].map(|axis| self.part(axis, at[axis]));
+            let [d, r, c] = [0, 1, 2].map(|axis| part(self.input[axis], self.output[axis], at[axis]));
             let share = 1.0 / (d.len() * r.len() * c.len()) as f32;
             let mut runs = d.flat_map(|d| {
                 let c = c.clone();
@@ -72,9 +72,9 @@ impl AdaptivePool {
             body(position, share, &mut runs);
         }
     }
+}
 
-    fn part(&self, axis: usize, i: usize) -> Range<usize> {
-        let (size, parts) = (self.input[axis], self.output[axis]);
-        i * size / parts..((i + 1) * size).div_ceil(parts)
-    }
+/// Part `i` of an axis of `size` that is cut into `parts`.
+pub(crate) fn part(size: usize, parts: usize, i: usize) -> Range<usize> {
+    i * size / parts..((i + 1) * size).div_ceil(parts)
 }

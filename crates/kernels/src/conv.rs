@@ -12,12 +12,14 @@ mod begin;
 mod depthwise;
 mod direct;
 mod halo;
+mod kind;
 mod pass;
 mod scatter;
 mod sizes;
 mod winograd;
 
 pub use band::{Band, Padded};
+pub use kind::Kind;
 
 use begin::Begin;
 use pass::Pass;
@@ -72,9 +74,9 @@ impl Conv {
         Conv { forward: Pass::new(sizes, fewer), turned }
     }
 
-    /// Whether it saves products, at the price of transforms.
-    pub fn is_winograd(&self) -> bool {
-        self.forward.is_winograd()
+    /// The algorithm that was chosen.
+    pub fn kind(&self) -> Kind {
+        self.forward.kind()
     }
 
     /// Values of one input image.

@@ -18,5 +18,5 @@ pub use depthwise::Depthwise;
 pub use linear::Linear;
 pub use lstm::Lstm;
 pub use place::{Place, Route};
-pub use pool::{Pool, Pooling, Reach};
+pub use pool::{Pool, Pooling, Reach, parts, windows};
 pub use rows::{add, copy, map};

@@ -34,4 +34,4 @@ mod window;
 
 pub use buffer::Buffer;
 pub use view::{Rectifier, View};
-pub use window::Window3;
+pub use window::{Window3, axes3};

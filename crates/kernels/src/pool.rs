@@ -261,16 +261,7 @@ fn each_inside(window: &Window3, position: usize, mut body: impl FnMut(usize)) {
 /// Window values inside the input and its counted padding.
 fn divisor(window: &Window3, counted: &[(usize, usize); 3], position: usize) -> usize {
     let at = window.unravel(position);
-    (0..3)
-        .map(|axis| {
-            // In coordinates that start at the first padded position.
-            let start = at[axis] * window.stride[axis];
-            let low = start.max(window.before[axis] - counted[axis].0);
-            let high =
-                (start + window.kernel[axis]).min(window.before[axis] + window.input[axis] + counted[axis].1);
-            high.saturating_sub(low).max(1)
-        })
-        .product()
+    (0..3).map(|axis| window.counted(axis, at[axis], counted[axis])).product()
 }
 
 #[cfg(test)]

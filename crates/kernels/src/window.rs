@@ -19,6 +19,23 @@ pub struct Window3 {
 }
 
 impl Window3 {
+    /// A window over the last one to three axes, by axis.
+    pub fn over(
+        input: &[usize],
+        output: &[usize],
+        kernel: &[usize],
+        stride: &[usize],
+        before: &[usize],
+    ) -> Self {
+        Window3 {
+            input: axes3(input, 1),
+            output: axes3(output, 1),
+            kernel: axes3(kernel, 1),
+            stride: axes3(stride, 1),
+            before: axes3(before, 0),
+        }
+    }
+
     /// Input positions.
     pub fn input_len(&self) -> usize {
         self.input.iter().product()
@@ -65,4 +82,21 @@ impl Window3 {
         let high = values((input[axis] + before[axis]).saturating_sub(start)).max(low);
         (low..high, (start + low * dilation).saturating_sub(before[axis]))
     }
+
+    /// Along `axis`, the values under the window at output position `out` that lie inside the input or its
+    /// `counted` padding (before, after); at least 1.
+    pub(crate) fn counted(&self, axis: usize, out: usize, counted: (usize, usize)) -> usize {
+        // In coordinates that start at the first padded position.
+        let start = out * self.stride[axis];
+        let low = start.max(self.before[axis] - counted.0);
+        let high = (start + self.kernel[axis]).min(self.before[axis] + self.input[axis] + counted.1);
+        high.saturating_sub(low).max(1)
+    }
+}
+
+/// Values of one to three axes as those of three; the missing first ones are `rest`.
+pub fn axes3<T: Copy>(values: &[T], rest: T) -> [T; 3] {
+    let mut all = [rest; 3];
+    all[3 - values.len()..].copy_from_slice(values);
+    all
 }

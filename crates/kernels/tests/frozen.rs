@@ -1,84 +1,39 @@
 //! Kernels of frozen networks against those of training, between places with margins and other channels; and with
 //! slices that are too short.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+mod common;
 
+use common::{Case, cases, needs, values};
 use proptest::prelude::*;
-use taxel_kernels::frozen::{self, Place, Pool, Pooling, Reach, Route};
+use taxel_kernels::frozen::{self, Place, Pool, Pooling, Route};
 use taxel_kernels::{Rectifier, View, Window3, conv, lstm, pool};
-
-fn values(count: usize, salt: usize) -> Vec<f32> {
-    (0..count).map(|i| (((i * 7919 + salt * 104_729) % 2003) as f32 - 1001.0) / 1000.0).collect()
-}
 
 /// A convolution and where its values lie: margins beyond what windows reach, and channels beside them.
 #[derive(Debug, Clone)]
-struct Case {
-    window: Window3,
-    dilation: [usize; 3],
-    channels: usize,
-    filters: usize,
-    groups: usize,
+struct Placed {
+    case: Case,
     wider: [usize; 2],
     beside: [usize; 2],
     rectifier: Rectifier,
 }
 
-fn cases() -> impl Strategy<Value = Case> {
-    let axis = (1usize..12, 1usize..6, 1usize..4, 0usize..5, 0usize..5, 1usize..4);
-    let dense = (1usize..20, 1usize..40, 1usize..4);
-    let sizes = prop_oneof![3 => dense, 2 => (Just(1usize), Just(1usize), 2usize..40)];
+fn placed() -> impl Strategy<Value = Placed> {
     let rectifier = prop_oneof![Just(Rectifier::None), Just(Rectifier::Relu), Just(Rectifier::Relu6)];
-    ([axis.clone(), axis.clone(), axis], 0usize..3, sizes, [0usize..3, 0..3], [0usize..5, 0..5], rectifier)
-        .prop_map(|(axes, flat, (channels, filters, groups), wider, beside, rectifier)| {
-            let mut window =
-                Window3 { input: [1; 3], output: [1; 3], kernel: [1; 3], stride: [1; 3], before: [0; 3] };
-            let mut dilations = [1; 3];
-            for (a, axis) in axes.into_iter().enumerate().skip(flat) {
-                let (input, kernel, stride, before, after, dilation) = axis;
-                let extent = (kernel - 1) * dilation + 1;
-                let padding = extent.saturating_sub(input).max(before + after);
-                dilations[a] = dilation;
-                window.input[a] = input;
-                window.kernel[a] = kernel;
-                window.stride[a] = stride;
-                window.before[a] = before;
-                window.output[a] = (input + padding - extent) / stride + 1;
-            }
-            Case {
-                window,
-                dilation: dilations,
-                channels: channels * groups,
-                filters: filters * groups,
-                groups,
-                wider,
-                beside,
-                rectifier,
-            }
-        })
+    (cases(1..40, 2), [0usize..3, 0..3], [0usize..5, 0..5], rectifier)
+        .prop_map(|(case, wider, beside, rectifier)| Placed { case, wider, beside, rectifier })
 }
 
-impl Case {
+impl Placed {
     fn from(&self) -> Place {
-        let [before, after] = frozen::margins(&self.window, self.dilation);
+        let [before, after] = frozen::margins(&self.case.window, self.case.dilation);
         let margin = [before + self.wider[0], after + self.wider[1]];
-        Place::new(
-            self.window.input,
-            self.channels,
-            margin,
-            self.channels + self.beside[0],
-            self.beside[0] / 2,
-        )
+        let Case { window, channels, .. } = self.case;
+        Place::new(window.input, channels, margin, channels + self.beside[0], self.beside[0] / 2)
     }
 
     fn to(&self) -> Place {
-        Place::new(
-            self.window.output,
-            self.filters,
-            self.wider,
-            self.filters + self.beside[1],
-            self.beside[1] / 2,
-        )
+        let Case { window, filters, .. } = self.case;
+        Place::new(window.output, filters, self.wider, filters + self.beside[1], self.beside[1] / 2)
     }
 }
 
@@ -114,7 +69,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn convolutions_agree_with_those_of_training(case in cases()) {
+    fn convolutions_agree_with_those_of_training(placed in placed()) {
+        let case = &placed.case;
         let sizes = (case.channels, case.filters, case.groups);
         let plain = match case.dilation {
             [1, 1, 1] => conv::Conv::direct(case.window, sizes.0, sizes.1, sizes.2),
@@ -128,14 +84,14 @@ proptest! {
             let padded = plain.pad(&x, &View::default(), band, &mut scratch);
             plain.forward(padded, &weight, &[], Some(&bias), &mut sums, &mut work);
         }
-        let (from, to) = (case.from(), case.to());
+        let (from, to) = (placed.from(), placed.to());
         let input = spread(&from, &x);
         let seen = |sums: &[f32]| {
             let mut y = vec![0.0; sums.len()];
-            View { affine: None, rectifier: case.rectifier }.apply(case.filters, sums, &mut y);
+            View { affine: None, rectifier: placed.rectifier }.apply(case.filters, sums, &mut y);
             y
         };
-        let route = Route { rectifier: case.rectifier, ..Route::new(from, to) };
+        let route = Route { rectifier: placed.rectifier, ..Route::new(from, to) };
         let depthwise = case.groups > 1 && case.groups == case.channels && case.groups == case.filters;
         if depthwise {
             let conv = frozen::Depthwise::new(&case.window, case.dilation, &weight, &bias, route);
@@ -169,18 +125,6 @@ fn poolings_agree_with_those_of_training() {
     };
     let channels = 21;
     let x = values(window.input_len() * channels, 5);
-    let reach = |axis: usize| {
-        (0..window.output[axis])
-            .map(|out| {
-                let low = out * window.stride[axis];
-                let high = low + window.kernel[axis];
-                let (from, to) =
-                    (low.max(window.before[axis]), high.min(window.before[axis] + window.input[axis]));
-                let (from, to) = (from - window.before[axis], to - window.before[axis]);
-                Reach { from, to, count: to - from }
-            })
-            .collect()
-    };
     let from = Place::new(window.input, channels, [1, 2], channels + 3, 2);
     let to = Place::new(window.output, channels, [2, 0], channels + 1, 1);
     let (mut largest, mut means) = (vec![0.0; to.len()], vec![0.0; to.len()]);
@@ -189,7 +133,7 @@ fn poolings_agree_with_those_of_training() {
     pool::average_forward(&window, &[(0, 0); 3], channels, &x, &mut means);
     for (pooling, expected) in [(Pooling::Max, largest), (Pooling::Mean, means)] {
         let mut y = vec![0.0; to.buffer_len()];
-        Pool::new(pooling, [reach(0), reach(1), reach(2)], from, to).run(&spread(&from, &x), &mut y);
+        Pool::new(pooling, frozen::windows(&window, &[(0, 0); 3]), from, to).run(&spread(&from, &x), &mut y);
         close(&gathered(&to, &y), &expected, "pooling");
     }
 }
@@ -220,23 +164,6 @@ fn linear_layers_and_lstms_agree_with_those_of_training() {
     close(&h, &expected, "lstm");
 }
 
-/// `call` goes through with slices of these lengths, and panics with a message where one is a value shorter.
-#[track_caller]
-fn needs<const N: usize>(name: &str, lens: [usize; N], call: impl Fn([&mut [f32]; N])) {
-    let run = |lens: [usize; N]| {
-        let mut slices = lens.map(|len| vec![0.5; len]);
-        call(slices.each_mut().map(|slice| &mut slice[..]));
-    };
-    run(lens);
-    for which in 0..N {
-        let mut short = lens;
-        short[which] -= 1;
-        let panic = catch_unwind(AssertUnwindSafe(|| run(short))).err();
-        let text = panic.and_then(|panic| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-        assert!(text.contains("needed"), "{name}, slice {which}: {text}");
-    }
-}
-
 #[test]
 fn slices_that_are_too_short_are_refused() {
     let window =
@@ -248,8 +175,7 @@ fn slices_that_are_too_short_are_refused() {
     let to = Place::dense([1, 5, 6], 3);
     let conv = frozen::Depthwise::new(&window, [1; 3], &values(27, 1), &values(3, 2), Route::new(from, to));
     needs("depthwise", [from.buffer_len(), to.end()], |[x, y]| conv.run(x, y));
-    let whole = |size: usize| vec![Reach { from: 0, to: size, count: size }];
-    let pool = Pool::new(Pooling::Mean, [1, 5, 6].map(whole), from, Place::dense([1; 3], 3));
+    let pool = Pool::new(Pooling::Mean, frozen::parts([1, 5, 6], [1; 3]), from, Place::dense([1; 3], 3));
     needs("pool", [from.end(), 3], |[x, y]| pool.run(x, y));
     let linear = frozen::Linear::new(6, 5, &values(30, 1));
     needs("linear", [6, 5, 5], |[x, start, y]| linear.run(x, start, Rectifier::None, y));

@@ -1,8 +1,9 @@
 //! Every public function that takes slices, with each of them one value too short: a panic whose message says
 //! what is needed, in place of a read or write beyond the end.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+mod common;
 
+use common::{needs, panics, says_what_is_needed};
 use taxel_kernels::adaptive_pool::AdaptivePool;
 use taxel_kernels::batch_norm::InputGradient;
 use taxel_kernels::conv::Conv;
@@ -14,35 +15,6 @@ use taxel_kernels::pool::MaxPool;
 use taxel_kernels::{
     Rectifier, View, Window3, activation, batch_norm, dropout, layout, loss, optim, pointwise, pool, reduce,
 };
-
-/// The message of the panic in `call`, if it panics.
-fn panics(call: impl FnOnce()) -> Option<String> {
-    let payload = catch_unwind(AssertUnwindSafe(call)).err()?;
-    let text = payload.downcast_ref::<&str>().map(ToString::to_string);
-    Some(text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default())
-}
-
-#[track_caller]
-fn says_what_is_needed(name: &str, call: impl FnOnce()) {
-    let message = panics(call).unwrap_or_else(|| "goes through".into());
-    assert!(message.contains("needed"), "{name}: {message}");
-}
-
-/// `call` with slices of these lengths goes through; with any of them one value shorter it panics. Slices of
-/// length 0 are those that `call` does not read.
-#[track_caller]
-fn needs<const N: usize>(name: &str, lens: [usize; N], call: impl Fn([&mut [f32]; N])) {
-    let run = |lens: [usize; N]| {
-        let mut slices = lens.map(|len| vec![0.5; len]);
-        call(slices.each_mut().map(|slice| &mut slice[..]));
-    };
-    run(lens);
-    for which in (0..N).filter(|&which| lens[which] > 0) {
-        let mut short = lens;
-        short[which] -= 1;
-        says_what_is_needed(&format!("{name}: slice {which} of {} values", short[which]), || run(short));
-    }
-}
 
 #[test]
 fn activations() {

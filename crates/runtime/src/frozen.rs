@@ -28,7 +28,7 @@ struct Shared {
     scratch: ScratchLens,
 }
 
-/// Where an output is found.
+/// Where an output's features are found.
 struct Output {
     name: String,
     buffer: usize,
@@ -40,7 +40,6 @@ pub struct Workspace {
     shared: Arc<Shared>,
     buffers: Vec<Buffer>,
     scratch: Scratch,
-    outputs: Vec<Vec<f32>>,
 }
 
 impl Frozen {
@@ -73,7 +72,6 @@ impl Frozen {
         Workspace {
             buffers: self.shared.buffers.iter().map(|&len| zeros(len)).collect(),
             scratch: Scratch { input: zeros(input), output: zeros(output), work: zeros(work) },
-            outputs: self.shared.outputs.iter().map(|output| vec![0.0; output.place.len()]).collect(),
             shared: Arc::clone(&self.shared),
         }
     }
@@ -90,7 +88,7 @@ impl Frozen {
         }
         self.shared.check(inputs)?;
         workspace.run(inputs);
-        Ok(&workspace.outputs[0])
+        Ok(workspace.output(&self.shared.outputs[0]))
     }
 }
 
@@ -115,7 +113,7 @@ impl Shared {
 
 impl Workspace {
     fn run(&mut self, inputs: &[&[f32]]) {
-        let Workspace { shared, buffers, scratch, outputs } = self;
+        let Workspace { shared, buffers, scratch } = self;
         for call in &shared.calls {
             let (to, _) = call.to;
             // Nothing is written where it is read, so the output's buffer can be taken out.
@@ -127,33 +125,14 @@ impl Workspace {
             }
             buffers[to] = y;
         }
-        for (output, values) in shared.outputs.iter().zip(outputs) {
-            let Place { size: [depths, rows, columns], channels, .. } = output.place;
-            if output.place.positions() == 1 {
-                values.copy_from_slice(&buffers[output.buffer][output.place.start..][..channels]);
-                continue;
-            }
-            for d in 0..depths {
-                for r in 0..rows {
-                    for c in 0..columns {
-                        let at = output.place.at([d, r, c]);
-                        let position = (d * rows + r) * columns + c;
-                        for channel in 0..channels {
-                            values[channel * depths * rows * columns + position] =
-                                buffers[output.buffer][at + channel];
-                        }
-                    }
-                }
-            }
-        }
+    }
+
+    fn output(&self, output: &Output) -> &[f32] {
+        &self.buffers[output.buffer][output.place.start..][..output.place.channels]
     }
 
     /// Names and values of all outputs of the last answer, in the graph's order, PyTorch's axis order.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
-        self.shared
-            .outputs
-            .iter()
-            .zip(&self.outputs)
-            .map(|(output, values)| (output.name.as_str(), values.as_slice()))
+        self.shared.outputs.iter().map(|output| (output.name.as_str(), self.output(output)))
     }
 }

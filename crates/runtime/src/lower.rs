@@ -1,11 +1,11 @@
 //! From a graph to steps: norms, rectifiers and sums become part of the step before them.
 
 use taxel_graph::{Activation, Graph, Node, NodeId, Op, Weights, Window};
-use taxel_kernels::frozen::{Pooling, Reach};
-use taxel_kernels::{Rectifier, Window3, conv, lstm};
+use taxel_kernels::frozen::{self, Pooling};
+use taxel_kernels::{Rectifier, Window3, axes3, conv, lstm};
 
 use crate::merge::merge;
-use crate::step::{Conv, ConvKind, Shape, Step, StepId, Work};
+use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
 use crate::weights;
 
 /// The steps of a graph, and the steps of its outputs. `weights` have been checked against it.
@@ -19,7 +19,7 @@ pub(crate) fn lower(graph: &Graph, weights: &Weights) -> (Vec<Step>, Vec<StepId>
         let seen = lower.node(node);
         lower.seen.push(seen);
     }
-    let outputs: Vec<StepId> = graph.outputs().iter().map(|(_, id)| lower.stored(*id)).collect();
+    let outputs: Vec<StepId> = graph.outputs().iter().map(|(_, id)| lower.output(*id)).collect();
     let (steps, now) = merge(lower.steps);
     (steps, outputs.into_iter().map(|output| now[output]).collect())
 }
@@ -92,8 +92,7 @@ impl Lower<'_> {
             Op::AveragePool { window, counted } => self.pool(node, Pooling::Mean, window, counted),
             Op::GlobalAveragePool => {
                 let input = self.stored(at(0));
-                let whole = |size: usize| vec![Reach { from: 0, to: size, count: size }];
-                let axes = self.steps[input].shape.size.map(whole);
+                let axes = frozen::parts(self.steps[input].shape.size, [1; 3]);
                 self.push(Work::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
             }
             Op::GlobalStandardDeviation { eps } => {
@@ -102,15 +101,7 @@ impl Lower<'_> {
             }
             Op::AdaptiveAveragePool { .. } => {
                 let input = self.stored(at(0));
-                let (from, to) = (self.steps[input].shape.size, shape_of(node).size);
-                let axes = [0, 1, 2].map(|axis| {
-                    let part = |i: usize| {
-                        let (low, high) =
-                            (i * from[axis] / to[axis], ((i + 1) * from[axis]).div_ceil(to[axis]));
-                        Reach { from: low, to: high, count: high - low }
-                    };
-                    (0..to[axis]).map(part).collect()
-                });
+                let axes = frozen::parts(self.steps[input].shape.size, shape_of(node).size);
                 self.push(Work::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
             }
             Op::Flatten => {
@@ -145,13 +136,24 @@ impl Lower<'_> {
     /// The step that stores a node's value as it is; flattens it where no one has.
     fn stored(&mut self, id: NodeId) -> StepId {
         let Seen { step, flat } = self.seen[id];
-        if !flat {
-            return step;
+        if flat {
+            let step = self.flatten(step);
+            self.seen[id] = Seen { step, flat: false };
         }
+        self.seen[id].step
+    }
+
+    /// A value with channels first, as features.
+    fn flatten(&mut self, step: StepId) -> StepId {
         let shape = Shape::features(self.steps[step].shape.len());
         self.steps.push(Step { work: Work::Flatten, inputs: vec![step], shape });
-        self.seen[id] = Seen { step: self.steps.len() - 1, flat: false };
-        self.seen[id].step
+        self.steps.len() - 1
+    }
+
+    /// The step that stores a node's value in the order in which callers read it.
+    fn output(&mut self, id: NodeId) -> StepId {
+        let step = self.stored(id);
+        if self.steps[step].shape.size == [1; 3] { step } else { self.flatten(step) }
     }
 
     fn conv(
@@ -164,9 +166,8 @@ impl Lower<'_> {
     ) -> Seen {
         let input = self.stored(node.inputs[0]);
         let (channels, filters) = (self.steps[input].shape.channels, node.shape[0]);
-        let kernel = axes3(&window.kernel, 1);
-        let window = Window3 { kernel, ..window3(&window.dilated(dilation), self.steps[input].shape.size) };
-        let dilation = axes3(dilation, 1);
+        let (window, dilation) =
+            (window3(window, dilation, self.steps[input].shape.size), axes3(dilation, 1));
         let plan = conv::Conv::dilated(window, dilation, channels, filters, groups);
         let conv = Conv {
             window,
@@ -175,7 +176,7 @@ impl Lower<'_> {
             weight: weights::conv(self.weights, node, groups),
             bias: weights::bias(self.weights, node, has_bias, filters),
             rectifier: Rectifier::None,
-            kind: ConvKind::of(&plan, channels, filters, groups),
+            algorithm: Algorithm::of(plan),
         };
         self.push(Work::Conv(conv), vec![input], node)
     }
@@ -194,7 +195,7 @@ impl Lower<'_> {
             match &mut step.work {
                 Work::Conv(conv) if conv.rectifier == Rectifier::None && step.inputs.len() == 1 => {
                     // Depthwise weights are kernel × channels: one group of all.
-                    let groups = if conv.kind == ConvKind::Depthwise { 1 } else { conv.groups };
+                    let groups = if let Algorithm::Depthwise = conv.algorithm { 1 } else { conv.groups };
                     weights::fold(&mut conv.weight, &mut conv.bias, groups, norm);
                     return seen;
                 }
@@ -234,7 +235,8 @@ impl Lower<'_> {
                 continue;
             }
             let step = &mut self.steps[conv];
-            if let Work::Conv(Conv { kind: ConvKind::Direct, rectifier: Rectifier::None, .. }) = &step.work
+            if let Work::Conv(Conv { algorithm: Algorithm::Direct, rectifier: Rectifier::None, .. }) =
+                &step.work
                 && step.inputs.len() == 1
             {
                 step.inputs.push(addend);
@@ -246,21 +248,8 @@ impl Lower<'_> {
 
     fn pool(&mut self, node: &Node, pooling: Pooling, window: &Window, counted: &[(usize, usize)]) -> Seen {
         let input = self.stored(node.inputs[0]);
-        let window = window3(window, self.steps[input].shape.size);
-        let counted = axes3(counted, (0, 0));
-        let axes = [0, 1, 2].map(|axis| {
-            let Window3 { input, output, kernel, stride, before } = window;
-            let (before, size) = (before[axis], input[axis]);
-            let (first, last) = (before - counted[axis].0.min(before), before + size + counted[axis].1);
-            let reach = |out: usize| {
-                // In coordinates that start at the first padded position.
-                let (low, high) = (out * stride[axis], out * stride[axis] + kernel[axis]);
-                let count = high.min(last).saturating_sub(low.max(first)).max(1);
-                let (from, to) = (low.max(before) - before, high.min(before + size) - before.min(high));
-                Reach { from, to, count }
-            };
-            (0..output[axis]).map(reach).collect()
-        });
+        let window = window3(window, &[], self.steps[input].shape.size);
+        let axes = frozen::windows(&window, &axes3(counted, (0, 0)));
         self.push(Work::Pool { pooling, axes }, vec![input], node)
     }
 }
@@ -270,22 +259,11 @@ fn shape_of(node: &Node) -> Shape {
     Shape { size: axes3(&node.shape[1..], 1), channels: node.shape[0] }
 }
 
-/// A window over (depth, rows, columns).
-fn window3(window: &Window, input: [usize; 3]) -> Window3 {
-    let axes = window.kernel.len();
+/// A window over (depth, rows, columns); its outputs are those of a kernel whose values meet inputs `dilation` apart
+/// (empty: neighbours).
+fn window3(window: &Window, dilation: &[usize], input: [usize; 3]) -> Window3 {
+    let spatial = &input[3 - window.kernel.len()..];
     let before: Vec<usize> = window.padding.iter().map(|p| p.0).collect();
-    Window3 {
-        input,
-        output: axes3(&window.positions(&input[3 - axes..]), 1),
-        kernel: axes3(&window.kernel, 1),
-        stride: axes3(&window.stride, 1),
-        before: axes3(&before, 0),
-    }
-}
-
-/// Values of up to three spatial axes as those of three; the missing first ones are `rest`.
-fn axes3<T: Copy>(values: &[T], rest: T) -> [T; 3] {
-    let mut all = [rest; 3];
-    all[3 - values.len()..].copy_from_slice(values);
-    all
+    let output = window.dilated(dilation).positions(spatial);
+    Window3::over(spatial, &output, &window.kernel, &window.stride, &before)
 }

@@ -1,6 +1,6 @@
 //! Convolutions of one input that are too narrow to fill a vector are computed together.
 
-use crate::step::{Conv, ConvKind, Shape, Step, StepId, Work};
+use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
 
 /// Filters up to which a convolution leaves most of a vector empty.
 const NARROW: usize = 8;
@@ -67,7 +67,7 @@ fn are_siblings(a: &Step, b: &Step) -> bool {
 /// A convolution of one group by its definition's products, without an addend.
 fn plain(step: &Step) -> Option<&Conv> {
     match &step.work {
-        Work::Conv(conv) if conv.kind == ConvKind::Direct && conv.groups == 1 && step.inputs.len() == 1 => {
+        Work::Conv(conv @ Conv { algorithm: Algorithm::Direct, groups: 1, .. }) if step.inputs.len() == 1 => {
             Some(conv)
         }
         _ => None,
@@ -89,7 +89,7 @@ fn join(first: Step, second: Option<Step>) -> Step {
         dilation: a.dilation,
         groups: 1,
         rectifier: a.rectifier,
-        kind: ConvKind::Direct,
+        algorithm: Algorithm::Direct,
     };
     let shape = Shape { channels: left + right, ..first.shape };
     Step { work: Work::Conv(conv), inputs: first.inputs, shape }

@@ -2,10 +2,10 @@
 
 use taxel_graph::Activation;
 use taxel_kernels::frozen::{self, Place, Pool, Route};
-use taxel_kernels::{Rectifier, View, activation, conv, deviation, layout, lstm, pointwise};
+use taxel_kernels::{Buffer, Rectifier, View, activation, conv, deviation, layout, lstm, pointwise};
 
 use crate::places::Places;
-use crate::step::{Conv, ConvKind, Step, StepId, Work};
+use crate::step::{Algorithm, Conv, Step, StepId, Work};
 
 /// One call.
 pub(crate) struct Call {
@@ -18,9 +18,9 @@ pub(crate) struct Call {
 /// Memory of a call besides its values.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    pub input: taxel_kernels::Buffer,
-    pub output: taxel_kernels::Buffer,
-    pub work: taxel_kernels::Buffer,
+    pub input: Buffer,
+    pub output: Buffer,
+    pub work: Buffer,
 }
 
 /// The most values that calls need of each.
@@ -37,7 +37,7 @@ pub(crate) enum Kernel {
     Input(usize),
     Conv(frozen::Conv),
     Depthwise(frozen::Depthwise),
-    Winograd(Box<Winograd>),
+    Winograd(Winograd),
     Linear {
         linear: frozen::Linear,
         bias: Vec<f32>,
@@ -59,8 +59,7 @@ pub(crate) enum Kernel {
 
 /// The convolution of training with what was folded into it.
 pub(crate) struct Winograd {
-    conv: conv::Conv,
-    weight: Vec<f32>,
+    conv: Box<conv::Conv>,
     packed: Vec<f32>,
     bias: Vec<f32>,
     rectifier: Rectifier,
@@ -139,22 +138,23 @@ fn kernel(work: Work, from: &[(usize, Place)], to: &Place, scratch: &mut Scratch
 }
 
 fn convolution(conv: Conv, from: &[(usize, Place)], to: &Place, scratch: &mut ScratchLens) -> Kernel {
-    let Conv { window, dilation, groups, weight, bias, rectifier, kind } = conv;
+    let Conv { window, dilation, groups, weight, bias, rectifier, algorithm } = conv;
     let x = from[0].1;
     let route = Route { from: x, to: *to, addend: from.get(1).map(|(_, place)| *place), rectifier };
-    match kind {
-        ConvKind::Direct => Kernel::Conv(frozen::Conv::new(&window, dilation, groups, &weight, &bias, route)),
-        ConvKind::Depthwise => {
+    match algorithm {
+        Algorithm::Direct => {
+            Kernel::Conv(frozen::Conv::new(&window, dilation, groups, &weight, &bias, route))
+        }
+        Algorithm::Depthwise => {
             Kernel::Depthwise(frozen::Depthwise::new(&window, dilation, &weight, &bias, route))
         }
-        ConvKind::Winograd => {
-            let conv = conv::Conv::new(window, x.channels, to.channels, groups);
+        Algorithm::Winograd(conv) => {
             scratch.input = scratch.input.max(x.len() + conv.padded_len());
             scratch.output = scratch.output.max(to.len());
             scratch.work = scratch.work.max(conv.work_len());
             let mut packed = vec![];
             conv.pack(&weight, &mut packed);
-            Kernel::Winograd(Box::new(Winograd { conv, weight, packed, bias, rectifier }))
+            Kernel::Winograd(Winograd { conv, packed, bias, rectifier })
         }
     }
 }
@@ -240,11 +240,12 @@ impl Call {
         let Scratch { input, output, work } = scratch;
         let (copy, padded) = input.split_at_mut(if from.is_dense() { 0 } else { from.len() });
         let x = dense(from, x, copy);
-        let Winograd { conv, weight, packed, bias, rectifier } = winograd;
+        let Winograd { conv, packed, bias, rectifier } = winograd;
         let output = &mut output[..to.len()];
         for band in conv.bands() {
             let padded = conv.pad(x, &View::default(), band, padded);
-            conv.forward(padded, weight, packed, Some(bias), output, work);
+            // What is packed takes the place of the weights.
+            conv.forward(padded, &[], packed, Some(bias), output, work);
         }
         let view = View { affine: None, rectifier: *rectifier };
         frozen::map(&view, &Place::dense(to.size, to.channels), output, to, y);

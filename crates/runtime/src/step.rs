@@ -1,8 +1,9 @@
 //! A network as steps: what is computed between two stored values.
 
 use taxel_graph::Activation;
+use taxel_kernels::conv::{self, Kind};
 use taxel_kernels::frozen::{self, Pooling, Reach};
-use taxel_kernels::{Rectifier, Window3, conv, lstm};
+use taxel_kernels::{Rectifier, Window3, lstm};
 
 /// Number of a step, and of the value that it computes.
 pub(crate) type StepId = usize;
@@ -34,25 +35,24 @@ pub(crate) struct Conv {
     pub weight: Vec<f32>,
     pub bias: Vec<f32>,
     pub rectifier: Rectifier,
-    pub kind: ConvKind,
+    pub algorithm: Algorithm,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ConvKind {
+/// How a convolution is computed.
+pub(crate) enum Algorithm {
     Direct,
     Depthwise,
     /// Fewer products, by the convolution that training uses.
-    Winograd,
+    Winograd(Box<conv::Conv>),
 }
 
-impl ConvKind {
-    pub fn of(conv: &conv::Conv, channels: usize, filters: usize, groups: usize) -> Self {
-        if groups > 1 && groups == channels && groups == filters {
-            ConvKind::Depthwise
-        } else if conv.is_winograd() {
-            ConvKind::Winograd
-        } else {
-            ConvKind::Direct
+impl Algorithm {
+    /// What training would take.
+    pub fn of(plan: conv::Conv) -> Self {
+        match plan.kind() {
+            Kind::Direct => Algorithm::Direct,
+            Kind::Depthwise => Algorithm::Depthwise,
+            Kind::Winograd => Algorithm::Winograd(Box::new(plan)),
         }
     }
 }
@@ -105,9 +105,12 @@ impl Work {
     /// Columns of zeros that a reader needs before and after the rows of its first input.
     pub fn margin(&self) -> [usize; 2] {
         match self {
-            Work::Conv(Conv { window, dilation, kind: ConvKind::Direct | ConvKind::Depthwise, .. }) => {
-                frozen::margins(window, *dilation)
-            }
+            Work::Conv(Conv {
+                window,
+                dilation,
+                algorithm: Algorithm::Direct | Algorithm::Depthwise,
+                ..
+            }) => frozen::margins(window, *dilation),
             _ => [0; 2],
         }
     }
@@ -115,7 +118,7 @@ impl Work {
     /// Whether inputs have to fill their buffers.
     pub fn needs_dense(&self) -> bool {
         match self {
-            Work::Conv(conv) => conv.kind == ConvKind::Winograd,
+            Work::Conv(conv) => matches!(conv.algorithm, Algorithm::Winograd(_)),
             Work::Linear { .. } | Work::Activation(_) | Work::Shuffle(_) | Work::Flatten | Work::Switch => {
                 true
             }

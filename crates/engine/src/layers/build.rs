@@ -1,7 +1,7 @@
 //! Which layer a node of the graph becomes.
 
 use taxel_graph::{Activation, Graph, Node, Op, Window};
-use taxel_kernels::{self as kernels, Window3, adaptive_pool::AdaptivePool};
+use taxel_kernels::{self as kernels, Window3, adaptive_pool::AdaptivePool, axes3};
 
 use super::batch_layer::{Batch, BatchLayer};
 use super::layer::Layer;
@@ -34,11 +34,9 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
         Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
         Op::Conv { filters, window, dilation, groups, bias } => {
             let shape = &input(0).shape;
-            let kernel = axes3(&window.kernel, 1);
-            let window = Window3 { kernel, ..window3(&window.dilated(dilation), shape) };
-            let dilation = axes3(dilation, 1);
-            let kernel = kernels::conv::Conv::dilated(window, dilation, shape[0], *filters, *groups);
-            Box::new(conv::Conv::new(kernel, *bias))
+            let (window, dilation) = (window3(window, dilation, shape), axes3(dilation, 1));
+            let plan = kernels::conv::Conv::dilated(window, dilation, shape[0], *filters, *groups);
+            Box::new(conv::Conv::new(plan, *bias))
         }
         // Stored only where the engine cannot leave them to their readers.
         Op::BatchNorm { .. } | Op::Relu | Op::Activation(Activation::Relu6) => {
@@ -49,11 +47,11 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             Box::new(dropout::Dropout { probability, channels, positions: len / channels })
         }
         Op::MaxPool(window) => {
-            let window = window3(window, &input(0).shape);
+            let window = window3(window, &[], &input(0).shape);
             Box::new(pool::MaxPool(taxel_kernels::pool::MaxPool::new(&window, node.shape[0])))
         }
         Op::AveragePool { window, counted } => {
-            let (window, counted) = (window3(window, &input(0).shape), axes3(counted, (0, 0)));
+            let (window, counted) = (window3(window, &[], &input(0).shape), axes3(counted, (0, 0)));
             Box::new(pool::AveragePool { window, counted, channels: node.shape[0] })
         }
         Op::GlobalAveragePool => {
@@ -92,22 +90,10 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     })
 }
 
-/// A window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes.
-fn window3(window: &Window, input: &[usize]) -> Window3 {
-    let spatial = &input[1..];
+/// A window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes; its outputs are
+/// those of a kernel whose values meet inputs `dilation` apart (empty: neighbours).
+fn window3(window: &Window, dilation: &[usize], input: &[usize]) -> Window3 {
     let before: Vec<usize> = window.padding.iter().map(|p| p.0).collect();
-    Window3 {
-        input: axes3(spatial, 1),
-        output: axes3(&window.positions(spatial), 1),
-        kernel: axes3(&window.kernel, 1),
-        stride: axes3(&window.stride, 1),
-        before: axes3(&before, 0),
-    }
-}
-
-/// Values of 1 to 3 spatial axes as those of three; the missing first ones are `rest`.
-fn axes3<T: Copy>(values: &[T], rest: T) -> [T; 3] {
-    let mut all = [rest; 3];
-    all[3 - values.len()..].copy_from_slice(values);
-    all
+    let output = window.dilated(dilation).positions(&input[1..]);
+    Window3::over(&input[1..], &output, &window.kernel, &window.stride, &before)
 }

@@ -10,6 +10,7 @@ use super::begin::Begin;
 use super::depthwise::{self, Depthwise};
 use super::direct::Direct;
 use super::halo::Halo;
+use super::kind::Kind;
 use super::scatter::scatter;
 use super::sizes::Sizes;
 use super::winograd::Winograd;
@@ -57,9 +58,12 @@ impl Pass {
         Pass { sizes, halo: Halo::new(&sizes, padded), band_rows, algorithm }
     }
 
-    /// Whether it saves products, at the price of transforms.
-    pub fn is_winograd(&self) -> bool {
-        matches!(self.algorithm, Algorithm::Winograd(_))
+    pub fn kind(&self) -> Kind {
+        match self.algorithm {
+            Algorithm::Direct(_) => Kind::Direct,
+            Algorithm::Depthwise(_) => Kind::Depthwise,
+            Algorithm::Winograd(_) => Kind::Winograd,
+        }
     }
 
     /// Values of one padded image.

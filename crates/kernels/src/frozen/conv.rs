@@ -12,7 +12,6 @@ use super::place::{Place, Route};
 
 /// A convolution with its weights.
 pub struct Conv {
-    from: Place,
     to: Place,
     addend: Option<Place>,
     rectifier: Rectifier,
@@ -21,8 +20,6 @@ pub struct Conv {
     /// Length of a stretch of inputs that meets one stretch of weights.
     run: usize,
     lines: Vec<Line>,
-    /// Starts of those stretches from the line's own start: per list, input and number of products before.
-    taps: Vec<Vec<(usize, usize)>>,
     panels: Vec<Panel>,
     weights: Buffer,
     bias: Vec<f32>,
@@ -95,20 +92,8 @@ impl Conv {
         let reach = lines.iter().map(last).max().unwrap_or(0).max(from.end());
         let depth = window.volume() * channels;
         let (panels, weights) = pack(weight, depth, channels, filters, groups, &taps);
-        Conv {
-            from,
-            to,
-            addend,
-            rectifier,
-            step,
-            run,
-            lines,
-            taps,
-            panels,
-            weights,
-            bias: bias.to_vec(),
-            reach,
-        }
+        let bias = bias.to_vec();
+        Conv { to, addend, rectifier, step, run, lines, panels, weights, bias, reach }
     }
 
     /// `y = rectifier(conv(x) + bias + addend)`.
@@ -162,17 +147,6 @@ impl Conv {
                 unsafe { panel.columns.frozen(rows)(&tile) };
             }
         }
-    }
-
-    /// Products of one sample.
-    pub fn macs(&self) -> usize {
-        let products = |line: &Line| self.taps[line.taps].len() * self.run;
-        self.lines.iter().map(products).sum::<usize>() * self.to.size[2] * self.to.channels
-    }
-
-    /// Where the input lies.
-    pub fn from(&self) -> Place {
-        self.from
     }
 }
 

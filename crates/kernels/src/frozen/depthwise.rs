@@ -14,7 +14,6 @@ const BLOCK: usize = 8;
 
 /// A depthwise convolution with its weights.
 pub struct Depthwise {
-    from: Place,
     to: Place,
     /// Kernel columns, and distances of neighbouring taps and of the inputs of neighbouring outputs.
     columns: usize,
@@ -68,17 +67,12 @@ impl Depthwise {
         let width = (output[2].max(1) - 1) * step + (kernel[2] - 1) * tap + from.channels;
         let reach = lines.iter().flat_map(|line| &line.rows).map(|row| row.0 + width).max().unwrap_or(0);
         let (weights, bias) = (weight.to_vec(), bias.to_vec());
-        Depthwise { from, to, columns: kernel[2], tap, step, lines, weights, bias, rectifier, reach }
+        Depthwise { to, columns: kernel[2], tap, step, lines, weights, bias, rectifier, reach }
     }
 
     /// `y = rectifier(conv(x) + bias)`.
     pub fn run(&self, x: &[f32], y: &mut [f32]) {
         run(self, x, y);
-    }
-
-    /// Where the input lies.
-    pub fn from(&self) -> Place {
-        self.from
     }
 }
 

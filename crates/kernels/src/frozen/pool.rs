@@ -1,8 +1,10 @@
 //! Maximum and mean over windows between two places.
 
+use crate::adaptive_pool::part;
 use crate::lengths::at_least;
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
+use crate::window::Window3;
 
 use super::place::Place;
 
@@ -24,6 +26,29 @@ pub struct Reach {
     pub to: usize,
     /// Values that the mean counts; more than the inputs where padding counts.
     pub count: usize,
+}
+
+/// What the outputs of `window` see; of the padding, means count `counted` (before, after) per axis.
+pub fn windows(window: &Window3, counted: &[(usize, usize); 3]) -> [Vec<Reach>; 3] {
+    [0, 1, 2].map(|axis| {
+        let reach = |out: usize| {
+            let (values, from) = window.inside(axis, out);
+            Reach { from, to: from + values.len(), count: window.counted(axis, out, counted[axis]) }
+        };
+        (0..window.output[axis]).map(reach).collect()
+    })
+}
+
+/// What the outputs of an image of size `from` cut into `to` parts see, as in
+/// [`AdaptivePool`](crate::adaptive_pool::AdaptivePool); one part is the whole.
+pub fn parts(from: [usize; 3], to: [usize; 3]) -> [Vec<Reach>; 3] {
+    [0, 1, 2].map(|axis| {
+        let reach = |out: usize| {
+            let part = part(from[axis], to[axis], out);
+            Reach { from: part.start, to: part.end, count: part.len() }
+        };
+        (0..to[axis]).map(reach).collect()
+    })
 }
 
 /// A pooling with its windows.
