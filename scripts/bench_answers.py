@@ -17,7 +17,6 @@ import datetime
 import json
 import pathlib
 import statistics
-import subprocess
 import sys
 
 import bench_training
@@ -27,13 +26,6 @@ TARGET, LEAST = 1.8, 1.2
 NETWORKS = """mlp lstm tactnet4 tactnet6 tactresnet vgg6-lite-1d resnet8-lite-1d densenet6-lite-1d vgg6-lite-2d resnet8-lite-2d
 densenet6-lite-2d hybrid-vgg hybrid-resnet hybrid-densenet hybrid-resvgg tactnet3d multiscale-cnn dilated-resnet-1d
 mobilenet-v2 shufflenet-v2 mnasnet1-0 resnet18""".split()
-
-
-def build():
-    command = ["cargo", "build", "--release", "--locked", "-p", "taxel-runtime", "--example", "answers", "--message-format", "json"]
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    messages = (json.loads(line) for line in done.stdout.splitlines())
-    return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "answers")
 
 
 class Answers(Worker):
@@ -94,7 +86,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=0.3)
     parser.add_argument("--write", action="store_true", help="writes docs/benchmarks/DATE-CPU-answers.md and .json")
     args = parser.parse_args()
-    program = build()
+    program = bench_training.build("taxel-runtime", "answers")
     before = processors()
     results = []
     for name in args.networks.split(","):

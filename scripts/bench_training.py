@@ -147,17 +147,17 @@ def run(worker):
     return dict(times, others=round(max(0.0, busy - ours) / max(total, 1), 3))
 
 
-def build_steps():
-    """Builds taxel's `steps` and returns its path."""
-    command = ["cargo", "build", "--release", "--locked", "-p", "taxel-engine", "--example", "steps", "--message-format", "json"]
+def build(package, example):
+    """Builds an example and returns its path."""
+    command = ["cargo", "build", "--release", "--locked", "-p", package, "--example", example, "--message-format", "json"]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     if done.returncode:
-        raise SystemExit("cargo could not build the example `steps`")
+        raise SystemExit(f"cargo could not build the example `{example}`")
     for line in done.stdout.splitlines():
         message = json.loads(line)
-        if message.get("executable") and message["target"]["name"] == "steps":
+        if message.get("executable") and message["target"]["name"] == example:
             return message["executable"]
-    raise SystemExit("cargo built no executable called `steps`")
+    raise SystemExit(f"cargo built no executable called `{example}`")
 
 
 def commands(name, row, threads, steps, args):
@@ -373,7 +373,7 @@ def arguments():
 
 def main():
     args = arguments()
-    steps = args.steps or build_steps()
+    steps = args.steps or build("taxel-engine", "steps")
     facts, results = environment(args), []
     for threads in args.threads:
         for name, row in ((name, row) for name in args.networks for row in NETWORKS[name]):
