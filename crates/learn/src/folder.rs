@@ -23,6 +23,9 @@ pub struct Identity<'a> {
     pub difference: &'a dyn Fn(&Path, &str) -> Result<Option<String>>,
 }
 
+/// On what machine, with which code and on which data a run was made.
+pub(crate) const ENVIRONMENT: &str = "environment.json";
+
 /// Files that hold the identity of a run: an experiment's, or a library's.
 pub(crate) const IDENTITIES: [&str; 2] = ["config.toml", "run.json"];
 
@@ -133,7 +136,7 @@ impl RunFolder {
     /// # Errors
     /// A missing or damaged `environment.json`.
     pub fn environment(&self) -> Result<Environment> {
-        let path = self.file("environment.json");
+        let path = self.file(ENVIRONMENT);
         read_json(&path)?.ok_or_else(|| Error::damaged(&path, "is not there; run the experiment again"))
     }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::folder::{IDENTITIES, RunFolder};
+use crate::folder::{ENVIRONMENT, IDENTITIES, RunFolder};
 use crate::records::FoldKey;
 
 /// Puts the finished `folds` of several folders of one run into a new folder `out`. A run that is resumed there
@@ -19,8 +19,7 @@ pub fn gather(out: &Path, folds: &[(RunFolder, FoldKey)]) -> Result<RunFolder> {
     for part in ["folds", "models"] {
         make(&out.join(part))?;
     }
-    let machine = ["environment.json"];
-    for name in IDENTITIES.iter().chain(&machine).filter(|name| first.file(name).is_file()) {
+    for name in IDENTITIES.iter().chain(&[ENVIRONMENT]).filter(|name| first.file(name).is_file()) {
         link(&first.file(name), &out.join(name))?;
     }
     let folder = RunFolder::open(out)?;

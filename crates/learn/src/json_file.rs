@@ -9,6 +9,11 @@ use taxel_files::write_whole;
 
 use crate::error::{Error, Result};
 
+/// Whether a value goes without saying: it is left out of files, which then say what they always said.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 /// Writes a file that is whole or not there.
 pub(crate) fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     write_whole(path, bytes).map_err(|e| Error::io(path, "written", e))

@@ -21,7 +21,7 @@ pub enum Optimizer {
         #[serde(default)]
         weight_decay: f64,
         /// What the penalty touches. Default `all`.
-        #[serde(default, skip_serializing_if = "Decay::is_default")]
+        #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
         decay: Decay,
     },
     /// `torch.optim.Adam`: the penalty is part of the gradient.
@@ -41,13 +41,6 @@ pub enum Decay {
     Matrices,
 }
 
-impl Decay {
-    /// Left out of files, which then say what they always said.
-    fn is_default(&self) -> bool {
-        *self == Decay::All
-    }
-}
-
 /// Settings of the optimisers that remember two moments of the gradient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -57,7 +50,7 @@ pub struct Moments {
     /// L2 penalty, `[0, 1]`. Default 0.
     pub weight_decay: f64,
     /// What the penalty touches. Default `all`.
-    #[serde(skip_serializing_if = "Decay::is_default")]
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub decay: Decay,
     /// Decay of the first and second moment, each in `[0, 1)`. Default `[0.9, 0.999]`.
     pub betas: [f64; 2],

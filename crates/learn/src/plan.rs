@@ -89,7 +89,7 @@ impl<'a> Plan<'a> {
             folds: per_row,
             left_out,
             networks,
-            ..Results::empty(dataset, &protocol, seed, shortcut(dataset))
+            ..Results::empty(dataset, &protocol, seed)
         };
         let names = rows.iter().map(|row| row.name.as_str());
         Ok(Plan {
@@ -221,7 +221,7 @@ fn able(
 
 /// How many samples a few global statistics tell apart, where that is so many that it makes real
 /// recordings suspicious. A simulated world has no recording that could differ.
-fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
+pub(crate) fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
     if dataset.source.is_simulated() {
         return None;
     }

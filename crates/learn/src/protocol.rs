@@ -47,7 +47,7 @@ pub enum Protocol {
         #[serde(default = "fifth")]
         test: f64,
         /// Share for validation, `[0, 1)`. Default 0.
-        #[serde(default, skip_serializing_if = "is_zero")]
+        #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
         validation: f64,
     },
     /// A learning curve (paper 003): per repetition one random test part, and from the rest as many
@@ -100,10 +100,6 @@ fn fifth() -> f64 {
 
 fn few() -> Vec<usize> {
     vec![1, 2, 5, 10, 20]
-}
-
-fn is_zero(share: &f64) -> bool {
-    *share == 0.0
 }
 
 impl Default for Protocol {

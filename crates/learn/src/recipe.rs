@@ -113,7 +113,7 @@ pub struct Recipe {
     pub schedule: Schedule,
     /// Share of the epochs, `[0, 1)`, over which the rate rises evenly to the first of the schedule, which takes
     /// the rest. Default 0.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub warm_up: f64,
     /// Which statistics batch norm uses once training has ended.
     pub batch_norm: BatchNorm,
@@ -161,10 +161,6 @@ impl Default for Recipe {
 
 /// Samples of the smallest batch that [`Recipe::least_batches`] makes.
 const SMALLEST_BATCH: usize = 8;
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
 
 impl Recipe {
     /// The recipe for so many training samples: epochs and batches as the least numbers of steps and batches ask.

@@ -104,7 +104,7 @@ pub struct FoldRecord {
     pub test_loss: f64,
     /// Whether the training diverged: the weights that were tested had a training loss above ten times that of
     /// outputs that are all 0 (ln(classes) for the cross-entropy).
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
     pub diverged: bool,
     /// What the fold has chosen by its validation part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -144,12 +144,6 @@ impl FoldRecord {
             levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.scores).collect();
         Ok(mean_scores(&each))
     }
-}
-
-/// What goes without saying is not written.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands a reference")]
-pub(crate) fn is_false(value: &bool) -> bool {
-    !value
 }
 
 fn mean_scores(each: &[Scores]) -> Scores {

@@ -12,7 +12,7 @@ use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Score
 use crate::model::Score;
 use crate::problem::Problem;
 use crate::protocol::Protocol;
-use crate::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, is_false};
+use crate::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics};
 
 /// Resamples of a bootstrap interval.
 const DRAWS: usize = 2000;
@@ -38,7 +38,7 @@ pub struct FoldScores {
     /// Brier score, 0 to 2; with several attributes the mean over them.
     pub brier: f64,
     /// Whether the training diverged ([`FoldRecord::diverged`]): then the scores say nothing about the network.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
     pub diverged: bool,
 }
 
@@ -70,7 +70,7 @@ pub struct NetworkResults {
     pub other_statistics: Option<OtherStatistics>,
     /// Folds whose training diverged: finished ones ([`FoldScores::diverged`]), and in the run that wrote this
     /// those that were stopped because their loss was not finite.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
     pub diverged: usize,
     /// What it costs.
     pub costs: Costs,
@@ -143,12 +143,7 @@ pub struct Results {
 
 impl Results {
     /// No networks, no folds.
-    pub(crate) fn empty(
-        dataset: &Dataset,
-        protocol: &Protocol,
-        seed: u64,
-        shortcut: Option<Shortcut>,
-    ) -> Self {
+    pub(crate) fn empty(dataset: &Dataset, protocol: &Protocol, seed: u64) -> Self {
         let attributes = dataset.labels.attributes();
         Results {
             name: String::new(),
@@ -165,7 +160,7 @@ impl Results {
             protocol: protocol.clone(),
             folds: 0,
             left_out: BTreeMap::new(),
-            shortcut,
+            shortcut: None,
             seed,
             unit: "percent".into(),
             networks: vec![],
@@ -227,11 +222,6 @@ impl Frame {
         let levels = Levels::new(&dataset.labels.sizes());
         Ok(Frame { levels, clusters: dataset.clusters(), look_alikes: groups, seed })
     }
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands a reference")]
-fn is_zero(value: &usize) -> bool {
-    *value == 0
 }
 
 fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {

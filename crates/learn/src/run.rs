@@ -11,14 +11,15 @@ use crate::candidate::{Candidate, Estimator, Trainable};
 use crate::encoding::SERIES;
 use crate::environment::Environment;
 use crate::error::{Error, Result};
-use crate::folder::RunFolder;
+use crate::folder::{ENVIRONMENT, RunFolder};
 use crate::hooks::Hooks;
 use crate::json_file::{write_atomic, write_json};
 use crate::making::{Origin, baseline_model, network_model};
 use crate::metrics::mean_log_loss;
+use crate::model::Model;
 use crate::options::RunOptions;
 use crate::part::{Part, pool};
-use crate::plan::Plan;
+use crate::plan::{Plan, shortcut};
 use crate::progress::Progress;
 use crate::records::{Change, FoldKey, FoldRecord, Timing};
 use crate::results::Results;
@@ -26,9 +27,6 @@ use crate::session::Saver;
 use crate::table_latency::{of_baseline, of_network};
 use crate::tensorboard;
 use crate::training::{Trained, Training};
-
-/// On what machine, with which code and on which data the run was made.
-const ENVIRONMENT: &str = "environment.json";
 
 /// A run that is under way.
 pub(crate) struct Run<'a> {
@@ -49,7 +47,8 @@ struct Finished {
 
 impl<'a> Run<'a> {
     /// A run that writes to `folder`, or keeps its records in memory.
-    pub fn new(plan: Plan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
+    pub fn new(mut plan: Plan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
+        plan.results.shortcut = shortcut(plan.dataset);
         Run { plan, folder, options, records: vec![], timings: vec![], stopped: vec![] }
     }
 
@@ -112,7 +111,7 @@ impl<'a> Run<'a> {
         let open: Vec<FoldKey> = self.plan.keys.iter().filter(is_open).cloned().collect();
         progress.start(open.iter().map(|key| self.work(key)).sum());
         let (begin, mut assembling) = (Instant::now(), 0.0);
-        let (before, mut errors) = (self.records.len(), vec![]);
+        let (before, count, mut errors) = (self.records.len(), open.len(), vec![]);
         for (done, key) in open.into_iter().enumerate() {
             progress.fold(&key, before + done + 1, self.plan.keys.len());
             let finished =
@@ -130,8 +129,10 @@ impl<'a> Run<'a> {
                 }
                 Err(error) => return Err(error),
             }
-            // After every fold, unless that would take a share of the time worth mentioning.
-            if self.folder.is_some() && assembling * 20.0 <= begin.elapsed().as_secs_f64() {
+            // After every fold but the last, whose caller assembles in any case, unless that would take a share of
+            // the time worth mentioning.
+            if self.folder.is_some() && done + 1 < count && assembling * 20.0 <= begin.elapsed().as_secs_f64()
+            {
                 let start = Instant::now();
                 self.assemble()?;
                 assembling += start.elapsed().as_secs_f64();
@@ -215,13 +216,8 @@ impl<'a> Run<'a> {
         };
         let mut hooks = Hooks { tick: &mut tick, cancel, saver: &mut saver };
         let Some(trained) = training.run(&mut hooks)? else { return Ok(None) };
-        let written = match &self.folder {
-            Some(folder) => {
-                let model = network_model(candidate, network, &inputs, &trained, &self.origin(key));
-                Some(model.write(&folder.model_path(key))?)
-            }
-            None => None,
-        };
+        let model = || network_model(candidate, network, &inputs, &trained, &self.origin(key));
+        let written = self.write_model(key, model)?;
         let latency = match fold.test.first().filter(|_| self.is_first(key)) {
             Some(&row) => Some(of_network(&network.graph, &trained.weights, &inputs, row)?),
             None => None,
@@ -269,16 +265,16 @@ impl<'a> Run<'a> {
             true => Some(of_baseline(&fitted, series.sample(fold.test[0]))?),
             false => None,
         };
-        let written = match &self.folder {
-            Some(folder) => {
-                let model = baseline_model(candidate, &fitted, &inputs, &self.origin(key));
-                Some(model.write(&folder.model_path(key))?)
-            }
-            None => None,
-        };
+        let model = || baseline_model(candidate, &fitted, &inputs, &self.origin(key));
+        let written = self.write_model(key, model)?;
         let timing = Timing { latency, ..self.timing(key, train_seconds, test_seconds) };
         let record = self.record(key, written, probabilities, test_loss);
         Ok(Finished { record: FoldRecord { costs: Some(fitted.costs()), ..record }, timing })
+    }
+
+    /// Writes the model of a fold, where there is a folder; gives its digest.
+    fn write_model(&self, key: &FoldKey, model: impl FnOnce() -> Model) -> Result<Option<String>> {
+        self.folder.as_ref().map(|folder| model().write(&folder.model_path(key))).transpose()
     }
 
     fn fold(&self, key: &FoldKey) -> &taxel_data::Fold {

@@ -19,13 +19,21 @@ impl Model {
     /// those that its card describes, or that was put in the place of a fold's own: by file and name.
     pub fn open(path: &Path) -> Result<Self> {
         let (model, digest) = Model::read(path)?;
-        if let Some((folder, record)) = fold_of(path)?
-            && let Some(own) = &record.model
-            && *own != digest
-        {
-            return Err(foreign(path, &folder.record_path(&record.key), model.card(), (&digest, own)));
+        match fold_of(path)? {
+            Some(fold) => checked(path, model, &digest, &fold),
+            None => Ok(model),
         }
-        Ok(model)
+    }
+}
+
+/// A model of that digest, which must be the one that the fold wrote, where its record holds one.
+fn checked(path: &Path, model: Model, digest: &str, fold: &(RunFolder, FoldRecord)) -> Result<Model> {
+    let (folder, record) = fold;
+    match &record.model {
+        Some(own) if own != digest => {
+            Err(foreign(path, &folder.record_path(&record.key), model.card(), (digest, own)))
+        }
+        _ => Ok(model),
     }
 }
 
@@ -35,7 +43,10 @@ impl Model {
 /// As [`taxel_checkpoint::read`] and, of a file in the `models/` of a run folder, [`Model::open`].
 pub fn read_weights(path: &Path) -> Result<Weights> {
     match fold_of(path)? {
-        Some(_) => Ok(Model::open(path)?.weights().clone()),
+        Some(fold) => {
+            let (model, digest) = Model::read(path)?;
+            Ok(checked(path, model, &digest, &fold)?.weights().clone())
+        }
         None => Ok(taxel_checkpoint::read(path)?.0),
     }
 }

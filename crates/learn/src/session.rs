@@ -100,11 +100,6 @@ impl Saver {
         Saver { path: None, ..Saver::new(PathBuf::new(), &RunOptions::default()) }
     }
 
-    /// Whether the training is to end now that it is saved.
-    pub fn is_last(&self) -> bool {
-        self.path.is_some() && self.options.is_stopping()
-    }
-
     /// Seconds of training, those of an earlier process included.
     pub fn seconds(&self) -> f64 {
         self.before + self.begin.elapsed().as_secs_f64()
@@ -153,15 +148,18 @@ impl Saver {
         })
     }
 
-    /// Saves the session if it is time, or the last time; `engine` is that of the stage under way, if there is one.
+    /// Saves the session if it is time, or the last time: says whether the training is to end now that it is saved.
+    /// `engine` is that of the stage under way, if there is one.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save(&mut self, session: &mut Session, engine: Option<&Engine>) -> Result<()> {
-        let Some(path) = &self.path else { return Ok(()) };
+    pub fn save(&mut self, session: &mut Session, engine: Option<&Engine>) -> Result<bool> {
+        let Some(path) = &self.path else { return Ok(false) };
+        // Asked once: it may change meanwhile.
+        let is_last = self.options.is_stopping();
         let wait = self.options.save_every().max(20.0 * self.cost);
-        if self.last.elapsed().as_secs_f64() < wait && !self.is_last() {
-            return Ok(());
+        if self.last.elapsed().as_secs_f64() < wait && !is_last {
+            return Ok(false);
         }
         let start = Instant::now();
         let mut tensors = Weights::new();
@@ -186,7 +184,7 @@ impl Saver {
             .map_err(|e| Error::damaged(path, format!("cannot be encoded: {e}")))?;
         checkpoint::write(path, &tensors, &text)?;
         (self.last, self.cost) = (Instant::now(), start.elapsed().as_secs_f64());
-        Ok(())
+        Ok(is_last)
     }
 
     /// Removes what was saved of a finished fold, and what a killed process was about to save.

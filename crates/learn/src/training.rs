@@ -12,7 +12,6 @@ use crate::error::{Error, Result};
 use crate::hooks::Hooks;
 use crate::learner::{Learner, Task};
 use crate::model::digest;
-use crate::objective::Objective;
 use crate::part::Part;
 use crate::problem::Problem;
 use crate::recipe::{BatchNorm, Recipe};
@@ -89,12 +88,11 @@ impl Training<'_> {
         let Some(learner) = self.fit(&recipe, &rows, &validation, &mut session, hooks)? else {
             return Ok(None);
         };
-        let Some(tested) = self.test(learner, &recipe, &rows, hooks)? else { return Ok(None) };
         let stage = session.state.stage;
         let best_epoch = stage.best.map(|best| best.epoch);
-        let objective = Objective::new(&recipe, &self.dataset.labels, &rows);
         let answered = best_epoch.map_or(stage.epochs.last(), |best| stage.epochs.get(best));
-        let diverged = answered.is_some_and(|epoch| objective.is_diverged(epoch.train_loss));
+        let diverged = answered.is_some_and(|epoch| learner.objective.is_diverged(epoch.train_loss));
+        let Some(tested) = self.test(learner, &recipe, &rows, hooks)? else { return Ok(None) };
         Ok(Some(Trained { chosen, best_epoch, diverged, epochs: stage.epochs, ..tested }))
     }
 
@@ -224,8 +222,7 @@ impl Training<'_> {
                 accuracy: scores.map(|(_, accuracy)| accuracy),
             });
             session.next_stage();
-            hooks.saver.save(session, None)?;
-            if hooks.saver.is_last() {
+            if hooks.saver.save(session, None)? {
                 return Ok(None);
             }
         }
@@ -291,8 +288,7 @@ impl Training<'_> {
                 }
             }
             session.state.stage.epochs.push(line);
-            hooks.saver.save(session, Some(&learner.engine))?;
-            if hooks.saver.is_last() {
+            if hooks.saver.save(session, Some(&learner.engine))? {
                 return Ok(None);
             }
         }

@@ -51,13 +51,10 @@ impl Experiment {
         if let (Some(rate), Origin::Scene(_)) = (rate, &self.config().data.origin) {
             dataset.reading.rate = Some(*rate);
         }
-        let refuse = |key: &str, value: String| {
-            let key = key.to_string();
-            move |e: taxel_data::Error| self.refuse(Problem::new(key, value, e.to_string()))
-        };
         if let Some(classes) = classes {
-            let value = format!("{classes:?}");
-            dataset.keep_classes(classes).map_err(refuse("data.classes", value))?;
+            dataset.keep_classes(classes).map_err(|e| {
+                self.refuse(Problem::new("data.classes", format!("{classes:?}"), e.to_string()))
+            })?;
         }
         Ok(dataset)
     }

@@ -56,8 +56,9 @@ impl Model {
     pub(crate) fn write(&self, path: &Path) -> Result<String> {
         let text = serde_json::to_string(&self.card)
             .map_err(|e| Error::damaged(path, format!("the card cannot be encoded: {e}")))?;
-        taxel_checkpoint::write(path, &self.weights, &sealed(&text))?;
-        Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
+        let (text, digest) = sealed(&text);
+        taxel_checkpoint::write(path, &self.weights, &text)?;
+        Ok(digest)
     }
 
     /// What the model says about itself.
@@ -114,22 +115,22 @@ fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
             return Err(Error::damaged(path, reason));
         }
     }
-    let card = text.rsplit_once(SEAL).map(|(card, _)| format!("{card}}}"));
-    let Some(card) = card.filter(|card| sealed(card) == text) else {
+    let card = text.rsplit_once(SEAL).map_or(String::new(), |(card, _)| format!("{card}}}"));
+    let (as_written, digest) = sealed(&card);
+    if as_written != text {
         let reason = "its card is not the one that was written (digests differ); fit the model again";
         return Err(Error::damaged(path, reason));
-    };
-    let digest = blake3::hash(card.as_bytes()).to_hex().to_string();
+    }
     serde_json::from_str(&card).map(|card| (card, digest)).map_err(broken)
 }
 
 /// What stands between a card and the digest of its text.
 const SEAL: &str = ",\"digest\":\"";
 
-/// The JSON text of a card, with its own BLAKE3 as a last key.
-fn sealed(card: &str) -> String {
-    let digest = blake3::hash(card.as_bytes()).to_hex();
-    format!("{}{SEAL}{digest}\"}}", card.strip_suffix('}').unwrap_or(card))
+/// The JSON text of a card, with its own BLAKE3 as a last key; and that digest.
+fn sealed(card: &str) -> (String, String) {
+    let digest = blake3::hash(card.as_bytes()).to_hex().to_string();
+    (format!("{}{SEAL}{digest}\"}}", card.strip_suffix('}').unwrap_or(card)), digest)
 }
 
 /// Whether tensors and card belong together.

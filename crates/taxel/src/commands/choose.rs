@@ -69,9 +69,12 @@ impl Choose {
         let criteria = Criteria { cost, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
         criteria.check()?;
         leave_with("stopped; what was measured is in judgement.json: the same command goes on")?;
+        let stress = criteria.max_loss.map(|_| stress_options(self.threads));
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
-            let (judgement, choice) = self.one(path, &criteria)?;
+            let case = open(path)?;
+            let judgement = judgement(&case, stress.clone())?;
+            let choice = choose(&case, &judgement, &criteria)?;
             judgements.push(judgement);
             choices.push(choice);
         }
@@ -91,18 +94,6 @@ impl Choose {
         }
         let all = choices.iter().all(|choice| choice.chosen.is_some());
         Ok(if all { ExitCode::SUCCESS } else { ExitCode::from(1) })
-    }
-
-    fn one(
-        &self,
-        path: &Path,
-        criteria: &Criteria,
-    ) -> Result<(Judgement, Choice), Box<dyn std::error::Error>> {
-        let case = open(path)?;
-        let stress = criteria.max_loss.map(|_| stress_options(self.threads));
-        let judgement = judgement(&case, stress)?;
-        let choice = choose(&case, &judgement, criteria)?;
-        Ok((judgement, choice))
     }
 }
 

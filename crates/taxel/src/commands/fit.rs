@@ -146,7 +146,8 @@ impl Fit {
         let overrides = self.overrides();
         let experiment = Experiment::load(&folder.file("config.toml"), &overrides, registry)?;
         let dataset = experiment.dataset().map_err(|e| with_length_hint(e, None))?;
-        if overrides == Overrides::default() {
+        // What was chosen has been checked already.
+        if self.network.is_some() && overrides == Overrides::default() {
             folder.finished(&dataset)?;
         }
         // A score belongs to the recordings and the recipe that it was measured with.

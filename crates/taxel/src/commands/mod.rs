@@ -20,16 +20,15 @@ pub mod stress;
 pub mod sweep;
 pub mod zoo;
 
-use taxel::learn::cores;
 use taxel_zoo::Settings;
 
 /// The value of --threads; more than there are cores are capped, and said.
 pub fn threads(asked: Option<usize>) -> usize {
-    if let Some(asked) = asked.filter(|asked| *asked > cores()) {
-        let cores = cores();
-        eprintln!("--threads {asked}: this machine has {cores} cores, so {cores} threads run");
+    let threads = taxel::learn::threads(asked);
+    if let Some(asked) = asked.filter(|asked| *asked > threads) {
+        eprintln!("--threads {asked}: this machine has {threads} cores, so {threads} threads run");
     }
-    taxel::learn::threads(asked)
+    threads
 }
 
 /// `key=value` pairs of `--set`; a value that is not JSON is taken as text.

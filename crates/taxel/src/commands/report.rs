@@ -49,10 +49,12 @@ pub struct Report {
 impl Report {
     pub fn run(self) -> Outcome {
         leave_with("stopped; runs that were measured have a judgement.json: the same command goes on")?;
+        let stress = (!self.no_stress)
+            .then(|| StressOptions { samples: self.samples.max(1), ..stress_options(self.threads) });
         let mut judged = vec![];
         for run in &self.run {
             let case = open(run)?;
-            let judgement = self.judgement(&case)?;
+            let judgement = self.judgement(&case, stress.clone())?;
             judged.push((case, judgement));
         }
         let together: Vec<(&Case, &Judgement)> =
@@ -116,9 +118,11 @@ impl Report {
     }
 
     /// What is in the run folder already, or is measured now.
-    fn judgement(&self, case: &Case) -> Result<Judgement, Box<dyn std::error::Error>> {
-        let stress = (!self.no_stress)
-            .then(|| StressOptions { samples: self.samples.max(1), ..stress_options(self.threads) });
+    fn judgement(
+        &self,
+        case: &Case,
+        stress: Option<StressOptions>,
+    ) -> Result<Judgement, Box<dyn std::error::Error>> {
         let before = if self.again { None } else { before(case, stress.as_ref())? };
         if let Some(judgement) = before {
             eprintln!(
