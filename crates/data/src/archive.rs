@@ -5,6 +5,9 @@ use crate::{Error, Result, mat, mat_text, npz};
 use std::io::Read;
 use std::path::Path;
 
+/// The archive of a data set that is a folder.
+pub(crate) const DATA: &str = "data.npz";
+
 /// An open file of named arrays.
 pub(crate) enum Archive {
     Npz(npz::Archive),

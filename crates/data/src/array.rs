@@ -6,7 +6,8 @@ use std::path::Path;
 
 use ndarray::ArrayD;
 
-use crate::npy::{Cap, read_header};
+use crate::arrays::sample_shape;
+use crate::npy::{Cap, Header, read_header};
 use crate::options::Limits;
 use crate::{Error, Result};
 
@@ -16,6 +17,21 @@ use crate::{Error, Result};
 ///
 /// A file that is missing, cut short or no NumPy array, another dtype, or a value that f32 cannot hold.
 pub fn read_npy(path: &Path) -> Result<ArrayD<f32>> {
+    let (file, mut reader, header) = open(path)?;
+    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()))
+}
+
+/// Samples `[N, ...]` of `rank` axes each; none where the array has another number of axes.
+pub(crate) fn read_batch(path: &Path, rank: usize, limits: &Limits) -> Result<Option<ArrayD<f32>>> {
+    let (file, mut reader, header) = open(path)?;
+    if header.shape.len() != rank + 1 {
+        return Ok(None);
+    }
+    sample_shape(&header, &file, limits)?;
+    header.read_f32(&mut reader, &file, Cap::of_samples(limits)).map(Some)
+}
+
+fn open(path: &Path) -> Result<(String, BufReader<File>, Header)> {
     let file = path.display().to_string();
     let handle = File::open(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
@@ -23,5 +39,5 @@ pub fn read_npy(path: &Path) -> Result<ArrayD<f32>> {
     })?;
     let mut reader = BufReader::new(handle);
     let header = read_header(&mut reader, &file)?;
-    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()))
+    Ok((file, reader, header))
 }

@@ -161,7 +161,9 @@ fn read_samples(
                 let time = time_axis(options.layout, layout, None, &own.dtype, &own.shape);
                 let at = format!("{file}: {name}");
                 collected.push(&at, &own.shape, &own.values, time, " but for time")?;
-                dtype = own.dtype;
+                if dtype.is_empty() {
+                    dtype = own.dtype;
+                }
             }
             let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.into() })?;
             Ok(Read { x, dtype, origins: names.clone(), official: None })
@@ -315,7 +317,8 @@ fn read_official(archive: &mut Archive, file: &str, options: &Options) -> Result
     Ok(Some((name.clone(), values)))
 }
 
-fn sample_shape(header: &Header, at: &str, limits: &Limits) -> Result<()> {
+/// Refuses an array that is not samples `[N, ...]`, or too many of them.
+pub(crate) fn sample_shape(header: &Header, at: &str, limits: &Limits) -> Result<()> {
     let shape = header.shape.clone();
     if header.is_pickled() {
         return Err(header.unsupported(at, ""));

@@ -110,7 +110,7 @@ pub use lengths::Lengths;
 pub use load::{check, check_with, load};
 pub use options::{Drop, Limits, Options};
 pub use reading::Reading;
-pub use recordings::{Recordings, recordings};
+pub use recordings::{Recordings, are_images, recordings};
 pub use shortcut::Shortcut;
 pub use source::{Source, SourceKind};
 pub use split::{

@@ -1,5 +1,6 @@
 //! From a path to a data set, or to a card of what is wrong with it.
 
+use crate::archive::DATA;
 use crate::assemble::assemble;
 use crate::card::Card;
 use crate::dataset::Dataset;
@@ -105,7 +106,7 @@ pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
     if !metadata.is_dir() {
         return Err(Error::NotADataset { file });
     }
-    let data = path.join("data.npz");
+    let data = path.join(DATA);
     if data.is_file() {
         return arrays::read(&data, options);
     }

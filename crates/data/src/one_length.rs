@@ -44,10 +44,7 @@ pub(crate) fn samples(
         Some(axis) => x.without_padding(axis),
         None => x,
     };
-    if x.is_unequal() && axis == Some(0) && channels.is_some() {
-        let why = "are picked along the first axis of a sample, which is time here; leave them out";
-        return Err(Error::Option { file: raw.file.clone(), option: "channels", why });
-    }
+    refuse_channels(raw, &x, axis, channels)?;
     let x = x.select(kept, channels);
     let name = |row: usize| raw.sample_name(kept[row]);
     not_finite(&x, channels, faults, name);
@@ -70,6 +67,20 @@ pub(crate) fn samples(
     }
     let reading = reading(raw, options, layout, &cut.x.shape()[1..], Some(rule), &own)?;
     Ok(Samples { x: cut.x, reading, windows: cut.windows, lengths: Some(lengths), readings: Some(own) })
+}
+
+/// Refuses channels of samples that differ in length along the axis on which channels are picked.
+pub(crate) fn refuse_channels(
+    raw: &Raw,
+    x: &Ragged,
+    time: Option<usize>,
+    channels: Option<&[usize]>,
+) -> Result<()> {
+    if !x.is_unequal() || time != Some(0) || channels.is_none() {
+        return Ok(());
+    }
+    let why = "are picked along the first axis of a sample, which is time here; leave them out";
+    Err(Error::Option { file: raw.file.clone(), option: "channels", why })
 }
 
 /// A rule for the length of what has no time.

@@ -201,8 +201,8 @@ pub(crate) struct Collected {
     /// For messages.
     file: String,
     ragged: Ragged,
-    /// Name and shape of the first sample.
-    first: Option<(String, Vec<usize>)>,
+    /// Name and shape of the first sample, and the axis along which others may differ from it.
+    first: Option<(String, Vec<usize>, Option<usize>)>,
     lengths: Vec<usize>,
     /// How many samples there will be, where that is known; 0 otherwise.
     expected: usize,
@@ -220,8 +220,8 @@ impl Collected {
         Self { expected, ..self }
     }
 
-    /// Adds a sample, which may differ from the first along the axis `time` only; `hint` says what to do about
-    /// one that differs elsewhere.
+    /// Adds a sample, which may differ from the first along time only: the axis `time` of the first, whatever is
+    /// said of later ones. `hint` says what to do about one that differs elsewhere.
     pub fn push(
         &mut self,
         name: &str,
@@ -230,7 +230,9 @@ impl Collected {
         time: Option<usize>,
         hint: &'static str,
     ) -> Result<()> {
-        let (first, first_shape) = self.first.get_or_insert_with(|| (name.to_string(), shape.to_vec()));
+        let of_first = || (name.to_string(), shape.to_vec(), time);
+        let (first, first_shape, time) = self.first.get_or_insert_with(of_first);
+        let time = *time;
         let fits = |(axis, (own, first)): (usize, (&usize, &usize))| Some(axis) == time || own == first;
         let mut all = shape.iter().zip(first_shape.iter()).enumerate();
         if shape.len() != first_shape.len() || !all.all(fits) {

@@ -115,7 +115,7 @@ pub(crate) fn name_of(path: &std::path::Path) -> String {
     let absolute = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let named = if absolute.is_dir() {
         text(absolute.file_name())
-    } else if absolute.file_name().is_some_and(|n| n == "data.npz") {
+    } else if absolute.file_name().is_some_and(|n| n == crate::archive::DATA) {
         text(absolute.parent().and_then(|folder| folder.file_name()))
     } else {
         text(absolute.file_stem())

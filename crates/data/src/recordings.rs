@@ -1,15 +1,19 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
+use crate::archive::{Archive, DATA};
 use crate::cut::cut;
 use crate::length::Length;
 use crate::lengths::Lengths;
-use crate::listing::{list, unsorted};
+use crate::listing::{Listing, list, unsorted};
 use crate::load::{is_archive, is_labelled, labelled};
 use crate::one_hot::settle;
+use crate::one_length::refuse_channels;
 use crate::options::Options;
 use crate::ragged::Ragged;
 use crate::raw::{Raw, name_of};
 use crate::reading_of::time_axis;
+use crate::roles::{self, Roles};
+use crate::sample::Kind;
 use crate::validate::channels;
 use crate::{Error, Result, array, arrays, folder, table, ucr};
 use ndarray::{ArrayD, Axis};
@@ -43,7 +47,7 @@ pub struct Recordings {
 /// As [`load`](crate::load), labels left aside: classes may be missing, and more may be there than a model knows.
 /// A recording without a window.
 pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordings> {
-    let (mut raw, is_labelled) = match batch(path, rank)? {
+    let (mut raw, is_labelled) = match batch(path, options, rank)? {
         Some(raw) => raw,
         None => open(path, options, rank)?,
     };
@@ -57,6 +61,7 @@ pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordi
         Some(axis) => x.without_padding(axis),
         None => x,
     };
+    refuse_channels(&raw, &x, time, chosen.as_deref())?;
     let (x, windows) = one_length(&raw, x.select(&all, chosen.as_deref()), time, options)?;
     let Some(windows) = windows else {
         return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth });
@@ -69,6 +74,22 @@ pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordi
         name: raw.name,
         x,
     })
+}
+
+/// Whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.
+pub fn are_images(path: &Path) -> bool {
+    hold_images(path, 3)
+}
+
+fn hold_images(path: &Path, levels: usize) -> bool {
+    if !path.is_dir() {
+        return Kind::of(path) == Some(Kind::Image);
+    }
+    let below = |top: Listing| {
+        let all = top.files.into_iter().chain(top.folders);
+        all.into_iter().any(|path| hold_images(&path, levels - 1))
+    };
+    levels > 0 && !path.join(DATA).is_file() && list(path).is_ok_and(below)
 }
 
 /// Recording and first reading of each sample that is a window.
@@ -109,14 +130,11 @@ fn one_length(
 }
 
 /// A `.npy` file of many samples.
-fn batch(path: &Path, rank: usize) -> Result<Option<(Raw, bool)>> {
+fn batch(path: &Path, options: &Options, rank: usize) -> Result<Option<(Raw, bool)>> {
     if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npy")) {
         return Ok(None);
     }
-    let x = array::read_npy(path)?;
-    if x.ndim() != rank + 1 {
-        return Ok(None);
-    }
+    let Some(x) = array::read_batch(path, rank, &options.limits)? else { return Ok(None) };
     let name = name_of(path);
     let origins = (0..x.len_of(Axis(0))).map(|i| format!("{name}[{i}]")).collect();
     Ok(Some((Raw::of_samples(name, path.display().to_string(), x.into(), origins), false)))
@@ -139,7 +157,7 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
             let is_labelled = !raw.y.is_empty();
             return Ok((raw, is_labelled));
         }
-        if is_archive(path) && !is_one_recording(path, options) {
+        if is_archive(path) && !is_one_recording(path, options, rank) {
             return archive(path);
         }
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -148,7 +166,7 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     if !path.is_dir() {
         return Err(Error::NotFound { file });
     }
-    let data = path.join("data.npz");
+    let data = path.join(DATA);
     if data.is_file() {
         return archive(&data);
     }
@@ -162,10 +180,17 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     }
 }
 
-/// Whether a MATLAB file holds one recording and not a set of them.
-fn is_one_recording(path: &Path, options: &Options) -> bool {
-    crate::mat::is_named(path)
-        && crate::mat::Archive::open(path).is_ok_and(|archive| !archive.arrays.contains(&options.x))
+/// Whether a MATLAB file holds one recording of `rank` axes and not a set of them.
+fn is_one_recording(path: &Path, options: &Options, rank: usize) -> bool {
+    if !crate::mat::is_named(path) {
+        return false;
+    }
+    let Ok(mut archive) = Archive::open(path) else { return false };
+    match Roles::of(&archive.saved(), options, false, |labels| archive.entries(labels)) {
+        Ok(Roles { x: roles::Samples::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
+        Ok(_) => false,
+        Err(_) => true,
+    }
 }
 
 /// Names of the classes of each sample; a label that has no name goes by its number.

@@ -148,6 +148,9 @@ fn wide(
 /// Labels as positions among their names: those of the file beside, or those that occur.
 fn labels(all: &[Recording], y: &str, file: &str, names: Option<Names>) -> Result<(Vec<i64>, Option<Names>)> {
     let texts: Vec<String> = all.iter().filter_map(|own| own.label.clone()).collect();
+    if texts.is_empty() {
+        return Ok((vec![], names));
+    }
     let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
     match (names, numbers) {
         (Some(names), Some(numbers)) if names.columns.iter().any(|own| !own.contains(&texts[0])) => {

@@ -24,7 +24,7 @@ pub(crate) struct Pair {
 /// holds both files, which are named like it or are the only ones.
 pub(crate) fn find(path: &Path) -> Option<Pair> {
     if path.is_dir() {
-        return inside(path).filter(|_| !path.join("data.npz").is_file());
+        return inside(path).filter(|_| !path.join(crate::archive::DATA).is_file());
     }
     let name = path.file_name()?.to_str()?;
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);

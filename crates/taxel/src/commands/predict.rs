@@ -147,17 +147,10 @@ fn attributes(card: &taxel::Card) -> Vec<String> {
 
 /// Image files are brought to the size that the model reads.
 fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
-    let is_image = |path: &Path| {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        ["png", "jpg", "jpeg"].contains(&extension.as_str())
-    };
-    let first = |folder: &Path| std::fs::read_dir(folder).ok()?.next()?.ok().map(|entry| entry.path());
-    let mut path = data.to_path_buf();
-    while path.is_dir() {
-        path = first(&path)?;
-    }
     match reading.shape[..] {
-        [.., height, width] if is_image(&path) && reading.layout.has_area() => Some([height, width]),
+        [.., height, width] if reading.layout.has_area() && taxel::data::are_images(data) => {
+            Some([height, width])
+        }
         _ => None,
     }
 }
@@ -260,7 +253,8 @@ impl Answered<'_> {
     fn recordings(&self) -> Vec<i64> {
         let mut number = 0;
         let next = |i: usize| {
-            number += i64::from(i > 0 && self.origins[i] != self.origins[i - 1]);
+            let starts = self.starts.is_none_or(|starts| starts[i] == 0);
+            number += i64::from(i > 0 && (starts || self.origins[i] != self.origins[i - 1]));
             number
         };
         (0..self.origins.len()).map(next).collect()
