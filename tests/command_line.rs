@@ -400,9 +400,19 @@ fn check_ends_with_1_where_a_data_set_cannot_be_used_and_2_where_it_cannot_be_re
             fs::write(folder.path().join(class).join(format!("{take}.csv")), line).unwrap();
         }
     }
-    let output = taxel(&["data", "check", text(folder.path())]);
+    let page = folder.path().join("card.html");
+    let output = taxel(&["data", "check", text(folder.path()), "--html", text(&page)]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stdout).contains("NaN"));
+    assert!(
+        fs::read_to_string(&page).unwrap().contains("</html>"),
+        "what cannot be used is drawn all the same"
+    );
+    let nowhere = folder.path().join("none/card.html");
+    assert!(
+        refused(&["data", "check", text(folder.path()), "--html", text(&nowhere)])
+            .contains("card.html: cannot be written")
+    );
     assert!(refused(&["data", "check", text(&folder.path().join("none.npz"))]).contains("no such file"));
 }
 

@@ -8,7 +8,8 @@ const EACH: usize = 12;
 const OUTLIERS: usize = 6;
 /// A range this many times as wide as the median one, or as many times narrower, stands out.
 const WIDER: f32 = 10.0;
-/// A share of values at the lowest or the highest stands out where it is this much above the median channel's.
+/// A share of values at the lowest or the highest, or of samples without a change, stands out where it is this much
+/// above the median channel's.
 const CLIPPED: f64 = 0.1;
 
 /// Lines about the channels.
@@ -32,8 +33,11 @@ fn described(own: &ChannelRange) -> String {
     let note = if min == max {
         "constant".into()
     } else {
-        let [low, high] = [own.at_min, own.at_max].map(|share| share * 100.0);
-        format!("{low:5.1} % at lowest, {high:5.1} % at highest")
+        let [low, high, stuck] = [own.at_min, own.at_max, own.stuck].map(|share| share * 100.0);
+        match stuck < 0.05 {
+            true => format!("{low:5.1} % at lowest, {high:5.1} % at highest"),
+            false => format!("{low:5.1}, {high:.1} % at ends; {stuck:.1} % still"),
+        }
     };
     format!("{:<22}{note}", format!("{}..{}", short(min), short(max)))
 }
@@ -58,6 +62,7 @@ struct Usual {
     width: f32,
     at_min: f64,
     at_max: f64,
+    stuck: f64,
 }
 
 impl Usual {
@@ -70,6 +75,7 @@ impl Usual {
             width: median(channels.iter().filter_map(width).map(f64::from).collect()) as f32,
             at_min: median(channels.iter().map(|own| own.at_min).collect()),
             at_max: median(channels.iter().map(|own| own.at_max).collect()),
+            stuck: median(channels.iter().map(|own| own.stuck).collect()),
         }
     }
 
@@ -80,6 +86,7 @@ impl Usual {
             || is_other_width
             || own.at_min > self.at_min + CLIPPED
             || own.at_max > self.at_max + CLIPPED
+            || own.stuck > self.stuck + CLIPPED
     }
 }
 

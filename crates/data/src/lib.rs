@@ -48,6 +48,7 @@ mod csv_file;
 mod cut;
 mod dataset;
 mod describe;
+mod drift;
 mod duplicates;
 mod error;
 mod folder;
@@ -101,17 +102,18 @@ pub use augment::{Augment, Key, Warp};
 pub use card::{Card, ClassCount, Contradiction, GroupSummary};
 pub use convert::{Converted, convert};
 pub use dataset::Dataset;
+pub use drift::Drift;
 pub use duplicates::duplicate_sets;
 pub use error::{Error, Result};
 pub use hash::{RowHash, hash_words};
 pub use labels::{Attribute, Labels};
 pub use length::{Length, Longer, NotALength, Padding, Part};
 pub use lengths::Lengths;
-pub use load::{check, check_with, load};
+pub use load::{Survey, check, check_with, load, survey};
 pub use options::{Drop, Limits, Options};
 pub use reading::Reading;
 pub use recordings::{Recordings, are_images, recordings};
-pub use shortcut::Shortcut;
+pub use shortcut::{Carrier, Shortcut};
 pub use source::{Source, SourceKind};
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,

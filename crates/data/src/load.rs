@@ -66,6 +66,27 @@ pub fn check(path: &Path) -> Result<Card> {
 ///
 /// As [`check`], and options that do not fit the file.
 pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
+    survey(path, options).map(|survey| survey.card)
+}
+
+/// A data set with all that is known of it, usable or not.
+#[derive(Debug)]
+pub struct Survey {
+    /// What it holds, and what is wrong with it.
+    pub card: Card,
+    /// Its samples; where recordings are unequal and nobody has said what to do, under the proposed rule. Where the
+    /// card has problems it may break what [`Dataset`] promises: labels without a class, values that are not finite.
+    pub dataset: Dataset,
+    /// Readings of each recording along time before a rule, where there is one.
+    pub readings: Option<Vec<usize>>,
+}
+
+/// [`check_with`], and the samples to look at.
+///
+/// # Errors
+///
+/// As [`check_with`].
+pub fn survey(path: &Path, options: &Options) -> Result<Survey> {
     let raw = open(path, options)?;
     let (others, ignored, read_as) = (raw.others.clone(), raw.ignored.clone(), raw.read_as.clone());
     let checked = assemble(raw, options)?;
@@ -84,7 +105,7 @@ pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
         }),
     };
     card.problems = checked.problems.iter().map(ToString::to_string).collect();
-    Ok(card)
+    Ok(Survey { card, dataset: checked.dataset, readings: checked.readings })
 }
 
 pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {

@@ -41,6 +41,65 @@ impl Shortcut {
     ///
     /// None for fewer than 40 samples, for a single class, and where a value is not finite.
     pub fn of(x: &ArrayD<f32>, y: &[u32], groups: Option<&[u32]>, copies: Option<&[u32]>) -> Option<Self> {
+        let own = Voters::of(x, y, groups, copies)?;
+        let accuracy = own.accuracy(&own.table);
+        Some(Self { accuracy, statistics: own.statistics, chance: own.chance, by_group: own.by_group })
+    }
+
+    /// How far each number goes alone, the furthest first; of the same samples as [`of`](Self::of), and none
+    /// where that is.
+    pub fn carriers(
+        x: &ArrayD<f32>,
+        y: &[u32],
+        groups: Option<&[u32]>,
+        copies: Option<&[u32]>,
+    ) -> Vec<Carrier> {
+        let Some(own) = Voters::of(x, y, groups, copies) else { return vec![] };
+        let carrier = |(at, statistic): (usize, &String)| {
+            let alone: Vec<Vec<f64>> = own.table.iter().map(|line| vec![line[at]]).collect();
+            let values = own.as_measured.iter().zip(&own.classes).map(|(line, class)| (line[at], *class));
+            Carrier { statistic: statistic.clone(), accuracy: own.accuracy(&alone), values: values.collect() }
+        };
+        let mut all: Vec<Carrier> = own.statistics.iter().enumerate().map(carrier).collect();
+        all.sort_by(|a, b| b.accuracy.total_cmp(&a.accuracy));
+        all
+    }
+
+    /// Whether the numbers go half of the way from chance to every sample, or further.
+    pub fn is_suspicious(&self) -> bool {
+        self.accuracy - self.chance >= SUSPICIOUS * (1.0 - self.chance)
+    }
+}
+
+/// One of the numbers of a [`Shortcut`], alone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Carrier {
+    /// As in [`Shortcut::statistics`].
+    pub statistic: String,
+    /// As [`Shortcut::accuracy`], by this number alone.
+    pub accuracy: f64,
+    /// The number and the class of each sample that was looked at.
+    #[serde(skip)]
+    pub values: Vec<(f64, u32)>,
+}
+
+/// The samples that are looked at, by their numbers.
+struct Voters {
+    statistics: Vec<String>,
+    /// `[sample][number]`.
+    as_measured: Vec<Vec<f64>>,
+    /// The same with mean 0 and SD 1 in each number.
+    table: Vec<Vec<f64>>,
+    classes: Vec<u32>,
+    /// Samples of one unit do not vote for each other.
+    units: Vec<u32>,
+    chance: f64,
+    by_group: bool,
+}
+
+impl Voters {
+    /// None where [`Shortcut::of`] is.
+    fn of(x: &ArrayD<f32>, y: &[u32], groups: Option<&[u32]>, copies: Option<&[u32]>) -> Option<Self> {
         let step = y.len().div_ceil(MOST).max(1);
         let rows: Vec<usize> = (0..y.len()).step_by(step).collect();
         if rows.len() < LEAST || x.ndim() < 2 || x.len_of(Axis(0)) != y.len() {
@@ -52,28 +111,31 @@ impl Shortcut {
         if largest == rows.len() {
             return None;
         }
-        let (statistics, mut table) = table(x, &rows)?;
+        let (statistics, as_measured) = table(x, &rows)?;
+        let mut table = as_measured.clone();
         standardise(&mut table);
         let several = |groups: &&[u32]| groups.windows(2).any(|pair| pair[0] != pair[1]);
         let groups = groups.filter(|groups| groups.len() == y.len()).filter(several);
         let units = groups.or(copies.filter(|copies| copies.len() == y.len()));
-        let unit = |row: usize| units.map_or(row as u32, |units| units[row]);
-        let right = (0..rows.len()).filter(|&at| {
-            let others = (0..rows.len()).filter(|&other| unit(rows[other]) != unit(rows[at]));
-            vote(&table, at, others.map(|other| (other, y[rows[other]]))) == Some(y[rows[at]])
-        });
-        let n = rows.len() as f64;
         Some(Self {
             statistics,
-            accuracy: right.count() as f64 / n,
-            chance: largest as f64 / n,
+            as_measured,
+            table,
+            classes: rows.iter().map(|row| y[*row]).collect(),
+            units: rows.iter().map(|row| units.map_or(*row as u32, |units| units[*row])).collect(),
+            chance: largest as f64 / rows.len() as f64,
             by_group: groups.is_some(),
         })
     }
 
-    /// Whether the numbers go half of the way from chance to every sample, or further.
-    pub fn is_suspicious(&self) -> bool {
-        self.accuracy - self.chance >= SUSPICIOUS * (1.0 - self.chance)
+    /// Share of samples that the nearest of other units by `table` put into the right class.
+    fn accuracy(&self, table: &[Vec<f64>]) -> f64 {
+        let all = 0..table.len();
+        let right = all.clone().filter(|&at| {
+            let others = all.clone().filter(|&other| self.units[other] != self.units[at]);
+            vote(table, at, others.map(|other| (other, self.classes[other]))) == Some(self.classes[at])
+        });
+        right.count() as f64 / table.len() as f64
     }
 }
 

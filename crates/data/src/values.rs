@@ -1,6 +1,7 @@
 //! One pass over all values for a card: ranges, saturation, constant taxels.
 
 use crate::dataset::Dataset;
+use ndarray::Axis;
 use serde::Serialize;
 use taxel_encodings::Layout;
 
@@ -17,6 +18,8 @@ pub struct ChannelRange {
     pub at_min: f64,
     /// Share of finite values equal to the highest, 0..1: near 0 unless the sensor saturates.
     pub at_max: f64,
+    /// Share of samples with time in which it keeps one value, 0..1: near 0 unless it sticks or has no contact.
+    pub stuck: f64,
 }
 
 /// Lowest and highest finite value seen, and how often.
@@ -62,6 +65,9 @@ pub(crate) struct Values {
     pub all: Extent,
     pub taxels: Vec<Extent>,
     channels: Vec<Extent>,
+    /// Samples in which each channel keeps one value over time.
+    stuck: Vec<usize>,
+    samples: usize,
     pub nan: usize,
     pub infinite: usize,
     pub constant_samples: Vec<usize>,
@@ -88,10 +94,14 @@ impl Values {
         let taxel_of: Vec<usize> = (0..size).map(taxel).collect();
         let channel_of: Vec<Option<usize>> = (0..size).map(channel).collect();
         let length = |n: Option<usize>| n.map_or(0, |last| last + 1);
+        let channels = length(channel_of.iter().flatten().max().copied());
+        let has_time = matches!(layout, Layout::Series | Layout::Fingers) && last > 1;
         let mut values = Self {
             all: Extent::EMPTY,
             taxels: vec![Extent::EMPTY; length(taxel_of.iter().max().copied())],
-            channels: vec![Extent::EMPTY; length(channel_of.iter().flatten().max().copied())],
+            channels: vec![Extent::EMPTY; channels],
+            stuck: vec![0; channels],
+            samples: data.x.len_of(Axis(0)),
             nan: 0,
             infinite: 0,
             constant_samples: Vec::new(),
@@ -114,6 +124,10 @@ impl Values {
             if extent.is_constant() {
                 values.constant_samples.push(row);
             }
+            if let (true, Some(sample)) = (has_time, sample.as_slice()) {
+                let stuck = sample.chunks_exact(last).map(|own| own.iter().all(|v| *v == own[0]));
+                values.stuck.iter_mut().zip(stuck).for_each(|(count, is)| *count += usize::from(is));
+            }
         }
         values
     }
@@ -125,6 +139,7 @@ impl Values {
             max: extent.range().map(|[_, max]| max),
             at_min: extent.shares()[0],
             at_max: extent.shares()[1],
+            stuck: self.stuck[channel] as f64 / self.samples.max(1) as f64,
         };
         self.channels.iter().enumerate().map(range).collect()
     }

@@ -3,20 +3,17 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use ndarray::{ArrayD, ArrayViewD, Axis};
-use taxel_data::{Attribute, Layout};
+use ndarray::Axis;
+use taxel_data::Attribute;
 use taxel_learn::{Card, FoldRecord};
 
 use crate::case::Case;
 use crate::error::Result;
-use crate::values::{Example, Picture, PictureKind, Verdict};
+use crate::measure::pictures::{picture_of, reading};
+use crate::values::{Example, Verdict};
 
 /// Examples of a report.
 const MOST: usize = 6;
-/// Frames shown of a sequence.
-const FRAMES: usize = 5;
-/// Readings shown of a line; longer ones are thinned out.
-const READINGS: usize = 400;
 
 /// A network's first fold: what it said, and how it reads.
 type Seen<'a> = (&'a FoldRecord, Arc<Card>);
@@ -102,50 +99,4 @@ fn named(attributes: &[Attribute], labels: &[u32]) -> String {
         if attributes.len() > 1 { format!("{}:{class}", attribute.name) } else { class.clone() }
     };
     attributes.iter().zip(labels).map(name).collect::<Vec<_>>().join(", ")
-}
-
-fn reading(x: ArrayViewD<f32>, layout: Layout) -> Picture {
-    match layout {
-        Layout::Features => picture("reading", PictureKind::Lines, thinned(x.insert_axis(Axis(0)))),
-        Layout::Series => picture("reading", PictureKind::Lines, thinned(x)),
-        Layout::Image => picture("reading", PictureKind::Grey, x.to_owned()),
-        Layout::Colour => picture("reading", PictureKind::Colour, x.to_owned()),
-        Layout::Sequence => picture("reading", PictureKind::Frames, spread(x, 0)),
-        Layout::Fingers => picture("reading", PictureKind::Frames, x.to_owned()),
-    }
-}
-
-/// A picture of an encoded input; none of an own network's input whose axes have no picture.
-fn picture_of(name: &str, x: ArrayViewD<f32>) -> Option<Picture> {
-    let one = |x: ArrayViewD<f32>| x.index_axis_move(Axis(0), 0).to_owned();
-    match x.shape() {
-        [_, _] => Some(picture(name, PictureKind::Lines, thinned(x))),
-        [1, _, _] => Some(picture(name, PictureKind::Grey, one(x))),
-        [3, _, _] => Some(picture(name, PictureKind::Colour, x.to_owned())),
-        [_, _, _] => Some(picture(name, PictureKind::Frames, x.to_owned())),
-        // [C, H, W, T]
-        [1, _, _, _] => {
-            let frames = spread(one(x).view(), 2).permuted_axes(vec![2, 0, 1]);
-            Some(picture(name, PictureKind::Frames, frames))
-        }
-        _ => None,
-    }
-}
-
-fn picture(name: &str, kind: PictureKind, x: ArrayD<f32>) -> Picture {
-    Picture { name: name.into(), kind, shape: x.shape().to_vec(), values: x.iter().copied().collect() }
-}
-
-/// A few entries along `axis`, from the first to the last.
-fn spread(x: ArrayViewD<f32>, axis: usize) -> ArrayD<f32> {
-    let (axis, all) = (Axis(axis), x.len_of(Axis(axis)));
-    let count = FRAMES.min(all);
-    let at = |i: usize| if count > 1 { i * (all - 1) / (count - 1) } else { 0 };
-    x.select(axis, &(0..count).map(at).collect::<Vec<_>>())
-}
-
-fn thinned(x: ArrayViewD<f32>) -> ArrayD<f32> {
-    let axis = Axis(x.ndim() - 1);
-    let every = x.len_of(axis).div_ceil(READINGS).max(1);
-    x.select(axis, &(0..x.len_of(axis)).step_by(every).collect::<Vec<_>>())
 }

@@ -4,12 +4,15 @@ mod chance;
 mod examples;
 mod judge;
 mod parts;
+mod pictures;
 mod scores;
 mod sensor;
 mod speed;
 mod stress;
+mod survey;
 mod threads;
 mod verdict;
 
 pub use judge::{Options, judge};
 pub use stress::{StressOptions, stress};
+pub use survey::survey;

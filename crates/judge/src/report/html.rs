@@ -45,12 +45,24 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
 
 /// A table that scrolls in its own box and can be sorted by its heads.
 pub(super) fn table(table: &Table) -> Markup {
+    let scroll = html! {
+        (scroll(table))
+        p.files { "As files: " code { "tables/" (table.name) ".csv" } ", " code { "tables/" (table.name) ".md" } }
+    };
+    match table.rows.len() > LONG {
+        true => folded(&format!("{} ({} rows)", table.caption, table.rows.len()), &scroll),
+        false => scroll,
+    }
+}
+
+/// The table alone, of a page that has no files beside it.
+pub(super) fn scroll(table: &Table) -> Markup {
     let id = format!("table-{}", table.name);
     // What is not known of any row is no column of the page.
     let known = |k: usize| table.rows.iter().any(|row| !["", "–"].contains(&row[k].shown.as_str()));
     let kept: Vec<usize> =
         (0..table.heads.len()).filter(|&k| k == 0 || (!table.heads[k].in_files && known(k))).collect();
-    let scroll = html! {
+    html! {
         div.scroll role="region" tabindex="0" aria-labelledby=(id) {
             table.sortable {
                 caption id=(id) { span { (table.caption) } }
@@ -70,11 +82,6 @@ pub(super) fn table(table: &Table) -> Markup {
                 }
             }
         }
-        p.files { "As files: " code { "tables/" (table.name) ".csv" } ", " code { "tables/" (table.name) ".md" } }
-    };
-    match table.rows.len() > LONG {
-        true => folded(&format!("{} ({} rows)", table.caption, table.rows.len()), &scroll),
-        false => scroll,
     }
 }
 

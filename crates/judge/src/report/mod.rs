@@ -18,6 +18,7 @@ mod palette;
 mod pictures;
 #[expect(clippy::module_inception, reason = "the report of one run beside the overview of several")]
 mod report;
+mod survey;
 mod sweep;
 mod tables;
 #[cfg(test)]
@@ -27,4 +28,5 @@ mod words;
 
 pub use overview::{Entry, overview};
 pub use report::{Report, Summary, report};
+pub use survey::survey_page;
 pub use sweep::sweep_page;

@@ -4,10 +4,13 @@
 pub(super) mod table {
     pub const ATTRIBUTES: &str = "attributes";
     pub const BREAKING_POINTS: &str = "breaking-points";
+    pub const CARRIERS: &str = "carriers";
+    pub const CHANNELS: &str = "channels";
     pub const CLAIMS: &str = "claims";
     pub const CLAIMS_BY_RUN: &str = "claims-by-run";
     pub const CLASSES: &str = "classes";
     pub const CONFUSION: &str = "confusion";
+    pub const COPIES: &str = "copies";
     pub const COSTS: &str = "costs";
     pub const EVIDENCE: &str = "evidence";
     pub const EXAMPLES: &str = "examples";
@@ -34,12 +37,16 @@ pub(super) mod chart {
     pub const ACCURACY_MACS: &str = "accuracy-macs";
     pub const ACCURACY_SIZE: &str = "accuracy-size";
     pub const CALIBRATION: &str = "calibration";
+    pub const CARRIER: &str = "carrier";
     /// What the names of all confusion matrices begin with.
     pub const CONFUSION: &str = "confusion-";
     pub const CRITICAL_DIFFERENCE: &str = "critical-difference";
+    pub const DRIFT: &str = "drift";
     pub const FAULT_CURVES: &str = "fault-curves";
     pub const FAULT_LOSSES: &str = "fault-losses";
     pub const FEW_SAMPLES: &str = "few-samples";
+    pub const LENGTHS: &str = "lengths";
+    pub const RANGES: &str = "ranges";
     pub const TRAINING: &str = "training";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
     pub const WHERE_TIME_GOES: &str = "where-time-goes";

@@ -347,7 +347,7 @@ fn example(number: usize, own: &Example) -> Result<Markup> {
 }
 
 /// `image, 3×50×50 colours by rows by columns`.
-fn label(picture: &Picture) -> String {
+pub(super) fn label(picture: &Picture) -> String {
     let shape: Vec<String> = picture.shape.iter().map(usize::to_string).collect();
     let kind = match picture.kind {
         PictureKind::Lines => "channels by readings",

@@ -52,7 +52,9 @@ fn lines(values: &[f32], ticks: usize, paint: Paint) -> Canvas {
     frame.draw_y(&mut canvas, tick);
     frame.draw_x(&mut canvas, &frame.x.ticks(), tick);
     for (channel, own) in values.chunks_exact(ticks).enumerate() {
-        let line = own.iter().enumerate().map(|(t, v)| frame.at(t as f64, *v)).collect();
+        // What is not finite is no place; the line goes on behind it.
+        let finite = own.iter().enumerate().filter(|(_, v)| v.is_finite());
+        let line = finite.map(|(t, v)| frame.at(t as f64, *v)).collect();
         let stroke = Stroke::of(Ink::Series(channel), 1.5);
         canvas.hover(&format!("channel {channel}"), |canvas| canvas.path(line, stroke));
     }

@@ -8,6 +8,7 @@ mod example;
 mod judgement;
 mod speed;
 mod stress;
+mod survey;
 mod sweep;
 
 pub use across::{Across, Contest, Friedman};
@@ -17,6 +18,7 @@ pub use example::{Example, Picture, PictureKind, Verdict};
 pub use judgement::{EpochPoint, Judged, Judgement};
 pub use speed::Speed;
 pub use stress::{FaultCurve, FaultInfo, NetworkStress, Score, SensorRange, Stress};
+pub use survey::{ClassPictures, Survey};
 pub use sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress};
 
 /// The baseline that reads nothing.

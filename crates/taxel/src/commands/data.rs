@@ -43,13 +43,19 @@ struct Recordings {
 /// a set of the UCR and UEA archives. Recordings may differ in length: the card shows how, and --length shows the
 /// set under a rule. Ends with 1 if something keeps it from being used.
 #[derive(Args)]
-#[command(after_help = "Example:  taxel data check recordings/ --json")]
+#[command(
+    after_help = "Examples:\n  taxel data check recordings/ --html card.html\n  taxel data check recordings/ --json"
+)]
 pub struct Check {
     #[command(flatten)]
     recordings: Recordings,
     /// JSON instead of text.
     #[arg(long)]
     json: bool,
+    /// Draws the set on a page as well: recordings of each class, lengths, ranges of channels, copies, what is dead or
+    /// stuck or clipped, means over the recording order, which of the plainest numbers tells the classes apart.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 /// Writes a data set as one .npz: x [N, ...], y, groups and the authors' test marks, with names, unit, rate and all
@@ -99,11 +105,22 @@ impl Data {
 
 impl Check {
     fn run(self) -> Outcome {
-        let card = taxel_data::check_with(&self.recordings.path, &self.recordings.options())?;
+        let surveyed = taxel_data::survey(&self.recordings.path, &self.recordings.options())?;
+        let card = match &self.html {
+            None => surveyed.card,
+            Some(page) => {
+                let survey = taxel_judge::survey(surveyed);
+                taxel_judge::survey_page(&survey, page)?;
+                survey.card
+            }
+        };
         if self.json {
             println!("{}", serde_json::to_string_pretty(&card)?);
         } else {
             println!("{card}");
+        }
+        if let Some(page) = &self.html {
+            eprintln!("drawn in {}", page.display());
         }
         Ok(if card.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }

@@ -9,11 +9,13 @@ mod faults;
 mod labels;
 mod look;
 mod ranks;
+mod survey;
 mod tradeoff;
 
 pub(super) use axis::axis;
 pub(super) use chart::Chart;
 pub(super) use ranks::ranks;
+pub(super) use survey::{CHANNELS, carrier, drift, lengths, ranges};
 
 use crate::values::{Choice, Judgement};
 
