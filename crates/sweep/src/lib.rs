@@ -11,6 +11,7 @@ mod axes;
 mod chunks;
 mod claim;
 mod collect;
+mod data_sets;
 pub mod emit;
 mod error;
 mod folder;
