@@ -20,14 +20,14 @@ impl Axes {
     /// The axes of a study.
     ///
     /// # Errors
-    /// A key that two axes vary, or more points than can be counted.
+    /// An axis without values, a key that two axes vary, or more points than can be counted.
     pub fn new(study: &Study) -> Result<Self> {
         let refuse = |reason: String| Error::file(&study.file, reason);
         let array = |(key, value): (String, Value)| match value {
-            Value::Array(values) => (key, values),
-            other => (key, vec![other]),
+            Value::Array(values) if !values.is_empty() => Ok((key, values)),
+            other => Err(refuse(format!("grid.{key} = {other}: must be a list of values to try"))),
         };
-        let grid: Vec<(String, Vec<Value>)> = values(&study.grid).into_iter().map(array).collect();
+        let grid = values(&study.grid).into_iter().map(array).collect::<Result<Vec<_>>>()?;
         let list: Vec<Point> = study.list.iter().map(values).collect();
         let random = match &study.random {
             Some(random) => Some((random.clone(), random.over().map_err(refuse)?)),
