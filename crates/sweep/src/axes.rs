@@ -147,6 +147,22 @@ mod tests {
     }
 
     #[test]
+    fn names_are_varied_below_their_table() {
+        let text = r#"
+            config = "a.toml"
+            [grid]
+            networks.0.name = ["mlp", "lstm"]
+            train.optimizer.name = ["adam"]
+            [random]
+            draws = 1
+            over.networks.1.name = { choice = ["k"] }
+        "#;
+        let axes = Axes::new(&study(text)).unwrap();
+        let second = "networks.0.name=\"lstm\" train.optimizer.name=\"adam\" networks.1.name=\"k\"";
+        assert_eq!((axes.len(), shown(&axes.point(1)).as_str()), (2, second));
+    }
+
+    #[test]
     fn draws_stay_in_their_range_and_are_the_same_again() {
         let text = r#"
             config = "a.toml"

@@ -164,7 +164,7 @@ impl Draw {
 const DRAWS: [&str; 4] = ["uniform", "log-uniform", "integer", "choice"];
 
 /// Dotted keys and values of nested tables, so that `train.epochs = 3` and `"train.epochs" = 3` are the same. A
-/// table with a `kind` or a `name` is one value, as in a config.
+/// table with a text as `kind` or `name` is one value, as in a config.
 pub(crate) fn values(table: &Table) -> Vec<(String, Value)> {
     let mut found = vec![];
     for (key, value) in table {
@@ -180,5 +180,7 @@ pub(crate) fn values(table: &Table) -> Vec<(String, Value)> {
 
 fn is_value(table: &Table) -> bool {
     let draw = table.len() == 1 && DRAWS.iter().any(|draw| table.contains_key(*draw));
-    draw || table.is_empty() || table.contains_key("kind") || table.contains_key("name")
+    // A list of names, or how one is drawn, is an axis below the table.
+    let is_named = ["kind", "name"].iter().any(|key| table.get(*key).is_some_and(Value::is_str));
+    draw || table.is_empty() || is_named
 }
