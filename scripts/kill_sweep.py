@@ -4,17 +4,19 @@
     python3 scripts/kill_sweep.py [--taxel target/release/taxel] [--trials 200] [--kills 10] [--planned 10000]
 
 1. `taxel sweep run --jobs 2` over small trials is killed (SIGKILL) until the kills are used up: as many results as
-   trials, none lost, none twice, equal bytes.
+   trials, none lost, none twice, equal bytes. A kill counts that met the sweep alive.
 2. Twenty trials by one `run-one` (GNU time is needed) against the same twenty configs by one `taxel run`: the overhead of a chunk.
 3. Many planned trials of which none is run: seconds and peak memory of plan, emit and collect, and of a tenth.
 
-Exit code 0: all equal; 1: not.
+Exit code 0: all equal after all kills; 1: not.
 """
 
 import argparse
 import json
 import pathlib
 import random
+import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -93,13 +95,16 @@ def kills(args, folder):
             break
         except subprocess.TimeoutExpired:
             process.kill()
-            process.wait()
+            if process.wait() != -signal.SIGKILL:
+                break
             done += 1
             within += any((killed / "work").iterdir()) if (killed / "work").is_dir() else 0
     sweep(args, "run", killed, "--jobs", 2, "--quiet")
     collect(args, killed)
     print(f"run --jobs 2: {done} kills ({within} with trials under way) in a sweep of {length:.1f} s")
-    return compare(alone, killed, args.trials)
+    if done < args.kills or within == 0:
+        print(f"the sweep was over after {done} of {args.kills} kills, {within} of them with trials under way: give more --trials")
+    return compare(alone, killed, args.trials) and done == args.kills and within > 0
 
 
 def measured(words):
@@ -114,20 +119,28 @@ def measured(words):
 
 
 def chunk(args, folder):
-    """Twenty trials by one run-one, and by one taxel run: alternately, five times each, the least of each."""
+    """Twenty trials by one run-one, and by one taxel run: alternately, the median of what each pair differs by."""
     configs = []
     for seed in range(20):
         configs.append(folder / f"own-{seed}.toml")
         own = CONFIG.format(epochs=args.epochs)
         configs[-1].write_text(own.replace('name = "tiny"', f'name = "own-{seed}"\nseed = {seed}'))
     ones, runs = [], []
-    for attempt in range(5):
+    for attempt in range(args.rounds):
         path = plan(args, folder, f"chunk-{attempt}", "seed", range(20), args.epochs)
-        ones.append(measured([args.taxel, "sweep", "run-one", path, "--index", 0, "--count", 20, "--threads", 1, "--quiet"]))
-        runs.append(measured([args.taxel, "run", *configs, "--out", folder / f"own-{attempt}", "--threads", 1]))
+        pair = [
+            lambda: ones.append(measured([args.taxel, "sweep", "run-one", path, "--index", 0, "--count", 20, "--threads", 1, "--quiet"])),
+            lambda: runs.append(measured([args.taxel, "run", *configs, "--out", folder / f"own-{attempt}", "--threads", 1])),
+        ]
+        for one in pair if attempt % 2 else reversed(pair):
+            one()
     for i, what in enumerate(("on the clock", "of the processor")):
-        one, run = (min(times[i] for times in all) for all in (ones, runs))
-        print(f"a chunk of 20 trials: {one:.2f} s {what}; the same configs by one taxel run: {run:.2f} s; overhead {100 * (one / run - 1):.1f} %")
+        one, run = (statistics.median(times[i] for times in all) for all in (ones, runs))
+        over = sorted(100 * (a[i] / b[i] - 1) for a, b in zip(ones, runs))
+        print(
+            f"a chunk of 20 trials: {one:.2f} s {what}; the same configs by one taxel run: {run:.2f} s; "
+            f"overhead {statistics.median(over):.1f} % ({over[0]:.1f} to {over[-1]:.1f} in {args.rounds} pairs)"
+        )
 
 
 def many(args, folder):
@@ -153,6 +166,7 @@ def main():
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--planned", type=int, default=10000)
     parser.add_argument("--epochs", type=int, default=600, help="of the trials of a chunk")
+    parser.add_argument("--rounds", type=int, default=9, help="pairs of a chunk and a run")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--costs", action="store_true", help="no kills: 2 and 3 alone")
     args = parser.parse_args()

@@ -214,6 +214,30 @@ fn a_trial_counts_once_and_a_failed_one_is_named() {
     assert_eq!(trials.lines().count(), 5);
 }
 
+/// The page names some hundred trials without a result: not those that wait before one that failed.
+#[test]
+fn a_failed_trial_behind_many_missing_ones_is_named() {
+    let rates: Vec<String> = (1..250).map(|i| format!("{i}e-6")).collect();
+    let bench = Bench::new(&format!(
+        "set = {{ train.epochs = 2 }}\n[grid]\ntrain.optimizer.lr = [{}, 1e30]\n",
+        rates.join(", ")
+    ));
+    let sweep = bench.plan("sweep");
+    for index in ["0", "249"] {
+        taxel(&["run-one"], &sweep, &["--index", index]);
+    }
+    // As a power cut may leave it.
+    let mut kept = std::fs::read_dir(sweep.join("results")).unwrap().map(|e| e.unwrap().path());
+    let timing = kept.find(|path| path.to_str().unwrap().ends_with(".timing.json")).unwrap();
+    std::fs::write(timing, "").unwrap();
+    let collected = said(&taxel(&["collect"], &sweep, &[]));
+    assert!(collected.contains("1 of 250 trials finished, 1 failed, 0 begun, 248 missing"), "{collected}");
+    assert!(collected.contains("trial 249 (tiny train.optimizer.lr=1e+30)"), "{collected}");
+    let page = std::fs::read_to_string(sweep.join("collected/index.html")).unwrap();
+    assert!(page.contains("The first 200 of 249, failed ones before others; all are in trials.csv."));
+    assert!(page.contains("lower train.optimizer.lr"), "the failed one is not on the page");
+}
+
 #[test]
 fn what_cannot_be_done_is_said() {
     let bench = Bench::new("[grid]\ntrain.epoch = [1, 2]\n");

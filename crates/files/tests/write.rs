@@ -5,7 +5,7 @@
 use std::fs;
 use std::io::Write;
 
-use taxel_files::{PART, write_piecewise, write_whole};
+use taxel_files::{Part, part_of, write_piecewise, write_unflushed, write_whole};
 
 fn names(folder: &std::path::Path) -> Vec<String> {
     let mut names: Vec<String> =
@@ -18,8 +18,11 @@ fn names(folder: &std::path::Path) -> Vec<String> {
 fn a_file_is_replaced_as_a_whole() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("results.json");
-    for bytes in [&b"the first and longer one"[..], b"the second", b""] {
-        write_whole(&path, bytes).unwrap();
+    for (i, bytes) in
+        [&b"the first and longer one"[..], b"the second", b"", b"the last"].into_iter().enumerate()
+    {
+        let write = if i % 2 == 0 { write_whole } else { write_unflushed };
+        write(&path, bytes).unwrap();
         assert_eq!(fs::read(&path).unwrap(), bytes);
         assert_eq!(names(folder.path()), ["results.json"], "nothing else is left");
     }
@@ -46,7 +49,9 @@ fn a_file_whose_pieces_end_early_leaves_the_old_one() {
 #[test]
 fn a_half_written_file_of_a_killed_process_is_overwritten() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join(format!("results.json{PART}")), "half of somethi").unwrap();
+    let path = folder.path().join("results.json");
+    assert_eq!(part_of(&path), folder.path().join("results.json.part"));
+    fs::write(part_of(&path), "half of somethi").unwrap();
     write_whole(&folder.path().join("results.json"), b"whole").unwrap();
     assert_eq!(names(folder.path()), ["results.json"]);
     assert_eq!(fs::read(folder.path().join("results.json")).unwrap(), b"whole");
@@ -64,6 +69,22 @@ fn a_file_that_cannot_be_renamed_leaves_no_part() {
     assert!(write_whole(&folder.path().join("missing/results.json"), b"bytes").is_err());
 }
 
+#[test]
+fn a_part_that_is_dropped_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("trials.csv");
+    let mut part = Part::create(&path).unwrap();
+    part.write_all(b"half").unwrap();
+    assert_eq!(names(folder.path()), ["trials.csv.part"]);
+    drop(part);
+    assert!(names(folder.path()).is_empty());
+    let mut part = Part::create(&path).unwrap();
+    part.write_all(b"whole").unwrap();
+    part.finish().unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"whole");
+    assert_eq!(names(folder.path()), ["trials.csv"]);
+}
+
 /// Where the system has no such device there is nothing to test.
 #[cfg(target_os = "linux")]
 #[test]
@@ -74,7 +95,9 @@ fn a_device_is_written_and_not_replaced() {
     for (device, is_full) in [("/dev/full", true), ("/dev/null", false)] {
         let link = folder.path().join(device.rsplit('/').next().unwrap());
         std::os::unix::fs::symlink(device, &link).unwrap();
+        let pieces = |file: &mut Part| file.write_all(b"bytes");
         assert_eq!(write_whole(&link, b"bytes").is_err(), is_full, "{device}");
+        assert_eq!(write_piecewise(&link, pieces).is_err(), is_full, "{device}");
         assert!(fs::metadata(&link).unwrap().file_type().is_char_device(), "{device}");
     }
     assert_eq!(names(folder.path()), ["full", "null"]);
@@ -89,5 +112,7 @@ fn a_link_stays_a_link() {
     std::os::unix::fs::symlink("file", &link).unwrap();
     write_whole(&link, b"after").unwrap();
     assert_eq!(fs::read(&file).unwrap(), b"after");
+    write_piecewise(&link, |file| file.write_all(b"in pieces")).unwrap();
+    assert_eq!(fs::read(&file).unwrap(), b"in pieces");
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
 }

@@ -52,6 +52,7 @@ fn a_page_says_how_far_it_is_what_keys_do_and_what_is_missing() {
         "One line.",
         "simulated: &lt;b&gt;fingertip&lt;/b&gt;",
         "the loss is NaN",
+        "The first 1 of 3, failed ones before others; all are in trials.csv.",
         "good ranks better than poor",
         "critical difference",
     ] {

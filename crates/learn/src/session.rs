@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use taxel_checkpoint as checkpoint;
 use taxel_engine::{Engine, OptimizerState};
-use taxel_files::PART;
+use taxel_files::part_of;
 use taxel_graph::Weights;
 
 use crate::epoch::Epoch;
@@ -189,8 +189,7 @@ impl Saver {
 
     /// Removes what was saved of a finished fold, and what a killed process was about to save.
     pub fn remove(path: &Path) -> Result<()> {
-        let half = path.with_added_extension(PART.trim_start_matches('.'));
-        for path in [path, &half] {
+        for path in [path, &part_of(path)] {
             match std::fs::remove_file(path) {
                 Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
                     return Err(Error::io(path, "removed", e));

@@ -20,14 +20,14 @@ impl Axes {
     /// The axes of a study.
     ///
     /// # Errors
-    /// A key that two axes vary, or more points than can be counted.
+    /// An axis without values, a key that two axes vary, or more points than can be counted.
     pub fn new(study: &Study) -> Result<Self> {
         let refuse = |reason: String| Error::file(&study.file, reason);
         let array = |(key, value): (String, Value)| match value {
-            Value::Array(values) => (key, values),
-            other => (key, vec![other]),
+            Value::Array(values) if !values.is_empty() => Ok((key, values)),
+            other => Err(refuse(format!("grid.{key} = {other}: must be a list of values to try"))),
         };
-        let grid: Vec<(String, Vec<Value>)> = values(&study.grid).into_iter().map(array).collect();
+        let grid = values(&study.grid).into_iter().map(array).collect::<Result<Vec<_>>>()?;
         let list: Vec<Point> = study.list.iter().map(values).collect();
         let random = match &study.random {
             Some(random) => Some((random.clone(), random.over().map_err(refuse)?)),
@@ -144,6 +144,22 @@ mod tests {
         assert_eq!(all[2], "seed=1 train.epochs=3 train.clip=1.0");
         assert_eq!(all[4], format!("seed=1 train.epochs=4 {optimizer} train.clip=1.0"));
         assert_eq!(all[12], format!("seed=2 train.epochs=3 {optimizer} train.clip=1.0"));
+    }
+
+    #[test]
+    fn names_are_varied_below_their_table() {
+        let text = r#"
+            config = "a.toml"
+            [grid]
+            networks.0.name = ["mlp", "lstm"]
+            train.optimizer.name = ["adam"]
+            [random]
+            draws = 1
+            over.networks.1.name = { choice = ["k"] }
+        "#;
+        let axes = Axes::new(&study(text)).unwrap();
+        let second = "networks.0.name=\"lstm\" train.optimizer.name=\"adam\" networks.1.name=\"k\"";
+        assert_eq!((axes.len(), shown(&axes.point(1)).as_str()), (2, second));
     }
 
     #[test]

@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
-use crate::json;
 use crate::manifest::Manifest;
 use crate::record::TrialTiming;
 
@@ -61,8 +60,7 @@ pub fn tasks(folder: &SweepFolder, chunking: &Chunking) -> Result<Tasks> {
                 open.push(number);
             }
         } else if timed.len() < ASKED {
-            let timing: Option<TrialTiming> = json::read(&folder.timing(&trial.identity))?;
-            timed.extend(timing.map(|own| own.seconds));
+            timed.extend(TrialTiming::read(folder, &trial.identity)?.map(|own| own.seconds));
         }
     }
     let each = each(folder, chunking, &timed, open.len())?;

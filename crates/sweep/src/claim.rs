@@ -7,6 +7,7 @@
 //! A process may be thought dead and live. Nothing it does then counts: who comes next first takes the folder that
 //! it works in away from it, by renaming it, and a result appears as a whole.
 
+use std::collections::HashSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -202,18 +203,29 @@ fn tidy(folder: &SweepFolder, identity: &str, last: u32) -> Result<()> {
 
 /// Takes away claims that were never whole; for a sweep that is finished.
 pub(crate) fn tidy_all(folder: &SweepFolder) -> Result<()> {
-    let claims = folder.claims();
-    let entries = match fs::read_dir(&claims) {
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
-        entries => entries.map_err(|e| Error::io(&claims, "read", e))?,
-    };
-    for entry in entries {
-        let path = entry.map_err(|e| Error::io(&claims, "read", e))?.path();
-        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(NEW)) {
-            gone(fs::remove_file(&path), &path)?;
-        }
+    for name in names(&folder.claims())?.iter().filter(|name| name.starts_with(NEW)) {
+        let path = folder.claims().join(name);
+        gone(fs::remove_file(&path), &path)?;
     }
     Ok(())
+}
+
+/// What the names of claims begin with, for every trial that somebody took up and has not tidied up yet.
+pub(crate) fn begun(folder: &SweepFolder) -> Result<HashSet<String>> {
+    let stem = |name: String| name.split('.').next().map(String::from).unwrap_or_default();
+    Ok(names(&folder.claims())?.into_iter().map(stem).collect())
+}
+
+/// Names of the files of a folder; none where there is no such folder.
+fn names(folder: &Path) -> Result<Vec<String>> {
+    let failed = |e| Error::io(folder, "read", e);
+    match fs::read_dir(folder) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(vec![]),
+        entries => entries
+            .map_err(failed)?
+            .map(|entry| Ok(entry.map_err(failed)?.file_name().to_string_lossy().into_owned()))
+            .collect(),
+    }
 }
 
 /// What was to be removed may be gone already.
@@ -244,7 +256,6 @@ fn publish(path: &Path, holder: &Holder) -> std::io::Result<Option<File>> {
     let mut file = NamedTempFile::with_prefix_in(NEW, path.parent().unwrap_or(Path::new(".")))?;
     file.as_file().lock()?;
     file.write_all(&holder.bytes())?;
-    file.as_file().sync_all()?;
     match file.persist_noclobber(path) {
         Ok(file) => Ok(Some(file)),
         Err(e) if e.error.kind() == ErrorKind::AlreadyExists => Ok(None),
@@ -276,11 +287,13 @@ fn is_over(file: &File, holder: Option<&Holder>, stale: Duration, folder: &Path)
     Ok(age > stale && age.as_secs_f64() > least)
 }
 
-/// Writes the claim again and again, until the sender is dropped.
+/// Flushes the claim to where other machines see it, while the work begins, and writes it again and again until
+/// the sender is dropped.
 fn beat(file: &File, holder: &Holder, every: Duration) -> std::io::Result<(Sender<()>, JoinHandle<()>)> {
     let (mut file, holder) = (file.try_clone()?, holder.clone());
     let (sender, receiver) = mpsc::channel::<()>();
     let heart = std::thread::Builder::new().name("heartbeat".into()).spawn(move || {
+        let _ = file.sync_data();
         while receiver.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
             // A beat that cannot be written is one that nobody hears: the claim turns stale.
             let _ = rewrite(&mut file, &holder);

@@ -1,26 +1,25 @@
 //! All that is finished on one page; what is not, by name.
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
-use taxel_judge::{OpenTrial, Sweep, rank, sweep_page};
+use taxel_judge::{Criteria, OpenTrial, Sweep, rank, sweep_page};
 use taxel_zoo::Registry;
 
-use crate::claim::{tidy_all, tidy_up};
+use crate::claim::{begun, tidy_all, tidy_up};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::gather::put_together;
 use crate::json;
 use crate::manifest::Manifest;
 use crate::record::{Failure, TrialResult, TrialTiming};
+use crate::samples::{Loader, Samples};
 use crate::tables::Tables;
 use crate::tally::Tally;
 use crate::trial::{Piece, Trial};
 
-/// Level of significance of the ranks.
-const ALPHA: f64 = 0.05;
-/// Trials without a result that the page names; `trials.csv` has all.
+/// Trials without a result that the page names, failed ones before others; `trials.csv` has all.
 const NAMED: usize = 200;
 /// Values of a key beyond which it is no axis of the page.
 const VALUES: usize = 300;
@@ -39,15 +38,18 @@ pub fn collect(
     let out = folder.collected();
     std::fs::create_dir_all(&out).map_err(|e| Error::io(&out, "created", e))?;
     let keys = keys(folder)?;
+    let samples = Samples::default();
     let mut collector = Collector {
         folder,
         registry,
+        loader: samples.loader(),
         stale,
-        begun: names(&folder.claims())?,
+        begun: begun(folder)?,
         seen: HashSet::new(),
         folds: HashMap::new(),
         tally: Tally::new(),
         sweep: Sweep { name: name.into(), ..Sweep::default() },
+        waiting: vec![],
     };
     let mut tables = Tables::new(&out, &keys)?;
     for next in Manifest::open(folder, 0)? {
@@ -75,30 +77,20 @@ fn keys(folder: &SweepFolder) -> Result<Vec<String>> {
     Ok(keys)
 }
 
-/// Names of the files of a folder, up to their first dot; none where there is no such folder.
-fn names(folder: &Path) -> Result<HashSet<String>> {
-    let entries = match std::fs::read_dir(folder) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(HashSet::new()),
-        entries => entries.map_err(|e| Error::io(folder, "read", e))?,
-    };
-    let mut names = HashSet::new();
-    for entry in entries {
-        let name = entry.map_err(|e| Error::io(folder, "read", e))?.file_name();
-        names.insert(name.to_string_lossy().split('.').next().unwrap_or_default().to_string());
-    }
-    Ok(names)
-}
-
 struct Collector<'a> {
     folder: &'a SweepFolder,
     registry: &'a Registry,
+    loader: Loader<'a>,
     stale: Duration,
     begun: HashSet<String>,
     seen: HashSet<String>,
     /// Finished folds of runs that are not put together yet.
     folds: HashMap<String, Vec<(String, Piece)>>,
     tally: Tally,
+    /// The failed ones of the trials without a result stand here first.
     sweep: Sweep,
+    /// The first of the others without a result.
+    waiting: Vec<OpenTrial>,
 }
 
 impl Collector<'_> {
@@ -113,13 +105,14 @@ impl Collector<'_> {
             let (state, reason) = self.state(trial)?;
             self.count(state);
             tables.trial(number, trial, state, &reason, None)?;
-            if self.sweep.open.len() < NAMED {
+            let named = if state == "failed" { &mut self.sweep.open } else { &mut self.waiting };
+            if named.len() < NAMED {
                 let (trial, state) = (trial.words(), state.into());
-                self.sweep.open.push(OpenTrial { number, trial, state, reason });
+                named.push(OpenTrial { number, trial, state, reason });
             }
             return Ok(());
         };
-        let timing: Option<TrialTiming> = json::read(&self.folder.timing(&trial.identity))?;
+        let timing = TrialTiming::read(self.folder, &trial.identity)?;
         self.sweep.progress.finished += 1;
         self.sweep.progress.seconds += timing.as_ref().map_or(0.0, |own| own.seconds);
         tables.trial(number, trial, "finished", "", timing.as_ref())?;
@@ -140,13 +133,13 @@ impl Collector<'_> {
             return Ok(());
         }
         let folds = self.folds.remove(&piece.run).unwrap_or_default();
-        match put_together(self.folder, &folds, trial, self.registry, self.stale) {
-            Ok(true) => {
+        let with = (self.registry, &mut self.loader);
+        match put_together(self.folder, &folds, trial, with, self.stale) {
+            Ok(Some(result)) => {
                 tidy_up(self.folder, &piece.run)?;
-                let Some(result) = TrialResult::read(self.folder, &piece.run)? else { return Ok(()) };
                 self.score(&Trial { fold: None, ..trial.clone() }, &result, tables)
             }
-            Ok(false) => {
+            Ok(None) => {
                 let note = format!("{}: another process puts its folds together.", trial.name);
                 self.sweep.notes.push(note);
                 Ok(())
@@ -192,10 +185,12 @@ impl Collector<'_> {
         if self.sweep.progress.finished == self.sweep.progress.planned {
             tidy_all(self.folder)?;
         }
+        self.sweep.open.append(&mut self.waiting);
+        self.sweep.open.truncate(NAMED);
         self.sweep.settings = self.tally.settings();
         self.sweep.axes = self.tally.axes(VALUES);
         match self.tally.contests() {
-            Some(contests) => self.sweep.across = rank(&contests, ALPHA)?,
+            Some(contests) => self.sweep.across = rank(&contests, Criteria::default().alpha)?,
             None => self.sweep.notes.push("Too many settings for ranks over data sets.".into()),
         }
         if !self.folds.is_empty() {

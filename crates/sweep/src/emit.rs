@@ -7,14 +7,19 @@ use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 
 /// What scripts say besides their tasks.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Emit {
     /// The program, by its absolute path.
     pub program: PathBuf,
     /// Threads of a task.
     pub threads: usize,
+}
+
+/// What Slurm's arrays have besides.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Arrays {
     /// Tasks of one array: Slurm's `MaxArraySize` less one, and what a user may submit.
-    pub max_array: usize,
+    pub max: usize,
     /// Further options of `sbatch`: `--partition=short`.
     pub options: Vec<String>,
 }
@@ -23,8 +28,8 @@ pub struct Emit {
 ///
 /// # Errors
 /// A path that no shell can name, a file that cannot be written.
-pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit) -> Result<PathBuf> {
-    if emit.max_array == 0 {
+pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit, arrays: &Arrays) -> Result<PathBuf> {
+    if arrays.max == 0 {
         let reason = "must be at least 1".into();
         return Err(Error::Value { key: "tasks of an array", value: "0".into(), reason });
     }
@@ -41,7 +46,7 @@ pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit) -> Result<PathBuf
         .replace("@SWEEP@", &sweep);
     write(&out.join("task.sh"), &task)?;
     write(&out.join("collect.sh"), &format!("#!/bin/sh\nexec {taxel} sweep collect {sweep}\n"))?;
-    let options = emit.options.iter().map(|own| shell(own)).collect::<Result<Vec<_>>>()?;
+    let options = arrays.options.iter().map(|own| shell(own)).collect::<Result<Vec<_>>>()?;
     let log = quoted(&logs)?;
     let mut text = format!(
         "#!/bin/sh\n# {} of {} trials have no result: {} tasks of at most {} of them.\nset -eu\n\
@@ -56,8 +61,8 @@ pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit) -> Result<PathBuf
         emit.threads,
     );
     let script = quoted(&out.join("task.sh"))?;
-    for first in (0..tasks.tasks.len()).step_by(emit.max_array) {
-        let last = emit.max_array.min(tasks.tasks.len() - first) - 1;
+    for first in (0..tasks.tasks.len()).step_by(arrays.max) {
+        let last = arrays.max.min(tasks.tasks.len() - first) - 1;
         // The part before a semicolon: the other one names a cluster.
         text += &format!("job=$(array --array=0-{last} {script} {first})\njobs=$jobs:${{job%%;*}}\n");
     }

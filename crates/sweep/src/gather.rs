@@ -12,11 +12,12 @@ use crate::error::Result;
 use crate::folder::SweepFolder;
 use crate::json;
 use crate::record::TrialResult;
+use crate::samples::Loader;
 use crate::trial::{Piece, Trial};
 use crate::work::{publish, resolved};
 
 /// Puts the finished folds of one run together, unless that is done or somebody else is at it. The run folder is
-/// that of a run which was never divided, byte for byte. Whether it is there now.
+/// that of a run which was never divided, byte for byte. Its result; none where somebody else is at it.
 ///
 /// # Errors
 /// A fold whose files are damaged, samples that are not there any more, a folder that cannot be written.
@@ -24,14 +25,14 @@ pub(crate) fn put_together(
     folder: &SweepFolder,
     folds: &[(String, Piece)],
     any: &Trial,
-    registry: &Registry,
+    (registry, loader): (&Registry, &mut Loader),
     stale: Duration,
-) -> Result<bool> {
+) -> Result<Option<TrialResult>> {
     let run = any.run();
-    if TrialResult::read(folder, run)?.is_some() {
-        return Ok(true);
+    if let Some(result) = TrialResult::read(folder, run)? {
+        return Ok(Some(result));
     }
-    let Taken::Mine(claim) = Claim::take(folder, run, stale)? else { return Ok(false) };
+    let Taken::Mine(claim) = Claim::take(folder, run, stale)? else { return Ok(None) };
     let out = folder.run(&any.name, run);
     if !out.is_dir() {
         let work = claim.work()?;
@@ -47,7 +48,7 @@ pub(crate) fn put_together(
             .collect::<Result<Vec<_>>>()?;
         gather(&work, &pieces)?;
         let experiment = resolved(any, registry)?;
-        let dataset = experiment.dataset()?;
+        let dataset = loader.of(&experiment)?;
         let runner = Runner { experiment: &experiment, registry, dataset: &dataset };
         // No fold is to be trained: all are there.
         let options = RunOptions { resume: true, only: Some(vec![]), ..RunOptions::default() };
@@ -55,7 +56,8 @@ pub(crate) fn put_together(
         publish(&work, &out)?;
     }
     let results = RunFolder::open(&out)?.results()?;
-    json::write(&folder.result(run), &TrialResult::of(run, &any.data, &results))?;
+    let result = TrialResult::of(run, &any.data, &results);
+    json::write(&folder.result(run), &result)?;
     claim.finish()?;
-    Ok(true)
+    Ok(Some(result))
 }

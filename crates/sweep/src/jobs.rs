@@ -1,23 +1,25 @@
 //! Many trials in one process: jobs take them one by one, in the order of the manifest.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use taxel_zoo::Registry;
 
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::manifest::Manifest;
+use crate::samples::Samples;
 use crate::trial::Trial;
-use crate::work::{Outcome, Samples, WorkOptions, Worker};
+use crate::work::{Outcome, WorkOptions, Worker};
 
 /// Time between two looks at a trial that somebody else is at.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// What came of several trials.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Finished now.
     pub finished: usize,
@@ -27,8 +29,6 @@ pub struct Tally {
     pub failed: usize,
     /// Whether it was stopped from outside with something left to do.
     pub stopped: bool,
-    /// Seconds of the trials that were finished now, one after the other.
-    pub seconds: f64,
 }
 
 /// Runs the trials of `range` that are not finished, `jobs` at a time; each job has the threads of its place in
@@ -59,8 +59,7 @@ pub fn work(
         let jobs: Vec<_> = shares
             .iter()
             .map(|&threads| {
-                let options = WorkOptions { threads, ..options.clone() };
-                let mut worker = Worker { folder, registry, options, samples: &samples, last: None };
+                let mut worker = Worker { folder, registry, options, threads, loader: samples.loader() };
                 let queue = &queue;
                 scope.spawn(move || queue.empty(&mut worker))
             })
@@ -79,12 +78,19 @@ pub fn shares(threads: usize, jobs: usize) -> Vec<usize> {
     (0..jobs).map(|job| threads / jobs + usize::from(job < threads % jobs)).collect()
 }
 
+struct Held {
+    number: usize,
+    trial: Trial,
+    /// When it was looked at; none where its turn comes for the first time.
+    seen: Option<Instant>,
+}
+
 struct Queue<'a> {
     options: &'a WorkOptions,
     say: &'a (dyn Fn(usize, &Trial, &Outcome) + Sync),
     open: Mutex<std::iter::Take<Manifest>>,
-    /// What others were at when its turn came.
-    held: Mutex<Vec<(usize, Trial)>>,
+    /// What others were at when its turn came, the longest not looked at first.
+    held: Mutex<VecDeque<Held>>,
     tally: Mutex<Tally>,
 }
 
@@ -96,17 +102,19 @@ impl Queue<'_> {
                 self.count(|tally| tally.stopped = true);
                 return Ok(());
             }
-            self.one(worker, number, trial, true)?;
+            self.one(worker, Held { number, trial, seen: None })?;
         }
         loop {
-            let next = self.held.lock().unwrap_or_else(PoisonError::into_inner).pop();
-            let Some((number, trial)) = next else { return Ok(()) };
+            let next = self.held.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+            let Some(held) = next else { return Ok(()) };
             if self.is_stopped() {
                 self.count(|tally| tally.stopped = true);
                 return Ok(());
             }
-            std::thread::sleep(LOOK);
-            self.one(worker, number, trial, false)?;
+            if let Some(seen) = held.seen {
+                std::thread::sleep(LOOK.saturating_sub(seen.elapsed()));
+            }
+            self.one(worker, held)?;
         }
     }
 
@@ -114,24 +122,22 @@ impl Queue<'_> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner).next()
     }
 
-    /// Works on one trial; `news` says whether to tell that somebody else is at it.
-    fn one(&self, worker: &mut Worker, number: usize, trial: Trial, news: bool) -> Result<()> {
-        let outcome = worker.one(&trial)?;
-        if news || !matches!(outcome, Outcome::Held(_)) {
-            (self.say)(number, &trial, &outcome);
+    /// Works on one trial. That somebody else is at it is news once.
+    fn one(&self, worker: &mut Worker, own: Held) -> Result<()> {
+        let outcome = worker.one(&own.trial)?;
+        if own.seen.is_none() || !matches!(outcome, Outcome::Held(_)) {
+            (self.say)(own.number, &own.trial, &outcome);
         }
         self.count(|tally| match &outcome {
-            Outcome::Finished { seconds } => {
-                tally.finished += 1;
-                tally.seconds += seconds;
-            }
+            Outcome::Finished { .. } => tally.finished += 1,
             Outcome::Before => tally.before += 1,
             Outcome::Failed(_) => tally.failed += 1,
             Outcome::Stopped => tally.stopped = true,
             Outcome::Held(_) => {}
         });
         if let Outcome::Held(_) = outcome {
-            self.held.lock().unwrap_or_else(PoisonError::into_inner).push((number, trial));
+            let held = Held { seen: Some(Instant::now()), ..own };
+            self.held.lock().unwrap_or_else(PoisonError::into_inner).push_back(held);
         }
         Ok(())
     }
@@ -170,7 +176,6 @@ mod tests {
             "data":{"source":"","digest":"","set":""}}"#;
         std::fs::write(folder.manifest(), format!("{}\n", line.replace('\n', " "))).unwrap();
         let options = |stop| WorkOptions {
-            threads: 1,
             save_every: None,
             stale: Duration::from_secs(60),
             stop: Arc::new(AtomicBool::new(stop)),

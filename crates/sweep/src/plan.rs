@@ -6,16 +6,16 @@ use std::path::Path;
 
 use serde_json::{Map, json};
 use taxel_learn::{FoldKey, program};
-use taxel_trainer::{Config, Experiment, Origin, Overrides, Runner};
+use taxel_trainer::{Experiment, Overrides, Runner};
 use taxel_zoo::Registry;
-use toml::Table;
 
 use crate::axes::{Axes, Point};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::manifest::write_line;
+use crate::samples::{Loader, Samples, data_key};
 use crate::study::{Folds, Study, values};
-use crate::trial::{DataOf, Piece, Trial, fold_identity, hashed, run_identity};
+use crate::trial::{DataOf, Piece, Trial, fold_identity, hashed, run_identity, toml_of};
 
 /// What was planned.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -35,11 +35,13 @@ pub fn plan(study: &Study, folder: &SweepFolder, registry: &Registry) -> Result<
     let axes = Axes::new(study)?;
     std::fs::create_dir_all(folder.path()).map_err(|e| Error::io(folder.path(), "created", e))?;
     let path = folder.manifest();
+    let samples = Samples::default();
     let mut planner = Planner {
         study,
         registry,
         path: &path,
         program: program(),
+        loader: samples.loader(),
         known: HashMap::new(),
         seen: HashSet::new(),
         planned: Planned::default(),
@@ -76,6 +78,7 @@ struct Planner<'a> {
     registry: &'a Registry,
     path: &'a Path,
     program: String,
+    loader: Loader<'a>,
     /// Samples that were loaded: what says which, and their source and digest.
     known: HashMap<String, (String, String)>,
     seen: HashSet<String>,
@@ -137,34 +140,15 @@ impl Planner<'_> {
         let config = experiment.config();
         let key = data_key(config);
         if !self.known.contains_key(&key) {
-            let dataset = experiment.dataset()?;
-            self.known.insert(key.clone(), (dataset.source.to_string(), dataset.digest));
+            let dataset = self.loader.of(experiment)?;
+            self.known.insert(key.clone(), (dataset.source.to_string(), dataset.digest.clone()));
         }
         let (source, digest) = self.known[&key].clone();
-        Ok(DataOf { source, digest, set: hashed(&[&data_table(config)]) })
+        Ok(DataOf { source, digest, set: hashed(&[&toml_of(&config.data)]) })
     }
 
-    fn keys(&self, experiment: &Experiment) -> Result<Vec<FoldKey>> {
-        let dataset = experiment.dataset()?;
+    fn keys(&mut self, experiment: &Experiment) -> Result<Vec<FoldKey>> {
+        let dataset = self.loader.of(experiment)?;
         Ok(Runner { experiment, registry: self.registry, dataset: &dataset }.keys()?)
     }
-}
-
-/// All that the samples of a config depend on: its `[data]`, the seed of a scene, and the encoding, which says
-/// what the axes of recordings are.
-pub(crate) fn data_key(config: &Config) -> String {
-    let seed = match config.data.origin {
-        Origin::Scene(_) => config.seed.to_string(),
-        Origin::Recordings(_) => String::new(),
-    };
-    hashed(&[&data_table(config), &seed, &toml_of(&config.encoding)])
-}
-
-fn data_table(config: &Config) -> String {
-    toml_of(&config.data)
-}
-
-#[expect(clippy::expect_used, reason = "a resolved config is made of what TOML can write")]
-fn toml_of(value: &impl serde::Serialize) -> String {
-    Table::try_from(value).expect("a table of a config").to_string()
 }

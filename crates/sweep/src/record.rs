@@ -67,6 +67,22 @@ pub struct Failure {
     pub error: String,
 }
 
+impl TrialTiming {
+    /// Without waiting for the disk: a trial counts by its result alone.
+    pub(crate) fn write(&self, folder: &SweepFolder, identity: &str) -> Result<()> {
+        json::write_unflushed(&folder.timing(identity), self)
+    }
+
+    /// How a finished trial was made; none where a power cut has left nothing of it.
+    ///
+    /// # Errors
+    /// A file that cannot be opened.
+    pub(crate) fn read(folder: &SweepFolder, identity: &str) -> Result<Option<Self>> {
+        let bytes = json::bytes(&folder.timing(identity))?;
+        Ok(bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()))
+    }
+}
+
 impl TrialResult {
     pub(crate) fn of(identity: &str, data: &DataOf, results: &Results) -> Self {
         let score = |own: &taxel_learn::NetworkResults| {

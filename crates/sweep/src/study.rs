@@ -90,7 +90,7 @@ impl Study {
     /// Reads `path`.
     ///
     /// # Errors
-    /// A file that cannot be read, an unknown key, an axis without values.
+    /// A file that cannot be read, an unknown key, no config.
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "read", e))?;
         let refuse = |reason: String| Error::file(path, reason);
@@ -102,19 +102,6 @@ impl Study {
         taxel_learn::file_name("name", &study.name).map_err(|e| refuse(e.to_string()))?;
         if study.configs().is_empty() {
             return Err(refuse("config = []: name at least one config".into()));
-        }
-        for (key, value) in values(&study.grid) {
-            if value.as_array().is_none_or(Vec::is_empty) {
-                return Err(refuse(format!("grid.{key} = {value}: must be a list of values to try")));
-            }
-        }
-        if let Some(random) = &study.random {
-            if random.draws == 0 {
-                return Err(refuse("random.draws = 0: must be at least 1".into()));
-            }
-            for (key, draw) in random.over().map_err(refuse)? {
-                draw.check().map_err(|reason| refuse(format!("random.over.{key}: {reason}")))?;
-            }
         }
         Ok(study)
     }
@@ -132,14 +119,21 @@ impl Study {
 
 impl Random {
     /// What is drawn, by dotted key.
+    ///
+    /// # Errors
+    /// Nothing to draw, or a range that is none.
     pub(crate) fn over(&self) -> std::result::Result<Vec<(String, Draw)>, String> {
+        if self.draws == 0 {
+            return Err("random.draws = 0: must be at least 1".into());
+        }
         let draw = |(key, value): (String, Value)| {
-            let draw = value.clone().try_into().map_err(|_| {
+            let draw: Draw = value.clone().try_into().map_err(|_| {
                 format!(
                     "random.over.{key} = {value}: must be one of {{ uniform = [0.0, 1.0] }}, \
                      {{ log-uniform = [1e-4, 1e-1] }}, {{ integer = [8, 64] }}, {{ choice = [..] }}"
                 )
             })?;
+            draw.check().map_err(|reason| format!("random.over.{key}: {reason}"))?;
             Ok((key, draw))
         };
         values(&self.over).into_iter().map(draw).collect()
@@ -170,7 +164,7 @@ impl Draw {
 const DRAWS: [&str; 4] = ["uniform", "log-uniform", "integer", "choice"];
 
 /// Dotted keys and values of nested tables, so that `train.epochs = 3` and `"train.epochs" = 3` are the same. A
-/// table with a `kind` or a `name` is one value, as in a config.
+/// table with a text as `kind` or `name` is one value, as in a config.
 pub(crate) fn values(table: &Table) -> Vec<(String, Value)> {
     let mut found = vec![];
     for (key, value) in table {
@@ -186,5 +180,7 @@ pub(crate) fn values(table: &Table) -> Vec<(String, Value)> {
 
 fn is_value(table: &Table) -> bool {
     let draw = table.len() == 1 && DRAWS.iter().any(|draw| table.contains_key(*draw));
-    draw || table.is_empty() || table.contains_key("kind") || table.contains_key("name")
+    // A list of names, or how one is drawn, is an axis below the table.
+    let is_named = ["kind", "name"].iter().any(|key| table.get(*key).is_some_and(Value::is_str));
+    draw || table.is_empty() || is_named
 }

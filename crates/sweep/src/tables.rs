@@ -1,10 +1,8 @@
 //! `trials.csv` and `scores.csv`: everything for other programs, written line by line.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use taxel_files::PART;
+use taxel_files::Part;
 
 use crate::error::{Error, Result};
 use crate::record::{TrialResult, TrialTiming};
@@ -19,7 +17,7 @@ pub(crate) struct Tables {
 
 struct Table {
     path: PathBuf,
-    out: csv::Writer<BufWriter<File>>,
+    out: csv::Writer<Part>,
 }
 
 impl Tables {
@@ -110,8 +108,8 @@ impl Tables {
 
 impl Table {
     fn new(path: PathBuf, heads: &[String]) -> Result<Self> {
-        let file = File::create(part(&path)).map_err(|e| Error::io(&path, "written", e))?;
-        let mut table = Table { path, out: csv::Writer::from_writer(BufWriter::new(file)) };
+        let part = Part::create(&path).map_err(|e| Error::io(&path, "written", e))?;
+        let mut table = Table { path, out: csv::Writer::from_writer(part) };
         table.write(heads)?;
         Ok(table)
     }
@@ -122,15 +120,7 @@ impl Table {
 
     fn finish(self) -> Result<()> {
         let Table { path, out } = self;
-        let io = |e| Error::io(&path, "written", e);
-        let out = out.into_inner().map_err(|e| io(e.into_error()))?;
-        let file = out.into_inner().map_err(|e| io(e.into_error()))?;
-        file.sync_all().and_then(|()| std::fs::rename(part(&path), &path)).map_err(io)
+        let part = out.into_inner().map_err(csv::IntoInnerError::into_error);
+        part.and_then(Part::finish).map_err(|e| Error::io(&path, "written", e))
     }
-}
-
-fn part(path: &Path) -> PathBuf {
-    let mut part = path.as_os_str().to_owned();
-    part.push(PART);
-    part.into()
 }

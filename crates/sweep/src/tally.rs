@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use taxel_judge::{Axis, Contest, MAJORITY, Setting, Spread};
 
+use crate::data_sets::DataSets;
 use crate::record::{NetworkScore, TrialResult};
 use crate::trial::{Trial, shown};
 
@@ -60,69 +61,100 @@ impl<K: Clone + Eq + std::hash::Hash> Counts<K> {
     }
 }
 
-/// A network with its settings on one data set.
+/// A network with its settings on the samples of one `[data]` table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Where {
-    /// The data set in words, and its digest.
-    data: (String, String),
+    /// Place of the table.
+    place: usize,
+    source: String,
+    /// Varied keys that say which samples a trial has.
+    of_data: Keys,
     network: String,
     zoo: String,
-    set: String,
+    /// Varied keys besides, the seed left out.
+    set: Keys,
 }
+
+/// Keys and their values.
+type Keys = Vec<(String, String)>;
 
 /// All that is counted.
 pub(crate) struct Tally {
     settings: Counts<Where>,
     /// Key, network, value.
     axes: Counts<(String, String, String)>,
+    data_sets: DataSets,
+}
+
+/// A network with its settings on one data set.
+struct Row<'a> {
+    /// Data sets stand in the order in which they were met.
+    data_set: usize,
+    /// The data set in words.
+    name: String,
+    set: String,
+    own: &'a Where,
+    count: &'a Count,
 }
 
 impl Tally {
     pub fn new() -> Self {
-        Tally { settings: Counts::new(), axes: Counts::new() }
+        Tally { settings: Counts::new(), axes: Counts::new(), data_sets: DataSets::default() }
     }
 
     /// Counts a finished run; `trial` says what the axes say of it.
     pub fn add(&mut self, trial: &Trial, result: &TrialResult) {
-        let words = |wanted: &dyn Fn(&str) -> bool| {
-            let own = trial.set.iter().filter(|(key, _)| wanted(key));
-            own.map(|(key, value)| format!("{key}={}", shown(value))).collect::<Vec<_>>().join(" ")
-        };
-        let data = format!("{} {}", result.data.source, words(&is_data)).trim().to_string();
-        let set = words(&|key| !is_data(key) && key != "seed");
+        let place = self.data_sets.place(&result.data);
+        let keys = trial.set.iter().filter(|(key, _)| *key != "seed");
+        let keys: Keys = keys.map(|(key, value)| (key.clone(), shown(value))).collect();
+        let (of_data, set): (Keys, Keys) = keys.iter().cloned().partition(|(key, _)| is_data(key));
         for NetworkScore { network, zoo, accuracy, .. } in &result.networks {
             let own = Where {
-                data: (data.clone(), result.data.set.clone()),
+                place,
+                source: result.data.source.clone(),
+                of_data: of_data.clone(),
                 network: network.clone(),
                 zoo: zoo.clone(),
                 set: set.clone(),
             };
             self.settings.add(own, *accuracy);
-            for (key, value) in trial.set.iter().filter(|(key, _)| *key != "seed") {
-                self.axes.add((key.clone(), network.clone(), shown(value)), *accuracy);
+            for (key, value) in &keys {
+                self.axes.add((key.clone(), network.clone(), value.clone()), *accuracy);
             }
         }
     }
 
+    /// What is counted, by data set. A key of the data that all its trials share belongs to its name; one that
+    /// they do not share leads to the same samples whatever its value, and is a setting like others.
+    fn rows<'a>(&'a self) -> Vec<Row<'a>> {
+        let mut shared: HashMap<usize, Vec<&(String, String)>> = HashMap::new();
+        for (own, _) in &self.settings.rows {
+            shared
+                .entry(self.data_sets.data_set(own.place))
+                .and_modify(|all| all.retain(|pair| own.of_data.contains(pair)))
+                .or_insert_with(|| own.of_data.iter().collect());
+        }
+        let row = |(own, count): &'a (Where, Count)| {
+            let data_set = self.data_sets.data_set(own.place);
+            let shared = &shared[&data_set];
+            let name = format!("{} {}", own.source, words(shared.iter().copied()));
+            let others = own.of_data.iter().filter(|pair| !shared.contains(pair));
+            Row { data_set, name: name.trim().into(), set: words(others.chain(&own.set)), own, count }
+        };
+        self.settings.rows.iter().map(row).collect()
+    }
+
     /// Every network with every setting, data sets in the order of the plan, the best of each first.
     pub fn settings(&self) -> Vec<Setting> {
-        let mut order: Vec<&(String, String)> = vec![];
-        let mut places: HashMap<&(String, String), usize> = HashMap::new();
-        for (own, _) in &self.settings.rows {
-            places.entry(&own.data).or_insert_with(|| {
-                order.push(&own.data);
-                order.len() - 1
-            });
-        }
-        let mut rows: Vec<&(Where, Count)> = self.settings.rows.iter().collect();
-        rows.sort_by(|(a, x), (b, y)| places[&a.data].cmp(&places[&b.data]).then(y.mean.total_cmp(&x.mean)));
-        let row = |(own, count): &(Where, Count)| Setting {
-            source: own.data.0.clone(),
-            network: own.network.clone(),
-            set: own.set.clone(),
-            accuracy: count.spread(),
+        let mut rows = self.rows();
+        rows.sort_by(|a, b| a.data_set.cmp(&b.data_set).then(b.count.mean.total_cmp(&a.count.mean)));
+        let setting = |row: Row| Setting {
+            source: row.name,
+            network: row.own.network.clone(),
+            set: row.set,
+            accuracy: row.count.spread(),
         };
-        rows.into_iter().map(row).collect()
+        rows.into_iter().map(setting).collect()
     }
 
     /// What each key does, keys in the order of the alphabet, networks in that of the plan; keys with more than
@@ -153,21 +185,26 @@ impl Tally {
     /// Networks with their settings by data set, for ranks; the baseline that reads nothing is left out. None
     /// where there are too many to be told apart.
     pub fn contests(&self) -> Option<Vec<Contest>> {
-        let mut contests: Vec<(&(String, String), Contest)> = vec![];
-        for (own, count) in self.settings.rows.iter().filter(|(own, _)| own.zoo != MAJORITY) {
-            let at = contests.iter().position(|(data, _)| **data == own.data).unwrap_or_else(|| {
-                contests.push((&own.data, Contest { name: own.data.0.clone(), accuracy: vec![] }));
+        let mut contests: Vec<(usize, Contest)> = vec![];
+        for row in self.rows().into_iter().filter(|row| row.own.zoo != MAJORITY) {
+            let at = contests.iter().position(|(own, _)| *own == row.data_set).unwrap_or_else(|| {
+                contests.push((row.data_set, Contest { name: row.name, accuracy: vec![] }));
                 contests.len() - 1
             });
-            let name = format!("{} {}", own.network, own.set).trim().to_string();
+            let name = format!("{} {}", row.own.network, row.set).trim().to_string();
             let accuracy = &mut contests[at].1.accuracy;
-            accuracy.push((name, count.mean));
+            accuracy.push((name, row.count.mean));
             if accuracy.len() > RANKED {
                 return None;
             }
         }
         Some(contests.into_iter().map(|(_, contest)| contest).collect())
     }
+}
+
+/// Keys and values on one line.
+fn words<'a>(keys: impl Iterator<Item = &'a (String, String)>) -> String {
+    keys.map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
 }
 
 /// Whether a key says which samples a trial has.
@@ -183,7 +220,12 @@ mod tests {
 
     /// A finished trial with two networks and majority.
     fn add(tally: &mut Tally, set: &str, data: &str, accuracy: [f64; 2]) {
-        let data = DataOf { source: "simulated: s".into(), digest: set.into(), set: data.into() };
+        add_on(tally, set, (data, set), accuracy);
+    }
+
+    /// On samples of a `[data]` table and a digest.
+    fn add_on(tally: &mut Tally, set: &str, (data, digest): (&str, &str), accuracy: [f64; 2]) {
+        let data = DataOf { source: "simulated: s".into(), digest: digest.into(), set: data.into() };
         let trial = Trial {
             identity: set.into(),
             name: "t".into(),
@@ -239,5 +281,28 @@ mod tests {
             axes[1].rows.iter().take(2).map(|(n, v, s)| (n.as_str(), v.as_str(), s.mean)).collect();
         assert_eq!(first, [("a", "0.1", (80.0 + 90.0 + 99.0) / 3.0), ("a", "0.2", 95.0)]);
         assert!(tally.axes(3).is_empty());
+    }
+
+    /// Ranks over data sets take them to be independent.
+    #[test]
+    fn the_same_samples_are_one_data_set_under_whatever_config() {
+        let mut tally = Tally::new();
+        // One table in three configs, with two seeds; a fourth config writes the same samples otherwise.
+        for (config, table) in [("a", "t"), ("b", "t"), ("c", "t"), ("d", "t, by another path")] {
+            for seed in ["0", "1"] {
+                let set = format!(r#"{{"config":"{config}","seed":{seed}}}"#);
+                add_on(&mut tally, &set, (table, seed), [80.0, 60.0]);
+            }
+        }
+        // Another data set has a config of its own: that is its name.
+        add_on(&mut tally, r#"{"config":"e","seed":0}"#, ("u", "2"), [70.0, 50.0]);
+        let contests = tally.contests().unwrap();
+        let names: Vec<&str> = contests.iter().map(|own| own.name.as_str()).collect();
+        assert_eq!(names, ["simulated: s", "simulated: s config=e"]);
+        assert_eq!(contests[0].of("a config=d"), Some(80.0));
+        assert_eq!((contests[0].accuracy.len(), contests[1].accuracy.len()), (8, 2));
+        let settings = tally.settings();
+        assert_eq!((settings[0].set.as_str(), settings[0].accuracy.count), ("config=a", 2));
+        assert_eq!(settings.last().unwrap().source, "simulated: s config=e");
     }
 }

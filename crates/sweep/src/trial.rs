@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use taxel_learn::FoldKey;
+use toml::Table;
 
 /// One line of the manifest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -90,6 +91,11 @@ pub(crate) fn hashed(parts: &[&str]) -> String {
         hasher.update(part.as_bytes());
     }
     hasher.finalize().to_hex().to_string()
+}
+
+#[expect(clippy::expect_used, reason = "a resolved config is made of what TOML can write")]
+pub(crate) fn toml_of(value: &impl Serialize) -> String {
+    Table::try_from(value).expect("a table of a config").to_string()
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! One trial from claim to result.
 
-use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 use taxel_data::Dataset;
@@ -16,15 +15,13 @@ use crate::claim::{Claim, Holder, Taken};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::json;
-use crate::plan::data_key;
 use crate::record::{Failure, TrialResult, TrialTiming};
+use crate::samples::Loader;
 use crate::trial::Trial;
 
 /// How trials are worked on; none of it changes a result.
 #[derive(Debug, Clone)]
 pub struct WorkOptions {
-    /// Worker threads of one trial.
-    pub threads: usize,
     /// Seconds between two savings of a fold in training.
     pub save_every: Option<f64>,
     /// How long a trial whose process is not heard of stays its own.
@@ -53,34 +50,14 @@ pub enum Outcome {
     Stopped,
 }
 
-/// Samples in memory, shared by all trials of a process that use them at the time.
-#[derive(Default)]
-pub(crate) struct Samples {
-    known: Mutex<HashMap<String, Weak<Dataset>>>,
-}
-
-impl Samples {
-    fn of(&self, experiment: &Experiment) -> Result<Arc<Dataset>> {
-        let key = data_key(experiment.config());
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(dataset) = known.get(&key).and_then(Weak::upgrade) {
-            return Ok(dataset);
-        }
-        let dataset = Arc::new(experiment.dataset()?);
-        known.retain(|_, other| other.strong_count() > 0);
-        known.insert(key, Arc::downgrade(&dataset));
-        Ok(dataset)
-    }
-}
-
 /// Works on trials of one sweep, one after the other.
 pub(crate) struct Worker<'a> {
     pub folder: &'a SweepFolder,
     pub registry: &'a Registry,
-    pub options: WorkOptions,
-    pub samples: &'a Samples,
-    /// Samples of the last trial: the next one has often the same.
-    pub last: Option<Arc<Dataset>>,
+    pub options: &'a WorkOptions,
+    /// Worker threads of a trial.
+    pub threads: usize,
+    pub loader: Loader<'a>,
 }
 
 /// Why a trial has no result yet.
@@ -155,18 +132,37 @@ impl Worker<'_> {
     /// Trains in `work` and puts the finished run folder at `out`.
     fn run(&mut self, trial: &Trial, work: &Path, out: &Path) -> std::result::Result<(), Ended> {
         let experiment = resolved(trial, self.registry)?;
-        let dataset = self.samples.of(&experiment)?;
-        self.last = Some(Arc::clone(&dataset));
-        let experiment = (&experiment, &*dataset);
-        run(trial, experiment, self.registry, work, &self.options)?;
+        let dataset = self.loader.of(&experiment)?;
+        self.train(trial, &experiment, &dataset, work)?;
         Ok(publish(work, out)?)
+    }
+
+    /// Runs the folds of a trial that are its own in the run folder `work`.
+    fn train(&self, trial: &Trial, experiment: &Experiment, dataset: &Dataset, work: &Path) -> Result<()> {
+        if dataset.digest != trial.data.digest {
+            let reason = format!(
+                "was planned on other samples ({} then, {} now); give every machine the same data, or plan again",
+                trial.data.digest, dataset.digest
+            );
+            return Err(Error::Value { key: "trial", value: trial.words(), reason });
+        }
+        let run = RunOptions {
+            resume: true,
+            threads: Some(self.threads),
+            save_every: self.options.save_every,
+            only: trial.fold.as_ref().map(|piece| vec![piece.key.clone()]),
+            stop: Some(Arc::clone(&self.options.stop)),
+        };
+        let runner = Runner { experiment, registry: self.registry, dataset };
+        runner.run(Some(work), &run, &Silent, &self.options.cancel)?;
+        Ok(())
     }
 
     /// Writes the scores of a finished trial.
     fn keep(&self, trial: &Trial, out: &Path, seconds: f64, attempts: u32) -> Result<()> {
         let results = RunFolder::open(out)?.results()?;
-        let timing = TrialTiming { seconds, threads: self.options.threads, host: Holder::host(), attempts };
-        json::write(&self.folder.timing(&trial.identity), &timing)?;
+        let timing = TrialTiming { seconds, threads: self.threads, host: Holder::host(), attempts };
+        timing.write(self.folder, &trial.identity)?;
         let failure = self.folder.failure(&trial.identity);
         if failure.exists() {
             fs::remove_file(&failure).map_err(|e| Error::io(&failure, "removed", e))?;
@@ -191,33 +187,6 @@ pub(crate) fn resolved(trial: &Trial, registry: &Registry) -> Result<Experiment>
         return Err(Error::Value { key: "trial", value: trial.words(), reason });
     }
     Ok(Experiment::parse(&trial.config, &trial.name, &Overrides::default(), registry)?)
-}
-
-/// Runs the folds of a trial that are its own in the run folder `work`.
-pub(crate) fn run(
-    trial: &Trial,
-    (experiment, dataset): (&Experiment, &Dataset),
-    registry: &Registry,
-    work: &Path,
-    options: &WorkOptions,
-) -> Result<()> {
-    if dataset.digest != trial.data.digest {
-        let reason = format!(
-            "was planned on other samples ({} then, {} now); give every machine the same data, or plan again",
-            trial.data.digest, dataset.digest
-        );
-        return Err(Error::Value { key: "trial", value: trial.words(), reason });
-    }
-    let run = RunOptions {
-        resume: true,
-        threads: Some(options.threads),
-        save_every: options.save_every,
-        only: trial.fold.as_ref().map(|piece| vec![piece.key.clone()]),
-        stop: Some(Arc::clone(&options.stop)),
-    };
-    let runner = Runner { experiment, registry, dataset };
-    runner.run(Some(work), &run, &Silent, &options.cancel)?;
-    Ok(())
 }
 
 /// Gives a finished run folder its name; one that somebody else has finished first stays.

@@ -252,6 +252,17 @@ pub(super) fn short(text: &str, most: usize) -> String {
     }
 }
 
+/// At most `most` characters of `text`, of its beginning and of its end: of names that differ in their last word.
+pub(super) fn ends(text: &str, most: usize) -> String {
+    let chars: Vec<char> = text.chars().collect();
+    if chars.len() <= most {
+        return text.into();
+    }
+    let tail = most / 2;
+    let head = most.saturating_sub(tail + 1);
+    chars[..head].iter().chain(&['…']).chain(&chars[chars.len() - tail..]).collect()
+}
+
 /// `text` without characters that no XML may hold.
 fn clean(text: &str) -> String {
     let allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
@@ -265,6 +276,13 @@ fn attribute(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_that_end_otherwise_are_told_apart() {
+        assert_eq!(ends("mlp train.lr=0.1", 16), "mlp train.lr=0.1");
+        assert_eq!(ends("mlp train.lr=0.1", 11), "mlp t…r=0.1");
+        assert_eq!(ends("äöü", 1), "…");
+    }
 
     #[test]
     fn dashes_go_round_corners() {

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use maud::{Markup, html};
 use taxel_data::SourceKind;
 
-use super::charts::{Chart, ranks};
 use super::files::{make, of_chart, of_table, write};
-use super::html::{chart, frame, table};
+use super::html::{frame, table};
 use super::names::table as names;
 use super::numbers::{digits, tenth};
 use super::page::badge;
+use super::ranked::Ranked;
 use super::tables::{self, Cell, Column, Table};
 use super::words::kind;
 use crate::error::Result;
@@ -60,17 +60,17 @@ pub fn overview(
             .collect(),
         again: again(entries),
         asked: asked(claims),
-        ranked: across.map(|across| (ranks(across), ranked(across), across.words.as_slice())),
+        ranked: across.map(Ranked::new),
     };
     let all = tables::claims(claims);
     let side = tables.side.iter().map(|(_, own)| own);
-    let ranked = tables.ranked.iter().map(|(_, numbers, _)| numbers);
+    let ranked = tables.ranked.iter().map(|own| &own.numbers);
     let every = side.chain([&all]).chain(ranked).chain(&tables.asked).chain(&tables.again);
     make(&folder.join("tables"))?;
     every.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
-    if let Some((chart, ..)) = &tables.ranked {
+    if let Some(own) = &tables.ranked {
         make(&folder.join("charts"))?;
-        of_chart(chart)?.iter().try_for_each(|file| write(folder, file))?;
+        of_chart(&own.drawn)?.iter().try_for_each(|file| write(folder, file))?;
     }
     let page = "index.html";
     let html = frame("taxel reports", &body(entries, &tables)).into_string();
@@ -86,8 +86,7 @@ struct Tables<'a> {
     again: Vec<Table>,
     /// Claims by run.
     asked: Option<Table>,
-    /// Ranks over data sets: chart, numbers, words.
-    ranked: Option<(Chart<'a>, Table, &'a [String])>,
+    ranked: Option<Ranked<'a>>,
 }
 
 fn body(entries: &[Entry], tables: &Tables) -> Markup {
@@ -125,14 +124,7 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
                     @for own in &tables.again { (table(own)) }
                 }
             }
-            @if let Some((drawn, numbers, words)) = &tables.ranked {
-                section {
-                    h2 { "Over all data sets" }
-                    @for line in *words { p { (line) } }
-                    (chart(drawn, &numbers.name))
-                    (table(numbers))
-                }
-            }
+            @if let Some(own) = &tables.ranked { (own.section()) }
             @if let Some(asked) = &tables.asked {
                 section {
                     h2 { "Claims of the papers" }
@@ -208,22 +200,6 @@ fn asked(claims: &[Claim]) -> Option<Table> {
         }));
     }
     Some(Table::new(names::CLAIMS_BY_RUN, "What the papers claim, run by run".into(), columns, &rows))
-}
-
-/// Mean ranks and tests against the best.
-pub(super) fn ranked(across: &Across) -> Table {
-    let rows: Vec<usize> = (0..across.networks.len()).collect();
-    let columns = vec![
-        Column::text("network", "network", |&i: &usize| Cell::text(&across.networks[i])),
-        Column::number("mean rank", &["mean_rank"], |&i: &usize| {
-            Cell::number(across.friedman.ranks.get(i).copied(), digits)
-        }),
-        Column::number("p against the first (Wilcoxon, Holm)", &["p_holm"], |&i: &usize| {
-            Cell::number(across.p_holm.get(i).copied().flatten(), digits)
-        }),
-    ];
-    let caption = format!("Mean ranks over {} data sets", across.runs.len());
-    Table::new(names::RANKS, caption, columns, &rows)
 }
 
 /// One table for all runs on the same readings: accuracy of each network in each, and how far they lie apart.

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
 
-use super::charts::{Chart, axis, ranks};
+use super::charts::{Chart, axis};
 use super::files::{make, of_chart, of_table, write};
 use super::html::{chart, frame, table};
 use super::names::table as names;
 use super::numbers::{digits, tenth};
-use super::overview::ranked;
+use super::ranked::Ranked;
 use super::tables::{Cell, Column, Table};
 use super::words::slug;
 use crate::error::Result;
@@ -28,17 +28,17 @@ pub fn sweep_page(sweep: &Sweep, folder: &Path) -> Result<PathBuf> {
     let tables = Tables {
         best: settings(&sweep.settings[..sweep.settings.len().min(MOST)]),
         axes: sweep.axes.iter().map(|own| (drawn(own), effect(own))).collect(),
-        ranked: sweep.across.as_ref().map(|across| (ranks(across), ranked(across), across.words.as_slice())),
+        ranked: sweep.across.as_ref().map(Ranked::new),
         open: open(&sweep.open[..sweep.open.len().min(MOST)]),
     };
     make(&folder.join("tables"))?;
     make(&folder.join("charts"))?;
     let axes = tables.axes.iter().map(|(_, own)| own);
-    let ranked = tables.ranked.iter().map(|(_, numbers, _)| numbers);
+    let ranked = tables.ranked.iter().map(|own| &own.numbers);
     let all = [&tables.best, &tables.open].into_iter().chain(axes).chain(ranked);
     all.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
     let charts = tables.axes.iter().filter_map(|(drawn, _)| drawn.as_ref());
-    for own in charts.chain(tables.ranked.iter().map(|(drawn, ..)| drawn)) {
+    for own in charts.chain(tables.ranked.iter().map(|own| &own.drawn)) {
         of_chart(own)?.iter().try_for_each(|file| write(folder, file))?;
     }
     let page = "index.html";
@@ -50,7 +50,7 @@ pub fn sweep_page(sweep: &Sweep, folder: &Path) -> Result<PathBuf> {
 struct Tables<'a> {
     best: Table,
     axes: Vec<(Option<Chart<'a>>, Table)>,
-    ranked: Option<(Chart<'a>, Table, &'a [String])>,
+    ranked: Option<Ranked<'a>>,
     open: Table,
 }
 
@@ -88,19 +88,15 @@ fn body(sweep: &Sweep, tables: &Tables) -> Markup {
                     }
                 }
             }
-            @if let Some((drawn, numbers, words)) = &tables.ranked {
-                section {
-                    h2 { "Over all data sets" }
-                    @for line in *words { p { (line) } }
-                    (chart(drawn, &numbers.name))
-                    (table(numbers))
-                }
-            }
+            @if let Some(own) = &tables.ranked { (own.section()) }
             @if !tables.open.rows.is_empty() {
                 section {
                     h2 { "Without a result" }
-                    @if sweep.open.len() > MOST {
-                        p { "The first " (MOST) "; all are in trials.csv." }
+                    @if progress.open() > tables.open.rows.len() {
+                        p {
+                            "The first " (tables.open.rows.len()) " of " (progress.open())
+                            ", failed ones before others; all are in trials.csv."
+                        }
                     }
                     (table(&tables.open))
                 }

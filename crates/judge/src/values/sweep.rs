@@ -15,7 +15,7 @@ pub struct Sweep {
     pub settings: Vec<Setting>,
     /// What each varied key does.
     pub axes: Vec<Axis>,
-    /// Trials without a result.
+    /// The first trials without a result, failed ones before others; [`SweepProgress::open`] says how many there are.
     pub open: Vec<OpenTrial>,
     /// Networks with their settings ranked over data sets, where there are enough of both.
     pub across: Option<Across>,
@@ -40,6 +40,13 @@ pub struct SweepProgress {
     pub duplicates: usize,
     /// Seconds of the finished trials together.
     pub seconds: f64,
+}
+
+impl SweepProgress {
+    /// Trials without a result.
+    pub fn open(&self) -> usize {
+        self.failed + self.begun + self.missing
+    }
 }
 
 /// One network with its settings on one data set, over all seeds.

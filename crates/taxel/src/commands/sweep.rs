@@ -8,8 +8,8 @@ use clap::{Args, Subcommand};
 use taxel::Registry;
 use taxel::judge::Sweep as Collected;
 use taxel::sweep::{
-    Chunking, Emit, Outcome as Came, Study, SweepFolder, Trial, WorkOptions, collect, emit, plan, shares,
-    tasks, work,
+    Arrays, Chunking, Emit, Outcome as Came, Study, SweepFolder, Trial, WorkOptions, collect, emit, plan,
+    shares, tasks, work,
 };
 
 use crate::commands::interrupt::Signals;
@@ -220,12 +220,11 @@ impl How {
     fn work(&self, sweep: &Path, range: std::ops::Range<usize>, jobs: usize) -> Outcome {
         let folder = SweepFolder::open(sweep)?;
         let signals = Signals::listen()?;
-        let shares = shares(taxel::learn::threads(self.threads), jobs);
+        let shares = shares(super::threads(self.threads), jobs);
         if shares.len() < jobs {
             eprintln!("{} trials at a time: one per thread", shares.len());
         }
         let options = WorkOptions {
-            threads: 1,
             save_every: self.save_every,
             stale: self.stale.time(),
             stop: signals.stop.clone(),
@@ -307,6 +306,9 @@ fn print(sweep: &Collected) {
     for own in sweep.open.iter().filter(|own| own.state == "failed").take(PRINTED) {
         println!("trial {} ({}): {}", own.number, own.trial, own.reason);
     }
+    if progress.failed > PRINTED {
+        println!("{} more failed; trials.csv names them", progress.failed - PRINTED);
+    }
 }
 
 impl TaskArgs {
@@ -333,15 +335,16 @@ impl TaskArgs {
             Some(program) => program.clone(),
             None => std::env::current_exe()?,
         };
-        Ok(Emit { program, threads: self.threads.max(1), max_array: usize::MAX, options: vec![] })
+        Ok(Emit { program, threads: self.threads.max(1) })
     }
 }
 
 impl Slurm {
     fn run(self) -> Outcome {
         let (folder, tasks) = self.tasks.tasks()?;
-        let own = Emit { max_array: self.max_array, options: self.options.clone(), ..self.tasks.emit()? };
-        let script = emit::slurm(&folder, &tasks, &own)?;
+        let emit = self.tasks.emit()?;
+        let arrays = Arrays { max: self.max_array, options: self.options };
+        let script = emit::slurm(&folder, &tasks, &emit, &arrays)?;
         println!("submit with: sh {}", script.display());
         Ok(ExitCode::SUCCESS)
     }

@@ -2,7 +2,7 @@
 
 use super::chart::Chart;
 use crate::report::axes::Scale;
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends};
 use crate::report::numbers::{tenth, tick};
 use crate::report::palette::{Ink, Paint, SERIES};
 use crate::report::words::slug;
@@ -45,7 +45,7 @@ fn draw(axis: &Axis, paint: Paint) -> Canvas {
         });
         let ink = Ink::Series(series % SERIES);
         let y = TOP + ROW * (row as f64 + 0.5);
-        let label = format!("{} · {}", short(network, 22), short(value, 22));
+        let label = format!("{} · {}", ends(network, 22), ends(value, 22));
         canvas.text((NAMES - 10.0, y + 4.0), &label, Type { anchor: Anchor::Right, ..PLAIN });
         let hover = format!("{network}, {} = {value}: {} %, {} trials", axis.key, tenth(own.mean), own.count);
         canvas.hover(&hover, |canvas| {

@@ -2,14 +2,16 @@
 
 use super::chart::Chart;
 use crate::report::axes::Scale;
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends, width_of};
 use crate::report::names::chart;
 use crate::report::palette::{Ink, Paint};
 use crate::values::Across;
 
 const WIDTH: f64 = 860.0;
-/// Room for names on either side.
-const NAMES: f64 = 200.0;
+/// Room for names on either side, at least and at most.
+const NAMES: (f64, f64) = (200.0, 300.0);
+/// Characters of a name.
+const LONG: usize = 34;
 const ROW: f64 = 22.0;
 const AXIS: f64 = 64.0;
 
@@ -30,8 +32,12 @@ fn draw(across: &Across, paint: Paint) -> Canvas {
     let (count, groups) = (ranks.len(), groups(ranks, across.critical_difference));
     let half = count.div_ceil(2);
     let below = AXIS + 14.0 + 9.0 * groups.len() as f64;
+    let label = |(name, rank): (&String, &f64)| format!("{} {rank:.2}", ends(name, LONG));
+    let labels: Vec<String> = across.networks.iter().zip(ranks).map(label).collect();
+    let longest = labels.iter().map(|label| width_of(label, PLAIN.size)).fold(0.0, f64::max);
+    let names = (longest + 24.0).clamp(NAMES.0, NAMES.1);
     let mut canvas = Canvas::new(WIDTH, below + ROW * half as f64 + 16.0, paint);
-    let x = Scale::linear((1.0, count as f64), (NAMES, WIDTH - NAMES));
+    let x = Scale::linear((1.0, count as f64), (names, WIDTH - names));
     canvas.line((x.at(1.0), AXIS), (x.at(count as f64), AXIS), Stroke::of(Ink::Text, 1.0));
     for rank in 1..=count {
         let at = x.at(rank as f64);
@@ -42,10 +48,10 @@ fn draw(across: &Across, paint: Paint) -> Canvas {
             Type { anchor: Anchor::Middle, ink: Ink::Muted, ..PLAIN },
         );
     }
-    let wide = (x.at(1.0 + across.critical_difference) - x.at(1.0)).min(WIDTH - 2.0 * NAMES);
-    canvas.line((NAMES, 22.0), (NAMES + wide, 22.0), Stroke::of(Ink::Heat, 3.0));
+    let wide = (x.at(1.0 + across.critical_difference) - x.at(1.0)).min(WIDTH - 2.0 * names);
+    canvas.line((names, 22.0), (names + wide, 22.0), Stroke::of(Ink::Heat, 3.0));
     let label = format!("critical difference {:.2}", across.critical_difference);
-    canvas.text((NAMES, 14.0), &label, PLAIN);
+    canvas.text((names, 14.0), &label, PLAIN);
     for (i, &(first, last)) in groups.iter().enumerate() {
         let y = AXIS + 9.0 * (i + 1) as f64;
         let ends = (x.at(ranks[first]) - 4.0, x.at(ranks[last]) + 4.0);
@@ -57,13 +63,12 @@ fn draw(across: &Across, paint: Paint) -> Canvas {
         let y = below + ROW * row as f64 + 8.0;
         let at = x.at(rank);
         let (end, anchor) =
-            if left { (NAMES - 12.0, Anchor::Right) } else { (WIDTH - NAMES + 12.0, Anchor::Left) };
+            if left { (names - 12.0, Anchor::Right) } else { (WIDTH - names + 12.0, Anchor::Left) };
         canvas.hover(&format!("{name}: mean rank {rank:.2}"), |canvas| {
             canvas.line((at, AXIS), (at, y), Stroke::of(Ink::Muted, 1.0));
             canvas.line((at, y), (end, y), Stroke::of(Ink::Muted, 1.0));
             let away = if left { -4.0 } else { 4.0 };
-            let text = format!("{} {rank:.2}", short(name, 22));
-            canvas.text((end + away, y + 4.0), &text, Type { anchor, ..PLAIN });
+            canvas.text((end + away, y + 4.0), &labels[i], Type { anchor, ..PLAIN });
         });
     }
     canvas
