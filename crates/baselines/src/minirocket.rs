@@ -136,8 +136,9 @@ impl MiniRocket {
         let golden = (5.0f64.sqrt() + 1.0) / 2.0;
         let (mut work, mut output, mut number) = (plain.work(), vec![0.0; length], 0);
         for (step, &(_, count)) in dilations.iter().enumerate() {
-            for at in step * KERNELS..(step + 1) * KERNELS {
-                plain.convolve(at, train.sample(examples[at]), &mut work, &mut output);
+            let first = step * KERNELS;
+            for (kernel, &example) in examples[first..first + KERNELS].iter().enumerate() {
+                plain.convolve(first + kernel, train.sample(example), &mut work, &mut output);
                 let mut sorted: Vec<f64> = output.iter().map(|&v| f64::from(v)).collect();
                 sorted.sort_by(f64::total_cmp);
                 for _ in 0..count {
@@ -252,7 +253,8 @@ fn rocket(
             let (own, rest) = biases.split_at(count.min(biases.len()));
             biases = rest;
             // Every other kernel leaves out the positions that read beyond the ends.
-            let counted = if (step + kernel) % 2 == 0 { 0..length } else { padding..length - padding };
+            let counted =
+                if (step + kernel).is_multiple_of(2) { 0..length } else { padding..length - padding };
             let channels = read[step * KERNELS + kernel].clone();
             convolutions.push(Dilated { dilation, twos, channels, biases: own.to_vec(), counted });
         }

@@ -286,7 +286,7 @@ mod tests {
             let recording: Vec<f32> = (0..channels * length).map(wave).collect();
             let one = |i: usize| {
                 let dilation = 1 + i % ((length - 1) / 8).max(1);
-                let inner = if i % 2 == 0 { 0 } else { TAPS / 2 * dilation };
+                let inner = if i.is_multiple_of(2) { 0 } else { TAPS / 2 * dilation };
                 Dilated {
                     dilation,
                     twos: [i % 3, 3 + i % 2, 6 + i % 3],
