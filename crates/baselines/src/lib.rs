@@ -256,8 +256,87 @@ impl Fitted {
         match self {
             Fitted::Majority(shares) => Ok(shares.repeat(x.len())),
             Fitted::Nearest(nearest) => nearest.scores(x),
-            Fitted::MiniRocket(rocket, ridge) => Ok(ridge.scores(&rocket.transform(x)?)),
-            Fitted::Svm(svm) => svm.scores(x),
+            Fitted::MiniRocket(rocket, ridge) => {
+                Ok(softened(ridge.decide(&rocket.transform(x)?), ridge.classes()))
+            }
+            Fitted::Svm(svm) => Ok(softened(svm.votes(x)?, svm.classes())),
+        }
+    }
+
+    /// Memory for one answer of [`Fitted::answer`] after the other.
+    pub fn workspace(&self) -> Workspace {
+        Workspace(match self {
+            Fitted::Majority(_) => Memory::Majority,
+            Fitted::Nearest(nearest) => Memory::Nearest(vec![0.0; nearest.len()], nearest.best()),
+            Fitted::MiniRocket(rocket, ridge) => {
+                let (features, products) = (vec![0.0; rocket.biases().len()], vec![0.0; ridge.classes()]);
+                Memory::MiniRocket(Box::new(rocket.rocket().work()), features, products)
+            }
+            Fitted::Svm(_) => Memory::Svm(svm::Work::default()),
+        })
+    }
+
+    /// [`Fitted::scores`] of one recording, channel after channel, bit for bit. After the first answer nothing is
+    /// allocated.
+    ///
+    /// # Errors
+    /// Another shape, a value that is not finite, or a workspace of another kind of method.
+    pub fn answer(&self, recording: &[f32], workspace: &mut Workspace, scores: &mut [f32]) -> Result<()> {
+        if let Some([channels, length]) = self.shape() {
+            let x = Series::new(recording, channels, length)?;
+            if x.len() != 1 {
+                return Err(Error::Shape { values: recording.len(), channels, length });
+            }
+        }
+        if scores.len() != self.classes() {
+            return Err(Error::setting("scores", scores.len(), "must be one per class"));
+        }
+        match (self, &mut workspace.0) {
+            (Fitted::Majority(shares), Memory::Majority) => scores.copy_from_slice(shares),
+            (Fitted::Nearest(nearest), Memory::Nearest(distances, best))
+                if distances.len() == nearest.len() =>
+            {
+                nearest.answer(recording, distances, best, scores);
+            }
+            (Fitted::MiniRocket(rocket, ridge), Memory::MiniRocket(work, features, products))
+                if features.len() == rocket.biases().len() && products.len() == ridge.classes() =>
+            {
+                rocket.rocket().shares(recording, work, features);
+                ridge.decide_one(features, products, scores);
+                softmax(scores, ridge.classes());
+            }
+            (Fitted::Svm(svm), Memory::Svm(work)) => {
+                svm.answer(recording, work, scores);
+                softmax(scores, svm.classes());
+            }
+            _ => {
+                return Err(Error::setting(
+                    "workspace",
+                    "another method's",
+                    "make one with this method's `workspace`",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Channels and length of the recordings; none where any will do.
+    fn shape(&self) -> Option<[usize; 2]> {
+        match self {
+            Fitted::Majority(_) => None,
+            Fitted::Nearest(nearest) => Some(nearest.shape()),
+            Fitted::MiniRocket(rocket, _) => Some(rocket.shape()),
+            Fitted::Svm(svm) => Some(svm.shape()),
+        }
+    }
+
+    /// Number of classes.
+    pub fn classes(&self) -> usize {
+        match self {
+            Fitted::Majority(shares) => shares.len(),
+            Fitted::Nearest(nearest) => nearest.classes(),
+            Fitted::MiniRocket(_, ridge) => ridge.classes(),
+            Fitted::Svm(svm) => svm.classes(),
         }
     }
 
@@ -289,6 +368,25 @@ impl Fitted {
             Fitted::Svm(svm) => svm.tensors(),
         }
     }
+}
+
+/// What one thread needs to ask a [`Fitted`] method, which makes it.
+#[derive(Debug)]
+pub struct Workspace(Memory);
+
+#[derive(Debug)]
+enum Memory {
+    Majority,
+    /// Distances, and the nearest.
+    Nearest(Vec<f64>, nearest::Best),
+    /// Of the convolutions, features, and products with the weights of each class.
+    MiniRocket(Box<taxel_kernels::rocket::Work>, Vec<f32>, Vec<f64>),
+    Svm(svm::Work),
+}
+
+fn softened(mut values: Vec<f32>, classes: usize) -> Vec<f32> {
+    softmax(&mut values, classes);
+    values
 }
 
 /// Softmax over each row of `classes` values, in place.

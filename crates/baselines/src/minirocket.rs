@@ -12,6 +12,7 @@
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
+use taxel_kernels::rocket::{Dilated, Rocket};
 
 use crate::{Error, Features, Result, Saved, Series};
 
@@ -42,6 +43,8 @@ pub struct MiniRocket {
     /// Channels of each dilation's kernels.
     channels: Vec<Vec<usize>>,
     biases: Vec<f32>,
+    /// All of it, as the kernels read it.
+    rocket: Rocket,
 }
 
 /// The three places of weight 2 of each kernel, in the authors' order.
@@ -125,31 +128,38 @@ impl MiniRocket {
         if !fits {
             return Err(Error::setting("draws", draws.examples.len(), "must be one per kernel and dilation"));
         }
-        let mut rocket = MiniRocket {
-            shape: train.shape(),
-            dilations: dilations(length, features),
-            channels: draws.channels,
-            biases: vec![],
-        };
+        let dilations = dilations(length, features);
+        let Draws { examples, channels } = draws;
+        let plain = rocket(train.shape(), &dilations, &channels, None);
+        let mut biases = vec![];
         // Quantiles of low discrepancy: multiples of the golden ratio.
         let golden = (5.0f64.sqrt() + 1.0) / 2.0;
-        let (places, mut number) = (places(), 0);
-        let mut output = vec![0.0; length];
-        for (step, &(dilation, count)) in rocket.dilations.iter().enumerate() {
-            for (kernel, place) in places.iter().enumerate() {
-                let at = step * KERNELS + kernel;
-                convolve(train, draws.examples[at], &rocket.channels[at], dilation, place, &mut output);
+        let (mut work, mut output, mut number) = (plain.work(), vec![0.0; length], 0);
+        for (step, &(_, count)) in dilations.iter().enumerate() {
+            let first = step * KERNELS;
+            for (kernel, &example) in examples[first..first + KERNELS].iter().enumerate() {
+                plain.convolve(first + kernel, train.sample(example), &mut work, &mut output);
                 let mut sorted: Vec<f64> = output.iter().map(|&v| f64::from(v)).collect();
                 sorted.sort_by(f64::total_cmp);
                 for _ in 0..count {
                     number += 1;
                     let quantile = (f64::from(number) * golden).fract() * (length - 1) as f64;
                     let (low, high) = (sorted[quantile.floor() as usize], sorted[quantile.ceil() as usize]);
-                    rocket.biases.push((low + (high - low) * quantile.fract()) as f32);
+                    biases.push((low + (high - low) * quantile.fract()) as f32);
                 }
             }
         }
-        Ok(rocket)
+        Ok(MiniRocket::new(train.shape(), dilations, channels, biases))
+    }
+
+    fn new(
+        shape: [usize; 2],
+        dilations: Vec<(usize, usize)>,
+        channels: Vec<Vec<usize>>,
+        biases: Vec<f32>,
+    ) -> Self {
+        let rocket = rocket(shape, &dilations, &channels, Some(&biases));
+        MiniRocket { shape, dilations, channels, biases, rocket }
     }
 
     /// Thresholds of all features.
@@ -163,34 +173,22 @@ impl MiniRocket {
     /// Series of another shape than those it was fitted to.
     pub fn transform(&self, x: &Series) -> Result<Features> {
         x.expect(self.shape)?;
-        let rows: Vec<Vec<f32>> = (0..x.len()).into_par_iter().map(|i| self.features(x, i)).collect();
-        Ok(Features { values: rows.concat(), width: self.biases.len() })
+        let width = self.biases.len();
+        let mut values = vec![0.0; x.len() * width];
+        values.par_chunks_exact_mut(width).enumerate().for_each_init(
+            || self.rocket.work(),
+            |work, (i, features)| self.rocket.shares(x.sample(i), work, features),
+        );
+        Ok(Features { values, width })
     }
 
-    fn features(&self, x: &Series, sample: usize) -> Vec<f32> {
-        let length = self.shape[1];
-        let (places, mut output) = (places(), vec![0.0; length]);
-        let mut features = Vec::with_capacity(self.biases.len());
-        let mut biases = self.biases.as_slice();
-        for (step, &(dilation, count)) in self.dilations.iter().enumerate() {
-            let padding = (KERNEL - 1) * dilation / 2;
-            for (kernel, place) in places.iter().enumerate() {
-                let channels = &self.channels[step * KERNELS + kernel];
-                convolve(x, sample, channels, dilation, place, &mut output);
-                // Every other kernel leaves out the positions that read beyond the ends.
-                let inside = match (step + kernel) % 2 {
-                    0 => &output[..],
-                    _ => &output[padding..length - padding],
-                };
-                let (own, rest) = biases.split_at(count);
-                biases = rest;
-                for bias in own {
-                    let above = inside.iter().filter(|v| *v > bias).count();
-                    features.push((above as f64 / inside.len() as f64) as f32);
-                }
-            }
-        }
-        features
+    pub(crate) fn shape(&self) -> [usize; 2] {
+        self.shape
+    }
+
+    /// The convolutions of one recording after the other.
+    pub(crate) fn rocket(&self) -> &Rocket {
+        &self.rocket
     }
 
     /// Additions of the convolutions: nine readings per position and channel.
@@ -232,7 +230,7 @@ impl MiniRocket {
         let fits = channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < shape[0]))
             && dilations.iter().all(|&(dilation, _)| (KERNEL - 1) * dilation / 2 * 2 < shape[1].max(1));
         match fits && !dilations.is_empty() {
-            true => Ok(MiniRocket { shape, dilations, channels, biases }),
+            true => Ok(MiniRocket::new(shape, dilations, channels, biases)),
             false => {
                 Err(Error::Saved { tensor: "rocket.channels".into(), reason: "does not fit the series" })
             }
@@ -240,30 +238,26 @@ impl MiniRocket {
     }
 }
 
-/// Convolution of one recording, zeros beyond its ends: −1 everywhere, 2 at three places, summed over
-/// `channels`.
-fn convolve(
-    x: &Series,
-    sample: usize,
-    channels: &[usize],
-    dilation: usize,
-    place: &[usize; 3],
-    output: &mut [f32],
-) {
-    output.fill(0.0);
-    let length = output.len();
-    for &channel in channels {
-        let values = x.channel(sample, channel);
-        for tap in 0..KERNEL {
-            let weight = if place.contains(&tap) { 2.0 } else { -1.0 };
-            let (reach, back) = (tap * dilation, KERNEL / 2 * dilation);
-            // output[t] reads values[t + reach - back].
-            let first = back.saturating_sub(reach);
-            let last = (length + back).saturating_sub(reach).min(length);
-            if first < last {
-                let from = &values[first + reach - back..last + reach - back];
-                output[first..last].iter_mut().zip(from).for_each(|(o, v)| *o += weight * v);
-            }
+/// All convolutions, with the thresholds that follow each other in `biases`.
+fn rocket(
+    [channels, length]: [usize; 2],
+    dilations: &[(usize, usize)],
+    read: &[Vec<usize>],
+    biases: Option<&[f32]>,
+) -> Rocket {
+    let (places, mut biases) = (places(), biases.unwrap_or_default());
+    let mut convolutions = vec![];
+    for (step, &(dilation, count)) in dilations.iter().enumerate() {
+        let padding = (KERNEL - 1) * dilation / 2;
+        for (kernel, &twos) in places.iter().enumerate() {
+            let (own, rest) = biases.split_at(count.min(biases.len()));
+            biases = rest;
+            // Every other kernel leaves out the positions that read beyond the ends.
+            let counted =
+                if (step + kernel).is_multiple_of(2) { 0..length } else { padding..length - padding };
+            let channels = read[step * KERNELS + kernel].clone();
+            convolutions.push(Dilated { dilation, twos, channels, biases: own.to_vec(), counted });
         }
     }
+    Rocket::new(channels, length, convolutions)
 }

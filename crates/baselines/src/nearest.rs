@@ -1,7 +1,9 @@
 //! k nearest neighbours.
 
-use crate::{Error, Result, Saved, Series};
 use rayon::prelude::*;
+use taxel_kernels::double;
+
+use crate::{Error, Result, Saved, Series};
 
 /// The training part and how many neighbours vote. Of equally far neighbours the first in the training
 /// part counts, of equally many votes the class whose nearest neighbour is nearest.
@@ -14,6 +16,13 @@ pub struct Nearest {
     y: Vec<u32>,
 }
 
+/// Recordings that are answered together.
+const TOGETHER: usize = 32;
+
+/// The nearest neighbours so far, the nearest first: squared distance and number.
+#[derive(Debug)]
+pub(crate) struct Best(Vec<(f64, usize)>);
+
 impl Nearest {
     pub(crate) fn fit(train: &Series, y: &[u32], classes: usize, k: usize) -> Result<Self> {
         if k == 0 {
@@ -25,27 +34,68 @@ impl Nearest {
 
     pub(crate) fn scores(&self, x: &Series) -> Result<Vec<f32>> {
         x.expect(self.shape)?;
-        let rows: Vec<Vec<f32>> = (0..x.len()).into_par_iter().map(|i| self.votes(x.sample(i))).collect();
-        Ok(rows.concat())
+        let each = self.shape[0] * self.shape[1];
+        let mut votes = vec![0.0; x.len() * self.classes];
+        let parts = x.values.par_chunks(TOGETHER * each).zip(votes.par_chunks_mut(TOGETHER * self.classes));
+        parts.for_each(|(samples, votes)| self.answers(samples, each, votes));
+        Ok(votes)
     }
 
-    fn votes(&self, sample: &[f32]) -> Vec<f32> {
-        let far = |(i, own): (usize, &[f32])| {
-            let square: f64 = own.iter().zip(sample).map(|(a, b)| f64::from(a - b).powi(2)).sum();
-            (square, i)
-        };
-        let mut order: Vec<(f64, usize)> = self.x.chunks_exact(sample.len()).enumerate().map(far).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut votes = vec![0.0; self.classes];
+    pub(crate) fn shape(&self) -> [usize; 2] {
+        self.shape
+    }
+
+    pub(crate) fn classes(&self) -> usize {
+        self.classes
+    }
+
+    /// Votes of one recording, a share per class. `distances` has room for one per training sample.
+    pub(crate) fn answer(&self, sample: &[f32], distances: &mut [f64], best: &mut Best, votes: &mut [f32]) {
+        // Differences of floats, as they were before they were squared.
+        double::squares(sample.len(), &self.x, sample, true, distances);
+        self.vote(distances, best, votes);
+    }
+
+    /// [`Nearest::answer`] for neighbouring recordings.
+    fn answers(&self, samples: &[f32], each: usize, votes: &mut [f32]) {
+        let n = self.y.len();
+        let mut distances = vec![0.0; samples.len() / each * n];
+        double::squares(each, &self.x, samples, true, &mut distances);
+        let mut best = self.best();
+        for (distances, votes) in distances.chunks_exact(n).zip(votes.chunks_exact_mut(self.classes)) {
+            self.vote(distances, &mut best, votes);
+        }
+    }
+
+    /// Room for the nearest.
+    pub(crate) fn best(&self) -> Best {
+        Best(Vec::with_capacity(self.k + 1))
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.y.len()
+    }
+
+    fn vote(&self, distances: &[f64], Best(best): &mut Best, votes: &mut [f32]) {
+        best.clear();
+        for (i, &square) in distances.iter().enumerate() {
+            if best.len() == self.k && best.last().is_some_and(|(most, _)| square >= *most) {
+                continue;
+            }
+            // Behind all that are as near: those come first in the training part.
+            let place = best.partition_point(|(other, _)| *other <= square);
+            best.insert(place, (square, i));
+            best.truncate(self.k);
+        }
+        votes.fill(0.0);
         let mut total = 0.0;
-        for (rank, (_, i)) in order[..self.k].iter().enumerate() {
+        for (rank, (_, i)) in best.iter().enumerate() {
             // The nearest of equals wins: nearness counts less than any vote.
             let vote = if self.k > 1 { 1.0 + 0.25 * 0.5f32.powi(rank as i32) } else { 1.0 };
             votes[self.y[*i] as usize] += vote;
             total += vote;
         }
         votes.iter_mut().for_each(|vote| *vote /= total);
-        votes
     }
 
     pub(crate) fn macs(&self) -> u64 {

@@ -7,8 +7,10 @@
 //! at most.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rayon::prelude::*;
+use taxel_kernels::double;
 
-use crate::{Error, Result, Saved, softmax};
+use crate::{Error, Result, Saved};
 
 /// The penalties that MiniRocket's authors choose from: 10⁻³ to 10³ in ten equal steps of the exponent.
 pub const ALPHAS: [f64; 10] = [
@@ -134,20 +136,25 @@ impl Ridge {
 
     /// Decision values `[n, classes]`, about 1 for the true class and −1 for others.
     pub fn decide(&self, x: &Features) -> Vec<f32> {
-        let mut values = vec![];
-        for row in x.values.chunks_exact(self.width) {
-            for (weights, bias) in self.weights.chunks_exact(self.width).zip(&self.bias) {
-                let sum: f64 = weights.iter().zip(row).map(|(w, v)| f64::from(*w) * f64::from(*v)).sum();
-                values.push((sum + f64::from(*bias)) as f32);
-            }
-        }
+        let classes = self.bias.len();
+        let mut values = vec![0.0; x.values.len() / self.width * classes];
+        values.par_chunks_exact_mut(classes).zip(x.values.par_chunks_exact(self.width)).for_each_init(
+            || vec![0.0; classes],
+            |products, (values, features)| self.decide_one(features, products, values),
+        );
         values
     }
 
-    pub(crate) fn scores(&self, x: &Features) -> Vec<f32> {
-        let mut values = self.decide(x);
-        softmax(&mut values, self.bias.len());
-        values
+    /// Decision values of one row of features; `products` has as much room.
+    pub(crate) fn decide_one(&self, features: &[f32], products: &mut [f64], values: &mut [f32]) {
+        double::dots(&self.weights, features, products);
+        for ((value, product), bias) in values.iter_mut().zip(products).zip(&self.bias) {
+            *value = (*product + f64::from(*bias)) as f32;
+        }
+    }
+
+    pub(crate) fn classes(&self) -> usize {
+        self.bias.len()
     }
 
     pub(crate) fn macs(&self) -> u64 {

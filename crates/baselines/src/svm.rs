@@ -11,8 +11,9 @@
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use taxel_kernels::double;
 
-use crate::{Error, Result, Saved, Series, softmax};
+use crate::{Error, Result, Saved, Series};
 
 /// How alike two recordings are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +29,8 @@ pub enum Kernel {
 pub(crate) const MOST: usize = 8000;
 /// Violation of the optimality conditions at which training stops.
 const TOLERANCE: f64 = 1e-4;
+/// Recordings that are decided together.
+const TOGETHER: usize = 32;
 /// Steps after which the solution is taken as it is.
 const STEPS: usize = 2_000_000;
 
@@ -46,6 +49,17 @@ pub struct Svm {
     coefficients: Vec<Vec<(usize, f32)>>,
     /// Per pair.
     bias: Vec<f32>,
+    /// Of a linear kernel the sum of each pair's vectors times their coefficients, `[pairs, features]`: the products
+    /// with those are sums of the products with these. Empty where there are fewer vectors than pairs.
+    planes: Vec<f64>,
+}
+
+/// Memory for one decision after the other.
+#[derive(Debug, Default)]
+pub(crate) struct Work {
+    alike: Vec<f64>,
+    decisions: Vec<f32>,
+    confidence: Vec<f32>,
 }
 
 impl Svm {
@@ -97,7 +111,25 @@ impl Svm {
             coefficients.push(row);
         }
         let bias = solved.iter().map(|(_, bias)| *bias as f32).collect();
-        Ok(Svm { kernel, gamma, shape: train.shape(), classes, vectors, pairs, coefficients, bias })
+        let planes = vec![];
+        let shape = train.shape();
+        Ok(Svm { kernel, gamma, shape, classes, vectors, pairs, coefficients, bias, planes }.planed())
+    }
+
+    fn planed(mut self) -> Self {
+        let features = self.features();
+        if self.kernel != Kernel::Linear || self.pairs.len() >= self.vectors.len() / features {
+            return self;
+        }
+        self.planes = vec![0.0; self.pairs.len() * features];
+        for (plane, own) in self.planes.chunks_exact_mut(features).zip(&self.coefficients) {
+            for &(vector, coefficient) in own {
+                let vector = &self.vectors[vector * features..][..features];
+                let terms = plane.iter_mut().zip(vector);
+                terms.for_each(|(sum, v)| *sum += f64::from(coefficient) * f64::from(*v));
+            }
+        }
+        self
     }
 
     /// Decision values `[n, pairs]` of the pairs (0, 1), (0, 2), … of classes: above 0 for the first.
@@ -106,22 +138,43 @@ impl Svm {
     /// Series of another shape than those it was fitted to.
     pub fn decide(&self, x: &Series) -> Result<Vec<f32>> {
         x.expect(self.shape)?;
-        let features = self.shape[0] * self.shape[1];
-        let row = |i: usize| -> Vec<f32> {
-            let sample = x.sample(i);
-            let alike: Vec<f64> = self
-                .vectors
-                .chunks_exact(features)
-                .map(|vector| similar(self.kernel, self.gamma, vector, sample))
-                .collect();
-            let machine = |(own, bias): (&Vec<(usize, f32)>, &f32)| {
-                let sum: f64 = own.iter().map(|&(v, coefficient)| f64::from(coefficient) * alike[v]).sum();
-                (sum + f64::from(*bias)) as f32
-            };
-            self.coefficients.iter().zip(&self.bias).map(machine).collect()
-        };
-        let rows: Vec<Vec<f32>> = (0..x.len()).into_par_iter().map(row).collect();
-        Ok(rows.concat())
+        let mut values = vec![0.0; x.len() * self.pairs.len()];
+        let parts = x.values.par_chunks(TOGETHER * self.features());
+        let decided = values.par_chunks_mut((TOGETHER * self.pairs.len()).max(1));
+        parts
+            .zip(decided)
+            .for_each_init(Work::default, |work, (x, values)| self.decide_some(x, work, values));
+        Ok(values)
+    }
+
+    /// Decision values of neighbouring recordings.
+    fn decide_some(&self, x: &[f32], Work { alike, .. }: &mut Work, values: &mut [f32]) {
+        let (features, vectors) = (self.features(), self.vectors.len() / self.features());
+        let n = x.len() / features;
+        let own = if self.planes.is_empty() { vectors } else { self.pairs.len() };
+        alike.resize(n * own, 0.0);
+        match self.kernel {
+            Kernel::Rbf => {
+                double::squares(features, &self.vectors, x, false, alike);
+                alike.iter_mut().for_each(|square| *square = (-self.gamma * *square).exp());
+            }
+            Kernel::Linear => {
+                for (x, alike) in x.chunks_exact(features).zip(alike.chunks_exact_mut(own.max(1))) {
+                    match self.planes.is_empty() {
+                        true => double::dots(&self.vectors, x, alike),
+                        false => double::wide_dots(&self.planes, x, alike),
+                    }
+                }
+            }
+        }
+        let rows = values.chunks_exact_mut(self.pairs.len().max(1)).zip(alike.chunks_exact(own.max(1)));
+        for (values, alike) in rows {
+            for (pair, value) in values.iter_mut().enumerate() {
+                let machine = || self.coefficients[pair].iter().map(|&(v, c)| f64::from(c) * alike[v]).sum();
+                let sum: f64 = if self.planes.is_empty() { machine() } else { alike[pair] };
+                *value = (sum + f64::from(self.bias[pair])) as f32;
+            }
+        }
     }
 
     /// Votes of the machines plus, between −1/3 and 1/3, their confidence.
@@ -129,26 +182,47 @@ impl Svm {
     /// # Errors
     /// As [`Svm::decide`].
     pub fn votes(&self, x: &Series) -> Result<Vec<f32>> {
-        let mut votes = vec![];
         let decisions = self.decide(x)?;
-        for i in 0..x.len() {
+        let mut votes = vec![0.0; x.len() * self.classes];
+        let mut confidence = vec![0.0; self.classes];
+        for (i, votes) in votes.chunks_exact_mut(self.classes).enumerate() {
             let row = &decisions[i * self.pairs.len()..(i + 1) * self.pairs.len()];
-            let mut own = vec![0.0f32; self.classes];
-            let mut confidence = vec![0.0f32; self.classes];
-            for (&(a, b), &value) in self.pairs.iter().zip(row) {
-                own[if value >= 0.0 { a } else { b }] += 1.0;
-                confidence[a] += value;
-                confidence[b] -= value;
-            }
-            votes.extend(own.iter().zip(confidence).map(|(own, c)| own + c / (3.0 * (c.abs() + 1.0))));
+            self.vote(row, &mut confidence, votes);
         }
         Ok(votes)
     }
 
-    pub(crate) fn scores(&self, x: &Series) -> Result<Vec<f32>> {
-        let mut votes = self.votes(x)?;
-        softmax(&mut votes, self.classes);
-        Ok(votes)
+    fn vote(&self, decisions: &[f32], confidence: &mut [f32], votes: &mut [f32]) {
+        votes.fill(0.0);
+        confidence.fill(0.0);
+        for (&(a, b), &value) in self.pairs.iter().zip(decisions) {
+            votes[if value >= 0.0 { a } else { b }] += 1.0;
+            confidence[a] += value;
+            confidence[b] -= value;
+        }
+        votes.iter_mut().zip(confidence).for_each(|(own, c)| *own += *c / (3.0 * (c.abs() + 1.0)));
+    }
+
+    /// [`Svm::votes`] of one recording.
+    pub(crate) fn answer(&self, sample: &[f32], work: &mut Work, votes: &mut [f32]) {
+        let mut decisions = std::mem::take(&mut work.decisions);
+        decisions.resize(self.pairs.len(), 0.0);
+        self.decide_some(sample, work, &mut decisions);
+        work.confidence.resize(self.classes, 0.0);
+        self.vote(&decisions, &mut work.confidence, votes);
+        work.decisions = decisions;
+    }
+
+    fn features(&self) -> usize {
+        self.shape[0] * self.shape[1]
+    }
+
+    pub(crate) fn shape(&self) -> [usize; 2] {
+        self.shape
+    }
+
+    pub(crate) fn classes(&self) -> usize {
+        self.classes
     }
 
     pub(crate) fn macs(&self) -> u64 {
@@ -156,8 +230,7 @@ impl Svm {
     }
 
     pub(crate) fn tensors(&self) -> Vec<(&'static str, Vec<usize>, Vec<f32>)> {
-        let features = self.shape[0] * self.shape[1];
-        let count = self.vectors.len() / features;
+        let count = self.vectors.len() / self.features();
         let mut dual = vec![0.0; self.pairs.len() * count];
         for (pair, own) in self.coefficients.iter().enumerate() {
             own.iter().for_each(|&(vector, coefficient)| dual[pair * count + vector] = coefficient);
@@ -192,8 +265,8 @@ impl Svm {
             row.filter(|(_, coefficient)| *coefficient != 0.0).collect()
         };
         let coefficients = (0..pairs.len()).map(own).collect();
-        let (vectors, gamma) = (vectors.to_vec(), f64::from(gamma));
-        Ok(Svm { kernel, gamma, shape, classes, vectors, pairs, coefficients, bias })
+        let (vectors, gamma, planes) = (vectors.to_vec(), f64::from(gamma), vec![]);
+        Ok(Svm { kernel, gamma, shape, classes, vectors, pairs, coefficients, bias, planes }.planed())
     }
 }
 

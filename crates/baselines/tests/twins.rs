@@ -138,3 +138,46 @@ fn labels_and_readings_are_checked() {
     let other = Series::new(&x, 2, 1).unwrap();
     assert!(machine.scores(&other).unwrap_err().to_string().contains("fitted to 1 channels × 2"));
 }
+
+#[test]
+fn one_recording_gets_the_scores_of_many_bit_for_bit() {
+    let (channels, length, classes) = (3, 40, 4);
+    let values = |n: usize, salt: usize| -> Vec<f32> {
+        (0..n * channels * length).map(|i| ((i * 37 + salt) % 101) as f32 * 0.37 - 18.0).collect()
+    };
+    let (train, test) = (values(70, 0), values(37, 11));
+    let y: Vec<u32> = (0..70).map(|i| i % classes).collect();
+    let train = Series::new(&train, channels, length).unwrap();
+    let test = Series::new(&test, channels, length).unwrap();
+    let several = [Method::NearestNeighbours { k: 5 }, Method::NearestNeighbours { k: 70 }];
+    for method in Method::all().into_iter().chain(several) {
+        let fitted = method.fit(&train, &y, classes as usize, 0, "one").unwrap();
+        let all = fitted.scores(&test).unwrap();
+        let (mut workspace, mut scores) = (fitted.workspace(), vec![0.0; classes as usize]);
+        for (i, want) in all.chunks(classes as usize).enumerate() {
+            fitted.answer(test.sample(i), &mut workspace, &mut scores).unwrap();
+            let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&scores), bits(want), "{}, recording {i}", method.name());
+        }
+        if method != Method::Majority {
+            assert!(fitted.answer(&[0.0], &mut workspace, &mut scores).is_err(), "{}", method.name());
+        }
+        assert!(fitted.answer(test.sample(0), &mut workspace, &mut [0.0]).is_err());
+    }
+}
+
+/// Of equally far neighbours the first of the training part votes.
+#[test]
+fn ties_go_to_the_first() {
+    let x = [0.0, 2.0, 2.0, 0.0, 1.0, 1.0];
+    let train = Series::new(&x, 1, 1).unwrap();
+    let scores = |k: usize, y: &[u32], at: f32| {
+        let fitted = Method::NearestNeighbours { k }.fit(&train, y, 3, 0, "ties").unwrap();
+        argmax(&fitted.scores(&Series::new(&[at], 1, 1).unwrap()).unwrap(), 3)[0]
+    };
+    assert_eq!(scores(1, &[2, 1, 1, 1, 1, 1], 0.0), 2);
+    assert_eq!(scores(1, &[1, 1, 1, 1, 0, 2], 1.0), 0);
+    assert_eq!(scores(2, &[0, 1, 2, 1, 2, 2], 0.0), 0);
+    // Two votes each: the class of the nearest.
+    assert_eq!(scores(4, &[0, 1, 1, 2, 2, 0], 0.0), 0);
+}

@@ -11,6 +11,7 @@
 //! Neighbouring pixels are neighbours in time or among electrodes by accident of the order alone: a
 //! column holds ten moments of one third of the electrodes.
 
+use crate::finite::{check_finite, place, values};
 use crate::{Error, Result};
 use ndarray::{Array3, Array4, ArrayView3, ArrayView4};
 use serde::{Deserialize, Serialize};
@@ -47,8 +48,8 @@ impl ElectrodeImage {
     /// [`Error::Shape`] for other electrodes or a shorter recording, [`Error::NonFinite`] for a bad
     /// reading.
     pub fn encode(&self, recording: ArrayView3<f32>) -> Result<Array3<f32>> {
-        crate::sequence::check_finite(&recording)?;
         let (rows, columns, times) = recording.dim();
+        check_finite(&values(&recording), |at| place([rows, columns, times], at))?;
         if (rows, columns) != (7, 3) || times < TIMES {
             let expected = format!("[7, 3, {TIMES} or more]");
             return Err(Error::Shape { what: "recording", expected, got: recording.shape().to_vec() });

@@ -7,6 +7,9 @@
 //! one, with the breakpoints that matplotlib gives it; viridis is matplotlib's table (CC0).
 //! Both have 256 levels, as in matplotlib, so three channels hold 8 bits of the field, not more.
 
+use std::sync::LazyLock;
+
+use crate::finite::values;
 use crate::viridis::VIRIDIS;
 use crate::{Error, Result};
 use ndarray::{Array2, Array3};
@@ -57,30 +60,44 @@ impl Colormap {
         if let Some(((row, column), &value)) = field.indexed_iter().find(|(_, v)| !v.is_finite()) {
             return Err(Error::NonFinite { place: format!("pixel [{row}, {column}]"), value });
         }
-        let table = self.table();
         let (rows, columns) = field.dim();
-        Ok(Array3::from_shape_fn((self.channels(), rows, columns), |(channel, row, column)| {
-            let unit = ((f64::from(field[[row, column]]) + 1.0) / 2.0).clamp(0.0, 1.0);
-            match table.get((unit * LEVELS as f64) as usize).or(table.last()) {
-                Some(colour) => colour[channel],
-                None => unit as f32,
-            }
-        }))
+        let mut image = vec![0.0; self.channels() * rows * columns];
+        self.paint(&values(&field.view()), &mut image, 0);
+        #[expect(clippy::expect_used, reason = "made with that many values")]
+        Ok(Array3::from_shape_vec((self.channels(), rows, columns), image).expect("as many values"))
     }
 
-    /// The colours of the levels; empty for grey.
-    fn table(self) -> Vec<[f32; 3]> {
-        match self {
-            Self::Grey => Vec::new(),
-            Self::Viridis => VIRIDIS.to_vec(),
-            Self::Jet => (0..LEVELS)
-                .map(|level| {
-                    let at = level as f64 / (LEVELS - 1) as f64;
-                    JET.map(|ramp| interpolate(ramp, at) as f32)
-                })
-                .collect(),
+    /// Colours some finite pixels of an image, from number `at` of every channel on.
+    pub(crate) fn paint(self, field: &[f32], image: &mut [f32], at: usize) {
+        let unit = |v: f32| ((f64::from(v) + 1.0) / 2.0).clamp(0.0, 1.0);
+        let (plane, pixels) = (image.len() / self.channels(), at..at + field.len());
+        let table = match self {
+            Self::Grey => {
+                return image[pixels].iter_mut().zip(field).for_each(|(to, v)| *to = unit(*v) as f32);
+            }
+            Self::Viridis => &VIRIDIS,
+            Self::Jet => jet(),
+        };
+        let (red, rest) = image.split_at_mut(plane);
+        let (green, blue) = rest.split_at_mut(plane);
+        let colours = red[pixels.clone()].iter_mut().zip(&mut green[pixels.clone()]).zip(&mut blue[pixels]);
+        for (((red, green), blue), &v) in colours.zip(field) {
+            // At most 256, so that the narrower conversion, which is the faster one, loses nothing.
+            let level = (unit(v) * LEVELS as f64) as i32 as usize;
+            [*red, *green, *blue] = table[level.min(LEVELS - 1)];
         }
     }
+}
+
+/// Jet's levels.
+fn jet() -> &'static [[f32; 3]; LEVELS] {
+    static LEVELS_OF_JET: LazyLock<[[f32; 3]; LEVELS]> = LazyLock::new(|| {
+        std::array::from_fn(|level| {
+            let at = level as f64 / (LEVELS - 1) as f64;
+            JET.map(|ramp| interpolate(ramp, at) as f32)
+        })
+    });
+    &LEVELS_OF_JET
 }
 
 fn interpolate(ramp: Ramp, at: f64) -> f64 {

@@ -35,6 +35,7 @@
 //! # Ok::<(), taxel_encodings::Error>(())
 //! ```
 
+use crate::finite::{check_finite, values};
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayView1};
 use serde::{Deserialize, Serialize};
@@ -133,37 +134,90 @@ impl Gaf {
     /// the index of the first NaN or infinity; [`Error::Constant`] for a constant series under
     /// [`Range::PerSample`] and [`Constant::Error`].
     pub fn encode(&self, series: ArrayView1<f32>) -> Result<Array2<f32>> {
-        self.check()?;
-        if series.len() < self.size {
-            return Err(Error::TooShort { length: series.len(), size: self.size });
+        let mut fields = Fields::new(self, series.len())?;
+        let series = values(&series);
+        check_finite(&series, |at| format!("reading {at}"))?;
+        fields.look(&series)?;
+        let mut field = vec![0.0; self.size * self.size];
+        field.chunks_exact_mut(self.size).enumerate().for_each(|(i, row)| fields.row(i, row));
+        #[expect(clippy::expect_used, reason = "made with that many values")]
+        Ok(Array2::from_shape_vec((self.size, self.size), field).expect("size x size values"))
+    }
+}
+
+/// Fields of series of one length: where their segments begin, and the angles of the last one.
+#[derive(Debug, Clone)]
+pub(crate) struct Fields {
+    gaf: Gaf,
+    /// Where the segments begin, and the end of the last.
+    bounds: Vec<usize>,
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    is_flat: bool,
+}
+
+impl Fields {
+    /// # Errors
+    ///
+    /// Those of [`Gaf::check`], [`Error::TooShort`].
+    pub fn new(gaf: &Gaf, readings: usize) -> Result<Self> {
+        gaf.check()?;
+        let size = gaf.size;
+        if readings < size {
+            return Err(Error::TooShort { length: readings, size });
         }
-        if let Some(at) = series.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NonFinite { place: format!("reading {at}"), value: series[at] });
-        }
-        let cos = match self.range {
-            Range::Fixed { low, high } => segments(series, self.size, |v| to_unit(v, low, high)),
+        let step = readings as f64 / size as f64;
+        // pyts truncates floating-point bounds, which is not always floor(i * length / size).
+        let bound = |i: usize| if i == size { readings } else { (i as f64 * step) as usize };
+        let (cos, sin) = (vec![0.0; size], vec![0.0; size]);
+        Ok(Fields { gaf: gaf.clone(), bounds: (0..=size).map(bound).collect(), cos, sin, is_flat: false })
+    }
+
+    /// Takes the angles of a series, whose readings are finite.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Constant`].
+    pub fn look(&mut self, series: &[f32]) -> Result<()> {
+        let Fields { gaf, bounds, cos, sin, is_flat } = self;
+        *is_flat = false;
+        match gaf.range {
+            Range::Fixed { low, high } => segments(series, bounds, cos, |v| to_unit(v, low, high)),
             Range::PerSample => {
-                let means = segments(series, self.size, f64::from);
-                let low = means.iter().copied().fold(f64::INFINITY, f64::min);
-                let high = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                segments(series, bounds, cos, f64::from);
+                let low = cos.iter().copied().fold(f64::INFINITY, f64::min);
+                let high = cos.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 // Averaging alone may leave a difference of this order.
                 if high - low <= 1e-12 * low.abs().max(high.abs()) {
-                    return match self.constant {
+                    *is_flat = true;
+                    return match gaf.constant {
                         Constant::Error => Err(Error::Constant { value: low }),
-                        Constant::Zero => Ok(Array2::zeros((self.size, self.size))),
+                        Constant::Zero => Ok(()),
                     };
                 }
                 let scale = 2.0 / (high - low);
-                let unit = |v: f64| ((v - low) * scale - 1.0).clamp(-1.0, 1.0);
-                means.into_iter().map(unit).collect()
+                cos.iter_mut().for_each(|v| *v = ((*v - low) * scale - 1.0).clamp(-1.0, 1.0));
             }
-        };
-        let sin: Vec<f64> = cos.iter().map(|x| (1.0 - x * x).max(0.0).sqrt()).collect();
-        let field = Array2::from_shape_fn((self.size, self.size), |(i, j)| match self.method {
-            Method::Difference => sin[i] * cos[j] - cos[i] * sin[j],
-            Method::Summation => cos[i] * cos[j] - sin[i] * sin[j],
-        });
-        Ok(field.mapv(|v| v.clamp(-1.0, 1.0) as f32))
+        }
+        sin.iter_mut().zip(cos).for_each(|(sin, x)| *sin = (1.0 - *x * *x).max(0.0).sqrt());
+        Ok(())
+    }
+
+    /// Row `i` of the field.
+    pub fn row(&self, i: usize, row: &mut [f32]) {
+        if self.is_flat {
+            return row.fill(0.0);
+        }
+        let (cos, sin) = (self.cos[i], self.sin[i]);
+        let angles = self.cos.iter().zip(&self.sin);
+        match self.gaf.method {
+            Method::Difference => row.iter_mut().zip(angles).for_each(|(v, (other_cos, other_sin))| {
+                *v = (sin * other_cos - cos * other_sin).clamp(-1.0, 1.0) as f32;
+            }),
+            Method::Summation => row.iter_mut().zip(angles).for_each(|(v, (other_cos, other_sin))| {
+                *v = (cos * other_cos - sin * other_sin).clamp(-1.0, 1.0) as f32;
+            }),
+        }
     }
 }
 
@@ -173,19 +227,10 @@ fn to_unit(v: f32, low: f32, high: f32) -> f64 {
     ((v - low) / (high - low) * 2.0 - 1.0).clamp(-1.0, 1.0)
 }
 
-/// Piecewise aggregate approximation: means of `size` segments without overlap.
-fn segments(series: ArrayView1<f32>, size: usize, value: impl Fn(f32) -> f64) -> Vec<f64> {
-    let step = series.len() as f64 / size as f64;
-    // pyts truncates floating-point bounds, which is not always floor(i * length / size).
-    let bound = |i: usize| match i {
-        i if i == size => series.len(),
-        i => (i as f64 * step) as usize,
-    };
-    (0..size)
-        .map(|i| {
-            let (start, end) = (bound(i), bound(i + 1));
-            let sum: f64 = (start..end).map(|t| value(series[t])).sum();
-            sum / (end - start) as f64
-        })
-        .collect()
+/// Piecewise aggregate approximation: means of the segments between `bounds`, without overlap.
+fn segments(series: &[f32], bounds: &[usize], means: &mut [f64], value: impl Fn(f32) -> f64) {
+    for (mean, ends) in means.iter_mut().zip(bounds.windows(2)) {
+        let sum: f64 = series[ends[0]..ends[1]].iter().map(|&v| value(v)).sum();
+        *mean = sum / (ends[1] - ends[0]) as f64;
+    }
 }

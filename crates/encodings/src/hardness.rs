@@ -10,8 +10,10 @@
 //! Flattening puts the end of one finger beside the start of the next: the step between them is a
 //! property of the order of the rows. See [`Gaf`] for what rescaling loses.
 
+use crate::finite::{check_finite, values};
+use crate::gaf::Fields;
 use crate::{Colormap, Error, Gaf, Result};
-use ndarray::{Array1, Array3, Array4, ArrayView2, ArrayView3, Axis};
+use ndarray::{Array3, Array4, ArrayView2, ArrayView3, ArrayViewMut3};
 use serde::{Deserialize, Serialize};
 
 /// Settings of the image; the default is the paper's `[3, 50, 50]`, in Jet.
@@ -39,13 +41,24 @@ impl HardnessImage {
     ///
     /// Those of [`Gaf::encode`]; a bad reading is named by channel and time.
     pub fn encode(&self, recording: ArrayView2<f32>) -> Result<Array3<f32>> {
-        let bad = recording.indexed_iter().find(|(_, v)| !v.is_finite());
-        if let Some(((channel, time), &value)) = bad {
-            return Err(Error::NonFinite { place: format!("reading {time} of channel {channel}"), value });
-        }
-        // `iter` walks the rows in logical order, whatever the layout in memory.
-        let series: Array1<f32> = recording.iter().copied().collect();
-        self.colormap.apply(&self.gaf.encode(series.view())?)
+        let mut image = Array3::zeros(self.shape());
+        let mut into = image.view_mut();
+        self.encode_into(recording, &mut self.plan(recording.len())?, &mut into)?;
+        Ok(image)
+    }
+
+    fn encode_into(
+        &self,
+        recording: ArrayView2<f32>,
+        plan: &mut ImagePlan,
+        image: &mut ArrayViewMut3<f32>,
+    ) -> Result<()> {
+        let time = recording.ncols();
+        // Channel after channel, whatever the layout in memory.
+        let series = values(&recording);
+        check_finite(&series, |at| format!("reading {} of channel {}", at % time, at / time))?;
+        #[expect(clippy::expect_used, reason = "one image of a new array is one slice")]
+        plan.encode(&series, image.as_slice_mut().expect("standard layout"))
     }
 
     /// Encodes a batch `[samples, channels, time]` as `[samples, colour channels, size, size]`.
@@ -57,13 +70,71 @@ impl HardnessImage {
     pub fn encode_batch(&self, recordings: ArrayView3<f32>) -> Result<Array4<f32>> {
         self.gaf.check()?;
         let [channels, rows, columns] = self.shape();
-        let samples = recordings.len_of(Axis(0));
+        let (samples, sources, time) = recordings.dim();
         let mut images = Array4::zeros((samples, channels, rows, columns));
+        if samples == 0 {
+            return Ok(images);
+        }
+        let mut plan = self.plan(sources * time).map_err(|e| e.in_sample(0))?;
         for (sample, (recording, mut image)) in
             recordings.outer_iter().zip(images.outer_iter_mut()).enumerate()
         {
-            image.assign(&self.encode(recording).map_err(|e| e.in_sample(sample))?);
+            self.encode_into(recording, &mut plan, &mut image).map_err(|e| e.in_sample(sample))?;
         }
         Ok(images)
+    }
+
+    /// The image of recordings with so many `readings` over all channels, ready to be made again and again.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Gaf::check`]; [`Error::TooShort`] for fewer readings than the image has rows.
+    pub fn plan(&self, readings: usize) -> Result<ImagePlan> {
+        let fields = Fields::new(&self.gaf, readings)?;
+        Ok(ImagePlan {
+            fields,
+            readings,
+            colormap: self.colormap,
+            size: self.gaf.size,
+            row: vec![0.0; self.gaf.size],
+        })
+    }
+}
+
+/// A [`HardnessImage`] of recordings of one size: nothing is planned or allocated for another one.
+#[derive(Debug, Clone)]
+pub struct ImagePlan {
+    fields: Fields,
+    readings: usize,
+    colormap: Colormap,
+    size: usize,
+    row: Vec<f32>,
+}
+
+impl ImagePlan {
+    /// Encodes one recording, channel after channel, into `image` `[colour channels, size, size]`, bit for bit as
+    /// [`HardnessImage::encode`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for another number of readings or pixels, [`Error::NonFinite`], and [`Error::Constant`] as
+    /// [`Gaf::encode`] has it.
+    pub fn encode(&mut self, recording: &[f32], image: &mut [f32]) -> Result<()> {
+        let pixels = self.colormap.channels() * self.size * self.size;
+        if recording.len() != self.readings || image.len() != pixels {
+            let expected = format!("{} readings and {pixels} pixels", self.readings);
+            return Err(Error::Shape {
+                what: "recording",
+                expected,
+                got: vec![recording.len(), image.len()],
+            });
+        }
+        check_finite(recording, |at| format!("reading {at}"))?;
+        self.fields.look(recording)?;
+        for i in 0..self.size {
+            self.fields.row(i, &mut self.row);
+            self.colormap.paint(&self.row, image, i * self.size);
+        }
+        Ok(())
     }
 }

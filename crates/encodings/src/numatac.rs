@@ -10,8 +10,9 @@
 //! The offset is the reading under atmospheric pressure: here, the mean of each finger's readings
 //! before contact. The text's example of 270 bit = 3493.8 Pa leaves its offset of 238 out.
 
+use crate::finite::{check_finite, place, values};
 use crate::{Error, Result, Scaling};
-use ndarray::{Array3, Array4, ArrayView2, ArrayView3, ArrayView4, Axis, Ix4};
+use ndarray::{Array3, Array4, ArrayView3, ArrayView4, Ix4};
 use serde::{Deserialize, Serialize};
 
 /// What is subtracted before bits become Pa.
@@ -67,16 +68,22 @@ impl NumaTac {
     /// [`Error::Shape`] for a recording without AC, [`Error::NoContact`] where the judge never fires,
     /// [`Error::Parameter`] for impossible thresholds, [`Error::NonFinite`] for a bad reading.
     pub fn onset(&self, recording: ArrayView3<f32>) -> Result<usize> {
+        self.onset_of(recording.dim().into(), &values(&recording))
+    }
+
+    fn onset_of(&self, shape: [usize; 3], recording: &[f32]) -> Result<usize> {
         self.check()?;
-        crate::sequence::check_finite(&recording)?;
-        if recording.len_of(Axis(1)) < 2 || recording.is_empty() {
+        check_finite(recording, |at| place(shape, at))?;
+        let [_, features, ticks] = shape;
+        if features < 2 || recording.is_empty() {
             let expected = "[fingers, 1 DC + AC values, ticks]".into();
-            return Err(Error::Shape { what: "recording", expected, got: recording.shape().to_vec() });
+            return Err(Error::Shape { what: "recording", expected, got: shape.to_vec() });
         }
-        let first = |finger: ArrayView2<f32>| {
-            let mut before = finger[[1, 0]];
-            finger.columns().into_iter().position(|tick| {
-                tick.iter().skip(1).any(|&value| {
+        let first = |finger: &[f32]| {
+            let mut before = finger[ticks];
+            (0..ticks).position(|tick| {
+                (1..features).any(|feature| {
+                    let value = finger[feature * ticks + tick];
                     let touches = self.touches(before, value);
                     before = value;
                     touches
@@ -84,7 +91,7 @@ impl NumaTac {
             })
         };
         recording
-            .outer_iter()
+            .chunks_exact(features * ticks)
             .filter_map(first)
             .min()
             .ok_or(Error::NoContact { above: self.above, below: self.below })
@@ -98,24 +105,45 @@ impl NumaTac {
     /// Those of [`NumaTac::onset`]; [`Error::Window`] where contact comes too late for the window, or
     /// at once, so that there is no rest to take the offset from.
     pub fn encode(&self, recording: ArrayView3<f32>) -> Result<Array3<f32>> {
-        let onset = self.onset(recording)?;
         let (fingers, features, ticks) = recording.dim();
+        let mut sample = vec![0.0; fingers * features * self.window];
+        self.encode_into([fingers, features, ticks], &values(&recording), &mut sample)?;
+        #[expect(clippy::expect_used, reason = "made with that many values")]
+        Ok(Array3::from_shape_vec((fingers, features, self.window), sample).expect("as many values"))
+    }
+
+    /// [`NumaTac::encode`] of the values of one recording of `shape` fingers × 1 DC + AC × ticks into `sample`; nothing
+    /// is allocated.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NumaTac::encode`], and [`Error::Shape`] for values or a sample of another length.
+    pub fn encode_into(&self, shape: [usize; 3], recording: &[f32], sample: &mut [f32]) -> Result<()> {
+        let [fingers, features, ticks] = shape;
+        if recording.len() != fingers * features * ticks || sample.len() != fingers * features * self.window {
+            let expected = format!("{shape:?} readings, and room for {} ticks of them", self.window);
+            let got = vec![recording.len(), sample.len()];
+            return Err(Error::Shape { what: "recording", expected, got });
+        }
+        let onset = self.onset_of(shape, recording)?;
         let late = onset + self.window > ticks;
         if late || (onset == 0 && self.offset == Offset::BeforeContact) {
             return Err(Error::Window { onset, window: self.window, ticks });
         }
-        let mut sample = Array3::zeros((fingers, features, self.window));
-        for (readings, mut into) in recording.outer_iter().zip(sample.outer_iter_mut()) {
-            let rest = self.rest(readings, onset);
-            for (feature, (series, mut into)) in readings.outer_iter().zip(into.outer_iter_mut()).enumerate()
-            {
-                let kind = feature.min(1);
-                for (value, &bits) in into.iter_mut().zip(series.iter().skip(onset)) {
-                    *value = ((f64::from(bits) - rest[kind]) * PA_PER_BIT[kind]) as f32;
+        let each = features * ticks;
+        for (finger, into) in
+            recording.chunks_exact(each).zip(sample.chunks_exact_mut(features * self.window))
+        {
+            let rest = self.rest(finger, ticks, onset);
+            let series = finger.chunks_exact(ticks).zip(into.chunks_exact_mut(self.window));
+            for (feature, (series, into)) in series.enumerate() {
+                let (rest, pa) = (rest[feature.min(1)], PA_PER_BIT[feature.min(1)]);
+                for (value, &bits) in into.iter_mut().zip(&series[onset..]) {
+                    *value = ((f64::from(bits) - rest) * pa) as f32;
                 }
             }
         }
-        Ok(sample)
+        Ok(())
     }
 
     /// Encodes `[N, fingers, 1 DC + AC, ticks]`.
@@ -136,15 +164,15 @@ impl NumaTac {
     }
 
     /// DC and AC of a finger at rest, bits.
-    fn rest(&self, readings: ArrayView2<f32>, onset: usize) -> [f64; 2] {
-        let mean = |from: usize, to: usize| {
-            let rows = readings.outer_iter().skip(from).take(to - from);
-            let sum: f64 = rows.flat_map(|row| row.into_iter().take(onset)).map(|&v| f64::from(v)).sum();
-            sum / ((to - from) * onset) as f64
+    fn rest(&self, finger: &[f32], ticks: usize, onset: usize) -> [f64; 2] {
+        let mean = |features: &[f32]| {
+            let rows = features.chunks_exact(ticks);
+            let count = (rows.len() * onset) as f64;
+            rows.flat_map(|row| &row[..onset]).map(|&v| f64::from(v)).sum::<f64>() / count
         };
         match self.offset {
             Offset::Fixed { dc, ac } => [dc, ac].map(f64::from),
-            Offset::BeforeContact => [mean(0, 1), mean(1, readings.len_of(Axis(0)))],
+            Offset::BeforeContact => [mean(&finger[..ticks]), mean(&finger[ticks..])],
         }
     }
 

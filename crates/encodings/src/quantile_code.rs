@@ -12,9 +12,10 @@
 //! take few values get more edges among these. How many rows come out depends on the number of channels alone:
 //! ramps that a view does not need are 0.
 
-use ndarray::{Array3, ArrayView2, ArrayView3, Axis};
+use ndarray::{Array3, ArrayView3, Axis};
 use serde::{Deserialize, Serialize};
 
+use crate::finite::{self, all_finite, values};
 use crate::scale::{check_finite, shape_error};
 use crate::{Error, Result};
 
@@ -126,39 +127,54 @@ impl QuantileCode {
     /// [`Error::Shape`] for other channels than fitted or no readings, [`Error::Parameter`] for fitted values
     /// that no fit gives, [`Error::NonFinite`] for a bad reading.
     pub fn encode_batch(&self, x: ArrayView3<f32>) -> Result<Array3<f32>> {
-        self.check(x)?;
         let (samples, channels, length) = x.dim();
+        self.check([samples, channels, length])?;
+        // The place of a bad reading is looked for only where there is one.
+        if !all_finite(&values(&x)) {
+            check_finite(&x.into_dyn())?;
+        }
         let [rows, steps] = self.shape(channels, length);
         let mut code = vec![0.0; samples * rows * steps];
         let mut work = Work::new(length, self.stride(length));
-        for (sample, code) in x.outer_iter().zip(code.chunks_exact_mut((rows * steps).max(1))) {
+        let each = (channels * length).max(1);
+        for (sample, code) in values(&x).chunks_exact(each).zip(code.chunks_exact_mut((rows * steps).max(1)))
+        {
             self.encode(sample, code, &mut work);
         }
         #[expect(clippy::expect_used, reason = "made with that many values")]
         Ok(Array3::from_shape_vec((samples, rows, steps), code).expect("as many values"))
     }
 
-    fn check(&self, x: ArrayView3<f32>) -> Result<()> {
-        let (_, channels, length) = x.dim();
-        if self.views.len() != VIEWS * channels || channels * length == 0 {
-            let expected = format!("[N, {}, T], the channels that were fitted", self.views.len() / VIEWS);
-            return Err(shape_error(&x.into_dyn(), "readings", expected));
-        }
-        let rows = self.rows_of_view(channels);
-        self.views.iter().enumerate().try_for_each(|(number, view)| view.check(number, rows))?;
-        // The place of a bad reading is looked for only where there is one.
-        if x.iter().all(|v| v.is_finite()) { Ok(()) } else { check_finite(&x.into_dyn()) }
+    /// The code of samples of `channels` × `length`, ready to be made again and again.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`QuantileCode::encode_batch`].
+    pub fn plan(&self, channels: usize, length: usize) -> Result<CodePlan> {
+        self.check([1, channels, length])?;
+        Ok(CodePlan { work: Work::new(length, self.stride(length)), code: self.clone(), channels, length })
     }
 
-    /// The code of one sample `[C, T]` into `code`, which is zeros.
+    fn check(&self, shape: [usize; 3]) -> Result<()> {
+        let [_, channels, length] = shape;
+        if self.views.len() != VIEWS * channels || channels * length == 0 {
+            let expected = format!("[N, {}, T], the channels that were fitted", self.views.len() / VIEWS);
+            return Err(Error::Shape { what: "readings", expected, got: shape.to_vec() });
+        }
+        let rows = self.rows_of_view(channels);
+        self.views.iter().enumerate().try_for_each(|(number, view)| view.check(number, rows))
+    }
+
+    /// The code of one sample, channel after channel, into `code`, which is zeros.
     #[allow(clippy::manual_clamp, reason = "`clamp` would pass on the NaN that two infinities leave")]
-    fn encode(&self, sample: ArrayView2<f32>, code: &mut [f32], work: &mut Work) {
-        let (rows, steps) = (self.rows_of_view(sample.nrows()), work.steps);
+    fn encode(&self, sample: &[f32], code: &mut [f32], work: &mut Work) {
+        let length = work.series.len();
+        let (rows, steps) = (self.rows_of_view(sample.len() / length), work.steps);
         let (ramps, scores) = code.split_at_mut(self.views.len() * rows * steps);
         let rows = ramps.chunks_exact_mut(rows * steps).zip(scores.chunks_exact_mut(steps));
         let mut views = self.views.iter().zip(rows);
-        for channel in sample.outer_iter() {
-            work.look(channel.iter().copied());
+        for channel in sample.chunks_exact(length) {
+            work.look(channel);
             for (number, (view, (ramps, score))) in (0..VIEWS).zip(&mut views) {
                 work.take_apart(number);
                 for (pair, row) in view.edges.windows(2).zip(ramps.chunks_exact_mut(steps)) {
@@ -217,7 +233,38 @@ impl View {
     }
 }
 
+/// A [`QuantileCode`] of samples of one shape: nothing is planned or allocated for another one.
+#[derive(Debug, Clone)]
+pub struct CodePlan {
+    code: QuantileCode,
+    channels: usize,
+    length: usize,
+    work: Work,
+}
+
+impl CodePlan {
+    /// Encodes one sample, channel after channel, into `code` `[rows, steps]`, bit for bit as
+    /// [`QuantileCode::encode_batch`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for other lengths, [`Error::NonFinite`] for a bad reading.
+    pub fn encode(&mut self, sample: &[f32], code: &mut [f32]) -> Result<()> {
+        let CodePlan { channels, length, .. } = *self;
+        let [rows, steps] = self.code.shape(channels, length);
+        if sample.len() != channels * length || code.len() != rows * steps {
+            let expected = format!("{channels} x {length} readings, and room for {rows} x {steps}");
+            return Err(Error::Shape { what: "readings", expected, got: vec![sample.len(), code.len()] });
+        }
+        finite::check_finite(sample, |at| format!("reading {} of channel {}", at % length, at / length))?;
+        code.fill(0.0);
+        self.code.encode(sample, code, &mut self.work);
+        Ok(())
+    }
+}
+
 /// What encoding needs besides the code; used again for the next sample.
+#[derive(Debug, Clone)]
 struct Work {
     stride: usize,
     steps: usize,
@@ -245,8 +292,8 @@ impl Work {
     }
 
     /// Looks at a channel.
-    fn look(&mut self, channel: impl Iterator<Item = f32>) {
-        self.series.iter_mut().zip(channel).for_each(|(to, from)| *to = from);
+    fn look(&mut self, channel: &[f32]) {
+        self.series.copy_from_slice(channel);
         look(&self.series, &mut self.views);
     }
 

@@ -6,6 +6,7 @@
 //! to the input of the network, grey goes into the red channel and green and blue are zero. Numbers are
 //! those of PyTorch's `interpolate`, modes `bilinear` (`align_corners = False`, no antialiasing) and `area`.
 
+use crate::finite::{check_finite, place, values};
 use crate::{Error, Result};
 use ndarray::{Array3, Array4, ArrayView3, ArrayView4, Axis};
 use serde::{Deserialize, Serialize};
@@ -46,20 +47,28 @@ impl Resize {
     /// [`Error::Size`] for a size of 0, [`Error::Shape`] for an image without pixels,
     /// [`Error::NonFinite`] for a bad pixel.
     pub fn encode(&self, image: ArrayView3<f32>) -> Result<Array3<f32>> {
-        crate::sequence::check_finite(&image)?;
         let (channels, rows, columns) = image.dim();
+        let image = values(&image);
+        check_finite(&image, |at| place([channels, rows, columns], at))?;
+        let mut resized = vec![0.0; channels * self.height * self.width];
+        self.plan([channels, rows, columns])?.encode(&image, &mut resized)?;
+        #[expect(clippy::expect_used, reason = "made with that many values")]
+        Ok(Array3::from_shape_vec((channels, self.height, self.width), resized).expect("as many values"))
+    }
+
+    /// The new size of images of `shape` channels × rows × columns, ready to be made again and again.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Size`] for a size of 0, [`Error::Shape`] for an image without pixels.
+    pub fn plan(&self, shape: [usize; 3]) -> Result<ResizePlan> {
+        let [channels, rows, columns] = shape;
         if rows == 0 || columns == 0 {
             let expected = "at least one pixel".into();
-            return Err(Error::Shape { what: "image", expected, got: image.shape().to_vec() });
+            return Err(Error::Shape { what: "image", expected, got: shape.to_vec() });
         }
         let (down, across) = (self.mix(rows, self.height)?, self.mix(columns, self.width)?);
-        let mut resized = Array3::zeros((channels, self.height, self.width));
-        for ((channel, row, column), value) in resized.indexed_iter_mut() {
-            for &(y, wy) in &down[row] {
-                *value += wy * across[column].iter().map(|&(x, wx)| wx * image[[channel, y, x]]).sum::<f32>();
-            }
-        }
-        Ok(resized)
+        Ok(ResizePlan { channels, rows, columns, down, across })
     }
 
     /// Resizes images `[N, channels, rows, columns]`.
@@ -94,6 +103,47 @@ impl Resize {
                 }
             })
             .collect())
+    }
+}
+
+/// A [`Resize`] of images of one shape: nothing is planned or allocated for another one.
+#[derive(Debug, Clone)]
+pub struct ResizePlan {
+    channels: usize,
+    rows: usize,
+    columns: usize,
+    down: Mix,
+    across: Mix,
+}
+
+impl ResizePlan {
+    /// Resizes one image, row-major, into `resized`, bit for bit as [`Resize::encode`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Shape`] for other lengths, [`Error::NonFinite`] for a bad pixel.
+    pub fn encode(&self, image: &[f32], resized: &mut [f32]) -> Result<()> {
+        let ResizePlan { channels, rows, columns, down, across } = self;
+        let pixels = down.len() * across.len();
+        if image.len() != channels * rows * columns || resized.len() != channels * pixels {
+            let expected =
+                format!("{channels} x {rows} x {columns} pixels, and room for {pixels} of each channel");
+            return Err(Error::Shape { what: "image", expected, got: vec![image.len(), resized.len()] });
+        }
+        check_finite(image, |at| place([*channels, *rows, *columns], at))?;
+        let planes = image.chunks_exact(rows * columns).zip(resized.chunks_exact_mut(pixels));
+        for (image, resized) in planes {
+            for (ys, row) in down.iter().zip(resized.chunks_exact_mut(across.len())) {
+                for (xs, value) in across.iter().zip(row) {
+                    *value = 0.0;
+                    for &(y, wy) in ys {
+                        let pixels = &image[y * columns..(y + 1) * columns];
+                        *value += wy * xs.iter().map(|&(x, wx)| wx * pixels[x]).sum::<f32>();
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 }
 

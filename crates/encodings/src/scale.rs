@@ -5,6 +5,7 @@
 //! Paper 000 (Hybrid-CNN hardness recognition), section 4.2, feeds raw counts to its 1D networks
 //! ([`Scaling::Raw`]). The other two are common practice and our own addition.
 
+use crate::finite::{self, all_finite};
 use crate::{Error, Result};
 use ndarray::{ArrayD, ArrayViewD, Axis, Dimension};
 use serde::{Deserialize, Serialize};
@@ -70,7 +71,7 @@ impl Scaling {
     /// reading. `x` is unchanged then.
     pub fn apply(&self, x: &mut ArrayD<f32>) -> Result<()> {
         check_shape(&x.view(), "readings")?;
-        self.check(&x.view())?;
+        self.check(x.len_of(Axis(1)), || x.shape().to_vec())?;
         check_finite(&x.view())?;
         match self {
             Self::Raw => {}
@@ -84,32 +85,65 @@ impl Scaling {
         Ok(())
     }
 
-    fn check(&self, x: &ArrayViewD<f32>) -> Result<()> {
-        let positive = |name: String, value: f32| match value > 0.0 && value.is_finite() {
-            true => Ok(()),
-            false => Err(Error::Parameter { name, value, expected: "positive and finite" }),
-        };
+    /// Scales one sample `[channels, ..]`, row-major, into `out`, bit for bit as [`Scaling::apply`] does; nothing is
+    /// allocated.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scaling::apply`], and [`Error::Shape`] for an `out` of another length or values that are no whole
+    /// channels.
+    pub fn encode(&self, channels: usize, x: &[f32], out: &mut [f32]) -> Result<()> {
+        let each = x.len() / channels.max(1);
+        if each * channels != x.len() || out.len() != x.len() {
+            let expected = format!("{channels} channels of one length, and room for {}", x.len());
+            return Err(Error::Shape { what: "readings", expected, got: vec![x.len(), out.len()] });
+        }
+        self.check(channels, || vec![1, channels, each])?;
+        finite::check_finite(x, |at| {
+            let (channel, reading) = (at / each, at % each);
+            format!("reading {reading} of channel {channel} of sample 0")
+        })?;
         match self {
-            Self::Raw => Ok(()),
-            Self::FullScale { full_scale } => positive("full_scale".into(), *full_scale),
+            Self::Raw => out.copy_from_slice(x),
+            Self::FullScale { full_scale } => {
+                out.iter_mut().zip(x).for_each(|(out, v)| *out = v / full_scale);
+            }
             Self::ZScore { mean, sd } => {
-                if mean.len() != x.len_of(Axis(1)) || sd.len() != mean.len() {
-                    let fitted = format!(
+                let channels = out.chunks_exact_mut(each.max(1)).zip(x.chunks_exact(each.max(1)));
+                for ((out, x), (mean, sd)) in channels.zip(mean.iter().zip(sd)) {
+                    out.iter_mut().zip(x).for_each(|(out, v)| *out = (v - mean) / sd);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `shape` is that of the readings, for messages.
+    fn check(&self, channels: usize, shape: impl FnOnce() -> Vec<usize>) -> Result<()> {
+        let is_positive = |value: f32| value > 0.0 && value.is_finite();
+        let refuse = |name: String, value: f32, expected| Err(Error::Parameter { name, value, expected });
+        match self {
+            Self::FullScale { full_scale } if !is_positive(*full_scale) => {
+                refuse("full_scale".into(), *full_scale, "positive and finite")
+            }
+            Self::ZScore { mean, sd } => {
+                if mean.len() != channels || sd.len() != mean.len() {
+                    let expected = format!(
                         "as many channels as were fitted ({} means, {} deviations)",
                         mean.len(),
                         sd.len()
                     );
-                    return Err(shape_error(x, "readings", fitted));
+                    return Err(Error::Shape { what: "readings", expected, got: shape() });
                 }
                 if let Some(at) = mean.iter().position(|v| !v.is_finite()) {
-                    return Err(Error::Parameter {
-                        name: format!("mean[{at}]"),
-                        value: mean[at],
-                        expected: "finite",
-                    });
+                    return refuse(format!("mean[{at}]"), mean[at], "finite");
                 }
-                sd.iter().enumerate().try_for_each(|(at, &value)| positive(format!("sd[{at}]"), value))
+                match sd.iter().position(|&v| !is_positive(v)) {
+                    Some(at) => refuse(format!("sd[{at}]"), sd[at], "positive and finite"),
+                    None => Ok(()),
+                }
             }
+            Self::Raw | Self::FullScale { .. } => Ok(()),
         }
     }
 }
@@ -126,6 +160,10 @@ fn check_shape(x: &ArrayViewD<f32>, what: &'static str) -> Result<()> {
 }
 
 pub(crate) fn check_finite(x: &ArrayViewD<f32>) -> Result<()> {
+    // The place of a bad reading is looked for only where there is one.
+    if x.as_slice().is_some_and(all_finite) {
+        return Ok(());
+    }
     match x.indexed_iter().find(|(_, v)| !v.is_finite()) {
         None => Ok(()),
         Some((at, &value)) => {

@@ -5,8 +5,9 @@
 //! Paper 003 (Robotic palpation), section 3.3: the frames of a squeeze are stacked along a third axis
 //! of force or time. Section 4.2: 2D methods get the single frames of the same grasps.
 
+use crate::finite::{check_finite, place, values};
 use crate::{Error, Result};
-use ndarray::{Array4, ArrayView3, ArrayView4, Axis, Zip};
+use ndarray::{Array4, ArrayView3, ArrayView4, Axis};
 use serde::{Deserialize, Serialize};
 
 /// `[frames, rows, columns]` as `[1, rows, columns, frames]`.
@@ -27,27 +28,47 @@ impl TactileTensor {
     /// [`Error::Shape`] for no frames, or one frame to be resampled to more; [`Error::Size`] for zero
     /// frames asked for; [`Error::NonFinite`] for a bad reading.
     pub fn encode(&self, recording: ArrayView3<f32>) -> Result<Array4<f32>> {
-        check_finite(&recording)?;
         let (recorded, rows, columns) = recording.dim();
         let frames = self.frames.unwrap_or(recorded);
+        let mut tensor = vec![0.0; rows * columns * frames];
+        self.encode_into([recorded, rows, columns], &values(&recording), &mut tensor)?;
+        #[expect(clippy::expect_used, reason = "made with that many values")]
+        Ok(Array4::from_shape_vec((1, rows, columns, frames), tensor).expect("as many values"))
+    }
+
+    /// [`TactileTensor::encode`] of the values of one recording of `shape` frames × rows × columns into `tensor`;
+    /// nothing is allocated.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`TactileTensor::encode`], and [`Error::Shape`] for values or a tensor of another length.
+    pub fn encode_into(&self, shape: [usize; 3], recording: &[f32], tensor: &mut [f32]) -> Result<()> {
+        let [recorded, rows, columns] = shape;
+        let (pixels, frames) = (rows * columns, self.frames.unwrap_or(recorded));
+        let refuse = |expected: String, got: &[usize]| {
+            Err(Error::Shape { what: "recording", expected, got: got.to_vec() })
+        };
+        if recording.len() != recorded * pixels || tensor.len() != pixels * frames {
+            let expected = format!("{shape:?} readings, and room for {frames} frames of them");
+            return refuse(expected, &[recording.len(), tensor.len()]);
+        }
+        check_finite(recording, |at| place(shape, at))?;
         if frames == 0 {
             return Err(Error::Size { size: 0, least: 1, why: " frame" });
         }
         if recorded == 0 || (recorded == 1 && frames > 1) {
-            let expected = format!("at least {} frames to make {frames} of", if frames > 1 { 2 } else { 1 });
-            return Err(Error::Shape { what: "recording", expected, got: recording.shape().to_vec() });
+            let least = if frames > 1 { 2 } else { 1 };
+            return refuse(format!("at least {least} frames to make {frames} of"), &shape);
         }
-        let mut tensor = Array4::zeros((1, rows, columns, frames));
-        for (t, mut frame) in tensor.axis_iter_mut(Axis(3)).enumerate() {
+        for t in 0..frames {
             let (before, after, share) = neighbours(t, frames, recorded);
-            let (before, after) =
-                (recording.index_axis(Axis(0), before), recording.index_axis(Axis(0), after));
-            Zip::from(frame.index_axis_mut(Axis(0), 0))
-                .and(before)
-                .and(after)
-                .for_each(|value, &a, &b| *value = (f64::from(a) + share * f64::from(b - a)) as f32);
+            let frame = |t: usize| &recording[t * pixels..(t + 1) * pixels];
+            let pairs = frame(before).iter().zip(frame(after));
+            for (value, (&a, &b)) in tensor[t..].iter_mut().step_by(frames).zip(pairs) {
+                *value = (f64::from(a) + share * f64::from(b - a)) as f32;
+            }
         }
-        Ok(tensor)
+        Ok(())
     }
 }
 
@@ -82,10 +103,21 @@ impl Frame {
     ///
     /// [`Error::Shape`] for a recording without that frame, [`Error::NonFinite`] for a bad reading.
     pub fn pick(self, recording: ArrayView3<f32>) -> Result<usize> {
-        check_finite(&recording)?;
-        let sums = recording.outer_iter().map(|frame| frame.iter().map(|&v| f64::from(v)).sum::<f64>());
+        self.pick_of(recording.dim().into(), &values(&recording))
+    }
+
+    /// [`Frame::pick`] of the values of one recording of `shape` frames × rows × columns; nothing is allocated.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Frame::pick`].
+    pub fn pick_of(self, shape: [usize; 3], recording: &[f32]) -> Result<usize> {
+        check_finite(recording, |at| place(shape, at))?;
+        let [frames, rows, columns] = shape;
+        let sums = recording.chunks_exact((rows * columns).max(1));
+        let sums = sums.map(|frame| frame.iter().map(|&v| f64::from(v)).sum::<f64>());
         let picked = match self {
-            Self::At(index) => (index < recording.len_of(Axis(0))).then_some(index),
+            Self::At(index) => (index < frames).then_some(index),
             Self::Peak => sums
                 .enumerate()
                 .fold(None, |best: Option<(usize, f64)>, (t, sum)| match best {
@@ -99,7 +131,7 @@ impl Frame {
                 Self::At(index) => format!("at least {} frames", index + 1),
                 Self::Peak => "at least one frame".into(),
             };
-            Error::Shape { what: "recording", expected, got: recording.shape().to_vec() }
+            Error::Shape { what: "recording", expected, got: shape.to_vec() }
         })
     }
 
@@ -131,13 +163,4 @@ pub fn all_frames(recordings: ArrayView4<f32>) -> Array4<f32> {
     let images = Array4::from_shape_vec((samples * frames, 1, rows, columns), values)
         .expect("as many values as the recordings have");
     images
-}
-
-pub(crate) fn check_finite(recording: &ArrayView3<f32>) -> Result<()> {
-    match recording.indexed_iter().find(|(_, v)| !v.is_finite()) {
-        None => Ok(()),
-        Some(((a, b, c), &value)) => {
-            Err(Error::NonFinite { place: format!("reading [{a}, {b}, {c}]"), value })
-        }
-    }
 }

@@ -117,11 +117,11 @@ fn saved_models_answer_as_in_their_own_test() {
         let case = make(folder.path());
         for network in case.compared() {
             for record in case.records(network) {
-                let mut model = case.model(&record.key).unwrap().predictor(7, 1).unwrap();
+                let model = case.model(&record.key).unwrap().predictor(7, 1).unwrap();
                 let got = model.predict(&case.dataset.x.select(ndarray::Axis(0), &record.index)).unwrap();
                 assert_eq!(got.probabilities.len(), record.probabilities.len(), "{}", record.key);
                 for (got, want) in got.probabilities.iter().zip(&record.probabilities) {
-                    assert!((got - want).abs() <= 1e-5, "{}: {got} and {want}", record.key);
+                    assert_eq!(got.to_bits(), want.to_bits(), "{}: {got} and {want}", record.key);
                 }
                 assert_eq!(got.labels, record.predicted, "{}", record.key);
             }

@@ -1,6 +1,6 @@
 //! Baselines on labelled series: fitted, asked, saved.
 
-use taxel_baselines::{Fitted, Method, Saved, Series};
+use taxel_baselines::{Fitted, Method, Saved, Series, Workspace};
 use taxel_data::{Attribute, Labels};
 use taxel_graph::{Tensor, Weights};
 
@@ -63,6 +63,35 @@ impl FittedBaseline {
             }
         }
         Ok(rows)
+    }
+
+    /// Scores of one recording.
+    pub fn outputs(&self) -> usize {
+        self.sizes.iter().sum()
+    }
+
+    /// Memory for [`FittedBaseline::answer`], one of each attribute.
+    pub fn workspaces(&self) -> Vec<Workspace> {
+        self.own.iter().map(Fitted::workspace).collect()
+    }
+
+    /// [`FittedBaseline::scores`] of one recording; nothing is allocated after the first.
+    ///
+    /// # Errors
+    /// A recording of another shape or that is not finite, workspaces of another baseline.
+    pub fn answer(
+        &self,
+        recording: &[f32],
+        workspaces: &mut [Workspace],
+        mut scores: &mut [f32],
+    ) -> Result<()> {
+        for ((own, workspace), &size) in self.own.iter().zip(workspaces).zip(&self.sizes) {
+            let (to, rest) = scores.split_at_mut(size);
+            scores = rest;
+            own.answer(recording, workspace, to)
+                .map_err(|source| Error::Baseline { baseline: self.method.name().into(), source })?;
+        }
+        Ok(())
     }
 
     /// Everything that was fitted; of several attributes under the attribute's name.

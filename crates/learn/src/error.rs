@@ -72,6 +72,9 @@ pub enum Error {
     /// The engine refuses a graph, its weights or a batch.
     #[error(transparent)]
     Engine(Box<taxel_engine::Error>),
+    /// The runtime refuses a graph, its weights or samples.
+    #[error(transparent)]
+    Runtime(#[from] taxel_runtime::Error),
     /// Training has left the finite numbers.
     #[error(
         "{network}, repetition {repetition}, fold {fold}: the loss is {loss} in epoch {epoch}, batch {batch}; \

@@ -1,4 +1,4 @@
-//! Batches of encoded samples for an engine.
+//! Batches of encoded samples for a network.
 
 use taxel_data::{Augment, Key};
 use taxel_engine::{Engine, Mode};
@@ -35,6 +35,12 @@ impl<'a> Feed<'a> {
         for (input, batch) in self.inputs.iter().zip(&mut self.batches) {
             input.gather(rows, batch);
         }
+    }
+
+    /// The values of `rows`, one slice per input.
+    pub fn rows(&mut self, rows: &[usize]) -> Vec<&[f32]> {
+        self.gather(rows);
+        self.batches.iter().map(Vec::as_slice).collect()
     }
 
     fn run<'e>(&self, engine: &'e mut Engine, n: usize, mode: Mode) -> Result<&'e [f32]> {

@@ -13,6 +13,10 @@ use crate::hooks::Hooks;
 use crate::objective::Objective;
 use crate::part::Part;
 use crate::recipe::{BatchNorm, Recipe};
+use crate::responder::Responder;
+
+/// Test samples that are gathered at a time.
+const AT_ONCE: usize = 64;
 
 /// An engine with what it learns.
 pub(crate) struct Learner<'d> {
@@ -22,13 +26,15 @@ pub(crate) struct Learner<'d> {
     recipe: Recipe,
     labels: &'d Labels,
     steps: usize,
-    /// Samples that an answer takes at a time.
+    /// Samples of a batch.
     pub batch: usize,
     pub has_norms: bool,
     /// Whether the batch-norm statistics are those that the recipe wants.
     pub settled: bool,
     pub objective: Objective,
     pub engine: Engine,
+    graph: &'d Graph,
+    threads: usize,
     feed: Feed<'d>,
 }
 
@@ -49,7 +55,7 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
     pub fn new(
-        task: &Task,
+        task: &Task<'d>,
         recipe: &Recipe,
         labels: &'d Labels,
         inputs: &'d [Input],
@@ -69,6 +75,8 @@ impl<'d> Learner<'d> {
         Ok(Learner {
             name: task.name.into(),
             part,
+            graph,
+            threads: task.threads,
             dropout: taxel_seed::rng(part.seed, &purpose).random(),
             recipe: recipe.clone(),
             labels,
@@ -157,14 +165,15 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
-    /// Logits of `rows` and their mean loss.
+    /// Logits of `rows` and their mean loss, of the network as its file will answer: frozen, with `weights`.
     ///
     /// # Errors
-    /// What the engine refuses.
-    pub fn test(&mut self, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
+    /// What the runtime refuses.
+    pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
+        let responder = Responder::new(self.graph, weights, self.batch, self.threads)?;
         let mut logits = vec![];
-        for rows in rows.chunks(self.batch) {
-            logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
+        for rows in rows.chunks(self.batch.max(AT_ONCE)) {
+            logits.extend(responder.answer(&self.feed.rows(rows), rows.len())?);
         }
         let loss = self.objective.value(&logits, &self.labels.of(rows));
         Ok((logits, loss))
@@ -175,8 +184,12 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// What the engine refuses.
     pub fn validate(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
-        let (logits, loss) = self.test(rows)?;
+        let mut logits = vec![];
+        for rows in rows.chunks(self.batch) {
+            logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
+        }
         let labels = self.labels.of(rows);
+        let loss = self.objective.value(&logits, &labels);
         Ok((loss, 100.0 * self.objective.correct(&logits, &labels) as f64 / labels.len().max(1) as f64))
     }
 

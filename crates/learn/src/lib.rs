@@ -65,6 +65,7 @@ mod progress;
 mod protocol;
 mod recipe;
 mod records;
+mod responder;
 mod results;
 mod run;
 mod run_models;
@@ -78,7 +79,7 @@ mod training;
 
 pub use candidate::{Candidate, Estimator, Published, Trainable, file_name};
 pub use cross_validation::CrossValidation;
-pub use encoding::{Encoder, Encoding, Transform};
+pub use encoding::{Compiled, Encoder, Encoding, Transform};
 pub use environment::{Environment, cores, program};
 pub use epoch::Epoch;
 pub use error::{Error, Result};
@@ -90,6 +91,7 @@ pub use latency::{Latency, Stopwatch, milliseconds};
 pub use lock::Lock;
 pub use model::{
     Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,
+    Workspace,
 };
 pub use numbers::thousands;
 pub use optimizer::{Decay, Moments, Optimizer};

@@ -130,14 +130,14 @@ impl Training<'_> {
             return Ok(None);
         }
         let train_seconds = hooks.saver.seconds() - aside;
+        let weights = learner.engine.weights();
         let start = Instant::now();
-        let (mut probabilities, test_loss) = learner.test(test)?;
+        let (mut probabilities, test_loss) = learner.test(&weights, test)?;
         let test_seconds = start.elapsed().as_secs_f64();
         learner.objective.probabilities(&mut probabilities);
         if let Some(&bad) = probabilities.iter().find(|p| !p.is_finite()) {
             return Err(learner.diverged_at_the_end(bad));
         }
-        let weights = learner.engine.weights();
         if recipe.batch_norm == BatchNorm::Moving && learner.has_norms {
             if !learner.population(rows, hooks)? {
                 return Ok(None);

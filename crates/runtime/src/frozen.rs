@@ -10,7 +10,12 @@ use taxel_kernels::frozen::Place;
 use crate::error::{Error, Result};
 use crate::lower::lower;
 use crate::places::Places;
-use crate::program::{Call, Scratch, ScratchLens, program};
+use crate::program::{Ask, Call, Scratch, ScratchLens, program};
+
+/// Bytes of weights and values up to which an answer stays in the cache that a core has to itself.
+const CACHE: usize = 512 << 10;
+/// Samples that share what is read of larger weights.
+const TOGETHER: usize = 8;
 
 /// A network frozen for answering; see the crate's page.
 pub struct Frozen {
@@ -26,6 +31,8 @@ struct Shared {
     outputs: Vec<Output>,
     buffers: Vec<usize>,
     scratch: ScratchLens,
+    /// Samples that are best answered together.
+    together: usize,
 }
 
 /// Where an output's features are found.
@@ -38,7 +45,8 @@ struct Output {
 /// What one thread needs to ask a [`Frozen`] network, which makes it: memory for all values, allocated once.
 pub struct Workspace {
     shared: Arc<Shared>,
-    buffers: Vec<Buffer>,
+    /// Of every sample that is answered at a time.
+    samples: Vec<Vec<Buffer>>,
     scratch: Scratch,
 }
 
@@ -60,20 +68,33 @@ impl Frozen {
         let (calls, scratch) = program(steps, &places);
         let inputs = graph.inputs().map(|node| (node.name.clone(), node.shape.clone())).collect();
         let name = graph.name().to_string();
-        Ok(Frozen {
-            shared: Arc::new(Shared { name, inputs, calls, outputs, buffers: places.buffers, scratch }),
-        })
+        let buffers = places.buffers;
+        let bytes = size_of::<f32>() * (graph.parameter_count() + buffers.iter().sum::<usize>());
+        let together = if bytes > CACHE { TOGETHER } else { 1 };
+        Ok(Frozen { shared: Arc::new(Shared { name, inputs, calls, outputs, buffers, scratch, together }) })
     }
 
-    /// Memory for one thread.
+    /// Memory for one thread that asks about one sample at a time.
     pub fn workspace(&self) -> Workspace {
+        self.workspace_for(1)
+    }
+
+    /// Memory for one thread that asks about up to `batch` samples at a time: of large weights several samples share
+    /// what is read.
+    pub fn workspace_for(&self, batch: usize) -> Workspace {
         let ScratchLens { input, output, work } = self.shared.scratch;
         let zeros = Buffer::zeros;
+        let one = |_| self.shared.buffers.iter().map(|&len| zeros(len)).collect();
         Workspace {
-            buffers: self.shared.buffers.iter().map(|&len| zeros(len)).collect(),
+            samples: (0..self.shared.together.min(batch).max(1)).map(one).collect(),
             scratch: Scratch { input: zeros(input), output: zeros(output), work: zeros(work) },
             shared: Arc::clone(&self.shared),
         }
+    }
+
+    /// Values of the first output.
+    pub fn logits(&self) -> usize {
+        self.shared.outputs[0].place.channels
     }
 
     /// Logits (one per class) of one sample: the first output; [`Workspace::outputs`] gives all.
@@ -83,28 +104,53 @@ impl Frozen {
     /// # Errors
     /// A workspace of another network, or inputs of another number or length.
     pub fn answer<'w>(&self, workspace: &'w mut Workspace, inputs: &[&[f32]]) -> Result<&'w [f32]> {
-        if !Arc::ptr_eq(&self.shared, &workspace.shared) {
-            return Err(Error::Workspace { model: self.shared.name.clone() });
+        self.check(workspace, inputs, 1)?;
+        workspace.run(inputs, 0, 1);
+        Ok(workspace.output(0, &self.shared.outputs[0]))
+    }
+
+    /// [`Frozen::answer`] to samples one after the other: `inputs` are [n, …], `logits` [n, [`Frozen::logits`]]. An
+    /// answer does not depend on its neighbours.
+    ///
+    /// # Errors
+    /// As [`Frozen::answer`], or logits that are no whole samples.
+    pub fn answers(&self, workspace: &mut Workspace, inputs: &[&[f32]], logits: &mut [f32]) -> Result<()> {
+        let width = self.logits();
+        let n = logits.len() / width;
+        if n * width != logits.len() {
+            let reason = format!("room for {} logits is no multiple of {width}", logits.len());
+            return Err(Error::Input { model: self.shared.name.clone(), reason });
         }
-        self.shared.check(inputs)?;
-        workspace.run(inputs);
-        Ok(workspace.output(&self.shared.outputs[0]))
+        self.check(workspace, inputs, n)?;
+        let most = workspace.samples.len();
+        for (group, logits) in logits.chunks_mut(most * width).enumerate() {
+            workspace.run(inputs, group * most, logits.len() / width);
+            for (sample, logits) in logits.chunks_exact_mut(width).enumerate() {
+                logits.copy_from_slice(workspace.output(sample, &self.shared.outputs[0]));
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, workspace: &Workspace, inputs: &[&[f32]], n: usize) -> Result<()> {
+        match Arc::ptr_eq(&self.shared, &workspace.shared) {
+            true => self.shared.check(inputs, n),
+            false => Err(Error::Workspace { model: self.shared.name.clone() }),
+        }
     }
 }
 
 impl Shared {
-    fn check(&self, inputs: &[&[f32]]) -> Result<()> {
+    fn check(&self, inputs: &[&[f32]], n: usize) -> Result<()> {
         let refuse = |reason| Err(Error::Input { model: self.name.clone(), reason });
         if inputs.len() != self.inputs.len() {
             return refuse(format!("{} inputs given, {} expected", inputs.len(), self.inputs.len()));
         }
         for ((name, shape), x) in self.inputs.iter().zip(inputs) {
-            if x.len() != shape.iter().product::<usize>() {
-                return refuse(format!(
-                    "input `{name}` holds {} values; {} are needed",
-                    x.len(),
-                    describe(shape)
-                ));
+            if x.len() != n * shape.iter().product::<usize>() {
+                let (given, shape) = (x.len(), describe(shape));
+                let each = if n == 1 { String::new() } else { format!(" for each of {n} samples") };
+                return refuse(format!("input `{name}` holds {given} values; {shape} are needed{each}"));
             }
         }
         Ok(())
@@ -112,27 +158,38 @@ impl Shared {
 }
 
 impl Workspace {
-    fn run(&mut self, inputs: &[&[f32]]) {
-        let Workspace { shared, buffers, scratch } = self;
+    /// Answers `count` samples from number `first` on: all go through one call, then through the next.
+    fn run(&mut self, inputs: &[&[f32]], first: usize, count: usize) {
+        let Workspace { shared, samples, scratch } = self;
         for call in &shared.calls {
-            let (to, _) = call.to;
-            // Nothing is written where it is read, so the output's buffer can be taken out.
-            let mut y = mem::take(&mut buffers[to]);
-            match call.from.as_slice() {
-                [] => call.run(inputs, &[], &mut y, scratch),
-                [(a, _)] => call.run(inputs, &[&buffers[*a]], &mut y, scratch),
-                [(a, _), (b, _), ..] => call.run(inputs, &[&buffers[*a], &buffers[*b]], &mut y, scratch),
+            for part in 0..call.parts(count) {
+                for (sample, buffers) in samples[..count].iter_mut().enumerate() {
+                    let ask = Ask { inputs, sample: first + sample, part: (count > 1).then_some(part) };
+                    step(call, ask, buffers, scratch);
+                }
             }
-            buffers[to] = y;
         }
     }
 
-    fn output(&self, output: &Output) -> &[f32] {
-        &self.buffers[output.buffer][output.place.start..][..output.place.channels]
+    fn output(&self, sample: usize, output: &Output) -> &[f32] {
+        &self.samples[sample][output.buffer][output.place.start..][..output.place.channels]
     }
 
     /// Names and values of all outputs of the last answer, in the graph's order, PyTorch's axis order.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
-        self.shared.outputs.iter().map(|output| (output.name.as_str(), self.output(output)))
+        self.shared.outputs.iter().map(|output| (output.name.as_str(), self.output(0, output)))
     }
+}
+
+/// One call on the values of one sample.
+fn step(call: &Call, ask: Ask, buffers: &mut [Buffer], scratch: &mut Scratch) {
+    let (to, _) = call.to;
+    // Nothing is written where it is read, so the output's buffer can be taken out.
+    let mut y = mem::take(&mut buffers[to]);
+    match call.from.as_slice() {
+        [] => call.run(ask, &[], &mut y, scratch),
+        [(a, _)] => call.run(ask, &[&buffers[*a]], &mut y, scratch),
+        [(a, _), (b, _), ..] => call.run(ask, &[&buffers[*a], &buffers[*b]], &mut y, scratch),
+    }
+    buffers[to] = y;
 }

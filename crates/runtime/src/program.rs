@@ -15,6 +15,17 @@ pub(crate) struct Call {
     pub to: (usize, Place),
 }
 
+/// What a call is run for.
+#[derive(Clone, Copy)]
+pub(crate) struct Ask<'a> {
+    /// The network's inputs, each of all samples.
+    pub inputs: &'a [&'a [f32]],
+    /// The sample that is answered.
+    pub sample: usize,
+    /// The one of [`Call::parts`] that is run; none for the whole call.
+    pub part: Option<usize>,
+}
+
 /// Memory of a call besides its values.
 #[derive(Default)]
 pub(crate) struct Scratch {
@@ -180,20 +191,35 @@ fn staged(to: &Place, y: &mut [f32], scratch: &mut [f32], make: impl FnOnce(&mut
 }
 
 impl Call {
-    /// Runs the call: `values` are the inputs' buffers, `y` is the output's, `inputs` are the network's.
-    pub fn run(&self, inputs: &[&[f32]], values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
+    /// Parts that `samples` go through one after the other, so that they share what is read of large weights.
+    pub fn parts(&self, samples: usize) -> usize {
+        match &self.kernel {
+            // Inputs that have to be gathered first would be gathered for every part.
+            Kernel::Linear { linear, .. } if samples > 1 && self.from[0].1.is_dense() => linear.panels(),
+            _ => 1,
+        }
+    }
+
+    /// Runs the call: `values` are the inputs' buffers, `y` is the output's.
+    pub fn run(&self, ask: Ask, values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
         let to = &self.to.1;
         let Scratch { input, output, work } = scratch;
         match &self.kernel {
             Kernel::Input(number) => staged(to, y, output, |y| {
-                layout::transpose(to.channels, to.positions(), inputs[*number], y, false);
+                let x = &ask.inputs[*number][ask.sample * to.len()..][..to.len()];
+                layout::transpose(to.channels, to.positions(), x, y, false);
             }),
             Kernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
             Kernel::Depthwise(conv) => conv.run(values[0], y),
             Kernel::Winograd(winograd) => self.winograd(winograd, values[0], y, scratch),
             Kernel::Linear { linear, bias, rectifier } => {
-                let x = dense(&self.from[0].1, values[0], input);
-                linear.run(x, bias, *rectifier, &mut y[to.start..]);
+                let from = &self.from[0].1;
+                let x = dense(from, values[0], input);
+                let y = &mut y[to.start..];
+                match ask.part {
+                    Some(panel) if from.is_dense() => linear.run_panel(panel, x, bias, *rectifier, y),
+                    _ => linear.run(x, bias, *rectifier, y),
+                }
             }
             Kernel::Lstm(lstm) => lstm.run(values[0], work, &mut y[to.start..]),
             Kernel::Affine { scale, rectifier } => {

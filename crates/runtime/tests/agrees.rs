@@ -3,8 +3,9 @@
 
 mod common;
 
-use common::off;
+use common::{off, weights};
 use taxel_graph::{Conv, Graph, Network, Pool};
+use taxel_runtime::Frozen;
 
 #[test]
 fn every_network_answers_as_the_engine_does() {
@@ -86,5 +87,33 @@ fn means_count_what_they_should() {
         ("rounded up", Pool::new(2).stride(2).round_up()),
     ] {
         agrees(what, |_, x| vec![("logits", x.average_pool(pool).flatten().linear("fc", 3))]);
+    }
+}
+
+/// Samples that are answered together share what is read of the weights, and nothing else.
+#[test]
+fn an_answer_does_not_depend_on_its_neighbours() {
+    for name in ["mlp", "lstm", "hybrid-resvgg", "multiscale-cnn", "shufflenet-v2", "alexnet"] {
+        let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
+        let frozen = Frozen::new(&graph, &weights(&graph)).unwrap();
+        let n = 5;
+        let value = |i: usize| ((i * 37 % 101) as f32 - 50.0) / 50.0;
+        let lens: Vec<usize> = graph.inputs().map(|node| node.shape.iter().product()).collect();
+        let inputs: Vec<Vec<f32>> = lens.iter().map(|len| (0..n * len).map(value).collect()).collect();
+        let all: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
+        let mut logits = vec![0.0; n * frozen.logits()];
+        let mut alone = frozen.workspace();
+        for batch in [1, 3, 64] {
+            logits.fill(f32::NAN);
+            frozen.answers(&mut frozen.workspace_for(batch), &all, &mut logits).unwrap();
+            for (sample, got) in logits.chunks(frozen.logits()).enumerate() {
+                let one = inputs.iter().zip(&lens).map(|(x, len)| &x[sample * len..(sample + 1) * len]);
+                let want = frozen.answer(&mut alone, &one.collect::<Vec<_>>()).unwrap();
+                let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(got), bits(want), "{name}, sample {sample} in batches of {batch}");
+            }
+        }
+        let error = frozen.answers(&mut alone, &[], &mut logits).unwrap_err().to_string();
+        assert!(error.contains("inputs given"), "{error}");
     }
 }

@@ -19,7 +19,7 @@ fn main() -> taxel::Result<()> {
     print!("{}", model.card());
 
     // One predictor answers many: it keeps its buffers.
-    let mut predictor = model.predictor(1, 1)?;
+    let predictor = model.predictor(1, 1)?;
     for i in 0..recordings.len().min(5) {
         let reading = recordings.select(&[i]).x;
         for answer in predictor.predict(&reading)?.answers(0) {

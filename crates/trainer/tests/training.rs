@@ -438,7 +438,7 @@ fn every_scene_feeds_its_papers_networks() {
         let key = key(&results.networks[0].network, 0);
         let model = Model::open(&folder.model_path(&key)).unwrap();
         // What was fitted is enough to encode new recordings.
-        let mut predictor = model.predictor(model.card().batch(), 1).unwrap();
+        let predictor = model.predictor(model.card().batch(), 1).unwrap();
         let inputs = predictor.encode(&dataset.x).unwrap();
         assert_eq!(inputs[0].shape()[0], dataset.len());
         let tested = folder.record(&key).unwrap().unwrap();

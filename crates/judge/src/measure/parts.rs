@@ -104,14 +104,14 @@ pub(super) fn answer(
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
             let Some(job) = jobs.get(number) else { return Ok(()) };
-            let mut predictors = match open.take() {
+            let predictors = match open.take() {
                 Some((at, predictors)) if at == job.part => predictors,
                 _ => {
                     let models = shelf.models(case, parts, job.part)?;
                     models.iter().map(|model| Ok(model.predictor(BATCH, 1)?)).collect::<Result<_>>()?
                 }
             };
-            let answers = answers(case, sensor, &parts[job.part], job, &mut predictors)?;
+            let answers = answers(case, sensor, &parts[job.part], job, &predictors)?;
             open = Some((job.part, predictors));
             done.lock().unwrap_or_else(PoisonError::into_inner).push((number, answers));
             tick();
@@ -132,7 +132,7 @@ fn answers(
     sensor: &Sensor,
     part: &Part,
     job: &Job,
-    predictors: &mut [Predictor],
+    predictors: &[Predictor],
 ) -> Result<Vec<Answer>> {
     let clean = case.dataset.x.select(Axis(0), &part.rows);
     let broken = match job.broken {
@@ -141,7 +141,7 @@ fn answers(
     };
     let width = part.truth.len() / part.len().max(1);
     let mut answers = vec![];
-    for (predictor, key) in predictors.iter_mut().zip(&part.keys) {
+    for (predictor, key) in predictors.iter().zip(&part.keys) {
         let (probabilities, refused) = ask(predictor, &clean, &broken)?;
         let mut predicted = predictor.card().levels().predicted(&probabilities);
         for &row in &refused {
@@ -181,11 +181,7 @@ fn corrupt(
 
 /// Probabilities of `broken` samples, and which of them cannot be encoded; the clean ones stand in for
 /// those, so that the others still make a batch.
-fn ask(
-    predictor: &mut Predictor,
-    clean: &ArrayD<f32>,
-    broken: &ArrayD<f32>,
-) -> Result<(Vec<f32>, Vec<usize>)> {
+fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<(Vec<f32>, Vec<usize>)> {
     if let Ok(inputs) = predictor.encode(broken) {
         return Ok((predictor.answer(&inputs)?, vec![]));
     }

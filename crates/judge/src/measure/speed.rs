@@ -25,18 +25,20 @@ pub(super) fn speed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f6
 }
 
 fn timed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f64) -> Result<Speed> {
-    let samples: Vec<_> = rows.iter().take(RUNS).map(|&row| dataset.x.select(Axis(0), &[row])).collect();
-    let mut single = model.predictor(1, 1)?;
+    let sample = |&row: &usize| dataset.x.index_axis(Axis(0), row).iter().copied().collect();
+    let samples: Vec<Vec<f32>> = rows.iter().take(RUNS).map(sample).collect();
+    let single = model.predictor(1, 1)?;
+    let mut workspace = single.workspace()?;
     let watch = Stopwatch { warm_up: WARM_UP, runs: RUNS, least: LEAST, budget };
     let times = watch.time(|run| {
-        let (encoding, inputs) = milliseconds(|| single.encode(&samples[run % samples.len()]));
-        let inputs = inputs?;
-        let (network, answer) = milliseconds(|| single.answer(&inputs));
-        answer.map(|_| (encoding, network))
+        let (encoding, read) = milliseconds(|| single.read(&mut workspace, &samples[run % samples.len()]));
+        read?;
+        let (network, answer) = milliseconds(|| single.decide(&mut workspace).map(|_| ()));
+        answer.map(|()| (encoding, network))
     })?;
     let latency = |part: fn(&(f64, f64)) -> f64| Latency::of(times.iter().map(part).collect());
     let batch = model.card().batch().min(rows.len());
-    let mut many = model.predictor(batch, 1)?;
+    let many = model.predictor(batch, 1)?;
     let inputs = many.encode(&dataset.x.select(Axis(0), &rows[..batch]))?;
     let watch = Stopwatch { warm_up: 1, runs: RUNS, least: 1, budget: budget / 10.0 };
     let batches = watch.time(|_| {

@@ -1,5 +1,7 @@
 //! Matrix times vector: weights in panels that are read once, in order.
 
+use std::ops::Range;
+
 use crate::buffer::Buffer;
 use crate::lengths::{at_least, exactly};
 use crate::rows::{load, store};
@@ -60,25 +62,44 @@ impl Linear {
         Linear { inputs, outputs, panels, weights }
     }
 
+    /// Panels of neighbouring outputs, each of which can be computed by itself.
+    pub fn panels(&self) -> usize {
+        self.panels.len()
+    }
+
     /// `y = rectifier(x W + start)`; `x` holds the inputs, `start` and `y` the outputs.
     pub fn run(&self, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) {
-        run(self, x, start, rectifier, y);
+        run(self, 0..self.panels.len(), x, start, rectifier, y);
+    }
+
+    /// [`Linear::run`] for the outputs of one panel; the others stay as they are.
+    pub fn run_panel(&self, panel: usize, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) {
+        run(self, panel..panel + 1, x, start, rectifier, y);
     }
 }
 
 at_level! {
-    fn run(linear: &Linear, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) = run_at
+    fn run(
+        linear: &Linear, panels: Range<usize>, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32],
+    ) = run_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn run_at<S: Simd>(linear: &Linear, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) {
+unsafe fn run_at<S: Simd>(
+    linear: &Linear,
+    panels: Range<usize>,
+    x: &[f32],
+    start: &[f32],
+    rectifier: Rectifier,
+    y: &mut [f32],
+) {
     at_least("input of a linear layer", x.len(), linear.inputs);
     at_least("start of a linear layer", start.len(), linear.outputs);
     at_least("output of a linear layer", y.len(), linear.outputs);
     let x = &x[..linear.inputs];
-    for panel in &linear.panels {
+    for panel in &linear.panels[panels] {
         // SAFETY: the lengths are asserted above; the panels were made for this CPU's vectors.
         unsafe {
             match panel.vectors {

@@ -120,6 +120,13 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
+    unsafe fn count_above(count: __m256, x: __m256, limit: __m256) -> __m256 {
+        unsafe {
+            let above = _mm256_cmp_ps::<_CMP_GT_OQ>(x, limit);
+            _mm256_add_ps(count, _mm256_and_ps(above, _mm256_set1_ps(1.0)))
+        }
+    }
+    #[inline(always)]
     unsafe fn where_equal(a: __m256, b: __m256, yes: __m256) -> __m256 {
         unsafe { _mm256_and_ps(yes, _mm256_cmp_ps::<_CMP_EQ_OQ>(a, b)) }
     }

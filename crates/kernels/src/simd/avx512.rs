@@ -97,6 +97,13 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
+    unsafe fn count_above(count: __m512, x: __m512, limit: __m512) -> __m512 {
+        unsafe {
+            let above = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(x, limit);
+            _mm512_mask_add_ps(count, above, count, _mm512_set1_ps(1.0))
+        }
+    }
+    #[inline(always)]
     unsafe fn where_equal(a: __m512, b: __m512, yes: __m512) -> __m512 {
         unsafe { _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, b), yes) }
     }

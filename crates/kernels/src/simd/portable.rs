@@ -94,6 +94,10 @@ impl Simd for Portable {
         lanes!(i => if x[i] > best[i] || x[i].is_nan() { yes[i] } else { no[i] })
     }
     #[inline(always)]
+    unsafe fn count_above(count: [f32; 4], x: [f32; 4], limit: [f32; 4]) -> [f32; 4] {
+        lanes!(i => if x[i] > limit[i] { count[i] + 1.0 } else { count[i] })
+    }
+    #[inline(always)]
     unsafe fn where_equal(a: [f32; 4], b: [f32; 4], yes: [f32; 4]) -> [f32; 4] {
         lanes!(i => if a[i] == b[i] { yes[i] } else { 0.0 })
     }

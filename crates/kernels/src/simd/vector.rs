@@ -33,6 +33,8 @@ pub(crate) trait Simd: Copy {
     unsafe fn at_most(x: Self::V, limit: Self::V) -> Self::V;
     /// `if x > best or x is NaN { yes } else { no }` per lane.
     unsafe fn where_beats(x: Self::V, best: Self::V, yes: Self::V, no: Self::V) -> Self::V;
+    /// `if x > limit { count + 1 } else { count }` per lane.
+    unsafe fn count_above(count: Self::V, x: Self::V, limit: Self::V) -> Self::V;
     /// `if a == b { yes } else { 0 }` per lane.
     unsafe fn where_equal(a: Self::V, b: Self::V, yes: Self::V) -> Self::V;
 }

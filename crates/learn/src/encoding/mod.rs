@@ -5,6 +5,7 @@
 //! [`Transform`], saved with the model and enough to encode new recordings.
 
 mod axes;
+mod compiled;
 mod encoder;
 mod names;
 mod range;
@@ -13,6 +14,7 @@ mod settings;
 mod signal;
 mod transform;
 
+pub use compiled::Compiled;
 pub use encoder::{Encoded, Encoder, Input};
 pub use names::{IMAGE, SERIES, SIGNAL, TENSOR};
 pub use range::Range;

@@ -62,7 +62,7 @@ pub enum Anatomy {
         graph: Box<Graph>,
         /// What its outputs were trained for: it says how they become probabilities.
         loss: Loss,
-        /// Samples that are answered at a time; equal batches give equal bits.
+        /// Samples that are answered at a time at most.
         batch: usize,
         /// How it was trained.
         recipe: Box<Recipe>,

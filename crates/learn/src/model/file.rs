@@ -76,10 +76,11 @@ impl Model {
         Model { card: Card { score, ..self.card }, ..self }
     }
 
-    /// The model ready to answer many samples, at most `batch` at a time on `threads` threads.
+    /// The model ready to answer many samples, at most `batch` at a time on each of `threads` threads. Answers depend
+    /// on neither; a network's are those of its own test, bit for bit.
     ///
     /// # Errors
-    /// What the engine refuses.
+    /// What the runtime refuses.
     pub fn predictor(&self, batch: usize, threads: usize) -> Result<Predictor> {
         Predictor::new(&self.card, &self.weights, batch, threads)
     }

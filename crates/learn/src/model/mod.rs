@@ -4,9 +4,11 @@ mod card;
 mod file;
 mod predictions;
 mod predictor;
+mod workspace;
 
 pub use card::{Anatomy, Card, FORMAT, ModelInput, Score, TrainedOn, TrainingPart};
 pub use file::Model;
 pub(crate) use file::digest;
 pub use predictions::Predictions;
 pub use predictor::Predictor;
+pub use workspace::Workspace;

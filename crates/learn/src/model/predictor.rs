@@ -3,16 +3,18 @@
 use std::borrow::Cow;
 
 use ndarray::{ArrayD, Axis};
-use taxel_engine::{Evaluator, Options, Workspace};
 use taxel_graph::{Loss, Weights};
 
-use super::card::{Anatomy, Card};
+use super::card::{Anatomy, Card, ModelInput};
 use super::predictions::Predictions;
+use super::workspace::{Memory, Workspace};
 use crate::baseline::FittedBaseline;
+use crate::encoding::Transform;
 use crate::error::{Error, Result};
 use crate::objective::probabilities;
+use crate::responder::Responder;
 
-/// A model with what it needs to answer many samples.
+/// A model with what it needs to answer many samples; threads share one.
 ///
 /// [`Predictor::encode`] and [`Predictor::answer`] are the two halves of [`Predictor::predict`].
 pub struct Predictor {
@@ -22,19 +24,16 @@ pub struct Predictor {
 }
 
 enum Method {
-    Network { evaluator: Box<Evaluator>, workspace: Box<Workspace>, loss: Loss, batch: usize },
+    Network { responder: Box<Responder>, loss: Loss },
     Baseline(FittedBaseline),
 }
 
 impl Predictor {
     pub(super) fn new(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
-        let batch = batch.max(1);
         let method = match &card.anatomy {
             Anatomy::Network { graph, loss, .. } => {
-                let options = Options { batch, threads, ..Options::default() };
-                let evaluator = Box::new(Evaluator::new(graph, weights, options)?);
-                let workspace = Box::new(evaluator.workspace());
-                Method::Network { evaluator, workspace, loss: *loss, batch }
+                let responder = Box::new(Responder::new(graph, weights, batch, threads)?);
+                Method::Network { responder, loss: *loss }
             }
             Anatomy::Baseline { method, series } => {
                 let read = FittedBaseline::read(*method, *series, &card.attributes, weights);
@@ -58,7 +57,86 @@ impl Predictor {
         let x = &*self.kept(x);
         self.check(x)?;
         let inputs = self.card.inputs.iter();
-        inputs.map(|input| input.transform.apply(x, &self.card.name)).collect()
+        inputs
+            .map(|ModelInput { transform, .. }| match encoded(transform, x, &self.card.name) {
+                Ok(input) => Ok(input),
+                // The message that names the sample.
+                Err(_) => transform.apply(x, &self.card.name),
+            })
+            .collect()
+    }
+
+    /// Memory for one thread that asks reading by reading.
+    ///
+    /// # Errors
+    /// A model whose card says that it reads what its inputs cannot be made of.
+    pub fn workspace(&self) -> Result<Workspace> {
+        let Card { inputs, reading, name, .. } = &self.card;
+        let encoders = inputs.iter().map(|input| input.transform.compile(&reading.shape, name));
+        let memory = match &self.method {
+            Method::Network { responder, .. } => Memory::Network(Box::new(responder.frozen().workspace())),
+            Method::Baseline(baseline) => Memory::Baseline(baseline.workspaces()),
+        };
+        Ok(Workspace::new(encoders.collect::<Result<_>>()?, memory, self.outputs))
+    }
+
+    /// Probabilities of one raw reading, row-major, of the shape that the card states: those of [`Predictor::predict`],
+    /// bit for bit. Nothing is allocated after a workspace's first answer.
+    ///
+    /// # Errors
+    /// As [`Predictor::read`] and [`Predictor::decide`].
+    pub fn ask<'w>(&self, workspace: &'w mut Workspace, reading: &[f32]) -> Result<&'w [f32]> {
+        self.read(workspace, reading)?;
+        self.decide(workspace)
+    }
+
+    /// The first half of [`Predictor::ask`]: one raw reading to the model's inputs.
+    ///
+    /// # Errors
+    /// A reading of another length, that is not finite or cannot be encoded.
+    pub fn read(&self, workspace: &mut Workspace, reading: &[f32]) -> Result<()> {
+        let shape = &self.card.reading.shape;
+        if reading.len() != shape.iter().product::<usize>() {
+            return Err(self.refuse(format!("this one has {} values", reading.len())));
+        }
+        for (encoder, input) in workspace.encoders.iter_mut().zip(&mut workspace.inputs) {
+            encoder.encode(reading, input)?;
+        }
+        Ok(())
+    }
+
+    /// The second half of [`Predictor::ask`]: probabilities of the inputs of the last reading.
+    ///
+    /// # Errors
+    /// A workspace of another model.
+    pub fn decide<'w>(&self, workspace: &'w mut Workspace) -> Result<&'w [f32]> {
+        let Workspace { inputs, memory, probabilities: answer, .. } = workspace;
+        if answer.len() != self.outputs {
+            return Err(self.refuse("the workspace is of another model".into()));
+        }
+        match (&self.method, memory) {
+            (Method::Network { responder, loss }, Memory::Network(memory)) => {
+                let mut few: [&[f32]; 2] = [&[]; 2];
+                let many: Vec<&[f32]>;
+                let slices = match few.get_mut(..inputs.len()) {
+                    Some(few) => {
+                        few.iter_mut().zip(&*inputs).for_each(|(to, input)| *to = input);
+                        &*few
+                    }
+                    None => {
+                        many = inputs.iter().map(Vec::as_slice).collect();
+                        &many
+                    }
+                };
+                answer.copy_from_slice(responder.frozen().answer(memory, slices)?);
+                probabilities(*loss, self.outputs, answer);
+            }
+            (Method::Baseline(baseline), Memory::Baseline(memory)) if inputs.len() == 1 => {
+                baseline.answer(&inputs[0], memory, answer)?;
+            }
+            _ => return Err(self.refuse("the workspace is of another model".into())),
+        }
+        Ok(&workspace.probabilities)
     }
 
     /// Of whole recordings the channels that the model was trained on.
@@ -74,12 +152,14 @@ impl Predictor {
         }
     }
 
+    fn refuse(&self, given: String) -> Error {
+        let reading = &self.card.reading;
+        let expected = format!("samples of shape {:?} ({})", reading.shape, reading.layout.axes());
+        Error::Samples { model: self.card.name.clone(), expected, given }
+    }
+
     fn check(&self, x: &ArrayD<f32>) -> Result<()> {
-        let refuse = |given: String| {
-            let reading = &self.card.reading;
-            let expected = format!("samples of shape {:?} ({})", reading.shape, reading.layout.axes());
-            Err(Error::Samples { model: self.card.name.clone(), expected, given })
-        };
+        let refuse = |given: String| Err(self.refuse(given));
         match x.shape() {
             [] | [0, ..] => return refuse("there are none".into()),
             [_, shape @ ..] if *shape != self.card.reading.shape[..] => {
@@ -97,22 +177,20 @@ impl Predictor {
     /// Encoded samples to probabilities `[n, outputs]`, row-major.
     ///
     /// # Errors
-    /// Inputs of another shape, or what the engine refuses.
-    pub fn answer(&mut self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
+    /// Inputs of another number or shape.
+    pub fn answer(&self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
         let n = inputs.first().map_or(0, |x| x.len_of(Axis(0)));
+        if let Some(x) = inputs.iter().find(|x| x.len_of(Axis(0)) != n) {
+            let expected = "as many samples in every input".to_string();
+            let given = format!("there are {n} and {}", x.len_of(Axis(0)));
+            return Err(Error::Samples { model: self.card.name.clone(), expected, given });
+        }
         let standard: Vec<_> = inputs.iter().map(|x| x.as_standard_layout()).collect();
         #[expect(clippy::expect_used, reason = "standard layout is one slice")]
         let values: Vec<&[f32]> = standard.iter().map(|x| x.as_slice().expect("standard layout")).collect();
-        match &mut self.method {
-            Method::Network { evaluator, workspace, loss, batch } => {
-                let mut outputs = vec![];
-                for start in (0..n).step_by(*batch) {
-                    let count = (*batch).min(n - start);
-                    let each = |x: &[f32]| x.len() / n;
-                    let rows = |x: &[f32]| start * each(x)..(start + count) * each(x);
-                    let parts: Vec<&[f32]> = values.iter().map(|x| &x[rows(x)]).collect();
-                    outputs.extend_from_slice(evaluator.answer(workspace, &parts, count)?);
-                }
+        match &self.method {
+            Method::Network { responder, loss } => {
+                let mut outputs = responder.answer(&values, n)?;
                 probabilities(*loss, self.outputs, &mut outputs);
                 Ok(outputs)
             }
@@ -130,9 +208,25 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::answer`].
-    pub fn predict(&mut self, x: &ArrayD<f32>) -> Result<Predictions> {
+    pub fn predict(&self, x: &ArrayD<f32>) -> Result<Predictions> {
         let inputs = self.encode(x)?;
         let probabilities = self.answer(&inputs)?;
         Ok(Predictions::new(self.card.attributes.clone(), probabilities))
     }
+}
+
+/// Raw samples `[n, ..]` to one input, sample by sample.
+fn encoded(transform: &Transform, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+    let mut encoder = transform.compile(x.shape().get(1..).unwrap_or_default(), source)?;
+    let shape = [&[x.len_of(Axis(0))], encoder.shape()].concat();
+    let each = encoder.shape().iter().product::<usize>().max(1);
+    let mut input = ArrayD::zeros(shape);
+    let readings = x.as_standard_layout();
+    if let (Some(readings), Some(values)) = (readings.as_slice(), input.as_slice_mut()) {
+        let of_one = (readings.len() / x.len_of(Axis(0)).max(1)).max(1);
+        for (reading, values) in readings.chunks_exact(of_one).zip(values.chunks_exact_mut(each)) {
+            encoder.encode(reading, values)?;
+        }
+    }
+    Ok(input)
 }

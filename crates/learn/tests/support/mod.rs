@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use ndarray::ArrayD;
 use serde_json::{Value, json};
+use taxel_baselines::Method;
 use taxel_data::{Dataset, Labels};
 use taxel_encodings::Layout;
 use taxel_learn::{
@@ -140,4 +141,20 @@ pub fn model(folder: &RunFolder, key: &FoldKey) -> Model {
 /// Bits, so that -0 and 0 differ and NaN equals itself.
 pub fn bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// Light networks and all baselines, with what they learn from.
+pub fn candidates() -> (Dataset, Encoding, Vec<Candidate>) {
+    let dataset = presses(24, 40);
+    let encoding: Encoding =
+        serde_json::from_value(json!({ "image": { "kind": "gadf", "size": 24 } })).unwrap();
+    let mut validation = CrossValidation::new(&dataset).encoding(encoding.clone());
+    let encoder = validation.encoder();
+    let own = || recipe(json!({ "epochs": 1 }));
+    let mut candidates = vec![mlp(&dataset, own())];
+    for name in ["resnet8-lite-1d", "vgg6-lite-2d", "hybrid-resvgg"] {
+        candidates.push(network(name, json!({}), own(), encoder));
+    }
+    candidates.extend(Method::all().map(Candidate::baseline));
+    (presses(24, 40), encoding, candidates)
 }

@@ -1,0 +1,253 @@
+//! A transform for readings of one shape: one raw reading to one input, without allocating.
+
+use ndarray::ArrayD;
+use taxel_encodings::{CodePlan, Frame, ImagePlan, Layout, NumaTac, ResizePlan, Scaling, TactileTensor};
+
+use super::axes::{refused, wrong_axes};
+use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
+use super::transform::Transform;
+use crate::error::{Error, Result};
+
+/// A [`Transform`] for readings of one shape, with the memory that it needs: each thread has its own.
+///
+/// Its inputs are those of [`Transform::apply`], bit for bit.
+#[derive(Debug, Clone)]
+pub struct Compiled {
+    stages: Vec<Stage>,
+    input: &'static str,
+    /// Values of a raw reading.
+    readings: usize,
+    /// Shape of the input.
+    shape: Vec<usize>,
+    source: String,
+}
+
+/// One step, with what comes out of it; the last one writes where its caller says.
+#[derive(Debug, Clone)]
+struct Stage {
+    work: Work,
+    values: Vec<f32>,
+}
+
+#[derive(Debug, Clone)]
+enum Work {
+    /// Takes the mean of the first readings off each row of this length.
+    Baseline {
+        readings: usize,
+        length: usize,
+    },
+    /// Frames of so many pixels as one series per pixel.
+    Series {
+        pixels: usize,
+    },
+    Scale {
+        scaling: Scaling,
+        channels: usize,
+    },
+    Code(Box<CodePlan>),
+    Field(Box<ImagePlan>),
+    Frame {
+        frame: Frame,
+        shape: [usize; 3],
+    },
+    /// Grey as the red of three colours.
+    Red,
+    Resize(Box<ResizePlan>),
+    Tensor {
+        tensor: TactileTensor,
+        shape: [usize; 3],
+    },
+    Numatac {
+        numatac: NumaTac,
+        shape: [usize; 3],
+    },
+}
+
+impl Transform {
+    /// The transform for raw samples of `shape`; `source` names them in messages.
+    ///
+    /// # Errors
+    /// A shape that the transform does not take.
+    pub fn compile(&self, shape: &[usize], source: &str) -> Result<Compiled> {
+        let (input, readings) = (self.input(), shape.iter().product());
+        let mut compiled = Compiled { stages: vec![], input, readings, shape: vec![], source: source.into() };
+        compiled.shape = compiled.add(self, shape)?;
+        Ok(compiled)
+    }
+}
+
+impl Compiled {
+    /// Shape of the input.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// Encodes one raw reading, row-major, into `input`.
+    ///
+    /// # Errors
+    /// A reading of another length or one that cannot be encoded, an `input` of another length.
+    pub fn encode(&mut self, reading: &[f32], input: &mut [f32]) -> Result<()> {
+        let (name, source) = (self.input, &self.source);
+        if reading.len() != self.readings {
+            let (what, expected) = ("reading", format!("{} values", self.readings));
+            let got = vec![reading.len()];
+            return Err(refused(source, name, taxel_encodings::Error::Shape { what, expected, got }));
+        }
+        let Some((last, before)) = self.stages.split_last_mut() else {
+            return Err(wrong_axes(&ArrayD::zeros(vec![1]), name, source));
+        };
+        let mut from = reading;
+        for Stage { work, values } in before {
+            work.run(from, values).map_err(|e| refused(source, name, e))?;
+            from = values;
+        }
+        last.work.run(from, input).map_err(|e| refused(source, name, e))
+    }
+
+    fn push(&mut self, work: Work, shape: Vec<usize>) -> Vec<usize> {
+        self.stages.push(Stage { work, values: vec![0.0; shape.iter().product()] });
+        shape
+    }
+
+    /// Adds the stages of `transform` for values of `shape`; what shape comes out.
+    fn add(&mut self, transform: &Transform, shape: &[usize]) -> Result<Vec<usize>> {
+        let source = self.source.clone();
+        let wrong = |input| {
+            let samples = [&[0], shape].concat();
+            wrong_axes(&ArrayD::zeros(samples), input, &source)
+        };
+        let refuse = |e| refused(&source, transform.input(), e);
+        match (transform, shape) {
+            (Transform::Signal(scaling), &[length]) => Ok(self.push(scale(scaling, 1), vec![1, length])),
+            (Transform::Signal(scaling), &[channels, length]) => {
+                Ok(self.push(scale(scaling, channels), vec![channels, length]))
+            }
+            (Transform::QuantileCode(code), &[.., length]) if shape.len() <= 2 => {
+                let channels = shape.iter().product::<usize>() / length.max(1);
+                let plan = code.plan(channels, length).map_err(refuse)?;
+                Ok(self.push(Work::Code(Box::new(plan)), code.shape(channels, length).to_vec()))
+            }
+            (Transform::Rows(scaling), &[.., length]) if shape.len() <= 2 => {
+                let channels = shape.iter().product::<usize>() / length.max(1);
+                Ok(self.push(scale(scaling, channels), vec![1, channels, length]))
+            }
+            (Transform::Image(scaling), &[height, width]) => {
+                Ok(self.push(scale(scaling, 1), vec![1, height, width]))
+            }
+            (Transform::Image(scaling), &[channels, ..]) if shape.len() == 3 => {
+                Ok(self.push(scale(scaling, channels), shape.to_vec()))
+            }
+            (Transform::Field(field), &[_] | &[_, _]) => {
+                let plan = field.plan(shape.iter().product()).map_err(refuse)?;
+                Ok(self.push(Work::Field(Box::new(plan)), field.shape().to_vec()))
+            }
+            (Transform::Picture { .. }, _) => self.picture(transform, shape),
+            (Transform::Tensor { tensor, scaling }, &[frames, rows, columns]) => {
+                let to = vec![1, rows, columns, tensor.frames.unwrap_or(frames)];
+                let to = self.push(Work::Tensor { tensor: *tensor, shape: [frames, rows, columns] }, to);
+                Ok(self.push(scale(scaling, 1), to))
+            }
+            (Transform::Numatac { numatac, scaling }, &[fingers, features, ticks]) => {
+                let to = vec![fingers, features, numatac.window];
+                let to =
+                    self.push(Work::Numatac { numatac: *numatac, shape: [fingers, features, ticks] }, to);
+                Ok(self.push(scale(scaling, fingers * features), to))
+            }
+            (Transform::Series { layout, then }, shape) => {
+                let shape = self.series(*layout, shape).ok_or_else(|| wrong(SERIES))?;
+                self.add(then, &shape)
+            }
+            (Transform::Baseline { readings, then }, &[channels, length]) if length >= *readings => {
+                let work = Work::Baseline { readings: *readings, length };
+                let shape = self.push(work, vec![channels, length]);
+                self.add(then, &shape)
+            }
+            (Transform::Baseline { .. }, _) => {
+                let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
+                Err(Error::Axes { source_label: source, input: SIGNAL, shape: shape.to_vec(), reason })
+            }
+            (Transform::Signal(_) | Transform::QuantileCode(_), _) => Err(wrong(SIGNAL)),
+            (Transform::Tensor { .. }, _) => Err(wrong(TENSOR)),
+            _ => Err(wrong(IMAGE)),
+        }
+    }
+
+    fn picture(&mut self, transform: &Transform, shape: &[usize]) -> Result<Vec<usize>> {
+        let source = self.source.clone();
+        let wrong = || wrong_axes(&ArrayD::zeros([&[0], shape].concat()), IMAGE, &source);
+        let Transform::Picture { frame, red, resize, scaling } = transform else { return Err(wrong()) };
+        let mut image = match (frame, shape) {
+            (None, &[height, width]) => [1, height, width],
+            (None, &[channels, height, width]) => [channels, height, width],
+            (Some(frame), &[frames, height, width]) => {
+                let work = Work::Frame { frame: *frame, shape: [frames, height, width] };
+                self.push(work, vec![1, height, width]);
+                [1, height, width]
+            }
+            _ => return Err(wrong()),
+        };
+        if *red && image[0] == 1 {
+            image[0] = 3;
+            self.push(Work::Red, image.to_vec());
+        }
+        if let Some(resize) = resize {
+            let plan = resize.plan(image).map_err(|e| refused(&source, IMAGE, e))?;
+            image = [image[0], resize.height, resize.width];
+            self.push(Work::Resize(Box::new(plan)), image.to_vec());
+        }
+        Ok(self.push(scale(scaling, image[0]), image.to_vec()))
+    }
+
+    /// Samples of any layout as channels × time; none where the axes are others.
+    fn series(&mut self, layout: Layout, shape: &[usize]) -> Option<Vec<usize>> {
+        Some(match (layout, shape) {
+            (Layout::Features, &[length]) => vec![1, length],
+            (Layout::Series | Layout::Image, &[channels, length]) => vec![channels, length],
+            (Layout::Colour | Layout::Fingers, &[a, b, length]) => vec![a * b, length],
+            (Layout::Sequence, &[frames, rows, columns]) => {
+                self.push(Work::Series { pixels: rows * columns }, vec![rows * columns, frames])
+            }
+            _ => return None,
+        })
+    }
+}
+
+fn scale(scaling: &Scaling, channels: usize) -> Work {
+    Work::Scale { scaling: scaling.clone(), channels }
+}
+
+impl Work {
+    fn run(&mut self, from: &[f32], to: &mut [f32]) -> taxel_encodings::Result<()> {
+        match self {
+            Work::Baseline { readings, length } => {
+                for (from, to) in from.chunks_exact(*length).zip(to.chunks_exact_mut(*length)) {
+                    let sum: f64 = from.iter().take(*readings).map(|&v| f64::from(v)).sum();
+                    let mean = (sum / *readings as f64) as f32;
+                    to.iter_mut().zip(from).for_each(|(to, v)| *to = v - mean);
+                }
+            }
+            Work::Series { pixels } => {
+                let frames = from.len() / *pixels;
+                for (t, frame) in from.chunks_exact(*pixels).enumerate() {
+                    to[t..].iter_mut().step_by(frames).zip(frame).for_each(|(to, v)| *to = *v);
+                }
+            }
+            Work::Scale { scaling, channels } => scaling.encode(*channels, from, to)?,
+            Work::Code(plan) => plan.encode(from, to)?,
+            Work::Field(plan) => plan.encode(from, to)?,
+            Work::Frame { frame, shape } => {
+                let at = frame.pick_of(*shape, from)?;
+                to.copy_from_slice(&from[at * to.len()..][..to.len()]);
+            }
+            Work::Red => {
+                let (red, rest) = to.split_at_mut(from.len());
+                red.copy_from_slice(from);
+                rest.fill(0.0);
+            }
+            Work::Resize(plan) => plan.encode(from, to)?,
+            Work::Tensor { tensor, shape } => tensor.encode_into(*shape, from, to)?,
+            Work::Numatac { numatac, shape } => numatac.encode_into(*shape, from, to)?,
+        }
+        Ok(())
+    }
+}

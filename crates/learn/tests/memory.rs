@@ -1,0 +1,44 @@
+//! Neither encoding nor answering allocates. One test alone: others would allocate meanwhile.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+#[path = "support/transforms.rs"]
+mod transforms;
+
+use ndarray::Axis;
+use peak_alloc::PeakAlloc;
+use support::candidates;
+use taxel_learn::fit;
+use transforms::{samples, transforms};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Does it twice: what is looked up once per process is looked up the first time.
+fn allocates_nothing(what: &str, mut work: impl FnMut()) {
+    work();
+    let before = MEMORY.current_usage();
+    MEMORY.reset_peak_usage();
+    work();
+    assert_eq!(MEMORY.peak_usage(), before, "{what}");
+}
+
+#[test]
+fn neither_encoding_nor_answering_allocates() {
+    for (transform, shape) in transforms() {
+        let mut compiled = transform.compile(&shape, "one").unwrap();
+        let mut input = vec![0.0; compiled.shape().iter().product()];
+        let reading: Vec<f32> = samples(&shape).index_axis(Axis(0), 0).iter().copied().collect();
+        allocates_nothing(&format!("{transform:?}"), || compiled.encode(&reading, &mut input).unwrap());
+    }
+    let (dataset, encoding, candidates) = candidates();
+    let reading: Vec<f32> = dataset.x.index_axis(Axis(0), 0).iter().copied().collect();
+    for candidate in candidates {
+        let predictor = fit(&candidate, &dataset, &encoding).unwrap().predictor(8, 1).unwrap();
+        let mut workspace = predictor.workspace().unwrap();
+        allocates_nothing(&candidate.name, || {
+            predictor.ask(&mut workspace, &reading).unwrap();
+        });
+    }
+}
