@@ -74,6 +74,7 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         others,
         ignored: vec![],
         read_as: vec![],
+        topics: vec![],
         is_folder: false,
         file,
     })

@@ -84,6 +84,22 @@ pub enum Error {
     NotMatlab { file: String, why: &'static str },
     #[error("{file}: {why}; copy it again or save it anew with save(..., '-v7')")]
     DamagedMatlab { file: String, why: String },
+    #[error("{file}: is no MCAP file; record bags with ros2 bag record --storage mcap, or convert them")]
+    NotABag { file: String },
+    #[error("{file}: {why}; copy it again, or mend it with mcap recover")]
+    DamagedBag { file: String, why: String },
+    #[error("{file}: {why}")]
+    Bag { file: String, why: String },
+    #[error(
+        "{file}: is one bag, which says no class; give the folder of several, with labels.csv in it (file,label, and of \
+         parts of a bag start,end in seconds)"
+    )]
+    OneBag { file: String },
+    #[error(
+        "{file}: holds bags but no classes; name bags by class (cup_03.mcap), put them into a folder per class, or write \
+         labels.csv (file,label)"
+    )]
+    BagsWithoutClasses { file: String },
     #[error("{at}{index:?} = {value} does not fit a signed 64-bit integer")]
     NotI64 { at: String, index: Vec<usize>, value: u64 },
 
@@ -176,7 +192,7 @@ pub enum Error {
     NoSession { file: String },
     #[error("{file}: {why}; write a first line file,label or file,label,group and a line per recording")]
     LabelTable { file: String, why: String },
-    #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .png, .jpg or .jpeg")]
+    #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .mcap, .png, .jpg or .jpeg")]
     UnknownExtension { file: String },
     #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
     MixedKinds { file: String, kind: String, first: String, first_kind: String },

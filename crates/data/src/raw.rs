@@ -39,6 +39,8 @@ pub(crate) struct Raw {
     pub ignored: Vec<String>,
     /// How the file was taken where it could be taken otherwise, for people.
     pub read_as: Vec<String>,
+    /// Of bags the topics that were read.
+    pub topics: Vec<String>,
     /// Whether `origins` are paths below `file`.
     pub is_folder: bool,
 }
@@ -65,6 +67,7 @@ impl Raw {
             others: vec![],
             ignored: vec![],
             read_as: vec![],
+            topics: vec![],
             is_folder: false,
         }
     }

@@ -18,6 +18,9 @@ pub struct Reading {
     /// How a recording of any length became one of this shape; none where recordings are taken as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
+    /// Of bags the topics that were read, in the order of their channels.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub topics: Vec<String>,
     /// Unit of the values, such as `N`, where somebody says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -40,6 +43,7 @@ impl Reading {
             shape: shape.to_vec(),
             channels: None,
             length: None,
+            topics: vec![],
             unit: None,
             rate: None,
             full_scale: None,

@@ -1,5 +1,6 @@
 //! One recording in a file of its own.
 
+use crate::bags::is_bag;
 use crate::hash::{RowHash, hash_row};
 use crate::npy;
 use crate::options::{Limits, Options};
@@ -17,10 +18,15 @@ pub(crate) enum Kind {
     Npy,
     Mat,
     Image,
+    /// A file of MCAP, or the folder that rosbag2 makes of it.
+    Bag,
 }
 
 impl Kind {
     pub fn of(path: &Path) -> Option<Self> {
+        if is_bag(path) {
+            return Some(Self::Bag);
+        }
         let extension = path.extension()?.to_string_lossy().to_lowercase();
         match extension.as_str() {
             "csv" => Some(Self::Csv),
@@ -37,6 +43,7 @@ impl Kind {
             Self::Npy => "NPY",
             Self::Mat => "MAT",
             Self::Image => "an image",
+            Self::Bag => "a bag",
         }
     }
 
@@ -46,7 +53,7 @@ impl Kind {
             (Self::Image, 3) => Some(Layout::Colour),
             (Self::Image, _) => Some(Layout::Image),
             (Self::Csv, _) => Some(Layout::Series),
-            (Self::Npy | Self::Mat, _) => None,
+            (Self::Npy | Self::Mat | Self::Bag, _) => None,
         }
     }
 
@@ -54,7 +61,7 @@ impl Kind {
     pub fn hint(self) -> &'static str {
         match self {
             Self::Csv | Self::Mat => " but for time (channels, time): use the same channels throughout",
-            Self::Npy => " but for time",
+            Self::Npy | Self::Bag => " but for time",
             Self::Image => ": set resize = [height, width], or use grey or colour throughout",
         }
     }
@@ -111,6 +118,8 @@ pub(crate) fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<
             let at = format!("{file}: {name}");
             archive.with(&name, &at, |header, reader, at| one(header, reader, at, limits))
         }
+        // Of several together, which have one clock.
+        Kind::Bag => Err(Error::OneBag { file }),
         Kind::Image => {
             let picture = image_file::read(path, &file, options.resize, limits)?;
             Ok(Sample {

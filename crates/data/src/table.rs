@@ -97,6 +97,7 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
             .map(|at| format!("column {:?}", name(at)))
             .collect(),
         read_as,
+        topics: vec![],
         is_folder: false,
         file,
     })

@@ -130,6 +130,7 @@ pub(crate) fn read(path: &Path, pair: &Pair, options: &Options) -> Result<Raw> {
         others: vec![],
         ignored: vec![],
         read_as: vec![],
+        topics: vec![],
         is_folder: false,
         file,
     })

@@ -77,6 +77,7 @@ impl Predict {
             attributes: attributes(card),
             layout: Some(card.reading.layout),
             length: self.length(&card.reading)?,
+            topics: self.topics(&card.reading)?,
             ..self.reading.options()
         };
         let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
@@ -108,6 +109,20 @@ impl Predict {
                 Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
             }
             (own, given) => Ok(own.or(given)),
+        }
+    }
+
+    /// The topics that the model has learned from, where it reads bags.
+    fn topics(&self, reading: &taxel::Reading) -> Result<Vec<String>, String> {
+        let given = &self.reading.topics;
+        match taxel::data::are_bags(&self.data) {
+            false => Ok(given.clone()),
+            true if reading.topics.is_empty() => Ok(given.clone()),
+            true if given.is_empty() || *given == reading.topics => Ok(reading.topics.clone()),
+            true => {
+                let [own, given] = [&reading.topics, given].map(|topics| topics.join(", "));
+                Err(format!("--topic {given}: the model has learned from {own}; leave it out"))
+            }
         }
     }
 
@@ -147,10 +162,9 @@ fn attributes(card: &taxel::Card) -> Vec<String> {
 
 /// Image files are brought to the size that the model reads.
 fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
+    let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
     match reading.shape[..] {
-        [.., height, width] if reading.layout.has_area() && taxel::data::are_images(data) => {
-            Some([height, width])
-        }
+        [.., height, width] if reading.layout.has_area() && holds_images() => Some([height, width]),
         _ => None,
     }
 }
