@@ -135,7 +135,7 @@ fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
 fn refuse_array_options(file: &str, kind: Kind, found: &Found, options: &Options) -> Result<()> {
     let default = Options::default();
     let set = [
-        ("x", options.x != default.x && kind != Kind::Mat),
+        ("x", options.x != default.x && !matches!(kind, Kind::Mat | Kind::Hdf5)),
         ("y", options.y != default.y && !found.is_table),
         ("group", options.group.is_some() && !found.is_table),
         ("test", options.test.is_some()),

@@ -59,6 +59,8 @@ mod duplicates;
 mod error;
 mod folder;
 mod hash;
+mod hdf5;
+mod hdf5_text;
 mod image_file;
 mod json_numbers;
 mod label_table;

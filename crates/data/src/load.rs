@@ -11,7 +11,7 @@ use crate::names_file::{self, NAMES};
 use crate::one_hot::Columns;
 use crate::options::Options;
 use crate::raw::Raw;
-use crate::{Error, Result, arrays, bag_names, folder, label_table, listing, mat, table, ucr};
+use crate::{Error, Result, arrays, bag_names, folder, hdf5, label_table, listing, mat, table, ucr};
 use std::io;
 use std::path::Path;
 
@@ -24,12 +24,13 @@ use std::path::Path;
 ///   `X`, `data`, `Y`, `labels` stand for `x` and `y`; `X_train`, `y_train`, `X_test`, `y_test` are an official
 ///   split; one array per recording beside its labels is a set of recordings.
 /// - `.mat` of MATLAB 5 to 7: the same with variables for arrays, samples along the first axis; numbers of
-///   any class, labels a row or a column, counted from 1 or from 0, or texts. Version 7.3 is refused.
+///   any class, labels a row or a column, counted from 1 or from 0, or texts. Of version 7.3 too, which is HDF5.
+/// - `.h5`, `.hdf5`: the same as in a `.npz` with data sets for arrays, those of groups by their path (`day1/x`).
 /// - folder of recordings: `class/file`, `class/session/file` (the session is the group), or files with
 ///   `labels.csv` beside them (`file,label[,group]`); files in counting order; bags of ROS 2 in MCAP, a file each or
 ///   the folder that rosbag2 makes, of which [`Options::topics`] are read as `[C, T]` or, of images, `[T, H, W]`,
 ///   at equal steps of time, and whose names may say the class (`cup_03.mcap`); CSV (rows = time, columns =
-///   channels) as `[C, T]`, NPY as stored, of a `.mat` its one array or the one named by
+///   channels) as `[C, T]`, NPY as stored, of a `.mat` or `.h5` its one array or the one named by
 ///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
 /// - `.csv` or `.tsv` table with a header: wide, a row per sample `[F]`, or long, a row per reading, rows of one
 ///   recording being its readings over time `[C, T]`; [`Options::table`] says what its columns are. Long recordings
@@ -176,5 +177,7 @@ pub(crate) fn refuse_topics(raw: Raw, options: &Options) -> Result<Raw> {
 
 /// Whether a path is named as a file of arrays.
 pub(crate) fn is_archive(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz")) || mat::is_named(path)
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"))
+        || mat::is_named(path)
+        || hdf5::is_plain(path)
 }

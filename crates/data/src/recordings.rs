@@ -16,7 +16,7 @@ use crate::reading_of::time_axis;
 use crate::roles::{self, Roles};
 use crate::sample::Kind;
 use crate::validate::channels;
-use crate::{Error, Result, array, arrays, folder, table, ucr};
+use crate::{Error, Result, array, arrays, folder, hdf5, mat, table, ucr};
 use ndarray::{ArrayD, Axis};
 use std::path::Path;
 
@@ -192,9 +192,9 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     }
 }
 
-/// Whether a MATLAB file holds one recording of `rank` axes and not a set of them.
+/// Whether a MATLAB or HDF5 file holds one recording of `rank` axes and not a set of them.
 fn is_one_recording(path: &Path, options: &Options, rank: usize) -> bool {
-    if !crate::mat::is_named(path) {
+    if !mat::is_named(path) && !hdf5::is_plain(path) {
         return false;
     }
     let Ok(mut archive) = Archive::open(path) else { return false };
