@@ -14,7 +14,7 @@ use std::path::Path;
 use taxel_quiet::caught;
 
 /// A record of so many bytes may come out of a smaller file: chunks are compressed.
-const RECORD: u64 = 16 << 20;
+const RECORD: u64 = 4 << 20;
 /// Most bytes of all names and definitions.
 const MAX_TEXTS: usize = 16 << 20;
 
