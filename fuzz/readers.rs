@@ -30,6 +30,7 @@ pub const READERS: &[Reader] = &[
     Reader { name: "npy", seeds: npy, read: |folder, bytes| class_folder(folder, "npy", bytes) },
     Reader { name: "mat", seeds: mat, read: |folder, bytes| data_set(folder, "data.mat", bytes) },
     Reader { name: "csv", seeds: csv, read: |folder, bytes| class_folder(folder, "csv", bytes) },
+    Reader { name: "parquet", seeds: parquet, read: |folder, bytes| data_set(folder, "data.parquet", bytes) },
     Reader { name: "hdf5", seeds: hdf5, read: |folder, bytes| data_set(folder, "data.h5", bytes) },
     Reader { name: "mcap", seeds: mcap, read: |folder, bytes| class_folder(folder, "mcap", bytes) },
     Reader { name: "ts", seeds: ts, read: |folder, bytes| ucr(folder, "ts", bytes) },
@@ -230,6 +231,13 @@ fn mat() -> Vec<Vec<u8>> {
         include_bytes!("../crates/data/tests/data/grasps-v6.mat").to_vec(),
         include_bytes!("../crates/data/tests/data/grasps-v7.mat").to_vec(),
         include_bytes!("../crates/data/tests/data/grasps-v73.mat").to_vec(),
+    ]
+}
+
+fn parquet() -> Vec<Vec<u8>> {
+    vec![
+        include_bytes!("../crates/data/tests/data/long.parquet").to_vec(),
+        include_bytes!("../crates/data/tests/data/wide.parquet").to_vec(),
     ]
 }
 

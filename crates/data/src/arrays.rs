@@ -75,6 +75,7 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         ignored: vec![],
         read_as: vec![],
         topics: vec![],
+        table: None,
         is_folder: false,
         file,
     })

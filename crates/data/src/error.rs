@@ -75,6 +75,8 @@ pub enum Error {
     NotF32 { at: String, index: Vec<usize>, value: String },
     #[error("{at}{index:?} = {value} is not a whole number; {wanted}")]
     NotWhole { at: String, index: Vec<usize>, value: String, wanted: &'static str },
+    #[error("{file}: is not readable as Parquet ({why}); copy it again or write it anew")]
+    Parquet { file: String, why: String },
     #[error("{file}: is not readable as HDF5 ({why}); copy it again or write it anew")]
     Hdf5 { file: String, why: String },
     #[error("{file}: is not a MATLAB file of version 5 to 7 ({why}); write it with save(..., '-v7')")]

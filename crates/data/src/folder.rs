@@ -54,6 +54,7 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
         ignored: found.ignored,
         read_as: [found.read_as, bags.read_as].concat(),
         topics: bags.topics,
+        table: None,
         is_folder: true,
         file,
     })

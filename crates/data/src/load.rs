@@ -11,7 +11,7 @@ use crate::names_file::{self, NAMES};
 use crate::one_hot::Columns;
 use crate::options::Options;
 use crate::raw::Raw;
-use crate::{Error, Result, arrays, bag_names, folder, hdf5, label_table, listing, mat, table, ucr};
+use crate::{Error, Result, arrays, bag_names, folder, hdf5, label_table, lerobot, listing, mat, table, ucr};
 use std::io;
 use std::path::Path;
 
@@ -32,9 +32,11 @@ use std::path::Path;
 ///   at equal steps of time, and whose names may say the class (`cup_03.mcap`); CSV (rows = time, columns =
 ///   channels) as `[C, T]`, NPY as stored, of a `.mat` or `.h5` its one array or the one named by
 ///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
-/// - `.csv` or `.tsv` table with a header: wide, a row per sample `[F]`, or long, a row per reading, rows of one
+/// - `.csv` or `.tsv` table with a header, or `.parquet`, whose lists are columns `name.0`, `name.1`, ...: wide, a row per sample `[F]`, or long, a row per reading, rows of one
 ///   recording being its readings over time `[C, T]`; [`Options::table`] says what its columns are. Long recordings
 ///   with irregular time stamps are linearly interpolated onto the median step.
+/// - folder of LeRobot, with `meta/info.json` and `data/**/*.parquet`: its episodes are the recordings `[C, T]`, its
+///   observations the channels, tasks or `labels.csv` (`episode,label`) the classes.
 /// - pair of files of the UCR and UEA archives: `GunPoint`, or the folder with both, reads `GunPoint_TRAIN.ts`
 ///   and `GunPoint_TEST.ts` (or `.tsv`, `.txt`, `.arff`) as `[C, T]`, with their split in [`Dataset::official`].
 ///
@@ -116,6 +118,9 @@ fn find(path: &Path, options: &Options) -> Result<Raw> {
     }
     if !metadata.is_dir() {
         return Err(Error::NotADataset { file });
+    }
+    if lerobot::is_set(path) {
+        return lerobot::read(path, options, true);
     }
     let data = path.join(DATA);
     if data.is_file() {

@@ -1,6 +1,7 @@
 //! What one raw sample is.
 
 use crate::length::Length;
+use crate::table_options::TableOptions;
 use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
 
@@ -18,6 +19,9 @@ pub struct Reading {
     /// How a recording of any length became one of this shape; none where recordings are taken as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
+    /// Of a table what its columns were, channels in their order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<TableOptions>,
     /// Of bags the topics that were read, in the order of their channels.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub topics: Vec<String>,
@@ -44,6 +48,7 @@ impl Reading {
             channels: None,
             length: None,
             topics: vec![],
+            table: None,
             unit: None,
             rate: None,
             full_scale: None,

@@ -16,7 +16,7 @@ use crate::reading_of::time_axis;
 use crate::roles::{self, Roles};
 use crate::sample::Kind;
 use crate::validate::channels;
-use crate::{Error, Result, array, arrays, folder, hdf5, mat, table, ucr};
+use crate::{Error, Result, array, arrays, folder, hdf5, lerobot, mat, table, ucr};
 use ndarray::{ArrayD, Axis};
 use std::path::Path;
 
@@ -177,6 +177,11 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     }
     if !path.is_dir() {
         return Err(Error::NotFound { file });
+    }
+    if lerobot::is_set(path) {
+        let raw = lerobot::read(path, options, false)?;
+        let is_labelled = !raw.y.is_empty();
+        return Ok((raw, is_labelled));
     }
     let data = path.join(DATA);
     if data.is_file() {

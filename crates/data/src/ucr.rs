@@ -131,6 +131,7 @@ pub(crate) fn read(path: &Path, pair: &Pair, options: &Options) -> Result<Raw> {
         ignored: vec![],
         read_as: vec![],
         topics: vec![],
+        table: None,
         is_folder: false,
         file,
     })

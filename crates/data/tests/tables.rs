@@ -291,3 +291,20 @@ fn biotac_sp_grasps_are_one_table() {
     let error = load(&root, &options).unwrap_err().to_string();
     assert!(error.ends_with("give one of biotac-palmdown-grasps.csv, biotac-palmside-grasps.csv"), "{error}");
 }
+
+#[test]
+fn a_model_finds_its_columns_by_name() {
+    let folder = tempdir().unwrap();
+    files(folder.path(), &[("a.csv", "b,a,label\n1,2,u\n3,4,d\n"), ("new.csv", "id,a,c,b\n7,20,0,10\n")]);
+    let known = load(&folder.path().join("a.csv"), &Options::default()).unwrap().reading.table.unwrap();
+    assert_eq!(known.key(), r#"table = { columns = ["b", "a"] }"#);
+    let options = Options { table: known, ..Options::default() };
+    let new = recordings(&folder.path().join("new.csv"), &options, 1).unwrap();
+    assert_eq!(new.x.as_slice().unwrap(), [10.0, 20.0]);
+    files(folder.path(), &[("less.csv", "a,c\n1,2\n")]);
+    let message = recordings(&folder.path().join("less.csv"), &options, 1).unwrap_err().to_string();
+    assert!(message.contains("has no column \"b\"; name one with table.columns"), "{message}");
+    // A recording without names is read as before.
+    files(folder.path(), &[("one.csv", "1,2\n3,4\n")]);
+    assert_eq!(recordings(&folder.path().join("one.csv"), &options, 2).unwrap().x.shape(), [1, 2, 2]);
+}

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use taxel::data::{Npz, Recordings, recordings};
+use taxel::data::{Npz, Recordings, TableForm, TableOptions, recordings};
 use taxel::learn::{Grid, thousands};
 use taxel::{Length, Model, Options, Predictions};
 
@@ -78,6 +78,7 @@ impl Predict {
             layout: Some(card.reading.layout),
             length: self.length(&card.reading)?,
             topics: self.topics(&card.reading)?,
+            table: self.table(&card.reading),
             ..self.reading.options()
         };
         let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
@@ -109,6 +110,24 @@ impl Predict {
                 Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
             }
             (own, given) => Ok(own.or(given)),
+        }
+    }
+
+    /// The columns that the model has learned from, and what is said of these ones.
+    fn table(&self, reading: &taxel::Reading) -> TableOptions {
+        let own = reading.table.clone().unwrap_or_default();
+        let Some(given) = self.reading.table.clone() else { return own };
+        let form = match reading.layout {
+            taxel::Layout::Features => TableForm::Wide,
+            _ => TableForm::Long,
+        };
+        TableOptions {
+            form: given.form.or(Some(form)),
+            recording: given.recording.or(own.recording),
+            time: given.time.or(own.time),
+            clock: given.clock.or(own.clock),
+            columns: if given.columns.is_empty() { own.columns } else { given.columns },
+            ..given
         }
     }
 

@@ -23,7 +23,8 @@ pub struct Reading {
     #[arg(long, value_name = "RULE")]
     pub length: Option<Length>,
     /// Of a CSV table: long or wide, and the columns whose names do not say what they are, such as
-    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns).
+    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns); column=NAME for each
+    /// channel where not all numbers are.
     #[arg(long, value_name = "COLUMNS")]
     pub table: Option<TableOptions>,
     /// A topic of ROS 2 bags, or a field of one (/joint_states.effort); several are joined at the times of the first
