@@ -30,6 +30,9 @@ pub const READERS: &[Reader] = &[
     Reader { name: "npy", seeds: npy, read: |folder, bytes| class_folder(folder, "npy", bytes) },
     Reader { name: "mat", seeds: mat, read: |folder, bytes| data_set(folder, "data.mat", bytes) },
     Reader { name: "csv", seeds: csv, read: |folder, bytes| class_folder(folder, "csv", bytes) },
+    Reader { name: "parquet", seeds: parquet, read: |folder, bytes| data_set(folder, "data.parquet", bytes) },
+    Reader { name: "hdf5", seeds: hdf5, read: |folder, bytes| data_set(folder, "data.h5", bytes) },
+    Reader { name: "mcap", seeds: mcap, read: |folder, bytes| class_folder(folder, "mcap", bytes) },
     Reader { name: "ts", seeds: ts, read: |folder, bytes| ucr(folder, "ts", bytes) },
     Reader { name: "tsv", seeds: tsv, read: |folder, bytes| ucr(folder, "tsv", bytes) },
     Reader { name: "png", seeds: png, read: |folder, bytes| class_folder(folder, "png", bytes) },
@@ -227,6 +230,31 @@ fn mat() -> Vec<Vec<u8>> {
         include_bytes!("../crates/data/tests/data/grasps-v4.mat").to_vec(),
         include_bytes!("../crates/data/tests/data/grasps-v6.mat").to_vec(),
         include_bytes!("../crates/data/tests/data/grasps-v7.mat").to_vec(),
+        include_bytes!("../crates/data/tests/data/grasps-v73.mat").to_vec(),
+    ]
+}
+
+fn parquet() -> Vec<Vec<u8>> {
+    vec![
+        include_bytes!("../crates/data/tests/data/long.parquet").to_vec(),
+        include_bytes!("../crates/data/tests/data/wide.parquet").to_vec(),
+    ]
+}
+
+fn hdf5() -> Vec<Vec<u8>> {
+    vec![
+        include_bytes!("../crates/data/tests/data/plain.h5").to_vec(),
+        include_bytes!("../crates/data/tests/data/packed.h5").to_vec(),
+        include_bytes!("../crates/data/tests/data/grasps-v73.mat").to_vec(),
+    ]
+}
+
+fn mcap() -> Vec<Vec<u8>> {
+    vec![
+        include_bytes!("../crates/data/tests/data/plain.mcap").to_vec(),
+        include_bytes!("../crates/data/tests/data/lz4.mcap").to_vec(),
+        include_bytes!("../crates/data/tests/data/text.mcap").to_vec(),
+        include_bytes!("../crates/data/tests/data/press.mcap").to_vec(),
     ]
 }
 

@@ -15,7 +15,6 @@ mod error;
 #[cfg(feature = "pth")]
 mod pth;
 #[cfg(feature = "pth")]
-mod quiet;
 mod safetensors;
 
 use std::fs::File;

@@ -9,7 +9,7 @@ use candle_core::{DType, Error};
 use taxel_graph::{Tensor, Weights};
 
 use crate::error::Cause;
-use crate::quiet::caught;
+use taxel_quiet::caught;
 
 /// The number 0x1950a86a20f9469cfc6c, of which PyTorch's old format has a pickle first, of any protocol.
 const LEGACY: [u8; 10] = *b"\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";

@@ -1,7 +1,7 @@
-//! An open file of named arrays: a `.npz` archive or a MATLAB file.
+//! An open file of named arrays: a `.npz` archive, a MATLAB file or HDF5.
 
 use crate::npy::{Cap, Header};
-use crate::{Error, Result, mat, mat_text, npz};
+use crate::{Error, Result, hdf5, hdf5_text, mat, mat_text, npz};
 use std::io::Read;
 use std::path::Path;
 
@@ -12,10 +12,14 @@ pub(crate) const DATA: &str = "data.npz";
 pub(crate) enum Archive {
     Npz(npz::Archive),
     Mat(mat::Archive),
+    Hdf5(hdf5::Archive),
 }
 
 impl Archive {
     pub fn open(path: &Path) -> Result<Self> {
+        if hdf5::is_named(path) {
+            return hdf5::Archive::open(path).map(Self::Hdf5);
+        }
         match mat::is_named(path) {
             true => mat::Archive::open(path).map(Self::Mat),
             false => npz::Archive::open(path).map(Self::Npz),
@@ -27,6 +31,7 @@ impl Archive {
         match self {
             Self::Npz(npz) => &npz.arrays,
             Self::Mat(mat) => &mat.arrays,
+            Self::Hdf5(hdf5) => &hdf5.arrays,
         }
     }
 
@@ -35,12 +40,26 @@ impl Archive {
         match self {
             Self::Npz(npz) => npz.saved.clone(),
             Self::Mat(mat) => mat.saved(),
+            Self::Hdf5(hdf5) => hdf5.saved(),
+        }
+    }
+
+    /// Arrays that could be one recording, sorted.
+    pub fn recordings(&self) -> Vec<String> {
+        match self {
+            Self::Npz(npz) => npz.arrays.clone(),
+            Self::Mat(mat) => mat.recordings(),
+            Self::Hdf5(hdf5) => hdf5.recordings(),
         }
     }
 
     /// Whether labels are counted from 1.
     pub fn counts_from_one(&self) -> bool {
-        matches!(self, Self::Mat(_))
+        match self {
+            Self::Npz(_) => false,
+            Self::Mat(_) => true,
+            Self::Hdf5(hdf5) => hdf5.is_matlab(),
+        }
     }
 
     /// Opens one array and hands its header and the stream of its values to `read`.
@@ -58,14 +77,16 @@ impl Archive {
         match self {
             Self::Npz(npz) => npz.with(array, &at, read),
             Self::Mat(mat) => mat.with(array, &at, read),
+            Self::Hdf5(hdf5) => hdf5.with(array, &at, read),
         }
     }
 
-    /// The texts of a MATLAB variable that is no array of numbers.
+    /// The texts of a variable of MATLAB or HDF5 that is no array of numbers.
     pub fn texts(&mut self, file: &str, array: &str, cap: Cap) -> Result<Option<mat_text::Texts>> {
         match self {
             Self::Npz(_) => Ok(None),
             Self::Mat(mat) => mat_text::read(mat, array, &format!("{file}: {array}"), cap),
+            Self::Hdf5(hdf5) => hdf5_text::read(hdf5, array, &format!("{file}: {array}"), cap),
         }
     }
 
@@ -90,6 +111,7 @@ impl Archive {
         match self {
             Self::Npz(npz) => npz.described(),
             Self::Mat(mat) => mat.described(),
+            Self::Hdf5(hdf5) => hdf5.described(),
         }
     }
 }

@@ -74,6 +74,8 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         others,
         ignored: vec![],
         read_as: vec![],
+        topics: vec![],
+        table: None,
         is_folder: false,
         file,
     })

@@ -4,6 +4,9 @@ use std::fmt::{self, Display, Formatter};
 
 /// Stamps count as regular while they stay within this share of a step of equal steps, earliest to latest.
 const JITTER: f64 = 0.2;
+/// How many times the readings of recordings may grow when they are brought to equal steps, beyond the first few.
+const GAPS: f64 = 16.0;
+const FEW: f64 = 4096.0;
 
 /// The steps from one time stamp to the next, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,31 +53,78 @@ impl Timing {
         ((last - first) / self.step + 1e-6).floor() + 1.0
     }
 
+    /// Why recordings of so many readings are not brought to equal steps: most of what came of it would be gaps.
+    pub fn gaps(&self, recordings: &[&[f64]]) -> Option<String> {
+        let have: usize = recordings.iter().map(|times| times.len()).sum();
+        let readings: f64 = recordings.iter().map(|times| self.readings(times)).sum();
+        (readings > have as f64 * GAPS + FEW).then(|| {
+            format!(
+                "at equal steps of {:.3} ms, the median, its {have} readings would be {readings:.0}, most of them in \
+                 gaps of up to {:.3} s; cut the recording at its gaps",
+                self.step * 1e3,
+                self.longest
+            )
+        })
+    }
+
     /// Linear interpolation at equal steps from the first stamp: `values` `[time, channels]` become
     /// `[channels, readings]`.
     pub fn resampled(&self, times: &[f64], values: &[f32], channels: usize) -> Vec<f32> {
         let readings = self.readings(times) as usize;
         let mut out = vec![0.0; readings * channels];
-        let mut after = 1;
-        for i in 0..readings {
-            let time = times[0] + i as f64 * self.step;
-            while after + 1 < times.len() && times[after] < time {
-                after += 1;
-            }
-            let next = after.min(times.len() - 1);
-            let before = next.saturating_sub(1);
-            let span = times[next] - times[before];
-            let share = if span > 0.0 { ((time - times[before]) / span).min(1.0) } else { 0.0 };
+        for (i, place) in self.places(times).enumerate() {
             for channel in 0..channels {
-                let at = |row: usize| f64::from(values[row * channels + channel]);
-                let [a, b] = [at(before), at(next)];
-                // Also where the next reading is no number.
-                let value = if share == 0.0 { a } else { a + (b - a) * share };
-                out[channel * readings + i] = value as f32;
+                out[channel * readings + i] = place.value(|row| values[row * channels + channel]);
             }
         }
         out
     }
+
+    /// The same of values that stay `[time, channels]`.
+    pub fn resampled_rows(&self, times: &[f64], values: &[f32], channels: usize) -> Vec<f32> {
+        let value = |place: Place, channel| place.value(|row: usize| values[row * channels + channel]);
+        let mut out = Vec::with_capacity(self.readings(times) as usize * channels);
+        self.places(times).for_each(|place| out.extend((0..channels).map(|channel| value(place, channel))));
+        out
+    }
+
+    fn places(&self, times: &[f64]) -> impl Iterator<Item = Place> {
+        let (first, step) = (times[0], self.step);
+        places(times, (0..self.readings(times) as usize).map(move |i| first + i as f64 * step))
+    }
+}
+
+/// Where a time lies between two stamps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    before: usize,
+    next: usize,
+    share: f64,
+}
+
+impl Place {
+    /// The value there of what has a value at each stamp.
+    pub fn value(self, at: impl Fn(usize) -> f32) -> f32 {
+        let [a, b] = [self.before, self.next].map(|row| f64::from(at(row)));
+        // Also where the next reading is no number.
+        let value = if self.share == 0.0 { a } else { a + (b - a) * self.share };
+        value as f32
+    }
+}
+
+/// Where rising `times` lie among rising `stamps`, of which there is one at least.
+pub(crate) fn places(stamps: &[f64], times: impl Iterator<Item = f64>) -> impl Iterator<Item = Place> {
+    let mut after = 1;
+    times.map(move |time| {
+        while after + 1 < stamps.len() && stamps[after] < time {
+            after += 1;
+        }
+        let next = after.min(stamps.len() - 1);
+        let before = next.saturating_sub(1);
+        let span = stamps[next] - stamps[before];
+        let share = if span > 0.0 { ((time - stamps[before]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        Place { before, next, share }
+    })
 }
 
 impl Display for Timing {

@@ -15,7 +15,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 pub enum Error {
     // The path.
     #[error(
-        "{file}: no such file or folder; give a .npz, .mat or .csv, a folder with data.npz, or a folder with \
+        "{file}: no such file or folder; give a .npz, .mat, .h5 or .csv, a folder with data.npz, or a folder with \
          one sub-folder per class"
     )]
     NotFound { file: String },
@@ -24,7 +24,7 @@ pub enum Error {
     #[error("{file}: cannot be written: {why}")]
     Write { file: String, why: String },
     #[error(
-        "{file}: not a data set; give a .npz or .mat with arrays x and y, a .csv table with a column of labels, or \
+        "{file}: not a data set; give a .npz, .mat or .h5 with arrays x and y, a .csv table with a column of labels, or \
          a folder with one sub-folder per class"
     )]
     NotADataset { file: String },
@@ -75,15 +75,30 @@ pub enum Error {
     NotF32 { at: String, index: Vec<usize>, value: String },
     #[error("{at}{index:?} = {value} is not a whole number; {wanted}")]
     NotWhole { at: String, index: Vec<usize>, value: String, wanted: &'static str },
-    #[error(
-        "{file}: is a MATLAB file of version 7.3 (HDF5); save it again with save(..., '-v7'), which is what \
-         version 7 and earlier do by themselves"
-    )]
-    Matlab73 { file: String },
+    #[error("{file}: is not readable as Parquet ({why}); copy it again or write it anew")]
+    Parquet { file: String, why: String },
+    #[error("{file}: is not readable as HDF5 ({why}); copy it again or write it anew")]
+    Hdf5 { file: String, why: String },
     #[error("{file}: is not a MATLAB file of version 5 to 7 ({why}); write it with save(..., '-v7')")]
     NotMatlab { file: String, why: &'static str },
     #[error("{file}: {why}; copy it again or save it anew with save(..., '-v7')")]
     DamagedMatlab { file: String, why: String },
+    #[error("{file}: is no MCAP file; record bags with ros2 bag record --storage mcap, or convert them")]
+    NotABag { file: String },
+    #[error("{file}: {why}; copy it again, or mend it with mcap recover")]
+    DamagedBag { file: String, why: String },
+    #[error("{file}: {why}")]
+    Bag { file: String, why: String },
+    #[error(
+        "{file}: is one bag, which says no class; give the folder of several, with labels.csv in it (file,label, and of \
+         parts of a bag start,end in seconds)"
+    )]
+    OneBag { file: String },
+    #[error(
+        "{file}: holds bags but no classes; name bags by class (cup_03.mcap), put them into a folder per class, or write \
+         labels.csv (file,label)"
+    )]
+    BagsWithoutClasses { file: String },
     #[error("{at}{index:?} = {value} does not fit a signed 64-bit integer")]
     NotI64 { at: String, index: Vec<usize>, value: u64 },
 
@@ -176,7 +191,7 @@ pub enum Error {
     NoSession { file: String },
     #[error("{file}: {why}; write a first line file,label or file,label,group and a line per recording")]
     LabelTable { file: String, why: String },
-    #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .png, .jpg or .jpeg")]
+    #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .h5, .mcap, .png, .jpg or .jpeg")]
     UnknownExtension { file: String },
     #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
     MixedKinds { file: String, kind: String, first: String, first_kind: String },

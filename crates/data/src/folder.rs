@@ -1,13 +1,16 @@
 //! A folder of recordings, one file each.
 
+use crate::bags::{self, Recorded};
+use crate::hash::RowHash;
 use crate::listing::Found;
 use crate::options::{Options, refuse_set};
-use crate::ragged::Collected;
+use crate::ragged::{Collected, Ragged};
 use crate::raw::{Names, Raw, name_of};
 use crate::reading_of::time_axis;
 use crate::sample::{Kind, image_shape, read_sample};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
+use taxel_encodings::Layout;
 
 /// Most pixels along one side of a resampled image.
 const MAX_SIDE: usize = 1 << 14;
@@ -22,9 +25,71 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
         let (samples, limit) = (found.files.len() as u64, options.limits.max_samples);
         return Err(Error::TooManySamples { at: file, samples, limit });
     }
+    let Files { x, dtype, format, row_hash, origins, bags } = match kind {
+        Kind::Bag => bags(root, &found, options)?,
+        _ => files(root, &found, kind, &first, options)?,
+    };
+    let groups = match (found.groups, options.group_block) {
+        (None, Some(_)) => Some(("position".into(), found.positions)),
+        (groups, _) => groups,
+    };
+    let mut facts = found.facts;
+    facts.rate = facts.rate.or(bags.rate);
+    Ok(Raw {
+        name: name_of(root),
+        dtype,
+        format,
+        x,
+        x_name: "the files".into(),
+        y_name: found.labelled_by.into(),
+        y: found.labels,
+        columns: 1,
+        names: Some(Names { file: file.clone(), columns: vec![found.classes], is_told: true }),
+        facts,
+        groups,
+        official: None,
+        origins,
+        row_hash,
+        others: Vec::new(),
+        ignored: found.ignored,
+        read_as: [found.read_as, bags.read_as].concat(),
+        topics: bags.topics,
+        table: None,
+        is_folder: true,
+        file,
+    })
+}
+
+/// The samples of files, and what is known of them.
+struct Files {
+    x: Ragged,
+    dtype: String,
+    format: Option<Layout>,
+    row_hash: Vec<RowHash>,
+    origins: Vec<String>,
+    bags: OfBags,
+}
+
+/// What bags say beside.
+#[derive(Default)]
+struct OfBags {
+    rate: Option<f64>,
+    read_as: Vec<String>,
+    topics: Vec<String>,
+}
+
+fn bags(root: &Path, found: &Found, options: &Options) -> Result<Files> {
+    let Recorded { x, layout, row_hash, origins, read_as, rate, topics } = bags::read(root, found, options)?;
+    let bags = OfBags { rate, read_as, topics };
+    Ok(Files { x, dtype: "mcap".into(), format: Some(layout), row_hash, origins, bags })
+}
+
+/// A sample per file.
+fn files(root: &Path, found: &Found, kind: Kind, first: &str, options: &Options) -> Result<Files> {
+    let file = root.display().to_string();
     if kind == Kind::Image {
         // Before the first is decoded.
-        let shape = image_shape(Path::new(&first), options)?;
+        let shape = image_shape(Path::new(first), options)?;
         total_size(&file, found.files.len(), &shape, None, options)?;
     }
     let (mut row_hash, mut origins) = (Vec::new(), Vec::new());
@@ -42,6 +107,7 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
         collected.push(&name, &sample.shape, &sample.values, time, kind.hint())?;
         if sample.dtype != *first_dtype {
             let (kind, first_kind) = (sample.dtype, first_dtype.clone());
+            let first = first.into();
             return Err(Error::MixedKinds { file: name, kind, first, first_kind });
         }
         row_hash.push(sample.hash);
@@ -51,37 +117,14 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
     let (Some(x), Some(dtype)) = (collected.finish(), dtype) else {
         return Err(Error::NoSamples { at: file });
     };
-    let groups = match (found.groups, options.group_block) {
-        (None, Some(_)) => Some(("position".into(), found.positions)),
-        (groups, _) => groups,
-    };
-    Ok(Raw {
-        name: name_of(root),
-        dtype,
-        format: kind.layout(x.sample_shape().len()),
-        x,
-        x_name: "the files".into(),
-        y_name: found.labelled_by.into(),
-        y: found.labels,
-        columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![found.classes], is_told: true }),
-        facts: found.facts,
-        groups,
-        official: None,
-        origins,
-        row_hash,
-        others: Vec::new(),
-        ignored: found.ignored,
-        read_as: vec![],
-        is_folder: true,
-        file,
-    })
+    let format = kind.layout(x.sample_shape().len());
+    Ok(Files { x, dtype, format, row_hash, origins, bags: OfBags::default() })
 }
 
 fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
     let Some(size) = options.resize else { return Ok(()) };
-    let why = if kind != Kind::Image {
-        "applies to PNG and JPEG files only; leave it out"
+    let why = if !matches!(kind, Kind::Image | Kind::Bag) {
+        "applies to PNG and JPEG files and to bags of images only; leave it out"
     } else if size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
         "is [height, width] in pixels, each 1..16384"
     } else {
@@ -93,7 +136,7 @@ fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
 fn refuse_array_options(file: &str, kind: Kind, found: &Found, options: &Options) -> Result<()> {
     let default = Options::default();
     let set = [
-        ("x", options.x != default.x && kind != Kind::Mat),
+        ("x", options.x != default.x && !matches!(kind, Kind::Mat | Kind::Hdf5)),
         ("y", options.y != default.y && !found.is_table),
         ("group", options.group.is_some() && !found.is_table),
         ("test", options.test.is_some()),

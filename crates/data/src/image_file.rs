@@ -136,6 +136,11 @@ fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     (by_plane(&small, colours).map(|value| value * white).collect(), hash)
 }
 
+/// A grey image `[H, W]` of values from 0 to `white`, resampled as image files are.
+pub(crate) fn shrunk(values: &[f32], stored: [usize; 2], size: [usize; 2], white: f32) -> Vec<f32> {
+    planes::<Luma<f32>, f32>(values, &stored, Some(size), white).0
+}
+
 /// The values of pixel after pixel as one plane per colour.
 fn by_plane<T: Copy>(values: &[T], colours: usize) -> impl Iterator<Item = T> {
     (0..colours).flat_map(move |colour| values.iter().skip(colour).step_by(colours).copied())

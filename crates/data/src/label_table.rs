@@ -1,5 +1,6 @@
 //! A folder of recordings whose classes a table says: `labels.csv` with `file,label[,group]`.
 
+use crate::bags::is_bag;
 use crate::labels::by_name;
 use crate::listing::{Found, Listing};
 use crate::options::Options;
@@ -14,8 +15,10 @@ pub(crate) const LABELS: &str = "labels.csv";
 /// Reads the table of the folder `root`: a header, then a row per recording, its path below the folder, its
 /// class and, where there is such a column, its group. Other columns are for people.
 ///
+/// Columns `start` and `end` cut bags into parts: seconds from its first message, the end not included.
+///
 /// The columns `label` and `group` may bear other names: [`Options::y`] and [`Options::group`].
-pub(crate) fn read(root: &Path, top: Listing, options: &Options) -> Result<Found> {
+pub(crate) fn read(root: &Path, top: &Listing, options: &Options) -> Result<Found> {
     let path = root.join(LABELS);
     let file = path.display().to_string();
     let refuse = |why: String| Error::LabelTable { file: file.clone(), why };
@@ -36,15 +39,30 @@ pub(crate) fn read(root: &Path, top: Listing, options: &Options) -> Result<Found
         Some(name) => Some((needed(name)?, name.clone())),
         None => place("group").map(|at| (at, "group".to_string())),
     };
-    let (mut files, mut labels, mut groups) = (vec![], vec![], vec![]);
-    let mut seen: HashMap<PathBuf, u64> = HashMap::new();
+    let of_span = place("start").zip(place("end"));
+    let (mut files, mut labels, mut groups, mut spans) = (vec![], vec![], vec![], vec![]);
+    let mut seen: HashMap<(PathBuf, String), u64> = HashMap::new();
     for record in reader.records() {
         let record = record.map_err(csv)?;
         let line = record.position().map_or(0, csv::Position::line);
         let field = |at: usize| record.get(at).unwrap_or_default();
         let own = recording(root, field(of_file)).map_err(|why| refuse(format!("line {line}: {why}")))?;
-        if let Some(first) = seen.insert(own.clone(), line) {
+        let span = of_span.filter(|_| is_bag(&own)).map(|(start, end)| [field(start), field(end)]);
+        let part = span.map_or(String::new(), |span| span.join(" to "));
+        if let Some(first) = seen.insert((own.clone(), part.clone()), line) {
             return Err(refuse(format!("lines {first} and {line} are both {:?}", field(of_file))));
+        }
+        if let Some(span) = span {
+            let seconds = span.map(|text| text.parse::<f64>().ok());
+            let [Some(start), Some(end)] = seconds else {
+                return Err(refuse(format!(
+                    "line {line}: start and end are {part:?}, not two numbers of seconds"
+                )));
+            };
+            if !(start < end) {
+                return Err(refuse(format!("line {line}: end is not after start ({part} s)")));
+            }
+            spans.push([start, end]);
         }
         let group = of_group.as_ref().map(|(at, _)| *at);
         let empty = [Some(of_label), group].into_iter().flatten().find(|at| field(*at).is_empty());
@@ -67,13 +85,15 @@ pub(crate) fn read(root: &Path, top: Listing, options: &Options) -> Result<Found
         groups: of_group.map(|(_, name)| (name, numbers(by_name(groups).1))),
         labelled_by: LABELS,
         is_table: true,
+        // A table that parts bags parts them all.
+        spans: Some(spans).filter(|spans| spans.len() == files.len()),
         files,
         ..Found::default()
     };
     let listed: HashSet<&PathBuf> = found.files.iter().collect();
     let unlisted: Vec<_> =
-        top.files.into_iter().filter(|own| *own != path && !listed.contains(own)).collect();
-    found.pass_over(root, top.ignored.into_iter().chain(unlisted));
+        top.files.iter().filter(|own| **own != path && !listed.contains(own)).cloned().collect();
+    found.pass_over(root, top.ignored.iter().cloned().chain(unlisted));
     Ok(found)
 }
 
@@ -85,7 +105,7 @@ fn recording(root: &Path, name: &str) -> Result<PathBuf, String> {
         return Err(format!("file is {name:?}; give a path below the folder of the table"));
     }
     let path = root.join(Path::new(name).components().collect::<PathBuf>());
-    match path.is_file() {
+    match path.is_file() || is_bag(&path) {
         true => Ok(path),
         false => Err(format!("there is no file {name:?} in the folder of the table")),
     }

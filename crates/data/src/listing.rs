@@ -1,5 +1,6 @@
 //! Which files below a folder are recordings, of which class and group.
 
+use crate::bags::is_bag;
 use crate::labels::by_name;
 use crate::order::in_order;
 use crate::raw::Facts;
@@ -26,6 +27,10 @@ pub(crate) struct Found {
     pub facts: Facts,
     /// What was passed over, as paths below the folder.
     pub ignored: Vec<String>,
+    /// Of recordings that are parts of files, from when to when in seconds.
+    pub spans: Option<Vec<[f64; 2]>>,
+    /// How the folder was taken where it could be taken otherwise, for people.
+    pub read_as: Vec<String>,
 }
 
 /// What lies right under a folder.
@@ -45,7 +50,7 @@ pub(crate) fn list(folder: &Path) -> Result<Listing> {
     }
     paths.sort();
     let (ignored, paths): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| is_junk(path));
-    let (folders, files) = paths.into_iter().partition(|path| path.is_dir());
+    let (folders, files) = paths.into_iter().partition(|path| path.is_dir() && !is_bag(path));
     Ok(Listing { folders, files, ignored })
 }
 
@@ -57,12 +62,12 @@ fn is_junk(path: &Path) -> bool {
 }
 
 /// The recordings of `class/file`, or of `class/session/file` with the session as group.
-pub(crate) fn per_class(root: &Path, top: Listing) -> Result<Found> {
+pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<Found> {
     let mut found = Found { labelled_by: "the class folders", ..Found::default() };
-    found.pass_over(root, top.ignored.into_iter().chain(top.files));
+    found.pass_over(root, top.ignored.iter().chain(&top.files).cloned());
     let mut sessions: Vec<Option<String>> = vec![];
-    for (label, class) in top.folders.into_iter().enumerate() {
-        let listing = list(&class)?;
+    for (label, class) in top.folders.iter().enumerate() {
+        let listing = list(class)?;
         let is_nested = !listing.folders.is_empty();
         if let (Some(folder), true) = (listing.folders.first(), !listing.files.is_empty()) {
             return Err(Error::NestedFolder { file: folder.display().to_string() });
@@ -87,7 +92,7 @@ pub(crate) fn per_class(root: &Path, top: Listing) -> Result<Found> {
         let count = found.files.len() - before;
         found.labels.extend(std::iter::repeat_n(label as i64, count));
         found.positions.extend(0..count as i64);
-        found.classes.push(last(&class));
+        found.classes.push(last(class));
     }
     let named: Vec<String> = sessions.iter().flatten().cloned().collect();
     if !named.is_empty() {
@@ -131,6 +136,7 @@ impl Found {
             classes: order.iter().map(|class| self.classes[*class].clone()).collect(),
             positions: moved(&self.positions),
             groups: self.groups.map(|(name, values)| (name, moved(&values))),
+            spans: self.spans.map(|spans| rows.iter().map(|row| spans[*row]).collect()),
             ..self
         }
     }

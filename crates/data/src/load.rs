@@ -2,6 +2,7 @@
 
 use crate::archive::DATA;
 use crate::assemble::assemble;
+use crate::bags::is_bag;
 use crate::card::Card;
 use crate::dataset::Dataset;
 use crate::label_table::LABELS;
@@ -10,7 +11,7 @@ use crate::names_file::{self, NAMES};
 use crate::one_hot::Columns;
 use crate::options::Options;
 use crate::raw::Raw;
-use crate::{Error, Result, arrays, folder, label_table, listing, mat, table, ucr};
+use crate::{Error, Result, arrays, bag_names, folder, hdf5, label_table, lerobot, listing, mat, table, ucr};
 use std::io;
 use std::path::Path;
 
@@ -23,14 +24,19 @@ use std::path::Path;
 ///   `X`, `data`, `Y`, `labels` stand for `x` and `y`; `X_train`, `y_train`, `X_test`, `y_test` are an official
 ///   split; one array per recording beside its labels is a set of recordings.
 /// - `.mat` of MATLAB 5 to 7: the same with variables for arrays, samples along the first axis; numbers of
-///   any class, labels a row or a column, counted from 1 or from 0, or texts. Version 7.3 is refused.
+///   any class, labels a row or a column, counted from 1 or from 0, or texts. Of version 7.3 too, which is HDF5.
+/// - `.h5`, `.hdf5`: the same as in a `.npz` with data sets for arrays, those of groups by their path (`day1/x`).
 /// - folder of recordings: `class/file`, `class/session/file` (the session is the group), or files with
-///   `labels.csv` beside them (`file,label[,group]`); files in counting order; CSV (rows = time, columns =
-///   channels) as `[C, T]`, NPY as stored, of a `.mat` its one array or the one named by
+///   `labels.csv` beside them (`file,label[,group]`); files in counting order; bags of ROS 2 in MCAP, a file each or
+///   the folder that rosbag2 makes, of which [`Options::topics`] are read as `[C, T]` or, of images, `[T, H, W]`,
+///   at equal steps of time, and whose names may say the class (`cup_03.mcap`); CSV (rows = time, columns =
+///   channels) as `[C, T]`, NPY as stored, of a `.mat` or `.h5` its one array or the one named by
 ///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
-/// - `.csv` or `.tsv` table with a header: wide, a row per sample `[F]`, or long, a row per reading, rows of one
+/// - `.csv` or `.tsv` table with a header, or `.parquet`, whose lists are columns `name.0`, `name.1`, ...: wide, a row per sample `[F]`, or long, a row per reading, rows of one
 ///   recording being its readings over time `[C, T]`; [`Options::table`] says what its columns are. Long recordings
 ///   with irregular time stamps are linearly interpolated onto the median step.
+/// - folder of LeRobot, with `meta/info.json` and `data/**/*.parquet`: its episodes are the recordings `[C, T]`, its
+///   observations the channels, tasks or `labels.csv` (`episode,label`) the classes.
 /// - pair of files of the UCR and UEA archives: `GunPoint`, or the folder with both, reads `GunPoint_TRAIN.ts`
 ///   and `GunPoint_TEST.ts` (or `.tsv`, `.txt`, `.arff`) as `[C, T]`, with their split in [`Dataset::official`].
 ///
@@ -109,6 +115,10 @@ pub fn survey(path: &Path, options: &Options) -> Result<Survey> {
 }
 
 pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
+    refuse_topics(find(path, options)?, options)
+}
+
+fn find(path: &Path, options: &Options) -> Result<Raw> {
     let file = path.display().to_string();
     if let Some(pair) = ucr::find(path) {
         return ucr::read(path, &pair, options);
@@ -117,6 +127,9 @@ pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
         io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
         kind => Error::Io { file: file.clone(), kind },
     })?;
+    if is_bag(path) {
+        return Err(Error::OneBag { file });
+    }
     if metadata.is_file() {
         return match (is_archive(path), table::is_named(path)) {
             (true, _) => arrays::read(path, options),
@@ -127,13 +140,19 @@ pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
     if !metadata.is_dir() {
         return Err(Error::NotADataset { file });
     }
+    if lerobot::is_set(path) {
+        return lerobot::read(path, options, true);
+    }
     let data = path.join(DATA);
     if data.is_file() {
         return arrays::read(&data, options);
     }
     let top = list(path)?;
-    if is_labelled(path, &top) {
-        return folder::read(path, labelled(path, top, options)?, options);
+    if let Some(found) = labelled(path, &top, options)? {
+        return folder::read(path, found, options);
+    }
+    if top.files.iter().any(|own| is_bag(own)) {
+        return Err(Error::BagsWithoutClasses { file });
     }
     let archives: Vec<String> = top
         .files
@@ -148,29 +167,43 @@ pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
     Err(Error::NoDatasetInFolder { file, hint })
 }
 
-/// Whether a folder says what its recordings are: by a table, or by folders of classes.
-pub(crate) fn is_labelled(path: &Path, top: &Listing) -> bool {
-    path.join(LABELS).is_file() || !top.folders.is_empty()
-}
-
-/// The recordings of such a folder; `labels.json` in it may say what the readings are, and the order of the
-/// classes.
-pub(crate) fn labelled(path: &Path, top: Listing, options: &Options) -> Result<Found> {
-    let mut found = match path.join(LABELS).is_file() {
-        true => label_table::read(path, top, options),
-        false => listing::per_class(path, top),
-    }?;
+/// The recordings of a folder that says what they are, by a table, by folders of classes or by the names of bags; none
+/// otherwise. `labels.json` in it may say what the readings are, and the order of the classes.
+pub(crate) fn labelled(path: &Path, top: &Listing, options: &Options) -> Result<Option<Found>> {
+    let found = if path.join(LABELS).is_file() {
+        Some(label_table::read(path, top, options)?)
+    } else if let Some(found) = bag_names::per_name(path, top)? {
+        Some(found)
+    } else if top.folders.is_empty() {
+        None
+    } else {
+        Some(listing::per_class(path, top)?)
+    };
+    let Some(mut found) = found else { return Ok(None) };
     let names = path.join(NAMES);
     found.ignored.retain(|own| own != NAMES);
     let (order, facts) = names_file::of_named(&[names], &found.classes, &options.limits)?;
     found.facts = facts;
-    Ok(match order {
+    Ok(Some(match order {
         Some(order) => found.in_order(&order),
         None => found,
-    })
+    }))
+}
+
+/// Refuses options that say nothing of what was read.
+pub(crate) fn refuse_topics(raw: Raw, options: &Options) -> Result<Raw> {
+    match options.topics.is_empty() || !raw.topics.is_empty() {
+        true => Ok(raw),
+        false => {
+            let why = "names topics of bags, of which there are none; leave it out";
+            Err(Error::Option { file: raw.file, option: "topics", why })
+        }
+    }
 }
 
 /// Whether a path is named as a file of arrays.
 pub(crate) fn is_archive(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz")) || mat::is_named(path)
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"))
+        || mat::is_named(path)
+        || hdf5::is_plain(path)
 }

@@ -161,9 +161,6 @@ fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
     let not = |why| Error::NotMatlab { file: file.into(), why };
     let mut start = [0; START as usize];
     let got = read_up_to(reader, &mut start).map_err(|e| Error::Io { file: file.into(), kind: e.kind() })?;
-    if start.starts_with(b"\x89HDF") || start.starts_with(b"MATLAB 7.3") {
-        return Err(Error::Matlab73 { file: file.into() });
-    }
     if got < start.len() {
         return Err(not("it ends before its header does"));
     }

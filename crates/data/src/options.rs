@@ -81,6 +81,9 @@ pub struct Options {
     pub length: Option<Length>,
     /// Of a CSV table: what its columns are.
     pub table: TableOptions,
+    /// Topics of bags, joined as channels at the times of the first; `/joint_states.effort` is a field of one. Default
+    /// the one topic that holds numbers or images.
+    pub topics: Vec<String>,
     /// Ceilings on sizes.
     pub limits: Limits,
 }
@@ -104,6 +107,7 @@ impl Default for Options {
             rate: None,
             length: None,
             table: TableOptions::default(),
+            topics: Vec::new(),
             limits: Limits::default(),
         }
     }

@@ -3,6 +3,7 @@
 use crate::hash::RowHash;
 use crate::ragged::Ragged;
 use crate::source::Source;
+use crate::table_options::TableOptions;
 use taxel_encodings::Layout;
 
 /// A data set as stored: structurally sound, content unchecked.
@@ -39,6 +40,10 @@ pub(crate) struct Raw {
     pub ignored: Vec<String>,
     /// How the file was taken where it could be taken otherwise, for people.
     pub read_as: Vec<String>,
+    /// Of a table what its columns were.
+    pub table: Option<TableOptions>,
+    /// Of bags the topics that were read.
+    pub topics: Vec<String>,
     /// Whether `origins` are paths below `file`.
     pub is_folder: bool,
 }
@@ -65,6 +70,8 @@ impl Raw {
             others: vec![],
             ignored: vec![],
             read_as: vec![],
+            topics: vec![],
+            table: None,
             is_folder: false,
         }
     }

@@ -1,6 +1,7 @@
 //! What one raw sample is.
 
 use crate::length::Length;
+use crate::table_options::TableOptions;
 use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
 
@@ -18,6 +19,12 @@ pub struct Reading {
     /// How a recording of any length became one of this shape; none where recordings are taken as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
+    /// Of a table what its columns were, channels in their order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<TableOptions>,
+    /// Of bags the topics that were read, in the order of their channels.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub topics: Vec<String>,
     /// Unit of the values, such as `N`, where somebody says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -40,6 +47,8 @@ impl Reading {
             shape: shape.to_vec(),
             channels: None,
             length: None,
+            topics: vec![],
+            table: None,
             unit: None,
             rate: None,
             full_scale: None,

@@ -75,6 +75,8 @@ pub(crate) fn reading(
     Ok(Reading {
         channels: options.channels.clone(),
         length: rule,
+        topics: raw.topics.clone(),
+        table: raw.table.clone(),
         unit: raw.facts.unit.clone(),
         rate,
         full_scale: raw.facts.full_scale,

@@ -1,11 +1,12 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
 use crate::archive::{Archive, DATA};
+use crate::bags::is_bag;
 use crate::cut::cut;
 use crate::length::Length;
 use crate::lengths::Lengths;
 use crate::listing::{Listing, list, unsorted};
-use crate::load::{is_archive, is_labelled, labelled};
+use crate::load::{is_archive, labelled, refuse_topics};
 use crate::one_hot::settle;
 use crate::one_length::refuse_channels;
 use crate::options::Options;
@@ -15,7 +16,7 @@ use crate::reading_of::time_axis;
 use crate::roles::{self, Roles};
 use crate::sample::Kind;
 use crate::validate::channels;
-use crate::{Error, Result, array, arrays, folder, table, ucr};
+use crate::{Error, Result, array, arrays, folder, hdf5, lerobot, mat, table, ucr};
 use ndarray::{ArrayD, Axis};
 use std::path::Path;
 
@@ -51,6 +52,7 @@ pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordi
         Some(raw) => raw,
         None => open(path, options, rank)?,
     };
+    raw = refuse_topics(raw, options)?;
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
     let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len());
@@ -78,16 +80,22 @@ pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordi
 
 /// Whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.
 pub fn are_images(path: &Path) -> bool {
-    hold_images(path, 3)
+    hold(path, Kind::Image, 3)
 }
 
-fn hold_images(path: &Path, levels: usize) -> bool {
-    if !path.is_dir() {
-        return Kind::of(path) == Some(Kind::Image);
+/// Whether the recordings at `path` are bags of ROS 2.
+pub fn are_bags(path: &Path) -> bool {
+    hold(path, Kind::Bag, 3)
+}
+
+fn hold(path: &Path, kind: Kind, levels: usize) -> bool {
+    let own = Kind::of(path);
+    if !path.is_dir() || own.is_some() {
+        return own == Some(kind);
     }
     let below = |top: Listing| {
         let all = top.files.into_iter().chain(top.folders);
-        all.into_iter().any(|path| hold_images(&path, levels - 1))
+        all.into_iter().any(|path| hold(&path, kind, levels - 1))
     };
     levels > 0 && !path.join(DATA).is_file() && list(path).is_ok_and(below)
 }
@@ -151,6 +159,10 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
         let is_labelled = !raw.y.is_empty();
         Ok((raw, is_labelled))
     };
+    if is_bag(path) {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        return Ok((folder::read(folder, unsorted(vec![path.to_path_buf()]), options)?, false));
+    }
     if path.is_file() {
         if table::is_table(path, options, rank) {
             let raw = table::read_unlabelled(path, options)?;
@@ -166,13 +178,18 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     if !path.is_dir() {
         return Err(Error::NotFound { file });
     }
+    if lerobot::is_set(path) {
+        let raw = lerobot::read(path, options, false)?;
+        let is_labelled = !raw.y.is_empty();
+        return Ok((raw, is_labelled));
+    }
     let data = path.join(DATA);
     if data.is_file() {
         return archive(&data);
     }
     let top = list(path)?;
-    if is_labelled(path, &top) {
-        return Ok((folder::read(path, labelled(path, top, options)?, options)?, true));
+    if let Some(found) = labelled(path, &top, options)? {
+        return Ok((folder::read(path, found, options)?, true));
     }
     match top.files.is_empty() {
         true => Err(Error::NoDatasetInFolder { file, hint: String::new() }),
@@ -180,9 +197,9 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
     }
 }
 
-/// Whether a MATLAB file holds one recording of `rank` axes and not a set of them.
+/// Whether a MATLAB or HDF5 file holds one recording of `rank` axes and not a set of them.
 fn is_one_recording(path: &Path, options: &Options, rank: usize) -> bool {
-    if !crate::mat::is_named(path) {
+    if !mat::is_named(path) && !hdf5::is_plain(path) {
         return false;
     }
     let Ok(mut archive) = Archive::open(path) else { return false };

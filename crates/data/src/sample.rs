@@ -1,10 +1,12 @@
 //! One recording in a file of its own.
 
+use crate::archive::Archive;
+use crate::bags::is_bag;
 use crate::hash::{RowHash, hash_row};
 use crate::npy;
 use crate::options::{Limits, Options};
 use crate::text::read_text;
-use crate::{Error, Result, csv_file, image_file, mat};
+use crate::{Error, Result, csv_file, image_file};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -16,16 +18,23 @@ pub(crate) enum Kind {
     Csv,
     Npy,
     Mat,
+    Hdf5,
     Image,
+    /// A file of MCAP, or the folder that rosbag2 makes of it.
+    Bag,
 }
 
 impl Kind {
     pub fn of(path: &Path) -> Option<Self> {
+        if is_bag(path) {
+            return Some(Self::Bag);
+        }
         let extension = path.extension()?.to_string_lossy().to_lowercase();
         match extension.as_str() {
             "csv" => Some(Self::Csv),
             "npy" => Some(Self::Npy),
             "mat" => Some(Self::Mat),
+            "h5" | "hdf5" => Some(Self::Hdf5),
             "png" | "jpg" | "jpeg" => Some(Self::Image),
             _ => None,
         }
@@ -36,7 +45,9 @@ impl Kind {
             Self::Csv => "CSV",
             Self::Npy => "NPY",
             Self::Mat => "MAT",
+            Self::Hdf5 => "HDF5",
             Self::Image => "an image",
+            Self::Bag => "a bag",
         }
     }
 
@@ -46,7 +57,7 @@ impl Kind {
             (Self::Image, 3) => Some(Layout::Colour),
             (Self::Image, _) => Some(Layout::Image),
             (Self::Csv, _) => Some(Layout::Series),
-            (Self::Npy | Self::Mat, _) => None,
+            (Self::Npy | Self::Mat | Self::Hdf5 | Self::Bag, _) => None,
         }
     }
 
@@ -54,7 +65,7 @@ impl Kind {
     pub fn hint(self) -> &'static str {
         match self {
             Self::Csv | Self::Mat => " but for time (channels, time): use the same channels throughout",
-            Self::Npy => " but for time",
+            Self::Npy | Self::Hdf5 | Self::Bag => " but for time",
             Self::Image => ": set resize = [height, width], or use grey or colour throughout",
         }
     }
@@ -100,17 +111,18 @@ pub(crate) fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<
             let header = npy::read_header(&mut reader, &file)?;
             one(&header, &mut reader, &file, limits)
         }
-        Kind::Mat => {
-            let mut archive = mat::Archive::open(path)?;
+        Kind::Mat | Kind::Hdf5 => {
+            let mut archive = Archive::open(path)?;
             let (held, described) = (archive.recordings(), archive.described());
             let name = match held.as_slice() {
                 [one] => one.clone(),
                 _ if held.contains(&options.x) => options.x.clone(),
                 _ => return Err(Error::missing(&file, &options.x, &described, "x")),
             };
-            let at = format!("{file}: {name}");
-            archive.with(&name, &at, |header, reader, at| one(header, reader, at, limits))
+            archive.with(&file, &name, "x", |header, reader, at| one(header, reader, at, limits))
         }
+        // Of several together, which have one clock.
+        Kind::Bag => Err(Error::OneBag { file }),
         Kind::Image => {
             let picture = image_file::read(path, &file, options.resize, limits)?;
             Ok(Sample {

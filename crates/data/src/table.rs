@@ -1,29 +1,36 @@
-//! One CSV table of many recordings.
+//! One table of many recordings, in CSV or Parquet.
 
 use crate::labels::by_name;
 use crate::options::{Options, refuse_set};
 use crate::ragged::Collected;
-use crate::raw::{Names, Raw, name_of};
+use crate::raw::{Facts, Names, Raw, name_of};
 use crate::table_columns::{TableColumns, recording_in};
 use crate::table_long::{self, Recording};
 use crate::table_options::{TableForm, TableOptions};
 use crate::table_text::{Row, TableText};
-use crate::{Error, Result, arrays, names_file};
+use crate::{Error, Result, arrays, names_file, parquet_file};
+use std::collections::HashMap;
 use std::path::Path;
 use taxel_encodings::Layout;
 
 /// Whether a path is named as a table.
 pub(crate) fn is_named(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("tsv"))
+    let is_text = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("tsv");
+    path.extension().is_some_and(is_text) || parquet_file::is_named(path)
 }
 
 /// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
 pub(crate) fn is_table(path: &Path, options: &Options, rank: usize) -> bool {
     let says = || {
         let table = TableText::open(path, &options.limits);
-        table.is_ok_and(|table| recording_in(&table.header).is_some())
+        let named =
+            |header: &[String]| options.table.recording.as_ref().is_some_and(|name| header.contains(name));
+        table.is_ok_and(|table| recording_in(&table.header).is_some() || named(&table.header))
     };
-    is_named(path) && (rank == 1 || options.table != TableOptions::default() || says())
+    // A model's columns alone do not make a table of a file.
+    let is_told = options.table.form.is_some()
+        || options.table.columns.is_empty() && options.table != TableOptions::default();
+    is_named(path) && (rank == 1 || parquet_file::is_named(path) || is_told || says())
 }
 
 /// Reads a table with labels.
@@ -48,20 +55,41 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
     let default = Options::default();
     refuse_set(&file, &[("x", options.x != default.x), ("resize", options.resize.is_some())], why)?;
     let table = TableText::open(path, &options.limits)?;
-    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
+    let beside = names_file::lenient(path, &options.limits)?;
+    taken(&table, name_of(path), beside, options, needs_labels, None)
+}
+
+/// Reads a table that is open; `told` says the label of each recording in the place of a column.
+pub(crate) fn taken(
+    table: &TableText,
+    set: String,
+    beside: (Option<Names>, Facts),
+    options: &Options,
+    needs_labels: bool,
+    told: Option<&HashMap<String, String>>,
+) -> Result<Raw> {
+    let file = table.file.clone();
+    let columns = TableColumns::of(&table.header, &file, options, needs_labels && told.is_none())?;
     let (channels, texts) = table.numeric(columns.rest.clone())?;
     if channels.is_empty() {
         let held = table.header.join(", ");
         return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
     }
-    let (names, mut facts) = names_file::lenient(path, &options.limits)?;
+    let (names, mut facts) = beside;
     let mut collected = Collected::new(&file, options.limits);
-    let (all, timing) = match columns.form {
-        TableForm::Wide => (wide(&table, &columns, &channels, options, &mut collected)?, None),
-        TableForm::Long => table_long::read(&table, &columns, &channels, options, &mut collected)?,
+    let (mut all, timing) = match columns.form {
+        TableForm::Wide => (wide(table, &columns, &channels, options, &mut collected)?, None),
+        TableForm::Long => table_long::read(table, &columns, &channels, options, &mut collected)?,
     };
     if let Some(timing) = &timing {
         facts.rate = Some(timing.rate());
+    }
+    if let Some(told) = told {
+        for own in &mut all {
+            let label = told.get(&own.name).cloned();
+            let why = || table.refuse(format!("recording {:?} has no row in labels.csv", own.name));
+            own.label = Some(label.ok_or_else(why)?);
+        }
     }
     let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let name = |at: usize| table.header[at].clone();
@@ -71,14 +99,14 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
         TableForm::Wide => Layout::Features,
         TableForm::Long => Layout::Series,
     };
-    let mut read_as = vec![described(&table, &columns, channels.len())];
+    let mut read_as = vec![described(table, &columns, channels.len())];
     read_as.extend(timing.map(|timing| timing.to_string()));
     let used: Vec<usize> = columns.used().collect();
     let is_text = |at: &usize| texts.contains(at);
     let is_other = |at: &usize| !used.contains(at) && !channels.contains(at) && !is_text(at);
     Ok(Raw {
-        name: name_of(path),
-        dtype: "csv".into(),
+        name: set,
+        dtype: table.dtype().into(),
         format: Some(kind),
         row_hash: x.hashes(),
         x,
@@ -97,9 +125,26 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
             .map(|at| format!("column {:?}", name(at)))
             .collect(),
         read_as,
+        topics: vec![],
+        table: Some(remembered(table, &columns, &channels)),
         is_folder: false,
         file,
     })
+}
+
+/// What another table must hold to be read alike; a row there is what it is here by its columns.
+fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> TableOptions {
+    let name = |at: usize| table.header[at].clone();
+    let is_long = columns.form == TableForm::Long;
+    let time = columns.time.filter(|_| is_long);
+    TableOptions {
+        form: None,
+        recording: columns.recording.filter(|_| is_long).map(name),
+        time: time.map(|(at, _)| name(at)),
+        clock: time.map(|(_, clock)| clock),
+        ignore: vec![],
+        columns: channels.iter().copied().map(name).collect(),
+    }
 }
 
 /// How the table was taken, for the card.

@@ -23,7 +23,7 @@ pub(crate) struct TableColumns {
     pub group: Option<usize>,
     /// Marks of the samples to test on.
     pub test: Option<usize>,
-    /// Columns that may be channels: all others but those to be ignored.
+    /// Columns that may be channels: those that are named, or all others but those to be ignored.
     pub rest: Vec<usize>,
 }
 
@@ -75,7 +75,11 @@ impl TableColumns {
             name.is_empty() || table.ignore.contains(name) || is_no_reading(name)
         };
         let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(&header.names[*at]);
-        let rest = (0..header.names.len()).filter(is_free).collect();
+        let told = |name: &String| header.named(name, "table.columns");
+        let rest = match table.columns.is_empty() {
+            true => (0..header.names.len()).filter(is_free).collect(),
+            false => table.columns.iter().map(told).collect::<Result<_>>()?,
+        };
         Ok(Self { form, recording, time, label, group, test, rest })
     }
 

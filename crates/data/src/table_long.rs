@@ -68,6 +68,9 @@ pub(crate) fn read(
     }
     let uneven = timing.filter(|timing| !timing.is_regular);
     if let Some(timing) = &uneven {
+        if let Some(why) = timing.gaps(&stamps) {
+            return Err(table.refuse(why));
+        }
         let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
         refuse_values(table, readings * channels.len() as f64, options)?;
     }

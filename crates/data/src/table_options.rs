@@ -38,6 +38,9 @@ pub struct TableOptions {
     /// Columns that are no channels, such as `id`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
+    /// Columns that are the channels, in this order. Default all that hold numbers and have no other part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub columns: Vec<String>,
 }
 
 /// What a row of a table is.
@@ -70,7 +73,7 @@ pub enum Clock {
 /// A text that does not say how a table is read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{text:?} is neither long nor wide, nor recording=NAME, time=NAME, clock=s, ms, us or ns, or ignore=NAME; part several \
+    "{text:?} is neither long nor wide, nor recording=NAME, time=NAME, clock=s, ms, us or ns, ignore=NAME or column=NAME; part several \
      with commas"
 )]
 pub struct NotATable {
@@ -120,13 +123,14 @@ impl TableOptions {
     /// The same as a config says it: `table = { form = "long" }`.
     pub fn key(&self) -> String {
         let word = |key: &str, word: Option<&str>| word.map(|word| format!("{key} = {word:?}"));
-        let ignore = (!self.ignore.is_empty()).then(|| format!("ignore = {:?}", self.ignore));
+        let list = |key: &str, names: &[String]| (!names.is_empty()).then(|| format!("{key} = {names:?}"));
         let keys = [
             word("form", self.form.map(TableForm::name)),
             word("recording", self.recording.as_deref()),
             word("time", self.time.as_deref()),
             word("clock", self.clock.map(Clock::name)),
-            ignore,
+            list("ignore", &self.ignore),
+            list("columns", &self.columns),
         ];
         format!("table = {{ {} }}", keys.into_iter().flatten().collect::<Vec<_>>().join(", "))
     }
@@ -151,6 +155,7 @@ impl FromStr for TableOptions {
                 Some(("time", name)) if !name.is_empty() => table.time = Some(name.into()),
                 Some(("clock", name)) if Clock::named(name).is_some() => table.clock = Clock::named(name),
                 Some(("ignore", name)) if !name.is_empty() => table.ignore.push(name.into()),
+                Some(("column", name)) if !name.is_empty() => table.columns.push(name.into()),
                 _ => return Err(NotATable { text: word.into() }),
             }
         }

@@ -1,19 +1,28 @@
-//! The cells of a CSV table, with the place of each for messages.
+//! The cells of a table in CSV or Parquet, with the place of each for messages.
 
 use crate::options::Limits;
+use crate::parquet_file::{self, ParquetFile};
 use crate::text::read_text;
 use crate::{Error, Result, csv_file};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A table as text: its header, and its rows one after the other.
 pub(crate) struct TableText {
     pub file: String,
     pub header: Vec<String>,
-    text: String,
-    separator: u8,
+    source: Source,
 }
 
-/// One row.
+enum Source {
+    Csv {
+        text: String,
+        separator: u8,
+    },
+    /// Of equal columns, one after the other.
+    Parquet(Vec<ParquetFile>),
+}
+
+/// One row; `line` is its line in CSV, its number in Parquet.
 pub(crate) struct Row<'t> {
     pub line: u64,
     record: &'t csv::StringRecord,
@@ -22,28 +31,10 @@ pub(crate) struct Row<'t> {
 
 impl TableText {
     pub fn open(path: &Path, limits: &Limits) -> Result<Self> {
-        let file = path.display().to_string();
-        let mut text = read_text(path, limits)?;
-        if text.starts_with('\u{feff}') {
-            text.drain(..'\u{feff}'.len_utf8());
-        }
-        let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
-        // Of several equally frequent ones the last: the comma.
-        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
-        let mut table = Self { file, header: vec![], text, separator };
-        let mut reader = table.reader();
-        let mut header = csv::StringRecord::new();
-        let is_there = reader.read_record(&mut header).map_err(|e| table.csv(e))?;
-        table.header = header.iter().map(String::from).collect();
-        if !is_there || table.header.iter().all(String::is_empty) {
-            return Err(Error::EmptyFile { file: table.file });
-        }
-        if table.header.iter().all(|name| name.parse::<f64>().is_ok()) {
-            let why = "its first line is all numbers; write the names of the columns there, or, where the file is \
-                       one recording, put it in a folder of its class";
-            return Err(table.refuse(why.into()));
-        }
+        let table = match parquet_file::is_named(path) {
+            true => Self::of_parquet(path, limits)?,
+            false => Self::of_csv(path, limits)?,
+        };
         let twice = table
             .header
             .iter()
@@ -55,24 +46,84 @@ impl TableText {
         }
     }
 
-    fn reader(&self) -> csv::Reader<&[u8]> {
-        csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .delimiter(self.separator)
-            .from_reader(self.text.as_bytes())
+    fn of_parquet(path: &Path, limits: &Limits) -> Result<Self> {
+        Self::of_files(path.display().to_string(), &[path.to_path_buf()], limits)
+    }
+
+    /// A table of which each file of Parquet holds some rows.
+    pub fn of_files(file: String, paths: &[PathBuf], limits: &Limits) -> Result<Self> {
+        let mut table = Self { file, header: vec![], source: Source::Parquet(vec![]) };
+        let mut files: Vec<ParquetFile> = vec![];
+        for path in paths {
+            let own = ParquetFile::open(path, limits)?;
+            match files.first() {
+                None => table.header = own.header(),
+                Some(_) if own.header() != table.header => {
+                    let why = format!("has other columns than {}", paths[0].display());
+                    return Err(Error::Table { file: path.display().to_string(), why });
+                }
+                Some(_) => {}
+            }
+            files.push(own);
+        }
+        table.source = Source::Parquet(files);
+        Ok(table)
+    }
+
+    fn of_csv(path: &Path, limits: &Limits) -> Result<Self> {
+        let file = path.display().to_string();
+        let mut text = read_text(path, limits)?;
+        if text.starts_with('\u{feff}') {
+            text.drain(..'\u{feff}'.len_utf8());
+        }
+        let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
+        // Of several equally frequent ones the last: the comma.
+        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let mut header = csv::StringRecord::new();
+        let mut table = Self { file, header: vec![], source: Source::Csv { text, separator } };
+        let Source::Csv { text, separator } = &table.source else { return Ok(table) };
+        let is_there = reader(text, *separator).read_record(&mut header).map_err(|e| table.csv(e))?;
+        table.header = header.iter().map(String::from).collect();
+        if !is_there || table.header.iter().all(String::is_empty) {
+            return Err(Error::EmptyFile { file: table.file });
+        }
+        if table.header.iter().all(|name| name.parse::<f64>().is_ok()) {
+            let why = "its first line is all numbers; write the names of the columns there, or, where the file is \
+                       one recording, put it in a folder of its class";
+            return Err(table.refuse(why.into()));
+        }
+        Ok(table)
+    }
+
+    /// What the values are stored in.
+    pub fn dtype(&self) -> &'static str {
+        match self.source {
+            Source::Csv { .. } => "csv",
+            Source::Parquet(_) => "parquet",
+        }
     }
 
     /// Hands every row to `take` until it answers false.
     pub fn rows(&self, mut take: impl FnMut(Row) -> Result<bool>) -> Result<()> {
-        let mut reader = self.reader();
+        let (text, separator) = match &self.source {
+            Source::Csv { text, separator } => (text, *separator),
+            Source::Parquet(files) => {
+                for own in files {
+                    if !own.rows(|line, record| take(Row { line, record, table: self }))? {
+                        break;
+                    }
+                }
+                return Ok(());
+            }
+        };
+        let mut reader = reader(text, separator);
         let mut record = csv::StringRecord::new();
         let mut is_header = true;
         while reader.read_record(&mut record).map_err(|e| self.csv(e))? {
             #[expect(clippy::expect_used, reason = "a reader notes where a record starts")]
             let start = record.position().expect("a record that was read");
-            let line = csv_file::line_of(&self.text, start);
+            let line = csv_file::line_of(text, start);
             if record.len() != self.header.len() {
                 let (file, got, want) = (self.file.clone(), record.len(), self.header.len());
                 return Err(Error::RaggedCsv { file, line, got, first_line: 1, want });
@@ -108,6 +159,15 @@ impl TableText {
     fn csv(&self, error: csv::Error) -> Error {
         Error::Csv { file: self.file.clone(), why: error.to_string().to_lowercase() }
     }
+}
+
+fn reader(text: &str, separator: u8) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .delimiter(separator)
+        .from_reader(text.as_bytes())
 }
 
 impl Row<'_> {

@@ -130,6 +130,8 @@ pub(crate) fn read(path: &Path, pair: &Pair, options: &Options) -> Result<Raw> {
         others: vec![],
         ignored: vec![],
         read_as: vec![],
+        topics: vec![],
+        table: None,
         is_folder: false,
         file,
     })

@@ -295,7 +295,7 @@ fn a_broken_layout_is_refused() {
     );
     assert_eq!(
         refused(&[one, ("b/notes.txt", "x")]),
-        "b/notes.txt: unknown kind of recording; use .csv, .npy, .mat, .png, .jpg or .jpeg"
+        "b/notes.txt: unknown kind of recording; use .csv, .npy, .mat, .h5, .mcap, .png, .jpg or .jpeg"
     );
     assert_eq!(
         refused(&[one, ("b/1.png", "x")]),
@@ -331,7 +331,7 @@ fn options_for_other_layouts_are_refused() {
     }
     assert_eq!(
         refused_with(folder.path(), &Options { resize: Some([2, 2]), ..default() }),
-        "FOLDER: resize: applies to PNG and JPEG files only; leave it out"
+        "FOLDER: resize: applies to PNG and JPEG files and to bags of images only; leave it out"
     );
     let limits = Limits { max_file_bytes: 11, ..Limits::default() };
     assert_eq!(

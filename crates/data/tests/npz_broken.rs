@@ -14,13 +14,13 @@ fn a_broken_path_or_archive_is_refused() {
     let default = Options::default();
     assert_eq!(
         refused(&at("none.npz"), &default),
-        "none.npz: no such file or folder; give a .npz, .mat or .csv, a folder with data.npz, or a folder with one \
+        "none.npz: no such file or folder; give a .npz, .mat, .h5 or .csv, a folder with data.npz, or a folder with one \
          sub-folder per class"
     );
     std::fs::write(at("x.npy"), samples(4)).unwrap();
     assert_eq!(
         refused(&at("x.npy"), &default),
-        "x.npy: not a data set; give a .npz or .mat with arrays x and y, a .csv table with a column of labels, or a \
+        "x.npy: not a data set; give a .npz, .mat or .h5 with arrays x and y, a .csv table with a column of labels, or a \
          folder with one sub-folder per class"
     );
     std::fs::write(at("empty.npz"), "").unwrap();

@@ -116,6 +116,9 @@ pub struct RecordingsOrigin {
     /// Of a CSV table: what its columns are, such as `{ form = "long", recording = "grasp" }`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table: Option<TableOptions>,
+    /// Topics of ROS 2 bags, joined as channels; by default the one that holds numbers or images.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub topics: Vec<String>,
     /// Ceilings on file sizes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
@@ -241,6 +244,7 @@ impl RecordingsOrigin {
             limits: self.limits.unwrap_or(default.limits),
             length: self.length,
             table: self.table.clone().unwrap_or_default(),
+            topics: self.topics.clone(),
             layout,
             rate,
         }

@@ -184,7 +184,7 @@ impl fmt::Display for Card {
                 }
             }
         }
-        let Reading { layout, shape, length, unit, rate, full_scale, .. } = &self.reading;
+        let Reading { layout, shape, length, topics, unit, rate, full_scale, .. } = &self.reading;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         let mut reading = format!("{layout}, {}: {}", layout.axes(), sizes.join(" × "));
         unit.iter().for_each(|unit| reading += &format!(", in {unit}"));
@@ -193,6 +193,9 @@ impl fmt::Display for Card {
         line(f, "reads", reading)?;
         if let Some(rule) = length {
             line(f, "recordings", rule.key())?;
+        }
+        if !topics.is_empty() {
+            line(f, "topics", topics.join(" + "))?;
         }
         let inputs: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
         line(f, "inputs", inputs.join(" + "))?;

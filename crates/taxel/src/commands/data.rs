@@ -36,11 +36,11 @@ struct Recordings {
 /// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
 /// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
 ///
-/// A data set is a .npz or a .mat of MATLAB 5 to 7 with x [N, channels, time], [N, rows, columns] or
-/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; a CSV
+/// A data set is a .npz, a .h5 or a .mat of MATLAB with x [N, channels, time], [N, rows, columns] or
+/// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; a CSV or Parquet
 /// table, wide (a row per sample, label) or long (recording, time, channels, label[, group]); a folder of CSV
-/// (rows = time), NPY, MAT, PNG or JPEG files in class/ or class/session/, or with labels.csv (file,label,group); or
-/// a set of the UCR and UEA archives. Recordings may differ in length: the card shows how, and --length shows the
+/// (rows = time), NPY, MAT, HDF5, PNG or JPEG files in class/ or class/session/, or with labels.csv (file,label,group); a
+/// folder of ROS 2 bags in MCAP, named by class (cup_03.mcap) or sorted like other files; or a set of the UCR and UEA archives. Recordings may differ in length: the card shows how, and --length shows the
 /// set under a rule. Ends with 1 if something keeps it from being used.
 #[derive(Args)]
 #[command(

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use taxel::data::{Npz, Recordings, recordings};
+use taxel::data::{Npz, Recordings, TableForm, TableOptions, recordings};
 use taxel::learn::{Grid, thousands};
 use taxel::{Length, Model, Options, Predictions};
 
@@ -77,6 +77,8 @@ impl Predict {
             attributes: attributes(card),
             layout: Some(card.reading.layout),
             length: self.length(&card.reading)?,
+            topics: self.topics(&card.reading)?,
+            table: self.table(&card.reading),
             ..self.reading.options()
         };
         let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
@@ -108,6 +110,38 @@ impl Predict {
                 Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
             }
             (own, given) => Ok(own.or(given)),
+        }
+    }
+
+    /// The columns that the model has learned from, and what is said of these ones.
+    fn table(&self, reading: &taxel::Reading) -> TableOptions {
+        let own = reading.table.clone().unwrap_or_default();
+        let Some(given) = self.reading.table.clone() else { return own };
+        let form = match reading.layout {
+            taxel::Layout::Features => TableForm::Wide,
+            _ => TableForm::Long,
+        };
+        TableOptions {
+            form: given.form.or(Some(form)),
+            recording: given.recording.or(own.recording),
+            time: given.time.or(own.time),
+            clock: given.clock.or(own.clock),
+            columns: if given.columns.is_empty() { own.columns } else { given.columns },
+            ..given
+        }
+    }
+
+    /// The topics that the model has learned from, where it reads bags.
+    fn topics(&self, reading: &taxel::Reading) -> Result<Vec<String>, String> {
+        let given = &self.reading.topics;
+        match taxel::data::are_bags(&self.data) {
+            false => Ok(given.clone()),
+            true if reading.topics.is_empty() => Ok(given.clone()),
+            true if given.is_empty() || *given == reading.topics => Ok(reading.topics.clone()),
+            true => {
+                let [own, given] = [&reading.topics, given].map(|topics| topics.join(", "));
+                Err(format!("--topic {given}: the model has learned from {own}; leave it out"))
+            }
         }
     }
 
@@ -147,10 +181,9 @@ fn attributes(card: &taxel::Card) -> Vec<String> {
 
 /// Image files are brought to the size that the model reads.
 fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
+    let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
     match reading.shape[..] {
-        [.., height, width] if reading.layout.has_area() && taxel::data::are_images(data) => {
-            Some([height, width])
-        }
+        [.., height, width] if reading.layout.has_area() && holds_images() => Some([height, width]),
         _ => None,
     }
 }

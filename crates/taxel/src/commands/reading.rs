@@ -23,9 +23,14 @@ pub struct Reading {
     #[arg(long, value_name = "RULE")]
     pub length: Option<Length>,
     /// Of a CSV table: long or wide, and the columns whose names do not say what they are, such as
-    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns).
+    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns); column=NAME for each
+    /// channel where not all numbers are.
     #[arg(long, value_name = "COLUMNS")]
     pub table: Option<TableOptions>,
+    /// A topic of ROS 2 bags, or a field of one (/joint_states.effort); several are joined at the times of the first
+    /// [default: the one that holds numbers or images].
+    #[arg(long = "topic", value_name = "TOPIC")]
+    pub topics: Vec<String>,
 }
 
 impl Reading {
@@ -36,7 +41,8 @@ impl Reading {
         let names = [("x", &self.x), ("y", &self.y), ("group", &self.group)].map(text);
         let rule = self.length.map(|rule| format!("data.{}", rule.key().replacen(" = ", "=", 1)));
         let table = self.table.as_ref().map(|table| format!("data.{}", table.key().replacen(" = ", "=", 1)));
-        names.into_iter().chain([rule, table]).flatten()
+        let topics = (!self.topics.is_empty()).then(|| format!("data.topics={:?}", self.topics));
+        names.into_iter().chain([rule, table, topics]).flatten()
     }
 
     /// Options of the reader.
@@ -48,6 +54,7 @@ impl Reading {
             group: self.group.clone(),
             length: self.length,
             table: self.table.clone().unwrap_or_default(),
+            topics: self.topics.clone(),
             ..Options::default()
         }
     }

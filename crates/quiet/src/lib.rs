@@ -11,7 +11,7 @@ thread_local! {
 
 /// What `work` gives; none where it panics. Nothing of `work` may outlive the call half done. Panics of other
 /// threads are reported as before.
-pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
+pub fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let before = take_hook();
