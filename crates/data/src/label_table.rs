@@ -59,7 +59,7 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &Options) -> Result<Foun
                     "line {line}: start and end are {part:?}, not two numbers of seconds"
                 )));
             };
-            if !(start < end) {
+            if start.partial_cmp(&end) != Some(std::cmp::Ordering::Less) {
                 return Err(refuse(format!("line {line}: end is not after start ({part} s)")));
             }
             spans.push([start, end]);
