@@ -1,7 +1,7 @@
 //! Classes by the names of bags: `cup_03.mcap` is of the class `cup`, in `day1/cup_03.mcap` of the group `day1`.
 
 use crate::Result;
-use crate::bags::is_bag;
+use crate::bag_path::is_bag;
 use crate::labels::by_name;
 use crate::listing::{Found, Listing, list};
 use crate::order::in_order;

@@ -2,7 +2,7 @@
 
 use crate::bag_file::{self, Topic};
 use crate::bag_message::is_measured;
-use crate::bags::parts;
+use crate::bag_path::parts;
 use crate::error::plural;
 use crate::{Error, Result};
 use std::path::Path;

@@ -2,8 +2,8 @@
 
 use crate::bag_file::{self, Topic};
 use crate::bag_message::Decoder;
+use crate::bag_path::parts;
 use crate::bag_topics::{Count, described};
-use crate::bags::parts;
 use crate::options::Options;
 use crate::{Error, Result};
 use std::path::Path;

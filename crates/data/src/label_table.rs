@@ -1,6 +1,6 @@
 //! A folder of recordings whose classes a table says: `labels.csv` with `file,label[,group]`.
 
-use crate::bags::is_bag;
+use crate::bag_path::is_bag;
 use crate::labels::by_name;
 use crate::listing::{Found, Listing};
 use crate::options::Options;

@@ -41,6 +41,7 @@ mod augment;
 mod bag_file;
 mod bag_message;
 mod bag_names;
+mod bag_path;
 mod bag_topics;
 mod bag_tracks;
 mod bags;

@@ -1,6 +1,6 @@
 //! Which files below a folder are recordings, of which class and group.
 
-use crate::bags::is_bag;
+use crate::bag_path::is_bag;
 use crate::labels::by_name;
 use crate::order::in_order;
 use crate::raw::Facts;

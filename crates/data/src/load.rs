@@ -2,7 +2,7 @@
 
 use crate::archive::DATA;
 use crate::assemble::assemble;
-use crate::bags::is_bag;
+use crate::bag_path::is_bag;
 use crate::card::Card;
 use crate::dataset::Dataset;
 use crate::label_table::LABELS;

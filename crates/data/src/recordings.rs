@@ -1,7 +1,7 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
 use crate::archive::{Archive, DATA};
-use crate::bags::is_bag;
+use crate::bag_path::is_bag;
 use crate::cut::cut;
 use crate::length::Length;
 use crate::lengths::Lengths;

@@ -1,7 +1,7 @@
 //! One recording in a file of its own.
 
 use crate::archive::Archive;
-use crate::bags::is_bag;
+use crate::bag_path::is_bag;
 use crate::hash::{RowHash, hash_row};
 use crate::npy;
 use crate::options::{Limits, Options};

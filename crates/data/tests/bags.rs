@@ -1,6 +1,9 @@
 //! Bags of ROS 2 in MCAP against what its reference library wrote; sound and broken.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
+mod common;
+
+use common::damaged;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use taxel_data::{Layout, Options, check, check_with, load, recordings};
@@ -206,16 +209,7 @@ fn a_bag_that_is_damaged_anywhere_is_read_or_refused_by_name() {
         let folder = tempdir().unwrap();
         let path = folder.path().join(name);
         let options = if name == "press.mcap" { topics(&["/tactile"]) } else { Options::default() };
-        let mut damaged: Vec<Vec<u8>> =
-            (0..whole.len()).step_by(53).map(|cut| whole[..cut].to_vec()).collect();
-        for at in (0..whole.len()).step_by(29) {
-            for value in [whole[at] ^ 0x10, 0xFF, 0] {
-                let mut own = whole.clone();
-                own[at] = value;
-                damaged.push(own);
-            }
-        }
-        for bytes in damaged {
+        for bytes in damaged(&whole, 53, 29) {
             std::fs::write(&path, &bytes).unwrap();
             let cut = bytes.len() < whole.len();
             match recordings(&path, &options, 2) {

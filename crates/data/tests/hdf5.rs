@@ -1,6 +1,9 @@
 //! HDF5 as h5py writes it and MATLAB 7.3; sound and broken.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
+mod common;
+
+use common::damaged;
 use std::path::{Path, PathBuf};
 use taxel_data::{Dataset, Options, check_with, load, recordings};
 use tempfile::tempdir;
@@ -99,16 +102,7 @@ fn a_file_that_is_damaged_anywhere_is_read_or_refused_by_name() {
     for name in ["plain.h5", "packed.h5", "one.h5", "grasps-v73.mat"] {
         let whole = std::fs::read(fixture(name)).unwrap();
         let path = folder.path().join(name);
-        let mut damaged: Vec<Vec<u8>> =
-            (0..whole.len()).step_by(211).map(|cut| whole[..cut].to_vec()).collect();
-        for at in (0..whole.len()).step_by(41) {
-            for value in [whole[at] ^ 0x10, 0xFF, 0] {
-                let mut own = whole.clone();
-                own[at] = value;
-                damaged.push(own);
-            }
-        }
-        for bytes in damaged {
+        for bytes in damaged(&whole, 211, 41) {
             std::fs::write(&path, &bytes).unwrap();
             for options in [Options::default(), arrays("both", "fixed"), arrays("contact", "names")] {
                 if let Err(error) = check_with(&path, &options) {

@@ -1,6 +1,9 @@
 //! Tables in Parquet and sets of LeRobot as pyarrow and pandas write them; sound and broken.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
+mod common;
+
+use common::damaged;
 use std::path::{Path, PathBuf};
 use taxel_data::{Layout, Options, check, check_with, load, recordings};
 use tempfile::tempdir;
@@ -95,16 +98,7 @@ fn a_file_that_is_damaged_anywhere_is_read_or_refused_by_name() {
     for name in ["long.parquet", "wide.parquet"] {
         let whole = std::fs::read(fixture(name)).unwrap();
         let path = folder.path().join(name);
-        let mut damaged: Vec<Vec<u8>> =
-            (0..whole.len()).step_by(211).map(|cut| whole[..cut].to_vec()).collect();
-        for at in (0..whole.len()).step_by(37) {
-            for value in [whole[at] ^ 0x10, 0xFF, 0] {
-                let mut own = whole.clone();
-                own[at] = value;
-                damaged.push(own);
-            }
-        }
-        for bytes in damaged {
+        for bytes in damaged(&whole, 211, 37) {
             std::fs::write(&path, &bytes).unwrap();
             match check(&path) {
                 Ok(_) => assert_eq!(bytes.len(), whole.len()),

@@ -125,3 +125,16 @@ pub fn refused_arrays(arrays: &[(&str, Vec<u8>)]) -> String {
 pub fn labels() -> Vec<u8> {
     i64s(&[4], &[0, 1, 1, 0])
 }
+
+/// Copies of a file that are cut short every `cut` bytes, and then copies with one byte changed every `change` bytes.
+pub fn damaged(whole: &[u8], cut: usize, change: usize) -> Vec<Vec<u8>> {
+    let mut all: Vec<Vec<u8>> = (0..whole.len()).step_by(cut).map(|end| whole[..end].to_vec()).collect();
+    for at in (0..whole.len()).step_by(change) {
+        for value in [whole[at] ^ 0x10, 0xFF, 0] {
+            let mut own = whole.to_vec();
+            own[at] = value;
+            all.push(own);
+        }
+    }
+    all
+}
