@@ -438,6 +438,9 @@ fn a_table_is_checked_and_converted() {
     let said = good(&[&convert[..], &columns].concat());
     assert!(said.contains("set.npz: x [6, 1, 2]\n") && said.contains("set.classes.json: "), "{said}");
     assert_eq!(card("set.npz", &[])["digest"], table["digest"]);
+    let error = refused(&["data", "check", text(&npz), "--max-values", "3"]);
+    assert!(error.ends_with("or on the command line --max-values 12"), "{error}");
+    assert_eq!(card("set.npz", &["--max-values", "12"])["digest"], table["digest"]);
     let error = refused(&["data", "check", text(&csv), "--table", "tall"]);
     assert!(error.contains("\"tall\" is neither long nor wide"), "{error}");
     assert!(refused(&["data", "check", text(&csv)]).contains("has no column \"label\"; name one with y"));

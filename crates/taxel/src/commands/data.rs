@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 
 use crate::Outcome;
-use crate::commands::reading::Reading;
+use crate::commands::reading::{Reading, with_option_hint};
 
 /// Looks at recordings on disk.
 #[derive(Subcommand)]
@@ -105,7 +105,8 @@ impl Data {
 
 impl Check {
     fn run(self) -> Outcome {
-        let surveyed = taxel_data::survey(&self.recordings.path, &self.recordings.options())?;
+        let surveyed = taxel_data::survey(&self.recordings.path, &self.recordings.options())
+            .map_err(|e| with_option_hint(e, None))?;
         let card = match &self.html {
             None => surveyed.card,
             Some(page) => {
@@ -129,7 +130,8 @@ impl Check {
 impl Convert {
     fn run(self) -> Outcome {
         let Recordings { path, .. } = &self.recordings;
-        let written = taxel_data::convert(path, &self.recordings.options(), &self.output)?;
+        let written = taxel_data::convert(path, &self.recordings.options(), &self.output)
+            .map_err(|e| with_option_hint(e, None))?;
         let [arrays, names] = written.files.map(|file| file.display().to_string());
         let padded = match written.padded {
             None => String::new(),

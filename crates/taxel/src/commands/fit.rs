@@ -12,7 +12,7 @@ use taxel::{Dataset, Experiment, Overrides, Registry, RunFolder, RunOptions};
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
 use crate::commands::judging::judgement;
-use crate::commands::reading::{Reading, with_length_hint};
+use crate::commands::reading::{Reading, with_option_hint};
 
 /// Trains one network, or baseline, on all recordings and writes it as a model: one file that says all about
 /// itself, for `taxel predict` and `taxel inspect`.
@@ -127,7 +127,7 @@ impl Fit {
                 .into());
             }
         };
-        let dataset = experiment.dataset().map_err(|e| with_length_hint(e, None))?;
+        let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
         Ok(Work { dataset, experiment, name, score: None })
     }
 
@@ -145,7 +145,7 @@ impl Fit {
         let name = own.map_or(row.clone(), |own| own.candidate.clone());
         let overrides = self.overrides();
         let experiment = Experiment::load(&folder.file("config.toml"), &overrides, registry)?;
-        let dataset = experiment.dataset().map_err(|e| with_length_hint(e, None))?;
+        let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
         // What was chosen has been checked already.
         if self.network.is_some() && overrides == Overrides::default() {
             folder.finished(&dataset)?;

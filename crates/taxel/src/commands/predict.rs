@@ -11,7 +11,7 @@ use taxel::{Length, Model, Options, Predictions};
 
 use crate::Outcome;
 use crate::arrays::write;
-use crate::commands::reading::{Reading, with_length_hint};
+use crate::commands::reading::{Reading, with_option_hint};
 use crate::text;
 
 /// Answers recordings with a model that `taxel fit` made, or one of a run folder's models/.
@@ -84,7 +84,7 @@ impl Predict {
         let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
         let Recordings { x, origins, starts, truth, .. } =
             recordings(&self.data, &options, card.reading.layout.rank())
-                .map_err(|e| with_length_hint(e, to))?;
+                .map_err(|e| with_option_hint(e, to))?;
         let predictions = model
             .predictor(card.batch(), super::threads(self.threads))?
             .predict(&x)

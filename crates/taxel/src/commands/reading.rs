@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use clap::Args;
-use taxel::data::TableOptions;
+use taxel::data::{Limits, TableOptions};
 use taxel::{Length, Options};
 
 /// What stands where in a file of recordings, and how long samples are.
@@ -31,6 +31,10 @@ pub struct Reading {
     /// [default: the one that holds numbers or images].
     #[arg(long = "topic", value_name = "TOPIC")]
     pub topics: Vec<String>,
+    /// Most values in all samples together, as the limits of a config: a file that says more is refused before memory is
+    /// taken for it [default: 268435456, which are 1 GiB].
+    #[arg(long, value_name = "COUNT")]
+    pub max_values: Option<u64>,
 }
 
 impl Reading {
@@ -42,7 +46,8 @@ impl Reading {
         let rule = self.length.map(|rule| format!("data.{}", rule.key().replacen(" = ", "=", 1)));
         let table = self.table.as_ref().map(|table| format!("data.{}", table.key().replacen(" = ", "=", 1)));
         let topics = (!self.topics.is_empty()).then(|| format!("data.topics={:?}", self.topics));
-        names.into_iter().chain([rule, table, topics]).flatten()
+        let most = self.max_values.map(|most| format!("data.limits.max-values={most}"));
+        names.into_iter().chain([rule, table, topics, most]).flatten()
     }
 
     /// Options of the reader.
@@ -55,13 +60,17 @@ impl Reading {
             length: self.length,
             table: self.table.clone().unwrap_or_default(),
             topics: self.topics.clone(),
+            limits: Limits {
+                max_values: self.max_values.unwrap_or(default.limits.max_values),
+                ..default.limits
+            },
             ..Options::default()
         }
     }
 }
 
 /// What the library calls a key is an option here too. `to` is the length that a model reads.
-pub fn with_length_hint(error: impl Into<taxel::Error>, to: Option<usize>) -> Box<dyn Error> {
+pub fn with_option_hint(error: impl Into<taxel::Error>, to: Option<usize>) -> Box<dyn Error> {
     let error = error.into();
     let data = match &error {
         taxel::Error::Data(data) => Some(data),
@@ -72,6 +81,10 @@ pub fn with_length_hint(error: impl Into<taxel::Error>, to: Option<usize>) -> Bo
         Some(taxel::data::Error::UnequalLengths { proposed, .. }) => {
             let rule = to.map_or(*proposed, |to| Length::Resample { to });
             format!("{error}, or on the command line --length {rule}").into()
+        }
+        Some(taxel::data::Error::TooLarge { shape, limit, .. }) => {
+            let values = shape.iter().fold(1u64, |product, axis| product.saturating_mul(*axis));
+            format!("{error}, or on the command line --max-values {}", values.max(limit + 1)).into()
         }
         _ => error.into(),
     }

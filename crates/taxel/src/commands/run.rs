@@ -10,7 +10,7 @@ use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
-use crate::commands::reading::{Reading, with_length_hint};
+use crate::commands::reading::{Reading, with_option_hint};
 
 /// Runs the experiment of each config, prints its table and writes a run folder.
 ///
@@ -98,7 +98,7 @@ impl Run {
                     let ways = "--resume goes on with the run of a folder, --out gives another folder";
                     return Err(format!("{error}\n{ways}").into());
                 }
-                Err(error) => return Err(with_length_hint(error, None)),
+                Err(error) => return Err(with_option_hint(error, None)),
             };
             let table = Table::of(&folder)?;
             if self.json {
