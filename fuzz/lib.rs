@@ -1,12 +1,17 @@
 //! Fuzz targets of all readers; see README.md.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
 pub use libfuzzer_sys;
+use peak_alloc::PeakAlloc;
 
 mod readers;
 pub use readers::{READERS, Reader};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
 
 /// One fuzz target: the reader of that name.
 #[macro_export]
@@ -17,9 +22,13 @@ macro_rules! target {
 }
 
 /// Reads `bytes` with the reader `name`, in a folder of this process.
+///
+/// A panic ends the process, and so does a reader that takes more memory than the file is worth.
 pub fn read(name: &str, bytes: &[u8]) {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
+        // libfuzzer's hook ends the process at every panic, also at one that a reader catches at its boundary.
+        drop(std::panic::take_hook());
         let memory = PathBuf::from("/dev/shm");
         let at = if memory.is_dir() { memory } else { std::env::temp_dir() };
         let folder = at.join(format!("taxel-fuzz-{}", std::process::id()));
@@ -27,5 +36,14 @@ pub fn read(name: &str, bytes: &[u8]) {
         folder
     });
     let reader = READERS.iter().find(|reader| reader.name == name).expect("a target for every reader");
-    (reader.read)(folder, bytes);
+    let before = MEMORY.current_usage();
+    MEMORY.reset_peak_usage();
+    if catch_unwind(AssertUnwindSafe(|| (reader.read)(folder, bytes))).is_err() {
+        std::process::abort();
+    }
+    let peak = MEMORY.peak_usage().saturating_sub(before);
+    if peak > 4 * bytes.len() + (64 << 20) {
+        eprintln!("{name} took {peak} bytes of memory for a file of {}", bytes.len());
+        std::process::abort();
+    }
 }

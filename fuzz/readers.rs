@@ -5,13 +5,14 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
-use taxel::data::{Npz, Options, check_with, load, npy_bytes};
+use taxel::data::{Npz, Options, check_with, load, npy_bytes, recordings};
 use taxel::judge::{Case, Judgement};
 use taxel::learn::{RunOptions, Silent};
 use taxel::ndarray::ArrayD;
 use taxel::scenes::Settings;
 use taxel::{
-    Baseline, Candidate, Dataset, Encoding, Experiment, Layout, Model, Overrides, Registry, RunFolder, Table,
+    Baseline, Candidate, Dataset, Encoding, Experiment, Layout, Length, Model, Overrides, Registry,
+    RunFolder, Table,
 };
 
 /// A kind of file and who reads it.
@@ -72,10 +73,8 @@ fn put(path: &Path, bytes: &[u8]) {
     fs::write(path, bytes).expect("room for the file");
 }
 
-/// Checks and loads the data set at `path`; a refusal has to name it.
-fn load_set(path: &Path) -> bool {
-    let options = Options::default();
-    let read = check_with(path, &options).map(|card| card.to_string()).and_then(|_| load(path, &options));
+/// Whether something was read; a refusal has to name what lies at `path`.
+fn read_or_named<T>(path: &Path, read: taxel::data::Result<T>) -> bool {
     if let Err(error) = &read {
         let (text, name) = (error.to_string(), path.file_name().expect("a name").to_string_lossy());
         assert!(text.contains(&*name), "the message does not name {name}: {text}");
@@ -83,24 +82,50 @@ fn load_set(path: &Path) -> bool {
     read.is_ok()
 }
 
+/// Checks and loads the data set at `path`.
+fn load_set(path: &Path) -> bool {
+    let options = Options::default();
+    let read = check_with(path, &options).map(|card| card.to_string()).and_then(|_| load(path, &options));
+    read_or_named(path, read)
+}
+
+/// Reads the file or folder at `path` without its labels, as a model does that is to answer. What the model takes
+/// follows from the size of the file, so that a file is read once and a fuzzer still meets each kind.
+fn unlabelled(path: &Path, bytes: &[u8]) -> bool {
+    let (rank, windows) = (1 + bytes.len() % 3, bytes.len() % 2 == 1);
+    let options = match windows {
+        false => Options::default(),
+        true => Options {
+            layout: Some(Layout::Series),
+            length: Some(Length::Window { to: 2, hop: None }),
+            ..Options::default()
+        },
+    };
+    read_or_named(path, recordings(path, &options, rank))
+}
+
 fn data_set(folder: &Path, file: &str, bytes: &[u8]) -> bool {
     let path = folder.join(file);
     put(&path, bytes);
-    load_set(&path)
+    unlabelled(&path, bytes) | load_set(&path)
 }
 
+/// As a folder per class, and as a single recording.
 fn class_folder(folder: &Path, ending: &str, bytes: &[u8]) -> bool {
+    let set = folder.join("set");
+    let file = |class: &str| set.join(class).join(format!("1.{ending}"));
     for class in ["soft", "hard"] {
-        put(&folder.join("set").join(class).join(format!("1.{ending}")), bytes);
+        put(&file(class), bytes);
     }
-    load_set(&folder.join("set"))
+    unlabelled(&file("soft"), bytes) | load_set(&set)
 }
 
 fn ucr(folder: &Path, ending: &str, bytes: &[u8]) -> bool {
     for part in ["TRAIN", "TEST"] {
         put(&folder.join(format!("Touch_{part}.{ending}")), bytes);
     }
-    load_set(&folder.join("Touch"))
+    let stem = folder.join("Touch");
+    unlabelled(&stem, bytes) | load_set(&stem)
 }
 
 fn names_beside(folder: &Path, bytes: &[u8]) -> bool {

@@ -118,6 +118,45 @@ fn a_full_device_is_named_and_what_was_there_stays() {
         assert!(!Path::new(&own.run).join("report.html").exists(), "the page comes last");
     }
     assert_eq!(halves(own.dir.path()), [""; 0]);
+    assert!(taxel(&report).output().unwrap().status.success());
+    assert!(Path::new(&own.run).join("report.html").exists(), "it goes on where there is room again");
+}
+
+#[test]
+fn a_sweep_on_a_full_device_goes_on_where_there_is_room_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    fs::write(at("full.toml"), CONFIG).unwrap();
+    fs::write(at("study.toml"), "config = \"full.toml\"\n[grid]\nseed = [0, 1]\n").unwrap();
+    let (study, alone, full) = (at("study.toml"), at("alone"), at("full"));
+    let error = refused(&limited(0, &["sweep", "plan", &study, "--out", &full]));
+    assert!(error.contains("manifest.jsonl"), "{error}");
+    assert_eq!(halves(dir.path()), [""; 0]);
+    for out in [&alone, &full] {
+        assert!(taxel(&["sweep", "plan", &study, "--out", out]).output().unwrap().status.success());
+    }
+    let run = |sweep: &str| taxel(&["sweep", "run", sweep, "--threads", "1"]).output().unwrap();
+    assert!(run(&alone).status.success());
+    for kilobytes in [0, 1, 8] {
+        let output = limited(kilobytes, &["sweep", "run", &full, "--threads", "1"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        // Where the failure itself can be kept, the other trials are tried.
+        assert!([Some(1), Some(2)].contains(&output.status.code()), "{error}");
+        assert!(error.contains(&full) && error.contains("written"), "{error}");
+        assert!(!error.contains("panicked"), "{error}");
+        assert_eq!(halves(dir.path()), [""; 0]);
+    }
+    let output = run(&full);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let results = |sweep: &str| {
+        let mut files: Vec<_> =
+            fs::read_dir(Path::new(sweep).join("results")).unwrap().map(|e| e.unwrap().path()).collect();
+        files.retain(|path| !text(path).ends_with(".timing.json"));
+        files.sort();
+        files.into_iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!(results(&full).len(), 2);
+    assert!(results(&full) == results(&alone));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! than the file is worth.
 //!
 //! `fuzz/` looks for such files with a coverage-guided fuzzer; what it found is replayed here. `TAXEL_FUZZ_ROUNDS`
-//! asks for more damaged files per reader than the few of every test run.
+//! asks for more damaged files per reader than the few of every test run, `TAXEL_FUZZ_READER` for one reader alone.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -116,7 +116,9 @@ fn damaged_files_are_read_or_refused() {
     // Symbols for backtraces, where they are asked for, take more memory than any file here: once, and now.
     let _ = std::backtrace::Backtrace::force_capture().to_string();
     let only = std::env::var("TAXEL_FUZZ_READER").ok();
-    for reader in READERS.iter().filter(|reader| only.as_deref().is_none_or(|name| name == reader.name)) {
+    let asked = |reader: &&Reader| only.as_deref().is_none_or(|name| name == reader.name);
+    assert!(READERS.iter().any(|reader| asked(&reader)), "no reader is called {only:?}");
+    for reader in READERS.iter().filter(asked) {
         let folder = tempfile::tempdir().unwrap();
         let mut seeds = (reader.seeds)();
         // Some seeds are of versions that are refused by name.

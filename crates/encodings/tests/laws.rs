@@ -68,6 +68,31 @@ fn a_fixed_range_keeps_the_amplitude_that_a_per_sample_range_loses() {
 }
 
 #[test]
+fn a_fixed_range_that_is_that_of_the_series_gives_the_same() {
+    let series = Array1::from_shape_fn(60, |t| 100.0 - 500.0 * (t as f32 / 7.0).sin());
+    let (low, high) = (-380.0, 590.0);
+    let series = Array1::from_iter(series.iter().map(|v| v.clamp(low, high)).chain([low, high]));
+    for method in [Method::Summation, Method::Difference] {
+        let own = Gaf { size: series.len(), method, ..Gaf::default() };
+        let fixed = Gaf { range: Range::Fixed { low, high }, ..own.clone() };
+        let (own, fixed) = (own.encode(series.view()).unwrap(), fixed.encode(series.view()).unwrap());
+        assert!(own.iter().zip(&fixed).all(|(a, b)| (a - b).abs() < 1e-6));
+    }
+}
+
+#[test]
+fn segments_that_differ_by_rounding_are_constant() {
+    let (large, small) = (1e6f32, 1e-4f32);
+    let segments = [[large, small, small, small], [small, small, small, large]];
+    let sums = segments.map(|segment| segment.map(f64::from).iter().sum::<f64>());
+    assert_ne!(sums[0], sums[1], "the same readings in another order");
+    let method = Method::Summation;
+    let zero = Gaf { size: 2, method, constant: Constant::Zero, ..Gaf::default() };
+    let series = arr1(segments.as_flattened());
+    assert_eq!(zero.encode(series.view()).unwrap(), Array2::<f32>::zeros((2, 2)));
+}
+
+#[test]
 fn a_constant_series_is_an_error_or_a_field_of_zeros() {
     let dead = Array1::from_elem(250, 0.1f32);
     let error = Gaf::default().encode(dead.view()).unwrap_err();

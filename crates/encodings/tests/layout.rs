@@ -47,3 +47,15 @@ fn a_shape_fits_by_its_axes_and_three_planes_of_colour() {
     assert!(!Layout::Colour.fits(&[4, 24, 32]), "three planes");
     assert!(Layout::Sequence.fits(&[3, 24, 32]) && !Layout::Features.fits(&[]));
 }
+
+#[test]
+fn time_and_area_are_those_of_the_axes() {
+    for (layout, _, shape, axes) in TABLE {
+        let time = axes.split(" × ").position(|axis| axis == "time");
+        assert_eq!(layout.time_axis(), time, "{layout}");
+        assert_eq!(layout.has_time(), time.is_some() || layout == Layout::Features, "{layout}");
+        assert_eq!(layout.has_area(), axes.contains("rows × columns"), "{layout}");
+        let letters = layout.describe().split(['[', ']']).nth(1).unwrap();
+        assert_eq!(letters.split(", ").count(), shape.len(), "{}", layout.describe());
+    }
+}

@@ -89,6 +89,10 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(spoiled("sd", 0.0.into()), "sd of view 2 of channel 1 = 0: must be positive and finite");
     let edges = spoiled("edges", vec![1.0, 1.0].into());
     assert_eq!(edges, "edge of view 2 of channel 1 = 1: must be ascending and finite");
+    // Descending; and so near each other that a ramp between them has no finite slope.
+    for edges in [vec![2.0, 1.0], vec![0.0, 1e-40]] {
+        assert!(spoiled("edges", edges.into()).ends_with("must be ascending and finite"));
+    }
     let many: Vec<f32> = (0..26u8).map(f32::from).collect();
     assert!(spoiled("edges", many.into()).starts_with("number of edges of view 2 of channel 1 = 26"));
 }

@@ -29,6 +29,14 @@ fn z_score_uses_the_training_numbers_on_other_data() {
 }
 
 #[test]
+fn a_channel_that_varies_by_rounding_is_dead() {
+    let next = 1e6f32.next_up();
+    let train = arr3(&[[[1e6, next, 1e6, next]]]).into_dyn();
+    let Ok(Scaling::ZScore { sd, .. }) = Scaling::fit_z_score(train.view()) else { panic!("no z-score") };
+    assert_eq!(sd, [1.0]);
+}
+
+#[test]
 fn full_scale_divides_and_raw_leaves_alone() {
     let mut x = readings();
     Scaling::Raw.apply(&mut x).unwrap();

@@ -131,6 +131,7 @@ fn electrode_images_are_numpy_s_reshape_in_either_order() {
     let error = ElectrodeImage::default().encode_batch(short.view()).unwrap_err().to_string();
     assert!(error.contains("expected [7, 3, 700 or more], got shape [7, 3, 699]"), "{error}");
     assert!(ElectrodeImage::default().encode(Array3::zeros((3, 7, 700)).view()).is_err());
+    assert!(ElectrodeImage::default().encode(Array3::zeros((7, 3, 700)).view()).is_ok(), "700 are enough");
 }
 
 #[test]
@@ -174,12 +175,15 @@ fn bits_become_pascals_by_a_fixed_offset() {
 fn the_judge_fires_beyond_its_thresholds_and_not_on_them() {
     let judge = NumaTac::default();
     assert!(!judge.touches(100.0, 110.0) && judge.touches(100.0, 110.1));
-    assert!(!judge.touches(100.0, 90.1) && judge.touches(100.0, 89.9));
+    assert!(!judge.touches(100.0, 90.0) && judge.touches(100.0, 89.9));
     assert!(!judge.touches(0.0, 50.0), "a dead channel touches nothing");
     // A slow drift to twice the rest is no contact: neighbours are compared.
     let drift =
         Array3::from_shape_fn((2, 23, 200), |(_, value, tick)| 1000.0 + 0.25 * (tick * 22 + value) as f32);
     assert!(matches!(judge.onset(drift.view()), Err(Error::NoContact { .. })));
+    // One AC value per tick is enough: then neighbours are ticks.
+    let step = Array3::from_shape_fn((1, 2, 9), |(_, _, tick)| if tick < 4 { 100.0 } else { 200.0 });
+    assert_eq!(judge.onset(step.view()).unwrap(), 4);
 }
 
 #[test]
@@ -209,6 +213,10 @@ fn recordings_that_cannot_be_cut_are_named() {
     for (above, below) in [(1.0, 0.9), (f32::NAN, 0.9), (1.1, 1.0), (1.1, -0.1)] {
         let error = setting(NumaTac { above, below, ..NumaTac::default() });
         assert!(matches!(error, Error::Parameter { .. }), "{above}, {below}: {error}");
+    }
+    for (dc, ac, name) in [(f32::NAN, 0.0, "offset.dc"), (0.0, f32::INFINITY, "offset.ac")] {
+        let error = setting(NumaTac { offset: Offset::Fixed { dc, ac }, ..NumaTac::default() });
+        assert!(error.to_string().contains(name), "{error}");
     }
     assert!(setting(NumaTac { window: 0, ..NumaTac::default() }).to_string().starts_with("size = 0:"));
 }

@@ -89,3 +89,52 @@ impl Graph {
         self.nodes().iter().map(Node::cost).sum()
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use crate::{Conv, Cost, Flow, Network};
+
+    /// All of a network and its last node.
+    fn costs(input: &[usize], body: impl Fn(&Flow) -> Flow) -> [Cost; 2] {
+        let net = Network::new("costs");
+        let y = body(&net.input("x", input));
+        let graph = net.finish(&[("y", y)]).unwrap();
+        [graph.cost(), graph.nodes().last().unwrap().cost()]
+    }
+
+    fn cost([parameters, buffers, macs, flops, activations]: [u64; 5]) -> Cost {
+        Cost { parameters, buffers, macs, flops, activations }
+    }
+
+    #[test]
+    fn layers_counted_by_hand() {
+        // 4 filters of 3 x 3 x 3 over 8 x 8 places; a bias each.
+        let [_, conv] = costs(&[3, 8, 8], |x| x.conv("c", Conv::new(4, 3).same()));
+        assert_eq!(conv, cost([112, 0, 6912, 14_080, 256]));
+        let [_, no_bias] = costs(&[3, 8, 8], |x| x.conv("c", Conv::new(4, 3).same().no_bias()));
+        assert_eq!(no_bias, cost([108, 0, 6912, 13_824, 256]));
+        let [_, linear] = costs(&[7], |x| x.linear("fc", 5));
+        assert_eq!(linear, cost([40, 0, 35, 75, 5]));
+        // 4 gates of 6 hidden values from 3 channels and 6 hidden values, two biases, 10 steps.
+        let [_, lstm] = costs(&[3, 10], |x| x.lstm("lstm", 6));
+        assert_eq!(lstm, cost([264, 0, 2160, 4800, 6]));
+        // Weight and bias are learned, running mean and variance are kept.
+        let [_, norm] = costs(&[5], |x| x.batch_norm("bn"));
+        assert_eq!([norm.parameters, norm.macs, norm.flops, norm.activations], [10, 0, 0, 5]);
+        assert!(norm.buffers >= 10);
+    }
+
+    #[test]
+    fn a_network_is_its_layers_and_a_value_has_four_bytes() {
+        let [all, last] = costs(&[7], |x| x.linear("a", 5).batch_norm("bn").linear("b", 3));
+        assert_eq!(
+            [all.parameters, all.macs, all.flops, all.activations],
+            [40 + 10 + 18, 50, 75 + 33, 7 + 5 + 5 + 3]
+        );
+        assert!(all.buffers >= 10);
+        assert_eq!(last, cost([18, 0, 15, 33, 3]));
+        assert_eq!(all.bytes(), 4 * (68 + all.buffers));
+        assert_eq!((last.bytes(), last.activation_bytes()), (72, 12));
+    }
+}

@@ -62,6 +62,22 @@ mod tests {
     }
 
     #[test]
+    fn the_mask_is_pinned() {
+        // By SplitMix64 in Python, from the key above: bit e of a word says whether element e is kept.
+        let mask = DropoutMask::new(0, "pre/dropout", 0, 0.5);
+        for (sample, kept) in [
+            (0, 0x593745b7e94d3f53_u64),
+            (1, 0xc92420764ce59a5b),
+            (2, 0x6bb294b35ea797b6),
+            (5, 0xf83c9f29a0767183),
+        ] {
+            let own =
+                (0..64).fold(0, |word, element| word | u64::from(mask.keeps(sample, element)) << element);
+            assert_eq!(own, kept, "sample {sample}: {own:#x}");
+        }
+    }
+
+    #[test]
     fn seed_node_step_sample_and_element_all_matter() {
         let row =
             |mask: DropoutMask, sample| -> Vec<bool> { (0..256).map(|e| mask.keeps(sample, e)).collect() };

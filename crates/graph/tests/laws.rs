@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use taxel_graph::{Activation, Conv, Fill, Flow, Graph, Init, Network, Pool, Scheme, Weights};
+use taxel_graph::{Activation, Conv, Fill, Flow, Graph, Init, Network, Op, Pool, Scheme, Weights};
 
 fn graph(input: &[usize], body: impl Fn(&Network, &Flow) -> Flow) -> Result<Graph, String> {
     let net = Network::new("law");
@@ -28,6 +28,14 @@ fn pools_round_down_or_up() {
     assert_eq!(shape_after(&[1, 4], |x| x.max_pool(Pool::new(2).stride(3).pad(1).round_up())), [1, 2]);
     assert_eq!(shape_after(&[1, 5], |x| x.max_pool(Pool::new(2).stride(6).pad(1).round_up())), [1, 1]);
     assert_eq!(shape_after(&[2, 8, 9], |x| x.average_pool(Pool::new(2).stride(3).round_up())), [2, 3, 3]);
+}
+
+#[test]
+fn what_rounding_up_hangs_over_is_not_counted() {
+    let pooled = graph(&[1, 5], |_, x| x.average_pool(Pool::new(2).round_up())).unwrap();
+    let Op::AveragePool { window, counted } = &pooled.nodes().last().unwrap().op else { panic!("no pool") };
+    assert_ne!(window.padding, [(0, 0)]);
+    assert_eq!(*counted, [(0, 0)]);
 }
 
 #[test]
@@ -231,11 +239,15 @@ fn networks_choose_how_their_layers_are_drawn() {
             Init::Constant(0.0),
         ]
     );
-    let error = graph(&[2], |net, x| {
-        net.linear_init(Fill::Normal { sd: -1.0 }, Fill::Pytorch);
-        x.linear("fc", 2)
-    });
-    assert_eq!(error.unwrap_err(), "fc.weight: standard deviation -1 must be at least 0");
+    let drawn = |sd| {
+        graph(&[2], |net, x| {
+            net.linear_init(Fill::Normal { sd }, Fill::Pytorch);
+            x.linear("fc", 2)
+        })
+    };
+    assert_eq!(drawn(-1.0).unwrap_err(), "fc.weight: standard deviation -1 must be at least 0");
+    assert_eq!(drawn(f32::INFINITY).unwrap_err(), "fc.weight: standard deviation inf must be finite");
+    assert!(drawn(0.0).unwrap().params().all(|param| !param.is_empty()));
 }
 
 #[test]

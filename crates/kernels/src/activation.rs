@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn exp_is_close_everywhere_and_hides_no_nan() {
-        for i in -87_000..=88_000 {
+        for i in (-87_000..=88_000).step_by(if cfg!(miri) { 1000 } else { 1 }) {
             let x = i as f32 / 1000.0;
             let want = f64::from(x).exp();
             assert!((f64::from(exp(x)) / want - 1.0).abs() < 2e-7, "e^{x} is {}, want {want}", exp(x));

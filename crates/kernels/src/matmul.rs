@@ -198,7 +198,8 @@ mod tests {
     #[test]
     fn few_rows_in_every_order_agree_with_gemm() {
         let value = |i: usize| ((i * 37 + 11) % 64) as f32 / 64.0 - 0.5;
-        for (m, k, n) in [(5, 70, 33), (37, 9, 8197), (29, 601, 501), (3, 0, 7)] {
+        let sizes = [(5, 70, 33), (3, 0, 7), (37, 9, 8197), (29, 601, 501)];
+        for (m, k, n) in sizes.into_iter().take(if cfg!(miri) { 2 } else { 4 }) {
             let a: Vec<f32> = (0..m * k).map(value).collect();
             let b: Vec<f32> = (0..k * n).map(value).collect();
             for accumulate in [false, true] {

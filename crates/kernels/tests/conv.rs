@@ -161,7 +161,7 @@ fn lines() -> impl Strategy<Value = Case> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 200 }))]
 
     #[test]
     fn agrees_with_its_definition(case in cases(1..36, 1), accumulate in any::<bool>(), relu in any::<bool>()) {
@@ -181,6 +181,7 @@ proptest! {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "hundreds of millions of products")]
 fn large_depthwise_images_go_band_by_band() {
     // The padded images do not fit into one band; odd strides, kernels and paddings, and a stride that
     // leaves out the last rows.
