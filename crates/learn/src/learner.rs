@@ -188,9 +188,22 @@ impl<'d> Learner<'d> {
         for rows in rows.chunks(self.batch) {
             logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
         }
+        Ok(self.scores(&logits, rows))
+    }
+
+    /// The same of the network as its file would answer now.
+    ///
+    /// # Errors
+    /// What the runtime refuses.
+    pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
+        let (logits, _) = self.test(&self.engine.weights(), rows)?;
+        Ok(self.scores(&logits, rows))
+    }
+
+    fn scores(&self, logits: &[f32], rows: &[usize]) -> (f64, f64) {
         let labels = self.labels.of(rows);
-        let loss = self.objective.value(&logits, &labels);
-        Ok((loss, 100.0 * self.objective.correct(&logits, &labels) as f64 / labels.len().max(1) as f64))
+        let right = self.objective.correct(logits, &labels) as f64;
+        (self.objective.value(logits, &labels), 100.0 * right / labels.len().max(1) as f64)
     }
 
     fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {

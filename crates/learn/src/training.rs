@@ -121,7 +121,7 @@ impl Training<'_> {
         let test = &self.fold.test;
         let mut other = match recipe.batch_norm {
             BatchNorm::Population if learner.has_norms && !learner.settled => {
-                Some((BatchNorm::Moving, learner.validate(test)?))
+                Some((BatchNorm::Moving, learner.test_scores(test)?))
             }
             _ => None,
         };
@@ -142,7 +142,7 @@ impl Training<'_> {
             if !learner.population(rows, hooks)? {
                 return Ok(None);
             }
-            other = Some((BatchNorm::Population, learner.validate(test)?));
+            other = Some((BatchNorm::Population, learner.test_scores(test)?));
         }
         let other_statistics = other
             .filter(|(_, (loss, _))| loss.is_finite() && !test.is_empty())
