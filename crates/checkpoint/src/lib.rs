@@ -13,6 +13,8 @@
 
 mod error;
 #[cfg(feature = "pth")]
+mod pickle;
+#[cfg(feature = "pth")]
 mod pth;
 #[cfg(feature = "pth")]
 mod safetensors;
