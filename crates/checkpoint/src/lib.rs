@@ -16,7 +16,6 @@ mod error;
 mod pickle;
 #[cfg(feature = "pth")]
 mod pth;
-#[cfg(feature = "pth")]
 mod safetensors;
 
 use std::fs::File;
