@@ -13,8 +13,9 @@
 
 mod error;
 #[cfg(feature = "pth")]
-mod pth;
+mod pickle;
 #[cfg(feature = "pth")]
+mod pth;
 mod safetensors;
 
 use std::fs::File;

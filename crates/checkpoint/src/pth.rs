@@ -9,6 +9,7 @@ use candle_core::{DType, Error};
 use taxel_graph::{Tensor, Weights};
 
 use crate::error::Cause;
+use crate::pickle;
 use taxel_quiet::caught;
 
 /// The number 0x1950a86a20f9469cfc6c, of which PyTorch's old format has a pickle first, of any protocol.
@@ -32,6 +33,7 @@ pub(crate) fn read(path: &Path) -> Result<Weights, Cause> {
     if !start.starts_with(&ZIP) {
         return Err(Cause::Pth("is no file of torch.save".into()));
     }
+    pickle::check(path, length)?;
     // The reader takes much of a pickle for granted. Nothing of it outlives the call.
     caught(|| tensors(path, length))
         .unwrap_or_else(|| Err(Cause::Pth("is damaged: its pickle makes no sense".into())))

@@ -106,6 +106,19 @@ fn a_tensor_larger_than_its_file_takes_no_memory() {
     assert!(message.contains("tensor `w` [2147483647, 2147483647, 2147483647] is larger"), "{message}");
 }
 
+/// A text of 4 GB that is not there, and a tuple of two tuples of two tuples, thirty deep.
+#[test]
+fn a_pickle_that_would_fill_the_memory_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.pth");
+    let doubled: Vec<u8> = (0..30u8).flat_map(|at| [b'q', at, b'h', at, 0x86]).collect();
+    for pickle in [b"\x80\x02X\xff\xff\xff\xffw.".to_vec(), [b"\x80\x02)", &doubled[..], b"."].concat()] {
+        fs::write(&path, archive(&pickle)).unwrap();
+        let message = refusal(&path);
+        assert!(message.ends_with(&format!("is damaged: its pickle makes no sense; {WAY_OUT}")), "{message}");
+    }
+}
+
 /// A zip archive that holds `data.pkl` alone, uncompressed.
 fn archive(pickle: &[u8]) -> Vec<u8> {
     let name = b"w/data.pkl";

@@ -283,7 +283,12 @@ fn is_over(file: &File, holder: Option<&Holder>, stale: Duration, folder: &Path)
         probe.metadata()?.modified()
     })?;
     let least = MISSED * holder.map_or(0.0, |holder| holder.beat);
-    let age = now.duration_since(file.metadata()?.modified()?).unwrap_or_default();
+    let Ok(age) = now.duration_since(file.metadata()?.modified()?) else {
+        // A heartbeat from the future: the clock was set back since. It counts as one of now, or a dead process
+        // would hold its claim until the clock is there again. Somebody else's file may refuse it, and stays.
+        let _ = file.set_modified(now);
+        return Ok(false);
+    };
     Ok(age > stale && age.as_secs_f64() > least)
 }
 
@@ -380,6 +385,21 @@ mod tests {
         assert!(is_held(&folder, stale));
         assert!(is_held(&folder, Duration::ZERO), "its next beat is not due yet");
         claim.release().unwrap();
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_neither_breaks_a_claim_nor_keeps_it() {
+        let (_dir, folder) = sweep();
+        let stale = Duration::from_millis(50);
+        let elsewhere = Holder { boot: "another machine".into(), ..Holder::me() };
+        let path = folder.claim("trial", 1);
+        fs::write(&path, elsewhere.bytes()).unwrap();
+        let file = File::options().write(true).open(&path).unwrap();
+        let beat = file.metadata().unwrap().modified().unwrap();
+        file.set_modified(beat + Duration::from_secs(86400)).unwrap();
+        assert!(is_held(&folder, stale), "its next beat is not due yet");
+        std::thread::sleep(2 * stale);
+        assert_eq!(mine(Claim::take(&folder, "trial", stale).unwrap()).attempts(), 2);
     }
 
     #[test]
