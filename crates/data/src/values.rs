@@ -91,14 +91,15 @@ impl Values {
             Layout::Series | Layout::Fingers | Layout::Features => Some(taxel(j)),
             Layout::Image | Layout::Sequence => None,
         };
-        let taxel_of: Vec<usize> = (0..size).map(taxel).collect();
-        let channel_of: Vec<Option<usize>> = (0..size).map(channel).collect();
-        let length = |n: Option<usize>| n.map_or(0, |last| last + 1);
-        let channels = length(channel_of.iter().flatten().max().copied());
+        // Four bytes each: of few long recordings these are as large as the recordings.
+        let taxel_of: Vec<u32> = (0..size).map(|j| taxel(j) as u32).collect();
+        let channel_of: Vec<u32> = (0..size).map_while(channel).map(|channel| channel as u32).collect();
+        let length = |of: &[u32]| of.iter().max().map_or(0, |last| *last as usize + 1);
+        let channels = length(&channel_of);
         let has_time = matches!(layout, Layout::Series | Layout::Fingers) && last > 1;
         let mut values = Self {
             all: Extent::EMPTY,
-            taxels: vec![Extent::EMPTY; length(taxel_of.iter().max().copied())],
+            taxels: vec![Extent::EMPTY; length(&taxel_of)],
             channels: vec![Extent::EMPTY; channels],
             stuck: vec![0; channels],
             samples: data.x.len_of(Axis(0)),
@@ -116,9 +117,9 @@ impl Values {
                 }
                 extent.add(*value);
                 values.all.add(*value);
-                values.taxels[taxel_of[j]].add(*value);
-                if let Some(channel) = channel_of[j] {
-                    values.channels[channel].add(*value);
+                values.taxels[taxel_of[j] as usize].add(*value);
+                if let Some(channel) = channel_of.get(j) {
+                    values.channels[*channel as usize].add(*value);
                 }
             }
             if extent.is_constant() {
