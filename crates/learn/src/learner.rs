@@ -188,7 +188,8 @@ impl<'d> Learner<'d> {
         for rows in rows.chunks(self.batch) {
             logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
         }
-        Ok(self.scores(&logits, rows))
+        let loss = self.objective.value(&logits, &self.labels.of(rows));
+        Ok((loss, self.accuracy(&logits, rows)))
     }
 
     /// The same of the network as its file would answer now.
@@ -196,14 +197,14 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// What the runtime refuses.
     pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
-        let (logits, _) = self.test(&self.engine.weights(), rows)?;
-        Ok(self.scores(&logits, rows))
+        let (logits, loss) = self.test(&self.engine.weights(), rows)?;
+        Ok((loss, self.accuracy(&logits, rows)))
     }
 
-    fn scores(&self, logits: &[f32], rows: &[usize]) -> (f64, f64) {
+    /// In percent.
+    fn accuracy(&self, logits: &[f32], rows: &[usize]) -> f64 {
         let labels = self.labels.of(rows);
-        let right = self.objective.correct(logits, &labels) as f64;
-        (self.objective.value(logits, &labels), 100.0 * right / labels.len().max(1) as f64)
+        100.0 * self.objective.correct(logits, &labels) as f64 / labels.len().max(1) as f64
     }
 
     fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {
