@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use taxel_data::Dataset;
+use taxel_faults::Fault;
 use taxel_learn::metrics::Levels;
-use taxel_learn::{Card, FoldKey, FoldRecord, Model, Results, RunFolder};
+use taxel_learn::{Card, FoldKey, FoldRecord, Model, NetworkResults, Results, RunFolder};
 
 use crate::error::{Error, Result};
 
@@ -81,6 +82,16 @@ impl Case {
     pub fn compared(&self) -> Vec<&str> {
         let most = self.results.networks.iter().filter_map(|n| n.per_class).max();
         let rows = self.results.networks.iter().filter(|n| n.per_class == most && !n.folds.is_empty());
-        rows.map(|n| n.network.as_str()).collect()
+        rows.filter(|n| unmet(n).is_none()).map(|n| n.network.as_str()).collect()
     }
+
+    /// Rows that were trained without one fault, to tell how it is met unknown, with that fault.
+    pub fn probes(&self) -> Vec<(&str, Fault)> {
+        let rows = self.results.networks.iter().filter(|n| !n.folds.is_empty());
+        rows.filter_map(|n| Some((n.network.as_str(), unmet(n)?))).collect()
+    }
+}
+
+fn unmet(row: &NetworkResults) -> Option<Fault> {
+    row.hardening.as_ref()?.unmet
 }

@@ -17,7 +17,7 @@ pub enum Error {
         /// What the samples are.
         source_label: String,
         /// What the scenes say.
-        source: taxel_scenes::Error,
+        source: taxel_faults::Error,
     },
     /// A run folder that holds something else than is asked of it.
     #[error("{folder}: {reason}")]

@@ -16,13 +16,13 @@ mod synthetic;
 mod values;
 
 pub use case::Case;
-pub use decide::{across, choose, claims, rank, statistics};
+pub use decide::{across, choose, claims, hardening, rank, statistics};
 pub use error::{Error, Result};
 pub use measure::{Options, StressOptions, judge, stress, survey};
 pub use report::{Entry, Report, Summary, overview, report, survey_page, sweep_page};
 pub use values::{
-    Across, Axis, Choice, Claim, ClassPictures, Contest, CostKind, Criteria, EpochPoint, Evidence, Example,
-    FaultCurve, FaultInfo, Judged, Judgement, MAJORITY, NetworkStress, OpenTrial, Outcome, Picture,
-    PictureKind, Score, SensorRange, Setting, Speed, Spread, Stress, Survey, Sweep, SweepProgress, Test,
-    Verdict,
+    Across, Axis, Change, Choice, Claim, ClassPictures, Contest, CostKind, Criteria, EpochPoint, Evidence,
+    Example, FaultCurve, FaultInfo, FoldLoss, Hardened, Judged, Judgement, MAJORITY, NetworkStress,
+    OpenTrial, Outcome, Picture, PictureKind, Score, SensorRange, Setting, Speed, Spread, Stress, Survey,
+    Sweep, SweepProgress, Test, Unmet, Verdict,
 };

@@ -148,6 +148,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             look_alikes: None,
             attributes: vec![],
             published: None,
+            hardening: None,
         },
         baseline: ["majority", "k-nn"].contains(&player.zoo),
         inputs: vec![],
@@ -202,6 +203,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         environment,
         chance: 50.0,
         networks,
+        probes: vec![],
         stress: None,
         examples: vec![],
     }
@@ -219,6 +221,7 @@ pub fn stress(losses: &[(&str, f64)]) -> Stress {
         relative_corruption_error: None,
         calibration_error: 0.0,
         verdict: "breaks first under gain".into(),
+        folds: vec![],
     };
     Stress {
         seed: 0,
@@ -230,5 +233,6 @@ pub fn stress(losses: &[(&str, f64)]) -> Stress {
         faults: vec![],
         left_out: Default::default(),
         networks: losses.iter().map(network).collect(),
+        unmet: vec![],
     }
 }

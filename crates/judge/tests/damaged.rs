@@ -11,11 +11,11 @@ use ndarray::ArrayD;
 use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Layout};
+use taxel_faults::Fault;
 use taxel_judge::{
     Case, Choice, Criteria, Judgement, Options, StressOptions, choose, claims, judge, report, stress,
 };
 use taxel_learn::{Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent};
-use taxel_scenes::faults::Fault;
 
 /// 24 presses of two classes, ten readings each.
 fn presses() -> Dataset {

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Labels, Source, SourceKind};
+use taxel_faults::Fault;
 use taxel_judge::{
     Case, CostKind, Criteria, Judgement, Options, Outcome, StressOptions, Test, across, choose, claims,
     judge, stress,
@@ -15,7 +16,6 @@ use taxel_judge::{
 use taxel_learn::{
     Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent, Split,
 };
-use taxel_scenes::faults::Fault;
 
 /// Sixty samples of a scene, with these of its attributes.
 fn simulated(scene: &str, seed: u64, attributes: &[&str]) -> Dataset {

@@ -1,11 +1,14 @@
 //! Baselines on labelled series: fitted, asked, saved.
 
 use taxel_baselines::{Fitted, Method, Saved, Series, Workspace};
-use taxel_data::{Attribute, Labels};
+use taxel_data::{Attribute, Dataset};
+use taxel_faults::TrainingFaults;
 use taxel_graph::{Tensor, Weights};
 
-use crate::encoding::Encoded;
+use crate::breaker::Breaker;
+use crate::encoding::{Encoded, Input};
 use crate::error::{Error, Result};
+use crate::part::Part;
 use crate::records::Costs;
 
 /// A baseline that has seen its training part: one fitted method per attribute.
@@ -19,29 +22,56 @@ pub(crate) struct FittedBaseline {
     sizes: Vec<usize>,
 }
 
+/// What a baseline learns from.
+pub(crate) struct Lesson<'a> {
+    pub dataset: &'a Dataset,
+    /// The samples as baselines read them.
+    pub series: &'a Input,
+    /// The training part.
+    pub rows: &'a [usize],
+    /// Faults of the copies that it learns from too.
+    pub faults: Option<&'a TrainingFaults>,
+    /// It keys what is drawn at random.
+    pub part: Part,
+}
+
+impl Lesson<'_> {
+    /// The recordings, clean ones first and then every faulty copy, and as many labels.
+    fn samples(&self) -> Result<(Vec<f32>, Vec<u32>)> {
+        let Lesson { dataset, series, rows, faults, part } = *self;
+        let (mut values, mut truth) = (vec![], dataset.labels.of(rows));
+        series.encoded.gather(rows, &mut values);
+        let Some(faults) = faults else { return Ok((values, truth)) };
+        let Some(mut breaker) = Breaker::new(faults, dataset, rows, &[series], part)? else {
+            return Ok((values, truth));
+        };
+        let (clean, own) = (values.clone(), truth.clone());
+        for copy in 0..faults.copies {
+            let mut broken = [clean.clone()];
+            breaker.fill(rows, &format!("copy{copy}"), &mut broken)?;
+            values.extend_from_slice(&broken[0]);
+            truth.extend_from_slice(&own);
+        }
+        Ok((values, truth))
+    }
+}
+
 impl FittedBaseline {
-    /// Learns from the recordings in `rows`; `seed` and `purpose` key what is drawn at random.
+    /// Learns its lesson.
     ///
     /// # Errors
     /// What the method refuses.
-    pub fn fit(
-        method: Method,
-        series: &Encoded,
-        labels: &Labels,
-        rows: &[usize],
-        (seed, purpose): (u64, &str),
-    ) -> Result<Self> {
+    pub fn fit(method: Method, lesson: &Lesson) -> Result<Self> {
         let refuse = |source| Error::Baseline { baseline: method.name().into(), source };
-        let shape = shape_of(series)?;
-        let mut values = vec![];
-        series.gather(rows, &mut values);
+        let shape = shape_of(&lesson.series.encoded)?;
+        let (values, truth) = lesson.samples()?;
         let train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
-        let truth = labels.of(rows);
-        let sizes = labels.sizes();
+        let sizes = lesson.dataset.labels.sizes();
+        let Part { seed, repetition, fold } = lesson.part;
         let mut own = vec![];
         for (i, &size) in sizes.iter().enumerate() {
             let y: Vec<u32> = truth.iter().skip(i).step_by(sizes.len()).copied().collect();
-            let purpose = format!("{purpose}/{i}");
+            let purpose = format!("r{repetition}/f{fold}/{i}");
             own.push(method.fit(&train, &y, size, seed, &purpose).map_err(refuse)?);
         }
         Ok(FittedBaseline { method, shape, own, sizes })

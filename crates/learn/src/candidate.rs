@@ -5,11 +5,12 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use taxel_baselines::Method;
+use taxel_faults::{Fault, TrainingFaults};
 use taxel_graph::{Graph, Weights};
 
 use crate::encoding::SERIES;
 use crate::error::{Error, Result};
-use crate::problem::{Check, Problem, require};
+use crate::problem::{Check, Problem, fault_problem, require};
 use crate::recipe::Recipe;
 use crate::search::Search;
 
@@ -28,6 +29,30 @@ pub struct Candidate {
     pub settings: Map<String, Value>,
     /// What its authors report on their own data.
     pub published: Option<Published>,
+    /// What it stands beside, where it was made by [`Candidate::hardened`].
+    pub twin: Option<Twin>,
+}
+
+/// The candidate that another one was made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Twin {
+    /// Name of the candidate that is trained alike, but on clean samples.
+    pub clean: String,
+    /// The fault that is left out of training to see how it is met unknown.
+    pub unmet: Option<Fault>,
+}
+
+/// How a row was trained under faults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hardening {
+    /// What its training samples met.
+    pub faults: TrainingFaults,
+    /// The row that was trained alike, but on clean samples, where the run has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clean: Option<String>,
+    /// The fault that was left out of training to see how it is met unknown: the row is there for that alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmet: Option<Fault>,
 }
 
 /// What learns from samples.
@@ -36,7 +61,12 @@ pub enum Estimator {
     /// A network, trained by the engine.
     Network(Box<Trainable>),
     /// A method that costs almost nothing.
-    Baseline(Method),
+    Baseline {
+        /// The method with its settings.
+        method: Method,
+        /// Faults of the copies that it learns from, beside the clean samples. Default no copies.
+        faults: Option<Box<TrainingFaults>>,
+    },
 }
 
 /// A network with all that its training needs besides samples.
@@ -90,6 +120,7 @@ impl Candidate {
             paper: String::new(),
             settings: Map::new(),
             published: None,
+            twin: None,
         }
     }
 
@@ -97,19 +128,54 @@ impl Candidate {
     pub fn baseline(method: Method) -> Self {
         Candidate {
             name: method.name().into(),
-            estimator: Estimator::Baseline(method),
+            estimator: Estimator::Baseline { method, faults: None },
             zoo: method.name().into(),
             paper: method.reference().into(),
             settings: Map::new(),
             published: None,
+            twin: None,
         }
+    }
+
+    /// The same trained under `faults`, as `<name>.hardened`; with a fault that is left `unmet` as
+    /// `<name>.without-<fault>`.
+    pub fn hardened(&self, faults: &TrainingFaults, unmet: Option<Fault>) -> Self {
+        let mut faults = faults.clone();
+        let name = match unmet {
+            Some(fault) => {
+                faults.without.push(fault);
+                format!("{}.without-{fault}", self.name)
+            }
+            None => format!("{}.hardened", self.name),
+        };
+        let mut own = self.clone();
+        match &mut own.estimator {
+            Estimator::Baseline { faults: before, .. } => *before = Some(Box::new(faults)),
+            Estimator::Network(network) => {
+                for tried in network.search.iter_mut().flat_map(|search| &mut search.grid) {
+                    tried.recipe.faults = Some(faults.clone());
+                }
+                network.recipe.faults = Some(faults);
+            }
+        }
+        // What is published was not trained so.
+        Candidate { name, published: None, twin: Some(Twin { clean: self.name.clone(), unmet }), ..own }
+    }
+
+    /// The faults that it is trained under; none where it is trained on clean samples.
+    pub fn faults(&self) -> Option<&TrainingFaults> {
+        let faults = match &self.estimator {
+            Estimator::Network(network) => network.recipe.faults.as_ref(),
+            Estimator::Baseline { faults, .. } => faults.as_deref(),
+        };
+        faults.filter(|faults| !faults.is_clean())
     }
 
     /// Names of the inputs that it reads.
     pub fn inputs(&self) -> Vec<&str> {
         match &self.estimator {
             Estimator::Network(network) => network.graph.inputs().map(|node| node.name.as_str()).collect(),
-            Estimator::Baseline(_) => vec![SERIES],
+            Estimator::Baseline { .. } => vec![SERIES],
         }
     }
 
@@ -121,7 +187,13 @@ impl Candidate {
         if let Some(published) = &self.published {
             published.check().map_err(|problem| problem.below("published"))?;
         }
-        let Estimator::Network(network) = &self.estimator else { return Ok(()) };
+        let network = match &self.estimator {
+            Estimator::Network(network) => network,
+            Estimator::Baseline { faults: Some(faults), .. } => {
+                return Ok(faults.check().map_err(fault_problem)?);
+            }
+            Estimator::Baseline { faults: None, .. } => return Ok(()),
+        };
         network.recipe.check()?;
         if let Some(search) = &network.search {
             search.check().map_err(|problem| problem.below("search"))?;

@@ -208,7 +208,10 @@ impl<'a> CrossValidation<'a> {
                 "name": own.name, "graph": network.graph, "recipe": network.recipe,
                 "search": network.search, "start": network.start.as_deref().map(digest),
             }),
-            Estimator::Baseline(method) => json!({ "name": own.name, "baseline": method }),
+            Estimator::Baseline { method, faults: None } => json!({ "name": own.name, "baseline": method }),
+            Estimator::Baseline { method, faults } => {
+                json!({ "name": own.name, "baseline": method, "faults": faults })
+            }
         };
         json!({
             "name": self.name, "seed": self.seed, "protocol": self.protocol, "encoding": self.encoding,

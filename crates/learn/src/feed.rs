@@ -4,6 +4,7 @@ use taxel_data::{Augment, Key};
 use taxel_engine::{Engine, Mode};
 use taxel_graph::Graph;
 
+use crate::breaker::Breaker;
 use crate::encoding::{Encoded, Input};
 use crate::error::Result;
 
@@ -13,14 +14,30 @@ pub(crate) struct Feed<'a> {
     /// What lies beyond the edges of an input's images, per channel.
     rests: Vec<Option<Vec<f32>>>,
     batches: Vec<Vec<f32>>,
+    /// Breaks training samples, where that is asked for.
+    breaker: Option<Breaker<'a>>,
+}
+
+/// What happens to the samples of a training pass.
+#[derive(Clone, Copy)]
+pub(crate) struct Pass<'p> {
+    /// Names the pass to the generator of faults.
+    pub occasion: &'p str,
+    /// Random moves of images.
+    pub augment: Option<(&'p Augment, Key)>,
+}
+
+/// The inputs that a network reads, in its order.
+pub(crate) fn read_by<'a>(graph: &Graph, inputs: &'a [Input]) -> Vec<&'a Input> {
+    let find = |node: &taxel_graph::Node| inputs.iter().find(|input| input.name == node.name);
+    graph.inputs().filter_map(find).collect()
 }
 
 impl<'a> Feed<'a> {
     /// # Errors
     /// An input of the network that is not encoded.
     pub fn new(graph: &Graph, inputs: &'a [Input]) -> Result<Self> {
-        let find = |node: &taxel_graph::Node| inputs.iter().find(|input| input.name == node.name);
-        let found: Vec<&Input> = graph.inputs().filter_map(find).collect();
+        let found = read_by(graph, inputs);
         if found.len() != graph.inputs().len() {
             let model = graph.name().to_string();
             let reason = "an input of the network is not encoded".to_string();
@@ -28,7 +45,12 @@ impl<'a> Feed<'a> {
         }
         let rests = found.iter().map(|input| input.transform.rest()).collect();
         let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
-        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests })
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests, breaker: None })
+    }
+
+    /// The same, with training samples broken by `breaker`.
+    pub fn under(self, breaker: Option<Breaker<'a>>) -> Self {
+        Feed { breaker, ..self }
     }
 
     fn gather(&mut self, rows: &[usize]) {
@@ -54,14 +76,13 @@ impl<'a> Feed<'a> {
         self.run(engine, rows.len(), mode)
     }
 
-    /// A training pass over `rows`; with an augmentation, over what it makes of them under `key`.
-    pub fn augmented<'e>(
-        &mut self,
-        engine: &'e mut Engine,
-        rows: &[usize],
-        augment: Option<(&Augment, Key)>,
-    ) -> Result<&'e [f32]> {
+    /// A training pass over `rows`, or over what faults and augmentation make of them.
+    pub fn train<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], pass: Pass) -> Result<&'e [f32]> {
+        let Pass { occasion, augment } = pass;
         self.gather(rows);
+        if let Some(breaker) = &mut self.breaker {
+            breaker.fill(rows, occasion, &mut self.batches)?;
+        }
         for ((input, rest), batch) in self.inputs.iter().zip(&self.rests).zip(&mut self.batches) {
             let (Some((augment, key)), Some(rest)) = (augment, rest) else { continue };
             let (&[channels, height, width, ref frames @ ..], len) = (input.shape(), input.len()) else {

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
 
-use crate::baseline::FittedBaseline;
+use crate::baseline::{FittedBaseline, Lesson};
 use crate::candidate::{Candidate, Estimator};
 use crate::encoding::{Encoder, Encoding};
 use crate::error::{Error, Result};
@@ -38,7 +38,7 @@ impl Fit<'_> {
     pub fn samples(&self, dataset: &Dataset) -> usize {
         match &self.candidate.estimator {
             Estimator::Network(network) => Training::samples(network, &everything(dataset)),
-            Estimator::Baseline(_) => 0,
+            Estimator::Baseline { .. } => 0,
         }
     }
 
@@ -55,6 +55,7 @@ impl Fit<'_> {
     ) -> Result<Option<Model>> {
         let candidate = self.candidate;
         candidate.check()?;
+        crate::plan::check_faults(candidate, encoder.dataset())?;
         encoder.prepare(&candidate.inputs())?;
         let dataset = encoder.dataset();
         let (fold, part) = (everything(dataset), Part::everything(self.seed));
@@ -82,17 +83,16 @@ impl Fit<'_> {
                 let trained = training.run(&mut Hooks { tick, cancel, saver: &mut saver })?;
                 Ok(trained.map(|trained| network_model(candidate, network, &inputs, &trained, &origin)))
             }
-            &Estimator::Baseline(method) => {
-                let (series, labels) = (&inputs[0].encoded, &dataset.labels);
-                let length = series.shape().last().copied().unwrap_or(0);
+            Estimator::Baseline { method, faults } => {
+                let length = inputs[0].encoded.shape().last().copied().unwrap_or(0);
                 if let Some(reason) = method.unfit(dataset.len(), length) {
                     let (network, input) = (candidate.name.clone(), "series".into());
                     return Err(Error::Input { network, input, reason });
                 }
-                let purpose = format!("r{}/f{}", part.repetition, part.fold);
-                let fitted = pool(self.options.threads())?.install(|| {
-                    FittedBaseline::fit(method, series, labels, &fold.train, (self.seed, &purpose))
-                })?;
+                let faults = faults.as_deref();
+                let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
+                let fitted =
+                    pool(self.options.threads())?.install(|| FittedBaseline::fit(*method, &lesson))?;
                 Ok(Some(baseline_model(candidate, &fitted, &inputs, &origin)))
             }
         }

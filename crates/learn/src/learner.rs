@@ -1,14 +1,15 @@
 //! An engine with what it learns: epochs, batch-norm statistics, tests.
 
 use rand::RngExt;
-use taxel_data::{Key, Labels};
+use taxel_data::{Dataset, Key, Labels};
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Graph, Weights};
 
+use crate::breaker::Breaker;
 use crate::encoding::Input;
 use crate::epoch::Epoch;
 use crate::error::{Error, Result};
-use crate::feed::Feed;
+use crate::feed::{Feed, Pass, read_by};
 use crate::hooks::Hooks;
 use crate::objective::Objective;
 use crate::part::Part;
@@ -57,12 +58,13 @@ impl<'d> Learner<'d> {
     pub fn new(
         task: &Task<'d>,
         recipe: &Recipe,
-        labels: &'d Labels,
+        dataset: &'d Dataset,
         inputs: &'d [Input],
         rows: &[usize],
         largest: usize,
     ) -> Result<Self> {
         let Task { graph, part, .. } = *task;
+        let labels = &dataset.labels;
         let purpose = part.purpose(&format!("init/{}", graph.name()));
         let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
         if let Some(start) = task.start {
@@ -71,6 +73,10 @@ impl<'d> Learner<'d> {
         let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
         let (frozen, decay) = (recipe.frozen.clone(), recipe.optimizer.decay());
         let options = Options { batch, threads: task.threads, frozen, decay };
+        let breaker = match &recipe.faults {
+            Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, inputs), part)?,
+            None => None,
+        };
         let purpose = part.purpose(&format!("dropout/{}", graph.name()));
         Ok(Learner {
             name: task.name.into(),
@@ -86,7 +92,7 @@ impl<'d> Learner<'d> {
             settled: recipe.batch_norm == BatchNorm::Moving,
             objective: Objective::new(recipe, labels, rows),
             engine: Engine::new(graph, &weights, options)?,
-            feed: Feed::new(graph, inputs)?,
+            feed: Feed::new(graph, inputs)?.under(breaker),
         })
     }
 
@@ -98,6 +104,7 @@ impl<'d> Learner<'d> {
         let Part { seed, repetition, fold } = self.part;
         let order = self.part.shuffled(rows, epoch);
         let lr = self.recipe.rate(epoch);
+        let occasion = format!("e{epoch}");
         let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
         for (number, rows) in order.chunks(self.batch).enumerate() {
             if hooks.is_cancelled() {
@@ -107,7 +114,8 @@ impl<'d> Learner<'d> {
             self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
             let key = Key { seed, repetition, fold, epoch, sample: 0 };
             let augment = self.recipe.augment.as_ref().map(|augment| (augment, key));
-            let logits = self.feed.augmented(&mut self.engine, rows, augment)?;
+            let pass = Pass { occasion: &occasion, augment };
+            let logits = self.feed.train(&mut self.engine, rows, pass)?;
             correct += self.objective.correct(logits, &labels);
             seen += labels.len();
             let engine = &mut self.engine;
@@ -145,7 +153,8 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
-    /// Batch-norm statistics over the whole training part; false if cancelled. Training does not see them.
+    /// Batch-norm statistics over the whole training part, under its faults if it has some; false if cancelled.
+    /// Training does not see them.
     ///
     /// # Errors
     /// What the engine refuses.
@@ -159,7 +168,8 @@ impl<'d> Learner<'d> {
             if hooks.is_cancelled() {
                 return Ok(false);
             }
-            self.feed.forward(&mut self.engine, rows, Mode::Train)?;
+            let pass = Pass { occasion: "population", augment: None };
+            self.feed.train(&mut self.engine, rows, pass)?;
         }
         self.engine.end_population();
         Ok(true)

@@ -34,6 +34,7 @@
 
 mod assemble;
 mod baseline;
+mod breaker;
 mod candidate;
 mod cross_validation;
 pub mod encoding;
@@ -71,13 +72,14 @@ mod run;
 mod run_models;
 mod schedule;
 mod search;
+mod sensor;
 mod session;
 mod table;
 mod table_latency;
 mod tensorboard;
 mod training;
 
-pub use candidate::{Candidate, Estimator, Published, Trainable, file_name};
+pub use candidate::{Candidate, Estimator, Hardening, Published, Trainable, Twin, file_name};
 pub use cross_validation::CrossValidation;
 pub use encoding::{Compiled, Encoder, Encoding, Transform};
 pub use environment::{Environment, cores, program};
@@ -106,5 +108,6 @@ pub use results::{FoldScores, NetworkResults, Results};
 pub use run_models::read_weights;
 pub use schedule::Schedule;
 pub use search::{Chosen, Combination, Search, Trial};
+pub use sensor::{SensorFacts, sensor};
 pub use session::forget;
 pub use table::Table;

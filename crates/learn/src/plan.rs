@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use taxel_data::{Dataset, Fold, Shortcut};
 use taxel_graph::Loss;
 
-use crate::candidate::{Candidate, Estimator, Trainable};
+use crate::candidate::{Candidate, Estimator, Hardening, Trainable};
 use crate::encoding::{Encoder, SERIES};
 use crate::error::{Error, Result};
-use crate::problem::{Problem, require};
+use crate::problem::{Problem, fault_problem, require};
 use crate::progress::Progress;
 use crate::protocol::Protocol;
 use crate::records::{Costs, FoldKey};
@@ -63,6 +63,7 @@ impl<'a> Plan<'a> {
         dataset.refuse_one_class()?;
         let mut drawn = vec![];
         for candidate in &candidates {
+            check_faults(candidate, dataset)?;
             if let Estimator::Network(network) = &candidate.estimator {
                 check_network(candidate, network, &encoder)?;
                 drawn.push((candidate.name.clone(), network.drawn()?));
@@ -134,7 +135,7 @@ fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<Row>> {
         match protocol.per_class() {
             None => rows.push(Row { name: own.name.clone(), candidate, few: None }),
             Some(counts) => rows.extend(counts.iter().enumerate().map(|(fold, &count)| Row {
-                name: format!("{}.n{count}", own.name),
+                name: few_name(&own.name, count),
                 candidate,
                 few: Some((count, fold)),
             })),
@@ -174,6 +175,16 @@ pub(crate) fn check_network(candidate: &Candidate, network: &Trainable, encoder:
     Ok(())
 }
 
+/// Refuses faults without a meaning for the samples.
+///
+/// # Errors
+/// The first of them.
+pub(crate) fn check_faults(candidate: &Candidate, dataset: &Dataset) -> Result<()> {
+    let Some(faults) = candidate.faults() else { return Ok(()) };
+    faults.plan(dataset.reading.layout).map_err(fault_problem)?;
+    Ok(())
+}
+
 /// Refuses a network whose inputs are not what the encoding makes.
 ///
 /// # Errors
@@ -206,7 +217,7 @@ fn able(
     let length = encoder.shape(SERIES).and_then(|shape| shape.last().copied()).unwrap_or(0);
     let mut left_out = BTreeMap::new();
     let able = candidates.into_iter().filter(|candidate| {
-        let Estimator::Baseline(method) = &candidate.estimator else { return true };
+        let Estimator::Baseline { method, .. } = &candidate.estimator else { return true };
         match method.unfit(most, length) {
             None => true,
             Some(reason) => {
@@ -229,10 +240,27 @@ pub(crate) fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
     found.filter(Shortcut::is_suspicious)
 }
 
+/// How the row was trained under faults; in a learning curve its twin has as many samples.
+fn hardening(row: &Row, candidate: &Candidate) -> Option<Hardening> {
+    let of_twin = |clean: &String| match row.few {
+        Some((count, _)) => few_name(clean, count),
+        None => clean.clone(),
+    };
+    Some(Hardening {
+        faults: candidate.faults()?.clone(),
+        clean: candidate.twin.as_ref().map(|twin| of_twin(&twin.clean)),
+        unmet: candidate.twin.as_ref().and_then(|twin| twin.unmet),
+    })
+}
+
+fn few_name(name: &str, count: usize) -> String {
+    format!("{name}.n{count}")
+}
+
 fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {
     let costs = match &candidate.estimator {
         Estimator::Network(network) => network.graph.cost().into(),
-        Estimator::Baseline(_) => Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 },
+        Estimator::Baseline { .. } => Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 },
     };
     NetworkResults {
         network: row.name.clone(),
@@ -254,5 +282,6 @@ fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkRes
         look_alikes: None,
         attributes: vec![],
         published: candidate.published.clone(),
+        hardening: hardening(row, candidate),
     }
 }

@@ -34,6 +34,17 @@ impl Display for Problem {
     }
 }
 
+/// What does not do in a table of training faults.
+pub(crate) fn fault_problem(error: taxel_faults::Error) -> Problem {
+    match error {
+        taxel_faults::Error::Parameter { name, value, expected } => {
+            Problem::new(format!("faults.{name}"), value, expected)
+        }
+        taxel_faults::Error::Fault { fault, .. } => Problem::new("faults.kinds", fault, error.to_string()),
+        other => Problem::new("faults", "{ .. }", other.to_string()),
+    }
+}
+
 /// What a check ends with.
 pub type Check = Result<(), Problem>;
 

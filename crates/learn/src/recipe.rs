@@ -4,10 +4,11 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Augment;
+use taxel_faults::TrainingFaults;
 use taxel_graph::{Loss, Scheme};
 
 use crate::optimizer::Optimizer;
-use crate::problem::{Check, Problem, require, share, within};
+use crate::problem::{Check, Problem, fault_problem, require, share, within};
 use crate::schedule::Schedule;
 
 /// Samples of the largest batch.
@@ -134,6 +135,9 @@ pub struct Recipe {
     /// What happens to training images and tensors at random, anew in every epoch. Default nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augment: Option<Augment>,
+    /// Faults that training samples meet, drawn anew in every epoch, before any encoding. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faults: Option<TrainingFaults>,
 }
 
 impl Default for Recipe {
@@ -155,6 +159,7 @@ impl Default for Recipe {
             early_stopping: None,
             frozen: vec![],
             augment: None,
+            faults: None,
         }
     }
 }
@@ -206,6 +211,9 @@ impl Recipe {
             self.augment.and_then(|augment| augment.check().err())
         {
             return Err(Problem::new(format!("augment.{key}"), value, expected));
+        }
+        if let Some(faults) = &self.faults {
+            faults.check().map_err(fault_problem)?;
         }
         if let Some(clip) = self.clip {
             let positive = (clip as f32) > 0.0 && clip.is_finite();

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use taxel_data::{Attribute, Dataset, Shortcut, Source};
 
-use crate::candidate::Published;
+use crate::candidate::{Hardening, Published};
 use crate::error::Result;
 use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd};
 use crate::model::Score;
@@ -94,6 +94,9 @@ pub struct NetworkResults {
     pub attributes: Vec<LevelScores>,
     /// What its authors report on their own data, in %.
     pub published: Option<Published>,
+    /// How it was trained under faults; none where it was trained on clean samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardening: Option<Hardening>,
 }
 
 /// `results.json`.

@@ -3,10 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use taxel_faults::TrainingFaults;
 use taxel_graph::Graph;
 
 use crate::assemble::{assemble, fill};
-use crate::baseline::FittedBaseline;
+use crate::baseline::{FittedBaseline, Lesson};
 use crate::candidate::{Candidate, Estimator, Trainable};
 use crate::encoding::SERIES;
 use crate::environment::Environment;
@@ -168,7 +169,7 @@ impl<'a> Run<'a> {
             Estimator::Network(network) => {
                 work_per_sample(&network.graph) * Training::samples(network, fold) as u64
             }
-            Estimator::Baseline(_) => 0,
+            Estimator::Baseline { .. } => 0,
         }
     }
 
@@ -182,8 +183,10 @@ impl<'a> Run<'a> {
         let candidate = self.candidate(key).expect("a row of the plan");
         match &candidate.estimator {
             Estimator::Network(network) => self.network(key, candidate, network, progress, cancel),
-            Estimator::Baseline(_) if cancel.load(Ordering::Relaxed) => Ok(None),
-            &Estimator::Baseline(method) => self.baseline(key, candidate, method).map(Some),
+            Estimator::Baseline { .. } if cancel.load(Ordering::Relaxed) => Ok(None),
+            Estimator::Baseline { method, faults } => {
+                self.baseline(key, candidate, *method, faults.as_deref()).map(Some)
+            }
         }
     }
 
@@ -245,15 +248,15 @@ impl<'a> Run<'a> {
         key: &FoldKey,
         candidate: &Candidate,
         method: taxel_baselines::Method,
+        faults: Option<&TrainingFaults>,
     ) -> Result<Finished> {
         let (dataset, fold, part) = (self.plan.dataset, self.fold(key), self.part(key));
         let start = Instant::now();
         let inputs = self.plan.encoder.fit(&[SERIES], &fold.train)?;
-        let series = &inputs[0].encoded;
-        let (labels, purpose) = (&dataset.labels, format!("r{}/f{}", part.repetition, part.fold));
+        let (series, labels) = (&inputs[0].encoded, &dataset.labels);
         let threads = pool(self.options.threads())?;
-        let fitted = threads
-            .install(|| FittedBaseline::fit(method, series, labels, &fold.train, (part.seed, &purpose)))?;
+        let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
+        let fitted = threads.install(|| FittedBaseline::fit(method, &lesson))?;
         let train_seconds = start.elapsed().as_secs_f64();
         let mut test = vec![];
         series.gather(&fold.test, &mut test);

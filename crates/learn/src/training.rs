@@ -259,7 +259,7 @@ impl Training<'_> {
             threads: self.threads,
         };
         let largest = self.fold.test.len().max(self.fold.validation.len());
-        let mut learner = Learner::new(&task, recipe, &self.dataset.labels, self.inputs, rows, largest)?;
+        let mut learner = Learner::new(&task, recipe, self.dataset, self.inputs, rows, largest)?;
         session.restore(&mut learner.engine)?;
         let done = session.state.stage.epochs.len();
         (hooks.tick)(done * rows.len());

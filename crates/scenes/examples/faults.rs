@@ -3,7 +3,7 @@
 //! A line holds layout, fault, level, shape and readings; the first of each fault is the clean sample.
 
 use ndarray::{ArrayD, Axis};
-use taxel_scenes::faults::Fault;
+use taxel_faults::Fault;
 use taxel_scenes::{Fingertip, Gripper, Imprint, Palpation, Result, Scene};
 
 /// What of a sample is shown: some frames of a sequence, DC and one AC channel of each finger.

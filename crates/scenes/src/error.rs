@@ -34,32 +34,9 @@ pub enum Error {
         /// The nearest of its removable effects, and all of them.
         hint: String,
     },
-    /// No fault has this name.
-    #[error("there is no fault `{name}`; {hint}")]
-    UnknownFault {
-        /// The name asked for.
-        name: String,
-        /// The nearest names, and all of them.
-        hint: String,
-    },
-    /// A fault has no meaning for these readings.
-    #[error("fault {fault} has no meaning for {layout}: {reason}")]
-    Fault {
-        /// The fault.
-        fault: &'static str,
-        /// The layout of the readings.
-        layout: &'static str,
-        /// Why it has none.
-        reason: &'static str,
-    },
-    /// A sample cannot be worked on.
-    #[error("sample {sample}: {reason}")]
-    Sample {
-        /// Index of the sample.
-        sample: usize,
-        /// What is wrong, and the way out.
-        reason: String,
-    },
+    /// A fault cannot be applied.
+    #[error(transparent)]
+    Fault(#[from] taxel_faults::Error),
     /// A mesh cannot be used.
     #[error("{file}: {reason}")]
     Mesh {

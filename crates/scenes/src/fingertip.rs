@@ -27,7 +27,7 @@ mod parameters;
 
 pub(crate) use parameters::explain;
 
-use crate::faults::Layout;
+use crate::Layout;
 use crate::parameters::Parameter;
 use crate::world::{World, normal};
 use crate::{Error, Result, Scene};

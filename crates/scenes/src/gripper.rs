@@ -30,7 +30,7 @@ mod recording;
 
 pub(crate) use parameters::explain;
 
-use crate::faults::Layout;
+use crate::Layout;
 use crate::world::{World, columns};
 use crate::{Attributes, Error, Result, Scene};
 use ndarray::{Array2, Array4};

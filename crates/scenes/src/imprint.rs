@@ -31,7 +31,7 @@ mod view;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use crate::faults::Layout;
+use crate::Layout;
 use crate::{Effect, Error, Result, Scene};
 use mesh::{Frame, Grid, Mesh};
 use ndarray::{Array3, Array4, ArrayViewMut2, Axis};

@@ -20,7 +20,6 @@
 //! ```
 
 mod error;
-pub mod faults;
 pub mod fingertip;
 pub mod gripper;
 pub mod imprint;
@@ -34,9 +33,10 @@ pub use gripper::Gripper;
 pub use imprint::Imprint;
 pub use palpation::Palpation;
 
-use faults::{Fault, Layout, Sensor};
 use ndarray::{Array2, ArrayD, Axis};
 use serde::{Deserialize, Deserializer, Serialize};
+pub use taxel_encodings::Layout;
+use taxel_faults::{Fault, Sensor};
 use taxel_names::{hint, with_meant};
 
 /// A simulated data set of N samples.
@@ -78,7 +78,7 @@ pub struct Attributes {
 }
 
 impl Scene {
-    /// Range and axes of the readings, as [`faults`] need them.
+    /// Range and axes of the readings, as faults need them.
     pub fn sensor(&self) -> Sensor {
         Sensor { rest: self.rest.clone(), ..Sensor::new(self.layout, self.full_scale) }
     }
@@ -91,7 +91,8 @@ impl Scene {
     pub fn corrupt(&mut self, fault: Fault, severity: u8, seed: u64) -> Result<()> {
         let sensor = self.sensor();
         let mut samples = self.x.axis_iter_mut(Axis(0)).enumerate();
-        samples.try_for_each(|(i, sample)| fault.apply(sample, &sensor, severity, seed, i))
+        samples.try_for_each(|(i, sample)| fault.apply(sample, &sensor, severity, seed, i))?;
+        Ok(())
     }
 }
 

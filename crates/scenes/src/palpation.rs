@@ -29,7 +29,7 @@ mod surface;
 
 pub(crate) use parameters::explain;
 
-use crate::faults::Layout;
+use crate::Layout;
 use crate::world::{World, columns, normal};
 use crate::{Error, Result, Scene};
 use finger::Fingers;

@@ -92,6 +92,8 @@ pub use taxel_data as data;
 pub use taxel_encodings as encodings;
 /// Graphs compiled for training on the CPU.
 pub use taxel_engine as engine;
+/// Sensor faults: graded ones to test with, drawn ones to train under.
+pub use taxel_faults as faults;
 /// Networks as values.
 pub use taxel_graph as graph;
 /// Run folders judged.
@@ -100,7 +102,7 @@ pub use taxel_judge as judge;
 pub use taxel_learn as learn;
 /// Networks frozen for answering.
 pub use taxel_runtime as runtime;
-/// Simulated worlds and sensor faults.
+/// Simulated worlds.
 pub use taxel_scenes as scenes;
 /// Many experiments on many machines.
 pub use taxel_sweep as sweep;

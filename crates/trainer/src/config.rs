@@ -7,10 +7,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
+use taxel_faults::{Fault, Layout, TrainingFaults};
 use taxel_graph::Loss;
 use taxel_learn::{
-    Check, Combination, Criterion, Encoding, Problem, Protocol, Published, Recipe, Search, file_name,
-    require, share, within,
+    Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Published, Recipe,
+    Search, file_name, require, share, within,
 };
 use taxel_zoo::{Registry, Settings};
 use toml::{Table, Value};
@@ -47,6 +48,32 @@ pub struct Config {
     pub networks: Vec<Network>,
     /// Methods that cost almost nothing and stand in the table too.
     pub baselines: Vec<Baseline>,
+    /// Trains everything once more, under faults.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub harden: Option<Harden>,
+}
+
+/// The `[harden]` table: every network, MiniRocket and the SVM are trained once more, under faults, as
+/// `<label>.hardened`, and stand beside those trained on clean samples.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Harden {
+    /// What the training samples meet. Default every kind that has a meaning for them.
+    pub faults: TrainingFaults,
+    /// Labels of the networks and names of the baselines that are hardened. Default all that can be.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub only: Vec<String>,
+    /// Kinds that are left out of one more training each, as `<label>.without-<kind>`: how a hardened network
+    /// meets a fault that it does not know. A training for each kind. Default none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub leave_out: Vec<Fault>,
+    /// Whether every kind of the training is left out once, in place of those of `leave_out`. Default false.
+    #[serde(skip_serializing_if = "is_false")]
+    pub leave_each_out: bool,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// One of `[[networks]]`.
@@ -136,6 +163,7 @@ struct Raw {
     choose: Option<Choose>,
     networks: Vec<RawNetwork>,
     baselines: Option<Vec<Baseline>>,
+    harden: Option<Harden>,
 }
 
 #[derive(Deserialize)]
@@ -188,6 +216,7 @@ impl Config {
             choose: raw.choose,
             networks: raw.networks.into_iter().enumerate().map(network).collect::<Result<_, _>>()?,
             baselines,
+            harden: raw.harden,
         })
     }
 
@@ -223,7 +252,10 @@ impl Config {
             let fresh = labels.insert(method.name());
             require(fresh, &format!("baselines.{i}"), format!("{:?}", method.name()), reason)?;
         }
-        Ok(())
+        match &self.harden {
+            Some(harden) => harden.check(&labels).map_err(below("harden")),
+            None => Ok(()),
+        }
     }
 
     /// What a recipe asks of the experiment's samples.
@@ -249,6 +281,41 @@ impl Config {
             grid.push(Combination { set: set.into_iter().map(json).collect(), recipe: own });
         }
         Ok(Some(Search { grid, validation: choose.validation, by: choose.by }))
+    }
+}
+
+impl Harden {
+    fn check(&self, labels: &BTreeSet<&str>) -> Check {
+        let recipe = Recipe { faults: Some(self.faults.clone()), ..Recipe::default() };
+        recipe.check()?;
+        let reason = "trains on clean samples; leave the table [harden] out";
+        require(!self.faults.is_clean(), "faults.probability", "0", reason)?;
+        for (i, name) in self.only.iter().enumerate() {
+            let hint = taxel_names::hint(name, labels.iter().copied());
+            let reason = format!("is no network or baseline of this experiment; {hint}");
+            require(labels.contains(name.as_str()), &format!("only.{i}"), format!("{name:?}"), reason)?;
+        }
+        let both = self.leave_each_out && !self.leave_out.is_empty();
+        let reason = "leaves every kind out already; remove one of the two keys";
+        require(!both, "leave_each_out", "true", reason)
+    }
+
+    /// The candidate trained under faults, and once more without each kind that is to be met unknown; nothing
+    /// where it is not hardened. `layout` is that of the samples.
+    pub(crate) fn hardened(&self, candidate: &Candidate, layout: Layout) -> Vec<Candidate> {
+        let named = self.only.contains(&candidate.name);
+        // The other baselines keep every sample that they are given, or look at none.
+        let fits = match &candidate.estimator {
+            Estimator::Network(_) => true,
+            Estimator::Baseline { method, .. } => ["mini-rocket", "svm"].contains(&method.name()),
+        };
+        if candidate.faults().is_some() || !named && !(self.only.is_empty() && fits) {
+            return vec![];
+        }
+        let met: Vec<Fault> = self.faults.plan(layout).map_or(vec![], |plan| plan.kinds().collect());
+        let left_out = met.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
+        let unmet = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
+        std::iter::once(candidate.hardened(&self.faults, None)).chain(unmet).collect()
     }
 }
 

@@ -146,12 +146,19 @@ impl Runner<'_> {
     }
 
     fn candidate(&self, name: &str, encoder: &mut Encoder) -> Result<Candidate> {
-        let Config { networks, baselines, .. } = self.experiment.config();
+        let Config { networks, baselines, harden, .. } = self.experiment.config();
         if let Some(i) = networks.iter().position(|network| network.label == name) {
             return self.network(i, &networks[i], encoder);
         }
         if let Some(Baseline(method)) = baselines.iter().find(|own| own.0.name() == name) {
             return Ok(Candidate::baseline(*method));
+        }
+        if let (Some(harden), Some((clean, _))) = (harden, name.rsplit_once('.')) {
+            let clean = self.candidate(clean, encoder)?;
+            let hardened = harden.hardened(&clean, self.dataset.reading.layout);
+            if let Some(own) = hardened.into_iter().find(|own| own.name == name) {
+                return Ok(own);
+            }
         }
         let known = networks.iter().map(|network| network.label.as_str());
         let known = known.chain(baselines.iter().map(|own| own.0.name()));
@@ -186,6 +193,12 @@ impl Runner<'_> {
             return Err(Error::Unfit { reason });
         }
         candidates.extend(baselines.iter().map(|Baseline(method)| Candidate::baseline(*method)));
+        if let Some(harden) = &self.experiment.config().harden {
+            let layout = self.dataset.reading.layout;
+            let more: Vec<Candidate> =
+                candidates.iter().flat_map(|candidate| harden.hardened(candidate, layout)).collect();
+            candidates.extend(more);
+        }
         Ok((candidates, refused))
     }
 
@@ -217,6 +230,7 @@ impl Runner<'_> {
             paper: entry.paper.clone(),
             settings,
             published: network.published.clone(),
+            twin: None,
         })
     }
 

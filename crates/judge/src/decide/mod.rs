@@ -5,6 +5,7 @@ mod choice;
 mod choice_words;
 mod claims;
 mod comparison;
+mod hardening;
 mod p_value;
 pub mod statistics;
 
@@ -17,3 +18,4 @@ pub use choice::choose;
 pub use claims::claims;
 #[cfg(test)]
 pub(crate) use comparison::Comparison;
+pub use hardening::hardening;

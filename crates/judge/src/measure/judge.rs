@@ -49,8 +49,10 @@ impl Default for Options<'_> {
 /// Models that are missing or damaged, readings that cannot be broken.
 pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
     let compared = case.compared();
+    let of_one_fault = |own: &&NetworkResults| own.hardening.as_ref().is_some_and(|how| how.unmet.is_some());
+    let (probes, rows): (Vec<_>, Vec<_>) = case.results.networks.iter().partition(of_one_fault);
     let mut networks = vec![];
-    for own in &case.results.networks {
+    for own in rows {
         let timed = compared.contains(&own.network.as_str());
         networks.push(judged(case, own, timed, options)?);
     }
@@ -70,6 +72,7 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
         chance: chance(&case.dataset),
         examples: examples(case)?,
         networks,
+        probes: probes.into_iter().cloned().collect(),
         stress,
         results,
     })

@@ -6,7 +6,6 @@ mod judge;
 mod parts;
 mod pictures;
 mod scores;
-mod sensor;
 mod speed;
 mod stress;
 mod survey;

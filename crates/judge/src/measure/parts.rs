@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ndarray::{ArrayD, Axis};
+use taxel_faults::{Fault, Sensor};
 use taxel_learn::{FoldKey, FoldRecord, Model, Predictor};
-use taxel_scenes::faults::{Fault, Sensor};
 
 use super::threads::alone;
 use crate::case::Case;
@@ -38,11 +38,20 @@ pub(super) struct Job {
 /// What one network says about a part.
 pub(super) struct Answer {
     pub network: String,
+    pub fold: usize,
     pub broken: Option<(Fault, u8)>,
     pub truth: Vec<u32>,
     pub probabilities: Vec<f32>,
     pub predicted: Vec<u32>,
     pub refused: usize,
+}
+
+impl Answer {
+    /// In %.
+    pub fn accuracy(&self) -> f64 {
+        let right = self.truth.iter().zip(&self.predicted).filter(|(truth, predicted)| truth == predicted);
+        100.0 * right.count() as f64 / self.truth.len().max(1) as f64
+    }
 }
 
 /// The test parts of the first repetition, thinned out evenly to `most` samples; and how many there are.
@@ -141,7 +150,13 @@ fn answers(
     };
     let width = part.truth.len() / part.len().max(1);
     let mut answers = vec![];
+    let probes = case.probes();
     for (predictor, key) in predictors.iter().zip(&part.keys) {
+        // A row that is there for one fault is asked about that one alone.
+        let unmet = probes.iter().find(|(name, _)| *name == key.network).map(|(_, fault)| *fault);
+        if unmet.zip(job.broken).is_some_and(|(own, (fault, _))| own != fault) {
+            continue;
+        }
         let (probabilities, refused) = ask(predictor, &clean, &broken)?;
         let mut predicted = predictor.card().levels().predicted(&probabilities);
         for &row in &refused {
@@ -150,6 +165,7 @@ fn answers(
         }
         answers.push(Answer {
             network: key.network.clone(),
+            fold: part.fold,
             broken: job.broken,
             truth: part.truth.clone(),
             probabilities,

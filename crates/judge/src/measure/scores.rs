@@ -4,7 +4,7 @@ use taxel_learn::metrics::Levels;
 
 use super::parts::Answer;
 use crate::error::Result;
-use crate::values::{FaultCurve, NetworkStress, Score};
+use crate::values::{FaultCurve, FoldLoss, NetworkStress, Score};
 
 /// Scores over all parts.
 pub(super) fn score(levels: &Levels, answers: &[&Answer]) -> Result<Score> {
@@ -18,6 +18,21 @@ pub(super) fn score(levels: &Levels, answers: &[&Answer]) -> Result<Score> {
         calibration_error,
         refused: answers.iter().map(|a| a.refused).sum(),
     })
+}
+
+/// Accuracy and loss of one network fold by fold.
+pub(super) fn folds(answers: &[&Answer]) -> Vec<FoldLoss> {
+    let mut numbers: Vec<usize> = answers.iter().map(|a| a.fold).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let of = |fold: usize| {
+        let own = || answers.iter().filter(move |a| a.fold == fold);
+        let clean = own().find(|a| a.broken.is_none())?.accuracy();
+        let broken: Vec<f64> = own().filter(|a| a.broken.is_some()).map(|a| a.accuracy()).collect();
+        let mean = broken.iter().sum::<f64>() / broken.len().max(1) as f64;
+        Some(FoldLoss { fold, accuracy: clean, loss: clean - mean })
+    };
+    numbers.into_iter().filter_map(of).collect()
 }
 
 /// Percentage points above chance below which there is no margin to lose.
@@ -45,6 +60,7 @@ pub(super) fn stressed(network: &str, clean: Score, curves: Vec<FaultCurve>) -> 
         calibration_error: mean(&|curve| curve.mean(|score| score.calibration_error)),
         verdict: String::new(),
         curves,
+        folds: vec![],
     }
 }
 

@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use taxel_learn::{ModelInput, require};
-use taxel_scenes::faults::{Fault, Layout};
+use taxel_faults::{Fault, Layout};
+use taxel_learn::{ModelInput, SensorFacts, require};
 
 use super::chance::chance;
 use super::parts::{Answer, Job, Part, answer, parts};
-use super::scores::{breaks_at, relate, score, stressed};
-use super::sensor::sensor;
+use super::scores::{breaks_at, folds, relate, score, stressed};
 use super::verdict::verdict;
 use crate::case::Case;
 use crate::error::{Error, Result};
-use crate::values::{FaultCurve, FaultInfo, NetworkStress, Score, Stress};
+use crate::values::{FaultCurve, FaultInfo, NetworkStress, Score, SensorRange, Stress};
 
 /// Baselines and networks that corruption errors are relative to, the first that a run has.
 const REFERENCES: [&str; 3] = ["k-nn", "mini-rocket", "mlp"];
@@ -50,11 +49,14 @@ pub fn stress(
     start: &dyn Fn(u64),
     tick: &(dyn Fn() + Sync),
 ) -> Result<Stress> {
-    let (sensor, range) = sensor(&case.dataset);
+    let everything: Vec<usize> = (0..case.dataset.len()).collect();
+    let SensorFacts { sensor, from_samples } = taxel_learn::sensor(&case.dataset, &everything);
+    let range = SensorRange { low: sensor.low, high: sensor.high, from_samples };
     let (faults, left_out) = faults(case, options, sensor.layout)?;
     let severities: Vec<u8> = options.severity.map_or_else(|| (1..=5).collect(), |one| vec![one]);
-    let names = case.compared();
-    let (parts, of) = parts(case, &names, options.samples);
+    let (names, probes) = (case.compared(), case.probes());
+    let tested: Vec<&str> = names.iter().copied().chain(probes.iter().map(|(name, _)| *name)).collect();
+    let (parts, of) = parts(case, &tested, options.samples);
     let mut jobs = vec![];
     for part in 0..parts.len() {
         jobs.push(Job { part, broken: None });
@@ -69,6 +71,10 @@ pub fn stress(
     for name in &names {
         networks.push(network(case, name, &answers, (&faults, &severities), chance)?);
     }
+    let mut unmet = vec![];
+    for (name, fault) in probes.into_iter().filter(|(_, fault)| faults.contains(fault)) {
+        unmet.push(network(case, name, &answers, (&[fault], &severities), chance)?);
+    }
     let reference = REFERENCES.into_iter().find(|name| names.contains(name));
     relate(&mut networks, reference);
     for network in &mut networks {
@@ -77,7 +83,7 @@ pub fn stress(
     }
     Ok(Stress {
         seed: case.results.seed,
-        samples: tested(&parts),
+        samples: different(&parts),
         of,
         range,
         chance,
@@ -85,6 +91,7 @@ pub fn stress(
         faults: faults.into_iter().map(FaultInfo::of).collect(),
         left_out,
         networks,
+        unmet,
     })
 }
 
@@ -107,7 +114,8 @@ fn network(
         let points: Vec<(u8, Score)> = severities.iter().map(point).collect::<Result<_>>()?;
         curves.push(FaultCurve { fault, breaks_at: breaks_at(&points, clean.accuracy, chance), points });
     }
-    Ok(stressed(name, clean, curves))
+    let own: Vec<&Answer> = answers.iter().filter(|a| a.network == name).collect();
+    Ok(NetworkStress { folds: folds(&own), ..stressed(name, clean, curves) })
 }
 
 /// How the first saved fold of a network reads samples.
@@ -133,7 +141,7 @@ fn faults(
         match fault.refusal(layout) {
             Some(reason) if asked => {
                 let (fault, layout) = (fault.name(), layout.describe());
-                let source = taxel_scenes::Error::Fault { fault, layout, reason };
+                let source = taxel_faults::Error::Fault { fault, layout, reason };
                 return Err(Error::Fault { source_label: case.dataset.source.to_string(), source });
             }
             Some(reason) => {
@@ -147,7 +155,7 @@ fn faults(
 }
 
 /// Different test samples over all parts.
-fn tested(parts: &[Part]) -> usize {
+fn different(parts: &[Part]) -> usize {
     let mut folds: Vec<(usize, usize)> = parts.iter().map(|part| (part.fold, part.len())).collect();
     folds.sort_unstable();
     folds.dedup();

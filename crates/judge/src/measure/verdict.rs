@@ -1,7 +1,7 @@
 //! What the numbers of a stress test say, in words.
 
+use taxel_faults::Fault;
 use taxel_learn::ModelInput;
-use taxel_scenes::faults::Fault;
 
 use super::scores::MARGIN;
 use crate::values::{FaultCurve, FaultInfo, NetworkStress};

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use taxel_data::Source;
-use taxel_scenes::faults::Fault;
+use taxel_faults::Fault;
 
 use crate::values::{Choice, Claim, CostKind, Criteria, Evidence, Judgement, Outcome, Test};
 

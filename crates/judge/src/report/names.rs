@@ -19,6 +19,7 @@ pub(super) mod table {
     pub const FAULT_LOSSES: &str = "fault-losses";
     pub const FEW_SAMPLES: &str = "few-samples";
     pub const FOLDS: &str = "folds";
+    pub const HARDENING: &str = "hardening";
     pub const NETWORKS: &str = "networks";
     pub const OPEN: &str = "open";
     pub const OVERVIEW_REAL: &str = "overview-real";
@@ -28,6 +29,7 @@ pub(super) mod table {
     pub const SETTINGS: &str = "settings";
     pub const SPEED: &str = "speed";
     pub const TRAINING: &str = "training";
+    pub const UNMET: &str = "unmet-faults";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
 }
 

@@ -189,6 +189,11 @@ impl Parts<'_> {
                     li { strong { (network.network) } ": " (network.verdict) }
                 }
             }
+            @if let Some(hardening) = self.table(tables::HARDENING) {
+                h3 { "Trained under faults" }
+                (hardening)
+                (self.table(tables::UNMET).unwrap_or_default())
+            }
             (self.chart(charts::FAULT_LOSSES, tables::FAULT_LOSSES).unwrap_or_default())
             (self.table(tables::BREAKING_POINTS).unwrap_or_default())
             (self.chart(charts::FAULT_CURVES, tables::FAULT_CURVES).unwrap_or_default())

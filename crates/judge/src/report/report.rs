@@ -45,7 +45,7 @@ const ENDINGS: [&str; 5] = ["svg", "png", "md", "csv", "part"];
 /// # Errors
 /// A chart that cannot be drawn, or a picture of the judgement that is not what it says.
 pub fn report(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) -> Result<Report> {
-    let tables = tables(judgement, choice, claims);
+    let tables = tables(judgement, choice, claims)?;
     let charts = charts(judgement, choice);
     let html = page(judgement, choice, &tables, &charts)?.into_string();
     let mut files = vec![("report.html".to_string(), html.into_bytes())];

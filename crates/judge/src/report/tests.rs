@@ -56,7 +56,7 @@ fn names_of_users_cannot_break_out_of_the_page() {
     let all = |tag: &str| document.descendants().filter(|n| n.has_tag_name(tag)).count();
     assert!(document.descendants().all(|n| !n.has_tag_name("b")));
     assert_eq!(all("h1"), 1);
-    let tables = tables(&judgement(), Some(&choice()), &[claim()]);
+    let tables = tables(&judgement(), Some(&choice()), &[claim()]).unwrap();
     assert_eq!((all("table"), all("caption")), (tables.len(), tables.len()));
     let has = |tag: &'static str, attribute: &'static str| {
         let mut own = document.descendants().filter(move |n| n.tag_name().name() == tag);
@@ -217,7 +217,7 @@ fn markdown_has_as_many_cells_in_each_row_as_in_its_head() {
 
 #[test]
 fn published_and_measured_numbers_share_no_column() {
-    for table in tables(&judgement(), Some(&choice()), &[claim()]) {
+    for table in tables(&judgement(), Some(&choice()), &[claim()]).unwrap() {
         let published =
             table.heads.iter().flat_map(|head| &head.csv).filter(|name| name.starts_with("published"));
         let expected = if table.name == "published" { 7 } else { 0 };

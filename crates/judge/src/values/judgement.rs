@@ -23,6 +23,9 @@ pub struct Judgement {
     pub chance: f64,
     /// In the order of the config, baselines behind.
     pub networks: Vec<Judged>,
+    /// Rows that were trained without one fault, to tell how it is met unknown ([`Stress::unmet`]).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probes: Vec<NetworkResults>,
     /// Accuracy under faults; none where it was not asked for.
     pub stress: Option<Stress>,
     /// Some test samples with what networks say about them.

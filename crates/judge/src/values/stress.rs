@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use taxel_scenes::faults::Fault;
+use taxel_faults::Fault;
 
 /// What a fault does, for readers of a report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,6 +74,20 @@ pub struct NetworkStress {
     pub calibration_error: f64,
     /// What the numbers say, in words.
     pub verdict: String,
+    /// Fold by fold, for differences between two networks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub folds: Vec<FoldLoss>,
+}
+
+/// One network on one fold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FoldLoss {
+    /// From 0.
+    pub fold: usize,
+    /// On unbroken samples, in %.
+    pub accuracy: f64,
+    /// Accuracy lost, in percentage points, mean over faults and severities.
+    pub loss: f64,
 }
 
 /// Every network under every fault.
@@ -97,6 +111,9 @@ pub struct Stress {
     pub left_out: BTreeMap<String, String>,
     /// In the order of the run.
     pub networks: Vec<NetworkStress>,
+    /// Rows that were trained without one fault, under that fault alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmet: Vec<NetworkStress>,
 }
 
 fn is_zero(count: &usize) -> bool {

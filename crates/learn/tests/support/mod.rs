@@ -103,7 +103,7 @@ pub fn mlp(dataset: &Dataset, recipe: Recipe) -> Candidate {
 pub fn trainable(candidate: &mut Candidate) -> &mut Trainable {
     match &mut candidate.estimator {
         Estimator::Network(network) => network,
-        Estimator::Baseline(_) => unreachable!("a network was asked for"),
+        Estimator::Baseline { .. } => unreachable!("a network was asked for"),
     }
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel_data::Npz;
-use taxel_scenes::faults::Fault;
+use taxel_faults::Fault;
 
 use crate::Outcome;
 use crate::arrays::write;

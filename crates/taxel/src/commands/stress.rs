@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use taxel::judge::{Stress as Outcomes, StressOptions, stress};
 use taxel::learn::{IndicatifProgress, Progress};
-use taxel_scenes::faults::Fault;
+use taxel_faults::Fault;
 
 use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{open, stress_options};

@@ -3,6 +3,7 @@
 mod costs;
 mod evidence;
 mod faults;
+mod hardening;
 mod scores;
 mod table;
 
@@ -10,10 +11,14 @@ pub(super) use evidence::claims;
 pub(super) use scores::networks;
 pub(super) use table::{Cell, Column, Table};
 
+use crate::error::Result;
 use crate::values::{Choice, Claim, Judgement};
 
 /// Every table of a report that has rows.
-pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) -> Vec<Table> {
+///
+/// # Errors
+/// Losses that are not finite.
+pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) -> Result<Vec<Table>> {
     let mut all = vec![networks(judgement, choice)];
     all.extend(choice.map(evidence::choice));
     all.extend([
@@ -38,6 +43,8 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[C
             faults::kinds(stress),
         ]);
     }
+    let hardened = crate::decide::hardening(judgement)?;
+    all.extend([hardening::hardening(&hardened), hardening::unmet(&hardened)]);
     all.retain(|table| !table.rows.is_empty());
-    all
+    Ok(all)
 }

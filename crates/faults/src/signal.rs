@@ -4,13 +4,13 @@
 //!
 //! None; the definitions are ours.
 
-use super::work::Work;
+use crate::work::Work;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use taxel_encodings::Layout;
 
 /// Adds white noise of `share` of full scale (SD) to every reading.
-pub(super) fn noise(work: &mut Work, share: f64) {
+pub(crate) fn noise(work: &mut Work, share: f64) {
     let sd = share as f32 * work.sensor.span();
     for reading in &mut work.x {
         *reading += sd * work.rng.sample::<f32, _>(StandardNormal);
@@ -18,7 +18,7 @@ pub(super) fn noise(work: &mut Work, share: f64) {
 }
 
 /// Rounds to the `2^bits` levels of a converter over the whole range.
-pub(super) fn quantisation(work: &mut Work, bits: f32) {
+pub(crate) fn quantisation(work: &mut Work, bits: f32) {
     let (low, high) = (f64::from(work.sensor.low), f64::from(work.sensor.high));
     let step = (high - low) / (f64::from(bits).exp2() - 1.0);
     work.x.mapv_inplace(|v| (low + ((f64::from(v) - low) / step).round() * step) as f32);
@@ -28,7 +28,7 @@ pub(super) fn quantisation(work: &mut Work, bits: f32) {
 ///
 /// Every channel or finger goes its own way; an array as a whole. A single image is taken when the
 /// ramp has ended.
-pub(super) fn drift(work: &mut Work, share: f64) {
+pub(crate) fn drift(work: &mut Work, share: f64) {
     let last = work.times() - 1;
     let ramp = |time: usize| match work.sensor.layout.has_time() && last > 0 {
         true => time as f64 / last as f64,
@@ -53,7 +53,7 @@ pub(super) fn drift(work: &mut Work, share: f64) {
 
 /// Multiplies what lies above rest by a gain in `1 - share ..= 1 + share`, uniform, of each
 /// channel, finger or taxel.
-pub(super) fn gain(work: &mut Work, share: f64) {
+pub(crate) fn gain(work: &mut Work, share: f64) {
     let mut gain = 1.0;
     for element in 0..work.elements() {
         if work.sensor.layout != Layout::Fingers || element % work.columns == 0 {
@@ -65,7 +65,7 @@ pub(super) fn gain(work: &mut Work, share: f64) {
 }
 
 /// Clips at `share` of the way from rest to either end of the range.
-pub(super) fn saturation(work: &mut Work, share: f64) {
+pub(crate) fn saturation(work: &mut Work, share: f64) {
     let (low, high, share) = (work.sensor.low, work.sensor.high, share as f32);
     for element in 0..work.elements() {
         let rest = work.rest(element);

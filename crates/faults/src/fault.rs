@@ -1,39 +1,13 @@
-//! What goes wrong with tactile sensors in the lab: graded faults on raw readings.
-//!
-//! Every fault acts before any encoding, on simulated and on recorded data alike, in five
-//! severities with a physical unit. It keeps the shape, stays within the sensor's range and never
-//! makes a NaN. What it draws depends on seed, fault and sample alone: severity 3 breaks the
-//! taxels that severity 2 breaks, and more, so a curve over severities compares like with like.
-//!
-//! # Reference
-//!
-//! None published as a whole: the table of `docs/faults.md`; each function says what it means.
-//!
-//! ```
-//! use ndarray::Array2;
-//! use taxel_scenes::faults::{Fault, Layout, Sensor};
-//!
-//! let sensor = Sensor::new(Layout::Series, 1023.0);
-//! let mut grasp = Array2::<f32>::from_elem((5, 50), 900.0);
-//! Fault::Saturation.apply(grasp.view_mut().into_dyn(), &sensor, 5, 0, 17)?;
-//! assert!(grasp.iter().all(|&v| v == 0.3 * 1023.0));
-//! # Ok::<(), taxel_scenes::Error>(())
-//! ```
-
-mod elements;
-mod place;
-mod sensor;
-mod signal;
-mod time;
-mod work;
-
-pub use sensor::Sensor;
-pub use taxel_encodings::Layout;
+//! The faults: names, severities, what they mean for which readings.
 
 use crate::{Error, Result};
 use ndarray::ArrayViewMutD;
 use serde::{Deserialize, Serialize};
-use work::Work;
+use taxel_seed::Rng;
+
+use crate::sensor::Sensor;
+use crate::work::Work;
+use crate::{Layout, elements, place, signal, time};
 
 /// One way in which a sensor, its wiring or its mounting fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -152,9 +126,9 @@ impl Fault {
     pub fn level(self, severity: u8) -> Result<f32> {
         let at = usize::from(severity).checked_sub(1);
         at.and_then(|at| self.severities().get(at).copied()).ok_or(Error::Parameter {
-            name: "severity",
+            name: "severity".into(),
             value: severity.to_string(),
-            expected: "must be in 1..=5",
+            expected: "must be in 1..=5".into(),
         })
     }
 
@@ -188,18 +162,33 @@ impl Fault {
     /// `x` is unchanged then.
     pub fn apply(
         self,
-        mut x: ArrayViewMutD<f32>,
+        x: ArrayViewMutD<f32>,
         sensor: &Sensor,
         severity: u8,
         seed: u64,
         sample: usize,
     ) -> Result<()> {
         let level = self.level(severity)?;
+        let rng = taxel_seed::rng(seed, &format!("fault/{self}/{sample}"));
+        self.apply_level(x, sensor, level, rng, sample)
+    }
+
+    /// [`Fault::apply`] at any level of its unit.
+    ///
+    /// # Errors
+    /// As [`Fault::apply`].
+    pub(crate) fn apply_level(
+        self,
+        mut x: ArrayViewMutD<f32>,
+        sensor: &Sensor,
+        level: f32,
+        rng: Rng,
+        sample: usize,
+    ) -> Result<()> {
         if let Some(reason) = self.refusal(sensor.layout) {
             let layout = sensor.layout.describe();
             return Err(Error::Fault { fault: self.name(), layout, reason });
         }
-        let rng = taxel_seed::rng(seed, &format!("fault/{self}/{sample}"));
         let mut work = Work::new(x.view(), sensor, rng, sample)?;
         let share = f64::from(level) / 100.0;
         match self {

@@ -4,7 +4,7 @@
 //!
 //! None.
 
-use super::sensor::Sensor;
+use crate::sensor::Sensor;
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayViewD, ArrayViewMutD, Axis, Dimension};
 use rand::RngExt;
@@ -12,7 +12,7 @@ use taxel_encodings::Layout;
 use taxel_seed::Rng;
 
 /// A sample on the workbench.
-pub(super) struct Work<'a> {
+pub(crate) struct Work<'a> {
     /// `[elements, times]`; an element is a channel or a taxel. Of a colour image, each pixel has
     /// its three planes in place of times.
     pub x: Array2<f32>,
@@ -34,14 +34,7 @@ impl<'a> Work<'a> {
             let reason = format!("reading {:?} is {value}; drop or interpolate bad taxels first", at.slice());
             return wrong(reason);
         }
-        let shape = x.shape();
-        let (rows, columns, times) = match sensor.layout {
-            Layout::Features => (1, 1, shape[0]),
-            Layout::Series => (1, shape[0], shape[1]),
-            Layout::Image => (shape[0], shape[1], 1),
-            Layout::Sequence | Layout::Colour => (shape[1], shape[2], shape[0]),
-            Layout::Fingers => (shape[0], shape[1], shape[2]),
-        };
+        let (rows, columns, times) = grid(sensor.layout, x.shape());
         sensor.check(rows * columns)?;
         let mut matrix = Array2::zeros((rows * columns, times));
         if time_first(sensor.layout) {
@@ -103,6 +96,17 @@ impl<'a> Work<'a> {
     /// 1 or -1.
     pub fn sign(&mut self) -> f64 {
         if self.rng.random() { 1.0 } else { -1.0 }
+    }
+}
+
+/// Rows, columns and times of a sample of this shape, which fits the layout.
+pub(crate) fn grid(layout: Layout, shape: &[usize]) -> (usize, usize, usize) {
+    match layout {
+        Layout::Features => (1, 1, shape[0]),
+        Layout::Series => (1, shape[0], shape[1]),
+        Layout::Image => (shape[0], shape[1], 1),
+        Layout::Sequence | Layout::Colour => (shape[1], shape[2], shape[0]),
+        Layout::Fingers => (shape[0], shape[1], shape[2]),
     }
 }
 

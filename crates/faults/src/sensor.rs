@@ -28,13 +28,15 @@ impl Sensor {
     }
 
     /// The whole range of readings.
-    pub(super) fn span(&self) -> f32 {
+    pub(crate) fn span(&self) -> f32 {
         self.high - self.low
     }
 
     /// Rejects an empty range and rest values outside it or in the wrong number.
-    pub(super) fn check(&self, elements: usize) -> Result<()> {
-        let reject = |name, value, expected| Err(Error::Parameter { name, value, expected });
+    pub(crate) fn check(&self, elements: usize) -> Result<()> {
+        let reject = |name: &str, value, expected: &str| {
+            Err(Error::Parameter { name: name.into(), value, expected: expected.into() })
+        };
         if !(self.span() > 0.0 && self.span().is_finite()) {
             let range = format!("{}..{}", self.low, self.high);
             return reject("range of the readings", range, "must be finite, its low end below its high end");

@@ -1,0 +1,54 @@
+//! What training under faults changes.
+
+use serde::{Deserialize, Serialize};
+use taxel_faults::Fault;
+
+/// A row that was trained under faults, beside the one that was trained alike but on clean samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hardened {
+    /// The row that was trained under faults.
+    pub network: String,
+    /// The row that was trained on clean samples.
+    pub clean: String,
+    /// Accuracy on unbroken samples in %: trained clean, trained under faults.
+    pub accuracy: [f64; 2],
+    /// The second less the first, in percentage points.
+    pub accuracy_change: Change,
+    /// Accuracy lost in percentage points, mean over faults and severities: trained clean, trained under faults.
+    pub loss: [f64; 2],
+    /// The second less the first; below 0 where hardening helps.
+    pub loss_change: Change,
+    /// Seconds of training per fold: clean, under faults.
+    pub train_seconds: [f64; 2],
+    /// How it meets faults that were left out of its training.
+    pub unmet: Vec<Unmet>,
+}
+
+/// A paired difference over folds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// In percentage points.
+    pub mean: f64,
+    /// 95 % interval of the mean (Nadeau & Bengio 2003); none of a single fold.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// One fault, and three trainings of one network: accuracy lost in percentage points, mean over severities.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Unmet {
+    /// The fault.
+    pub fault: Fault,
+    /// Trained on clean samples.
+    pub clean: f64,
+    /// Trained under all faults but this one.
+    pub unmet: f64,
+    /// Trained under all faults.
+    pub met: f64,
+}
+
+impl Hardened {
+    /// Faults that cost less after a training without them than after a clean one.
+    pub fn helped(&self) -> usize {
+        self.unmet.iter().filter(|own| own.unmet < own.clean).count()
+    }
+}
