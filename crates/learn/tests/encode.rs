@@ -161,7 +161,7 @@ fn images_get_a_channel_axis_and_a_full_scale() {
     let fingers = with(Layout::Fingers, ArrayD::zeros(vec![8, 1, 2, 3]));
     assert_eq!(
         refusal(raw(), &fingers, &[SIGNAL], &[0]),
-        "real: ladder: samples of shape [1, 2, 3] cannot become `signal`: a signal is [N, C, T] or [N, F]"
+        "real: ladder: samples of shape [1, 2, 3] cannot become `signal`: a signal is [N, C, T], [N, F] or [N, fingers, C, T]"
     );
 }
 

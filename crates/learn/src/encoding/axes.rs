@@ -13,7 +13,7 @@ pub(super) fn refused(source: &str, input: &'static str, error: taxel_encodings:
 pub(super) fn wrong_axes(x: &ArrayD<f32>, input: &'static str, source: &str) -> Error {
     let shape = x.shape().get(1..).unwrap_or_default().to_vec();
     let reason = match input {
-        SIGNAL => "a signal is [N, C, T] or [N, F]",
+        SIGNAL => "a signal is [N, C, T], [N, F] or [N, fingers, C, T]",
         SERIES => "its axes are not those of its layout",
         TENSOR => "a tactile tensor is made of squeezes [N, T, H, W]",
         _ => {

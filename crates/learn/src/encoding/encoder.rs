@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
-use taxel_encodings::{Gaf, HardnessImage, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor};
+use taxel_encodings::{
+    Gaf, HardnessImage, Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
+};
 
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use super::scale::{Scale, Scaled};
@@ -112,11 +114,20 @@ impl<'a> Encoder<'a> {
         let baseline = self.encoding.baseline;
         let missing = |own: &Self, name| names.contains(&name) && own.shape(name).is_none();
         if missing(self, SIGNAL) {
+            let layout = self.dataset.reading.layout;
+            // The channels of all fingers side by side.
+            let flat = |then: Transform| match layout {
+                Layout::Fingers => Transform::Series { layout, then: Box::new(then) },
+                _ => then,
+            };
             match self.encoding.signal {
-                Signal::Scaled(Scaled { scale }) => self.plan(scale, baseline, Transform::Signal)?,
+                Signal::Scaled(Scaled { scale }) => match self.scaling(scale)? {
+                    Some(own) => self.encode_now(SIGNAL, flat(Transform::Signal(own).less(baseline)))?,
+                    None => self.fit_later(SIGNAL, flat(Transform::Signal(Scaling::Raw).less(baseline)))?,
+                },
                 Signal::QuantileCode(Code { ramps, steps }) => {
                     let code = Transform::QuantileCode(QuantileCode::new(ramps, steps));
-                    self.fit_later(SIGNAL, code.less(baseline))?;
+                    self.fit_later(SIGNAL, flat(code.less(baseline)))?;
                 }
             }
         }
