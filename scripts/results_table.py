@@ -4,7 +4,8 @@
     python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme]
 
 Needs Python 3 alone. Every number comes from the run folder: scores and costs from results.json, latency
-from timings.jsonl, provenance from environment.json, a twin's accuracies from twin.jsonl where
+from timings.jsonl, what hardening changes from the tables of `taxel report`, provenance from environment.json, a
+twin's accuracies from twin.jsonl where
 scripts/twin/train.py wrote one. Published numbers keep their own column.
 """
 
@@ -42,6 +43,8 @@ def table(folder, results):
     head += ["*published*: the paper's own data %"] if published else []
     rows = []
     for n in results["networks"]:
+        if (n.get("hardening") or {}).get("unmet"):
+            continue
         row = [f"`{n['network']}`", f"{n['costs']['parameters']:,}", f"{n['costs']['macs']:,}"]
         row += [spread(n["mean"], n["sd"], "accuracy"), spread(n["mean"], n["sd"], "f1"), latency(folder, n["network"])]
         if twin:
@@ -109,6 +112,12 @@ def shortcut(results):
             "every score may be the recording, not touch.")
 
 
+def hardening(folder):
+    """The report's tables of what training under faults changes, where there are some."""
+    found = [folder / "tables" / f"{name}.md" for name in ("hardening", "unmet-faults")]
+    return "".join(f"\n\n{path.read_text().strip()}" for path in found if path.exists())
+
+
 def commit(environment):
     """Nine digits of the commit, and whether files had changed since."""
     known = environment.get("commit", "unknown")
@@ -141,6 +150,7 @@ def page(folder):
         f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
         f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
     )
+    caption += hardening(folder)
     caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results)
     return results["name"], table(folder, results), caption, (folder / "config.toml").read_text()
 

@@ -468,3 +468,65 @@ fn every_scene_feeds_its_papers_networks() {
     assert_eq!(shape, [24, 3, 32, 32]);
     assert_eq!(results.classes.len(), 6);
 }
+
+#[test]
+fn hardening_puts_every_network_beside_its_clean_twin() {
+    let sets =
+        ["harden={leave_out=[\"noise\"]}", "baselines=[\"majority\",\"mini-rocket\"]", "train.epochs=1"];
+    let (_keep, folder) = run_tiny(&sets);
+    let rows: Vec<String> =
+        folder.results().unwrap().networks.iter().map(|own| own.network.clone()).collect();
+    let names = ["mlp", "majority", "mini-rocket", "mlp.hardened", "mlp.without-noise"];
+    assert_eq!(rows[..5], names);
+    assert_eq!(rows[5..], ["mini-rocket.hardened", "mini-rocket.without-noise"]);
+    // The clean rows are those of the run without the table, byte for byte.
+    let (_keep, plain) = run_tiny(&["train.epochs=1"]);
+    assert_eq!(model(&plain, 0), model(&folder, 0));
+    // What was written is read back as the same experiment.
+    let text = std::fs::read_to_string(folder.file("config.toml")).unwrap();
+    let again = experiment(&text, &[]);
+    assert_eq!(again.config().harden, experiment(TINY, &sets).config().harden);
+    // Every kind that has a meaning for series is left out once.
+    let each = experiment(TINY, &["harden={leave_each_out=true}"]);
+    let dataset = each.dataset().unwrap();
+    let registry = Registry::built_in();
+    let keys = Runner { experiment: &each, registry: &registry, dataset: &dataset }.keys().unwrap();
+    let spared = keys.iter().filter(|key| key.fold == 0 && key.network.contains(".without-")).count();
+    assert_eq!(spared, 13);
+}
+
+#[test]
+fn a_hardened_network_is_fitted_by_its_own_name() {
+    let own = experiment(TINY, &["harden={}", "train.epochs=1", "networks.0.label=\"a.b\""]);
+    let dataset = own.dataset().unwrap();
+    let registry = Registry::built_in();
+    let runner = Runner { experiment: &own, registry: &registry, dataset: &dataset };
+    let dir = tempfile::tempdir().unwrap();
+    let fit = |name: &str| {
+        let options = RunOptions { threads: Some(1), ..RunOptions::default() };
+        runner.fit(name, &options, &dir.path().join("session"), &Silent, &AtomicBool::new(false))
+    };
+    let (clean, hardened) = (fit("a.b").unwrap().unwrap(), fit("a.b.hardened").unwrap().unwrap());
+    assert_eq!(hardened.card().name, "a.b.hardened");
+    assert_ne!(clean.weights(), hardened.weights());
+    let error = fit("a.b.without-dead").unwrap_err().to_string();
+    assert!(error.contains("is no network or baseline of this experiment"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_hardened_is_refused_by_its_key() {
+    let refused = |set: &str| match parse(TINY, &[set]) {
+        Err(error) => error.to_string(),
+        Ok(own) => panic!("{:?}", own.config().harden),
+    };
+    let error = refused("harden={only=[\"mpl\"]}");
+    assert!(error.contains("harden.only.0") && error.contains("mlp"), "{error}");
+    let error = refused("harden={faults={probability=0.0,second=0.0}}");
+    assert!(error.contains("harden.faults.probability"), "{error}");
+    let error = refused("harden={leave_each_out=true,leave_out=[\"noise\"]}");
+    assert!(error.contains("harden.leave_each_out"), "{error}");
+    let error = refused("train.faults={kinds=[\"nose\"]}");
+    assert!(error.contains("train.faults.kinds") && error.contains("noise"), "{error}");
+    let error = refusal(&["harden={faults={kinds=[\"shift\"]}}"]);
+    assert!(error.contains("faults.kinds = shift"), "{error}");
+}

@@ -4,6 +4,7 @@ use taxel_learn::Problem;
 
 use super::choice_words::{choice_words, unseen};
 use super::comparison::{Comparison, Effect};
+use super::hardening::hardening;
 use super::statistics::holm;
 use crate::case::Case;
 use crate::error::{Error, Result};
@@ -70,7 +71,7 @@ pub(super) fn decide(
         evidence,
         words: vec![],
     };
-    choice.words = choice_words(&choice, judgement);
+    choice.words = choice_words(&choice, judgement, &hardening(judgement)?);
     Ok(choice)
 }
 
@@ -107,7 +108,7 @@ fn one(
         p: effect.and_then(|e| e.p),
         p_holm: None,
         worse: false,
-        cost: cost(row, criteria.cost),
+        cost: cost(judgement.clean_twin(row).unwrap_or(row), criteria.cost),
         mean_loss,
         refused: match effect {
             None => Some(format!("has no finished fold in common with {best_name}")),

@@ -2,8 +2,9 @@
 
 use super::choice::decide;
 use super::comparison::Comparison;
+use super::hardening::hardening;
 use crate::synthetic::{Player, Setting, few_samples, official, player, random_splits, stress, synthetic};
-use crate::values::{Choice, CostKind, Criteria, Judgement, Test};
+use crate::values::{Choice, CostKind, Criteria, FoldLoss, Judgement, Test};
 
 fn run(comparison: &Comparison, judgement: &Judgement, criteria: &Criteria) -> Choice {
     let names: Vec<&str> = comparison.networks.iter().map(|(name, _)| name.as_str()).collect();
@@ -293,4 +294,59 @@ fn a_wish_outside_its_range_is_refused() {
         "{:#?}",
         alone.words
     );
+}
+
+/// `large` trained clean and under faults, on five folds; hardening costs a point and saves ten.
+fn hardened() -> (Comparison, Judgement) {
+    let players =
+        vec![player("large", 10.0, LARGE), player("large.hardened", 9.0, LARGE), player("poor", 0.1, POOR)];
+    let (comparison, mut judgement) = synthetic(&Setting::default(), players);
+    judgement.networks[1].results.hardening =
+        Some(taxel_learn::Hardening { faults: Default::default(), clean: Some("large".into()), unmet: None });
+    let mut stress = stress(&[("large", 20.0), ("large.hardened", 10.0), ("poor", 1.0)]);
+    for (network, losses) in stress.networks.iter_mut().zip([[19.0, 20.0, 21.0], [9.0, 11.0, 10.0]]) {
+        let fold = |(fold, loss)| FoldLoss { fold, accuracy: 90.0 - loss / 10.0, loss };
+        network.folds = losses.into_iter().enumerate().map(fold).collect();
+    }
+    judgement.stress = Some(stress);
+    (comparison, judgement)
+}
+
+#[test]
+fn what_hardening_costs_is_said_with_its_interval() {
+    let (comparison, judgement) = hardened();
+    let names = ["large", "large.hardened", "poor"];
+    let choice = decide(&comparison, &judgement, &names, &Criteria::default()).unwrap();
+    // Twins cost the same: the clocks' tenth does not choose between them.
+    assert_eq!(choice.evidence[0].cost, choice.evidence[1].cost);
+    assert!(
+        says(
+            &choice,
+            "Trained under faults (large.hardened) it loses 10.0 points to them on average instead of 20.0"
+        ),
+        "{:#?}",
+        choice.words
+    );
+    assert!(says(&choice, "that gains 1.0 points on unbroken samples (95 % interval"), "{:#?}", choice.words);
+    let robust = Criteria { max_loss: Some(15.0), ..Criteria::default() };
+    let choice = decide(&comparison, &judgement, &names, &robust).unwrap();
+    assert_eq!(choice.chosen.as_deref(), Some("large.hardened"));
+    assert!(says(&choice, "It was trained under faults, which cost it 10.0 points"), "{:#?}", choice.words);
+}
+
+#[test]
+fn paired_changes_are_those_of_the_folds() {
+    let (_, judgement) = hardened();
+    let found = hardening(&judgement).unwrap();
+    assert_eq!(found.len(), 1);
+    assert_eq!((found[0].clean.as_str(), found[0].loss), ("large", [20.0, 10.0]));
+    let change = found[0].loss_change;
+    // Differences -10, -9, -11: mean -10, SD 1.
+    assert!((change.mean + 10.0).abs() < 1e-12);
+    let [low, high] = change.interval.unwrap();
+    assert!((low + high + 20.0).abs() < 1e-9 && high - low > 4.0, "{low} {high}");
+    // A twin that was not broken leaves nothing to compare.
+    let mut alone = judgement;
+    alone.stress.as_mut().unwrap().networks.remove(0);
+    assert_eq!(hardening(&alone).unwrap(), []);
 }

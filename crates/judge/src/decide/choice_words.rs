@@ -1,13 +1,13 @@
 //! A choice in sentences.
 
 use super::p_value::shown;
-use crate::values::{Choice, Evidence, Judged, Judgement, MAJORITY, Test};
+use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Test};
 
 /// Percentage points of mean loss under faults that are worth a word.
 const NOTABLE: f64 = 2.0;
 
 /// What is chosen, what it gives up, what it saves, whether faults speak against it, what is not known.
-pub(super) fn choice_words(choice: &Choice, judgement: &Judgement) -> Vec<String> {
+pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[Hardened]) -> Vec<String> {
     let own = |name: &str| choice.evidence.iter().find(|own| own.network == name);
     let mut words = vec![];
     let Some(chosen) = choice.chosen.as_deref().and_then(own) else {
@@ -34,6 +34,7 @@ pub(super) fn choice_words(choice: &Choice, judgement: &Judgement) -> Vec<String
         }
     }
     words.extend(faults(chosen, best, judgement));
+    words.extend(hardened(chosen, hardening));
     words.extend(doubts(choice, judgement, Some(chosen)));
     words
 }
@@ -136,6 +137,28 @@ fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<S
             format!("{against}. {}: {}.", chosen.network, verdict.trim_end_matches('.'))
         }
         _ => format!("{against}."),
+    })
+}
+
+/// What training under faults would change, or has changed.
+fn hardened(chosen: &Evidence, hardening: &[Hardened]) -> Option<String> {
+    let own = hardening.iter().find(|own| [&own.network, &own.clean].contains(&&chosen.network))?;
+    let [before, after] = own.loss.map(points);
+    let change = own.accuracy_change;
+    let costs = if change.mean < 0.0 { "costs" } else { "gains" };
+    let interval = change.interval.map_or("one fold: no interval".into(), |[low, high]| {
+        format!("95 % interval of the difference {low:+.1} to {high:+.1}")
+    });
+    let clean = format!("{costs} {} points on unbroken samples ({interval})", points(change.mean.abs()));
+    Some(match chosen.network == own.network {
+        true => format!(
+            "It was trained under faults, which cost it {after} points on average and {before} without that \
+             training; the training {clean}."
+        ),
+        false => format!(
+            "Trained under faults ({}) it loses {after} points to them on average instead of {before}; that {clean}.",
+            own.network
+        ),
     })
 }
 

@@ -75,7 +75,12 @@ pub fn stress(
     for (name, fault) in probes.into_iter().filter(|(_, fault)| faults.contains(fault)) {
         unmet.push(network(case, name, &answers, (&[fault], &severities), chance)?);
     }
-    let reference = REFERENCES.into_iter().find(|name| names.contains(name));
+    // In a learning curve rows bear the number of samples too.
+    let row = |name: &str| {
+        let rows = case.results.networks.iter().filter(|own| names.contains(&own.network.as_str()));
+        rows.into_iter().find(|own| own.candidate == name || own.network == name)
+    };
+    let reference = REFERENCES.into_iter().find_map(|name| Some(row(name)?.network.as_str()));
     relate(&mut networks, reference);
     for network in &mut networks {
         let inputs = inputs(case, &network.network)?;

@@ -44,6 +44,11 @@ impl Judgement {
         self.results.missing.len().saturating_sub(stopped)
     }
 
+    /// The row that was trained as this one, but on clean samples: it answers as fast, whatever clocks say.
+    pub fn clean_twin(&self, row: &Judged) -> Option<&Judged> {
+        self.network(row.results.hardening.as_ref()?.clean.as_deref()?)
+    }
+
     /// The network or baseline of that name.
     pub fn network(&self, name: &str) -> Option<&Judged> {
         self.networks.iter().find(|own| own.results.network == name)
