@@ -309,7 +309,8 @@ impl Harden {
             Estimator::Network(_) => true,
             Estimator::Baseline { method, .. } => ["mini-rocket", "svm"].contains(&method.name()),
         };
-        if candidate.faults().is_some() || !named && !(self.only.is_empty() && fits) {
+        let wanted = named || self.only.is_empty() && fits;
+        if candidate.faults().is_some() || !wanted {
             return vec![];
         }
         let met: Vec<Fault> = self.faults.plan(layout).map_or(vec![], |plan| plan.kinds().collect());
