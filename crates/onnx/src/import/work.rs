@@ -199,7 +199,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// `/features/0/Conv` is `features.0`: PyTorch names nodes by modules.
+/// `/features/features.0/Conv` is `features.0`: PyTorch names nodes by modules, those of a sequence twice.
 fn from_path(call: Call, kind: &str) -> String {
     let name = call.node.name.as_deref().unwrap_or_default();
     let parts: Vec<&str> = name.split('/').filter(|part| !part.is_empty()).collect();
@@ -207,7 +207,14 @@ fn from_path(call: Call, kind: &str) -> String {
         [] => kind.into(),
         [one] if one.starts_with(call.op()) => kind.into(),
         [one] => one.to_string(),
-        [modules @ .., _] => modules.join("."),
+        [modules @ .., _] => {
+            let told = |at: usize| {
+                let next = modules.get(at + 1).and_then(|next| next.strip_prefix(modules[at]));
+                next.is_some_and(|rest| rest.starts_with('.'))
+            };
+            let kept: Vec<&str> = (0..modules.len()).filter(|&at| !told(at)).map(|at| modules[at]).collect();
+            kept.join(".")
+        }
     }
 }
 

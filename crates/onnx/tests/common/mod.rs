@@ -2,8 +2,11 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "../../../../tests/support/twin.rs"]
+mod twin;
+
 use taxel_engine::{Evaluator, Options};
-use taxel_graph::{Graph, Init, Kind, Scheme, Tensor, Weights};
+use taxel_graph::{Graph, Init, Kind, Node, Scheme, Tensor, Weights};
 
 /// Fresh weights with statistics and constants that are not those of a fresh network.
 pub fn weights(graph: &Graph) -> Weights {
@@ -26,10 +29,13 @@ pub fn weights(graph: &Graph) -> Weights {
     weights
 }
 
-/// Three samples of every input, from a formula.
+/// Three samples of every input, from the formula of the fixtures.
 pub fn inputs(graph: &Graph) -> Vec<Vec<f32>> {
-    let value = |i: usize| ((i * 37 % 101) as f32 - 50.0) / 50.0;
-    graph.inputs().map(|node| (0..SAMPLES * node.shape.iter().product::<usize>()).map(value).collect()).collect()
+    let values = |(i, node): (usize, &Node)| {
+        let values = twin::hashed(SAMPLES * node.shape.iter().product::<usize>(), 500 + i as u64);
+        values.into_iter().map(|v| v as f32).collect()
+    };
+    graph.inputs().enumerate().map(values).collect()
 }
 
 /// Samples of [`inputs`].
