@@ -42,12 +42,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("engine", &["graph", "kernels"]),
     ("runtime", &["graph", "kernels"]),
     ("checkpoint", &["files", "graph", "quiet"]),
+    ("onnx", &["files", "graph"]),
     ("devices", &["graph"]),
     (
         "learn",
         &["baselines", "checkpoint", "data", "encodings", "engine", "files", "graph", "runtime", "seed"],
     ),
-    ("trainer", &["baselines", "checkpoint", "data", "graph", "learn", "names", "scenes", "zoo"]),
+    ("trainer", &["baselines", "checkpoint", "data", "graph", "learn", "names", "onnx", "scenes", "zoo"]),
     ("judge", &["data", "encodings", "files", "learn", "scenes", "seed"]),
     ("sweep", &["data", "files", "judge", "learn", "seed", "trainer", "zoo"]),
     (
@@ -62,6 +63,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "graph",
             "judge",
             "learn",
+            "onnx",
             "runtime",
             "scenes",
             "sweep",

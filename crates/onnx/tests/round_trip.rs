@@ -37,7 +37,8 @@ fn every_network_of_the_zoo_comes_back() {
             continue;
         }
         let x = inputs(&graph);
-        let (before, after) = (answers(&graph, &weights, &x, SAMPLES), answers(&read.graph, &read.weights, &x, SAMPLES));
+        let (before, after) =
+            (answers(&graph, &weights, &x, SAMPLES), answers(&read.graph, &read.weights, &x, SAMPLES));
         let off = before.iter().zip(&after).map(|((_, a), (_, b))| off(a, b)).fold(0.0, f32::max);
         other.push(format!("{name} {off:e}"));
         if off > 1e-5 || before.len() != after.len() {

@@ -4,6 +4,7 @@
 //! [`Protocol`], [`Encoding`]), put below what the file says.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
@@ -18,6 +19,7 @@ use toml::{Table, Value};
 
 use crate::data::Data;
 use crate::merge::merged;
+use crate::network_file::is_onnx;
 use crate::read::{Misread, one_line, read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
@@ -79,8 +81,18 @@ fn is_false(value: &bool) -> bool {
 /// One of `[[networks]]`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Network {
-    /// Name in the registry.
+    /// Name in the registry; of a network from a file its own, by default the file's.
     pub name: String,
+    /// An ONNX file in place of a name in the registry, such as `torch.onnx.export` writes; `${NAME}` is an environment
+    /// variable. Its last layer gets as many outputs as the data have classes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub onnx: Option<String>,
+    /// The same from a `.safetensors` that `taxel import` wrote, or from a trained model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Whether the weights of `onnx` or `file` are left aside and fresh ones drawn. Default false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub fresh: bool,
     /// Name in tables and files.
     pub label: String,
     /// Settings of the network other than its input and output sizes, which come from the data.
@@ -169,7 +181,11 @@ struct Raw {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawNetwork {
-    name: String,
+    name: Option<String>,
+    onnx: Option<String>,
+    file: Option<String>,
+    #[serde(default)]
+    fresh: bool,
     label: Option<String>,
     #[serde(default)]
     set: Table,
@@ -194,9 +210,19 @@ impl Config {
         let protocol = merged(&table_of(&Protocol::default()), &raw.protocol);
         let network = |(i, own): (usize, RawNetwork)| {
             let train = merged(&train, &own.train);
+            let path = own.onnx.as_deref().or(own.file.as_deref()).map(Path::new);
+            let stem = path.and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+            let name = own.name.or(stem).ok_or_else(|| Misread {
+                key: format!("networks.{i}"),
+                message: "needs `name`, a network of the zoo, or `onnx` or `file`, a network of your own"
+                    .into(),
+            })?;
             Ok(Network {
-                label: own.label.unwrap_or_else(|| own.name.clone()),
-                name: own.name,
+                label: own.label.unwrap_or_else(|| name.clone()),
+                name,
+                onnx: own.onnx,
+                file: own.file,
+                fresh: own.fresh,
                 set: own.set,
                 weights: own.weights,
                 train: read(&format!("networks.{i}.train"), Value::Table(train))?,
@@ -320,7 +346,39 @@ impl Harden {
 }
 
 impl Network {
+    /// Key and path of the file that holds the network; none for one of the registry.
+    pub(crate) fn source(&self) -> Option<(&'static str, &String)> {
+        let onnx = self.onnx.as_ref().map(|path| ("onnx", path));
+        onnx.or(self.file.as_ref().map(|path| ("file", path)))
+    }
+
+    /// What a network from a file has none of.
+    fn check_file(&self, key: &str, path: &str) -> Check {
+        let value = || format!("{path:?}");
+        require(
+            self.onnx.is_none() || self.file.is_none(),
+            "file",
+            value(),
+            "`onnx` names a network already",
+        )?;
+        let is_onnx = is_onnx(Path::new(path));
+        let reason = "must be an .onnx file; `file` names networks that `taxel import` wrote, and models";
+        require(is_onnx || key != "onnx", key, value(), reason)?;
+        require(!is_onnx || key != "file", key, value(), "is ONNX: write onnx in place of file")?;
+        let reason = "a network from a file has no settings; leave it out";
+        require(self.set.is_empty(), "set", one_line(&self.set), reason)?;
+        let reason = "`weights` are given: leave one of them out";
+        require(!(self.fresh && self.weights.is_some()), "fresh", "true", reason)
+    }
+
     fn check(&self, registry: &Registry) -> Check {
+        if let Some((key, path)) = self.source() {
+            file_name("label", &self.label)?;
+            self.check_file(key, path)?;
+            return self.check_published();
+        }
+        let reason = "belongs to `onnx` and `file`: a network of the zoo starts fresh without `weights`";
+        require(!self.fresh, "fresh", "true", reason)?;
         let name = format!("{:?}", self.name);
         let entry = registry.find(&self.name).map_err(|e| Problem::new("name", name, e.to_string()))?;
         file_name("label", &self.label)?;
@@ -333,6 +391,10 @@ impl Network {
         if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&self.settings()) {
             return Err(Problem::new("set", one_line(&self.set), error.to_string()));
         }
+        self.check_published()
+    }
+
+    fn check_published(&self) -> Check {
         match &self.published {
             Some(published) => published.check().map_err(|problem| problem.below("published")),
             None => Ok(()),

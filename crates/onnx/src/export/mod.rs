@@ -6,4 +6,4 @@ mod model;
 mod sink;
 
 pub use front::{Reading, Step};
-pub use model::{Export, IR_VERSION, OPSET, to_bytes, write};
+pub use model::{Export, IR_VERSION, OPSET, PROBABILITIES, to_bytes, write};

@@ -17,6 +17,9 @@ pub const OPSET: i64 = 17;
 /// Version of the file format that belongs to it.
 pub const IR_VERSION: i64 = 8;
 
+/// Name of the output that follows from the logits and the loss.
+pub const PROBABILITIES: &str = "probabilities";
+
 /// Largest model: protobuf's limit, in bytes.
 const LARGEST: usize = i32::MAX as usize;
 
@@ -154,22 +157,21 @@ fn inputs(export: &Export, sink: &mut Sink) -> std::result::Result<Vec<String>, 
 
 /// The output that follows from the first one and the loss, if that has one value per class.
 fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
-    const NAME: &str = "probabilities";
     let (logits, id) = export.graph.outputs().first()?;
     let shape = &export.graph.nodes()[*id].shape;
     let loss = export.loss.filter(|_| shape.len() == 1)?;
-    if !sink.take(NAME) {
+    if !sink.take(PROBABILITIES) {
         return None;
     }
     match loss {
-        Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], NAME, vec![int("axis", 1)]),
-        Loss::MultiLabelSoftMargin => sink.put("Sigmoid", &[logits], NAME, vec![]),
+        Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], PROBABILITIES, vec![int("axis", 1)]),
+        Loss::MultiLabelSoftMargin => sink.put("Sigmoid", &[logits], PROBABILITIES, vec![]),
         Loss::MeanSquaredError => {
             let [low, high] = [0.0, 1.0].map(|end| sink.floats("probabilities/end", &[], &[end]));
-            sink.put("Clip", &[logits, &low, &high], NAME, vec![]);
+            sink.put("Clip", &[logits, &low, &high], PROBABILITIES, vec![]);
         }
     }
-    Some(info(NAME, shape, None))
+    Some(info(PROBABILITIES, shape, None))
 }
 
 /// A value of any number of samples.

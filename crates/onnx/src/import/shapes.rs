@@ -145,7 +145,9 @@ pub fn slice<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
                 view.node = work.draft.then(op, &[view.node]).map_err(|e| call.refuse(e))?;
             }
             _ => {
-                return Err(call.refuse("cuts space; taxel cuts channels, and takes the last step of an LSTM"));
+                return Err(
+                    call.refuse("cuts space; taxel cuts channels, and takes the last step of an LSTM")
+                );
             }
         }
     }
