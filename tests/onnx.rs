@@ -140,6 +140,8 @@ fn pytorchs_network_is_imported_counted_and_asked() {
         answers.push(fs::read(&y).unwrap());
     }
     assert!(answers[0] == answers[1]);
+    let error = refused(&["inspect", text(&own)]);
+    assert!(error.contains("mine.safetensors: holds a network with its weights, but no model"), "{error}");
     let error = refused(&["import", text(&x), "--output", text(&own)]);
     assert!(error.contains("x.npy: is no ONNX model"), "{error}");
     assert!(
@@ -149,8 +151,11 @@ fn pytorchs_network_is_imported_counted_and_asked() {
 
 /// A config on simulated grasps of 5 × 30, three classes; PyTorch's network has four.
 fn config(folder: &Path, networks: &str) -> PathBuf {
-    let path = folder.join("mine.toml");
-    let head = "name = \"mine\"\nbaselines = []\n[data]\nscene = \"fingertip\"\nsamples = 60\n\
+    let (path, grasps) = (folder.join("mine.toml"), folder.join("grasps.npz"));
+    if !grasps.exists() {
+        good(&["simulate", "fingertip", "--samples", "60", "--output", text(&grasps)]);
+    }
+    let head = "name = \"mine\"\nbaselines = []\n[data]\npath = \"grasps.npz\"\n\
                 length = { kind = \"resample\", to = 30 }\n[protocol]\nkind = \"k-fold\"\nfolds = 2\n\
                 [train]\nepochs = 2\nbatch_size = 16\n";
     fs::write(&path, format!("{head}{networks}")).unwrap();

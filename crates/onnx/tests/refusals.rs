@@ -106,7 +106,6 @@ fn an_operation_that_taxel_lacks_is_named_with_its_node() {
         ("Conv", vec![ints("strides", &[0])], "stride [0] must be at least 1"),
         ("Gemm", vec![], "taxel's linear layers read features, flatten them first"),
         ("Mul", vec![], "is not one number per channel"),
-        ("ReduceMean", vec![], "reduces all axes, samples among them"),
         ("ReduceMean", vec![ints("axes", &[1])], "reduces the axes [1]; taxel reduces all of space"),
         ("Transpose", vec![ints("perm", &[0, 0, 1])], "is no order of 3 axes"),
         ("Softmax", vec![], "taxel knows a softmax over classes, at the end, alone"),
@@ -117,6 +116,8 @@ fn an_operation_that_taxel_lacks_is_named_with_its_node() {
     let foreign = node("mine", "Gelu", &["x"], &["y"], &[]);
     let foreign = field(1, &[foreign[2..].to_vec(), field(7, b"com.microsoft")].concat());
     assert!(refused(model(&[foreign])).contains("of the domain \"com.microsoft\""));
+    let all = refused(model(&[node("mine", "ReduceMean", &["x"], &["y"], &[])]));
+    assert!(all.starts_with("node `mine` (ReduceMean): reduces all axes, samples among them"), "{all}");
     let unknown = refused(model(&[node("", "Relu", &["z"], &["y"], &[])]));
     assert!(unknown.starts_with("node `y` (Relu): reads `z`, which no node before it gives"), "{unknown}");
     let turned = [
@@ -209,6 +210,23 @@ fn messages_without_content_take_no_memory() {
     let graph: Vec<u8> = field(1, &[]).repeat(2_000_000);
     let text = refused([field(7, &graph), field(8, &number(2, 17))].concat());
     assert!(text.contains("more memory than any network needs"), "{text}");
+}
+
+/// Names are made of names: a long chain must not become as long as its square.
+#[test]
+fn a_chain_without_end_ends() {
+    let chain = |length: usize| {
+        let relu = |at: usize| node("", "Relu", &[&format!("v{at}")], &[&format!("v{}", at + 1)], &[]);
+        let mut parts = vec![node("", "Relu", &["x"], &["v0"], &[])];
+        parts.extend((0..length).map(relu));
+        let last = format!("v{length}");
+        parts.push(node("", "ReduceMean", &[&last], &["y"], &[ints("axes", &[2]), int("keepdims", 0)]));
+        model(&parts)
+    };
+    let read = from_bytes(chain(2_000), "own", None).unwrap();
+    assert!(read.graph.nodes().iter().all(|node| node.name.len() < 250));
+    let text = refused(chain(30_000));
+    assert!(text.contains("is one of more than 20000 nodes"), "{text}");
 }
 
 #[test]

@@ -4,23 +4,22 @@
 //! [`Protocol`], [`Encoding`]), put below what the file says.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
 use taxel_faults::{Fault, Layout, TrainingFaults};
 use taxel_graph::Loss;
 use taxel_learn::{
-    Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Published, Recipe,
-    Search, file_name, require, share, within,
+    Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Recipe, Search,
+    file_name, require, share, within,
 };
-use taxel_zoo::{Registry, Settings};
+use taxel_zoo::Registry;
 use toml::{Table, Value};
 
 use crate::data::Data;
 use crate::merge::merged;
-use crate::network_file::is_onnx;
-use crate::read::{Misread, one_line, read, table_of};
+use crate::network::{Network, RawNetwork};
+use crate::read::{Misread, read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -76,37 +75,6 @@ pub struct Harden {
 
 fn is_false(value: &bool) -> bool {
     !value
-}
-
-/// One of `[[networks]]`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Network {
-    /// Name in the registry; of a network from a file its own, by default the file's.
-    pub name: String,
-    /// An ONNX file in place of a name in the registry, such as `torch.onnx.export` writes; `${NAME}` is an environment
-    /// variable. Its last layer gets as many outputs as the data have classes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub onnx: Option<String>,
-    /// The same from a `.safetensors` that `taxel import` wrote, or from a trained model.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Whether the weights of `onnx` or `file` are left aside and fresh ones drawn. Default false.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub fresh: bool,
-    /// Name in tables and files.
-    pub label: String,
-    /// Settings of the network other than its input and output sizes, which come from the data.
-    #[serde(skip_serializing_if = "Table::is_empty")]
-    pub set: Table,
-    /// Checkpoint that every fold starts from, `.safetensors` or `.pth`; `${NAME}` is an environment
-    /// variable. A head for another number of classes is drawn. Default fresh weights.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub weights: Option<String>,
-    /// How this network is trained.
-    pub train: Recipe,
-    /// What its authors report on their own data.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub published: Option<Published>,
 }
 
 /// The `[choose]` table: recipes that each fold chooses from by a validation part, never by its test part.
@@ -178,23 +146,6 @@ struct Raw {
     harden: Option<Harden>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawNetwork {
-    name: Option<String>,
-    onnx: Option<String>,
-    file: Option<String>,
-    #[serde(default)]
-    fresh: bool,
-    label: Option<String>,
-    #[serde(default)]
-    set: Table,
-    weights: Option<String>,
-    #[serde(default)]
-    train: Table,
-    published: Option<Published>,
-}
-
 impl Config {
     /// Resolves a raw table: every default filled in, every override merged.
     ///
@@ -208,27 +159,8 @@ impl Config {
         let raw: Raw = read("", Value::Table(table.clone()))?;
         let train = merged(&table_of(&Recipe::default()), &raw.train);
         let protocol = merged(&table_of(&Protocol::default()), &raw.protocol);
-        let network = |(i, own): (usize, RawNetwork)| {
-            let train = merged(&train, &own.train);
-            let path = own.onnx.as_deref().or(own.file.as_deref()).map(Path::new);
-            let stem = path.and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
-            let name = own.name.or(stem).ok_or_else(|| Misread {
-                key: format!("networks.{i}"),
-                message: "needs `name`, a network of the zoo, or `onnx` or `file`, a network of your own"
-                    .into(),
-            })?;
-            Ok(Network {
-                label: own.label.unwrap_or_else(|| name.clone()),
-                name,
-                onnx: own.onnx,
-                file: own.file,
-                fresh: own.fresh,
-                set: own.set,
-                weights: own.weights,
-                train: read(&format!("networks.{i}.train"), Value::Table(train))?,
-                published: own.published,
-            })
-        };
+        let networks = raw.networks.into_iter().enumerate().map(|(i, own)| own.resolve(i, &train));
+        let networks = networks.collect::<Result<_, _>>()?;
         let baselines = raw.baselines.unwrap_or_else(|| Method::all().map(Baseline).to_vec());
         Ok(Config {
             name: raw.name,
@@ -240,7 +172,7 @@ impl Config {
             protocol: read("protocol", Value::Table(protocol))?,
             train: read("train", Value::Table(train.clone()))?,
             choose: raw.choose,
-            networks: raw.networks.into_iter().enumerate().map(network).collect::<Result<_, _>>()?,
+            networks,
             baselines,
             harden: raw.harden,
         })
@@ -342,69 +274,6 @@ impl Harden {
         let left_out = met.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
         let unmet = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
         std::iter::once(candidate.hardened(&self.faults, None)).chain(unmet).collect()
-    }
-}
-
-impl Network {
-    /// Key and path of the file that holds the network; none for one of the registry.
-    pub(crate) fn source(&self) -> Option<(&'static str, &String)> {
-        let onnx = self.onnx.as_ref().map(|path| ("onnx", path));
-        onnx.or(self.file.as_ref().map(|path| ("file", path)))
-    }
-
-    /// What a network from a file has none of.
-    fn check_file(&self, key: &str, path: &str) -> Check {
-        let value = || format!("{path:?}");
-        require(
-            self.onnx.is_none() || self.file.is_none(),
-            "file",
-            value(),
-            "`onnx` names a network already",
-        )?;
-        let is_onnx = is_onnx(Path::new(path));
-        let reason = "must be an .onnx file; `file` names networks that `taxel import` wrote, and models";
-        require(is_onnx || key != "onnx", key, value(), reason)?;
-        require(!is_onnx || key != "file", key, value(), "is ONNX: write onnx in place of file")?;
-        let reason = "a network from a file has no settings; leave it out";
-        require(self.set.is_empty(), "set", one_line(&self.set), reason)?;
-        let reason = "`weights` are given: leave one of them out";
-        require(!(self.fresh && self.weights.is_some()), "fresh", "true", reason)
-    }
-
-    fn check(&self, registry: &Registry) -> Check {
-        if let Some((key, path)) = self.source() {
-            file_name("label", &self.label)?;
-            self.check_file(key, path)?;
-            return self.check_published();
-        }
-        let reason = "belongs to `onnx` and `file`: a network of the zoo starts fresh without `weights`";
-        require(!self.fresh, "fresh", "true", reason)?;
-        let name = format!("{:?}", self.name);
-        let entry = registry.find(&self.name).map_err(|e| Problem::new("name", name, e.to_string()))?;
-        file_name("label", &self.label)?;
-        let sizes = entry.inputs.iter().flat_map(|input| &input.keys).map(String::as_str).chain(["classes"]);
-        for key in sizes {
-            let reason = "comes from the data and its encoding; leave it out";
-            let value = self.set.get(key).map(ToString::to_string).unwrap_or_default();
-            require(!self.set.contains_key(key), &format!("set.{key}"), value, reason)?;
-        }
-        if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&self.settings()) {
-            return Err(Problem::new("set", one_line(&self.set), error.to_string()));
-        }
-        self.check_published()
-    }
-
-    fn check_published(&self) -> Check {
-        match &self.published {
-            Some(published) => published.check().map_err(|problem| problem.below("published")),
-            None => Ok(()),
-        }
-    }
-
-    /// Settings as the registry reads them.
-    pub(crate) fn settings(&self) -> Settings {
-        let own = self.set.iter();
-        own.map(|(key, value)| (key.clone(), serde_json::json!(value))).collect()
     }
 }
 

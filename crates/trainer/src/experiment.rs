@@ -6,10 +6,11 @@ use taxel_learn::Problem;
 use taxel_zoo::Registry;
 use toml::{Table, Value};
 
-use crate::config::{Config, Network};
+use crate::config::Config;
 use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS, SCENE_PATHS, SceneOrigin};
 use crate::error::{Error, Result};
 use crate::merge::{leaves, parse_value, put};
+use crate::network::Network;
 use crate::places::Places;
 use crate::read::table_of;
 

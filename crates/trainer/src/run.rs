@@ -14,9 +14,10 @@ use taxel_learn::{
 use taxel_zoo::{Entry, Registry, Settings, matlab};
 use toml::{Table, Value};
 
-use crate::config::{Baseline, Config, Network};
+use crate::config::{Baseline, Config};
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Overrides};
+use crate::network::Network;
 use crate::network_file::read_network;
 
 /// A network before its recipe is known.

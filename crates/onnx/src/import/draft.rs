@@ -6,6 +6,11 @@ use taxel_graph::{Error, Flow, Graph, Network, Op, Tensor, Weights};
 
 use super::values::Id;
 
+/// The most nodes of a network; the largest ones of torchvision have a thousand.
+const MOST_NODES: usize = 20_000;
+/// The most bytes of a name before its number: names are made of names.
+const LONGEST_NAME: usize = 240;
+
 /// Nodes so far.
 pub struct Draft {
     /// Infers shapes.
@@ -60,6 +65,10 @@ impl Draft {
         inputs: &[Id],
         tensors: Vec<(&str, Tensor)>,
     ) -> Result<Id, Error> {
+        if self.nodes.len() >= MOST_NODES {
+            let reason = format!("is one of more than {MOST_NODES} nodes");
+            return Err(Error::Node { node: name, reason });
+        }
         let flows: Vec<&Flow> = inputs.iter().map(|&input| &self.nodes[input].flow).collect();
         let flow = self.net.operation(&name, op.clone(), &flows)?;
         let full = |(suffix, tensor): (&str, Tensor)| match suffix {
@@ -130,6 +139,7 @@ impl Draft {
 
     /// A name that no node has: `base`, or with a number.
     pub fn name(&mut self, base: &str) -> String {
+        let base = &base[..base.floor_char_boundary(LONGEST_NAME)];
         let count = self.asked.entry(base.into()).or_default();
         loop {
             *count += 1;

@@ -20,6 +20,9 @@ use crate::proto::{self, ValueInfo, dtype};
 /// Versions of ONNX's operations that are read.
 const OPSETS: std::ops::RangeInclusive<i64> = 7..=26;
 
+/// The most inputs, and the most outputs.
+const MOST_PORTS: usize = 64;
+
 /// A network that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
@@ -65,6 +68,9 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
     for name in reads.chain(graph.outputs.iter().filter_map(|output| output.name.as_ref())) {
         *work.uses.entry(name).or_default() += 1;
     }
+    if graph.outputs.len() > MOST_PORTS {
+        return Err(Cause::NotOnnx(format!("it has more than {MOST_PORTS} outputs")));
+    }
     inputs(&mut work, &graph.inputs)?;
     for node in &graph.nodes {
         nodes::node(&mut work, Call { node })?;
@@ -95,6 +101,9 @@ fn inputs<'a>(work: &mut Work<'a>, given: &'a [ValueInfo]) -> std::result::Resul
         let name = info.name.as_deref().unwrap_or_default();
         if !work.values.contains_key(name) {
             open.push((name, shape(work, name, info)?));
+            if open.len() > MOST_PORTS {
+                return Err(Cause::NotOnnx(format!("it has more than {MOST_PORTS} inputs")));
+            }
         }
     }
     let names = inputs_names(&open);

@@ -4,6 +4,7 @@ use taxel_graph::Op;
 
 use super::attributes::Call;
 use super::ints::sizes;
+use super::stored::MOST_AXES;
 use super::values::{Axis, Dim, Value, View};
 use super::work::Work;
 use crate::error::Cause;
@@ -12,7 +13,7 @@ use crate::error::Cause;
 pub fn reshape<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     let view = work.flow(call, 0)?;
     let to = match call.ints("shape") {
-        Some(values) => values.iter().map(|&v| Dim::Known(v)).collect(),
+        Some(values) => values.iter().map(|&v| Dim::Known(v)).collect::<Vec<_>>(),
         None => work.dims(call, 1)?.unwrap_or_default(),
     };
     let from = sizes(work, &view);
@@ -30,6 +31,9 @@ pub fn reshape<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> 
             text(&from)
         ))
     };
+    if to.len() > MOST_AXES {
+        return Err(call.refuse(format!("makes {} axes", to.len())));
+    }
     let to = resolved(work, call, &from, to.clone()).ok_or_else(refuse)?;
     let axes = matched(&view.axes, &from, &to).ok_or_else(refuse)?;
     settled(work, call, view, axes)?.ok_or_else(refuse)

@@ -126,8 +126,11 @@ pub fn slice<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
         None => (0..starts.len()).collect(),
     };
     let steps = work.ints(call, "steps", 4)?.unwrap_or_default();
-    if steps.iter().any(|&step| step != 1) || starts.len() != axes.len() || ends.len() != axes.len() {
-        return Err(call.refuse("takes every second value, or has not one start and end per axis"));
+    let known = axes.len() <= MOST_AXES && steps.iter().all(|&step| step == 1);
+    if !known || starts.len() != axes.len() || ends.len() != axes.len() {
+        return Err(
+            call.refuse("takes every second value or backwards, or has not one start and end per axis")
+        );
     }
     for (at, &axis) in axes.iter().enumerate() {
         let size = sizes(work, &view).get(axis).copied();
