@@ -53,7 +53,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("own.safetensors");
         let net = Network::new("own");
-        let graph = net.finish(&[("logits", net.input("signal", &[4]).linear("fc", 2))]).unwrap();
+        let logits = net.input("signal", &[4]).linear("fc", 2);
+        let graph = net.finish(&[("logits", logits)]).unwrap();
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "own");
         write_network(&path, &graph, &weights).unwrap();
         assert_eq!(read_network(&path).unwrap(), Some((graph.clone(), weights.clone())));

@@ -10,12 +10,12 @@ pub struct Error {
     /// File.
     pub path: PathBuf,
     /// What is wrong with it, and the way out.
-    pub cause: Cause,
+    pub cause: Box<Cause>,
 }
 
 impl Error {
     pub(crate) fn new(path: &Path, cause: Cause) -> Self {
-        Error { path: path.into(), cause }
+        Error { path: path.into(), cause: Box::new(cause) }
     }
 }
 

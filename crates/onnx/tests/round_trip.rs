@@ -1,5 +1,5 @@
 //! What is written is read back as the network that it was.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;
 

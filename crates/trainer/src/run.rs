@@ -215,7 +215,7 @@ impl Runner<'_> {
     fn network(&self, i: usize, network: &Network, encoder: &mut Encoder) -> Result<Candidate> {
         let config = self.experiment.config();
         let Source { graph, start, settings, paper } = match self.experiment.network_path(i)? {
-            Some((key, path)) => self.from_file(&format!("networks.{i}.{key}"), &path, encoder)?,
+            Some((key, path)) => self.filed(&format!("networks.{i}.{key}"), &path, encoder)?,
             None => {
                 let entry = self.registry.find(&network.name)?;
                 let (settings, graph) = self.sized(network, entry, encoder)?;
@@ -252,7 +252,7 @@ impl Runner<'_> {
     }
 
     /// A network from a file, with a head for the data's classes; `key` names the file in the config.
-    fn from_file(&self, key: &str, path: &Path, encoder: &mut Encoder) -> Result<Source> {
+    fn filed(&self, key: &str, path: &Path, encoder: &mut Encoder) -> Result<Source> {
         let refuse = |reason: String| {
             self.experiment.refuse(Problem::new(key, format!("{:?}", path.display()), reason))
         };
