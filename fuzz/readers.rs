@@ -11,8 +11,8 @@ use taxel::learn::{RunOptions, Silent};
 use taxel::ndarray::ArrayD;
 use taxel::scenes::Settings;
 use taxel::{
-    Baseline, Candidate, Dataset, Encoding, Experiment, Layout, Length, Model, Overrides, Registry,
-    RunFolder, Table,
+    Baseline, Candidate, Conv, Dataset, Encoding, Experiment, Layout, Length, Model, Network, Overrides,
+    Registry, RunFolder, Table,
 };
 
 /// A kind of file and who reads it.
@@ -49,6 +49,12 @@ pub const READERS: &[Reader] = &[
     },
     Reader { name: "pth", seeds: pth, read: |folder, bytes| checkpoint(folder, "pth", bytes) },
     Reader { name: "model", seeds: model, read: read_model },
+    Reader { name: "onnx", seeds: onnx, read: |folder, bytes| network(folder, "network.onnx", bytes) },
+    Reader {
+        name: "network",
+        seeds: networks,
+        read: |folder, bytes| network(folder, "network.safetensors", bytes),
+    },
     Reader { name: "config", seeds: config, read: read_config },
     Reader { name: "results", seeds: results, read: |folder, bytes| run_file(folder, "results.json", bytes) },
     Reader { name: "fold", seeds: fold, read: |folder, bytes| run_file(folder, FOLD, bytes) },
@@ -164,6 +170,23 @@ fn read_model(folder: &Path, bytes: &[u8]) -> bool {
     let Ok(model) = Model::open(&path) else { return false };
     let _ = model.card().to_string();
     model.predict(&presses().x).is_ok()
+}
+
+/// A network from a file, as a config names it.
+fn network(folder: &Path, file: &str, bytes: &[u8]) -> bool {
+    let path = folder.join(file);
+    put(&path, bytes);
+    match taxel::experiment::read_network(&path) {
+        Ok((graph, weights)) => {
+            weights.check(&graph).expect("weights of the graph");
+            let _ = (graph.cost(), graph.with_classes(2));
+            true
+        }
+        Err(error) => {
+            assert!(error.to_string().contains(file), "the message does not name {file}: {error}");
+            false
+        }
+    }
 }
 
 fn read_config(_: &Path, bytes: &[u8]) -> bool {
@@ -377,6 +400,27 @@ fn model() -> Vec<Vec<u8>> {
         fs::read(&path).expect("the file")
     };
     vec![saved(Baseline::Majority), saved(Baseline::NearestNeighbours { k: 1 })]
+}
+
+fn onnx() -> Vec<Vec<u8>> {
+    vec![
+        include_bytes!("../crates/onnx/tests/data/cnn1d.script.onnx").to_vec(),
+        include_bytes!("../crates/onnx/tests/data/lstm.dynamo.onnx").to_vec(),
+        include_bytes!("../crates/onnx/tests/data/shuffle.script.onnx").to_vec(),
+        include_bytes!("../crates/onnx/tests/data/cnn3d.dynamo.onnx").to_vec(),
+        include_bytes!("../crates/onnx/tests/data/mlp.dynamo.onnx").to_vec(),
+    ]
+}
+
+fn networks() -> Vec<Vec<u8>> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("network.safetensors");
+    let net = Network::new("small");
+    let signal = net.input("signal", &[2, 6]).conv_bn_relu("stem", Conv::new(3, 3).pad(1));
+    let graph = net.finish(&[("logits", signal.global_average_pool().linear("fc", 2))]).expect("a graph");
+    let weights = taxel::graph::Weights::init(&graph, taxel::graph::Scheme::Pytorch, 0, "seed");
+    taxel_checkpoint::write_network(&path, &graph, &weights).expect("a file");
+    vec![fs::read(&path).expect("the file")]
 }
 
 fn config() -> Vec<Vec<u8>> {

@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FUZZ = ROOT / "fuzz"
 NIGHTLY = ["cargo", "+nightly"]
 # Crates whose lines a reader is made of.
-READERS = ["data", "checkpoint", "learn", "judge", "trainer", "scenes"]
+READERS = ["data", "checkpoint", "onnx", "learn", "judge", "trainer", "scenes"]
 
 
 def host():

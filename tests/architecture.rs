@@ -43,6 +43,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("engine", &["graph", "kernels"]),
     ("runtime", &["graph", "kernels"]),
     ("checkpoint", &["files", "graph", "quiet"]),
+    ("onnx", &["files", "graph"]),
     ("devices", &["graph"]),
     (
         "learn",
@@ -59,7 +60,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "seed",
         ],
     ),
-    ("trainer", &["baselines", "checkpoint", "data", "faults", "graph", "learn", "names", "scenes", "zoo"]),
+    (
+        "trainer",
+        &["baselines", "checkpoint", "data", "faults", "graph", "learn", "names", "onnx", "scenes", "zoo"],
+    ),
     ("judge", &["data", "faults", "files", "learn"]),
     ("sweep", &["data", "files", "judge", "learn", "seed", "trainer", "zoo"]),
     (
@@ -75,6 +79,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "graph",
             "judge",
             "learn",
+            "onnx",
             "runtime",
             "scenes",
             "sweep",

@@ -688,6 +688,8 @@ fn help_teaches() {
         "fit",
         "predict",
         "inspect",
+        "export",
+        "import",
         "zoo",
         "cost",
         "forward",

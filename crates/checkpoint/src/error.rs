@@ -43,6 +43,9 @@ pub enum Cause {
         /// Its type in the file.
         dtype: String,
     },
+    /// A graph that is none, or another than the tensors are of.
+    #[error("its network cannot be read: {0}")]
+    Network(String),
     /// A tensor in memory that is none.
     #[error("tensor `{tensor}` holds {values} values, which do not fill its shape {shape:?}")]
     Shape {

@@ -12,6 +12,7 @@
 //! ```
 
 mod error;
+mod network;
 #[cfg(feature = "pth")]
 mod pickle;
 #[cfg(feature = "pth")]
@@ -24,6 +25,7 @@ use std::path::Path;
 use taxel_graph::Weights;
 
 pub use error::{Cause, Error, Result};
+pub use network::{read_network, write_network};
 pub use safetensors::{from_bytes, to_bytes};
 
 /// What the ending of a file says about it.

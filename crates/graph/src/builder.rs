@@ -67,6 +67,20 @@ impl Network {
         Flow::new(&self.state, node.unwrap_or(0))
     }
 
+    /// Adds the node `name` that does `op` to `flows`, which this network made: for readers of foreign formats, which
+    /// know windows and paddings already.
+    ///
+    /// # Errors
+    /// A step that does not fit, this one or one before it.
+    pub fn operation(&self, name: &str, op: Op, flows: &[&Flow]) -> Result<Flow> {
+        let inputs = flows.iter().map(|flow| flow.node()).collect();
+        let node = self.state.borrow_mut().push(|nodes| Node::computed(name.into(), op, inputs, nodes));
+        match (node, &self.state.borrow().error) {
+            (None, Some(error)) => Err(error.clone()),
+            (node, _) => Ok(Flow::new(&self.state, node.unwrap_or(0))),
+        }
+    }
+
     /// Ends the description: the graph, or the first step that did not fit. Every output counts 1 in training.
     ///
     /// # Errors

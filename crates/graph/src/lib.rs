@@ -26,6 +26,7 @@ mod error;
 mod fill;
 mod flow;
 mod graph;
+mod head;
 mod infer;
 mod loss;
 mod op;

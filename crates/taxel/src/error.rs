@@ -19,6 +19,17 @@ pub enum Error {
     /// An experiment that cannot be run.
     #[error(transparent)]
     Experiment(#[from] taxel_trainer::Error),
+    /// An ONNX file.
+    #[error(transparent)]
+    Onnx(#[from] taxel_onnx::Error),
+    /// A model that cannot be exported.
+    #[error("{model}: {reason}")]
+    Export {
+        /// Its name.
+        model: String,
+        /// Why not.
+        reason: String,
+    },
     /// A run that cannot be judged.
     #[error(transparent)]
     Judge(#[from] taxel_judge::Error),

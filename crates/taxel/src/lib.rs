@@ -72,8 +72,10 @@
 //! | run many configs on many machines | [`sweep`] |
 
 mod error;
+mod export;
 
 pub use error::{Error, Result};
+pub use export::{Exported, ExportedInput, export};
 pub use ndarray;
 
 pub use taxel_baselines::Method as Baseline;
@@ -100,6 +102,8 @@ pub use taxel_graph as graph;
 pub use taxel_judge as judge;
 /// Training, cross-validation, metrics, models.
 pub use taxel_learn as learn;
+/// Networks as ONNX, out and in.
+pub use taxel_onnx as onnx;
 /// Networks frozen for answering.
 pub use taxel_runtime as runtime;
 /// Simulated worlds.

@@ -10,15 +10,16 @@ use taxel_baselines::Method;
 use taxel_faults::{Fault, Layout, TrainingFaults};
 use taxel_graph::Loss;
 use taxel_learn::{
-    Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Published, Recipe,
-    Search, file_name, require, share, within,
+    Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Recipe, Search,
+    file_name, require, share, within,
 };
-use taxel_zoo::{Registry, Settings};
+use taxel_zoo::Registry;
 use toml::{Table, Value};
 
 use crate::data::Data;
 use crate::merge::merged;
-use crate::read::{Misread, one_line, read, table_of};
+use crate::network::{Network, RawNetwork};
+use crate::read::{Misread, read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -74,27 +75,6 @@ pub struct Harden {
 
 fn is_false(value: &bool) -> bool {
     !value
-}
-
-/// One of `[[networks]]`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Network {
-    /// Name in the registry.
-    pub name: String,
-    /// Name in tables and files.
-    pub label: String,
-    /// Settings of the network other than its input and output sizes, which come from the data.
-    #[serde(skip_serializing_if = "Table::is_empty")]
-    pub set: Table,
-    /// Checkpoint that every fold starts from, `.safetensors` or `.pth`; `${NAME}` is an environment
-    /// variable. A head for another number of classes is drawn. Default fresh weights.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub weights: Option<String>,
-    /// How this network is trained.
-    pub train: Recipe,
-    /// What its authors report on their own data.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub published: Option<Published>,
 }
 
 /// The `[choose]` table: recipes that each fold chooses from by a validation part, never by its test part.
@@ -166,19 +146,6 @@ struct Raw {
     harden: Option<Harden>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawNetwork {
-    name: String,
-    label: Option<String>,
-    #[serde(default)]
-    set: Table,
-    weights: Option<String>,
-    #[serde(default)]
-    train: Table,
-    published: Option<Published>,
-}
-
 impl Config {
     /// Resolves a raw table: every default filled in, every override merged.
     ///
@@ -192,17 +159,8 @@ impl Config {
         let raw: Raw = read("", Value::Table(table.clone()))?;
         let train = merged(&table_of(&Recipe::default()), &raw.train);
         let protocol = merged(&table_of(&Protocol::default()), &raw.protocol);
-        let network = |(i, own): (usize, RawNetwork)| {
-            let train = merged(&train, &own.train);
-            Ok(Network {
-                label: own.label.unwrap_or_else(|| own.name.clone()),
-                name: own.name,
-                set: own.set,
-                weights: own.weights,
-                train: read(&format!("networks.{i}.train"), Value::Table(train))?,
-                published: own.published,
-            })
-        };
+        let networks = raw.networks.into_iter().enumerate().map(|(i, own)| own.resolve(i, &train));
+        let networks = networks.collect::<Result<_, _>>()?;
         let baselines = raw.baselines.unwrap_or_else(|| Method::all().map(Baseline).to_vec());
         Ok(Config {
             name: raw.name,
@@ -214,7 +172,7 @@ impl Config {
             protocol: read("protocol", Value::Table(protocol))?,
             train: read("train", Value::Table(train.clone()))?,
             choose: raw.choose,
-            networks: raw.networks.into_iter().enumerate().map(network).collect::<Result<_, _>>()?,
+            networks,
             baselines,
             harden: raw.harden,
         })
@@ -317,33 +275,6 @@ impl Harden {
         let left_out = met.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
         let unmet = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
         std::iter::once(candidate.hardened(&self.faults, None)).chain(unmet).collect()
-    }
-}
-
-impl Network {
-    fn check(&self, registry: &Registry) -> Check {
-        let name = format!("{:?}", self.name);
-        let entry = registry.find(&self.name).map_err(|e| Problem::new("name", name, e.to_string()))?;
-        file_name("label", &self.label)?;
-        let sizes = entry.inputs.iter().flat_map(|input| &input.keys).map(String::as_str).chain(["classes"]);
-        for key in sizes {
-            let reason = "comes from the data and its encoding; leave it out";
-            let value = self.set.get(key).map(ToString::to_string).unwrap_or_default();
-            require(!self.set.contains_key(key), &format!("set.{key}"), value, reason)?;
-        }
-        if let Err(error @ taxel_zoo::Error::Settings { .. }) = entry.graph(&self.settings()) {
-            return Err(Problem::new("set", one_line(&self.set), error.to_string()));
-        }
-        match &self.published {
-            Some(published) => published.check().map_err(|problem| problem.below("published")),
-            None => Ok(()),
-        }
-    }
-
-    /// Settings as the registry reads them.
-    pub(crate) fn settings(&self) -> Settings {
-        let own = self.set.iter();
-        own.map(|(key, value)| (key.clone(), serde_json::json!(value))).collect()
     }
 }
 

@@ -56,6 +56,17 @@ pub enum Error {
     /// A training, a run folder or a model.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),
+    /// An ONNX file that no network can be made of.
+    #[error(transparent)]
+    Onnx(#[from] taxel_onnx::Error),
+    /// A file without a network.
+    #[error("{file}: {reason}")]
+    NoNetwork {
+        /// The path as the user gave it.
+        file: String,
+        /// What it holds.
+        reason: String,
+    },
 }
 
 /// A result whose error is [`enum@Error`].

@@ -10,6 +10,7 @@ use crate::config::Config;
 use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS, SCENE_PATHS, SceneOrigin};
 use crate::error::{Error, Result};
 use crate::merge::{leaves, parse_value, put};
+use crate::network::Network;
 use crate::places::Places;
 use crate::read::table_of;
 
@@ -135,6 +136,17 @@ impl Experiment {
         self.expanded(&format!("networks.{network}.weights"), path, way_out).map(Some)
     }
 
+    /// The file that holds a network, likewise, and the key that names it; `None` for one of the registry.
+    ///
+    /// # Errors
+    /// As [`Experiment::data_path`].
+    pub fn network_path(&self, network: usize) -> Result<Option<(&'static str, PathBuf)>> {
+        let Some((key, path)) = self.config.networks[network].source() else { return Ok(None) };
+        let way_out = "write the file's own path in the config";
+        let path = self.expanded(&format!("networks.{network}.{key}"), path, way_out)?;
+        Ok(Some((key, path)))
+    }
+
     /// The settings of a scene, paths among them likewise.
     pub(crate) fn scene_settings(&self, scene: &SceneOrigin) -> Result<Table> {
         let mut set = scene.set.clone();
@@ -189,7 +201,9 @@ impl Experiment {
                 }
             }
         }
-        self.config.networks.iter_mut().filter_map(|n| n.weights.as_mut()).for_each(absolute);
+        for Network { weights, onnx, file, .. } in &mut self.config.networks {
+            [weights, onnx, file].into_iter().flatten().for_each(absolute);
+        }
         Ok(())
     }
 

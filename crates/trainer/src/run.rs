@@ -6,17 +6,27 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::Dataset;
-use taxel_graph::Graph;
+use taxel_graph::{Graph, Weights, describe};
 use taxel_learn::{
     Candidate, CrossValidation, Encoder, Estimator, Fit, FoldKey, Identity, Model, Problem, Progress,
     RunFolder, RunOptions, Trainable,
 };
-use taxel_zoo::{Entry, Registry, matlab};
+use taxel_zoo::{Entry, Registry, Settings, matlab};
 use toml::{Table, Value};
 
-use crate::config::{Baseline, Config, Network};
+use crate::config::{Baseline, Config};
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Overrides};
+use crate::network::Network;
+use crate::network_file::read_network;
+
+/// A network before its recipe is known.
+struct Source {
+    graph: Graph,
+    start: Option<Weights>,
+    settings: Settings,
+    paper: String,
+}
 
 /// A length that every network takes, for messages.
 const SHORTER: usize = 1000;
@@ -204,8 +214,14 @@ impl Runner<'_> {
 
     fn network(&self, i: usize, network: &Network, encoder: &mut Encoder) -> Result<Candidate> {
         let config = self.experiment.config();
-        let entry = self.registry.find(&network.name)?;
-        let (settings, graph) = self.sized(network, entry, encoder)?;
+        let Source { graph, start, settings, paper } = match self.experiment.network_path(i)? {
+            Some((key, path)) => self.filed(&format!("networks.{i}.{key}"), &path, encoder)?,
+            None => {
+                let entry = self.registry.find(&network.name)?;
+                let (settings, graph) = self.sized(network, entry, encoder)?;
+                Source { graph, start: None, settings, paper: entry.paper.clone() }
+            }
+        };
         let refuse = |problem| self.experiment.refuse(problem);
         let mut recipe = network.train.clone();
         recipe.frozen = self.frozen(i, &recipe.frozen, &graph)?;
@@ -213,7 +229,8 @@ impl Runner<'_> {
         for own in search.iter_mut().flat_map(|search| &mut search.grid) {
             own.recipe.frozen = self.frozen(i, &own.recipe.frozen, &graph)?;
         }
-        let mut trainable = Trainable { graph, recipe, search, start: None };
+        let start = start.filter(|_| !network.fresh).map(Arc::new);
+        let mut trainable = Trainable { graph, recipe, search, start };
         if let Some(path) = self.experiment.weights_path(i)? {
             let refuse = |reason: String| {
                 let (key, value) = (format!("networks.{i}.weights"), format!("{:?}", path.display()));
@@ -226,21 +243,49 @@ impl Runner<'_> {
         Ok(Candidate {
             name: network.label.clone(),
             estimator: Estimator::Network(Box::new(trainable)),
-            zoo: entry.name.clone(),
-            paper: entry.paper.clone(),
+            zoo: network.name.clone(),
+            paper,
             settings,
             published: network.published.clone(),
             twin: None,
         })
     }
 
+    /// A network from a file, with a head for the data's classes; `key` names the file in the config.
+    fn filed(&self, key: &str, path: &Path, encoder: &mut Encoder) -> Result<Source> {
+        let refuse = |reason: String| {
+            self.experiment.refuse(Problem::new(key, format!("{:?}", path.display()), reason))
+        };
+        let (graph, weights) = read_network(path).map_err(|e| refuse(e.to_string()))?;
+        let graph = graph.with_classes(self.dataset.classes.len()).map_err(|e| refuse(e.to_string()))?;
+        let names: Vec<&str> = graph.inputs().map(|node| node.name.as_str()).collect();
+        encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
+        for node in graph.inputs() {
+            let wanted = describe(&node.shape);
+            let Some(shape) = encoder.shape(&node.name) else {
+                let reason = format!(
+                    "reads `{}` of {wanted}, and the experiment encodes no such input: `signal` is channels × length, \
+                     `image` channels × rows × columns (encoding.image), `tensor` four axes (encoding.tensor)",
+                    node.name
+                );
+                return Err(refuse(reason));
+            };
+            let flat = node.shape.len() == 1 && node.shape[0] == shape.iter().product::<usize>();
+            if !flat && shape != node.shape {
+                let reason = format!(
+                    "reads `{}` of {wanted}, the samples become {}: export the network for that shape, or bring the \
+                     samples to its own (data.length, encoding.image.resize)",
+                    node.name,
+                    describe(&shape)
+                );
+                return Err(refuse(reason));
+            }
+        }
+        Ok(Source { graph, start: Some(weights), settings: Settings::new(), paper: String::new() })
+    }
+
     /// The network's settings and graph for the shapes that the encoding makes.
-    fn sized(
-        &self,
-        network: &Network,
-        entry: &Entry,
-        encoder: &mut Encoder,
-    ) -> Result<(taxel_zoo::Settings, Graph)> {
+    fn sized(&self, network: &Network, entry: &Entry, encoder: &mut Encoder) -> Result<(Settings, Graph)> {
         let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
         let mut settings = entry.fit(self.dataset.classes.len(), |input| encoder.shape(input))?;

@@ -148,7 +148,11 @@ fn values_out_of_range_name_the_line_and_the_range() {
             "name = \"tiny\"\nbaselines = [\n  \"majority\",\n  { name = \"k-nn\", k = 0.5 },\n]",
             "tiny.toml:4:24: invalid type: floating point `0.5`, expected usize\n  4 |   { name = \"k-nn\", k = 0.5 },",
         ),
-        ("name = \"mlp\"\n", "", "tiny.toml:13:1: missing field `name`\n  13 | [[networks]]"),
+        (
+            "name = \"mlp\"\n",
+            "",
+            "tiny.toml:13:1: needs `name`, a network of the zoo, or `onnx` or `file`, a network of your own\n  13 | [[",
+        ),
         ("name = \"tiny\"\n", "", "tiny.toml: missing field `name`"),
         ("hidden = 16", "classes = 16", "tiny.toml:15: networks.0.set.classes = 16: comes from the data"),
         ("\"vgg6-lite-2d\"", "\"mlp\"", "tiny.toml:17: networks.1.label = \"mlp\": two networks"),

@@ -110,6 +110,11 @@ fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
             );
             return Err(Error::damaged(path, reason));
         }
+        None if value.get("network").is_some() => {
+            let reason =
+                "holds a network with its weights, but no model: train it, as [[networks]] file = \"...\"";
+            return Err(Error::damaged(path, reason));
+        }
         None => {
             let reason =
                 "was written by a version without model files, or by another program; train it again";

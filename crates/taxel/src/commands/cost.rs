@@ -18,7 +18,7 @@ use crate::text;
 #[derive(Args)]
 #[command(after_help = "Example:  taxel cost hybrid-resvgg --set classes=28")]
 pub struct Cost {
-    /// Network name, see `taxel zoo`.
+    /// Network name, see `taxel zoo`; or a file: `.onnx`, or a `.safetensors` with a network or model in it.
     model: String,
     /// A configuration value in place of the paper's: key=value.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -30,7 +30,7 @@ pub struct Cost {
 
 impl Cost {
     pub fn run(self) -> Outcome {
-        let graph = taxel_zoo::find(&self.model)?.graph(&super::settings(&self.set)?)?;
+        let (graph, _) = super::network::named(&self.model, &self.set)?;
         let total = graph.cost();
         if self.json {
             let object = |cost: taxel_graph::Cost| {

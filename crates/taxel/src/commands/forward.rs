@@ -24,12 +24,12 @@ use crate::arrays::write_npy;
               taxel forward --model vgg16 --set classes=1000 --weights vgg16.pth --at classifier.3/relu \\
                 --input images.npy --output features.npy")]
 pub struct Forward {
-    /// Network name, see `taxel zoo`.
+    /// Network name, see `taxel zoo`; or a file: `.onnx`, or a `.safetensors` with a network or model in it.
     #[arg(long)]
     model: String,
-    /// Weights under the network's tensor names.
+    /// Weights under the network's tensor names; a file has its own.
     #[arg(long)]
-    weights: PathBuf,
+    weights: Option<PathBuf>,
     /// One `.npy` per input, [N, ...].
     #[arg(long, required = true)]
     input: Vec<PathBuf>,
@@ -73,9 +73,16 @@ const CHUNK: usize = 64;
 
 impl Forward {
     pub fn run(self) -> Outcome {
-        let graph = taxel_zoo::find(&self.model)?.graph(&super::settings(&self.set)?)?;
-        let weights = read_weights(&self.weights)?;
-        weights.check(&graph).map_err(|e| format!("{}: {e}", self.weights.display()))?;
+        let (graph, own) = super::network::named(&self.model, &self.set)?;
+        let weights = match (&self.weights, own) {
+            (Some(path), _) => {
+                let weights = read_weights(path)?;
+                weights.check(&graph).map_err(|e| format!("{}: {e}", path.display()))?;
+                weights
+            }
+            (None, Some(weights)) => weights,
+            (None, None) => return Err(format!("{}: give its --weights", self.model).into()),
+        };
         let (graph, weights) = match &self.at {
             Some(node) => {
                 let part = graph.cut(node)?;

@@ -1,0 +1,110 @@
+//! How much memory a file's messages would take, before any of it is taken.
+//!
+//! A message of two bytes becomes a structure of some hundred. So the file is walked first, without allocating, and one
+//! that would become more than any network needs is refused. Values of tensors are not counted: they take no more
+//! memory than they take in the file.
+
+/// Bytes that the messages of a file may take. The largest networks of torchvision stay below a tenth of it.
+const MOST: usize = 24 << 20;
+
+/// What is charged for a message, a text and a number.
+const MESSAGE: usize = 256;
+const TEXT: usize = 48;
+const NUMBER: usize = 16;
+
+/// A message of [`crate::proto`], by the fields that repeat or lead to such.
+#[derive(Clone, Copy)]
+enum Kind {
+    Model,
+    Graph,
+    Node,
+    Attribute,
+    Tensor,
+    ValueInfo,
+    Type,
+    TensorType,
+    Shape,
+    Leaf,
+}
+
+/// What a field of a message is.
+enum Field {
+    Message(Kind),
+    Text,
+    Numbers,
+    Other,
+}
+
+impl Kind {
+    fn field(self, number: u64) -> Field {
+        use Field::{Message, Numbers, Other, Text};
+        match (self, number) {
+            (Kind::Model, 7) => Message(Kind::Graph),
+            (Kind::Model, 8 | 14) | (Kind::Tensor, 13) | (Kind::Shape, 1) => Message(Kind::Leaf),
+            (Kind::Graph, 1) => Message(Kind::Node),
+            (Kind::Graph, 5) | (Kind::Attribute, 5) => Message(Kind::Tensor),
+            (Kind::Graph, 11 | 12) => Message(Kind::ValueInfo),
+            (Kind::Node, 1 | 2) | (Kind::Attribute, 9) => Text,
+            (Kind::Node, 5) => Message(Kind::Attribute),
+            (Kind::Attribute, 7 | 8) | (Kind::Tensor, 1 | 5 | 7) => Numbers,
+            (Kind::ValueInfo, 2) => Message(Kind::Type),
+            (Kind::Type, 1) => Message(Kind::TensorType),
+            (Kind::TensorType, 2) => Message(Kind::Shape),
+            _ => Other,
+        }
+    }
+}
+
+/// # Errors
+/// Why the bytes are no model, or one that is too large.
+pub fn check(bytes: &[u8]) -> Result<(), String> {
+    let mut left = MOST;
+    walk(Kind::Model, bytes, &mut left)
+}
+
+/// Messages nest as deep as the kinds do.
+fn walk(kind: Kind, mut bytes: &[u8], left: &mut usize) -> Result<(), String> {
+    let cut = || "a field is longer than the file".to_string();
+    while !bytes.is_empty() {
+        let key = varint(&mut bytes).ok_or_else(cut)?;
+        let field = kind.field(key >> 3);
+        let content = match key & 7 {
+            0 => {
+                varint(&mut bytes).ok_or_else(cut)?;
+                &[][..]
+            }
+            1 => bytes.split_off(..8).ok_or_else(cut)?,
+            2 => {
+                let length = usize::try_from(varint(&mut bytes).ok_or_else(cut)?).map_err(|_| cut())?;
+                bytes.split_off(..length).ok_or_else(cut)?
+            }
+            5 => bytes.split_off(..4).ok_or_else(cut)?,
+            other => return Err(format!("field {} has the unknown wire type {other}", key >> 3)),
+        };
+        let charge = match field {
+            Field::Message(_) => MESSAGE,
+            Field::Text => TEXT,
+            Field::Numbers => NUMBER * content.len().max(1),
+            Field::Other => 0,
+        };
+        let too_large = "its messages would take more memory than any network needs";
+        *left = left.checked_sub(charge).ok_or(too_large)?;
+        if let Field::Message(inner) = field {
+            walk(inner, content, left)?;
+        }
+    }
+    Ok(())
+}
+
+/// A number in protobuf's variable length.
+fn varint(bytes: &mut &[u8]) -> Option<u64> {
+    let mut value = 0;
+    for shift in (0..64).step_by(7) {
+        let byte = *bytes.split_off_first()?;
+        value |= u64::from(byte & 0x7f) << shift;
+        if byte < 0x80 {
+            return Some(value);
+        }
+    }
+    None
+}

@@ -1,0 +1,118 @@
+//! What is done to raw readings before the network, as far as ONNX can say it.
+
+use super::sink::{Sink, ints, sizes};
+use crate::error::Cause;
+
+/// How raw readings become an input of the network: the ONNX model then takes the readings themselves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Shape of one raw reading, batch axis left out.
+    pub shape: Vec<usize>,
+    /// What is done to it, in order; what comes out has the shape of the network's input.
+    pub steps: Vec<Step>,
+}
+
+/// One step from a raw reading to an input.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    /// The same values in another shape.
+    Reshape(Vec<usize>),
+    /// Axes in another order: new axis i is old axis `order[i]`, counted without the batch axis.
+    Transpose(Vec<usize>),
+    /// `[C, T]` less the mean of the first so many readings of each channel.
+    LessBaseline(usize),
+    /// `(v − offset) / divisor` per channel (first axis), or for all where there is one value.
+    Scale {
+        /// One per channel, or one for all.
+        offset: Vec<f32>,
+        /// One per channel, or one for all; above 0.
+        divisor: Vec<f32>,
+    },
+}
+
+impl Reading {
+    /// Writes the steps for the input called `name`; the value that comes out, of shape `wanted`.
+    pub fn emit(&self, sink: &mut Sink, name: &str, wanted: &[usize]) -> Result<String, Cause> {
+        let refuse = |reason: String| Err(Cause::Port { role: "input", name: name.into(), reason });
+        let (mut value, mut shape) = (name.to_string(), self.shape.clone());
+        for step in &self.steps {
+            match step {
+                Step::Reshape(to) => {
+                    if to.iter().product::<usize>() != shape.iter().product() {
+                        return refuse(format!("{shape:?} cannot become {to:?}"));
+                    }
+                    if *to != shape {
+                        let to = sink.ints(&format!("{name}/shape"), &[&[0], &sizes(to)[..]].concat());
+                        value = sink.step("Reshape", &[&value, &to], &format!("{name}/reshape"), vec![]);
+                    }
+                    shape.clone_from(to);
+                }
+                Step::Transpose(order) => {
+                    let Some(turned) = turned(order, &shape) else {
+                        return refuse(format!("axes {order:?} of {shape:?} are none"));
+                    };
+                    let perm = std::iter::once(0).chain(order.iter().map(|&axis| axis as i64 + 1)).collect();
+                    let base = format!("{name}/transpose");
+                    value = sink.step("Transpose", &[&value], &base, vec![ints("perm", perm)]);
+                    shape = turned;
+                }
+                Step::LessBaseline(readings) => {
+                    if shape.len() != 2 || *readings == 0 || *readings > shape[1] {
+                        return refuse(format!("{shape:?} has no first {readings} readings"));
+                    }
+                    value = less_baseline(sink, name, &value, *readings);
+                }
+                Step::Scale { offset, divisor } => {
+                    let channels = shape.first().copied().unwrap_or(1);
+                    if [offset, divisor].iter().any(|own| own.len() != 1 && own.len() != channels) {
+                        return refuse(format!("{} scales for {channels} channels", offset.len()));
+                    }
+                    value = scaled(sink, name, value, shape.len(), (offset, divisor));
+                }
+            }
+        }
+        if shape != wanted {
+            return refuse(format!("readings become {shape:?}, the network reads {wanted:?}"));
+        }
+        Ok(value)
+    }
+}
+
+/// The shape with its axes in another order, if `order` names each of them once.
+fn turned(order: &[usize], shape: &[usize]) -> Option<Vec<usize>> {
+    let mut sorted = order.to_vec();
+    sorted.sort_unstable();
+    sorted.iter().copied().eq(0..shape.len()).then(|| order.iter().map(|&axis| shape[axis]).collect())
+}
+
+fn less_baseline(sink: &mut Sink, name: &str, value: &str, readings: usize) -> String {
+    let base = format!("{name}/baseline");
+    let [start, end, axis] =
+        [0, readings as i64, 2].map(|number| sink.ints(&format!("{base}/bounds"), &[number]));
+    let first = sink.step("Slice", &[value, &start, &end, &axis], &format!("{base}/first"), vec![]);
+    let axes = vec![ints("axes", vec![2]), super::sink::int("keepdims", 1)];
+    let mean = sink.step("ReduceMean", &[&first], &format!("{base}/mean"), axes);
+    sink.step("Sub", &[value, &mean], &base, vec![])
+}
+
+/// What changes nothing is left out.
+fn scaled(
+    sink: &mut Sink,
+    name: &str,
+    mut value: String,
+    axes: usize,
+    (offset, divisor): (&[f32], &[f32]),
+) -> String {
+    for (op, part, values, nothing) in [("Sub", "offset", offset, 0.0), ("Div", "divisor", divisor, 1.0)] {
+        if values.iter().all(|v| *v == nothing) {
+            continue;
+        }
+        let mut shape = vec![1; axes];
+        if let Some(first) = shape.first_mut() {
+            *first = values.len();
+        }
+        let stored = sink.floats(&format!("{name}/{part}"), &shape, values);
+        value = sink.step(op, &[&value, &stored], &format!("{name}/{}", op.to_lowercase()), vec![]);
+    }
+    value
+}

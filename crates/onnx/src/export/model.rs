@@ -1,0 +1,188 @@
+//! From a graph and its weights to the bytes of an ONNX model.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use prost::Message;
+use taxel_graph::{Graph, Loss, Op, Weights};
+
+use super::emit::Emit;
+use super::front::Reading;
+use super::sink::{Sink, int};
+use crate::error::{Cause, Error, Result};
+use crate::proto::{self, Dimension, Entry, Opset, Shape, TensorType, Type, ValueInfo, dtype};
+
+/// Version of ONNX's operations that is written: the first with all that taxel needs and a state of the art.
+pub const OPSET: i64 = 17;
+/// Version of the file format that belongs to it.
+pub const IR_VERSION: i64 = 8;
+
+/// Name of the output that follows from the logits and the loss.
+pub const PROBABILITIES: &str = "probabilities";
+
+/// Largest model: protobuf's limit, in bytes.
+const LARGEST: usize = i32::MAX as usize;
+
+/// A network with what is to be written beside it.
+#[derive(Debug, Clone)]
+pub struct Export<'a> {
+    /// The network.
+    pub graph: &'a Graph,
+    /// Its tensors, which fit it.
+    pub weights: &'a Weights,
+    /// What its first output was trained for: a second one, `probabilities`, follows from it. Default none.
+    pub loss: Option<Loss>,
+    /// Of each input, how raw readings become it; none, and past the end, where it is taken as it is.
+    pub readings: Vec<Option<Reading>>,
+    /// Text for people.
+    pub about: String,
+    /// Facts by key, for programs (`metadata_props`).
+    pub facts: Vec<(String, String)>,
+}
+
+impl<'a> Export<'a> {
+    /// The bare network.
+    pub fn new(graph: &'a Graph, weights: &'a Weights) -> Self {
+        Export { graph, weights, loss: None, readings: vec![], about: String::new(), facts: vec![] }
+    }
+}
+
+/// Writes the model, under a temporary name first: a reader never sees half a file. Equal networks give equal bytes.
+///
+/// # Errors
+/// As [`to_bytes`], and a folder that is missing or cannot be written.
+pub fn write(path: &Path, export: &Export) -> Result<()> {
+    let write = || taxel_files::write_whole(path, &to_bytes(export)?).map_err(Cause::Write);
+    write().map_err(|cause| Error::new(path, cause))
+}
+
+/// The bytes of an ONNX model.
+///
+/// # Errors
+/// Weights that do not fit the graph, readings that do not become its inputs, more than 2 GiB.
+pub fn to_bytes(export: &Export) -> std::result::Result<Vec<u8>, Cause> {
+    export.weights.check(export.graph)?;
+    let entry =
+        |(key, value): &(String, String)| Entry { key: Some(key.clone()), value: Some(value.clone()) };
+    let model = proto::Model {
+        ir_version: Some(IR_VERSION),
+        producer_name: Some("taxel".into()),
+        producer_version: Some(env!("CARGO_PKG_VERSION").into()),
+        doc: Some(export.about.clone()).filter(|about| !about.is_empty()),
+        graph: Some(graph(export)?),
+        opsets: vec![Opset { domain: Some(String::new()), version: Some(OPSET) }],
+        facts: export.facts.iter().map(entry).collect(),
+    };
+    match model.encoded_len() {
+        ..=LARGEST => Ok(model.encode_to_vec()),
+        bytes => {
+            let reason = format!("takes {bytes} bytes, ONNX files hold {LARGEST} at most");
+            Err(taxel_graph::Error::Node { node: export.graph.name().into(), reason }.into())
+        }
+    }
+}
+
+fn graph(export: &Export) -> std::result::Result<proto::Graph, Cause> {
+    let Export { graph, weights, .. } = export;
+    let mut sink = Sink::default();
+    let outputs = graph.outputs();
+    // Names that stay as they are come first: those of tensors, inputs and outputs.
+    for name in graph.params().map(|param| &param.name) {
+        sink.take(name);
+    }
+    let nodes = graph.nodes();
+    let mut values = inputs(export, &mut sink)?;
+    for (name, _) in outputs {
+        if !sink.take(name) {
+            let reason = "a tensor or input has this name too".to_string();
+            return Err(Cause::Port { role: "output", name: name.clone(), reason });
+        }
+    }
+    let mut given = HashSet::new();
+    for (id, node) in nodes.iter().enumerate().filter(|(_, node)| node.op != Op::Input) {
+        let own = outputs.iter().find(|(_, of)| *of == id).map(|(name, _)| name.clone());
+        given.extend(own.clone());
+        values[id] = own.unwrap_or_else(|| sink.fresh(&node.name));
+        let read = node.inputs.iter().map(|&input| (values[input].as_str(), nodes[input].shape.as_slice()));
+        let (inputs, output) = (read.collect::<Vec<_>>(), values[id].as_str());
+        let x = inputs.first().map_or("", |(name, _)| name);
+        Emit { sink: &mut sink, node, x, inputs, output, weights }.emit()?;
+    }
+    // An input that is an output, or one value under two names.
+    for (name, id) in outputs.iter().filter(|(name, _)| !given.contains(name)) {
+        sink.put("Identity", &[&values[*id]], name, vec![]);
+    }
+    let mut infos: Vec<ValueInfo> =
+        outputs.iter().map(|(name, id)| info(name, &nodes[*id].shape, None)).collect();
+    infos.extend(probabilities(export, &mut sink));
+    Ok(proto::Graph {
+        nodes: sink.nodes,
+        name: Some(graph.name().into()),
+        initializers: sink.initializers,
+        inputs: graph
+            .inputs()
+            .enumerate()
+            .map(|(at, node)| {
+                let reading = export.readings.get(at).and_then(Option::as_ref);
+                let (shape, what) = match reading {
+                    Some(reading) => (&reading.shape, "raw readings"),
+                    None => (&node.shape, "as the network reads it"),
+                };
+                info(&node.name, shape, Some(what))
+            })
+            .collect(),
+        outputs: infos,
+    })
+}
+
+/// Names of the inputs' values, raw readings encoded, by node.
+fn inputs(export: &Export, sink: &mut Sink) -> std::result::Result<Vec<String>, Cause> {
+    let nodes = export.graph.nodes();
+    let mut values = vec![String::new(); nodes.len()];
+    for node in export.graph.inputs() {
+        if !sink.take(&node.name) {
+            let reason = "a tensor has this name too".to_string();
+            return Err(Cause::Port { role: "input", name: node.name.clone(), reason });
+        }
+    }
+    let ids = (0..nodes.len()).filter(|&id| nodes[id].op == Op::Input);
+    for (at, id) in ids.enumerate() {
+        values[id] = match export.readings.get(at).and_then(Option::as_ref) {
+            Some(reading) => reading.emit(sink, &nodes[id].name, &nodes[id].shape)?,
+            None => nodes[id].name.clone(),
+        };
+    }
+    Ok(values)
+}
+
+/// The output that follows from the first one and the loss, if that has one value per class.
+fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
+    let (logits, id) = export.graph.outputs().first()?;
+    let shape = &export.graph.nodes()[*id].shape;
+    let loss = export.loss.filter(|_| shape.len() == 1)?;
+    if !sink.take(PROBABILITIES) {
+        return None;
+    }
+    match loss {
+        Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], PROBABILITIES, vec![int("axis", 1)]),
+        Loss::MultiLabelSoftMargin => sink.put("Sigmoid", &[logits], PROBABILITIES, vec![]),
+        Loss::MeanSquaredError => {
+            let [low, high] = [0.0, 1.0].map(|end| sink.floats("probabilities/end", &[], &[end]));
+            sink.put("Clip", &[logits, &low, &high], PROBABILITIES, vec![]);
+        }
+    }
+    Some(info(PROBABILITIES, shape, None))
+}
+
+/// A value of any number of samples.
+fn info(name: &str, shape: &[usize], what: Option<&str>) -> ValueInfo {
+    let batch = Dimension { size: None, name: Some("batch".into()) };
+    let sizes = shape.iter().map(|&size| Dimension { size: Some(size as i64), name: None });
+    let dims = std::iter::once(batch).chain(sizes).collect();
+    let tensor = TensorType { dtype: Some(dtype::FLOAT), shape: Some(Shape { dims }) };
+    ValueInfo {
+        name: Some(name.into()),
+        kind: Some(Type { tensor: Some(tensor) }),
+        doc: what.map(String::from),
+    }
+}

@@ -1,0 +1,206 @@
+//! From the bytes of an ONNX model to a graph and its weights.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use bytes::Bytes;
+use prost::Message;
+use taxel_graph::{Activation, Graph, Op, Weights};
+
+use super::attributes::Call;
+use super::draft::Draft;
+use super::stored::{Stored, type_name};
+use super::values::{Axis, Id, Part, Value, View};
+use super::work::Work;
+use super::{ints, nodes};
+use crate::bounds;
+use crate::error::{Cause, Error, Result};
+use crate::proto::{self, ValueInfo, dtype};
+
+/// Versions of ONNX's operations that are read.
+const OPSETS: std::ops::RangeInclusive<i64> = 7..=26;
+
+/// The most inputs, and the most outputs.
+const MOST_PORTS: usize = 64;
+
+/// A network that was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imported {
+    /// The network.
+    pub graph: Graph,
+    /// Its tensors.
+    pub weights: Weights,
+    /// What was left out or renamed, for people.
+    pub notes: Vec<String>,
+}
+
+/// Reads an ONNX file; the network is called as the file.
+///
+/// # Errors
+/// A file that is missing, damaged, or holds what no network of taxel can be: by node and operation.
+pub fn read(path: &Path) -> Result<Imported> {
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let read = || from_bytes(std::fs::read(path)?, &name, Some(path.parent().unwrap_or(Path::new(""))));
+    read().map_err(|cause| Error::new(path, cause))
+}
+
+/// Reads the bytes of an ONNX model as a network called `name`; tensors kept in files of their own are looked for in
+/// `folder`.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::result::Result<Imported, Cause> {
+    bounds::check(&bytes).map_err(Cause::NotOnnx)?;
+    let length = bytes.len();
+    let model = proto::Model::decode(Bytes::from(bytes)).map_err(|e| Cause::NotOnnx(e.to_string()))?;
+    let Some(mut graph) = model.graph else {
+        return Err(Cause::NotOnnx("it holds no graph".into()));
+    };
+    version(&model.opsets)?;
+    let mut stored = Stored::new(folder, length);
+    let tensors: Vec<proto::Tensor> = std::mem::take(&mut graph.initializers);
+    let names: Vec<String> = tensors.iter().map(|tensor| tensor.name.clone().unwrap_or_default()).collect();
+    let constants: Vec<Value> = tensors.into_iter().map(|tensor| ints::stored(&mut stored, tensor)).collect();
+    let (draft, values) = (Draft::new(), HashMap::new());
+    let mut work = Work { draft, stored, values, uses: HashMap::new(), batch: None, notes: vec![] };
+    work.values.extend(names.iter().map(String::as_str).zip(constants));
+    let reads = graph.nodes.iter().flat_map(|node| &node.inputs);
+    for name in reads.chain(graph.outputs.iter().filter_map(|output| output.name.as_ref())) {
+        *work.uses.entry(name).or_default() += 1;
+    }
+    if graph.outputs.len() > MOST_PORTS {
+        return Err(Cause::NotOnnx(format!("it has more than {MOST_PORTS} outputs")));
+    }
+    inputs(&mut work, &graph.inputs)?;
+    for node in &graph.nodes {
+        nodes::node(&mut work, Call { node })?;
+    }
+    let outputs = outputs(&mut work, &graph.outputs)?;
+    let Work { draft, notes, .. } = work;
+    let (graph, weights) = draft.finish(name, &outputs)?;
+    Ok(Imported { graph, weights, notes })
+}
+
+fn version(opsets: &[proto::Opset]) -> std::result::Result<(), Cause> {
+    let own = opsets.iter().find(|own| ["", "ai.onnx"].contains(&own.domain.as_deref().unwrap_or_default()));
+    match own.and_then(|own| own.version) {
+        Some(version) if OPSETS.contains(&version) => Ok(()),
+        Some(version) => Err(Cause::Version(format!(
+            "is of opset {version}; taxel reads {} to {}: export the network with another opset_version",
+            OPSETS.start(),
+            OPSETS.end()
+        ))),
+        None => Err(Cause::NotOnnx("it names no version of ONNX's operations".into())),
+    }
+}
+
+/// Adds the inputs that are no constants.
+fn inputs<'a>(work: &mut Work<'a>, given: &'a [ValueInfo]) -> std::result::Result<(), Cause> {
+    let mut open = vec![];
+    for info in given {
+        let name = info.name.as_deref().unwrap_or_default();
+        if !work.values.contains_key(name) {
+            open.push((name, shape(work, name, info)?));
+            if open.len() > MOST_PORTS {
+                return Err(Cause::NotOnnx(format!("it has more than {MOST_PORTS} inputs")));
+            }
+        }
+    }
+    let names = inputs_names(&open);
+    for ((name, shape), own) in open.into_iter().zip(names) {
+        if own != name {
+            work.notes.push(format!("input `{name}` is called `{own}`"));
+        }
+        let rank = shape.len();
+        let node = work.draft.input(&own, shape)?;
+        work.values.insert(name, Value::Flow(View::plain(node, rank)));
+    }
+    Ok(())
+}
+
+/// What taxel calls inputs, by their axes; what several would be called keeps its name.
+fn inputs_names(open: &[(&str, Vec<usize>)]) -> Vec<String> {
+    const NAMES: [&str; 4] = ["signal", "signal", "image", "tensor"];
+    let by_axes = |shape: &[usize]| NAMES[(shape.len() - 1).min(3)];
+    let name = |(name, shape): &(&str, Vec<usize>)| {
+        let own = by_axes(shape);
+        let alone = open.iter().filter(|(_, other)| by_axes(other) == own).count() == 1;
+        let known = NAMES.contains(name);
+        if alone && !known { own.to_string() } else { name.to_string() }
+    };
+    open.iter().map(name).collect()
+}
+
+/// Shape of an input, the samples' axis left out.
+fn shape(work: &mut Work, name: &str, info: &ValueInfo) -> std::result::Result<Vec<usize>, Cause> {
+    let refuse = |reason: String| Cause::Port { role: "input", name: name.into(), reason };
+    let tensor = info.kind.as_ref().and_then(|kind| kind.tensor.as_ref());
+    let tensor = tensor.ok_or_else(|| refuse("is no tensor".into()))?;
+    let kind = tensor.dtype.unwrap_or_default();
+    if ![dtype::FLOAT, dtype::FLOAT16, dtype::DOUBLE, dtype::BFLOAT16].contains(&kind) {
+        return Err(refuse(format!("is {}; taxel's networks read numbers with a fraction", type_name(kind))));
+    }
+    let dims = tensor.shape.as_ref().map_or(&[][..], |shape| &shape.dims);
+    let [samples, rest @ ..] = dims else {
+        return Err(refuse("has no axes; taxel reads samples first".into()));
+    };
+    let sizes: Option<Vec<usize>> =
+        rest.iter().map(|dim| usize::try_from(dim.size?).ok().filter(|size| *size > 0)).collect();
+    match sizes {
+        Some(sizes) if (1..=4).contains(&sizes.len()) => {
+            work.batch = work.batch.or(samples.size.filter(|size| *size > 0));
+            Ok(sizes)
+        }
+        Some(sizes) => Err(refuse(format!(
+            "has {} axes after the samples; taxel reads 1 (features) to 4 (channels × rows × columns × frames)",
+            sizes.len()
+        ))),
+        None => Err(refuse(
+            "has an axis of no fixed size after the samples; export the network for the shape of your samples, with the \
+             batch alone dynamic"
+                .into(),
+        )),
+    }
+}
+
+/// Outputs by name: logits, where the file gives probabilities beside them or alone.
+fn outputs(work: &mut Work, given: &[ValueInfo]) -> std::result::Result<Vec<(String, Id)>, Cause> {
+    let mut found: Vec<(String, Id)> = vec![];
+    let mut softmaxes = vec![];
+    for info in given {
+        let name = info.name.as_deref().unwrap_or_default();
+        let refuse = |reason: &str| Cause::Port { role: "output", name: name.into(), reason: reason.into() };
+        match work.values.get(name) {
+            Some(Value::Flow(view)) => {
+                let rank = work.draft.node(view.node).shape.len();
+                let units = if rank == 1 { view.units() } else { 0 };
+                if !view.is_plain(rank, units) || !view.pad.is_empty() || view.axes.contains(&Axis::Step) {
+                    return Err(refuse("has axes that are not samples, channels and space, in this order"));
+                }
+                found.push((name.into(), view.node));
+            }
+            Some(Value::Part(Part::Probabilities, view)) => softmaxes.push((name, view.node)),
+            Some(_) => return Err(refuse("is a constant, or of an operation that taxel does not have")),
+            None => {
+                return Err(refuse("is given by no node, or is a second output that taxel does not have"));
+            }
+        }
+    }
+    for (name, node) in softmaxes {
+        if !found.iter().any(|(_, other)| *other == node) {
+            work.notes.push(format!("output `{name}` is taken before its softmax, which taxel does itself"));
+            found.push((name.into(), node));
+        }
+    }
+    // The sigmoid of another output is its probability.
+    let squashed = |id: Id| {
+        let node = work.draft.node(id);
+        let sigmoid = node.op == Op::Activation(Activation::Sigmoid);
+        sigmoid && found.iter().any(|(_, other)| node.inputs.contains(other))
+    };
+    let mut kept: Vec<(String, Id)> = found.iter().filter(|(_, id)| !squashed(*id)).cloned().collect();
+    if let [(name, _)] = &mut kept[..] {
+        *name = "logits".into();
+    }
+    Ok(kept)
+}

@@ -1,0 +1,108 @@
+//! `LSTM`: one layer, one direction, from zero states.
+
+use taxel_graph::{Op, Tensor};
+
+use super::attributes::Call;
+use super::values::{Axis, Value, View};
+use super::work::Work;
+use crate::error::Cause;
+
+/// The hidden states of all steps, of which only the last is there, and the last.
+pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause> {
+    let view = work.flow(call, 0)?;
+    if view.axes.contains(&Axis::Step) {
+        return Err(call.refuse("reads every step of another LSTM; taxel's LSTM answers its last step alone"));
+    }
+    let across = call.int("layout", 0) != 0;
+    let wanted = match across {
+        true => [Axis::Batch, Axis::Sample(1), Axis::Sample(0)],
+        false => [Axis::Sample(1), Axis::Batch, Axis::Sample(0)],
+    };
+    let shape = work.shape(view.node).to_vec();
+    let &[channels, steps] = &shape[..] else {
+        return Err(call.refuse(format!("reads {}, not channels × length", taxel_graph::describe(&shape))));
+    };
+    if view.axes != wanted {
+        return Err(call.refuse(
+            "reads the first axis of the samples as time; taxel's recordings are channels × length: let the network \
+             turn them itself (x.transpose(1, 2) before the LSTM)",
+        ));
+    }
+    check(work, call)?;
+    let name = work.name(call, 1, &[".weight_ih_l0", ".weight_ih_l0/iofg"], "lstm");
+    let (input, state) = (work.floats(call, 1)?, work.floats(call, 2)?);
+    let hidden = state.shape.get(2).copied().unwrap_or(0);
+    let fits = hidden > 0
+        && hidden
+            .checked_mul(4)
+            .is_some_and(|gates| input.shape == [1, gates, channels] && state.shape == [1, gates, hidden]);
+    if !fits {
+        let (input, state) = (input.shape, state.shape);
+        return Err(
+            call.refuse(format!("its weights {input:?} and {state:?} do not fit {channels} channels"))
+        );
+    }
+    let biases = match call.input(3) {
+        None => vec![0.0; 8 * hidden],
+        Some(_) => work.floats(call, 3)?.data,
+    };
+    if biases.len() != 8 * hidden {
+        return Err(call.refuse(format!("has {} biases for {hidden} hidden units", biases.len())));
+    }
+    let matrix = |tensor: Tensor| {
+        let width = tensor.shape[2];
+        Tensor { shape: vec![4 * hidden, width], data: gates(&tensor.data, hidden * width) }
+    };
+    let bias = |half: &[f32]| Tensor { shape: vec![4 * hidden], data: gates(half, hidden) };
+    let tensors = vec![
+        ("weight_ih_l0", matrix(input)),
+        ("weight_hh_l0", matrix(state)),
+        ("bias_ih_l0", bias(&biases[..4 * hidden])),
+        ("bias_hh_l0", bias(&biases[4 * hidden..])),
+    ];
+    let op = Op::Lstm { hidden, steps };
+    let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
+    let hidden = Axis::Sample(0);
+    let (all, last) = match across {
+        true => (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden]),
+        false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
+    };
+    Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
+}
+
+/// Refuses variants that taxel's LSTM is not.
+fn check<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<(), Cause> {
+    let direction = call.text("direction").unwrap_or("forward");
+    if direction != "forward" {
+        return Err(call.refuse(format!("goes {direction}; taxel's LSTM goes forward")));
+    }
+    let functions = call.texts("activations");
+    if !functions.is_empty() && functions != ["Sigmoid", "Tanh", "Tanh"] {
+        return Err(
+            call.refuse(format!("has the functions {functions:?}; taxel's LSTM has Sigmoid, Tanh, Tanh"))
+        );
+    }
+    if call.has("clip") || call.int("input_forget", 0) != 0 {
+        return Err(call.refuse("clips values or couples gates; taxel's LSTM does neither"));
+    }
+    for (at, what) in [(4, "lengths of sequences"), (7, "peepholes")] {
+        if call.input(at).is_some() {
+            return Err(call.refuse(format!("has {what}; taxel's LSTM has none")));
+        }
+    }
+    for at in [5, 6].into_iter().filter(|&at| call.input(at).is_some()) {
+        let zero = match work.value(call, at)? {
+            Value::Fill(value) => *value == 0.0,
+            _ => work.floats(call, at)?.data.iter().all(|v| *v == 0.0),
+        };
+        if !zero {
+            return Err(call.refuse("starts from other states than zeros"));
+        }
+    }
+    Ok(())
+}
+
+/// Four gates of `each` values, from ONNX's order i, o, f, g into PyTorch's i, f, g, o.
+fn gates(data: &[f32], each: usize) -> Vec<f32> {
+    [0, 2, 3, 1].iter().flat_map(|gate| &data[gate * each..(gate + 1) * each]).copied().collect()
+}

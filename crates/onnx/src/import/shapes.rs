@@ -1,0 +1,208 @@
+//! Axes added, dropped, turned, cut and joined.
+
+use taxel_graph::Op;
+
+use super::attributes::Call;
+use super::ints::{range, sizes};
+use super::stored::MOST_AXES;
+use super::values::{Axis, Dim, Value, View};
+use super::work::{Work, position};
+use crate::error::Cause;
+
+/// `Transpose` of what a node computes, or of a stored matrix.
+pub fn transpose<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+    let perm = call.ints("perm");
+    if let Value::Stored { index, transposed } = *work.value(call, 0)? {
+        return match perm {
+            None | Some([1, 0]) => Ok(Value::Stored { index, transposed: !transposed }),
+            Some(perm) => Err(call.refuse(format!("turns a stored tensor by {perm:?}"))),
+        };
+    }
+    let view = work.flow(call, 0)?;
+    let count = view.axes.len();
+    let order: Vec<usize> = match perm {
+        Some(perm) => perm.iter().map(|&axis| position(call, axis, count)).collect::<Result<_, _>>()?,
+        None => (0..count).rev().collect(),
+    };
+    let mut sorted = order.clone();
+    sorted.sort_unstable();
+    if !sorted.into_iter().eq(0..count) {
+        return Err(call.refuse(format!("{order:?} is no order of {count} axes")));
+    }
+    let axes = order.iter().map(|&axis| view.axes[axis]).collect();
+    Ok(Value::Flow(View { axes, ..view }))
+}
+
+/// `Unsqueeze`: axes of one value.
+pub fn unsqueeze<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+    if let Value::Fill(value) = *work.value(call, 0)? {
+        return Ok(Value::Fill(value));
+    }
+    let mut view = work.flow(call, 0)?;
+    let given = work.ints(call, "axes", 1)?.unwrap_or_default();
+    let count = view.axes.len() + given.len();
+    if count > MOST_AXES {
+        return Err(call.refuse(format!("makes {count} axes")));
+    }
+    let mut axes: Vec<usize> =
+        given.into_iter().map(|axis| position(call, axis, count)).collect::<Result<_, _>>()?;
+    axes.sort_unstable();
+    for axis in axes {
+        if axis > view.axes.len() {
+            return Err(call.refuse("names an axis twice"));
+        }
+        view.axes.insert(axis, Axis::Unit);
+    }
+    Ok(Value::Flow(view))
+}
+
+/// `Squeeze`: axes of one value less.
+pub fn squeeze<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+    if let Value::Fill(value) = *work.value(call, 0)? {
+        return Ok(Value::Fill(value));
+    }
+    let view = work.flow(call, 0)?;
+    let sizes = sizes(work, &view);
+    let axes = match work.axes(call, 1, view.axes.len())? {
+        Some(axes) => axes,
+        None => (0..sizes.len()).filter(|&at| sizes[at] == Dim::Known(1)).collect(),
+    };
+    let rank = work.shape(view.node).len();
+    if axes.iter().any(|&at| sizes[at] != Dim::Known(1)) {
+        return Err(call.refuse("drops an axis of more than one value"));
+    }
+    let real = axes.iter().filter(|&&at| view.axes[at] != Axis::Unit).count();
+    let left: Vec<Axis> =
+        view.axes.iter().enumerate().filter(|(at, _)| !axes.contains(at)).map(|(_, axis)| *axis).collect();
+    if real == 0 {
+        return Ok(Value::Flow(View { axes: left, ..view }));
+    }
+    // Real axes may go if the channels are all that is left.
+    let flat = left.iter().copied().filter(|axis| *axis != Axis::Unit).eq([Axis::Batch, Axis::Sample(0)]);
+    if !flat || rank == 1 {
+        return Err(call.refuse("drops some axes of space; taxel keeps all of them, or flattens"));
+    }
+    let node = work.draft.then(Op::Flatten, &[view.node]).map_err(|e| call.refuse(e))?;
+    Ok(Value::Flow(View { node, axes: left, pad: vec![] }))
+}
+
+/// `Gather` of one place: the last step of an LSTM, or the only place of an axis of one value.
+pub fn gather<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+    let mut view = work.flow(call, 0)?;
+    let (index, scalar) = match work.value(call, 1)? {
+        Value::Ints { values, scalar } => match values[..] {
+            [Dim::Known(index)] => (index, *scalar),
+            _ => return Err(call.refuse("picks several places")),
+        },
+        _ => return Err(call.refuse("picks places that depend on the samples")),
+    };
+    let axis = position(call, call.int("axis", 0), view.axes.len())?;
+    let last = match view.axes[axis] {
+        Axis::Step => work.steps(view.node) as i64 - 1,
+        Axis::Unit => 0,
+        _ => return Err(call.refuse("picks a place of channels or space; taxel slices channels alone")),
+    };
+    if index != last && index != -1 {
+        return Err(call.refuse("picks another step of an LSTM than the last"));
+    }
+    if scalar {
+        view.axes.remove(axis);
+    } else {
+        view.axes[axis] = Axis::Unit;
+    }
+    Ok(Value::Flow(view))
+}
+
+/// `Slice`: some channels, the last step of an LSTM, or everything.
+pub fn slice<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+    if let Value::Fill(value) = *work.value(call, 0)? {
+        return Ok(Value::Fill(value));
+    }
+    let mut view = work.flow(call, 0)?;
+    let starts = work.ints(call, "starts", 1)?.unwrap_or_default();
+    let ends = work.ints(call, "ends", 2)?.unwrap_or_default();
+    let axes = match work.axes(call, 3, view.axes.len())? {
+        Some(axes) => axes,
+        None => (0..starts.len()).collect(),
+    };
+    let steps = work.ints(call, "steps", 4)?.unwrap_or_default();
+    let known = axes.len() <= MOST_AXES && steps.iter().all(|&step| step == 1);
+    if !known || starts.len() != axes.len() || ends.len() != axes.len() {
+        return Err(
+            call.refuse("takes every second value or backwards, or has not one start and end per axis")
+        );
+    }
+    for (at, &axis) in axes.iter().enumerate() {
+        let size = sizes(work, &view).get(axis).copied();
+        let size = match size {
+            Some(Dim::Known(size)) => usize::try_from(size).unwrap_or(0),
+            Some(Dim::Batch) if starts[at] == 0 && ends[at] >= i64::from(i32::MAX) => continue,
+            _ => return Err(call.refuse("cuts samples, or an axis that is not there")),
+        };
+        let part = range(starts[at], ends[at], size);
+        match view.axes[axis] {
+            _ if part == (0..size) => {}
+            Axis::Step if part == (size - 1..size) => view.axes[axis] = Axis::Unit,
+            Axis::Sample(0) => {
+                let op = Op::Slice { start: part.start, len: part.len() };
+                view.node = work.draft.then(op, &[view.node]).map_err(|e| call.refuse(e))?;
+            }
+            _ => {
+                return Err(
+                    call.refuse("cuts space; taxel cuts channels, and takes the last step of an LSTM")
+                );
+            }
+        }
+    }
+    Ok(Value::Flow(view))
+}
+
+/// `Split` along channels.
+pub fn split<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause> {
+    let view = work.pointwise(call, 0)?;
+    let axis = position(call, call.int("axis", 0), view.axes.len())?;
+    if view.axes[axis] != Axis::Sample(0) {
+        return Err(call.refuse("splits another axis than channels"));
+    }
+    let (channels, parts) = (work.shape(view.node)[0], call.node.outputs.len());
+    let lengths = match work.ints(call, "split", 1)? {
+        Some(given) => given.into_iter().map(|len| usize::try_from(len).unwrap_or(0)).collect(),
+        None => {
+            let each = channels.div_ceil(parts.max(1));
+            (0..parts).map(|at| each.min(channels.saturating_sub(at * each))).collect::<Vec<_>>()
+        }
+    };
+    if lengths.len() != parts {
+        return Err(call.refuse(format!("{} lengths for {parts} parts", lengths.len())));
+    }
+    let (mut start, mut values) = (0usize, vec![]);
+    for len in lengths {
+        let node = work.draft.then(Op::Slice { start, len }, &[view.node]).map_err(|e| call.refuse(e))?;
+        values.push(Value::Flow(View { node, ..view.clone() }));
+        start = start.saturating_add(len);
+    }
+    match start == channels {
+        true => Ok(values),
+        false => Err(call.refuse(format!("its parts have {start} of {channels} channels"))),
+    }
+}
+
+/// `Concat` along channels.
+pub fn concat<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+    let first = work.pointwise(call, 0)?;
+    let axis = position(call, call.int("axis", 0), first.axes.len())?;
+    if first.axes[axis] != Axis::Sample(0) {
+        return Err(call.refuse("joins another axis than channels"));
+    }
+    let mut nodes = vec![];
+    for at in 0..call.node.inputs.len() {
+        let view = work.pointwise(call, at)?;
+        if view.axes != first.axes {
+            return Err(call.refuse("joins values whose axes lie in another order"));
+        }
+        nodes.push(view.node);
+    }
+    let name = work.name(call, usize::MAX, &[], "concat");
+    let node = work.draft.add(name, Op::Concat, &nodes, vec![]).map_err(|e| call.refuse(e))?;
+    Ok(Value::Flow(View { node, ..first }))
+}

@@ -1,0 +1,106 @@
+//! What a name of an ONNX graph stands for while it is read.
+
+/// Index of a node of the draft.
+pub type Id = usize;
+
+/// A value of an ONNX graph.
+#[derive(Debug, Clone)]
+pub enum Value {
+    /// What a node of the network computes.
+    Flow(View),
+    /// A stored tensor.
+    Stored {
+        /// Which one.
+        index: usize,
+        /// Whether its two axes are swapped.
+        transposed: bool,
+    },
+    /// Numbers that describe shapes.
+    Ints {
+        /// The numbers.
+        values: Vec<Dim>,
+        /// One number without an axis.
+        scalar: bool,
+    },
+    /// The same number everywhere, in whatever shape: initial states.
+    Fill(f32),
+    /// A value on the way to an operation of several ONNX nodes.
+    Part(Part, View),
+}
+
+/// Values that are no operation of their own; the view is that of the input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Part {
+    /// The input less its mean over space.
+    Centred,
+    /// The square of that.
+    Squared,
+    /// The mean of that over space, and what has been added to it; `kept` axes of one value stand for space.
+    Variance {
+        /// Added so far.
+        eps: f32,
+        /// Whether space is kept as axes of one value.
+        kept: bool,
+    },
+    /// `max(0, min(1, x / 6 + 0.5))` of the input.
+    HardSigmoid,
+    /// What taxel makes of the logits by itself: their softmax, or they cut at 0 and 1.
+    Probabilities,
+}
+
+/// A number of a shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dim {
+    /// A plain number.
+    Known(i64),
+    /// The number of samples.
+    Batch,
+}
+
+/// How the axes of a value lie on those of a node's output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// The node.
+    pub node: Id,
+    /// The value's axes.
+    pub axes: Vec<Axis>,
+    /// Zeros around each spatial axis that no operation has counted yet.
+    pub pad: Vec<(usize, usize)>,
+}
+
+/// What an axis of a value is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// The samples.
+    Batch,
+    /// That axis of the node's output, batch axis left out.
+    Sample(usize),
+    /// One value, which the node's output has no axis for.
+    Unit,
+    /// The steps of an LSTM, of which only the last is there.
+    Step,
+    /// Groups of channels.
+    Group(usize),
+    /// Channels of a group.
+    Member(usize),
+}
+
+impl View {
+    /// A node's output as it is.
+    pub fn plain(node: Id, rank: usize) -> View {
+        let axes = std::iter::once(Axis::Batch).chain((0..rank).map(Axis::Sample)).collect();
+        View { node, axes, pad: vec![] }
+    }
+
+    /// Whether the axes are samples, then those of the node in their order, then `units` axes of one value.
+    pub fn is_plain(&self, rank: usize, units: usize) -> bool {
+        let mut plain = View::plain(self.node, rank).axes;
+        plain.extend(vec![Axis::Unit; units]);
+        self.axes == plain
+    }
+
+    /// Axes of one value at the end.
+    pub fn units(&self) -> usize {
+        self.axes.iter().rev().take_while(|axis| **axis == Axis::Unit).count()
+    }
+}

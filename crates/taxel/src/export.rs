@@ -1,0 +1,205 @@
+//! A model as ONNX, with what ONNX can say of its encoding.
+
+use std::path::Path;
+
+use serde_json::json;
+use taxel_data::{Layout, Reading};
+use taxel_encodings::{Scaling, TactileTensor};
+use taxel_learn::{Anatomy, Card, Model, Transform};
+use taxel_onnx::{Export, PROBABILITIES, Step};
+
+use crate::error::{Error, Result};
+
+/// What was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exported {
+    /// Inputs in their order.
+    pub inputs: Vec<ExportedInput>,
+    /// Names of the outputs in their order: logits and, where they follow, `probabilities`.
+    pub outputs: Vec<String>,
+}
+
+/// An input of an exported model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportedInput {
+    /// Its name.
+    pub name: String,
+    /// Shape of one sample, batch axis left out.
+    pub shape: Vec<usize>,
+    /// The encoding that has to be done before, in words; none where it takes raw readings.
+    pub encoded: Option<&'static str>,
+}
+
+/// Writes a model as ONNX (opset 17): z-scores, full scale and the order of axes are part of it, so that it takes raw
+/// readings; other encodings are not, and [`ExportedInput::encoded`] names them.
+///
+/// ```no_run
+/// let model = taxel::Model::open("model.safetensors".as_ref())?;
+/// let exported = taxel::export(&model, "model.onnx".as_ref())?;
+/// assert_eq!(exported.outputs, ["logits", "probabilities"]);
+/// # Ok::<(), taxel::Error>(())
+/// ```
+///
+/// # Errors
+/// A baseline, and a file that cannot be written.
+pub fn export(model: &Model, path: &Path) -> Result<Exported> {
+    let card = model.card();
+    let Anatomy::Network { graph, loss, .. } = &card.anatomy else {
+        let reason = "is a baseline; ONNX is for networks: export one, or ask the model by `taxel predict`";
+        return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
+    };
+    let (mut inputs, mut readings) = (vec![], vec![]);
+    for node in graph.inputs() {
+        let transform =
+            card.inputs.iter().find(|input| input.name == node.name).map(|input| &input.transform);
+        let reading = transform.and_then(|transform| reading(transform, &card.reading.shape, &node.shape));
+        let encoded = match (&reading, transform) {
+            (Some(_), _) => None,
+            (None, Some(transform)) => Some(words(transform)),
+            (None, None) => Some("as the network reads it"),
+        };
+        let shape = reading.as_ref().map_or(&node.shape, |reading| &reading.shape).clone();
+        inputs.push(ExportedInput { name: node.name.clone(), shape, encoded });
+        readings.push(reading);
+    }
+    let facts = facts(card, *loss, &inputs);
+    let about = card.to_string();
+    let export = Export { loss: Some(*loss), readings, about, facts, ..Export::new(graph, model.weights()) };
+    taxel_onnx::write(path, &export)?;
+    let mut outputs: Vec<String> = graph.outputs().iter().map(|(name, _)| name.clone()).collect();
+    if !outputs.iter().any(|name| name == PROBABILITIES) {
+        outputs.push(PROBABILITIES.into());
+    }
+    Ok(Exported { inputs, outputs })
+}
+
+/// What programs may want to know, as `metadata_props`.
+fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<(String, String)> {
+    let Reading { unit, rate, full_scale, .. } = &card.reading;
+    let classes = match &card.attributes[..] {
+        [one] => json!(one.classes),
+        several => json!(
+            several
+                .iter()
+                .map(|own| (own.name.clone(), json!(own.classes)))
+                .collect::<serde_json::Map<_, _>>()
+        ),
+    };
+    let mut facts = vec![
+        ("taxel.version".to_string(), card.taxel.clone()),
+        ("taxel.name".into(), card.name.clone()),
+        ("taxel.classes".into(), classes.to_string()),
+        ("taxel.loss".into(), json!(loss).as_str().unwrap_or_default().into()),
+    ];
+    for input in inputs {
+        let takes = match input.encoded {
+            None => "raw readings".to_string(),
+            Some(encoding) => format!("encoded: {encoding}"),
+        };
+        facts.push((format!("taxel.input.{}", input.name), takes));
+    }
+    facts.extend(unit.iter().map(|unit| ("taxel.unit".to_string(), unit.clone())));
+    facts.extend(rate.iter().map(|rate| ("taxel.rate_hz".to_string(), rate.to_string())));
+    facts.extend(full_scale.iter().map(|full| ("taxel.full_scale".to_string(), full.to_string())));
+    facts
+}
+
+/// What ONNX does before the network; none where it cannot say the encoding.
+fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<taxel_onnx::Reading> {
+    let (mut steps, mut now) = (vec![], shape.to_vec());
+    add(transform, &mut now, &mut steps)?;
+    if now != wanted {
+        // A flat network reads the same values as features.
+        steps.push(Step::Reshape(wanted.to_vec()));
+    }
+    let fits = now.iter().product::<usize>() == wanted.iter().product::<usize>();
+    fits.then(|| taxel_onnx::Reading { shape: shape.to_vec(), steps })
+}
+
+/// Adds the steps of a transform of readings of shape `now`, which becomes that of what comes out.
+fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+    let reshape = |to: Vec<usize>, now: &mut Vec<usize>, steps: &mut Vec<Step>| {
+        now.clone_from(&to);
+        steps.push(Step::Reshape(to));
+    };
+    // Values without a channel axis are one channel.
+    let channelled = |axes: usize, now: &mut Vec<usize>, steps: &mut Vec<Step>| {
+        if now.len() + 1 == axes {
+            reshape([&[1], &now[..]].concat(), now, steps);
+        }
+        (now.len() == axes).then_some(())
+    };
+    match transform {
+        Transform::Signal(scaling) => {
+            channelled(2, now, steps)?;
+            scale(scaling, steps);
+        }
+        Transform::Rows(scaling) => {
+            channelled(2, now, steps)?;
+            scale(scaling, steps);
+            reshape([&[1], &now[..]].concat(), now, steps);
+        }
+        Transform::Image(scaling) | Transform::Picture { frame: None, red: false, resize: None, scaling } => {
+            channelled(3, now, steps)?;
+            scale(scaling, steps);
+        }
+        Transform::Tensor { tensor: TactileTensor { frames }, scaling } => {
+            let &[recorded, rows, columns] = &now[..] else { return None };
+            if frames.is_some_and(|frames| frames != recorded) {
+                return None;
+            }
+            steps.push(Step::Transpose(vec![1, 2, 0]));
+            reshape(vec![1, rows, columns, recorded], now, steps);
+            scale(scaling, steps);
+        }
+        Transform::Series { layout, then } => {
+            match (layout, &now[..]) {
+                (Layout::Features, &[length]) => reshape(vec![1, length], now, steps),
+                (Layout::Series | Layout::Image, &[_, _]) => {}
+                (Layout::Colour | Layout::Fingers, &[a, b, length]) => {
+                    reshape(vec![a * b, length], now, steps)
+                }
+                (Layout::Sequence, &[frames, rows, columns]) => {
+                    steps.push(Step::Transpose(vec![1, 2, 0]));
+                    reshape(vec![rows * columns, frames], now, steps);
+                }
+                _ => return None,
+            }
+            add(then, now, steps)?;
+        }
+        Transform::Baseline { readings, then } => {
+            (now.len() == 2).then_some(())?;
+            steps.push(Step::LessBaseline(*readings));
+            add(then, now, steps)?;
+        }
+        Transform::QuantileCode(_)
+        | Transform::Field(_)
+        | Transform::Picture { .. }
+        | Transform::Numatac { .. } => return None,
+    }
+    Some(())
+}
+
+fn scale(scaling: &Scaling, steps: &mut Vec<Step>) {
+    let (offset, divisor) = match scaling {
+        Scaling::Raw => return,
+        Scaling::FullScale { full_scale } => (vec![0.0], vec![*full_scale]),
+        Scaling::ZScore { mean, sd } => (mean.clone(), sd.clone()),
+    };
+    steps.push(Step::Scale { offset, divisor });
+}
+
+/// An encoding that ONNX does not do, in words.
+fn words(transform: &Transform) -> &'static str {
+    match transform {
+        Transform::QuantileCode(_) => "the quantile code of the readings (encoding.signal)",
+        Transform::Field(_) => "the coloured Gramian angular field of the readings (encoding.image)",
+        Transform::Picture { .. } => {
+            "a picture, its frame chosen, coloured or resized, then scaled (encoding.image)"
+        }
+        Transform::Numatac { .. } => "the NumaTac series from contact on, scaled (encoding.image)",
+        Transform::Tensor { .. } => "frames resampled, then scaled (encoding.tensor)",
+        Transform::Baseline { then, .. } | Transform::Series { then, .. } => words(then),
+        Transform::Signal(_) | Transform::Image(_) | Transform::Rows(_) => "the readings, scaled",
+    }
+}

@@ -1,0 +1,2 @@
+#![no_main]
+taxel_fuzz::target!("network");
