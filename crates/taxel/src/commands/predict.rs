@@ -79,6 +79,7 @@ impl Predict {
             length: self.length(&card.reading)?,
             topics: self.topics(&card.reading)?,
             table: self.table(&card.reading),
+            stamped: card.reading.recorded_rate(),
             ..self.reading.options()
         };
         let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
