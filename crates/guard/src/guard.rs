@@ -144,7 +144,7 @@ impl Guard {
     pub fn check(&self, layout: Layout, shape: &[usize]) -> Result<(), String> {
         let places = self.places().filter(|_| (self.layout, self.shape.as_slice()) == (layout, shape));
         let Some(places) = places else {
-            return Err(format!("the guard is of a {} of shape {:?}", self.layout, self.shape));
+            return Err(format!("the guard is of {} samples of shape {:?}", self.layout, self.shape));
         };
         let elements = places.elements;
         let is_list = |list: &[f32], all: bool| {

@@ -88,6 +88,11 @@ impl Watch {
         &self.known.guard
     }
 
+    /// What was found in the last sample.
+    pub fn found(&self) -> &[Found] {
+        &self.found
+    }
+
     /// Replaces what broken elements of one row-major sample read by what their neighbours say, or, where all of those
     /// are broken, by their mean in training; says which, the surest first. A sample of another length, or with a
     /// reading that is not finite, stays as it is.

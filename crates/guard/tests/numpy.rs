@@ -123,7 +123,7 @@ fn the_fit_comes_back_from_a_file_bit_for_bit_and_a_damaged_one_is_refused() {
         guard.check(layout, &train.shape()[1..]).unwrap();
         let mut other = train.shape()[1..].to_vec();
         other[0] += 1;
-        assert!(guard.check(layout, &other).unwrap_err().starts_with("the guard is of a "));
+        assert!(guard.check(layout, &other).unwrap_err().starts_with("the guard is of "));
         let value: Value = serde_json::from_str(&text).unwrap();
         let broken = |change: &dyn Fn(&mut Value)| {
             let mut value = value.clone();

@@ -81,7 +81,7 @@ mod training;
 
 pub use candidate::{Candidate, Estimator, Hardening, Published, Trainable, Twin, file_name};
 pub use cross_validation::CrossValidation;
-pub use encoding::{Compiled, Encoder, Encoding, Transform};
+pub use encoding::{Compiled, Encoder, Encoding, Transform, fitted_guard};
 pub use environment::{Environment, cores, program};
 pub use epoch::Epoch;
 pub use error::{Error, Result};
