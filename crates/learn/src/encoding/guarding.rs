@@ -24,8 +24,8 @@ pub fn fitted_guard(dataset: &Dataset, train: &[usize]) -> Result<Guard> {
     Guard::fit(x.view(), reading.layout, &facts).map_err(refuse)
 }
 
-/// Raw samples `[n, ..]` as the guard hands them on, and what it found in each.
-pub(crate) fn mended(guard: &Arc<Guard>, x: &ArrayD<f32>) -> (ArrayD<f32>, Vec<Vec<Found>>) {
+/// Raw samples `[n, ..]` of the guard's shape as it hands them on, and what it found in each.
+pub fn mended(guard: &Arc<Guard>, x: &ArrayD<f32>) -> (ArrayD<f32>, Vec<Vec<Found>>) {
     let mut watch = Watch::new(guard.clone());
     let mut x = x.as_standard_layout().into_owned();
     let each = guard.shape().iter().product::<usize>().max(1);

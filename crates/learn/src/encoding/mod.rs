@@ -17,8 +17,7 @@ mod transform;
 
 pub use compiled::Compiled;
 pub use encoder::{Encoded, Encoder, Input};
-pub use guarding::fitted_guard;
-pub(crate) use guarding::mended;
+pub use guarding::{fitted_guard, mended};
 pub use names::{IMAGE, SERIES, SIGNAL, TENSOR};
 pub use range::Range;
 pub use scale::{Scale, Scaled};

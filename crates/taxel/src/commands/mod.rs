@@ -7,6 +7,7 @@ pub mod data;
 pub mod encode;
 pub mod fit;
 pub mod forward;
+mod guarding;
 pub mod inspect;
 mod interrupt;
 mod judging;
