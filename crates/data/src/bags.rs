@@ -78,9 +78,14 @@ fn refuse_shape(
     first_readings: usize,
 ) -> Result<()> {
     let Some(first) = first.filter(|first| first.shape != own.shape) else { return Ok(()) };
-    let (of, hint): (fn(&[usize], usize) -> Vec<usize>, _) = match own.shape.len() {
-        2 => (|shape, time| [&[time], shape].concat(), " but for time: set resize = [height, width]"),
-        _ => (|shape, time| [shape, &[time]].concat(), " but for time (channels, time)"),
+    let is_image = own.shape.len() == 2;
+    let of = |shape: &[usize], time: usize| match is_image {
+        true => [&[time], shape].concat(),
+        false => [shape, &[time]].concat(),
+    };
+    let hint = match is_image {
+        true => " but for time: set resize = [height, width]",
+        false => " but for time (channels, time)",
     };
     Err(Error::SampleShape {
         file: format!("{file}/{}", own.name),

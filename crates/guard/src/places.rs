@@ -50,16 +50,16 @@ impl Places {
 
     /// The taxels above, below, left and right; none where elements have no place.
     pub fn around(&self, element: usize) -> impl Iterator<Item = usize> {
-        let columns = self.columns.unwrap_or(0);
-        let (row, column) = if columns > 0 { (element / columns, element % columns) } else { (0, 0) };
-        let is_there = [
-            columns > 0 && row > 0,
-            columns > 0 && element + columns < self.elements,
-            column > 0,
-            columns > 0 && column + 1 < columns,
-        ];
-        let places = [element.wrapping_sub(columns), element + columns, element.wrapping_sub(1), element + 1];
-        places.into_iter().zip(is_there).filter(|(_, is_there)| *is_there).map(|(place, _)| place)
+        let near = self.columns.map(|columns| {
+            let column = element % columns;
+            [
+                element.checked_sub(columns),
+                Some(element + columns).filter(|below| *below < self.elements),
+                element.checked_sub(1).filter(|_| column > 0),
+                Some(element + 1).filter(|_| column + 1 < columns),
+            ]
+        });
+        near.into_iter().flatten().flatten()
     }
 
     /// What an element is called.
