@@ -107,6 +107,35 @@ fn windows_are_answered_one_by_one() {
 }
 
 #[test]
+fn recordings_with_time_stamps_are_answered_at_the_rate_of_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let table = |name: &str, recordings: usize, stamps: &[f64]| {
+        let mut rows = "recording,time,a,b,label\n".to_string();
+        for i in 0..recordings {
+            for time in stamps {
+                let value = (time * [30.0, 90.0][i % 2]).sin();
+                rows +=
+                    &format!("r{i},{time:.4},{value:.4},{:.4},{}\n", value * value, ["soft", "hard"][i % 2]);
+            }
+        }
+        fs::write(folder.path().join(name), rows).unwrap();
+    };
+    let regular: Vec<f64> = (0..41).map(|i| f64::from(i) * 0.01).collect();
+    // 81 readings of the same 0.4 s, of which the median step is 5 ms.
+    let irregular: Vec<f64> =
+        (0..81).map(|i| f64::from(i) * 0.005 + [0.0, 0.0, 0.002][i as usize % 3]).collect();
+    table("presses.csv", 12, &regular);
+    table("new.csv", 1, &irregular);
+    let (data, model, new) = (at("presses.csv"), at("m.safetensors"), at("new.csv"));
+    let fit = ["fit", QUICKSTART, "--quick", "--network", "mlp", "--output", &model, "--data", &data];
+    ends(0, &[&fit[..], &["--length", "window:10,8", "--set", "train.epochs=1"]].concat());
+    let answers = ends(0, &["predict", &model, &new, "--format", "csv"]);
+    let starts: Vec<&str> = answers.lines().map(|line| line.split(',').nth(1).unwrap()).collect();
+    assert_eq!(starts, ["start", "0", "8", "16", "24"], "41 readings at 100 Hz");
+}
+
+#[test]
 fn a_model_without_a_rule_takes_one_for_the_moment() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();

@@ -13,7 +13,7 @@ const LIST: usize = 16;
 /// How many messages a topic has, and when the first and the last was recorded, in nanoseconds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Count {
-    messages: u64,
+    pub messages: u64,
     first: u64,
     last: u64,
 }
@@ -29,8 +29,8 @@ impl Count {
     }
 }
 
-/// The one topic of a bag with readings of a sensor.
-pub(crate) fn only(bag: &Path) -> Result<String> {
+/// The topics of a bag, and the messages of each.
+pub(crate) fn counted(bag: &Path) -> Result<(Vec<Topic>, Vec<Count>)> {
     let (mut topics, mut counts) = (vec![], vec![]);
     for part in parts(bag)? {
         bag_file::each(&part, &mut topics, |_, message| {
@@ -38,6 +38,12 @@ pub(crate) fn only(bag: &Path) -> Result<String> {
             Ok(())
         })?;
     }
+    Ok((topics, counts))
+}
+
+/// The one topic of a bag with readings of a sensor.
+pub(crate) fn only(bag: &Path) -> Result<String> {
+    let (topics, counts) = counted(bag)?;
     let has_messages = |at: usize| counts.get(at).is_some_and(|own| own.messages > 0);
     let measured: Vec<&Topic> = topics
         .iter()

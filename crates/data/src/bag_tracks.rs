@@ -3,7 +3,7 @@
 use crate::bag_file::{self, Topic};
 use crate::bag_message::Decoder;
 use crate::bag_path::parts;
-use crate::bag_topics::{Count, described};
+use crate::bag_topics::{Count, counted, described};
 use crate::options::Options;
 use crate::{Error, Result};
 use std::path::Path;
@@ -23,6 +23,14 @@ impl Track {
     /// Times in seconds after `zero`, which is in nanoseconds.
     pub fn seconds(&self, zero: u64) -> Vec<f64> {
         self.stamps.iter().map(|stamp| (i128::from(*stamp) - i128::from(zero)) as f64 * 1e-9).collect()
+    }
+
+    /// Keeps room for so many messages like the first, up to `most` values.
+    fn reserve(&mut self, messages: u64, most: u64) {
+        let values = messages.saturating_mul(self.values.len() as u64).min(most) as usize;
+        // Without the room it grows step by step after all.
+        let _ = self.values.try_reserve_exact(values.saturating_sub(self.values.len()));
+        let _ = self.stamps.try_reserve_exact(messages as usize);
     }
 
     /// Sorts messages by time.
@@ -63,6 +71,8 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &Options, most: u64
     let mut all: Vec<Reading> = chosen.iter().map(|_| Reading::default()).collect();
     let (mut topics, mut counts) = (vec![], vec![]);
     let mut values = 0;
+    // Read twice: growing step by step would take twice the memory in the end.
+    let (_, expected) = counted(bag)?;
     for part in parts(bag)? {
         bag_file::each(&part, &mut topics, |topics, message| {
             Count::add(&mut counts, message.topic, message.time);
@@ -72,6 +82,10 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &Options, most: u64
                 reading
                     .add(topic, chosen, &message, options)
                     .map_err(|why| refuse(format!("topic {why}")))?;
+                if before == 0 {
+                    let messages = expected.get(message.topic).map_or(0, |own| own.messages);
+                    reading.track.reserve(messages, most);
+                }
                 values += (reading.track.values.len() - before) as u64;
                 if values > most {
                     return Err(Error::TooLarge {

@@ -6,7 +6,8 @@ use crate::clock::{Timing, places};
 use crate::hash::RowHash;
 use crate::listing::Found;
 use crate::options::Options;
-use crate::ragged::{Collected, Ragged};
+use crate::ragged::Ragged;
+use crate::timed::Timed;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_encodings::Layout;
@@ -26,14 +27,12 @@ pub(crate) struct Recorded {
 /// One recording: readings of all topics at the times of the first.
 struct Recording {
     name: String,
-    /// In seconds.
-    stamps: Vec<f64>,
-    /// `[time, ...]`.
-    values: Vec<f32>,
     /// Of one reading: its channels, or height and width.
     shape: Vec<usize>,
     /// Numbers of each topic.
     channels: Vec<usize>,
+    /// Messages of the first topic before all others have begun or after one has ended.
+    alone: usize,
 }
 
 /// Reads the bags that were `found` below `root`.
@@ -45,10 +44,11 @@ pub(crate) fn read(root: &Path, found: &Found, options: &Options) -> Result<Reco
         false => options.topics.clone(),
     };
     let mut all: Vec<Recording> = vec![];
+    let mut timed = Timed::default();
     let mut last: Option<(&PathBuf, Vec<Track>)> = None;
-    let mut left = options.limits.max_values;
     for (row, bag) in found.files.iter().enumerate() {
         let is_read = last.as_ref().is_some_and(|(path, _)| *path == bag);
+        let left = options.limits.max_values.saturating_sub(timed.values.len() as u64);
         if !is_read {
             // Before the next is read.
             drop(last.take());
@@ -56,60 +56,89 @@ pub(crate) fn read(root: &Path, found: &Found, options: &Options) -> Result<Reco
         }
         let span = found.spans.as_ref().map(|spans| spans[row]);
         let own = last.as_mut().map_or(&mut [][..], |(_, tracks)| tracks);
-        // Bags that are not read twice are not held twice.
-        let is_last = found.files.get(row + 1) != Some(bag);
-        let recording = joined(root, bag, &topics, own, span, is_last)?;
-        left = left.saturating_sub(recording.values.len() as u64);
+        let name = bag.strip_prefix(root).unwrap_or(bag).display().to_string();
+        let recording = joined(&name, own, &topics, span, found.files.len(), left, &mut timed)
+            .map_err(|why| Error::Bag { file: bag.display().to_string(), why })?;
+        refuse_shape(&file, &recording, timed.rows[row], all.first(), timed.rows[0])?;
         all.push(recording);
+        if timed.values.len() as u64 > options.limits.max_values {
+            return Err(too_large(&file, timed.values.len(), options));
+        }
     }
     drop(last);
-    collected(&file, all, topics, options)
+    collected(&file, all, timed, topics, options)
+}
+
+/// Refuses a recording that differs from the first in more than time.
+fn refuse_shape(
+    file: &str,
+    own: &Recording,
+    readings: usize,
+    first: Option<&Recording>,
+    first_readings: usize,
+) -> Result<()> {
+    let Some(first) = first.filter(|first| first.shape != own.shape) else { return Ok(()) };
+    let is_image = own.shape.len() == 2;
+    let of = |shape: &[usize], time: usize| match is_image {
+        true => [&[time], shape].concat(),
+        false => [shape, &[time]].concat(),
+    };
+    let hint = match is_image {
+        true => " but for time: set resize = [height, width]",
+        false => " but for time (channels, time)",
+    };
+    Err(Error::SampleShape {
+        file: format!("{file}/{}", own.name),
+        shape: of(&own.shape, readings),
+        first: format!("{file}/{}", first.name),
+        first_shape: of(&first.shape, first_readings),
+        hint,
+    })
+}
+
+fn too_large(file: &str, values: usize, options: &Options) -> Error {
+    Error::TooLarge {
+        at: file.into(),
+        shape: vec![values as u64],
+        limit: options.limits.max_values,
+        hint: "take fewer recordings or raise limits.max-values",
+    }
 }
 
 /// All recordings at equal steps of the same length.
-fn collected(file: &str, all: Vec<Recording>, topics: Vec<String>, options: &Options) -> Result<Recorded> {
-    let stamps: Vec<&[f64]> = all.iter().map(|own| own.stamps.as_slice()).collect();
-    let timing = Timing::of(&stamps);
+fn collected(
+    file: &str,
+    all: Vec<Recording>,
+    timed: Timed,
+    topics: Vec<String>,
+    options: &Options,
+) -> Result<Recorded> {
+    let stamps = timed.stamps();
+    let timing = Timing::of(&stamps, options.stamped);
     let uneven = timing.filter(|timing| !timing.is_regular);
-    if let Some(why) = uneven.and_then(|timing| timing.gaps(&stamps)) {
-        return Err(Error::Bag { file: file.into(), why });
-    }
-    let mut read_as = vec![described(&topics, &all)];
-    read_as.extend(timing.map(|timing| timing.to_string()));
-    let layout = match all.first().map(|own| own.shape.len()) {
-        Some(2) => Layout::Sequence,
-        _ => Layout::Series,
-    };
-    let mut collected = Collected::new(file, options.limits).of_about(all.len());
-    let mut origins = vec![];
-    for Recording { name, stamps, values, shape, .. } in all {
-        let size: usize = shape.iter().product();
-        let values = match (layout, uneven) {
-            (Layout::Sequence, Some(timing)) => timing.resampled_rows(&stamps, &values, size),
-            (Layout::Sequence, None) => values,
-            (_, Some(timing)) => timing.resampled(&stamps, &values, size),
-            (_, None) => (0..size).flat_map(|own| values.iter().skip(own).step_by(size)).copied().collect(),
-        };
-        let readings = values.len() / size;
-        let at = format!("{file}/{name}");
-        match layout {
-            Layout::Sequence => {
-                let hint = " but for time: set resize = [height, width]";
-                collected.push(&at, &[&[readings], &shape[..]].concat(), &values, Some(0), hint)?;
-            }
-            _ => {
-                collected.push(&at, &[size, readings], &values, Some(1), " but for time (channels, time)")?
-            }
+    if let Some(timing) = &uneven {
+        if let Some(why) = timing.gaps(&stamps) {
+            return Err(Error::Bag { file: file.into(), why });
         }
-        origins.push(name);
+        let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
+        let values = readings * timed.width as f64;
+        if values > options.limits.max_values as f64 {
+            return Err(too_large(file, values as usize, options));
+        }
     }
-    let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.into() })?;
+    let mut read_as = vec![described(&topics, &all, &timed.rows)];
+    read_as.extend(timing.map(|timing| timing.to_string()));
+    let (layout, x) = match all.first().map(|own| own.shape.as_slice()) {
+        Some(shape @ [_, _]) => (Layout::Sequence, timed.into_sequences(uneven.as_ref(), shape)),
+        _ => (Layout::Series, timed.into_series(uneven.as_ref())),
+    };
     let row_hash = x.hashes();
+    let origins = all.into_iter().map(|own| own.name).collect();
     Ok(Recorded { x, layout, row_hash, origins, read_as, rate: timing.map(|timing| timing.rate()), topics })
 }
 
-/// How bags were taken, for the card.
-fn described(topics: &[String], all: &[Recording]) -> String {
+/// How bags were taken, for the card; `rows` are those of each recording.
+fn described(topics: &[String], all: &[Recording], rows: &[usize]) -> String {
     let of = |(topic, channels): (&String, &usize)| match all.first().map(|own| own.shape.as_slice()) {
         Some([height, width]) => format!("{topic} (grey images of {height} × {width})"),
         _ => format!("{topic} ({})", crate::error::plural(*channels, "channel")),
@@ -119,82 +148,114 @@ fn described(topics: &[String], all: &[Recording]) -> String {
     let joined = match topics {
         [_] | [] => String::new(),
         [first, ..] => {
-            format!(", all at the times of {first}, to which the others are linearly interpolated")
+            let alone: usize = all.iter().map(|own| own.alone).sum();
+            let of = alone + rows.iter().sum::<usize>();
+            format!(
+                ", all at the times of {first}, to which the others are linearly interpolated, cut to the time that all \
+                 topics share: {alone} of {of} messages of {first} lie outside it"
+            )
         }
     };
     format!("bags: {}, messages by the time at which they were recorded{joined}", own.join(", "))
 }
 
-/// The topics of a bag as one recording, cut to the `span` in seconds from the first message; what is read for the
-/// last time is not copied.
-fn joined(
-    root: &Path,
-    bag: &Path,
-    topics: &[String],
-    tracks: &mut [Track],
-    span: Option<[f64; 2]>,
-    is_last: bool,
-) -> Result<Recording> {
-    let file = bag.display().to_string();
-    let refuse = |why: String| Err(Error::Bag { file: file.clone(), why });
-    let name = bag.strip_prefix(root).unwrap_or(bag).display().to_string();
-    let [first, others @ ..] = tracks else { return refuse("has no topics".into()) };
-    if !others.is_empty() && [&*first].into_iter().chain(&*others).any(|own| own.shape.len() != 1) {
-        return refuse("has images on one of the topics; images are read alone, from one topic".into());
-    }
-    let channels: Vec<usize> =
-        [&*first].into_iter().chain(&*others).map(|own| own.shape.iter().product()).collect();
-    let seconds = |own: &Track| own.seconds(first.stamps[0]);
-    let own = seconds(first);
-    // From where to where all topics have messages.
-    let mut keep = own.clone();
-    let mut spans = vec![];
-    for other in &*others {
-        let stamps = seconds(other);
-        let ends = [stamps[0], stamps[stamps.len() - 1]];
-        keep.retain(|time| (ends[0]..=ends[1]).contains(time));
-        spans.push(stamps);
-    }
-    if keep.is_empty() {
-        return refuse(format!("has no time at which all of {} have messages", topics.join(", ")));
-    }
+/// The times (s) of a recording after the first message.
+struct Shared {
+    /// Of all messages of each topic.
+    of: Vec<Vec<f64>>,
+    /// Those of the first topic that are kept.
+    keep: Vec<f64>,
+    /// How many others of it there are, before all topics have begun or after one has ended.
+    alone: usize,
+}
+
+/// From where to where all topics have messages, within the `span`; why there is none otherwise.
+fn shared(tracks: &[Track], topics: &[String], span: Option<[f64; 2]>) -> Result<Shared, String> {
+    let [first, ..] = tracks else { return Err("has no topics".into()) };
+    let of: Vec<Vec<f64>> = tracks.iter().map(|own| own.seconds(first.stamps[0])).collect();
+    let mut keep = of[0].clone();
     if let Some([start, end]) = span {
         keep.retain(|time| (start..end).contains(time));
         if keep.is_empty() {
-            return refuse(format!(
+            return Err(format!(
                 "has no messages from {start} to {end} s after its first, which labels.csv lists"
             ));
         }
     }
-    let shape = match others {
-        [] => first.shape.clone(),
-        _ => vec![channels.iter().sum()],
-    };
+    let mut alone = keep.len();
+    for stamps in &of[1..] {
+        let ends = [stamps[0], stamps[stamps.len() - 1]];
+        keep.retain(|time| (ends[0]..=ends[1]).contains(time));
+    }
+    alone -= keep.len();
+    if keep.is_empty() {
+        let within = span.map_or(String::new(), |[start, end]| format!(" from {start} to {end} s"));
+        return Err(format!("has no time{within} at which all of {} have messages", topics.join(", ")));
+    }
+    Ok(Shared { of, keep, alone })
+}
+
+/// The topics of a bag as one recording, cut to the `span` in seconds from the first message. Its readings are added to
+/// `timed`, which will hold so many recordings as are `expected`, `most` values at most; those of the only one are not copied.
+fn joined(
+    name: &str,
+    tracks: &mut [Track],
+    topics: &[String],
+    span: Option<[f64; 2]>,
+    expected: usize,
+    most: u64,
+    timed: &mut Timed,
+) -> Result<Recording, String> {
+    if tracks.len() > 1 && tracks.iter().any(|own| own.shape.len() != 1) {
+        return Err("has images on one of the topics; images are read alone, from one topic".into());
+    }
+    let Shared { of, keep, alone } = shared(tracks, topics, span)?;
+    let channels: Vec<usize> = tracks.iter().map(|own| own.shape.iter().product()).collect();
+    let width: usize = channels.iter().sum();
     let name = match span {
-        None => name,
+        None => name.into(),
         Some([start, end]) => format!("{name}[{start}..{end} s]"),
     };
-    if others.is_empty() {
-        let size: usize = shape.iter().product();
-        let from = own.partition_point(|time| *time < keep[0]);
-        let range = from * size..(from + keep.len()) * size;
-        let values = match (range.len() == first.values.len(), is_last) {
-            (true, true) => std::mem::take(&mut first.values),
-            _ => first.values[range].to_vec(),
-        };
-        return Ok(Recording { name, stamps: keep, values, shape, channels });
+    let shape = match &tracks {
+        [one] => one.shape.clone(),
+        _ => vec![width],
+    };
+    if timed.rows.is_empty() {
+        timed.width = width;
+        if expected > 1 {
+            let values = keep.len().saturating_mul(width).saturating_mul(expected).min(most as usize);
+            // Without the room it grows step by step, which takes twice the memory in the end.
+            let _ = timed.values.try_reserve_exact(values);
+        }
     }
-    let mut values = vec![0.0; keep.len() * shape[0]];
-    let stamps: Vec<&Vec<f64>> = [&own].into_iter().chain(&spans).collect();
+    if let [one] = tracks {
+        let start = of[0].partition_point(|time| *time < keep[0]);
+        let range = start * width..(start + keep.len()) * width;
+        match expected == 1 && range.len() == one.values.len() {
+            true => timed.values = std::mem::take(&mut one.values),
+            false => timed.values.extend_from_slice(&one.values[range]),
+        }
+    } else {
+        let from = timed.values.len();
+        timed.values.resize(from + keep.len() * width, 0.0);
+        interpolate(tracks, &of, &keep, &mut timed.values[from..]);
+    }
+    timed.rows.push(keep.len());
+    timed.stamps.extend(keep);
+    Ok(Recording { name, shape, channels, alone })
+}
+
+/// Lays `tracks` with messages `at` their times side by side as they are at `times`: `out` is `[times, width]`.
+fn interpolate(tracks: &[Track], at: &[Vec<f64>], times: &[f64], out: &mut [f32]) {
+    let width = out.len() / times.len();
     let mut start = 0;
-    for ((track, stamps), channels) in [&*first].into_iter().chain(&*others).zip(stamps).zip(&channels) {
-        for (i, place) in places(stamps, keep.iter().copied()).enumerate() {
-            for channel in 0..*channels {
-                values[i * shape[0] + start + channel] =
-                    place.value(|row| track.values[row * channels + channel]);
+    for (track, stamps) in tracks.iter().zip(at) {
+        let channels = track.shape[0];
+        for (row, place) in out.chunks_exact_mut(width).zip(places(stamps, times.iter().copied())) {
+            for channel in 0..channels {
+                row[start + channel] = place.value(|row| track.values[row * channels + channel]);
             }
         }
         start += channels;
     }
-    Ok(Recording { name, stamps: keep, values, shape, channels })
 }

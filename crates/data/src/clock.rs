@@ -8,19 +8,26 @@ const JITTER: f64 = 0.2;
 const GAPS: f64 = 16.0;
 const FEW: f64 = 4096.0;
 
+/// How far the rate of regular stamps may be from the one that is wanted: clocks are no better.
+const CLOCK: f64 = 0.01;
+
 /// The steps from one time stamp to the next, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Timing {
-    /// Of regular stamps the mean step, of irregular ones the median.
+    /// The wanted step; where none is wanted, of regular stamps the mean, of irregular ones the median.
     pub step: f64,
+    /// Whether recordings are taken as they are.
     pub is_regular: bool,
+    /// The rate (Hz) that is wanted.
+    wanted: Option<f64>,
     shortest: f64,
     longest: f64,
 }
 
 impl Timing {
-    /// Of recordings whose stamps rise; none where no recording has two readings.
-    pub fn of(recordings: &[&[f64]]) -> Option<Self> {
+    /// Of recordings whose stamps rise, for the `wanted` rate (Hz) or their own; none where no recording has two
+    /// readings.
+    pub fn of(recordings: &[&[f64]], wanted: Option<f64>) -> Option<Self> {
         let mut steps: Vec<f64> =
             recordings.iter().flat_map(|times| times.windows(2).map(|pair| pair[1] - pair[0])).collect();
         steps.sort_by(f64::total_cmp);
@@ -36,12 +43,19 @@ impl Timing {
             0 => (steps[middle - 1] + steps[middle]) / 2.0,
             _ => steps[middle],
         };
-        Some(Self { step: if is_regular { mean } else { median }, is_regular, shortest, longest })
+        let own = if is_regular { mean } else { median };
+        Some(match wanted {
+            None => Self { step: own, is_regular, wanted, shortest, longest },
+            Some(rate) => {
+                let is_regular = is_regular && (own * rate - 1.0).abs() <= CLOCK;
+                Self { step: 1.0 / rate, is_regular, wanted, shortest, longest }
+            }
+        })
     }
 
     /// Readings per second (Hz), to six digits: stamps are no better.
     pub fn rate(&self) -> f64 {
-        let rate = 1.0 / self.step;
+        let rate = self.wanted.unwrap_or(1.0 / self.step);
         let scale = 10f64.powi(5 - rate.log10().floor() as i32);
         (rate * scale).round() / scale
     }
@@ -59,33 +73,20 @@ impl Timing {
         let readings: f64 = recordings.iter().map(|times| self.readings(times)).sum();
         (readings > have as f64 * GAPS + FEW).then(|| {
             format!(
-                "at equal steps of {:.3} ms, the median, its {have} readings would be {readings:.0}, most of them in \
-                 gaps of up to {:.3} s; cut the recording at its gaps",
+                "at equal steps of {:.3} ms, {}, its {have} readings would be {readings:.0}, most of them in gaps of up \
+                 to {:.3} s; cut the recording at its gaps",
                 self.step * 1e3,
+                if self.wanted.is_some() { "those of the model" } else { "the median" },
                 self.longest
             )
         })
     }
 
-    /// Linear interpolation at equal steps from the first stamp: `values` `[time, channels]` become
-    /// `[channels, readings]`.
-    pub fn resampled(&self, times: &[f64], values: &[f32], channels: usize) -> Vec<f32> {
-        let readings = self.readings(times) as usize;
-        let mut out = vec![0.0; readings * channels];
-        for (i, place) in self.places(times).enumerate() {
-            for channel in 0..channels {
-                out[channel * readings + i] = place.value(|row| values[row * channels + channel]);
-            }
-        }
-        out
-    }
-
-    /// The same of values that stay `[time, channels]`.
-    pub fn resampled_rows(&self, times: &[f64], values: &[f32], channels: usize) -> Vec<f32> {
+    /// Linear interpolation at equal steps from the first stamp: `values` `[time, channels]` are added to `out` as
+    /// `[readings, channels]`.
+    pub fn resample(&self, times: &[f64], values: &[f32], channels: usize, out: &mut Vec<f32>) {
         let value = |place: Place, channel| place.value(|row: usize| values[row * channels + channel]);
-        let mut out = Vec::with_capacity(self.readings(times) as usize * channels);
         self.places(times).for_each(|place| out.extend((0..channels).map(|channel| value(place, channel))));
-        out
     }
 
     fn places(&self, times: &[f64]) -> impl Iterator<Item = Place> {
@@ -134,10 +135,10 @@ impl Display for Timing {
             return write!(f, "time stamps give {rate} Hz");
         }
         let [shortest, longest] = [self.shortest, self.longest].map(|step| format!("{:.3}", step * 1e3));
+        let whose = if self.wanted.is_some() { "the model's rate" } else { "the median step" };
         write!(
             f,
-            "time stamps are irregular, {shortest} to {longest} ms apart: linearly interpolated to {rate} Hz, \
-             the median step"
+            "time stamps are irregular, {shortest} to {longest} ms apart: linearly interpolated to {rate} Hz, {whose}"
         )
     }
 }

@@ -243,7 +243,7 @@ pub enum Error {
         plural(*units, "distinct sample"),
         if *units < 2 { "record more, or leave the class out".into() } else { format!("use at most {units} folds or record more") }
     )]
-    ClassTooSmall { class: u32, units: usize, k: usize },
+    ClassTooSmall { class: Class, units: usize, k: usize },
     #[error(
         "{} cannot fill {k} folds; {}",
         plural(*groups, "group"),
@@ -251,20 +251,55 @@ pub enum Error {
     )]
     TooFewGroups { groups: usize, k: usize },
     #[error("class {class} has too few samples to be in the {part} part; record more or change the shares")]
-    ClassNotInPart { class: u32, part: &'static str },
+    ClassNotInPart { class: Class, part: &'static str },
     #[error("there are too few groups to fill the {part} part; change the shares or record more groups")]
     NoGroupForPart { part: &'static str },
     #[error("{} cannot be cut in two to hold some back", plural(*samples, "training sample"))]
     NothingToHoldBack { samples: usize },
     #[error("class {class} has {} to train on, fewer than the {count} asked for", plural(*samples, "sample"))]
-    TooFewOfClass { class: u32, samples: usize, count: usize },
+    TooFewOfClass { class: Class, samples: usize, count: usize },
     #[error("there are no samples to split")]
     NothingToSplit,
     #[error("{what} has {len} entries for {samples} labels; one per sample")]
     SplitLength { what: &'static str, len: usize, samples: usize },
 }
 
+/// A class by its number, and by its name where that is known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Class {
+    /// Its label.
+    pub number: u32,
+    /// What it is called.
+    pub name: Option<String>,
+}
+
+impl From<u32> for Class {
+    fn from(number: u32) -> Self {
+        Self { number, name: None }
+    }
+}
+
+impl std::fmt::Display for Class {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.name {
+            Some(name) => f.write_str(name),
+            None => write!(f, "{}", self.number),
+        }
+    }
+}
+
 impl Error {
+    /// The same with the name of the class that it speaks of, by its label: functions that split see labels only.
+    pub fn with_names(mut self, classes: &[String]) -> Self {
+        if let Self::ClassTooSmall { class, .. }
+        | Self::ClassNotInPart { class, .. }
+        | Self::TooFewOfClass { class, .. } = &mut self
+        {
+            class.name = classes.get(class.number as usize).cloned();
+        }
+        self
+    }
+
     /// No array of that name among those `held`.
     pub(crate) fn missing(file: &str, array: &str, held: &[String], option: &'static str) -> Self {
         let held = match held {

@@ -35,6 +35,7 @@ pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> 
     };
     let mut facts = found.facts;
     facts.rate = facts.rate.or(bags.rate);
+    facts.stamped = bags.rate;
     Ok(Raw {
         name: name_of(root),
         dtype,

@@ -132,6 +132,7 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
         layout: given("layout").map(layout).transpose()?,
         unit: given("unit").map(text).transpose()?,
         rate: given("rate").map(number).transpose()?,
+        stamped: None,
         full_scale: given("full_scale").map(number).transpose()?.map(|number| number as f32),
         group_array: given("group_array").map(text).transpose()?,
         test_array: given("test_array").map(text).transpose()?,

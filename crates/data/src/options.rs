@@ -84,6 +84,11 @@ pub struct Options {
     /// Topics of bags, joined as channels at the times of the first; `/joint_states.effort` is a field of one. Default
     /// the one topic that holds numbers or images.
     pub topics: Vec<String>,
+    /// Of recordings with time stamps the readings per second (Hz) that they are brought to, before `length`: for a
+    /// model that was trained so, [`Reading::recorded_rate`](crate::Reading::recorded_rate). No setting of a file. Default their
+    /// own: as they are where they are regular, otherwise at the median step.
+    #[serde(skip)]
+    pub stamped: Option<f64>,
     /// Ceilings on sizes.
     pub limits: Limits,
 }
@@ -108,6 +113,7 @@ impl Default for Options {
             length: None,
             table: TableOptions::default(),
             topics: Vec::new(),
+            stamped: None,
             limits: Limits::default(),
         }
     }

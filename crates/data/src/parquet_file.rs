@@ -31,13 +31,17 @@ pub(crate) struct ParquetFile {
     path: PathBuf,
     /// Columns by name, and how many values each has in a row; none for a single one.
     columns: Vec<(String, Option<usize>)>,
+    /// As its heads say.
+    pub rows: usize,
+    /// Of the whole file.
+    pub bytes: usize,
 }
 
 impl ParquetFile {
     /// Opens a file and reads what its columns are.
     pub fn open(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
-        let mut own = Self { file: file.clone(), path: path.into(), columns: vec![] };
+        let mut own = Self { file: file.clone(), path: path.into(), columns: vec![], rows: 0, bytes: 0 };
         let reader = own.reader()?;
         let rows = reader.metadata().file_metadata().num_rows();
         let samples = u64::try_from(rows).unwrap_or(u64::MAX);
@@ -50,6 +54,8 @@ impl ParquetFile {
             });
         }
         own.refuse_unlikely(&reader)?;
+        own.rows = usize::try_from(samples).unwrap_or(0);
+        own.bytes = path.metadata().map_or(0, |about| about.len() as usize);
         let mut columns = vec![];
         own.fields(|_, fields| {
             columns = fields.iter().map(|(name, field)| (name.clone(), width(field))).collect();

@@ -33,6 +33,11 @@ impl From<ArrayD<f32>> for Ragged {
 }
 
 impl Ragged {
+    /// Samples one after the other that have the `shape` but for their `lengths` along `axis`.
+    pub fn of_lengths(values: Vec<f32>, shape: Vec<usize>, axis: usize, lengths: Vec<usize>) -> Self {
+        Self { values, shape, samples: lengths.len(), own: Some((axis, lengths)) }.settled()
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.samples

@@ -106,6 +106,8 @@ pub(crate) struct Facts {
     pub unit: Option<String>,
     /// Readings per second (Hz).
     pub rate: Option<f64>,
+    /// The rate (Hz) of time stamps, to which recordings were brought before any rule for their length.
+    pub stamped: Option<f64>,
     /// The highest reading that the sensor gives.
     pub full_scale: Option<f32>,
     /// The array of groups.

@@ -31,6 +31,9 @@ pub struct Reading {
     /// Readings per second (Hz), where somebody says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
+    /// Of recordings with time stamps the readings per second (Hz) that they were brought to, before `length`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stamped: Option<f64>,
     /// The largest possible reading, in `unit`; above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub full_scale: Option<f32>,
@@ -51,8 +54,16 @@ impl Reading {
             table: None,
             unit: None,
             rate: None,
+            stamped: None,
             full_scale: None,
             rest: None,
         }
+    }
+
+    /// Readings per second (Hz) of recordings before `length`, where that is known: those with time stamps are brought
+    /// to it.
+    pub fn recorded_rate(&self) -> Option<f64> {
+        let is_resampled = matches!(self.length, Some(Length::Resample { .. }));
+        self.stamped.or(self.rate.filter(|_| !is_resampled))
     }
 }

@@ -79,6 +79,7 @@ pub(crate) fn reading(
         table: raw.table.clone(),
         unit: raw.facts.unit.clone(),
         rate,
+        stamped: raw.facts.stamped,
         full_scale: raw.facts.full_scale,
         ..Reading::new(layout, shape)
     })

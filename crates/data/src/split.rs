@@ -65,7 +65,7 @@ pub fn stratified_k_fold(
         *per_class.entry(*label).or_default() += 1;
     }
     if let Some((class, units)) = per_class.into_iter().find(|(_, units)| *units < k) {
-        return Err(Error::ClassTooSmall { class, units, k });
+        return Err(Error::ClassTooSmall { class: class.into(), units, k });
     }
     let mut rng = taxel_seed::rng(seed, &format!("split/stratified/{repetition}"));
     units.shuffle(&mut rng);
@@ -174,7 +174,7 @@ pub fn random_split(
     for (part, rows) in fold.parts(shares) {
         let absent = y.iter().find(|label| !rows.iter().any(|&row| y[row] == **label));
         if let Some(&class) = absent {
-            return Err(Error::ClassNotInPart { class, part });
+            return Err(Error::ClassNotInPart { class: class.into(), part });
         }
     }
     Ok(fold)
@@ -253,7 +253,7 @@ pub fn few_per_class(
         }
     }
     if let Some((&class, rows)) = taken.iter().find(|(_, rows)| rows.len() < count) {
-        return Err(Error::TooFewOfClass { class, samples: rows.len(), count });
+        return Err(Error::TooFewOfClass { class: class.into(), samples: rows.len(), count });
     }
     let mut rows: Vec<usize> = taken.into_values().flatten().collect();
     rows.sort_unstable();

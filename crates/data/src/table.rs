@@ -1,8 +1,9 @@
 //! One table of many recordings, in CSV or Parquet.
 
+use crate::clock::Timing;
 use crate::labels::by_name;
 use crate::options::{Options, refuse_set};
-use crate::ragged::Collected;
+use crate::ragged::{Collected, Ragged};
 use crate::raw::{Facts, Names, Raw, name_of};
 use crate::table_columns::{TableColumns, recording_in};
 use crate::table_long::{self, Recording};
@@ -76,13 +77,13 @@ pub(crate) fn taken(
         return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
     }
     let (names, mut facts) = beside;
-    let mut collected = Collected::new(&file, options.limits);
-    let (mut all, timing) = match columns.form {
-        TableForm::Wide => (wide(table, &columns, &channels, options, &mut collected)?, None),
-        TableForm::Long => table_long::read(table, &columns, &channels, options, &mut collected)?,
+    let (mut all, x, timing) = match columns.form {
+        TableForm::Wide => wide(table, &columns, &channels, options)?,
+        TableForm::Long => table_long::read(table, &columns, &channels, options)?,
     };
     if let Some(timing) = &timing {
         facts.rate = Some(timing.rate());
+        facts.stamped = facts.rate;
     }
     if let Some(told) = told {
         for own in &mut all {
@@ -91,7 +92,7 @@ pub(crate) fn taken(
             own.label = Some(label.ok_or_else(why)?);
         }
     }
-    let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
+    let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let labels = labels(&all, &y_name, &file, names)?;
@@ -169,8 +170,9 @@ fn wide(
     columns: &TableColumns,
     channels: &[usize],
     options: &Options,
-    collected: &mut Collected,
-) -> Result<Vec<Recording>> {
+) -> Result<(Vec<Recording>, Option<Ragged>, Option<Timing>)> {
+    let mut collected =
+        Collected::new(&table.file, options.limits).of_about(table.likely_rows(channels.len()));
     let mut all = vec![];
     let mut values = vec![0.0; channels.len()];
     table.rows(|row: Row| {
@@ -187,7 +189,7 @@ fn wide(
         all.push(own);
         Ok(true)
     })?;
-    Ok(all)
+    Ok((all, collected.finish(), None))
 }
 
 /// Labels as positions among their names: those of the file beside, or those that occur.

@@ -2,9 +2,10 @@
 
 use crate::clock::Timing;
 use crate::options::Options;
-use crate::ragged::Collected;
+use crate::ragged::Ragged;
 use crate::table_columns::TableColumns;
 use crate::table_text::{Row, TableText};
+use crate::timed::Timed;
 use crate::{Error, Result};
 use std::collections::HashMap;
 
@@ -35,31 +36,19 @@ impl Recording {
     }
 }
 
-/// Readings in the order of the rows.
-#[derive(Default)]
-struct Readings {
-    /// In the unit of the table, then in seconds.
-    times: Vec<f64>,
-    /// `[time, channels]`.
-    values: Vec<f32>,
-}
-
-/// Reads all recordings, in the order in which they begin, and adds them to `collected` as `[C, T]`: where stamps
-/// are irregular, at equal steps.
+/// Reads all recordings, in the order in which they begin, as `[C, T]`: where stamps are irregular, at equal steps.
 pub(crate) fn read(
     table: &TableText,
     columns: &TableColumns,
     channels: &[usize],
     options: &Options,
-    collected: &mut Collected,
-) -> Result<(Vec<Recording>, Option<Timing>)> {
-    let (all, mut readings) = gathered(table, columns, channels, options)?;
+) -> Result<(Vec<Recording>, Option<Ragged>, Option<Timing>)> {
+    let (all, mut timed) = gathered(table, columns, channels, options)?;
     if let Some((_, clock)) = columns.time {
-        let seconds = |stamp: &mut f64| *stamp /= clock.per_second();
-        readings.iter_mut().flat_map(|own| &mut own.times).for_each(seconds);
+        timed.stamps.iter_mut().for_each(|stamp| *stamp /= clock.per_second());
     }
-    let stamps: Vec<&[f64]> = readings.iter().map(|own| own.times.as_slice()).collect();
-    let timing = Timing::of(&stamps);
+    let stamps = timed.stamps();
+    let timing = Timing::of(&stamps, options.stamped);
     if let Some(timing) = timing.filter(|timing| !STEPS.contains(&timing.step)) {
         let why = "its time stamps give no rate";
         return Err(
@@ -74,29 +63,30 @@ pub(crate) fn read(
         let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
         refuse_values(table, readings * channels.len() as f64, options)?;
     }
-    for (own, Readings { times, values }) in all.iter().zip(readings) {
-        let values = match &uneven {
-            Some(timing) => timing.resampled(&times, &values, channels.len()),
-            None => transposed(&values, channels.len()),
-        };
-        let shape = [channels.len(), values.len() / channels.len()];
-        collected.push(&own.name, &shape, &values, Some(1), "")?;
-    }
-    Ok((all, timing))
+    let x = (!all.is_empty()).then(|| timed.into_series(uneven.as_ref()));
+    Ok((all, x, timing))
 }
 
-/// Recordings, and the rows of each.
+/// Recordings, and their rows, recording after recording.
 fn gathered(
     table: &TableText,
     columns: &TableColumns,
     channels: &[usize],
     options: &Options,
-) -> Result<(Vec<Recording>, Vec<Readings>)> {
+) -> Result<(Vec<Recording>, Timed)> {
     #[expect(clippy::expect_used, reason = "no long form is chosen without it")]
     let recording = columns.recording.expect("a column of recordings");
-    let (mut all, mut readings): (Vec<Recording>, Vec<Readings>) = (vec![], vec![]);
+    let mut all: Vec<Recording> = vec![];
+    let mut timed = Timed { width: channels.len(), ..Timed::default() };
+    let rows = table.likely_rows(channels.len());
+    // Without the room it grows step by step, which takes twice the memory in the end.
+    let _ = timed.values.try_reserve_exact(rows * channels.len());
+    if columns.time.is_some() {
+        let _ = timed.stamps.try_reserve_exact(rows);
+    }
     let mut places: HashMap<String, usize> = HashMap::new();
-    let mut count = 0;
+    // Rows of a recording that come together, and its last time stamp.
+    let (mut runs, mut last): (Vec<(usize, usize)>, Vec<f64>) = (vec![], vec![]);
     table.rows(|row: Row| {
         let own = Recording::of(&row, row.named(recording)?, columns)?;
         let at = match places.get(&own.name) {
@@ -105,35 +95,39 @@ fn gathered(
                 refuse_many(table, all.len(), options)?;
                 places.insert(own.name.clone(), all.len());
                 all.push(own);
-                readings.push(Readings::default());
+                timed.rows.push(0);
+                last.push(f64::NEG_INFINITY);
                 all.len() - 1
             }
         };
         refuse_other(table, &all[at], &row, columns)?;
-        count += channels.len() as u64;
-        refuse_values(table, count as f64, options)?;
+        refuse_values(table, (timed.values.len() + channels.len()) as f64, options)?;
         if let Some((time, clock)) = columns.time {
             let stamp = row.stamp(time)?;
-            if let Some(before) = readings[at].times.last().filter(|before| **before >= stamp) {
+            let before = std::mem::replace(&mut last[at], stamp);
+            if before >= stamp {
                 let (line, own, unit) = (row.line, &all[at].name, clock.name());
                 return Err(table.refuse(format!(
                     "line {line}: the time of recording {own:?} goes from {before} to {stamp} {unit}; sort its rows by \
                      time, without doubles"
                 )));
             }
-            readings[at].times.push(stamp);
+            timed.stamps.push(stamp);
         }
         for channel in channels {
-            readings[at].values.push(row.number(*channel)?);
+            timed.values.push(row.number(*channel)?);
+        }
+        timed.rows[at] += 1;
+        match runs.last_mut() {
+            Some((own, rows)) if *own == at => *rows += 1,
+            _ => runs.push((at, 1)),
         }
         Ok(true)
     })?;
-    Ok((all, readings))
-}
-
-/// `[time, channels]` as `[channels, time]`.
-fn transposed(values: &[f32], channels: usize) -> Vec<f32> {
-    (0..channels).flat_map(|channel| values.iter().skip(channel).step_by(channels)).copied().collect()
+    if runs.len() > all.len() {
+        timed.sort(&runs);
+    }
+    Ok((all, timed))
 }
 
 /// What is said of a recording is the same in each of its rows.

@@ -104,6 +104,20 @@ impl TableText {
         }
     }
 
+    /// How many rows of so many channels it has, as far as its bytes bear that out: for room, not for truth.
+    pub fn likely_rows(&self, channels: usize) -> usize {
+        let (rows, values) = match &self.source {
+            // A number and what parts it from the next.
+            Source::Csv { text, .. } => {
+                (text.bytes().filter(|byte| *byte == b'\n').count() + 1, text.len() / 2)
+            }
+            Source::Parquet(files) => files.iter().fold((0, 0), |(rows, values), own| {
+                (rows + own.rows, usize::saturating_add(values, own.bytes))
+            }),
+        };
+        rows.min(values / channels.max(1))
+    }
+
     /// Hands every row to `take` until it answers false.
     pub fn rows(&self, mut take: impl FnMut(Row) -> Result<bool>) -> Result<()> {
         let (text, separator) = match &self.source {

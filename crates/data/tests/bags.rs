@@ -108,6 +108,27 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
 }
 
 #[test]
+fn the_card_says_how_much_of_joined_topics_is_left_out() {
+    let options = topics(&["/tactile.data", "/joint_states.effort"]);
+    let root = with(&[("a_1.mcap", "press.mcap"), ("b_1.mcap", "press.mcap")]);
+    let card = check_with(root.path(), &options).unwrap();
+    let how = "to which the others are linearly interpolated, cut to the time that all topics share: 8 of 40 messages of \
+               /tactile.data lie outside it";
+    assert!(card.read_as[1].ends_with(how), "{:?}", card.read_as);
+}
+
+#[test]
+fn bags_for_a_model_are_brought_to_its_rate() {
+    let read = |stamped| {
+        let options = Options { stamped, ..topics(&["/tactile"]) };
+        recordings(&fixture("press.mcap"), &options, 2).unwrap().x.shape()[2]
+    };
+    let own = read(None) as f64;
+    let half = read(Some(98.7 / 2.0)) as f64;
+    assert!((half - own / 2.0).abs() <= 1.0, "{half} of {own}");
+}
+
+#[test]
 fn rosbag2_folders_are_bags_and_a_table_cuts_them() {
     let root = with(&[
         ("soft_1/metadata.yaml", "rosbag2_bagfile_information:"),

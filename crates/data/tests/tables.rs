@@ -141,6 +141,36 @@ fn irregular_time_stamps_are_interpolated_as_numpy_does() {
 }
 
 #[test]
+fn recordings_for_a_model_are_brought_to_its_rate() {
+    // A straight line of 3 per second shows where each reading was taken; the model has seen 50 Hz.
+    let at = |times: &[f64]| -> String {
+        let row = |time: &f64| format!("x,{time},{},up\n", 3.0 * time);
+        format!("recording,time,a,label\n{}", times.iter().map(row).collect::<String>())
+    };
+    let known = |text: &str| with(text, |path| recordings(path, &Options::default(), 2).unwrap().x);
+    let for_model = |text: &str| {
+        let options = Options { stamped: Some(50.0), ..Options::default() };
+        with(text, |path| recordings(path, &options, 2).unwrap().x)
+    };
+    let line = |step: f32, count: usize| (0..count).map(|i| 3.0 * step * i as f32).collect::<Vec<f32>>();
+    let close = |got: ndarray::ArrayD<f32>, want: Vec<f32>| {
+        assert_eq!(got.shape(), [1, 1, want.len()]);
+        assert!(got.iter().zip(want).all(|(got, want)| (got - want).abs() < 1e-5), "{got}");
+    };
+    let irregular = at(&[0.0, 0.01, 0.02, 0.045, 0.055, 0.065, 0.08]);
+    close(known(&irregular), line(0.01, 9));
+    close(for_model(&irregular), line(0.02, 5));
+    // Regular ones of another rate, too; a clock that is a little off is left alone.
+    close(for_model(&at(&[0.0, 0.01, 0.02, 0.03, 0.04])), line(0.02, 3));
+    close(for_model(&at(&[0.0, 0.0201, 0.0402])), line(0.0201, 3));
+    let message = with(&at(&[0.0, 1e6, 2e6]), |path| {
+        let options = Options { stamped: Some(50.0), ..Options::default() };
+        recordings(path, &options, 2).unwrap_err().to_string()
+    });
+    assert!(message.contains("at equal steps of 20.000 ms, those of the model, its 3 readings"), "{message}");
+}
+
+#[test]
 fn what_is_said_beside_a_table_counts() {
     let folder = tempdir().unwrap();
     let facts = r#"{"classes": ["stable", "slip"], "unit": "counts", "full_scale": 4095}"#;

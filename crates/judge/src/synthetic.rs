@@ -222,6 +222,7 @@ pub fn stress(losses: &[(&str, f64)]) -> Stress {
         calibration_error: 0.0,
         verdict: "breaks first under gain".into(),
         folds: vec![],
+        other: None,
     };
     Stress {
         seed: 0,
@@ -234,5 +235,6 @@ pub fn stress(losses: &[(&str, f64)]) -> Stress {
         left_out: Default::default(),
         networks: losses.iter().map(network).collect(),
         unmet: vec![],
+        alarms: None,
     }
 }

@@ -164,6 +164,26 @@ fn faults_are_scored_on_every_network() {
     // One severity alone gives the same number.
     let one = StressOptions { faults: vec![Fault::Saturation], severity: Some(5), ..options };
     assert_eq!(quiet(&one).networks[4].curves[0].points[0], outcome.networks[4].curves[1].points[4]);
+    let guarded = StressOptions { guard: true, ..one.clone() };
+    let both = quiet(&StressOptions { faults: vec![Fault::Stuck], ..guarded.clone() });
+    assert_eq!(both, quiet(&StressOptions { faults: vec![Fault::Stuck], threads: 1, ..guarded }), "nor here");
+    let alarms = both.alarms.unwrap();
+    assert_eq!((alarms.samples, alarms.elements), (60, 5));
+    assert!(alarms.alarmed <= 6, "{alarms:?}");
+    for network in &both.networks {
+        let other = network.other.as_ref().unwrap();
+        assert!(other.is_guarded, "no model of the run has a guard");
+        if alarms.alarmed == 0 {
+            assert_eq!(other.clean, network.clean);
+        }
+        let [off, on] = [&network.curves, &other.curves].map(|curves| curves[0].points[0].1.accuracy);
+        assert!(on >= off, "{}: {off} % without, {on} % with a guard", network.network);
+    }
+    let lost = |name: &str| {
+        both.networks.iter().find(|own| own.network == name).unwrap().sides().unwrap().map(|side| side.2)
+    };
+    let [off, on] = lost("mini-rocket");
+    assert!(on < off / 2.0, "{off} points without, {on} with a guard");
     let shift = StressOptions { faults: vec![Fault::Shift], ..StressOptions::default() };
     let error = stress(&case, &shift, &|_| {}, &|| {}).unwrap_err().to_string();
     assert!(error.contains("shift") && error.contains("channels have no place"), "{error}");

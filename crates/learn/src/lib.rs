@@ -81,7 +81,7 @@ mod training;
 
 pub use candidate::{Candidate, Estimator, Hardening, Published, Trainable, Twin, file_name};
 pub use cross_validation::CrossValidation;
-pub use encoding::{Compiled, Encoder, Encoding, Transform};
+pub use encoding::{Compiled, Encoder, Encoding, Transform, fitted_guard, mended};
 pub use environment::{Environment, cores, program};
 pub use epoch::Epoch;
 pub use error::{Error, Result};
@@ -111,3 +111,4 @@ pub use search::{Chosen, Combination, Search, Trial};
 pub use sensor::{SensorFacts, sensor};
 pub use session::forget;
 pub use table::Table;
+pub use taxel_guard as guard;

@@ -1,6 +1,7 @@
 //! Models out of trainings: what each says about itself.
 
 use taxel_data::Dataset;
+use taxel_guard::Guard;
 
 use crate::baseline::FittedBaseline;
 use crate::candidate::{Candidate, Trainable};
@@ -36,7 +37,7 @@ pub(crate) fn network_model(
     // In the order of the network's inputs.
     let names = network.graph.inputs().map(|node| &node.name);
     let own = names.filter_map(|name| inputs.iter().find(|input| input.name == name));
-    Model::new(card(candidate, anatomy, own, origin), trained.weights.clone())
+    Model::new(card(candidate, anatomy, own, guard(inputs), origin), trained.weights.clone())
 }
 
 /// The model of a fitted baseline.
@@ -47,14 +48,20 @@ pub(crate) fn baseline_model(
     origin: &Origin,
 ) -> Model {
     let anatomy = Anatomy::Baseline { method: fitted.method, series: fitted.shape };
-    let card = card(candidate, anatomy, inputs.iter(), origin);
+    let card = card(candidate, anatomy, inputs.iter(), guard(inputs), origin);
     Model::new(card, fitted.tensors(origin.dataset.labels.attributes()))
+}
+
+/// The guard before the inputs: the same before all.
+fn guard(inputs: &[Input]) -> Option<Guard> {
+    inputs.first().and_then(|input| input.guard.as_deref().cloned())
 }
 
 fn card<'i>(
     candidate: &Candidate,
     anatomy: Anatomy,
     inputs: impl Iterator<Item = &'i Input>,
+    guard: Option<Guard>,
     origin: &Origin,
 ) -> Card {
     let Origin { dataset, samples, fold, seed } = *origin;
@@ -71,6 +78,7 @@ fn card<'i>(
         paper: candidate.paper.clone(),
         anatomy,
         reading: dataset.reading.clone(),
+        guard,
         inputs: inputs.map(input).collect(),
         attributes: dataset.labels.attributes().to_vec(),
         trained_on: TrainedOn {

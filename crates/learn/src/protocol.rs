@@ -5,7 +5,7 @@ use taxel_data::{
     Dataset, Fold, Shares, few_per_class, group_k_fold, random_group_split, random_split, stratified_k_fold,
 };
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::problem::{Check, Problem, require, share, within};
 
 /// What a part keeps even or together.
@@ -231,6 +231,14 @@ impl Protocol {
     /// # Errors
     /// Groups or an official split that are not there, or too few samples or groups for the protocol.
     pub fn folds(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
+        self.cuts(dataset, seed, repetition).map_err(|error| match error {
+            Error::Data(data) => data.with_names(&dataset.classes).into(),
+            other => other,
+        })
+    }
+
+    /// The same; classes go by their labels in errors.
+    fn cuts(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
         let units = self.inseparable(dataset)?;
         let (y, repetition) = (&dataset.y, repetition as u32);
         match self {

@@ -33,6 +33,7 @@ fn neither_encoding_nor_answering_allocates() {
         allocates_nothing(&format!("{transform:?}"), || compiled.encode(&reading, &mut input).unwrap());
     }
     let (dataset, encoding, candidates) = candidates();
+    let encoding = taxel_learn::Encoding { guard: true, ..encoding };
     let reading: Vec<f32> = dataset.x.index_axis(Axis(0), 0).iter().copied().collect();
     for candidate in candidates {
         let predictor = fit(&candidate, &dataset, &encoding).unwrap().predictor(8, 1).unwrap();
@@ -40,5 +41,11 @@ fn neither_encoding_nor_answering_allocates() {
         allocates_nothing(&candidate.name, || {
             predictor.ask(&mut workspace, &reading).unwrap();
         });
+        let mut broken = reading.clone();
+        broken[..40].fill(400.0);
+        allocates_nothing(&format!("{} behind its guard", candidate.name), || {
+            predictor.ask(&mut workspace, &broken).unwrap();
+        });
+        assert_eq!(workspace.found().len(), 1);
     }
 }

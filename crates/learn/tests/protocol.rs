@@ -69,6 +69,22 @@ fn protocols_cut_as_they_say() {
 }
 
 #[test]
+fn a_class_with_too_few_samples_goes_by_its_name() {
+    let dataset = presses(45, 6);
+    let few = dataset.select(&[0, 1, 2, 3, 4, 5, 6]);
+    let (repetitions, split) = (1, Split::Stratified);
+    for protocol in [
+        Protocol::k_fold(5),
+        Protocol::RandomSplits { split, repetitions, test: 0.2, validation: 0.4 },
+        Protocol::FewSamples { split, repetitions, test: 0.2, per_class: vec![30] },
+    ] {
+        let error = protocol.folds(&few, 0, 0).unwrap_err().to_string();
+        let is_named = |class: &String| error.starts_with(&format!("class {class} has "));
+        assert!(few.classes.iter().any(is_named), "{error}");
+    }
+}
+
+#[test]
 fn repetitions_cut_otherwise_and_the_same_again() {
     let dataset = presses(45, 6);
     let repeated = Protocol::KFold { folds: 3, split: Split::Stratified, repetitions: 2 };

@@ -247,6 +247,7 @@ impl RecordingsOrigin {
             topics: self.topics.clone(),
             layout,
             rate,
+            stamped: None,
         }
     }
 }

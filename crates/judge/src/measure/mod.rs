@@ -2,6 +2,7 @@
 
 mod chance;
 mod examples;
+mod guarding;
 mod judge;
 mod parts;
 mod pictures;

@@ -5,11 +5,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ndarray::{ArrayD, Axis};
 use taxel_faults::{Fault, Sensor};
-use taxel_learn::{FoldKey, FoldRecord, Model, Predictor};
+use taxel_learn::guard::{Found, Guard};
+use taxel_learn::{FoldKey, FoldRecord, Model, Predictor, mended};
 
+use super::guarding::guard;
 use super::threads::alone;
 use crate::case::Case;
 use crate::error::{Error, Result};
+use crate::values::Alarms;
 
 /// Samples that a network answers at a time.
 const BATCH: usize = 64;
@@ -74,26 +77,65 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> (Vec<Part>, usi
     (parts, of)
 }
 
+/// Models of a part, and the guard of its fold.
+#[derive(Clone)]
+struct Shelved {
+    models: Arc<Vec<Model>>,
+    guard: Option<Arc<Guard>>,
+}
+
 /// The models of the part that is being worked on, read once for all threads.
-#[derive(Default)]
 struct Shelf {
-    newest: Mutex<Option<(usize, Arc<Vec<Model>>)>>,
+    /// Whether a fold without a guard gets one.
+    guard: bool,
+    newest: Mutex<Option<(usize, Shelved)>>,
 }
 
 impl Shelf {
     /// The models of part number `at`.
-    fn models(&self, case: &Case, parts: &[Part], at: usize) -> Result<Arc<Vec<Model>>> {
+    fn models(&self, case: &Case, parts: &[Part], at: usize) -> Result<Shelved> {
         let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
         match &*newest {
-            Some((own, models)) if *own == at => Ok(models.clone()),
+            Some((own, shelved)) if *own == at => Ok(shelved.clone()),
             _ => {
-                let models = parts[at].keys.iter().map(|key| case.model(key)).collect::<Result<Vec<_>>>()?;
-                let models = Arc::new(models);
-                *newest = Some((at, models.clone()));
-                Ok(models)
+                let keys = &parts[at].keys;
+                let models = keys.iter().map(|key| case.model(key)).collect::<Result<Vec<_>>>()?;
+                let guard = guard(case, keys, &models, self.guard)?;
+                let shelved = Shelved { models: Arc::new(models), guard };
+                *newest = Some((at, shelved.clone()));
+                Ok(shelved)
             }
         }
     }
+}
+
+/// Predictors of a part without a guard, whether each model has one, and the guard.
+struct Bench {
+    predictors: Vec<(Predictor, bool)>,
+    guard: Option<Arc<Guard>>,
+    /// Whether each is asked with the guard and without.
+    both: bool,
+}
+
+impl Bench {
+    fn new(shelved: &Shelved, both: bool) -> Result<Self> {
+        let own = |model: &Model| -> Result<(Predictor, bool)> {
+            Ok((model.predictor(BATCH, 1)?.guarded(None)?, model.card().guard.is_some()))
+        };
+        let predictors = shelved.models.iter().map(own).collect::<Result<_>>()?;
+        Ok(Bench { predictors, guard: shelved.guard.clone(), both })
+    }
+}
+
+/// What all networks say.
+#[derive(Default)]
+pub(super) struct Answered {
+    /// With a guard where their models have one.
+    pub own: Vec<Answer>,
+    /// The other way, where that was asked for.
+    pub other: Vec<Answer>,
+    /// In unbroken samples; none without a guard.
+    pub alarms: Option<Alarms>,
 }
 
 /// Does the jobs on `threads` threads; each takes the next one that is free and keeps the predictors of its
@@ -103,25 +145,22 @@ pub(super) fn answer(
     sensor: &Sensor,
     parts: &[Part],
     jobs: &[Job],
-    threads: usize,
+    (is_guarded, threads): (bool, usize),
     tick: &(dyn Fn() + Sync),
-) -> Result<Vec<Answer>> {
-    let (next, shelf) = (AtomicUsize::new(0), Shelf::default());
-    let done: Mutex<Vec<(usize, Vec<Answer>)>> = Mutex::new(vec![]);
+) -> Result<Answered> {
+    let (next, shelf) = (AtomicUsize::new(0), Shelf { guard: is_guarded, newest: Mutex::default() });
+    let done: Mutex<Vec<(usize, Answered)>> = Mutex::new(vec![]);
     let worker = || -> Result<()> {
-        let mut open: Option<(usize, Vec<Predictor>)> = None;
+        let mut open: Option<(usize, Bench)> = None;
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
             let Some(job) = jobs.get(number) else { return Ok(()) };
-            let predictors = match open.take() {
-                Some((at, predictors)) if at == job.part => predictors,
-                _ => {
-                    let models = shelf.models(case, parts, job.part)?;
-                    models.iter().map(|model| Ok(model.predictor(BATCH, 1)?)).collect::<Result<_>>()?
-                }
+            let bench = match open.take() {
+                Some((at, bench)) if at == job.part => bench,
+                _ => Bench::new(&shelf.models(case, parts, job.part)?, is_guarded)?,
             };
-            let answers = answers(case, sensor, &parts[job.part], job, &predictors)?;
-            open = Some((job.part, predictors));
+            let answers = answers(case, sensor, &parts[job.part], job, &bench)?;
+            open = Some((job.part, bench));
             done.lock().unwrap_or_else(PoisonError::into_inner).push((number, answers));
             tick();
         }
@@ -133,47 +172,73 @@ pub(super) fn answer(
     })?;
     let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.sort_by_key(|(number, _)| *number);
-    Ok(done.into_iter().flat_map(|(_, answers)| answers).collect())
+    let mut all = Answered::default();
+    for (_, Answered { own, other, alarms }) in done {
+        all.own.extend(own);
+        all.other.extend(other);
+        all.alarms = match (all.alarms, alarms) {
+            (Some(before), Some(alarms)) => Some(before.and(alarms)),
+            (before, alarms) => before.or(alarms),
+        };
+    }
+    Ok(all)
 }
 
-fn answers(
-    case: &Case,
-    sensor: &Sensor,
-    part: &Part,
-    job: &Job,
-    predictors: &[Predictor],
-) -> Result<Vec<Answer>> {
+fn answers(case: &Case, sensor: &Sensor, part: &Part, job: &Job, bench: &Bench) -> Result<Answered> {
     let clean = case.dataset.x.select(Axis(0), &part.rows);
     let broken = match job.broken {
         Some((fault, severity)) => corrupt(case, sensor, &clean, part, fault, severity)?,
         None => clean.clone(),
     };
-    let width = part.truth.len() / part.len().max(1);
-    let mut answers = vec![];
+    let behind = bench.guard.as_ref().map(|guard| mended(guard, &broken));
+    let alarms = match (&bench.guard, &behind, job.broken) {
+        (Some(guard), Some((_, found)), None) => Some(Alarms::of(guard, found)),
+        _ => None,
+    };
+    let mut answers = Answered { alarms, ..Answered::default() };
     let probes = case.probes();
-    for (predictor, key) in predictors.iter().zip(&part.keys) {
+    for ((predictor, is_guarded), key) in bench.predictors.iter().zip(&part.keys) {
         // A row that is there for one fault is asked about that one alone.
         let unmet = probes.iter().find(|(name, _)| *name == key.network).map(|(_, fault)| *fault);
         if unmet.zip(job.broken).is_some_and(|(own, (fault, _))| own != fault) {
             continue;
         }
-        let (probabilities, refused) = ask(predictor, &clean, &broken)?;
-        let mut predicted = predictor.card().levels().predicted(&probabilities);
-        for &row in &refused {
-            // No class: never right.
-            predicted[row * width..(row + 1) * width].fill(u32::MAX);
-        }
-        answers.push(Answer {
-            network: key.network.clone(),
-            fold: part.fold,
-            broken: job.broken,
-            truth: part.truth.clone(),
-            probabilities,
-            predicted,
-            refused: refused.len(),
-        });
+        let without = match bench.both || !is_guarded {
+            true => Some(ask(predictor, &clean, &broken)?),
+            false => None,
+        };
+        let with = match &behind {
+            Some((x, found)) if bench.both || *is_guarded => {
+                Some(ask_behind(predictor, &clean, x, found, without.as_ref())?)
+            }
+            _ => None,
+        };
+        let of = |asked: Asked| answer_of(predictor, part, key, job, asked);
+        let (own, other) = if *is_guarded { (with, without) } else { (without, with) };
+        answers.own.extend(own.map(of));
+        answers.other.extend(other.map(of));
     }
     Ok(answers)
+}
+
+/// What a network says, for scores.
+fn answer_of(predictor: &Predictor, part: &Part, key: &FoldKey, job: &Job, asked: Asked) -> Answer {
+    let (probabilities, refused) = asked;
+    let width = part.truth.len() / part.len().max(1);
+    let mut predicted = predictor.card().levels().predicted(&probabilities);
+    for &row in &refused {
+        // No class: never right.
+        predicted[row * width..(row + 1) * width].fill(u32::MAX);
+    }
+    Answer {
+        network: key.network.clone(),
+        fold: part.fold,
+        broken: job.broken,
+        truth: part.truth.clone(),
+        probabilities,
+        predicted,
+        refused: refused.len(),
+    }
 }
 
 /// The samples of a part under one fault.
@@ -195,9 +260,37 @@ fn corrupt(
     Ok(x)
 }
 
+/// Probabilities, and which samples cannot be encoded.
+type Asked = (Vec<f32>, Vec<usize>);
+
+/// The answers to samples `x` behind a guard; where it found nothing they are those `without` it.
+fn ask_behind(
+    predictor: &Predictor,
+    clean: &ArrayD<f32>,
+    x: &ArrayD<f32>,
+    found: &[Vec<Found>],
+    without: Option<&Asked>,
+) -> Result<Asked> {
+    let Some((probabilities, refused)) = without else { return ask(predictor, clean, x) };
+    let rows: Vec<usize> = (0..found.len()).filter(|row| !found[*row].is_empty()).collect();
+    let (mut probabilities, mut refused) = (probabilities.clone(), refused.clone());
+    if rows.is_empty() {
+        return Ok((probabilities, refused));
+    }
+    let (own, unread) = ask(predictor, &clean.select(Axis(0), &rows), &x.select(Axis(0), &rows))?;
+    let width = own.len() / rows.len();
+    for (row, own) in rows.iter().zip(own.chunks_exact(width.max(1))) {
+        probabilities[row * width..][..width].copy_from_slice(own);
+    }
+    refused.retain(|row| !rows.contains(row));
+    refused.extend(unread.into_iter().map(|at| rows[at]));
+    refused.sort_unstable();
+    Ok((probabilities, refused))
+}
+
 /// Probabilities of `broken` samples, and which of them cannot be encoded; the clean ones stand in for
 /// those, so that the others still make a batch.
-fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<(Vec<f32>, Vec<usize>)> {
+fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<Asked> {
     if let Ok(inputs) = predictor.encode(broken) {
         return Ok((predictor.answer(&inputs)?, vec![]));
     }

@@ -60,6 +60,7 @@ pub(super) fn stressed(network: &str, clean: Score, curves: Vec<FaultCurve>) -> 
         calibration_error: mean(&|curve| curve.mean(|score| score.calibration_error)),
         verdict: String::new(),
         curves,
+        other: None,
         folds: vec![],
     }
 }

@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 
 use taxel_faults::{Fault, Layout};
+use taxel_learn::metrics::Levels;
 use taxel_learn::{ModelInput, SensorFacts, require};
 
 use super::chance::chance;
-use super::parts::{Answer, Job, Part, answer, parts};
+use super::parts::{Answer, Answered, Job, Part, answer, parts};
 use super::scores::{breaks_at, folds, relate, score, stressed};
 use super::verdict::verdict;
 use crate::case::Case;
 use crate::error::{Error, Result};
-use crate::values::{FaultCurve, FaultInfo, NetworkStress, Score, SensorRange, Stress};
+use crate::values::{FaultCurve, FaultInfo, NetworkStress, OtherWay, Score, SensorRange, Stress};
 
 /// Baselines and networks that corruption errors are relative to, the first that a run has.
 const REFERENCES: [&str; 3] = ["k-nn", "mini-rocket", "mlp"];
@@ -25,13 +26,22 @@ pub struct StressOptions {
     pub severity: Option<u8>,
     /// At most so many test samples of each network; the others are left out evenly. Default 1000.
     pub samples: usize,
+    /// Whether each network is asked both with and without a guard: its own, or one that is fitted on the training
+    /// part of each fold. Default false.
+    pub guard: bool,
     /// Worker threads, at most one per core, however many are asked for; results do not depend on them.
     pub threads: usize,
 }
 
 impl Default for StressOptions {
     fn default() -> Self {
-        StressOptions { faults: vec![], severity: None, samples: 1000, threads: taxel_learn::threads(None) }
+        StressOptions {
+            faults: vec![],
+            severity: None,
+            samples: 1000,
+            guard: false,
+            threads: taxel_learn::threads(None),
+        }
     }
 }
 
@@ -65,7 +75,8 @@ pub fn stress(
         }
     }
     start(jobs.len() as u64);
-    let answers = answer(case, &sensor, &parts, &jobs, taxel_learn::threads(Some(options.threads)), tick)?;
+    let threads = taxel_learn::threads(Some(options.threads));
+    let answers = answer(case, &sensor, &parts, &jobs, (options.guard, threads), tick)?;
     let chance = chance(&case.dataset);
     let mut networks = vec![];
     for name in &names {
@@ -97,6 +108,7 @@ pub fn stress(
         left_out,
         networks,
         unmet,
+        alarms: answers.alarms,
     })
 }
 
@@ -104,23 +116,54 @@ pub fn stress(
 fn network(
     case: &Case,
     name: &str,
-    answers: &[Answer],
-    (faults, severities): (&[Fault], &[u8]),
+    answers: &Answered,
+    tried: (&[Fault], &[u8]),
     chance: f64,
 ) -> Result<NetworkStress> {
-    let under = |broken| {
-        let own = answers.iter().filter(|a| a.network == name && a.broken == broken);
-        score(&case.levels(), &own.collect::<Vec<_>>())
+    fn of<'a>(answers: &'a [Answer], name: &str) -> Vec<&'a Answer> {
+        answers.iter().filter(|a| a.network == name).collect()
+    }
+    let (own, switched) = (of(&answers.own, name), of(&answers.other, name));
+    let levels = case.levels();
+    let clean = under(&levels, &own, None)?;
+    let curves = curves(&levels, &own, tried, (clean, chance))?;
+    let other = match switched.is_empty() {
+        true => None,
+        false => {
+            let curves = self::curves(&levels, &switched, tried, (clean, chance))?;
+            let losses = curves.iter().map(|curve| curve.loss(clean)).sum::<f64>();
+            let first = case.first_repetition(name).next();
+            let own = first.map(|first| case.card(&first.key)).transpose()?;
+            Some(OtherWay {
+                is_guarded: own.is_none_or(|card| card.guard.is_none()),
+                clean: under(&levels, &switched, None)?,
+                mean_loss: losses / curves.len().max(1) as f64,
+                curves,
+            })
+        }
     };
-    let clean = under(None)?;
+    Ok(NetworkStress { folds: folds(&own), other, ..stressed(name, clean, curves) })
+}
+
+/// Scores of one network on samples that are broken so.
+fn under(levels: &Levels, answers: &[&Answer], broken: Option<(Fault, u8)>) -> Result<Score> {
+    score(levels, &answers.iter().copied().filter(|a| a.broken == broken).collect::<Vec<_>>())
+}
+
+/// Scores of one network under every fault, beside what it has on unbroken samples.
+fn curves(
+    levels: &Levels,
+    answers: &[&Answer],
+    (faults, severities): (&[Fault], &[u8]),
+    (clean, chance): (Score, f64),
+) -> Result<Vec<FaultCurve>> {
     let mut curves = vec![];
     for &fault in faults {
-        let point = |&severity: &u8| Ok((severity, under(Some((fault, severity)))?));
+        let point = |&severity: &u8| Ok((severity, under(levels, answers, Some((fault, severity)))?));
         let points: Vec<(u8, Score)> = severities.iter().map(point).collect::<Result<_>>()?;
         curves.push(FaultCurve { fault, breaks_at: breaks_at(&points, clean.accuracy, chance), points });
     }
-    let own: Vec<&Answer> = answers.iter().filter(|a| a.network == name).collect();
-    Ok(NetworkStress { folds: folds(&own), ..stressed(name, clean, curves) })
+    Ok(curves)
 }
 
 /// How the first saved fold of a network reads samples.

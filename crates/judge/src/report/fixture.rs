@@ -71,6 +71,7 @@ fn stress() -> Value {
         json!({
             "network": name, "clean": score(clean), "curves": [curve("noise", 1.0), curve("gain", 10.0)],
             "mean_loss": 16.5, "worst_loss": 30.0, "corruption_error": 87.5, "relative_corruption_error": null,
+            "other": {"is_guarded": true, "clean": score(clean - 0.5), "curves": [curve("noise", 1.0), curve("gain", 4.0)], "mean_loss": 7.5},
             "calibration_error": 0.25, "verdict": format!("breaks first under {HOSTILE}"),
         })
     };
@@ -78,6 +79,7 @@ fn stress() -> Value {
     json!({
         "seed": 3, "samples": 40, "of": 120, "range": {"low": 0.0, "high": 1023.0, "from_samples": false}, "chance": 33.3,
         "reference": "k-nn", "faults": [fault(Fault::Noise), fault(Fault::Gain)], "left_out": {"shift": HOSTILE},
+        "alarms": {"samples": 40, "alarmed": 2, "replaced": 3, "elements": 5},
         "networks": (0..NETWORKS.len()).map(own).collect::<Vec<_>>(),
     })
 }

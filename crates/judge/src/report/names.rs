@@ -19,6 +19,7 @@ pub(super) mod table {
     pub const FAULT_LOSSES: &str = "fault-losses";
     pub const FEW_SAMPLES: &str = "few-samples";
     pub const FOLDS: &str = "folds";
+    pub const GUARD: &str = "guard";
     pub const HARDENING: &str = "hardening";
     pub const NETWORKS: &str = "networks";
     pub const OPEN: &str = "open";

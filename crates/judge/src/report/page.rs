@@ -194,6 +194,10 @@ impl Parts<'_> {
                 (hardening)
                 (self.table(tables::UNMET).unwrap_or_default())
             }
+            @if let Some(guard) = self.table(tables::GUARD) {
+                h3 { "Behind a guard" }
+                (guard)
+            }
             (self.chart(charts::FAULT_LOSSES, tables::FAULT_LOSSES).unwrap_or_default())
             (self.table(tables::BREAKING_POINTS).unwrap_or_default())
             (self.chart(charts::FAULT_CURVES, tables::FAULT_CURVES).unwrap_or_default())

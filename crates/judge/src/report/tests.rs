@@ -216,6 +216,19 @@ fn markdown_has_as_many_cells_in_each_row_as_in_its_head() {
 }
 
 #[test]
+fn networks_stand_without_a_guard_beside_with_one() {
+    let table = file(whole(), "tables/guard.md");
+    let row = "| small-1d | 91.2 → 90.8 | 16.5 → 7.5 | 3.0 → 3.0 | 30.0 → 12.0 |";
+    assert!(table.contains(row), "{table}");
+    let alarms = "replaced something in 2 of 40 (5.0 %), 1.5 of 5 channels or taxels each on average";
+    assert!(table.contains(alarms), "{table}");
+    assert!(file(whole(), "report.html").contains("<h3>Behind a guard</h3>"));
+    let mut own = judgement();
+    own.stress.as_mut().unwrap().networks.iter_mut().for_each(|network| network.other = None);
+    assert!(!file(&report(&own, None, &[]).unwrap(), "report.html").contains("Behind a guard"));
+}
+
+#[test]
 fn published_and_measured_numbers_share_no_column() {
     for table in tables(&judgement(), Some(&choice()), &[claim()]).unwrap() {
         let published =

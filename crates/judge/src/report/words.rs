@@ -42,6 +42,22 @@ pub(super) fn stress_basis(stress: &Stress) -> String {
     format!("{part} test samples, full scale {} to {} ({whose}), chance {chance:.1} %", range.low, range.high)
 }
 
+/// How often guards replace anything in samples that nobody broke.
+pub(super) fn alarms(stress: &Stress) -> String {
+    match stress.alarms {
+        None => "no guard was tried".into(),
+        Some(own) => format!(
+            "in unbroken test samples guards replaced something in {} of {} ({:.1} %), {} of {} channels or taxels each \
+             on average",
+            own.alarmed,
+            own.samples,
+            100.0 * own.alarmed as f64 / own.samples.max(1) as f64,
+            super::numbers::tenth(own.replaced as f64 / own.alarmed.max(1) as f64),
+            own.elements
+        ),
+    }
+}
+
 /// A name that is safe in a file name and an anchor.
 pub(super) fn slug(text: &str) -> String {
     let keep = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };

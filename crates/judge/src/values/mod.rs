@@ -19,7 +19,9 @@ pub use example::{Example, Picture, PictureKind, Verdict};
 pub use hardening::{Change, Hardened, Unmet};
 pub use judgement::{EpochPoint, Judged, Judgement};
 pub use speed::Speed;
-pub use stress::{FaultCurve, FaultInfo, FoldLoss, NetworkStress, Score, SensorRange, Stress};
+pub use stress::{
+    Alarms, FaultCurve, FaultInfo, FoldLoss, NetworkStress, OtherWay, Score, SensorRange, Stress,
+};
 pub use survey::{ClassPictures, Survey};
 pub use sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress};
 

@@ -74,9 +74,39 @@ pub struct NetworkStress {
     pub calibration_error: f64,
     /// What the numbers say, in words.
     pub verdict: String,
+    /// The same with the guard switched the other way, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<OtherWay>,
     /// Fold by fold, for differences between two networks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub folds: Vec<FoldLoss>,
+}
+
+/// A network behind a guard whose models have none, or without the guard that its models have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OtherWay {
+    /// Whether this is with a guard.
+    pub is_guarded: bool,
+    /// On unbroken samples.
+    pub clean: Score,
+    /// In the order of [`Stress::faults`].
+    pub curves: Vec<FaultCurve>,
+    /// Accuracy lost, in percentage points, of what the models as they are have on unbroken samples
+    /// ([`NetworkStress::clean`]); mean over faults and severities.
+    pub mean_loss: f64,
+}
+
+/// What guards find in unbroken test samples, where there is nothing to find but what the recordings have themselves.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Alarms {
+    /// Test samples that they looked at, over all folds.
+    pub samples: usize,
+    /// Those in which they replaced anything.
+    pub alarmed: usize,
+    /// Channels or taxels that they replaced.
+    pub replaced: usize,
+    /// Channels or taxels of a sample.
+    pub elements: usize,
 }
 
 /// One network on one fold.
@@ -111,6 +141,9 @@ pub struct Stress {
     pub left_out: BTreeMap<String, String>,
     /// In the order of the run.
     pub networks: Vec<NetworkStress>,
+    /// What guards find in unbroken test samples; none where there are no guards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alarms: Option<Alarms>,
     /// Rows that were trained without one fault, under that fault alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmet: Vec<NetworkStress>,
@@ -130,6 +163,16 @@ impl FaultInfo {
     /// The level of a severity from 1 to 5, in [`FaultInfo::unit`].
     pub fn level(&self, severity: u8) -> f32 {
         self.levels[usize::from(severity.clamp(1, 5)) - 1]
+    }
+}
+
+impl NetworkStress {
+    /// Accuracy on unbroken samples in % and curves, without a guard and with one; none where only one way was tried.
+    pub fn sides(&self) -> Option<[(Score, &[FaultCurve], f64); 2]> {
+        let other = self.other.as_ref()?;
+        let own = (self.clean, self.curves.as_slice(), self.mean_loss);
+        let switched = (other.clean, other.curves.as_slice(), other.mean_loss);
+        Some(if other.is_guarded { [own, switched] } else { [switched, own] })
     }
 }
 

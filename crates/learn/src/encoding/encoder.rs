@@ -8,7 +8,9 @@ use taxel_data::Dataset;
 use taxel_encodings::{
     Gaf, HardnessImage, Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
 };
+use taxel_guard::Guard;
 
+use super::guarding::{fitted_guard, mended};
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use super::scale::{Scale, Scaled};
 use super::settings::{Encoding, Field, Image, Picture, SqueezeFrame};
@@ -71,6 +73,8 @@ pub struct Input {
     pub encoded: Arc<Encoded>,
     /// Time to encode one sample, in ms, averaged over all.
     pub ms_per_sample: f64,
+    /// What stands before it, where the encoding asks for it.
+    pub guard: Option<Arc<Guard>>,
 }
 
 /// The inputs of one data set.
@@ -243,7 +247,35 @@ impl<'a> Encoder<'a> {
                 Ok(Input::new(name, transform, x, start))
             }
         };
-        self.plans.iter().filter(|plan| names.contains(&plan.name())).map(fit).collect()
+        let wanted = self.plans.iter().filter(|plan| names.contains(&plan.name()));
+        let mut inputs = wanted.map(fit).collect::<Result<Vec<Input>>>()?;
+        if self.encoding.guard {
+            self.guarded(&mut inputs, train)?;
+        }
+        Ok(inputs)
+    }
+
+    /// Fits a guard to the samples in `train` and puts what it makes of all others in the place of these.
+    fn guarded(&self, inputs: &mut [Input], train: &[usize]) -> Result<()> {
+        let guard = Arc::new(fitted_guard(self.dataset, train)?);
+        let mut is_train = vec![false; self.dataset.len()];
+        train.iter().for_each(|&row| is_train[row] = true);
+        let others: Vec<usize> = (0..is_train.len()).filter(|row| !is_train[*row]).collect();
+        let (x, found) = mended(&guard, &self.dataset.x.select(Axis(0), &others));
+        let broken: Vec<usize> = (0..others.len()).filter(|at| !found[*at].is_empty()).collect();
+        let x = (!broken.is_empty()).then(|| x.select(Axis(0), &broken));
+        for input in inputs {
+            if let Some(x) = &x {
+                let own = Encoded::new(input.transform.apply(x, &self.source)?);
+                let all = Arc::make_mut(&mut input.encoded);
+                let len = all.len();
+                for (at, sample) in broken.iter().zip(own.values.chunks_exact(len.max(1))) {
+                    all.values[others[*at] * len..][..len].copy_from_slice(sample);
+                }
+            }
+            input.guard = Some(guard.clone());
+        }
+        Ok(())
     }
 }
 
@@ -259,7 +291,7 @@ impl Plan {
 impl Input {
     fn new(name: &'static str, transform: Transform, x: ArrayD<f32>, start: Instant) -> Self {
         let ms_per_sample = 1e3 * start.elapsed().as_secs_f64() / x.shape()[0].max(1) as f64;
-        Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample }
+        Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample, guard: None }
     }
 }
 

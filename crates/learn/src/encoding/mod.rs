@@ -7,6 +7,7 @@
 mod axes;
 mod compiled;
 mod encoder;
+mod guarding;
 mod names;
 mod range;
 mod scale;
@@ -16,6 +17,7 @@ mod transform;
 
 pub use compiled::Compiled;
 pub use encoder::{Encoded, Encoder, Input};
+pub use guarding::{fitted_guard, mended};
 pub use names::{IMAGE, SERIES, SIGNAL, TENSOR};
 pub use range::Range;
 pub use scale::{Scale, Scaled};

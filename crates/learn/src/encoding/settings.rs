@@ -24,6 +24,10 @@ pub struct Encoding {
     /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tensor: Option<Tensor>,
+    /// A guard before all inputs, networks and baselines alike: it is fitted on the training part of a fold, and replaces
+    /// what broken channels and taxels read in all other samples, before anything is encoded. Default false.
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
+    pub guard: bool,
 }
 
 /// The `image` input, by what it is made of.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use taxel_baselines::Method;
 use taxel_data::{Attribute, Reading, Source};
 use taxel_graph::{Graph, Loss};
+use taxel_guard::Guard;
 
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Scores};
@@ -39,6 +40,9 @@ pub struct Card {
     pub anatomy: Anatomy,
     /// One raw sample: layout, shape, unit, rate, full scale.
     pub reading: Reading,
+    /// What finds and replaces broken channels and taxels of raw samples, before anything else; none without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guard: Option<Guard>,
     /// How raw samples become inputs, everything fitted included; in the order of the network's inputs.
     pub inputs: Vec<ModelInput>,
     /// What it answers: one attribute called `class`, or several.
@@ -196,6 +200,9 @@ impl fmt::Display for Card {
         }
         if !topics.is_empty() {
             line(f, "topics", topics.join(" + "))?;
+        }
+        if let Some(guard) = &self.guard {
+            line(f, "guard", guard.words())?;
         }
         let inputs: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
         line(f, "inputs", inputs.join(" + "))?;

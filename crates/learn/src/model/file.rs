@@ -150,6 +150,11 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
         let (layout, shape) = (card.reading.layout, &card.reading.shape);
         return refuse(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
     }
+    let guarded =
+        card.guard.as_ref().map_or(Ok(()), |own| own.check(card.reading.layout, &card.reading.shape));
+    if let Err(reason) = guarded {
+        return refuse(format!("its card does not hold together: {reason}"));
+    }
     match &card.anatomy {
         Anatomy::Network { graph, batch, .. } => {
             if let Err(error) = weights.check(graph) {

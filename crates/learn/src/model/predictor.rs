@@ -1,15 +1,17 @@
 //! A model ready to answer: raw samples in, probabilities out.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use ndarray::{ArrayD, Axis};
 use taxel_graph::{Loss, Weights};
+use taxel_guard::{Found, Guard, Watch};
 
 use super::card::{Anatomy, Card, ModelInput};
 use super::predictions::Predictions;
 use super::workspace::{Memory, Workspace};
 use crate::baseline::FittedBaseline;
-use crate::encoding::Transform;
+use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
 use crate::objective::probabilities;
 use crate::responder::Responder;
@@ -19,6 +21,7 @@ use crate::responder::Responder;
 /// [`Predictor::encode`] and [`Predictor::answer`] are the two halves of [`Predictor::predict`].
 pub struct Predictor {
     card: Card,
+    guard: Option<Arc<Guard>>,
     outputs: usize,
     method: Method,
 }
@@ -41,7 +44,42 @@ impl Predictor {
                 Method::Baseline(read.map_err(refuse)?)
             }
         };
-        Ok(Predictor { outputs: card.levels().outputs(), card: card.clone(), method })
+        let guard = card.guard.clone().map(Arc::new);
+        Ok(Predictor { outputs: card.levels().outputs(), card: card.clone(), guard, method })
+    }
+
+    /// The same with another guard, or without one, whatever the model's card says.
+    ///
+    /// # Errors
+    /// A guard of other samples than the model reads.
+    pub fn guarded(self, guard: Option<Arc<Guard>>) -> Result<Self> {
+        let Card { reading, name, .. } = &self.card;
+        let fits = guard.as_ref().map_or(Ok(()), |own| own.check(reading.layout, &reading.shape));
+        match fits {
+            Ok(()) => Ok(Predictor { guard, ..self }),
+            Err(given) => {
+                let expected = format!("a guard of samples of shape {:?}", reading.shape);
+                Err(Error::Samples { model: name.clone(), expected, given })
+            }
+        }
+    }
+
+    /// What stands before the inputs, if anything does.
+    pub fn guard(&self) -> Option<&Guard> {
+        self.guard.as_deref()
+    }
+
+    /// What the guard finds in raw samples `[n, ..]`, one list for each; nothing without a guard.
+    ///
+    /// # Errors
+    /// As [`Predictor::encode`], but that nothing is encoded.
+    pub fn found(&self, x: &ArrayD<f32>) -> Result<Vec<Vec<Found>>> {
+        let x = &*self.kept(x);
+        self.check(x)?;
+        Ok(match &self.guard {
+            Some(guard) => mended(guard, x).1,
+            None => vec![vec![]; x.len_of(Axis(0))],
+        })
     }
 
     /// What the model says about itself.
@@ -54,8 +92,12 @@ impl Predictor {
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
     pub fn encode(&self, x: &ArrayD<f32>) -> Result<Vec<ArrayD<f32>>> {
-        let x = &*self.kept(x);
-        self.check(x)?;
+        let kept = self.kept(x);
+        self.check(&kept)?;
+        let x = match &self.guard {
+            Some(guard) => &mended(guard, &kept).0,
+            None => &*kept,
+        };
         let inputs = self.card.inputs.iter();
         inputs
             .map(|ModelInput { transform, .. }| match encoded(transform, x, &self.card.name) {
@@ -77,7 +119,8 @@ impl Predictor {
             Method::Network { responder, .. } => Memory::Network(Box::new(responder.frozen().workspace())),
             Method::Baseline(baseline) => Memory::Baseline(baseline.workspaces()),
         };
-        Ok(Workspace::new(encoders.collect::<Result<_>>()?, memory, self.outputs))
+        let watch = self.guard.clone().map(Watch::new);
+        Ok(Workspace::new(watch, encoders.collect::<Result<_>>()?, memory, self.outputs))
     }
 
     /// Probabilities of one raw reading, row-major, of the shape that the card states: those of [`Predictor::predict`],
@@ -99,7 +142,12 @@ impl Predictor {
         if reading.len() != shape.iter().product::<usize>() {
             return Err(self.refuse(format!("this one has {} values", reading.len())));
         }
-        for (encoder, input) in workspace.encoders.iter_mut().zip(&mut workspace.inputs) {
+        let Workspace { guard, encoders, inputs, .. } = workspace;
+        let reading = match guard {
+            Some(own) => own.mend(reading),
+            None => reading,
+        };
+        for (encoder, input) in encoders.iter_mut().zip(inputs) {
             encoder.encode(reading, input)?;
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! What one thread needs to ask a model reading by reading.
 
+use taxel_guard::{Found, Watch};
 use taxel_runtime as runtime;
 
 use crate::encoding::Compiled;
@@ -7,12 +8,28 @@ use crate::encoding::Compiled;
 /// What one thread needs to ask a [`Predictor`](super::Predictor), which makes it: memory for all inputs and values,
 /// allocated once.
 pub struct Workspace {
+    pub(super) guard: Option<Mended>,
     pub(super) encoders: Vec<Compiled>,
     /// Of the last reading.
     pub(super) inputs: Vec<Vec<f32>>,
     pub(super) memory: Memory,
     /// Of the last answer.
     pub(super) probabilities: Vec<f32>,
+}
+
+/// A guard, and the last reading as it hands it on.
+pub(super) struct Mended {
+    watch: Watch,
+    reading: Vec<f32>,
+}
+
+impl Mended {
+    /// What becomes of a reading of the guard's shape.
+    pub fn mend(&mut self, reading: &[f32]) -> &[f32] {
+        self.reading.copy_from_slice(reading);
+        self.watch.mend(&mut self.reading);
+        &self.reading
+    }
 }
 
 /// Memory of a kind of model.
@@ -23,9 +40,18 @@ pub(super) enum Memory {
 }
 
 impl Workspace {
-    pub(super) fn new(encoders: Vec<Compiled>, memory: Memory, outputs: usize) -> Self {
+    pub(super) fn new(watch: Option<Watch>, encoders: Vec<Compiled>, memory: Memory, outputs: usize) -> Self {
         let input = |encoder: &Compiled| vec![0.0; encoder.shape().iter().product()];
         let inputs = encoders.iter().map(input).collect();
-        Workspace { encoders, inputs, memory, probabilities: vec![0.0; outputs] }
+        let guard = watch.map(|watch| {
+            let reading = vec![0.0; watch.guard().shape().iter().product()];
+            Mended { reading, watch }
+        });
+        Workspace { guard, encoders, inputs, memory, probabilities: vec![0.0; outputs] }
+    }
+
+    /// What the guard found in the last reading; nothing without a guard.
+    pub fn found(&self) -> &[Found] {
+        self.guard.as_ref().map_or(&[], |own| own.watch.found())
     }
 }

@@ -44,6 +44,10 @@ pub struct Fit {
     /// A config value by its dotted key: train.epochs=20.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Puts a guard before the model, as encoding.guard = true in the config: it finds broken channels and taxels of raw
+    /// recordings and replaces what they read by what the training recordings expect.
+    #[arg(long)]
+    guard: bool,
     /// A seed in place of the config's.
     #[arg(long)]
     seed: Option<u64>,
@@ -106,7 +110,8 @@ impl Fit {
     }
 
     fn overrides(&self) -> Overrides {
-        let set = self.set.iter().cloned().chain(self.reading.sets()).collect();
+        let guard = self.guard.then(|| "encoding.guard=true".to_string());
+        let set = self.set.iter().cloned().chain(self.reading.sets()).chain(guard).collect();
         Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None }
     }
 
@@ -151,7 +156,7 @@ impl Fit {
             folder.finished(&dataset)?;
         }
         // A score belongs to the recordings and the recipe that it was measured with.
-        let same = dataset.digest == results.data_digest && !self.quick && self.set.is_empty();
+        let same = dataset.digest == results.data_digest && !self.quick && self.set.is_empty() && !self.guard;
         let score = own.filter(|_| same).and_then(|own| results.score(&own.network));
         Ok(Work { experiment, dataset, name, score })
     }

@@ -8,6 +8,7 @@ pub mod encode;
 pub mod export;
 pub mod fit;
 pub mod forward;
+mod guarding;
 pub mod import;
 pub mod inspect;
 mod interrupt;

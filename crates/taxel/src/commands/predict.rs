@@ -11,6 +11,7 @@ use taxel::{Length, Model, Options, Predictions};
 
 use crate::Outcome;
 use crate::arrays::write;
+use crate::commands::guarding::Mended;
 use crate::commands::reading::{Reading, with_option_hint};
 use crate::text;
 
@@ -24,7 +25,8 @@ use crate::text;
 ///
 /// table prints sample, class and probability; csv has a row per sample with every probability; json one object
 /// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs], of windows `recording`
-/// and `start` [N] too.
+/// and `start` [N] too. Behind a guard `replaced` says which channels or taxels of each sample it took for broken; csv
+/// and npz count them.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel predict model.safetensors recordings.npz
            taxel predict model.safetensors press.csv
@@ -42,6 +44,9 @@ pub struct Predict {
     output: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
+    /// Leaves the model's guard out, if it has one: broken channels and taxels are answered as they read.
+    #[arg(long)]
+    no_guard: bool,
     /// Caps all threads [default: all cores]; answers do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
@@ -63,6 +68,8 @@ struct Answered<'a> {
     predictions: &'a Predictions,
     /// Right names, where the recordings bear any.
     truth: Option<&'a [Vec<String>]>,
+    /// What the guard of the model found.
+    mended: Option<&'a Mended>,
 }
 
 impl Predict {
@@ -79,19 +86,30 @@ impl Predict {
             length: self.length(&card.reading)?,
             topics: self.topics(&card.reading)?,
             table: self.table(&card.reading),
+            stamped: card.reading.recorded_rate(),
             ..self.reading.options()
         };
         let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
         let Recordings { x, origins, starts, truth, .. } =
             recordings(&self.data, &options, card.reading.layout.rank())
                 .map_err(|e| with_option_hint(e, to))?;
-        let predictions = model
-            .predictor(card.batch(), super::threads(self.threads))?
-            .predict(&x)
-            .map_err(|e| format!("{}: {e}", self.data.display()))?;
+        let mut predictor = model.predictor(card.batch(), super::threads(self.threads))?;
+        if self.no_guard {
+            predictor = predictor.guarded(None)?;
+        }
+        let refuse = |e| format!("{}: {e}", self.data.display());
+        let predictions = predictor.predict(&x).map_err(refuse)?;
+        let mended = match predictor.guard() {
+            Some(guard) => Some(Mended::new(guard.clone(), predictor.found(&x).map_err(refuse)?)),
+            None => None,
+        };
         let (starts, truth) = (starts.as_deref(), truth.as_deref());
-        let answered = Answered { origins: &origins, starts, predictions: &predictions, truth };
+        let mended = mended.as_ref();
+        let answered = Answered { origins: &origins, starts, predictions: &predictions, truth, mended };
         self.write(&answered)?;
+        if let Some(line) = mended.and_then(Mended::summary) {
+            eprintln!("{line}");
+        }
         if let Some(line) = answered.score() {
             let seen = if self.was_trained_on(card, options) {
                 "; the model was trained on these recordings: of new ones that says nothing"
@@ -208,6 +226,7 @@ impl Answered<'_> {
                 header.push("true".into());
             }
         }
+        header.extend(self.mended.map(|_| "replaced".to_string()));
         let row = |i: usize| {
             let mut cells = vec![self.origins[i].clone()];
             cells.extend(self.starts.map(|starts| starts[i].to_string()));
@@ -215,6 +234,7 @@ impl Answered<'_> {
                 cells.extend([answer.class.to_string(), format!("{:.3}", answer.probability)]);
                 cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
             }
+            cells.extend(self.mended.map(|mended| mended.words(i)));
             cells
         };
         let rows: Vec<Vec<String>> = (0..self.predictions.len()).map(row).collect();
@@ -228,7 +248,8 @@ impl Answered<'_> {
         let attributes = self.predictions.attributes.iter().map(|own| own.name.clone());
         let outputs = self.outputs().into_iter().map(|name| format!("p({name})"));
         let start = self.starts.map(|_| "start".to_string());
-        let columns = start.into_iter().chain(attributes).chain(outputs);
+        let replaced = self.mended.map(|_| "replaced".to_string());
+        let columns = start.into_iter().chain(attributes).chain(outputs).chain(replaced);
         let mut grid = columns.fold(Grid::new().left("sample"), Grid::left);
         let width = self.predictions.outputs();
         for i in 0..self.predictions.len() {
@@ -237,7 +258,8 @@ impl Answered<'_> {
             let cells = answers.iter().map(|answer| answer.class.to_string());
             let start = self.starts.map(|starts| starts[i].to_string());
             let sample = [self.origins[i].clone()].into_iter().chain(start);
-            grid.row(sample.chain(cells).chain(own.iter().map(f32::to_string)));
+            let replaced = self.mended.map(|mended| mended.count(i).to_string());
+            grid.row(sample.chain(cells).chain(own.iter().map(f32::to_string)).chain(replaced));
         }
         grid.csv()
     }
@@ -258,6 +280,9 @@ impl Answered<'_> {
             if let Some(starts) = self.starts {
                 answer["start"] = json!(starts[i]);
             }
+            if let Some(mended) = self.mended {
+                answer["replaced"] = mended.json(i);
+            }
             answer
         };
         let all = json!({
@@ -274,6 +299,10 @@ impl Answered<'_> {
         let shape = if attributes.len() == 1 { vec![n] } else { vec![n, attributes.len()] };
         npz.add("predicted", &shape, labels)?;
         npz.add("probabilities", &[n, self.predictions.outputs()], probabilities)?;
+        if let Some(mended) = self.mended {
+            let replaced: Vec<i64> = (0..n).map(|i| mended.count(i) as i64).collect();
+            npz.add("replaced", &[n], &replaced)?;
+        }
         if let Some(starts) = self.starts {
             let starts: Vec<i64> = starts.iter().map(|start| *start as i64).collect();
             npz.add("start", &[n], &starts)?;

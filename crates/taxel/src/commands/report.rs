@@ -35,6 +35,9 @@ pub struct Report {
     /// At most so many test samples of each network under faults.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     samples: usize,
+    /// Asks each network with a guard before it too, as `taxel stress --guard`.
+    #[arg(long)]
+    guard: bool,
     /// Measures anew, also where judgement.json is there.
     #[arg(long)]
     again: bool,
@@ -49,8 +52,11 @@ pub struct Report {
 impl Report {
     pub fn run(self) -> Outcome {
         leave_with("stopped; runs that were measured have a judgement.json: the same command goes on")?;
-        let stress = (!self.no_stress)
-            .then(|| StressOptions { samples: self.samples.max(1), ..stress_options(self.threads) });
+        let stress = (!self.no_stress).then(|| StressOptions {
+            samples: self.samples.max(1),
+            guard: self.guard,
+            ..stress_options(self.threads)
+        });
         let mut judged = vec![];
         for run in &self.run {
             let case = open(run)?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::judge::{Stress as Outcomes, StressOptions, stress};
+use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, stress};
 use taxel::learn::{IndicatifProgress, Progress};
 use taxel_faults::Fault;
 
@@ -33,6 +33,10 @@ pub struct Stress {
     /// At most so many test samples of each network.
     #[arg(long, default_value_t = 1000)]
     samples: usize,
+    /// Asks each network with a guard before it too, fitted on the training samples of each fold (of models that have one:
+    /// without it too), and counts its false alarms.
+    #[arg(long)]
+    guard: bool,
     /// Prints everything as one JSON object.
     #[arg(long)]
     json: bool,
@@ -47,6 +51,7 @@ impl Stress {
             faults: self.fault,
             severity: self.severity,
             samples: self.samples.max(1),
+            guard: self.guard,
             ..stress_options(self.threads)
         };
         leave_with("stopped; nothing was written: the same command begins again")?;
@@ -97,6 +102,7 @@ fn print(outcomes: &Outcomes) {
         .collect();
     let right: Vec<usize> = (1..header.len()).collect();
     print!("{}", text::table(&header, &rows, &right));
+    print_guarded(outcomes);
     if let Some(reference) = &outcomes.reference {
         println!("\nmCE: errors relative to {reference}'s, mean over faults; below 100 is steadier than it");
     }
@@ -107,4 +113,35 @@ fn print(outcomes: &Outcomes) {
     for network in &outcomes.networks {
         println!("{}: {}", network.network, network.verdict);
     }
+}
+
+/// Every network without a guard and with one.
+fn print_guarded(outcomes: &Outcomes) {
+    let Some(alarms) = outcomes.alarms.filter(|_| outcomes.networks.iter().any(|own| own.other.is_some()))
+    else {
+        return;
+    };
+    println!("\nwithout a guard > with one, points lost of the clean accuracy as saved");
+    let mut header = vec!["network", "clean %", "mean"];
+    header.extend(outcomes.faults.iter().map(|about| about.fault.name()));
+    let both = |[off, on]: [f64; 2]| format!("{off:.1} > {on:.1}");
+    let row = |network: &NetworkStress| {
+        let sides = network.sides()?;
+        let mut row = vec![
+            network.network.clone(),
+            both(sides.map(|(clean, ..)| clean.accuracy)),
+            both(sides.map(|(.., loss)| loss)),
+        ];
+        let losses = sides
+            .map(|(_, curves, _)| curves.iter().map(|curve| curve.loss(network.clean)).collect::<Vec<_>>());
+        row.extend(losses[0].iter().zip(&losses[1]).map(|(off, on)| both([*off, *on])));
+        Some(row)
+    };
+    let rows: Vec<Vec<String>> = outcomes.networks.iter().filter_map(row).collect();
+    let right: Vec<usize> = (1..header.len()).collect();
+    print!("{}", text::table(&header, &rows, &right));
+    let Alarms { samples, alarmed, replaced, elements } = alarms;
+    println!(
+        "false alarms: in {alarmed} of {samples} clean test samples, {replaced} channels or taxels of {elements} a sample"
+    );
 }

@@ -3,6 +3,7 @@
 mod costs;
 mod evidence;
 mod faults;
+mod guard;
 mod hardening;
 mod scores;
 mod table;
@@ -41,6 +42,7 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[C
             faults::losses(stress),
             faults::curves(stress),
             faults::kinds(stress),
+            guard::guard(stress),
         ]);
     }
     let hardened = crate::decide::hardening(judgement)?;

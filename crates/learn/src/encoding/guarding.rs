@@ -1,0 +1,37 @@
+//! The guard on the samples of a data set.
+
+use std::sync::Arc;
+
+use ndarray::{ArrayD, Axis};
+use taxel_data::Dataset;
+use taxel_guard::{Facts, Found, Guard, Watch};
+
+use crate::error::Result;
+use crate::problem::Problem;
+
+/// A guard fitted on some samples of a data set, of which it learns full scale and rest where they are known.
+///
+/// # Errors
+/// Rest values in another number than there are channels.
+///
+/// # Panics
+/// For a row that the data set has not.
+pub fn fitted_guard(dataset: &Dataset, train: &[usize]) -> Result<Guard> {
+    let reading = &dataset.reading;
+    let facts = Facts { full_scale: reading.full_scale, rest: reading.rest.as_deref() };
+    let x = dataset.x.select(Axis(0), train);
+    let refuse = |e: taxel_guard::Error| Problem::new("encoding.guard", "true", e.to_string()).into();
+    Guard::fit(x.view(), reading.layout, &facts).map_err(refuse)
+}
+
+/// Raw samples `[n, ..]` of the guard's shape as it hands them on, and what it found in each.
+pub fn mended(guard: &Arc<Guard>, x: &ArrayD<f32>) -> (ArrayD<f32>, Vec<Vec<Found>>) {
+    let mut watch = Watch::new(guard.clone());
+    let mut x = x.as_standard_layout().into_owned();
+    let each = guard.shape().iter().product::<usize>().max(1);
+    let mut found = vec![];
+    if let Some(values) = x.as_slice_mut() {
+        found = values.chunks_exact_mut(each).map(|sample| watch.mend(sample).to_vec()).collect();
+    }
+    (x, found)
+}
