@@ -49,6 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("trainer", &["baselines", "checkpoint", "data", "graph", "learn", "names", "scenes", "zoo"]),
     ("judge", &["data", "encodings", "files", "learn", "scenes", "seed"]),
+    ("stream", &["data", "encodings", "learn"]),
     ("sweep", &["data", "files", "judge", "learn", "seed", "trainer", "zoo"]),
     (
         "taxel",
@@ -64,6 +65,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "learn",
             "runtime",
             "scenes",
+            "stream",
             "sweep",
             "trainer",
             "zoo",
