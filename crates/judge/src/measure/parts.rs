@@ -12,14 +12,14 @@ use crate::case::Case;
 use crate::error::{Error, Result};
 
 /// Samples that a network answers at a time.
-const BATCH: usize = 64;
+pub(super) const BATCH: usize = 64;
 
 /// Rows of the data set that a fold tests, with the models that have not seen them.
 pub(super) struct Part {
     pub fold: usize,
     pub rows: Vec<usize>,
     pub truth: Vec<u32>,
-    keys: Vec<FoldKey>,
+    pub keys: Vec<FoldKey>,
 }
 
 impl Part {
@@ -197,7 +197,11 @@ fn corrupt(
 
 /// Probabilities of `broken` samples, and which of them cannot be encoded; the clean ones stand in for
 /// those, so that the others still make a batch.
-fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<(Vec<f32>, Vec<usize>)> {
+pub(super) fn ask(
+    predictor: &Predictor,
+    clean: &ArrayD<f32>,
+    broken: &ArrayD<f32>,
+) -> Result<(Vec<f32>, Vec<usize>)> {
     if let Ok(inputs) = predictor.encode(broken) {
         return Ok((predictor.answer(&inputs)?, vec![]));
     }
