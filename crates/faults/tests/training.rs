@@ -98,7 +98,7 @@ fn settings_outside_their_range_are_refused_by_name() {
     assert!(matches!(own.plan(Layout::Series), Err(Error::Fault { fault: "shift", .. })));
     let own = TrainingFaults { kinds: vec![Fault::Noise], without: vec![Fault::Noise], ..Default::default() };
     assert!(refused(own).starts_with("without = "));
-    let mut image = ndarray::ArrayD::zeros(vec![5]);
+    let mut image = ArrayD::zeros(vec![5]);
     let plan = TrainingFaults::default().plan(Layout::Series).unwrap();
     assert!(plan.apply(image.view_mut(), &sensor(), 0, "x", 3).is_err());
 }
