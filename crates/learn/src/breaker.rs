@@ -3,6 +3,7 @@
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
 use taxel_faults::{Plan, Sensor, TrainingFaults};
+use taxel_guard::Watch;
 
 use crate::encoding::{Compiled, Input};
 use crate::error::Result;
@@ -17,6 +18,8 @@ pub(crate) struct Breaker<'a> {
     dataset: &'a Dataset,
     part: Part,
     encoders: Vec<Compiled>,
+    /// What will stand before the network stands before its training.
+    guard: Option<Watch>,
     /// Room for one raw sample.
     sample: ArrayD<f32>,
 }
@@ -42,7 +45,16 @@ impl<'a> Breaker<'a> {
         let encoders =
             inputs.iter().map(|input| input.transform.compile(shape, &source)).collect::<Result<Vec<_>>>()?;
         let sensor = sensor(dataset, rows).sensor;
-        Ok(Some(Breaker { plan, sensor, dataset, part, encoders, sample: ArrayD::zeros(shape.as_slice()) }))
+        let guard = inputs.first().and_then(|input| input.guard.clone()).map(Watch::new);
+        Ok(Some(Breaker {
+            plan,
+            sensor,
+            dataset,
+            part,
+            encoders,
+            guard,
+            sample: ArrayD::zeros(shape.as_slice()),
+        }))
     }
 
     /// Puts `rows`, drawn anew for `occasion`, into `batches`, one for each input, which hold them unbroken.
@@ -58,6 +70,9 @@ impl<'a> Breaker<'a> {
             let broken = self.plan.apply(self.sample.view_mut(), &self.sensor, self.part.seed, &purpose, row);
             if broken.map_err(fault_problem)? == 0 {
                 continue;
+            }
+            if let (Some(guard), Some(sample)) = (&mut self.guard, self.sample.as_slice_mut()) {
+                guard.mend(sample);
             }
             let mut kept = vec![];
             for (encoder, batch) in self.encoders.iter_mut().zip(batches.iter_mut()) {

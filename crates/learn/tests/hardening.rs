@@ -153,3 +153,15 @@ fn what_cannot_be_met_is_refused_before_anything_is_trained() {
     assert_eq!(error, "faults.copies = 1000: must be in 1..=100");
     assert!(matches!(baseline.estimator, Estimator::Baseline { .. }));
 }
+
+#[test]
+fn a_guard_stands_before_the_training_as_before_the_answer() {
+    let dataset = presses(30, 20);
+    let faults = TrainingFaults { kinds: vec![Fault::Stuck], probability: 1.0, ..Default::default() };
+    let own = Candidate::baseline(Method::NearestNeighbours { k: 1 }).hardened(&faults, None);
+    let guarded: Encoding = serde_json::from_value(json!({ "guard": true })).unwrap();
+    // What the baseline keeps: full scale where a channel was stuck, unless a guard has replaced it.
+    let kept = |encoding: &Encoding| fit(&own, &dataset, encoding).unwrap().weights().clone();
+    let (without, with) = (kept(&Encoding::default()), kept(&guarded));
+    assert_ne!(without, with);
+}
