@@ -54,7 +54,7 @@ impl Guard {
             shape,
             samples: count,
             // A range of nothing but zeros has no width; any will do.
-            range: [low, if high > low { high } else { low + 1.0 }],
+            range: [low, if high > low { high } else { low + low.abs().max(1.0) }],
             constant: (0..places.elements).filter(|&element| seen.is_constant(element)).collect(),
             mean: seen.mean.iter().map(|mean| *mean as f32).collect(),
             rest,
@@ -157,6 +157,7 @@ fn scale(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) ->
     };
     each(guard, places, links, values, take, || {});
     let least = 1e-6 * (f64::from(guard.range[1]) - f64::from(guard.range[0]));
+    let least = least.max(f64::from(f32::MIN_POSITIVE));
     let root = |(square, count): (&f64, &usize)| {
         (square / (*count).max(1) as f64).sqrt().clamp(least, f64::from(f32::MAX)) as f32
     };

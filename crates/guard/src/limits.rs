@@ -1,8 +1,8 @@
-//! The numbers behind every decision of a guard. None was tuned on test samples.
+//! The numbers behind every decision of a guard.
 
 /// How far beyond anything that training has seen a residual must lie, as a factor. New clean samples go beyond the
-/// largest of n windows by chance, once in n on average; a quarter more they hardly ever do: on held-out training
-/// samples of five recorded sets 0 to 1.3 % had an alarm with it, up to 4 % without.
+/// largest of n windows by chance, once in n on average; a quarter more they hardly ever do: of a random fifth held out of
+/// five recorded sets 0 to 1.3 % had an alarm with it, up to 4 % without.
 pub const MARGIN: f64 = 1.25;
 
 /// The share of training samples whose largest residual stays below the bound that all elements share: a sample has

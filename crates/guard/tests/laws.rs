@@ -122,7 +122,10 @@ proptest! {
         let mut broken = clean.clone();
         prop_assert!(watch.mend(&mut broken).is_empty());
         broken[taxel] = 255.0;
-        prop_assume!(clean[taxel] < 100.0);
+        if clean[taxel] >= 100.0 {
+            // Pressed hard it reads much the same.
+            return Ok(());
+        }
         let found = watch.mend(&mut broken).to_vec();
         prop_assert_eq!(found.iter().map(|own| own.element).collect::<Vec<_>>(), [taxel]);
         prop_assert!((broken[taxel] - clean[taxel]).abs() < 60.0);
