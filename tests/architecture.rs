@@ -67,6 +67,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["baselines", "checkpoint", "data", "faults", "graph", "learn", "names", "onnx", "scenes", "zoo"],
     ),
     ("judge", &["data", "faults", "files", "learn"]),
+    ("stream", &["data", "encodings", "learn"]),
     ("sweep", &["data", "files", "judge", "learn", "seed", "trainer", "zoo"]),
     (
         "taxel",
@@ -84,6 +85,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "onnx",
             "runtime",
             "scenes",
+            "stream",
             "sweep",
             "trainer",
             "zoo",

@@ -166,17 +166,12 @@ impl Piece<'_> {
 
     fn pad(&mut self, value: Padding, out: &mut Vec<f32>) {
         let (outer, inner) = self.around;
-        let kept = self.length.min(self.to);
+        let (kept, first) = (self.length.min(self.to), out.len());
         for o in 0..outer {
-            let own = &self.own[o * self.length * inner..][..kept * inner];
-            out.extend_from_slice(own);
-            for _ in kept..self.to {
-                match value {
-                    Padding::Zero => out.extend(std::iter::repeat_n(0.0, inner)),
-                    Padding::Edge => out.extend_from_slice(&own[(kept - 1) * inner..]),
-                }
-            }
+            out.extend_from_slice(&self.own[o * self.length * inner..][..kept * inner]);
+            out.resize(first + (o + 1) * self.to * inner, 0.0);
         }
+        value.fill(&mut out[first..], self.around, kept);
     }
 
     /// Time `j` lies at `j · step` readings; a reading counts by its distance, 1 at none and 0 from one step

@@ -101,6 +101,25 @@ pub struct NotALength {
     text: String,
 }
 
+impl Padding {
+    /// Fills up a sample of which the first `known` readings along time are there. `before` and `after` are the numbers
+    /// of its values before and after the time axis, in row-major order. Nothing is allocated.
+    pub fn fill(self, sample: &mut [f32], (before, after): (usize, usize), known: usize) {
+        let each = sample.len() / before.max(1);
+        for own in sample.chunks_exact_mut(each.max(1)) {
+            let from = (known * after).min(own.len());
+            match self {
+                Self::Edge if from > 0 => {
+                    for at in from..own.len() {
+                        own[at] = own[at - after];
+                    }
+                }
+                Self::Zero | Self::Edge => own[from..].fill(0.0),
+            }
+        }
+    }
+}
+
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

@@ -128,7 +128,7 @@ pub use lengths::Lengths;
 pub use load::{Survey, check, check_with, load, survey};
 pub use options::{Drop, Limits, Options};
 pub use reading::Reading;
-pub use recordings::{Recordings, are_bags, are_images, recordings};
+pub use recordings::{Recording, Recordings, are_bags, are_images, recordings, whole_recordings};
 pub use shortcut::{Carrier, Shortcut};
 pub use source::{Source, SourceKind};
 pub use split::{

@@ -1,6 +1,6 @@
 //! What one raw sample is.
 
-use crate::length::Length;
+use crate::length::{Length, Padding};
 use crate::table_options::TableOptions;
 use serde::{Deserialize, Serialize};
 use taxel_encodings::Layout;
@@ -65,5 +65,25 @@ impl Reading {
     pub fn recorded_rate(&self) -> Option<f64> {
         let is_resampled = matches!(self.length, Some(Length::Resample { .. }));
         self.stamped.or(self.rate.filter(|_| !is_resampled))
+    }
+
+    /// Values of a sample before its time axis, readings along it, and values after it, in row-major order: a reading is
+    /// the values before times those after. Of a sample without time all values are one reading.
+    pub fn around_time(&self) -> (usize, usize, usize) {
+        match self.layout.time_axis() {
+            Some(axis) if axis < self.shape.len() => {
+                let (before, from) = self.shape.split_at(axis);
+                (before.iter().product(), from[0], from[1..].iter().product())
+            }
+            _ => (1, 1, self.shape.iter().product()),
+        }
+    }
+
+    /// What a sample is filled up with of which only the start is known: as its own rule does, else zeros.
+    pub fn padding(&self) -> Padding {
+        match self.length {
+            Some(Length::Pad { value, .. }) => value,
+            _ => Padding::default(),
+        }
     }
 }

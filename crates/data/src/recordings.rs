@@ -48,23 +48,8 @@ pub struct Recordings {
 /// As [`load`](crate::load), labels left aside: classes may be missing, and more may be there than a model knows.
 /// A recording without a window.
 pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordings> {
-    let (mut raw, is_labelled) = match batch(path, options, rank)? {
-        Some(raw) => raw,
-        None => open(path, options, rank)?,
-    };
-    raw = refuse_topics(raw, options)?;
-    settle(&mut raw, options);
-    let chosen = channels(&raw, options)?;
-    let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len());
-    let x = std::mem::take(&mut raw.x);
-    let all: Vec<usize> = (0..x.len()).collect();
-    let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, x.sample_shape());
-    let x = match time {
-        Some(axis) => x.without_padding(axis),
-        None => x,
-    };
-    refuse_channels(&raw, &x, time, chosen.as_deref())?;
-    let (x, windows) = one_length(&raw, x.select(&all, chosen.as_deref()), time, options)?;
+    let Read { raw, x, time, truth } = read(path, options, rank)?;
+    let (x, windows) = one_length(&raw, x, time, options)?;
     let Some(windows) = windows else {
         return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth });
     };
@@ -76,6 +61,31 @@ pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordi
         name: raw.name,
         x,
     })
+}
+
+/// One recording, as long as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Where it comes from: its file, or `x[17]`.
+    pub origin: String,
+    /// Lengths of its axes, in the order of its layout.
+    pub shape: Vec<usize>,
+    /// Its values, row-major.
+    pub values: Vec<f32>,
+}
+
+/// Reads what [`recordings`] does and leaves every recording as long as it is: [`Options::length`] has no part in it.
+///
+/// # Errors
+///
+/// As [`recordings`].
+pub fn whole_recordings(path: &Path, options: &Options, rank: usize) -> Result<Vec<Recording>> {
+    let Read { raw, x, .. } = read(path, options, rank)?;
+    let one = |(at, own): (usize, &[f32])| {
+        let origin = raw.origins[at].clone();
+        Recording { origin, shape: x.shape_of(at), values: own.to_vec() }
+    };
+    Ok(x.each().enumerate().map(one).collect())
 }
 
 /// Whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.
@@ -98,6 +108,37 @@ fn hold(path: &Path, kind: Kind, levels: usize) -> bool {
         all.into_iter().any(|path| hold(&path, kind, levels - 1))
     };
     levels > 0 && !path.join(DATA).is_file() && list(path).is_ok_and(below)
+}
+
+/// What is at a path, its recordings as long as they are.
+struct Read {
+    raw: Raw,
+    x: Ragged,
+    /// Their axis of time.
+    time: Option<usize>,
+    /// Names of each recording's classes, where they are known.
+    truth: Option<Vec<Vec<String>>>,
+}
+
+fn read(path: &Path, options: &Options, rank: usize) -> Result<Read> {
+    let (mut raw, is_labelled) = match batch(path, options, rank)? {
+        Some(raw) => raw,
+        None => open(path, options, rank)?,
+    };
+    raw = refuse_topics(raw, options)?;
+    settle(&mut raw, options);
+    let chosen = channels(&raw, options)?;
+    let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len());
+    let x = std::mem::take(&mut raw.x);
+    let all: Vec<usize> = (0..x.len()).collect();
+    let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, x.sample_shape());
+    let x = match time {
+        Some(axis) => x.without_padding(axis),
+        None => x,
+    };
+    refuse_channels(&raw, &x, time, chosen.as_deref())?;
+    let x = x.select(&all, chosen.as_deref());
+    Ok(Read { raw, x, time, truth })
 }
 
 /// Recording and first reading of each sample that is a window.

@@ -6,8 +6,6 @@ use crate::{Error, Result};
 
 /// Names of the column that says which recording a row belongs to, also followed by `_id`.
 const RECORDING: [&str; 3] = ["recording", "series", "sequence"];
-/// Names of the column of time stamps, also followed by their unit.
-const TIME: [&str; 3] = ["time", "timestamp", "t"];
 /// Names of the column of labels; the first that is there is it. `y` is too, but not beside `x`: an axis.
 const LABEL: [&str; 3] = ["label", "class", "target"];
 
@@ -105,16 +103,6 @@ fn is_no_reading(name: &str) -> bool {
     is_named || recording_in(&[name.into()]).is_some()
 }
 
-/// The unit that the name of a column of time stamps ends with, seconds where it has none; of another column
-/// none.
-fn clock_of(name: &str) -> Option<Clock> {
-    let name = name.to_lowercase();
-    let head = name.find([' ', '_', '(', '[']).unwrap_or(name.len());
-    let unit = name[head..].trim_matches([' ', '_', '(', ')', '[', ']']);
-    let clock = if unit.is_empty() { Some(Clock::Seconds) } else { Clock::named(unit) };
-    clock.filter(|_| TIME.contains(&&name[..head]))
-}
-
 /// The names of the columns.
 struct Header<'h> {
     names: &'h [String],
@@ -139,9 +127,9 @@ impl Header<'_> {
     fn time(&self, table: &TableOptions) -> Result<Option<(usize, Clock)>> {
         let at = match &table.time {
             Some(name) => Some(self.named(name, "table.time")?),
-            None => self.names.iter().position(|name| clock_of(name).is_some()),
+            None => self.names.iter().position(|name| Clock::of_column(name).is_some()),
         };
-        let clock = |at: usize| table.clock.or(clock_of(&self.names[at])).unwrap_or(Clock::Seconds);
+        let clock = |at: usize| table.clock.or(Clock::of_column(&self.names[at])).unwrap_or(Clock::Seconds);
         Ok(at.map(|at| (at, clock(at))))
     }
 
@@ -155,25 +143,5 @@ impl Header<'_> {
 
     fn refuse(&self, why: String) -> Error {
         Error::Table { file: self.file.into(), why }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_unit_of_time_stamps_is_in_the_name_of_their_column() {
-        for (name, clock) in [
-            ("time", Some(Clock::Seconds)),
-            ("Time_ms", Some(Clock::Milliseconds)),
-            ("timestamp [ns]", Some(Clock::Nanoseconds)),
-            ("t (us)", Some(Clock::Microseconds)),
-            ("time_of_day", None),
-            ("t_1", None),
-            ("temperature", None),
-        ] {
-            assert_eq!(clock_of(name), clock, "{name}");
-        }
     }
 }

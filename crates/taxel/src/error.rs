@@ -33,6 +33,9 @@ pub enum Error {
     /// A run that cannot be judged.
     #[error(transparent)]
     Judge(#[from] taxel_judge::Error),
+    /// A stream that cannot be answered.
+    #[error(transparent)]
+    Stream(#[from] taxel_stream::Error),
     /// Many experiments on many machines.
     #[error(transparent)]
     Sweep(#[from] taxel_sweep::Error),

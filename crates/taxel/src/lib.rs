@@ -69,6 +69,7 @@
 //! | train step by step | [`engine`] |
 //! | run a config | [`experiment`] |
 //! | judge a run | [`judge`] |
+//! | answer a stream of readings | [`stream`] |
 //! | run many configs on many machines | [`sweep`] |
 
 mod error;
@@ -108,6 +109,8 @@ pub use taxel_onnx as onnx;
 pub use taxel_runtime as runtime;
 /// Simulated worlds.
 pub use taxel_scenes as scenes;
+/// Models on streams of readings.
+pub use taxel_stream as stream;
 /// Many experiments on many machines.
 pub use taxel_sweep as sweep;
 /// Experiments from TOML.

@@ -20,6 +20,8 @@ pub mod report;
 pub mod run;
 pub mod simulate;
 pub mod stitch;
+pub mod stream;
+mod stream_text;
 pub mod stress;
 pub mod sweep;
 pub mod zoo;

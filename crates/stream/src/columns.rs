@@ -1,0 +1,287 @@
+//! Which numbers of a line are a reading, and which is its time.
+
+use std::str::FromStr;
+
+use taxel_data::{Clock, Layout, Reading};
+
+use crate::error::Error;
+use crate::numbers::{Names, Numbers};
+
+/// Where time stamps stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Time {
+    /// In the column of this number, from 0.
+    At(usize),
+    /// In the column, or under the key, of this name.
+    Named(String),
+}
+
+impl FromStr for Time {
+    type Err = Error;
+
+    /// A number counts columns from 1; anything else is a name.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        match text.trim().parse::<usize>() {
+            Ok(0) => {
+                let why = "is the number of a column, from 1, or its name".into();
+                Err(Error::Option { option: "time", value: text.into(), why })
+            }
+            Ok(number) => Ok(Time::At(number - 1)),
+            Err(_) => Ok(Time::Named(text.trim().into())),
+        }
+    }
+}
+
+/// Why a line is no reading, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// Something in it is no number.
+    Malformed(String),
+    /// There are more or fewer numbers than a reading has.
+    Columns(String),
+    /// A number is NaN or infinite.
+    NotFinite(String),
+}
+
+/// Makes readings of lines.
+///
+/// A line is numbers separated by commas (or, where there are none, by semicolons, tabs or spaces), a JSON array, or a
+/// JSON object. A first line without any number names the columns. Columns are found by the names of the model's channels
+/// where it knows any; of a recording with more channels than it reads, the model's own are taken.
+#[derive(Debug, Clone)]
+pub struct Columns {
+    /// Values of a reading.
+    each: usize,
+    /// Channels kept of more, along the first axis of a sample, where that is not time.
+    channels: Option<Vec<usize>>,
+    /// Names of the model's channels.
+    own: Vec<String>,
+    time: Option<Time>,
+    clock: Option<Clock>,
+    names: Names,
+    numbers: Numbers,
+    taken: Option<Taken>,
+}
+
+/// Which numbers of a line are used.
+#[derive(Debug, Clone, PartialEq)]
+struct Taken {
+    width: usize,
+    time: Option<usize>,
+    /// Which number each value is.
+    values: Vec<usize>,
+}
+
+impl Columns {
+    /// For readings of this kind; `time` says where stamps are, `clock` their unit. By default a column called `time`,
+    /// `timestamp` or `t` is it, with its unit at the end, `time_ms`, or in seconds.
+    pub fn new(reading: &Reading, time: Option<Time>, clock: Option<Clock>) -> Self {
+        let (before, _, after) = reading.around_time();
+        let own = reading.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let channels = reading.channels.clone().filter(|own| {
+            matches!(reading.layout, Layout::Series | Layout::Fingers)
+                && reading.shape.first() == Some(&own.len())
+        });
+        Columns {
+            each: before * after,
+            channels,
+            own,
+            time,
+            clock,
+            names: Names::default(),
+            numbers: Numbers::default(),
+            taken: None,
+        }
+    }
+
+    /// Values of a reading.
+    pub fn each(&self) -> usize {
+        self.each
+    }
+
+    /// The reading of a line in `values`, and its time stamp in seconds; none where the line is blank, or names columns.
+    pub(crate) fn read(&mut self, line: &str, values: &mut Vec<f32>) -> Result<Option<Option<f64>>, Fault> {
+        let line = line.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+        values.clear();
+        if line.is_empty() || self.names.are_named(line, self.taken.is_none()) {
+            return Ok(None);
+        }
+        let is_time = |at: usize, name: Option<&str>| match (&self.time, name) {
+            (Some(Time::At(own)), _) => at == *own,
+            (Some(Time::Named(own)), Some(name)) => own.eq_ignore_ascii_case(name),
+            (None, Some(name)) => Clock::of_column(name).is_some(),
+            (Some(Time::Named(_)) | None, None) => false,
+        };
+        self.numbers.read(line, &mut self.names, is_time)?;
+        let (width, time) = (self.numbers.values.len(), self.numbers.time);
+        if self.taken.as_ref().is_none_or(|taken| taken.width != width || taken.time != time) {
+            let taken = self.take(width, time)?;
+            self.taken = Some(taken);
+        }
+        let taken = self.taken.iter().flat_map(|taken| &taken.values);
+        for &at in taken {
+            let value = self.numbers.values[at];
+            if !value.is_finite() {
+                return Err(self.numbers.fault(line, at));
+            }
+            values.push(value);
+        }
+        let stamp = self.numbers.stamp.map(|stamp| stamp / self.clock().per_second());
+        match stamp {
+            Some(stamp) if !stamp.is_finite() => Err(Fault::NotFinite(format!("its time stamp is {stamp}"))),
+            stamp => Ok(Some(stamp)),
+        }
+    }
+
+    fn clock(&self) -> Clock {
+        let named = || self.names.of_time(self.numbers.time).and_then(Clock::of_column);
+        self.clock.or_else(named).unwrap_or(Clock::Seconds)
+    }
+
+    /// Which of `width` numbers are the values of a reading.
+    fn take(&self, width: usize, time: Option<usize>) -> Result<Taken, Fault> {
+        let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time).collect();
+        let named: Option<Vec<usize>> = match self.own.len() == self.each && self.each > 0 {
+            true => self.own.iter().map(|name| self.names.position(name).filter(|at| *at < width)).collect(),
+            false => None,
+        };
+        let values = named.or_else(|| (others.len() == self.each).then(|| others.clone())).or_else(|| {
+            let channels = self.channels.as_ref().filter(|own| !own.is_empty())?;
+            let inner = self.each / channels.len();
+            let of =
+                |channel: &usize| (channel * inner..(channel + 1) * inner).map(|at| others.get(at).copied());
+            channels.iter().flat_map(of).collect()
+        });
+        let refuse = || {
+            let stamp = match (time, others.len() == self.each + 1) {
+                (Some(_), _) => " beside the time stamp",
+                (None, true) => "; if the first is a time stamp, say --time 1",
+                (None, false) => "",
+            };
+            Fault::Columns(format!(
+                "it has {} numbers, a reading of the model has {}{stamp}",
+                others.len(),
+                self.each
+            ))
+        };
+        let values = values.ok_or_else(refuse)?;
+        match &self.taken {
+            Some(before) if before.width != width => {
+                Err(Fault::Columns(format!("it has {width} columns, lines before had {}", before.width)))
+            }
+            _ => Ok(Taken { width, time, values }),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod tests {
+    use taxel_data::TableOptions;
+
+    use super::*;
+
+    fn series(channels: usize) -> Reading {
+        Reading::new(Layout::Series, &[channels, 10])
+    }
+
+    fn plain(reading: &Reading) -> Columns {
+        Columns::new(reading, None, None)
+    }
+
+    type Read = Option<(Vec<f32>, Option<f64>)>;
+
+    fn read(columns: &mut Columns, line: &str) -> Result<Read, Fault> {
+        let mut values = vec![];
+        Ok(columns.read(line, &mut values)?.map(|stamp| (values, stamp)))
+    }
+
+    fn good(columns: &mut Columns, line: &str) -> (Vec<f32>, Option<f64>) {
+        read(columns, line)
+            .unwrap_or_else(|e| panic!("{line:?}: {e:?}"))
+            .unwrap_or_else(|| panic!("{line:?}"))
+    }
+
+    #[test]
+    fn numbers_are_read_however_they_are_parted() {
+        for line in
+            ["1,2.5", " 1 , 2.5\r", "1;2.5", "1\t2.5", "1  2.5", "[1, 2.5]", "[[1],[2.5]]", "\u{feff}1,25e-1"]
+        {
+            assert_eq!(good(&mut plain(&series(2)), line), (vec![1.0, 2.5], None), "{line:?}");
+        }
+        assert_eq!(read(&mut plain(&series(2)), "  \r").unwrap(), None);
+    }
+
+    #[test]
+    fn time_is_a_column_by_number_name_or_header() {
+        let stamped = |time: &str, clock| Columns::new(&series(2), Some(time.parse().unwrap()), clock);
+        let want = (vec![1.0, 2.0], Some(0.5));
+        assert_eq!(good(&mut stamped("1", None), "0.5,1,2"), want);
+        assert_eq!(good(&mut stamped("3", Some(Clock::Milliseconds)), "1,2,500"), want);
+        let mut header = plain(&series(2));
+        assert_eq!(read(&mut header, "a,time_ms,b").unwrap(), None);
+        assert_eq!(good(&mut header, "1,500,2"), want);
+        assert_eq!(read(&mut header, "a,time_ms,b").unwrap(), None, "a device that starts again");
+        let mut named = stamped("stamp", None);
+        read(&mut named, "stamp;a;b").unwrap();
+        assert_eq!(good(&mut named, "0.5;1;2"), want);
+        for line in
+            [r#"{"t":0.5,"a":1,"b":2}"#, r#"{"a":1,"b":2,"time":0.5,"ok":true}"#, r#"{"t":0.5,"x":[1,2]}"#]
+        {
+            assert_eq!(good(&mut plain(&series(2)), line), want, "{line}");
+        }
+        assert!("0".parse::<Time>().is_err());
+        // Nanoseconds since 1970 keep their microseconds.
+        let mut long = stamped("1", Some(Clock::Nanoseconds));
+        let (_, stamp) = good(&mut long, "1795363200123456789,1,2");
+        assert!((stamp.unwrap() - 1_795_363_200.123_456_7).abs() < 1e-6);
+    }
+
+    #[test]
+    fn channels_are_found_by_name_and_taken_of_more() {
+        let table = TableOptions { columns: vec!["thumb".into(), "index".into()], ..TableOptions::default() };
+        let mut own = plain(&Reading { table: Some(table), ..series(2) });
+        read(&mut own, "index,id,thumb").unwrap();
+        assert_eq!(good(&mut own, "1,left,2").0, [2.0, 1.0]);
+        assert_eq!(good(&mut own, r#"{"thumb":3,"id":"x","index":4}"#).0, [3.0, 4.0]);
+        let mut objects = plain(&series(2));
+        assert_eq!(good(&mut objects, r#"{"a":1,"b":2}"#).0, [1.0, 2.0]);
+        assert_eq!(good(&mut objects, r#"{"b":2,"a":1}"#).0, [1.0, 2.0], "the first object says the order");
+        let mut some = plain(&Reading { channels: Some(vec![2, 0]), ..series(2) });
+        assert_eq!(good(&mut some, "5,6,7,8").0, [7.0, 5.0]);
+        let fingers = Reading::new(Layout::Fingers, &[1, 2, 10]);
+        let mut second = plain(&Reading { channels: Some(vec![1]), ..fingers });
+        assert_eq!(good(&mut second, "1,2,3,4").0, [3.0, 4.0]);
+    }
+
+    #[test]
+    fn what_is_no_reading_says_why() {
+        let refused = |lines: &[&str]| {
+            let mut columns = plain(&series(2));
+            let mut last = Ok(None);
+            lines.iter().for_each(|line| last = read(&mut columns, line));
+            last.unwrap_err()
+        };
+        let malformed = |part: &str, lines: &[&str]| match refused(lines) {
+            Fault::Malformed(why) => assert!(why.contains(part), "{why}"),
+            other => panic!("{lines:?}: {other:?}"),
+        };
+        malformed("column 2: \"x\" is no number", &["1,2", "1,x"]);
+        malformed("column 1: \"\" is no number", &["1,2", ",2"]);
+        malformed("\"b\" is no number", &["a,b", "1,b"]);
+        malformed("JSON", &["[1,2"]);
+        malformed("\"b\"", &[r#"{"a":1,"b":2}"#, r#"{"a":1}"#]);
+        malformed("column 2", &["1,2", "1,2;3"]);
+        let columns = |part: &str, lines: &[&str]| match refused(lines) {
+            Fault::Columns(why) => assert!(why.contains(part), "{why}"),
+            other => panic!("{lines:?}: {other:?}"),
+        };
+        columns(
+            "it has 3 numbers, a reading of the model has 2; if the first is a time stamp, say --time 1",
+            &["1,2,3"],
+        );
+        columns("1 numbers", &["1,2", "5"]);
+        assert!(matches!(refused(&["1,2", "1,NaN"]), Fault::NotFinite(why) if why.contains("column 2")));
+        assert!(matches!(refused(&["t,a,b", "inf,1,2"]), Fault::NotFinite(_)));
+    }
+}

@@ -1,0 +1,259 @@
+//! Readings in, decisions out.
+
+use taxel_data::{Padding, Reading};
+use taxel_encodings::NumaTac;
+use taxel_learn::{Card, Predictor, Transform, Workspace};
+
+use crate::contact::Contact;
+use crate::error::{Error, Result};
+use crate::health::Health;
+use crate::options::Options;
+use crate::window::Window;
+
+/// A model that answers the readings of one sensor as they come. Once it has answered, nothing is allocated any more.
+///
+/// One window fills at a time. When it is full it is decided, unless it was before, and the next one begins `hop` readings
+/// after it: the two share the rest. Under a contact judge a window begins with contact, is filled whatever follows, and
+/// slides on while contact lasts.
+pub struct Decider {
+    predictor: Predictor,
+    workspace: Workspace,
+    window: Window,
+    health: Health,
+    contact: Option<Contact>,
+    /// Sizes of the attributes.
+    sizes: Vec<usize>,
+    hop: usize,
+    before: usize,
+    early: Option<f32>,
+    padding: Padding,
+    sample: Vec<f32>,
+    /// Of the last answer.
+    probabilities: Vec<f32>,
+    /// Readings since the stream, or the recording, began.
+    readings: u64,
+    /// Readings to be passed over before the next window.
+    pass: usize,
+    /// Whether the window under way has its decision.
+    decided: bool,
+    /// Whether contact must begin before a window does.
+    waiting: bool,
+    contacts: u64,
+}
+
+/// What the model says about a window.
+pub struct Decision<'a> {
+    /// The last reading of the window, from 0.
+    pub reading: u64,
+    /// Readings of the window that were there.
+    pub known: usize,
+    /// Readings of a full window.
+    pub ticks: usize,
+    /// What is wrong with the channels, as of the last reading.
+    pub health: &'a Health,
+    answer: std::result::Result<&'a [f32], taxel_learn::Error>,
+}
+
+impl Decision<'_> {
+    /// The share of the window that was there, above 0 and at most 1.
+    pub fn seen(&self) -> f64 {
+        self.known as f64 / self.ticks as f64
+    }
+
+    /// Probabilities of the classes, or of the levels of the attributes one after the other.
+    ///
+    /// # Errors
+    /// A window that the model's encoding refuses: one in which it finds no contact, for example.
+    pub fn probabilities(&self) -> std::result::Result<&[f32], &taxel_learn::Error> {
+        self.answer.as_ref().map(|answer| *answer)
+    }
+
+    /// Whether the window was not full.
+    pub fn is_early(&self) -> bool {
+        self.known < self.ticks
+    }
+}
+
+impl Decider {
+    /// Answers with a model.
+    ///
+    /// # Errors
+    /// Options out of their range or without a meaning for the model; what the model refuses.
+    pub fn new(predictor: Predictor, options: &Options) -> Result<Self> {
+        let card = predictor.card();
+        let reading = &card.reading;
+        let window = Window::new(reading);
+        let ticks = window.ticks();
+        let full_scale = options.full_scale.or(reading.full_scale);
+        let judge = card.inputs.iter().find_map(|input| numatac(&input.transform));
+        let before =
+            options.before.unwrap_or_else(|| judge.map_or(0, |own| ticks.saturating_sub(own.window) / 2));
+        check(options, reading, before, ticks)?;
+        let contact = options.contact.then(|| Contact::new(reading, judge, full_scale));
+        Ok(Decider {
+            workspace: predictor.workspace()?,
+            health: Health::new(reading, full_scale),
+            waiting: contact.is_some(),
+            contact,
+            probabilities: vec![0.0; card.levels().outputs()],
+            sizes: card.levels().sizes().to_vec(),
+            hop: options.hop.unwrap_or((ticks / 4).max(1)),
+            before,
+            early: options.early,
+            padding: options.padding.unwrap_or(reading.padding()),
+            sample: vec![0.0; ticks * window.each()],
+            readings: 0,
+            pass: 0,
+            decided: false,
+            contacts: 0,
+            window,
+            predictor,
+        })
+    }
+
+    /// What the model says about itself.
+    pub fn card(&self) -> &Card {
+        self.predictor.card()
+    }
+
+    /// Values of one reading.
+    pub fn each(&self) -> usize {
+        self.window.each()
+    }
+
+    /// Readings of a full window.
+    pub fn ticks(&self) -> usize {
+        self.window.ticks()
+    }
+
+    /// Readings from one window to the next.
+    pub fn hop(&self) -> usize {
+        self.hop
+    }
+
+    /// How often contact began.
+    pub fn contacts(&self) -> u64 {
+        self.contacts
+    }
+
+    /// Whether windows wait for a contact that no value can show: all lie at 0 when they rest, and no full scale is known.
+    pub fn waits_in_vain(&self) -> bool {
+        self.contact.as_ref().is_some_and(|contact| !contact.can_judge())
+    }
+
+    /// Another recording begins: nothing of the last one counts.
+    pub fn begin(&mut self) {
+        self.health.begin();
+        self.contact.iter_mut().for_each(Contact::begin);
+        self.readings = 0;
+        self.anew();
+    }
+
+    /// Readings are missing: the window under way is given up, and another one begins.
+    pub fn anew(&mut self) {
+        self.contact.iter_mut().for_each(Contact::let_go);
+        self.window.keep(0);
+        (self.pass, self.decided, self.waiting) = (0, false, self.contact.is_some());
+    }
+
+    /// Hears a reading, of as many values as [`Decider::each`] says, all of them finite; what is decided with it. A reading
+    /// of another length is passed over.
+    pub fn push(&mut self, reading: &[f32]) -> Option<Decision<'_>> {
+        if reading.len() != self.window.each() {
+            return None;
+        }
+        self.readings += 1;
+        self.health.push(reading);
+        let begins = self.contact.as_mut().is_some_and(|contact| contact.push(reading));
+        self.contacts += u64::from(begins);
+        if self.waiting {
+            self.window.push(reading);
+            if !begins {
+                return None;
+            }
+            self.window.keep(self.before + 1);
+            self.waiting = false;
+        } else if self.pass > 0 {
+            self.pass -= 1;
+            return None;
+        } else {
+            self.window.push(reading);
+        }
+        let (known, ticks) = (self.window.known(), self.window.ticks());
+        let full = known == ticks;
+        let asked = (!self.decided && (full || self.early.is_some())).then(|| self.ask());
+        let decides = asked.as_ref().is_some_and(|sure| full || matches!(sure, Ok(true)));
+        self.decided |= decides;
+        if full {
+            self.next();
+        }
+        let asked = asked.filter(|_| decides)?;
+        let Decider { health, readings, probabilities, .. } = self;
+        let answer = asked.map(|_| &**probabilities);
+        Some(Decision { reading: *readings - 1, known, ticks, health, answer })
+    }
+
+    /// Asks the model about the window as it is; whether it is confident enough to decide early.
+    fn ask(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
+        self.window.sample(self.padding, &mut self.sample);
+        self.probabilities.copy_from_slice(self.predictor.ask(&mut self.workspace, &self.sample)?);
+        let Some(least) = self.early else { return Ok(false) };
+        let mut rest = self.probabilities.as_slice();
+        for size in &self.sizes {
+            let (own, after) = rest.split_at(*size);
+            if !own.iter().any(|probability| *probability >= least) {
+                return Ok(false);
+            }
+            rest = after;
+        }
+        Ok(true)
+    }
+
+    /// The window is full: the next one begins.
+    fn next(&mut self) {
+        self.decided = false;
+        if self.contact.as_ref().is_some_and(|contact| !contact.is_touching()) {
+            self.waiting = true;
+            return;
+        }
+        let ticks = self.window.ticks();
+        self.window.keep(ticks.saturating_sub(self.hop));
+        self.pass = self.hop.saturating_sub(ticks);
+    }
+}
+
+/// The contact judge of an encoding that has one.
+fn numatac(transform: &Transform) -> Option<NumaTac> {
+    match transform {
+        Transform::Numatac { numatac, .. } => Some(*numatac),
+        Transform::Series { then, .. } | Transform::Baseline { then, .. } => numatac(then),
+        _ => None,
+    }
+}
+
+fn check(options: &Options, reading: &Reading, before: usize, ticks: usize) -> Result<()> {
+    let refuse = |option, value: String, why: &str| Err(Error::Option { option, value, why: why.into() });
+    if options.hop == Some(0) {
+        return refuse("hop", "0".into(), "is the number of readings from one window to the next, from 1");
+    }
+    if let Some(early) = options.early.filter(|early| !(*early > 0.0 && *early <= 1.0)) {
+        return refuse("early", early.to_string(), "is a probability above 0 and at most 1, as 0.9");
+    }
+    if let Some(full) = options.full_scale.filter(|full| !(*full > 0.0 && full.is_finite())) {
+        return refuse("full-scale", full.to_string(), "is the largest possible reading, above 0");
+    }
+    if reading.layout.time_axis().is_none() && (options.early.is_some() || options.contact) {
+        let (option, value) =
+            if options.contact { ("contact", String::new()) } else { ("early", String::new()) };
+        return refuse(
+            option,
+            value,
+            "has no meaning here: the model reads one reading at a time, not a window of them",
+        );
+    }
+    if before >= ticks {
+        let why = format!("leaves nothing of a window of {ticks} readings to contact");
+        return refuse("before", before.to_string(), &why);
+    }
+    Ok(())
+}

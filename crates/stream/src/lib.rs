@@ -1,0 +1,68 @@
+//! A model on a stream of readings.
+//!
+//! A [`Decider`] is pure: readings in, decisions out. It slides a [`Window`] over the readings of one sensor, asks the
+//! model's [`Predictor`](taxel_learn::Predictor) when the window is full, or earlier where the model is confident
+//! enough; a [`Contact`] judge may start the windows, and [`Health`] says which channels are dead, stuck or saturated.
+//! [`Stamps`] watches the time stamps for gaps and jumps.
+//!
+//! What brings readings is a [`Source`]: lines of text from anywhere, recordings replayed, a serial port. [`start`] reads it
+//! on a thread of its own into a bounded queue, the [`Stream`].
+//!
+//! ```
+//! use taxel_data::{Dataset, Layout};
+//! use taxel_graph::Network;
+//! use taxel_learn::{Candidate, Encoding, Recipe, fit};
+//! use taxel_stream::{Decider, Options};
+//!
+//! // A press of a soft thing rises slowly, one of a hard thing fast.
+//! let force = |i: usize, t: usize| (1 + 2 * (i % 2)) as f32 * t as f32;
+//! let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], |at| force(at[0], at[2]));
+//! let labels: Vec<&str> = (0..12).map(|i| ["soft", "hard"][i % 2]).collect();
+//! let presses = Dataset::new("presses", Layout::Series, x, &labels)?;
+//! let net = Network::new("own");
+//! let logits = net.input("signal", &[1, 10]).flatten().linear("fc", 2);
+//! let own = Candidate::network(net.finish(&[("logits", logits)])?, Recipe { epochs: 40, ..Recipe::default() });
+//! let model = fit(&own, &presses, &Encoding::default())?;
+//!
+//! let mut decider = Decider::new(model.predictor(1, 1)?, &Options::default())?;
+//! let mut said = vec![];
+//! for t in 0..10 {
+//!     if let Some(decision) = decider.push(&[force(1, t)]) {
+//!         said.push((decision.reading, decision.probabilities()?.to_vec()));
+//!     }
+//! }
+//! assert_eq!((said.len(), said[0].0), (1, 9));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod columns;
+mod contact;
+mod decider;
+mod error;
+mod health;
+mod lines;
+mod numbers;
+mod options;
+mod pace;
+mod queue;
+mod replay;
+#[cfg(feature = "serial")]
+mod serial;
+mod source;
+mod spread;
+mod stamps;
+mod text;
+mod window;
+
+pub use columns::{Columns, Time};
+pub use contact::Contact;
+pub use decider::{Decider, Decision};
+pub use error::{Error, Result};
+pub use health::{Condition, Health};
+pub use options::Options;
+pub use pace::Pace;
+pub use queue::{Arrival, Counted, Counts, Next, Stream};
+pub use source::{Source, Told, start};
+pub use spread::Spread;
+pub use stamps::{Event, Stamps};
+pub use window::Window;

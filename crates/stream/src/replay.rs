@@ -1,0 +1,109 @@
+//! Recordings of files as readings.
+
+use std::time::Instant;
+
+use taxel_data::{Reading, Recording};
+
+use crate::error::{Error, Result};
+use crate::pace::Pacer;
+use crate::queue::{Closed, Feed, Skip};
+
+/// What is replayed.
+pub(crate) struct Replay<'s> {
+    /// What messages call it.
+    pub label: String,
+    /// What the model reads.
+    pub reading: Reading,
+    pub pacer: Pacer,
+    /// Readings per second.
+    pub rate: Option<f64>,
+    /// Hears what is odd, once of each kind.
+    pub say: &'s dyn Fn(&str),
+}
+
+impl Replay<'_> {
+    /// Hands on every recording, reading by reading.
+    ///
+    /// # Errors
+    /// Recordings with other axes than the model reads; no rate to replay them at.
+    pub fn feed(mut self, recordings: &[Recording], feed: &mut Feed) -> Result<()> {
+        if self.pacer.needs_stamps() && self.rate.is_none() {
+            return Err(self.broken("no rate is known, the model says none; say --rate HZ".into()));
+        }
+        let mut before = 0;
+        let mut values = vec![];
+        for recording in recordings {
+            let (own, places) = self.places(recording)?;
+            // Single images are the readings of one stream.
+            let is_stream = own.layout.time_axis().is_some();
+            if is_stream && feed.begin(&recording.origin).is_err() {
+                return Ok(());
+            }
+            let (_, ticks, after) = own.around_time();
+            for tick in 0..ticks {
+                values.clear();
+                let at =
+                    |place: &usize| recording.values[(place / after * ticks + tick) * after + place % after];
+                values.extend(places.iter().map(at));
+                // Replayed one after the other, and each has a time of its own.
+                if let Some(rate) = self.rate {
+                    self.pacer.wait((before + tick) as f64 / rate);
+                }
+                if values.iter().any(|value| !value.is_finite()) {
+                    if feed.counts.skip(Skip::NotFinite) {
+                        let (label, origin) = (&self.label, &recording.origin);
+                        (self.say)(&format!(
+                            "{label}: {origin}: reading {tick} is not finite; skipped. It is said once"
+                        ));
+                    }
+                    continue;
+                }
+                let of_stream = if is_stream { tick } else { before };
+                let stamp = self.rate.map(|rate| of_stream as f64 / rate);
+                if let Err(Closed) = feed.reading(&values, stamp, Instant::now()) {
+                    return Ok(());
+                }
+            }
+            before += ticks;
+        }
+        Ok(())
+    }
+
+    /// How a recording lies in memory, and where the values of a reading are among those of one instant.
+    fn places(&self, recording: &Recording) -> Result<(Reading, Vec<usize>)> {
+        let own = Reading { shape: recording.shape.clone(), ..self.reading.clone() };
+        let refuse = || {
+            let (shape, axes) = (&recording.shape, self.reading.layout.axes());
+            let why = format!(
+                "{}: it has the axes {shape:?}, the model reads {:?} ({axes}), time of any length",
+                recording.origin, self.reading.shape
+            );
+            self.broken(why)
+        };
+        if own.shape.len() != self.reading.shape.len() {
+            return Err(refuse());
+        }
+        let Some(time) = own.layout.time_axis() else {
+            let fits = own.shape == self.reading.shape;
+            return if fits { Ok((own.clone(), (0..own.around_time().2).collect())) } else { Err(refuse()) };
+        };
+        let wrong: Vec<usize> = (0..own.shape.len())
+            .filter(|axis| *axis != time && own.shape[*axis] != self.reading.shape[*axis])
+            .collect();
+        let all = own.around_time();
+        match (&self.reading.channels, wrong.as_slice()) {
+            (_, []) => Ok((own, (0..all.0 * all.2).collect())),
+            // A whole recording of which the model reads some channels.
+            (Some(channels), [0]) if time > 0 && channels.iter().all(|channel| *channel < own.shape[0]) => {
+                let inner = all.0 * all.2 / own.shape[0];
+                let places = channels.iter().flat_map(|channel| channel * inner..(channel + 1) * inner);
+                Ok((own, places.collect()))
+            }
+            _ => Err(refuse()),
+        }
+    }
+
+    fn broken(&self, why: String) -> Error {
+        Error::Source { source_label: self.label.clone(), why }
+    }
+}

@@ -1,0 +1,112 @@
+//! Lines of text as readings.
+
+use std::io::Read;
+use std::time::Instant;
+
+use crate::columns::{Columns, Fault};
+use crate::error::{Error, Result};
+use crate::lines::{Line, Lines};
+use crate::pace::Pacer;
+use crate::queue::{Closed, Counts, Feed, Skip};
+
+/// Bytes that a number of a line may take, and those that any line may.
+const BYTES: (usize, usize) = (64, 1 << 16);
+
+/// Where lines come from, and what is said about them.
+pub(crate) struct Text<'s> {
+    /// What messages call it.
+    pub label: String,
+    pub columns: Columns,
+    pub pacer: Pacer,
+    /// Readings per second of lines without time stamps; none where they are as old as their arrival says.
+    pub rate: Option<f64>,
+    /// Hears what is odd, once of each kind.
+    pub say: &'s dyn Fn(&str),
+}
+
+impl Text<'_> {
+    /// Reads all lines to the end.
+    ///
+    /// # Errors
+    /// A source that breaks off; one in which nothing is a reading.
+    pub fn feed(mut self, from: impl Read, feed: &mut Feed) -> Result<()> {
+        let most = BYTES.1.max(BYTES.0 * self.columns.each());
+        let mut lines = Lines::new(from, most);
+        let (mut number, mut readings) = (0u64, 0u64);
+        let mut values = Vec::with_capacity(self.columns.each());
+        let mut first: Option<String> = None;
+        loop {
+            let line = lines.next().map_err(|e| self.broken(&e.to_string()))?;
+            let Some(line) = line else { break };
+            number += 1;
+            feed.counts.line();
+            let read = match line {
+                Line::TooLong => Err((Skip::TooLong, format!("it is longer than {most} bytes"))),
+                Line::Whole(line) => match std::str::from_utf8(line) {
+                    Ok(line) => self.columns.read(line, &mut values).map_err(Fault::parts),
+                    Err(_) => Err((Skip::Malformed, "it is no text (UTF-8)".into())),
+                },
+            };
+            match read {
+                Ok(None) => continue,
+                Ok(Some(stamp)) => {
+                    let stamp = stamp.or(self.rate.map(|rate| readings as f64 / rate));
+                    self.wait(stamp)?;
+                    let at = if self.pacer.drops() { Instant::now() } else { lines.arrived() };
+                    if let Err(Closed) = feed.reading(&values, stamp, at) {
+                        return Ok(());
+                    }
+                }
+                Err((kind, why)) => {
+                    let why = format!("line {number}: {why}");
+                    self.skip(&feed.counts, kind, &why);
+                    first.get_or_insert(why);
+                }
+            }
+            readings += 1;
+        }
+        match (feed.counts.now().readings, first) {
+            (0, Some(why)) => Err(self.broken(&format!(
+                "nothing in {number} lines is a reading of {} numbers: {why}",
+                self.columns.each()
+            ))),
+            (0, None) => {
+                let each = self.columns.each();
+                Err(self.broken(&format!("nothing came; a line is a reading of {each} numbers, as 0.5,1.5")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn wait(&mut self, stamp: Option<f64>) -> Result<()> {
+        match stamp {
+            Some(stamp) => self.pacer.wait(stamp),
+            None if self.pacer.needs_stamps() => {
+                let why = "no rate is known, neither by time stamps nor by the model; say --rate HZ";
+                return Err(self.broken(why));
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn skip(&self, counts: &Counts, kind: Skip, why: &str) {
+        if counts.skip(kind) {
+            (self.say)(&format!("{}: {why}; skipped. It is said once, the summary counts them", self.label));
+        }
+    }
+
+    fn broken(&self, why: &str) -> Error {
+        Error::Source { source_label: self.label.clone(), why: why.into() }
+    }
+}
+
+impl Fault {
+    fn parts(self) -> (Skip, String) {
+        match self {
+            Fault::Malformed(why) => (Skip::Malformed, why),
+            Fault::Columns(why) => (Skip::Columns, why),
+            Fault::NotFinite(why) => (Skip::NotFinite, why),
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! A stream that is answered allocates nothing. One test alone: others would allocate meanwhile.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use peak_alloc::PeakAlloc;
+use support::{model, reading};
+use taxel_stream::{Condition, Decider, Options};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+#[test]
+fn a_stream_that_is_answered_allocates_nothing() {
+    let model = model();
+    let plain = Options { hop: Some(1), ..Options::default() };
+    let contact = Options { contact: true, early: Some(0.6), ..plain };
+    for options in [plain, contact] {
+        let mut decider = Decider::new(model.predictor(1, 1).unwrap(), &options).unwrap();
+        let (mut decided, mut still) = (0, 0);
+        let mut go = |from: usize, to: usize| {
+            for t in from..to {
+                if let Some(decision) = decider.push(&reading(t)) {
+                    decided += usize::from(decision.probabilities().is_ok());
+                    still += decision.health.in_condition(Condition::Stuck).count();
+                }
+            }
+        };
+        // What is looked up once per process is looked up here.
+        go(0, 100);
+        let before = MEMORY.current_usage();
+        MEMORY.reset_peak_usage();
+        go(100, 1000);
+        assert_eq!(MEMORY.peak_usage(), before, "{options:?}");
+        assert!(decided > 100 && still == 0, "{decided} decisions");
+    }
+}

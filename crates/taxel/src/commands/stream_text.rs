@@ -1,0 +1,239 @@
+//! The lines that `taxel stream` writes: decisions, warnings, the summary.
+
+use std::io::Write;
+use std::time::Duration;
+
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use serde_json::json;
+use taxel::Card;
+use taxel::data::Attribute;
+use taxel::stream::{Condition, Counted, Decision, Event, Spread};
+
+/// Says something odd on standard error, where somebody may be.
+pub fn warn(what: &str) {
+    let _ = writeln!(std::io::stderr(), "warning: {what}");
+}
+
+/// What decisions are written with.
+pub struct Answers {
+    attributes: Vec<Attribute>,
+    /// Names of the probabilities.
+    outputs: Vec<String>,
+    /// Names of the values of a reading, where the model knows any.
+    channels: Vec<String>,
+    /// The recording that is replayed.
+    pub recording: Option<String>,
+}
+
+/// A decision as it is written.
+#[derive(Serialize)]
+struct Line<'a> {
+    time: f64,
+    reading: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recording: Option<&'a str>,
+    class: Option<Classes<'a>>,
+    probabilities: Option<Probabilities<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<String>,
+    latency_ms: f64,
+    seen: f64,
+    dead: Channels<'a, Condition>,
+    stuck: Channels<'a, Condition>,
+    saturated: Channels<'a, usize>,
+}
+
+/// The likeliest class, or that of each attribute by its name.
+struct Classes<'a> {
+    attributes: &'a [Attribute],
+    probabilities: &'a [f32],
+}
+
+impl Serialize for Classes<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut rest = self.probabilities;
+        let mut likeliest = |own: &Attribute| {
+            let (probabilities, after) = rest.split_at(own.classes.len());
+            rest = after;
+            // The first of equal ones, as everywhere.
+            (0..probabilities.len())
+                .reduce(|best, at| if probabilities[at] > probabilities[best] { at } else { best })
+        };
+        match self.attributes {
+            [own] => likeliest(own).map(|at| &own.classes[at]).serialize(serializer),
+            several => {
+                let mut map = serializer.serialize_map(Some(several.len()))?;
+                for own in several {
+                    map.serialize_entry(&own.name, &likeliest(own).map(|at| &own.classes[at]))?;
+                }
+                map.end()
+            }
+        }
+    }
+}
+
+struct Probabilities<'a>(&'a [String], &'a [f32]);
+
+impl Serialize for Probabilities<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().zip(self.1))
+    }
+}
+
+/// Values of a reading by name or position: those in a condition, or saturated within so many readings.
+struct Channels<'a, T> {
+    decision: &'a Decision<'a>,
+    names: &'a [String],
+    what: T,
+}
+
+impl Serialize for Channels<'_, Condition> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let own = self.decision.health.in_condition(self.what);
+        serializer.collect_seq(own.map(|at| Channel(at, self.names.get(at))))
+    }
+}
+
+impl Serialize for Channels<'_, usize> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let own = self.decision.health.saturated(self.what);
+        serializer.collect_seq(own.map(|at| Channel(at, self.names.get(at))))
+    }
+}
+
+struct Channel<'a>(usize, Option<&'a String>);
+
+impl Serialize for Channel<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.1 {
+            Some(name) => serializer.serialize_str(name),
+            None => serializer.serialize_u64(self.0 as u64),
+        }
+    }
+}
+
+impl Answers {
+    pub fn new(card: &Card) -> Self {
+        let named = |own: &Attribute, class: &String| match card.attributes.len() {
+            1 => class.clone(),
+            _ => format!("{}:{class}", own.name),
+        };
+        let outputs =
+            card.attributes.iter().flat_map(|own| own.classes.iter().map(move |class| named(own, class)));
+        let channels = card.reading.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        Answers { outputs: outputs.collect(), channels, recording: None, attributes: card.attributes.clone() }
+    }
+
+    /// Writes a decision as one line.
+    ///
+    /// # Errors
+    /// What writing says.
+    pub fn write(
+        &self,
+        decision: &Decision,
+        time: f64,
+        latency: Duration,
+        out: &mut impl Write,
+    ) -> std::io::Result<()> {
+        let (probabilities, refused) = match decision.probabilities() {
+            Ok(probabilities) => (Some(probabilities), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        let names = self.channels.as_slice();
+        let line = Line {
+            time,
+            reading: decision.reading,
+            recording: self.recording.as_deref(),
+            class: probabilities.map(|own| Classes { attributes: &self.attributes, probabilities: own }),
+            probabilities: probabilities.map(|own| Probabilities(&self.outputs, own)),
+            refused,
+            latency_ms: milliseconds(latency),
+            seen: decision.seen(),
+            dead: Channels { decision, names, what: Condition::Dead },
+            stuck: Channels { decision, names, what: Condition::Stuck },
+            saturated: Channels { decision, names, what: decision.known },
+        };
+        serde_json::to_writer(&mut *out, &line).map_err(std::io::Error::from)?;
+        out.write_all(b"\n")
+    }
+}
+
+/// To the nanosecond.
+fn milliseconds(duration: Duration) -> f64 {
+    duration.as_nanos() as f64 / 1e6
+}
+
+/// What has been counted beside the readings.
+#[derive(Default)]
+pub struct Summary {
+    decisions: u64,
+    early: u64,
+    refused: u64,
+    gaps: u64,
+    missing: u64,
+    jumps: u64,
+    repeated: u64,
+    anew: u64,
+    latencies: Spread,
+}
+
+impl Summary {
+    pub fn decided(&mut self, decision: &Decision, latency: Duration) {
+        self.decisions += 1;
+        self.early += u64::from(decision.is_early());
+        self.refused += u64::from(decision.probabilities().is_err());
+        self.latencies.push(latency);
+    }
+
+    /// Counts what a time stamp says, and says the first of each kind.
+    pub fn event(&mut self, event: Event, anew: bool) {
+        let then = if anew { "; the window begins anew" } else { "" };
+        match event {
+            Event::Steady => {}
+            Event::Repeated => self.repeated += 1,
+            Event::Gap(missing) => {
+                self.gaps += 1;
+                self.missing += missing;
+                if self.gaps == 1 {
+                    warn(&format!(
+                        "a gap: {missing} readings are missing{then}. It is said once, the summary counts them"
+                    ));
+                }
+            }
+            Event::Jump(seconds) => {
+                self.jumps += 1;
+                if self.jumps == 1 {
+                    warn(&format!(
+                        "the clock jumps by {seconds:.3} s{then}. It is said once, the summary counts them"
+                    ));
+                }
+            }
+        }
+        self.anew += u64::from(anew);
+    }
+
+    /// Writes the summary on standard error.
+    ///
+    /// # Errors
+    /// What is counted is always JSON.
+    pub fn write(&self, counted: &Counted, contacts: u64, ended: &str) -> serde_json::Result<()> {
+        let latency = json!({
+            "p50": self.latencies.quantile_ms(0.5), "p99": self.latencies.quantile_ms(0.99),
+            "max": (self.decisions > 0).then(|| self.latencies.most_ms()),
+        });
+        let summary = json!({"summary": {
+            "ended": ended, "readings": counted.readings, "decisions": self.decisions, "early": self.early,
+            "refused": self.refused, "contacts": contacts, "lines": counted.lines,
+            "skipped": {
+                "malformed": counted.malformed, "columns": counted.columns, "not_finite": counted.not_finite,
+                "too_long": counted.too_long,
+            },
+            "dropped": counted.dropped, "gaps": self.gaps, "missing_readings": self.missing,
+            "clock_jumps": self.jumps, "repeated_stamps": self.repeated, "windows_begun_anew": self.anew,
+            "latency_ms": latency,
+        }});
+        let _ = writeln!(std::io::stderr(), "{}", serde_json::to_string(&summary)?);
+        Ok(())
+    }
+}
