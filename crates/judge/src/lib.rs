@@ -18,10 +18,10 @@ mod values;
 pub use case::Case;
 pub use decide::{across, choose, claims, hardening, rank, statistics};
 pub use error::{Error, Result};
-pub use measure::{Options, StressOptions, judge, stress, survey};
+pub use measure::{EarlyOptions, Options, StressOptions, judge, stress, survey};
 pub use report::{Entry, Report, Summary, overview, report, survey_page, sweep_page};
 pub use values::{
-    Across, Alarms, Axis, Change, Choice, Claim, ClassPictures, Contest, CostKind, Criteria, EpochPoint,
+    Across, Alarms, Axis, Change, Choice, Claim, ClassPictures, Contest, CostKind, Criteria, Early, EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint,
     Evidence, Example, FaultCurve, FaultInfo, FoldLoss, Hardened, Judged, Judgement, MAJORITY, NetworkStress,
     OpenTrial, OtherWay, Outcome, Picture, PictureKind, Score, SensorRange, Setting, Speed, Spread, Stress,
     Survey, Sweep, SweepProgress, Test, Unmet, Verdict,

@@ -205,6 +205,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         networks,
         probes: vec![],
         stress: None,
+        early: None,
         examples: vec![],
     }
 }

@@ -10,8 +10,8 @@ use taxel_baselines::Method;
 use taxel_data::{Dataset, Labels, Source, SourceKind};
 use taxel_faults::Fault;
 use taxel_judge::{
-    Case, CostKind, Criteria, Judgement, Options, Outcome, StressOptions, Test, across, choose, claims,
-    judge, stress,
+    Case, CostKind, Criteria, EarlyOptions, Judgement, Options, Outcome, StressOptions, Test, across, choose,
+    claims, judge, stress,
 };
 use taxel_learn::{
     Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent, Split,
@@ -210,6 +210,13 @@ fn a_judgement_holds_what_a_report_needs() {
     assert!(judgement.networks.iter().any(|n| n.on_front));
     let stress = judgement.stress.as_ref().unwrap();
     assert!(stress.samples <= 10 && stress.of == 30, "{} of {}", stress.samples, stress.of);
+    let early = judgement.early.as_ref().unwrap();
+    assert!(early.samples <= 30 && early.ticks == 450, "{early:?}");
+    for (own, whole) in early.networks.iter().zip(&judgement.networks) {
+        assert_eq!((own.network.as_str(), own.points.len()), (whole.results.network.as_str(), 10));
+        // What zeros are filled in for looks like contact: nothing is refused, and little is right.
+        assert!(own.points[9].refused == 0, "{own:?}");
+    }
     assert!(!judgement.examples.is_empty());
     let example = &judgement.examples[0];
     assert_eq!(example.pictures[0].name, "reading");
@@ -251,6 +258,40 @@ fn a_run_is_chosen_from_and_asked_about_claims() {
     let shore = says("commonest error of 2D-Vgg6-Lite");
     assert!(shore.size.is_some_and(f64::is_finite), "{shore:?}");
     assert_eq!((&shore.source, shore.run.as_str()), (&Source::simulated("fingertip"), "judged"));
+}
+
+#[test]
+fn whole_samples_answered_early_are_the_runs_own_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = fingertip(folder.path());
+    let early = |threads| {
+        let wanted = EarlyOptions { threads, ..EarlyOptions::default() };
+        let options = Options { stress: None, early: Some(wanted), budget: 0.05, ..Options::default() };
+        judge(&case, &options).unwrap()
+    };
+    let judgement = early(2);
+    let own = judgement.early.as_ref().unwrap();
+    assert_eq!((own.samples, own.of, own.ticks), (60, 60, 50));
+    assert_eq!(early(1).early, judgement.early, "whatever the threads");
+    for (network, judged) in own.networks.iter().zip(&judgement.networks) {
+        let folds = &judged.results.folds;
+        let tested = |fold: &taxel_learn::FoldScores| fold.scores.accuracy * fold.test_samples as f64;
+        let all = folds.iter().map(tested).sum::<f64>() / 60.0;
+        let whole = network.points[9];
+        assert_eq!((whole.seen, whole.refused), (100, 0));
+        assert!((whole.accuracy - all).abs() < 1e-9, "{network:?}");
+        for own in &network.decisions {
+            assert!((10.0..=100.0).contains(&own.seen) && own.early <= 100.0, "{own:?}");
+        }
+        let seen: Vec<f64> = network.decisions.iter().map(|own| own.seen).collect();
+        assert!(seen.is_sorted(), "who wants to be surer waits longer: {network:?}");
+        // Of grasps that have hardly begun nobody knows the class; the baseline that reads nothing never learns more.
+        let first = network.points[0].accuracy;
+        assert!(network.network != "majority" || first == whole.accuracy, "{network:?}");
+        assert!(network.network != "mini-rocket" || first < whole.accuracy, "{network:?}");
+    }
+    let none = Options { stress: None, early: None, budget: 0.05, ..Options::default() };
+    assert_eq!(judge(&case, &none).unwrap().early, None);
 }
 
 #[test]

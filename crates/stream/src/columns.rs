@@ -5,6 +5,7 @@ use std::str::FromStr;
 use taxel_data::{Clock, Layout, Reading};
 
 use crate::error::Error;
+use crate::fault::Fault;
 use crate::numbers::{Names, Numbers};
 
 /// Where time stamps stand.
@@ -30,17 +31,6 @@ impl FromStr for Time {
             Err(_) => Ok(Time::Named(text.trim().into())),
         }
     }
-}
-
-/// Why a line is no reading, in words.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Fault {
-    /// Something in it is no number.
-    Malformed(String),
-    /// There are more or fewer numbers than a reading has.
-    Columns(String),
-    /// A number is NaN or infinite.
-    NotFinite(String),
 }
 
 /// Makes readings of lines.
@@ -115,7 +105,9 @@ impl Columns {
         self.numbers.read(line, &mut self.names, is_time)?;
         let (width, time) = (self.numbers.values.len(), self.numbers.time);
         if self.taken.as_ref().is_none_or(|taken| taken.width != width || taken.time != time) {
-            let taken = self.take(width, time)?;
+            let taken = self.take(width, time);
+            // Where something is no number at all, that is what is wrong.
+            let taken = taken.map_err(|fault| self.numbers.no_number(line).unwrap_or(fault))?;
             self.taken = Some(taken);
         }
         let taken = self.taken.iter().flat_map(|taken| &taken.values);

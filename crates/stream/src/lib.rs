@@ -39,6 +39,7 @@ mod columns;
 mod contact;
 mod decider;
 mod error;
+mod fault;
 mod health;
 mod lines;
 mod numbers;

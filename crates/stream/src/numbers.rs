@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::columns::Fault;
+use crate::fault::Fault;
 
 /// Letters of a line that a message shows.
 const SHOWN: usize = 40;
@@ -120,6 +120,12 @@ impl Numbers {
             }
         }
         Ok(())
+    }
+
+    /// The first field of a line of CSV that is no number.
+    pub fn no_number(&self, line: &str) -> Option<Fault> {
+        let mut fields = fields(line).enumerate().filter(|_| !line.starts_with(['[', '{']));
+        fields.find(|(_, field)| field.parse::<f32>().is_err()).map(|(at, field)| no_number(at, field))
     }
 
     /// What is wrong with number `at` of a line, which is not finite.

@@ -39,7 +39,7 @@ impl Spread {
 
     /// The longest, in ms.
     pub fn most_ms(&self) -> f64 {
-        1e3 * self.most.as_secs_f64()
+        self.most.as_nanos() as f64 / 1e6
     }
 
     /// What a share of them, 0 to 1, took no longer than, in ms, to 1 %; none of nothing.

@@ -3,8 +3,9 @@
 use std::io::Read;
 use std::time::Instant;
 
-use crate::columns::{Columns, Fault};
+use crate::columns::Columns;
 use crate::error::{Error, Result};
+use crate::fault::Fault;
 use crate::lines::{Line, Lines};
 use crate::pace::Pacer;
 use crate::queue::{Closed, Counts, Feed, Skip};

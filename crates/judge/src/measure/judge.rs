@@ -6,6 +6,7 @@ use taxel_learn::{
 };
 
 use super::chance::chance;
+use super::early::{EarlyOptions, early};
 use super::examples::examples;
 use super::speed::speed;
 use super::stress::{StressOptions, stress};
@@ -21,6 +22,8 @@ const FILE: &str = "judgement.json";
 pub struct Options<'a> {
     /// Faults to try; none leaves the stress test out.
     pub stress: Option<StressOptions>,
+    /// Whether and how to ask about the starts of samples.
+    pub early: Option<EarlyOptions>,
     /// Seconds for timing one network.
     pub budget: f64,
     /// Hears what is being done.
@@ -35,6 +38,7 @@ impl Default for Options<'_> {
     fn default() -> Self {
         Options {
             stress: Some(StressOptions::default()),
+            early: Some(EarlyOptions::default()),
             budget: 2.0,
             say: &|_| {},
             start: &|_| {},
@@ -64,6 +68,13 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
         }
         None => None,
     };
+    let early = match &options.early {
+        Some(wanted) => {
+            (options.say)("asking about the starts of test samples");
+            early(case, wanted)?
+        }
+        None => None,
+    };
     let results = Results { networks: vec![], ..case.results.clone() };
     Ok(Judgement {
         protocol: results.protocol.words(),
@@ -74,6 +85,7 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
         networks,
         probes: probes.into_iter().cloned().collect(),
         stress,
+        early,
         results,
     })
 }

@@ -1,6 +1,7 @@
 //! What is measured about a run: speed, accuracy under faults, examples.
 
 mod chance;
+mod early;
 mod examples;
 mod guarding;
 mod judge;
@@ -13,6 +14,7 @@ mod survey;
 mod threads;
 mod verdict;
 
+pub use early::EarlyOptions;
 pub use judge::{Options, judge};
 pub use stress::{StressOptions, stress};
 pub use survey::survey;

@@ -15,14 +15,14 @@ use crate::error::{Error, Result};
 use crate::values::Alarms;
 
 /// Samples that a network answers at a time.
-const BATCH: usize = 64;
+pub(super) const BATCH: usize = 64;
 
 /// Rows of the data set that a fold tests, with the models that have not seen them.
 pub(super) struct Part {
     pub fold: usize,
     pub rows: Vec<usize>,
     pub truth: Vec<u32>,
-    keys: Vec<FoldKey>,
+    pub keys: Vec<FoldKey>,
 }
 
 impl Part {
@@ -290,7 +290,7 @@ fn ask_behind(
 
 /// Probabilities of `broken` samples, and which of them cannot be encoded; the clean ones stand in for
 /// those, so that the others still make a batch.
-fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<Asked> {
+pub(super) fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<Asked> {
     if let Ok(inputs) = predictor.encode(broken) {
         return Ok((predictor.answer(&inputs)?, vec![]));
     }

@@ -1,4 +1,4 @@
-//! One thread for what would spread over many.
+//! As many threads as are asked for, for what would spread over more.
 
 use crate::error::{Error, Result};
 
@@ -7,6 +7,14 @@ use crate::error::{Error, Result};
 /// # Errors
 /// A thread that cannot be started, or what `work` refuses.
 pub(super) fn alone<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    pool.map_err(|e| Error::Threads { threads: 1, reason: e.to_string() })?.install(work)
+    on(1, work)
+}
+
+/// Runs `work` where rayon has so many threads.
+///
+/// # Errors
+/// Threads that cannot be started, or what `work` refuses.
+pub(super) fn on<T: Send>(threads: usize, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| Error::Threads { threads, reason: e.to_string() })?.install(work)
 }

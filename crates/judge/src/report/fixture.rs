@@ -84,6 +84,17 @@ fn stress() -> Value {
     })
 }
 
+fn early() -> Value {
+    let own = |(name, accuracy, ..): (&str, f64, f64, u64, bool)| {
+        let point = |seen: u8| json!({"seen": seen, "accuracy": accuracy - 0.5 * f64::from(100 - seen), "refused": 0});
+        let points: Vec<Value> = (1..=10).map(|tenth| point(10 * tenth)).collect();
+        let decisions =
+            json!([{"confidence": 0.9, "accuracy": accuracy - 1.25, "seen": 62.5, "early": 80.0}]);
+        json!({"network": name, "points": points, "decisions": decisions})
+    };
+    json!({"samples": 40, "of": 120, "ticks": 50, "padding": "zero", "networks": NETWORKS.map(own)})
+}
+
 /// What a report shows, every part of it.
 pub(super) fn judgement() -> Judgement {
     let environment = json!({
@@ -103,7 +114,7 @@ pub(super) fn judgement() -> Judgement {
             "left_out": {"svm": HOSTILE},
         },
         "protocol": "stratified 2-fold", "environment": environment, "judged_on": environment,
-        "chance": 33.3, "networks": (0..NETWORKS.len()).map(network).collect::<Vec<_>>(), "stress": stress(),
+        "chance": 33.3, "networks": (0..NETWORKS.len()).map(network).collect::<Vec<_>>(), "stress": stress(), "early": early(),
         "examples": [{
             "origin": HOSTILE, "truth": "soft", "verdicts": [verdict],
             "pictures": [

@@ -12,6 +12,8 @@ pub(super) mod table {
     pub const CONFUSION: &str = "confusion";
     pub const COPIES: &str = "copies";
     pub const COSTS: &str = "costs";
+    pub const EARLY: &str = "early";
+    pub const EARLY_DECISIONS: &str = "early-decisions";
     pub const EVIDENCE: &str = "evidence";
     pub const EXAMPLES: &str = "examples";
     pub const FAULTS: &str = "faults";
@@ -44,6 +46,7 @@ pub(super) mod chart {
     /// What the names of all confusion matrices begin with.
     pub const CONFUSION: &str = "confusion-";
     pub const CRITICAL_DIFFERENCE: &str = "critical-difference";
+    pub const EARLY: &str = "early";
     pub const DRIFT: &str = "drift";
     pub const FAULT_CURVES: &str = "fault-curves";
     pub const FAULT_LOSSES: &str = "fault-losses";

@@ -37,6 +37,7 @@ pub(super) fn page(
         ("recommendation", "Recommendation", Some(parts.recommendation())),
         ("speed", "Accuracy against speed", Some(parts.speed())),
         ("breaking", "Where they break", Some(parts.breaking())),
+        ("early", "Early decisions", parts.early()),
         ("evidence", "Evidence", parts.evidence()),
         ("claims", "Claims", parts.claims()),
         ("details", "Details", Some(parts.details())),
@@ -210,6 +211,16 @@ impl Parts<'_> {
                 ul { @for (fault, reason) in &stress.left_out { li { (fault) ": " (reason) } } }
             }
         }
+    }
+
+    fn early(&self) -> Option<Markup> {
+        let chart = self.chart(charts::EARLY, tables::EARLY)?;
+        Some(html! {
+            p { "How right answers are before a sample is whole, as " code { "taxel stream --early" } " gives them." }
+            (chart)
+            (self.table(tables::EARLY).unwrap_or_default())
+            (self.folded(tables::EARLY_DECISIONS))
+        })
     }
 
     fn evidence(&self) -> Option<Markup> {

@@ -175,6 +175,30 @@ fn files_hold_the_numbers_under_faults() {
 }
 
 #[test]
+fn files_hold_the_numbers_of_early_decisions() {
+    let (report, judgement) = (whole(), judgement());
+    let early = judgement.early.as_ref().unwrap();
+    for (row, n) in read(report, "early").iter().zip(&early.networks) {
+        assert_eq!(row["network"], n.network);
+        for point in &n.points {
+            assert_eq!(number(row, &format!("accuracy_at_{}_percent", point.seen)), point.accuracy);
+        }
+    }
+    let decisions = &read(report, "early-decisions")[1];
+    assert_eq!((decisions["network"].as_str(), number(decisions, "confidence")), ("large-2d", 0.9));
+    assert_eq!((number(decisions, "accuracy_percent"), number(decisions, "seen_percent")), (92.25, 62.5));
+    let chart = file(report, "charts/early.svg");
+    assert!(chart.contains("<title>small-1d, 10 % seen: 46.2 %</title>"), "{chart}");
+    assert!(!chart.contains("majority"), "it is the line of chance");
+    assert!(
+        file(report, "report.html").contains("40 of 120 test samples of 50 readings, filled up with zeros")
+    );
+    let without = Judgement { early: None, ..judgement };
+    let page = super::report(&without, None, &[]).unwrap();
+    assert!(!file(&page, "report.html").contains("Early decisions"));
+}
+
+#[test]
 fn files_hold_mistakes_evidence_and_claims() {
     let report = whole();
     let matrix = read(report, "confusion");

@@ -1,9 +1,9 @@
 //! Sentences that tables, charts and page share.
 
-use taxel_data::SourceKind;
+use taxel_data::{Padding, SourceKind};
 use taxel_learn::NetworkResults;
 
-use crate::values::{Judged, Judgement, Stress};
+use crate::values::{Early, Judged, Judgement, Stress};
 
 /// `simulated` or `real`.
 pub(super) fn kind(kind: SourceKind) -> &'static str {
@@ -56,6 +56,17 @@ pub(super) fn alarms(stress: &Stress) -> String {
             own.elements
         ),
     }
+}
+
+/// How many samples, and what their starts are filled up with.
+pub(super) fn early_basis(early: &Early) -> String {
+    let Early { samples, of, ticks, padding, .. } = early;
+    let part = if samples < of { format!("{samples} of {of}") } else { samples.to_string() };
+    let filled = match padding {
+        Padding::Zero => "zeros",
+        Padding::Edge => "their last reading",
+    };
+    format!("the starts of {part} test samples of {ticks} readings, filled up with {filled}")
 }
 
 /// A name that is safe in a file name and an anchor.

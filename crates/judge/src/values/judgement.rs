@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use taxel_data::SourceKind;
 use taxel_learn::{Environment, NetworkResults, Results};
 
+use super::early::Early;
 use super::example::Example;
 use super::speed::Speed;
 use super::stress::Stress;
@@ -28,6 +29,9 @@ pub struct Judgement {
     pub probes: Vec<NetworkResults>,
     /// Accuracy under faults; none where it was not asked for.
     pub stress: Option<Stress>,
+    /// Accuracy on the starts of samples; none where samples have no time, or where it was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub early: Option<Early>,
     /// Some test samples with what networks say about them.
     pub examples: Vec<Example>,
 }

@@ -4,6 +4,7 @@
 mod across;
 mod choice;
 mod claim;
+mod early;
 mod example;
 mod hardening;
 mod judgement;
@@ -15,6 +16,7 @@ mod sweep;
 pub use across::{Across, Contest, Friedman};
 pub use choice::{Choice, CostKind, Criteria, Evidence, Test};
 pub use claim::{Claim, Outcome};
+pub use early::{Early, EarlyDecisions, EarlyNetwork, EarlyPoint};
 pub use example::{Example, Picture, PictureKind, Verdict};
 pub use hardening::{Change, Hardened, Unmet};
 pub use judgement::{EpochPoint, Judged, Judgement};

@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::Path;
 
-use taxel::judge::{Case, Judgement, Options, StressOptions, judge};
+use taxel::judge::{Case, EarlyOptions, Judgement, Options, StressOptions, judge};
 use taxel::learn::{IndicatifProgress, Progress};
 use taxel::{Registry, RunFolder};
 
@@ -42,7 +42,9 @@ pub fn now(case: &Case, stress: Option<StressOptions>) -> Result<Judgement, taxe
     let _lock = case.folder.lock()?;
     let progress = IndicatifProgress::default();
     let terminal = std::io::stderr().is_terminal();
+    let limits = |own: &StressOptions| EarlyOptions { samples: own.samples, threads: own.threads };
     let options = Options {
+        early: Some(stress.as_ref().map(limits).unwrap_or_default()),
         stress,
         say: &|what| {
             if terminal {

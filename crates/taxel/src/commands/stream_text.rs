@@ -218,8 +218,10 @@ impl Summary {
     /// # Errors
     /// What is counted is always JSON.
     pub fn write(&self, counted: &Counted, contacts: u64, ended: &str) -> serde_json::Result<()> {
+        // A quantile is right to 1 %.
+        let quantile = |share| self.latencies.quantile_ms(share).map(|ms| (1e5 * ms).round() / 1e5);
         let latency = json!({
-            "p50": self.latencies.quantile_ms(0.5), "p99": self.latencies.quantile_ms(0.99),
+            "p50": quantile(0.5), "p99": quantile(0.99),
             "max": (self.decisions > 0).then(|| self.latencies.most_ms()),
         });
         let summary = json!({"summary": {

@@ -5,6 +5,7 @@ mod bars;
 mod chart;
 mod confusion;
 mod curves;
+mod early;
 mod faults;
 mod labels;
 mod look;
@@ -26,6 +27,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     all.extend(faults::curves(judgement));
     all.extend(faults::heat(judgement));
     all.extend(bars::calibration(judgement));
+    all.extend(early::shares(judgement));
     all.extend(curves::training(judgement));
     all.extend(curves::few_samples(judgement));
     all.extend(confusion::charts(judgement));

@@ -1,6 +1,7 @@
 //! The tables of a report.
 
 mod costs;
+mod early;
 mod evidence;
 mod faults;
 mod guard;
@@ -47,6 +48,9 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[C
     }
     let hardened = crate::decide::hardening(judgement)?;
     all.extend([hardening::hardening(&hardened), hardening::unmet(&hardened)]);
+    if let Some(own) = &judgement.early {
+        all.extend([early::shares(own), early::decisions(own)]);
+    }
     all.retain(|table| !table.rows.is_empty());
     Ok(all)
 }

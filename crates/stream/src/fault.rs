@@ -1,0 +1,12 @@
+//! Why a line is no reading.
+
+/// Why a line is no reading, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// Something in it is no number.
+    Malformed(String),
+    /// There are more or fewer numbers than a reading has.
+    Columns(String),
+    /// A number is NaN or infinite.
+    NotFinite(String),
+}
