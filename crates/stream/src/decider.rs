@@ -243,8 +243,9 @@ fn check(options: &Options, reading: &Reading, before: usize, ticks: usize) -> R
         return refuse("full-scale", full.to_string(), "is the largest possible reading, above 0");
     }
     if reading.layout.time_axis().is_none() && (options.early.is_some() || options.contact) {
+        let early = options.early.map_or(String::new(), |early| early.to_string());
         let (option, value) =
-            if options.contact { ("contact", String::new()) } else { ("early", String::new()) };
+            if options.contact { ("contact", "asked for".into()) } else { ("early", early) };
         return refuse(
             option,
             value,

@@ -73,8 +73,11 @@ impl Health {
         self.readings = 0;
     }
 
-    /// Hears a reading.
+    /// Hears a reading; one of another length says nothing.
     pub fn push(&mut self, reading: &[f32]) {
+        if reading.len() != self.channels.len() {
+            return;
+        }
         if self.readings == 0 {
             self.rest.copy_from_slice(reading);
         }

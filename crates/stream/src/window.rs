@@ -54,9 +54,12 @@ impl Window {
         self.known = self.known.min(readings);
     }
 
-    /// Writes the sample that the readings make, the oldest first, filled up by `padding`. `sample` has as many values
-    /// as a sample of the model.
+    /// Writes the sample that the readings make, the oldest first, filled up by `padding`. A `sample` of another length
+    /// than the model's is left as it is.
     pub fn sample(&self, padding: Padding, sample: &mut [f32]) {
+        if sample.len() != self.ring.len() {
+            return;
+        }
         let (before, ticks, after) = self.around;
         let each = self.each();
         for tick in 0..self.known {

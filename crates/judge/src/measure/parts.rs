@@ -261,7 +261,7 @@ fn corrupt(
 }
 
 /// Probabilities, and which samples cannot be encoded.
-type Asked = (Vec<f32>, Vec<usize>);
+pub(super) type Asked = (Vec<f32>, Vec<usize>);
 
 /// The answers to samples `x` behind a guard; where it found nothing they are those `without` it.
 fn ask_behind(

@@ -190,7 +190,7 @@ impl Predict {
 }
 
 /// Names of the attributes where the model answers several.
-fn attributes(card: &taxel::Card) -> Vec<String> {
+pub(super) fn attributes(card: &taxel::Card) -> Vec<String> {
     match card.attributes.as_slice() {
         [_] => vec![],
         several => several.iter().map(|own| own.name.clone()).collect(),
@@ -198,7 +198,7 @@ fn attributes(card: &taxel::Card) -> Vec<String> {
 }
 
 /// Image files are brought to the size that the model reads.
-fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
+pub(super) fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
     let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
     match reading.shape[..] {
         [.., height, width] if reading.layout.has_area() && holds_images() => Some([height, width]),

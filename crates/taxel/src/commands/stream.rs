@@ -15,6 +15,7 @@ use taxel::{Model, Options};
 
 use crate::Outcome;
 use crate::commands::interrupt::flag;
+use crate::commands::predict::{attributes, resize};
 use crate::commands::stream_text::{Answers, Summary, warn};
 
 /// How long nothing may come before signals are looked for.
@@ -147,6 +148,7 @@ impl Stream {
             answers: Answers::new(decider.card()),
             summary: Summary::default(),
             said_rate: false,
+            said_vain: false,
             first: None,
         };
         let how = work.answer(&mut decider, &readings, &cancel);
@@ -195,16 +197,24 @@ impl Stream {
     }
 
     fn told(&self, decider: &Decider) -> Told {
-        let reading = decider.card().reading.clone();
+        let card = decider.card();
+        let reading = card.reading.clone();
+        let path = self.input.as_deref();
+        let bags = path.is_some_and(taxel::data::are_bags);
+        // As `taxel predict` reads recordings, each as long as it is.
+        let options = Options {
+            resize: path.and_then(|path| resize(path, &reading)),
+            attributes: attributes(card),
+            layout: Some(reading.layout),
+            topics: if bags { reading.topics.clone() } else { vec![] },
+            table: reading.table.clone().unwrap_or_default(),
+            ..Options::default()
+        };
         Told {
             columns: Columns::new(&reading, self.time.clone(), self.clock),
             pace: if self.pace == Speed::Rate { Pace::Rate } else { Pace::Fast },
             rate: self.rate,
-            options: Options {
-                layout: Some(reading.layout),
-                topics: reading.topics.clone(),
-                ..Options::default()
-            },
+            options,
             reading,
         }
     }
@@ -215,8 +225,9 @@ struct Work {
     stamps: Stamps,
     answers: Answers,
     summary: Summary,
-    /// Whether it has been said that the rate is not the model's.
+    /// Whether it has been said that the rate is not the model's, and that no contact can be seen.
     said_rate: bool,
+    said_vain: bool,
     /// When the first reading came.
     first: Option<Instant>,
 }
@@ -275,6 +286,12 @@ impl Work {
         let first = *self.first.get_or_insert(arrival.at);
         if self.is_torn(decider, arrival) {
             decider.anew();
+        }
+        if !self.said_vain && decider.waits_in_vain() {
+            self.said_vain = true;
+            warn(
+                "--contact: no value has a level at rest above 0, so that no contact can be seen; say --full-scale",
+            );
         }
         let Some(decision) = decider.push(&arrival.values) else { return Ok(()) };
         let latency = arrival.at.elapsed();
