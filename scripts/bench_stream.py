@@ -2,7 +2,7 @@
 """Measures `taxel stream`: latencies and losses at a rate with a core kept busy, memory, and the start of the process.
 
     cargo build --release -p taxel
-    python3 scripts/bench_stream.py [--model m.safetensors] [--decisions 100000] [--rate 1000] [--busy 1]
+    python3 scripts/bench_stream.py [--model m.safetensors] [--decisions 100000] [--rate 1000] [--busy 1] [--priority 10]
 
 Without --model, resnet8-lite-1d is fitted to simulated grasps (5 channels, windows of 50 readings) first. Three things:
 
@@ -68,23 +68,24 @@ def quantile(values, share):
     return sorted(values)[min(len(values) - 1, math.ceil(share * len(values)) - 1)]
 
 
-def replay(model, file, folder, decisions, *arguments):
+def replay(binary, model, file, folder, decisions, *arguments):
     """Streams a file with a hop of 1; latencies in ms, memory along the way, the summary."""
     out, errors = folder / "decisions.jsonl", folder / "errors.txt"
-    command = [BINARY, "stream", model, "--input", file, "--hop", "1", *arguments]
+    command = [*binary, "stream", model, "--input", file, "--hop", "1", *arguments]
     memory, begin = [], time.monotonic()
     with open(out, "wb") as to, open(errors, "wb") as complain:
         process = subprocess.Popen([str(part) for part in command], stdout=to, stderr=complain)
         while process.poll() is None:
             memory.append(resident(process.pid, "VmRSS:"))
-            time.sleep(0.5)
+            time.sleep(0.1)
     seconds = time.monotonic() - begin
     if process.returncode:
         raise SystemExit(errors.read_text())
     with open(out) as lines:
         latencies = [json.loads(line)["latency_ms"] for line in lines]
     summary = summary_of(errors)
-    memory = [own for own in memory if own]
+    # The first is that of a process that has hardly begun.
+    memory = [own for own in memory[1:] if own]
     figures = {
         "readings": summary["readings"], "decisions": len(latencies), "dropped": summary["dropped"],
         "p50_ms": quantile(latencies, 0.5), "p99_ms": quantile(latencies, 0.99), "p999_ms": quantile(latencies, 0.999),
@@ -96,11 +97,11 @@ def replay(model, file, folder, decisions, *arguments):
     return figures
 
 
-def start(model):
+def start(binary, model):
     """Milliseconds from before the start of the process to its first decision, and its highest resident memory in MB."""
     lines = "".join(reading(t) + "\n" for t in range(TICKS)).encode()
     begin = time.monotonic()
-    process = subprocess.Popen([BINARY, "stream", model], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    process = subprocess.Popen([binary, "stream", model], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                stderr=subprocess.DEVNULL)
     process.stdin.write(lines)
     process.stdin.flush()
@@ -112,10 +113,10 @@ def start(model):
     return milliseconds, peak
 
 
-def fitted(folder):
+def fitted(binary, folder):
     config, model = folder / "bench.toml", folder / "model.safetensors"
     config.write_text(CONFIG)
-    subprocess.run([BINARY, "fit", config, "--output", model], check=True, stdout=subprocess.DEVNULL,
+    subprocess.run([binary, "fit", config, "--output", model], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     return model
 
@@ -126,22 +127,26 @@ def main():
     parser.add_argument("--decisions", type=int, default=100_000)
     parser.add_argument("--rate", type=float, default=1000.0)
     parser.add_argument("--busy", type=int, default=1, help="processes that count as fast as they can")
+    parser.add_argument("--priority", type=int, help="real-time priority of the stream (SCHED_FIFO), as a robot gives it")
+    parser.add_argument("--binary", type=pathlib.Path, default=BINARY)
     parser.add_argument("--starts", type=int, default=21)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        model = args.model or fitted(folder)
+        model = args.model or fitted(args.binary, folder)
         file = folder / "readings.csv"
         file.write_text("".join(reading(t) + "\n" for t in range(args.decisions + TICKS - 1)))
-        starts = [start(model) for _ in range(args.starts)]
+        starts = [start(args.binary, model) for _ in range(args.starts)]
         print(json.dumps({"start": {
             "median_ms": round(statistics.median(ms for ms, _ in starts), 1),
             "max_ms": round(max(ms for ms, _ in starts), 1), "peak_mb": round(max(mb for _, mb in starts), 1)}}))
-        print(json.dumps({"fast": replay(model, file, folder, args.decisions)}))
+        print(json.dumps({"fast": replay([args.binary], model, file, folder, args.decisions)}))
         idle = [multiprocessing.Process(target=spin, daemon=True) for _ in range(args.busy)]
         for own in idle:
             own.start()
-        paced = replay(model, file, folder, args.decisions, "--pace", "rate", "--rate", str(args.rate))
+        command = [] if args.priority is None else ["chrt", "-f", str(args.priority)]
+        paced = ["--pace", "rate", "--rate", str(args.rate)]
+        paced = replay([*command, args.binary], model, file, folder, args.decisions, *paced)
         for own in idle:
             own.kill()
         print(json.dumps({f"paced at {args.rate:g} Hz, {args.busy} busy": paced}))

@@ -79,11 +79,12 @@ impl Reading {
         }
     }
 
-    /// What a sample is filled up with of which only the start is known: as its own rule does, else zeros.
+    /// What a sample is filled up with of which only the start is known: as its own rule does, else its last reading, which
+    /// a network mistakes for less than zeros in the middle of a press.
     pub fn padding(&self) -> Padding {
         match self.length {
             Some(Length::Pad { value, .. }) => value,
-            _ => Padding::default(),
+            _ => Padding::Edge,
         }
     }
 }

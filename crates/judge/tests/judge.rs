@@ -214,7 +214,6 @@ fn a_judgement_holds_what_a_report_needs() {
     assert!(early.samples <= 30 && early.ticks == 450, "{early:?}");
     for (own, whole) in early.networks.iter().zip(&judgement.networks) {
         assert_eq!((own.network.as_str(), own.points.len()), (whole.results.network.as_str(), 10));
-        // What zeros are filled in for looks like contact: nothing is refused, and little is right.
         assert!(own.points[9].refused == 0, "{own:?}");
     }
     assert!(!judgement.examples.is_empty());

@@ -250,6 +250,8 @@ mod tests {
         assert!(feed.reading(&[99.0], None, Instant::now()).is_ok());
         (1..WAITING.0).for_each(|value| assert_eq!(next(&stream), (value as f32, 0)));
         assert_eq!(next(&stream), (99.0, 3), "three were lost before it");
+        assert!(feed.reading(&[100.0], None, Instant::now()).is_ok());
+        assert_eq!(next(&stream), (100.0, 0), "and none before this one");
         drop(stream);
         assert!(feed.reading(&[0.0], None, Instant::now()).is_err());
     }

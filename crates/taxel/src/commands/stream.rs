@@ -95,7 +95,7 @@ pub struct Stream {
     #[arg(long, value_name = "CONFIDENCE")]
     early: Option<f32>,
     /// What an early window is filled up with: zeros, or its last reading [default: what the model has learned with, else
-    /// zeros].
+    /// its last reading].
     #[arg(long, value_enum, requires = "early")]
     pad: Option<Filler>,
     /// The largest possible reading [default: the model's]: what is there is saturated.
