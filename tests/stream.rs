@@ -360,17 +360,19 @@ fn a_csv_is_replayed_and_may_be_decided_early() {
     assert_eq!(lasts(&whole), [49, 99]);
     let early = stream(&[&input[..], &["--early", "0.01"]].concat()).output().unwrap();
     let own = decisions(&early);
-    assert_eq!((lasts(&early), &own[0]["seen"]), (vec![0, 50], &0.02.into()));
+    assert_eq!((lasts(&early), &own[0]["seen"]), (vec![4, 54], &0.1.into()));
     assert_eq!(summary(&early)["early"], 2);
     // What was not there was filled up as predict does it with a rule of the same kind.
     let start = folder.path().join("start.csv");
-    fs::write(&start, lines(0..1)).unwrap();
+    fs::write(&start, lines(0..5)).unwrap();
     for (pad, rule) in [("zero", "pad:50"), ("edge", "pad:50,edge")] {
         let output = taxel(&["predict", text(&MODEL.1), text(&start), "--length", rule, "--format", "json"]);
         let all: Value = serde_json::from_slice(&{ output }.output().unwrap().stdout).unwrap();
         let early = stream(&[&input[..], &["--early", "0.01", "--pad", pad]].concat()).output().unwrap();
         assert_eq!(bits(&decisions(&early)[0]), bits(&all["answers"][0]), "{pad}");
     }
+    let late = stream(&[&input[..], &["--early", "0.01", "--least", "20"]].concat()).output().unwrap();
+    assert_eq!(lasts(&late), [19, 69]);
     let never = stream(&[&input[..], &["--early", "1"]].concat()).output().unwrap();
     assert_eq!((lasts(&never), summary(&never)["early"].as_u64()), (vec![49, 99], Some(0)));
 }

@@ -26,6 +26,8 @@ pub struct Decider {
     hop: usize,
     before: usize,
     early: Option<f32>,
+    /// Readings before which nothing is decided.
+    least: usize,
     padding: Padding,
     sample: Vec<f32>,
     /// Of the last answer.
@@ -100,6 +102,7 @@ impl Decider {
             hop: options.hop.unwrap_or((ticks / 4).max(1)),
             before,
             early: options.early,
+            least: options.least.unwrap_or(ticks.div_ceil(10)),
             padding: options.padding.unwrap_or(reading.padding()),
             sample: vec![0.0; ticks * window.each()],
             readings: 0,
@@ -181,7 +184,8 @@ impl Decider {
         }
         let (known, ticks) = (self.window.known(), self.window.ticks());
         let full = known == ticks;
-        let asked = (!self.decided && (full || self.early.is_some())).then(|| self.ask());
+        let asked =
+            (!self.decided && (full || (self.early.is_some() && known >= self.least))).then(|| self.ask());
         let decides = asked.as_ref().is_some_and(|sure| full || matches!(sure, Ok(true)));
         self.decided |= decides;
         if full {

@@ -14,6 +14,9 @@ pub struct Options {
     pub before: Option<usize>,
     /// The probability, above 0 and at most 1, at which a window is decided before it is full.
     pub early: Option<f32>,
+    /// Readings that a window has at least before it is decided early. Default a tenth of a window, the least that reports
+    /// measure.
+    pub least: Option<usize>,
     /// What a window is filled up with that is decided early. Default as the model's own length rule does, else its last reading.
     pub padding: Option<Padding>,
     /// The largest possible reading. Default what the model's card says.

@@ -72,8 +72,13 @@ fn an_early_decision_is_made_once_as_soon_as_the_model_is_sure() {
         };
         let most = (1..TICKS).map(sure).fold(0.0, f32::max);
         let first = (1..TICKS).find(|known| sure(*known) == most).unwrap();
-        let options =
-            Options { early: Some(most), padding: Some(padding), hop: Some(TICKS), ..Options::default() };
+        let options = Options {
+            early: Some(most),
+            least: Some(1),
+            padding: Some(padding),
+            hop: Some(TICKS),
+            ..Options::default()
+        };
         let all = decisions(&mut decider(&model, &options), (0..TICKS).map(reading));
         assert_eq!(all.len(), 1, "once per window");
         assert_eq!((all[0].0, all[0].1), (first as u64 - 1, first));
@@ -85,6 +90,11 @@ fn an_early_decision_is_made_once_as_soon_as_the_model_is_sure() {
         let options = Options { early: Some(0.01), hop: Some(4), ..options };
         let all = decisions(&mut decider(&model, &options), (0..20).map(reading));
         assert_eq!(all.iter().map(|own| (own.0, own.1)).collect::<Vec<_>>(), [(0, 1), (12, 9), (16, 9)]);
+        // By default with a tenth of 12 readings, two, or as many as are said.
+        for (least, first) in [(None, 1), (Some(7), 6), (Some(99), 11)] {
+            let all = decisions(&mut decider(&model, &Options { least, ..options }), (0..12).map(reading));
+            assert_eq!(lasts(&all), [first]);
+        }
     }
 }
 

@@ -94,6 +94,9 @@ pub struct Stream {
     /// missing is padded. `taxel report` shows how right early answers are.
     #[arg(long, value_name = "CONFIDENCE")]
     early: Option<f32>,
+    /// Readings that a window has at least before it is decided early [default: a tenth of a window].
+    #[arg(long, value_name = "N", requires = "early")]
+    least: Option<usize>,
     /// What an early window is filled up with: zeros, or its last reading [default: what the model has learned with, else
     /// its last reading].
     #[arg(long, value_enum, requires = "early")]
@@ -180,6 +183,7 @@ impl Stream {
             contact: self.contact,
             before: self.before,
             early: self.early,
+            least: self.least,
             padding: self.pad.map(|pad| match pad {
                 Filler::Zero => Padding::Zero,
                 Filler::Edge => Padding::Edge,
