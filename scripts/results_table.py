@@ -35,10 +35,18 @@ def twins(folder):
     return {line["network"]: line for line in lines}
 
 
+def lost(folder):
+    """Mean loss under faults by network, where the report has tested them."""
+    path = folder / "judgement.json"
+    stress = json.loads(path.read_text()).get("stress") if path.exists() else None
+    return {n["network"]: n["mean_loss"] for n in (stress or {}).get("networks", [])}
+
+
 def table(folder, results):
-    twin = twins(folder)
+    twin, losses = twins(folder), lost(folder)
     published = any(n.get("published") for n in results["networks"])
     head = ["network", "parameters", "MACs", f"accuracy % [{results['source']}]", "macro-F1 %", "latency ms"]
+    head += ["lost under faults, pp"] if losses else []
     head += ["PyTorch twin, same folds %"] if twin else []
     head += ["*published*: the paper's own data %"] if published else []
     rows = []
@@ -47,6 +55,8 @@ def table(folder, results):
             continue
         row = [f"`{n['network']}`", f"{n['costs']['parameters']:,}", f"{n['costs']['macs']:,}"]
         row += [spread(n["mean"], n["sd"], "accuracy"), spread(n["mean"], n["sd"], "f1"), latency(folder, n["network"])]
+        if losses:
+            row.append(f"{losses[n['network']]:.1f}" if n["network"] in losses else "–")
         if twin:
             line = twin.get(n["network"])
             row.append(f"{line['twin']:.2f}" if line else "–")
