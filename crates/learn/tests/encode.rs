@@ -158,11 +158,26 @@ fn images_get_a_channel_axis_and_a_full_scale() {
     let images = inputs(raw(), &scaled, &[IMAGE], &[0]).unwrap();
     assert_eq!(images[0].encoded.shape(), [1, 2, 6]);
     assert_eq!(images[0].encoded.sample(3)[6], 6.5);
-    let fingers = with(Layout::Fingers, ArrayD::zeros(vec![8, 1, 2, 3]));
+    let squeezes = with(Layout::Sequence, ArrayD::zeros(vec![8, 1, 2, 3]));
     assert_eq!(
-        refusal(raw(), &fingers, &[SIGNAL], &[0]),
+        refusal(raw(), &squeezes, &[SIGNAL], &[0]),
         "real: ladder: samples of shape [1, 2, 3] cannot become `signal`: a signal is [N, C, T], [N, F] or [N, fingers, C, T]"
     );
+}
+
+#[test]
+fn channels_of_all_fingers_are_one_signal() {
+    let x = ArrayD::from_shape_fn(vec![8, 2, 3, 4], |at| {
+        (at[0] + 10 * at[1] + 100 * at[2] + 1000 * at[3]) as f32
+    });
+    let fingers = with(Layout::Fingers, x);
+    let raw = json!({ "signal": { "scale": "raw" } });
+    let signal = inputs(raw, &fingers, &[SIGNAL], &[0]).unwrap();
+    assert_eq!(signal[0].encoded.shape(), [6, 4]);
+    // Finger 1, channel 0 of sample 5.
+    assert_eq!(signal[0].encoded.sample(5)[12..16], [15.0, 1015.0, 2015.0, 3015.0]);
+    let code = json!({ "signal": { "kind": "quantile-code" } });
+    assert_eq!(inputs(code, &fingers, &[SIGNAL], &[0, 1, 2]).unwrap()[0].encoded.shape()[1], 4);
 }
 
 #[test]
