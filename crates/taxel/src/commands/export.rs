@@ -58,7 +58,16 @@ impl Export {
             || taxel_checkpoint::read_network(path)?.is_some();
         match is_network {
             true => self.bare(),
-            false => Ok(taxel::export(&Model::open(path)?, &self.output)?),
+            false => {
+                let model = Model::open(path)?;
+                let exported = taxel::export(&model, &self.output)?;
+                if model.card().guard.is_some() {
+                    eprintln!(
+                        "note: the model's guard is not in the file: broken channels reach the network as they are"
+                    );
+                }
+                Ok(exported)
+            }
         }
     }
 
