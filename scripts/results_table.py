@@ -13,6 +13,7 @@ import argparse
 import json
 import pathlib
 import re
+import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
@@ -42,15 +43,20 @@ def lost(folder):
     return {n["network"]: n["mean_loss"] for n in (stress or {}).get("networks", [])}
 
 
-def table(folder, results):
+def table(folder, results, only=None):
+    """All networks of a run, or those named, in their order."""
+    networks = results["networks"]
+    if only is not None:
+        known = {n["network"]: n for n in networks}
+        networks = [known[name] for name in only]
     twin, losses = twins(folder), lost(folder)
-    published = any(n.get("published") for n in results["networks"])
+    published = any(n.get("published") for n in networks)
     head = ["network", "parameters", "MACs", f"accuracy % [{results['source']}]", "macro-F1 %", "latency ms"]
     head += ["lost under faults, pp"] if losses else []
     head += ["PyTorch twin, same folds %"] if twin else []
     head += ["*published*: the paper's own data %"] if published else []
     rows = []
-    for n in results["networks"]:
+    for n in networks:
         if (n.get("hardening") or {}).get("unmet"):
             continue
         row = [f"`{n['network']}`", f"{n['costs']['parameters']:,}", f"{n['costs']['macs']:,}"]
@@ -67,6 +73,17 @@ def table(folder, results):
         rows.append(row)
     lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in lines)
+
+
+def views(folder, results):
+    """The tables that the config names, each under its title, and what stands in none of them."""
+    named = tomllib.loads((folder / "config.toml").read_text()).get("tables", [])
+    if not named:
+        return table(folder, results)
+    shown = {name for view in named for name in view["networks"]}
+    rest = [n["network"] for n in results["networks"] if n["network"] not in shown]
+    parts = [(view["title"], view["networks"]) for view in named] + ([("Beside them", rest)] if rest else [])
+    return "\n\n".join(f"## {title}\n\n{table(folder, results, names)}" for title, names in parts)
 
 
 def chosen(folder, results):
@@ -162,7 +179,7 @@ def page(folder):
     )
     caption += hardening(folder)
     caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results)
-    return results["name"], table(folder, results), caption, (folder / "config.toml").read_text()
+    return results["name"], views(folder, results), caption, (folder / "config.toml").read_text()
 
 
 def main():

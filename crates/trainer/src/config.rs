@@ -52,6 +52,20 @@ pub struct Config {
     /// Trains everything once more, under faults.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub harden: Option<Harden>,
+    /// Tables of a paper that this run answers, for its page. Default none: all networks in one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<View>,
+}
+
+/// One of `[[tables]]`: some networks of the run under a title of their own, as a paper prints them. A network
+/// is trained once, whatever number of tables it stands in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct View {
+    /// `Table 2: light networks`.
+    pub title: String,
+    /// Labels of networks, or names of baselines, in the order of the table.
+    pub networks: Vec<String>,
 }
 
 /// The `[harden]` table: every network, MiniRocket and the SVM are trained once more, under faults, as
@@ -144,6 +158,8 @@ struct Raw {
     networks: Vec<RawNetwork>,
     baselines: Option<Vec<Baseline>>,
     harden: Option<Harden>,
+    #[serde(default)]
+    tables: Vec<View>,
 }
 
 impl Config {
@@ -175,6 +191,7 @@ impl Config {
             networks,
             baselines,
             harden: raw.harden,
+            tables: raw.tables,
         })
     }
 
@@ -210,6 +227,9 @@ impl Config {
             let fresh = labels.insert(method.name());
             require(fresh, &format!("baselines.{i}"), format!("{:?}", method.name()), reason)?;
         }
+        for (i, view) in self.tables.iter().enumerate() {
+            view.check(&labels).map_err(|problem| problem.below(&format!("tables.{i}")))?;
+        }
         match &self.harden {
             Some(harden) => harden.check(&labels).map_err(below("harden")),
             None => Ok(()),
@@ -242,17 +262,30 @@ impl Config {
     }
 }
 
+/// Every name is one of the experiment's.
+fn known(key: &str, names: &[String], labels: &BTreeSet<&str>) -> Check {
+    for (i, name) in names.iter().enumerate() {
+        let hint = taxel_names::hint(name, labels.iter().copied());
+        let reason = format!("is no network or baseline of this experiment; {hint}");
+        require(labels.contains(name.as_str()), &format!("{key}.{i}"), format!("{name:?}"), reason)?;
+    }
+    Ok(())
+}
+
+impl View {
+    fn check(&self, labels: &BTreeSet<&str>) -> Check {
+        require(!self.networks.is_empty(), "networks", "[]", "name the networks of the table")?;
+        known("networks", &self.networks, labels)
+    }
+}
+
 impl Harden {
     fn check(&self, labels: &BTreeSet<&str>) -> Check {
         let recipe = Recipe { faults: Some(self.faults.clone()), ..Recipe::default() };
         recipe.check()?;
         let reason = "trains on clean samples; leave the table [harden] out";
         require(!self.faults.is_clean(), "faults.probability", "0", reason)?;
-        for (i, name) in self.only.iter().enumerate() {
-            let hint = taxel_names::hint(name, labels.iter().copied());
-            let reason = format!("is no network or baseline of this experiment; {hint}");
-            require(labels.contains(name.as_str()), &format!("only.{i}"), format!("{name:?}"), reason)?;
-        }
+        known("only", &self.only, labels)?;
         let both = self.leave_each_out && !self.leave_out.is_empty();
         let reason = "leaves every kind out already; remove one of the two keys";
         require(!both, "leave_each_out", "true", reason)

@@ -265,3 +265,14 @@ fn settings_from_a_file_are_refused_by_its_name() {
     let error = parse_with(BASE, &overrides).unwrap_err().to_string();
     assert!(error.starts_with("study.toml train.epoch=3: ") && error.contains("unknown field"), "{error}");
 }
+
+#[test]
+fn a_table_of_unknown_networks_names_the_nearest() {
+    let tables = |names: &str| format!("{BASE}\n[[tables]]\ntitle = \"Table 2\"\nnetworks = [{names}]\n");
+    let text = parse(&tables("\"majorty\"")).unwrap_err().to_string();
+    assert!(text.contains("tables.0.networks.0 = \"majorty\": is no network or baseline"), "{text}");
+    assert!(text.contains("majority"), "{text}");
+    let text = parse(&tables("")).unwrap_err().to_string();
+    assert!(text.contains("tables.0.networks = []: name the networks of the table"), "{text}");
+    assert!(parse(&tables("\"majority\"")).is_ok());
+}

@@ -21,7 +21,7 @@ use crate::commands::judging::{before, now, open, stress_options};
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel report runs/quickstart
            taxel report runs/quickstart --again --samples 300
-           taxel report runs/hardness-table-5 runs/fsr-glove28 --out reports")]
+           taxel report runs/hardness runs/fsr-glove28 --out reports")]
 pub struct Report {
     /// Run folders.
     #[arg(required = true)]
