@@ -2,11 +2,15 @@
 //!
 //! # Reference
 //! scikit-learn's `RidgeClassifierCV` (Rifkin & Lippert 2007): targets −1 and 1, columns scaled to unit
-//! deviation and centred, all leave-one-out errors from one eigendecomposition of the Gram matrix. Here
-//! the Gram matrix of samples is used whatever the number of features: baselines see thousands of samples
-//! at most.
+//! deviation and centred, all leave-one-out errors without leaving one out. There they come from one
+//! eigendecomposition of the Gram matrix, here from a Cholesky factor for each penalty, which takes a tenth of
+//! the time at some thousand samples. The Gram matrix of samples is used whatever the number of features:
+//! baselines see thousands of samples at most.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::solvers::Llt;
+use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::{Accum, Mat, Par, Side};
 use rayon::prelude::*;
 use taxel_kernels::double;
 
@@ -70,42 +74,21 @@ impl Ridge {
             return Err(Error::setting("alphas", format!("{alphas:?}"), "must be positive numbers"));
         }
         let (n, width) = (y.len(), x.width);
-        let mut rows = DMatrix::from_row_iterator(n, width, x.values.iter().map(|&v| f64::from(v)));
-        let (mut mean, mut sd) = (vec![0.0; width], vec![1.0; width]);
-        for (j, mut column) in rows.column_iter_mut().enumerate() {
-            mean[j] = column.mean();
-            column.add_scalar_mut(-mean[j]);
-            let deviation = (column.norm_squared() / n as f64).sqrt();
-            // A constant column stays zero; as scikit-learn, smaller than its own rounding is constant.
-            if deviation > 10.0 * f64::EPSILON * mean[j].abs() && deviation > 0.0 {
-                sd[j] = deviation;
-                column /= deviation;
-            }
+        let (rows, mean, sd) = standardised(x, n);
+        let mut targets = Mat::from_fn(n, classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 });
+        let offsets: Vec<f64> = targets.col_iter().map(|column| column.sum() / n as f64).collect();
+        for (c, offset) in offsets.iter().enumerate() {
+            targets.col_as_slice_mut(c).iter_mut().for_each(|target| *target -= offset);
         }
-        let mut targets = DMatrix::from_fn(n, classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 });
-        let offsets: Vec<f64> = targets.column_iter().map(|column| column.mean()).collect();
-        for (mut column, offset) in targets.column_iter_mut().zip(&offsets) {
-            column.add_scalar_mut(-offset);
-        }
-        // The intercept is a constant feature without penalty; its eigenvector is the constant one.
-        let gram = &rows * rows.transpose() + DMatrix::from_element(n, n, 1.0);
-        let SymmetricEigen { eigenvectors: q, eigenvalues } = gram.symmetric_eigen();
-        let sums: DVector<f64> = q.row_sum().transpose().abs();
-        let intercept = sums.imax();
-        let projected = q.transpose() * &targets;
-        let squares = q.component_mul(&q);
-        let dual = |alpha: f64| {
-            let mut inverse = eigenvalues.map(|value| 1.0 / (value.max(0.0) + alpha));
-            inverse[intercept] = 0.0;
-            let mut shrunk = projected.clone();
-            shrunk.row_iter_mut().zip(inverse.iter()).for_each(|(mut row, w)| row *= *w);
-            (&q * shrunk, &squares * inverse)
-        };
-        let mut best: Option<(f64, f64, DMatrix<f64>)> = None;
-        for &alpha in alphas {
-            let (dual, diagonal) = dual(alpha);
-            let off = |column: nalgebra::DVectorView<f64>| column.component_div(&diagonal).norm_squared();
-            let error: f64 = dual.column_iter().map(off).sum();
+        let gram = gram(&rows);
+        // So many factors of n × n are in memory at once, whatever the number of threads.
+        let together = alphas.chunks(4).flat_map(|alphas| {
+            let left_out = alphas.par_iter().map(|&alpha| leave_one_out(&gram, &targets, alpha));
+            left_out.collect::<Vec<_>>()
+        });
+        let mut best: Option<(f64, f64, Mat<f64>)> = None;
+        for (&alpha, found) in alphas.iter().zip(together) {
+            let Some((error, dual)) = found else { continue };
             if best.as_ref().is_none_or(|(least, ..)| error < *least) {
                 best = Some((error, alpha, dual));
             }
@@ -115,7 +98,7 @@ impl Ridge {
         };
         let coefficients = rows.transpose() * dual;
         let (mut weights, mut bias) = (Vec::with_capacity(classes * width), vec![]);
-        for (column, offset) in coefficients.column_iter().zip(offsets) {
+        for (column, offset) in coefficients.col_iter().zip(offsets) {
             let unscaled: Vec<f64> = column.iter().zip(&sd).map(|(w, sd)| w / sd).collect();
             let shift: f64 = unscaled.iter().zip(&mean).map(|(w, mean)| w * mean).sum();
             bias.push((offset - shift) as f32);
@@ -181,4 +164,56 @@ impl Ridge {
             bias: saved.sized("ridge.bias", classes)?.to_vec(),
         })
     }
+}
+
+/// Columns of mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
+/// stays zero; as scikit-learn, one that varies less than its own rounding is constant.
+fn standardised(x: &Features, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
+    let width = x.width;
+    let mut rows = Mat::from_fn(n, width, |i, j| f64::from(x.values[i * width + j]));
+    let (mut mean, mut sd) = (vec![0.0; width], vec![1.0; width]);
+    for (j, (mean, sd)) in mean.iter_mut().zip(&mut sd).enumerate() {
+        let column = rows.col_as_slice_mut(j);
+        *mean = column.iter().sum::<f64>() / n as f64;
+        column.iter_mut().for_each(|value| *value -= *mean);
+        let deviation = (column.iter().map(|value| value * value).sum::<f64>() / n as f64).sqrt();
+        if deviation > 10.0 * f64::EPSILON * mean.abs() && deviation > 0.0 {
+            *sd = deviation;
+            column.iter_mut().for_each(|value| *value /= deviation);
+        }
+    }
+    (rows, mean, sd)
+}
+
+/// Products of all pairs of samples `[n, n]`, and 1 for the intercept, a constant feature; the lower half.
+fn gram(rows: &Mat<f64>) -> Mat<f64> {
+    let n = rows.nrows();
+    let mut gram = Mat::full(n, n, 1.0);
+    let (whole, lower) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+    matmul(&mut gram, lower, Accum::Add, rows, whole, rows.transpose(), whole, 1.0, Par::Seq);
+    gram
+}
+
+/// Squared errors of each sample by the regression on all others, summed, and the coefficients of the samples
+/// `[n, classes]` in the regression on all. None if `gram` and the penalty are not positive definite.
+///
+/// Of G, the inverse of both, the error of sample i is (G targets)ᵢ / Gᵢᵢ.
+fn leave_one_out(gram: &Mat<f64>, targets: &Mat<f64>, alpha: f64) -> Option<(f64, Mat<f64>)> {
+    let n = gram.nrows();
+    let mut penalised = gram.clone();
+    (0..n).for_each(|i| penalised[(i, i)] += alpha);
+    let factor = Llt::new(penalised.as_ref(), Side::Lower).ok()?;
+    let mut inverse = penalised;
+    inverse.fill(0.0);
+    invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
+    drop(factor);
+    let dual = inverse.transpose() * (&inverse * targets);
+    // The intercept has no penalty: what it shares in the inverse is taken off. Targets have mean 0.
+    let intercept = 1.0 / (n as f64 * (n as f64 + alpha));
+    let diagonal: Vec<f64> = inverse.col_iter().map(|column| column.squared_norm_l2() - intercept).collect();
+    let off = |column: faer::ColRef<f64>| {
+        column.iter().zip(&diagonal).map(|(value, own)| (value / own).powi(2)).sum::<f64>()
+    };
+    let error: f64 = dual.col_iter().map(off).sum();
+    error.is_finite().then_some((error, dual))
 }
