@@ -52,15 +52,22 @@ def table(folder, results, only=None):
     twin, losses = twins(folder), lost(folder)
     published = any(n.get("published") for n in networks)
     head = ["network", "parameters", "MACs", f"accuracy % [{results['source']}]", "macro-F1 %", "latency ms"]
+    # A paper that prints all four has them compared.
+    full = any("precision" in (n.get("published") or {}) for n in networks)
+    sizes = any("megabytes" in (n.get("published") or {}) for n in networks)
+    head[4:4] = ["macro precision %", "macro recall %"] if full else []
     head += ["lost under faults, pp"] if losses else []
     head += ["PyTorch twin, same folds %"] if twin else []
-    head += ["*published*: the paper's own data %"] if published else []
+    which = "accuracy / precision / recall / F1, " if full else ""
+    head += [f"*published*: {which}the paper's own data %"] if published else []
+    head += ["*published*: MB, GFLOPs"] if sizes else []
     rows = []
     for n in networks:
         if (n.get("hardening") or {}).get("unmet"):
             continue
         row = [f"`{n['network']}`", f"{n['costs']['parameters']:,}", f"{n['costs']['macs']:,}"]
-        row += [spread(n["mean"], n["sd"], "accuracy"), spread(n["mean"], n["sd"], "f1"), latency(folder, n["network"])]
+        scores = ["accuracy", "precision", "recall", "f1"] if full else ["accuracy", "f1"]
+        row += [*(spread(n["mean"], n["sd"], key) for key in scores), latency(folder, n["network"])]
         if losses:
             row.append(f"{losses[n['network']]:.1f}" if n["network"] in losses else "–")
         if twin:
@@ -69,7 +76,11 @@ def table(folder, results, only=None):
         if published:
             own = n.get("published")
             # [mean, SD], or [mean] where no spread is published.
-            row.append("*" + " ± ".join(f"{score:.2f}" for score in own["accuracy"]) + "*" if own else "–")
+            printed = [" ± ".join(f"{score:.2f}" for score in own[key]) for key in (scores if full else ["accuracy"]) if own.get(key)] if own else []
+            row.append("*" + " / ".join(printed) + "*" if printed else "–")
+        if sizes:
+            own = n.get("published") or {}
+            row.append(f"*{own['megabytes']:g}, {own['gflops']:g}*" if "megabytes" in own else "–")
         rows.append(row)
     lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in lines)

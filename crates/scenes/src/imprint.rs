@@ -21,25 +21,21 @@
 //! The shape of a patch of 25 mm: the curvature of fingers and of chair legs, edges of wings,
 //! corners. Most patches of a round body say little, whatever the object.
 
-mod mesh;
-mod objects;
-mod read;
-mod solid;
-mod vector;
 mod view;
 
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::Layout;
+use crate::shapes::mesh::{Frame, Grid};
+use crate::shapes::vector::{Vector, add, cross, length, scale};
+use crate::shapes::{Object, by_class, load};
 use crate::{Effect, Error, Result, Scene};
-use mesh::{Frame, Grid, Mesh};
 use ndarray::{Array3, Array4, ArrayViewMut2, Axis};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use taxel_seed::rng;
-use vector::{Vector, add, cross, length, scale};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "imprint";
@@ -75,13 +71,6 @@ impl Default for Imprint {
 
 /// Side of the real array: 6.5 cm².
 const SIDE: f64 = 25.5;
-
-/// A mesh and where it belongs.
-struct Object {
-    name: String,
-    class: usize,
-    mesh: Mesh,
-}
 
 /// Where and how the array touches an object.
 struct Probe {
@@ -143,11 +132,8 @@ impl Imprint {
             let hint = taxel_names::hint(name, REMOVABLE.iter().copied());
             return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), hint });
         }
-        let (class_names, objects) = self.objects()?;
-        let of = |class: usize| {
-            objects.iter().enumerate().filter(move |(_, o)| o.class == class).map(|(at, _)| at)
-        };
-        let by_class: Vec<Vec<usize>> = (0..class_names.len()).map(|class| of(class).collect()).collect();
+        let (class_names, objects) = load(self.meshes.as_deref(), self.size_mm)?;
+        let by_class = by_class(class_names.len(), &objects);
         let object = |i: usize| {
             let mine = &by_class[i % by_class.len()];
             mine[i / by_class.len() % mine.len()]
@@ -196,33 +182,6 @@ impl Imprint {
             truth,
             attributes: None,
         })
-    }
-
-    /// Class names and all objects, class by class.
-    fn objects(&self) -> Result<(Vec<String>, Vec<Object>)> {
-        let Some(folder) = &self.meshes else {
-            let all: Vec<(usize, usize)> =
-                (0..objects::CLASSES.len()).flat_map(|c| (0..5).map(move |v| (c, v))).collect();
-            let build = |&(class, variant): &(usize, usize)| {
-                let (name, variants) = objects::CLASSES[class];
-                let name = format!("{name}-{}", variant + 1);
-                let (vertices, triangles) = variants[variant]().surface();
-                Ok(Object { mesh: Mesh::new(&name, vertices, triangles, self.size_mm)?, name, class })
-            };
-            let names = objects::CLASSES.map(|(name, _)| name.to_string()).to_vec();
-            return Ok((names, all.par_iter().map(build).collect::<Result<_>>()?));
-        };
-        let classes = read::classes(folder)?;
-        let files: Vec<(usize, &Path)> = classes
-            .iter()
-            .enumerate()
-            .flat_map(|(class, (_, files))| files.iter().map(move |file| (class, file.as_path())))
-            .collect();
-        let load = |&(class, file): &(usize, &Path)| {
-            Ok(Object { name: file.display().to_string(), class, mesh: read::mesh(file, self.size_mm)? })
-        };
-        let objects = files.par_iter().map(load).collect::<Result<_>>()?;
-        Ok((classes.into_iter().map(|(name, _)| name).collect(), objects))
     }
 
     /// Presses the array against a random point of the object.

@@ -10,7 +10,7 @@
 //!
 //! # Reference
 //!
-//! See each scene: [`fingertip`], [`palpation`], [`gripper`], [`imprint`].
+//! See each scene: [`fingertip`], [`palpation`], [`gripper`], [`imprint`], [`vision`].
 //!
 //! ```
 //! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
@@ -25,6 +25,8 @@ pub mod gripper;
 pub mod imprint;
 pub mod palpation;
 mod parameters;
+mod shapes;
+pub mod vision;
 mod world;
 
 pub use error::{Error, Result};
@@ -32,6 +34,7 @@ pub use fingertip::Fingertip;
 pub use gripper::Gripper;
 pub use imprint::Imprint;
 pub use palpation::Palpation;
+pub use vision::Vision;
 
 use ndarray::{Array2, ArrayD, Axis};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -117,7 +120,7 @@ pub struct Effect {
 
 /// Names of all scenes.
 pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME]
+    &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME, vision::NAME]
 }
 
 /// A scene with its settings; everything that is not set has its default.
@@ -132,6 +135,8 @@ pub enum Settings {
     Gripper(Gripper),
     /// See [`imprint`].
     Imprint(Imprint),
+    /// See [`vision`].
+    Vision(Vision),
 }
 
 impl Settings {
@@ -146,6 +151,7 @@ impl Settings {
             palpation::NAME => Palpation::deserialize(settings).map(Self::Palpation),
             gripper::NAME => Gripper::deserialize(settings).map(Self::Gripper),
             imprint::NAME => Imprint::deserialize(settings).map(Self::Imprint),
+            vision::NAME => Vision::deserialize(settings).map(Self::Vision),
             _ => return Err(unknown(name)),
         };
         read.map_err(|error| Error::Settings { scene: name.into(), reason: with_meant(&error.to_string()) })
@@ -162,6 +168,7 @@ impl Settings {
             palpation::NAME => Ok(Self::Palpation(Palpation::default())),
             gripper::NAME => Ok(Self::Gripper(Gripper::default())),
             imprint::NAME => Ok(Self::Imprint(Imprint::default())),
+            vision::NAME => Ok(Self::Vision(Vision::default())),
             _ => Err(unknown(name)),
         }
     }
@@ -179,6 +186,7 @@ impl Settings {
             Self::Palpation(scene) => scene.simulate(samples, seed, without),
             Self::Gripper(scene) => scene.simulate(samples, seed, without),
             Self::Imprint(scene) => scene.simulate(samples, seed, without),
+            Self::Vision(scene) => scene.simulate(samples, seed, without),
         }
     }
 }
@@ -203,6 +211,7 @@ pub fn explain(name: &str) -> Result<Vec<Effect>> {
         palpation::NAME => Ok(palpation::explain()),
         gripper::NAME => Ok(gripper::explain()),
         imprint::NAME => Ok(imprint::explain()),
+        vision::NAME => Ok(vision::explain()),
         _ => Err(unknown(name)),
     }
 }

@@ -192,11 +192,8 @@ fn asked(claims: &[Claim]) -> Option<Table> {
         let name = run.to_string();
         columns.push(Column::text(&format!("{run} ({})", kind(of)), run, move |row: &Vec<&Claim>| {
             let own = row.iter().find(|claim| claim.run == name);
-            Cell::text(match own.map(|claim| claim.outcome) {
-                Some(Outcome::Holds) => "holds",
-                Some(Outcome::DoesNotHold) => "does not hold",
-                Some(Outcome::CannotBeTested) | None => "–",
-            })
+            let tested = own.filter(|claim| claim.outcome != Outcome::CannotBeTested);
+            Cell::text(tested.map_or("–", |claim| claim.outcome.words()))
         }));
     }
     Some(Table::new(names::CLAIMS_BY_RUN, "What the papers claim, run by run".into(), columns, &rows))

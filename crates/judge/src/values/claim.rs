@@ -3,18 +3,33 @@
 use serde::{Deserialize, Serialize};
 use taxel_data::Source;
 
-/// Whether a claim holds on one run.
+/// Whether a claim holds on one run. A claim over several networks ("the best") holds if it does against each, and
+/// does not if it fails against one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// The difference has the claimed sign, and its interval excludes 0 (of a claim that something costs
-    /// less than so many points: excludes a larger cost).
+    /// The whole 95 % interval of the difference has the claimed sign (of a claim that something costs less
+    /// than so many points: lies below that cost).
     Holds,
-    /// It has the other sign, or its interval includes 0 (or a larger cost).
+    /// The whole interval has the other sign (or lies above that cost).
     DoesNotHold,
+    /// The interval reaches to both sides: so few test samples, folds or groups cannot tell.
+    TooFewData,
     /// The run lacks a network, an attribute or a protocol that the claim is about: [`Claim::effect`] says
     /// which.
     CannotBeTested,
+}
+
+impl Outcome {
+    /// In words, as tables have it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Outcome::Holds => "holds",
+            Outcome::DoesNotHold => "does not hold",
+            Outcome::TooFewData => "too few data",
+            Outcome::CannotBeTested => "cannot be tested here",
+        }
+    }
 }
 
 /// A claim of a paper, tested on one run.

@@ -5,8 +5,8 @@
 //! Paper 001 (visuo-tactile transfer), sections 2 and 7: pictures by a virtual camera, nothing more
 //! is said. Here: parallel projection, one matt material, one lamp beside the camera.
 
-use super::mesh::{Frame, Grid, Mesh};
-use super::vector::{Vector, add, cross, dot, length, scale};
+use crate::shapes::mesh::{Frame, Grid, Mesh};
+use crate::shapes::vector::{Vector, add, cross, dot, length, scale};
 use ndarray::ArrayViewMut3;
 
 /// The same for all objects, so that colour tells nothing; red, green, blue in 0..1.

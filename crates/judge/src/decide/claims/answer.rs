@@ -22,13 +22,9 @@ pub(super) fn lacks(what: impl Into<String>) -> Answer {
     Answer { outcome, effect: format!("the run lacks {}", what.into()), size: None, interval: None }
 }
 
-/// Holds where the interval lies above `least`.
+/// Holds where the interval lies above `least`, does not where it lies below.
 pub(super) fn above(least: f64, effect: String, own: Effect) -> Answer {
-    let outcome = match own.interval {
-        Some([low, _]) if low > least => Outcome::Holds,
-        Some(_) => Outcome::DoesNotHold,
-        None => Outcome::CannotBeTested,
-    };
+    let outcome = outcome(least, &own);
     let effect = match own.interval {
         Some(_) => effect,
         None => format!("{effect}; the run lacks test parts or groups that tell how much it varies"),
@@ -36,11 +32,26 @@ pub(super) fn above(least: f64, effect: String, own: Effect) -> Answer {
     Answer { outcome, effect, size: Some(own.size), interval: own.interval }
 }
 
-/// By lower bound: what comes nearest to refuting a claim first. An effect without an interval comes behind
-/// those that refute the claim and before those that do not.
+fn outcome(least: f64, own: &Effect) -> Outcome {
+    match own.interval {
+        Some([low, _]) if low > least => Outcome::Holds,
+        Some([_, high]) if high <= least => Outcome::DoesNotHold,
+        Some(_) => Outcome::TooFewData,
+        None => Outcome::CannotBeTested,
+    }
+}
+
+/// What comes nearest to refuting a claim first: effects that do, those that may, those without an interval, those
+/// that support it; alike ones by their lower bound.
 pub(super) fn nearest(least: f64) -> impl Fn(&(String, Effect), &(String, Effect)) -> Ordering {
+    let rank = move |own: &Effect| match outcome(least, own) {
+        Outcome::DoesNotHold => 0,
+        Outcome::TooFewData => 1,
+        Outcome::CannotBeTested => 2,
+        Outcome::Holds => 3,
+    };
     let low = move |own: &Effect| own.interval.map_or(least, |[low, _]| low);
-    move |a, b| low(&a.1).total_cmp(&low(&b.1))
+    move |a, b| rank(&a.1).cmp(&rank(&b.1)).then(low(&a.1).total_cmp(&low(&b.1)))
 }
 
 /// Against each of several: the one that comes nearest to refuting the claim.

@@ -4,7 +4,7 @@ use super::table::{Cell, Column, Table};
 use crate::report::names::table;
 use crate::report::numbers::{bytes, digits, si, tenth};
 use crate::report::words::kind;
-use crate::values::{Choice, Claim, CostKind, Evidence, Example, Judgement, Outcome, Test, Verdict};
+use crate::values::{Choice, Claim, CostKind, Evidence, Example, Judgement, Test, Verdict};
 
 fn interval(value: Option<[f64; 2]>, show: fn(f64) -> String) -> (String, [Option<f64>; 2]) {
     let shown = value.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
@@ -71,13 +71,7 @@ pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
         Column::text("run", "run", |c: &Claim| Cell::text(&c.run)),
         Column::text("on", "source", |c: &Claim| Cell::text(c.source.to_string())),
         Column::text("readings", "kind", |c: &Claim| Cell::text(kind(c.source.kind))),
-        Column::text("outcome", "outcome", |c: &Claim| {
-            Cell::text(match c.outcome {
-                Outcome::Holds => "holds",
-                Outcome::DoesNotHold => "does not hold",
-                Outcome::CannotBeTested => "cannot be tested here",
-            })
-        }),
+        Column::text("outcome", "outcome", |c: &Claim| Cell::text(c.outcome.words())),
         Column::text("effect", "effect", |c: &Claim| Cell::text(&c.effect)),
         Column::number("size [95 % interval]", &["size", "size_low", "size_high"], |c: &Claim| {
             let (shown, ends) = interval(c.interval, digits);

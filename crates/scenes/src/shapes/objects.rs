@@ -18,7 +18,7 @@ use super::solid::Solid;
 type Variants = [fn() -> Solid; 5];
 
 /// Class names, in the paper's order, with the variants of each.
-pub(super) const CLASSES: [(&str, Variants); 6] = [
+pub(crate) const CLASSES: [(&str, Variants); 6] = [
     ("bird", bird::VARIANTS),
     ("chair", chair::VARIANTS),
     ("hand", hand::VARIANTS),

@@ -27,7 +27,7 @@ fn refuse<T>(file: &Path, reason: impl Into<String>) -> Result<T> {
 /// # Errors
 ///
 /// [`Error::Mesh`] for a path that is no such folder, or a class without meshes.
-pub(super) fn classes(folder: &Path) -> Result<Vec<(String, Vec<PathBuf>)>> {
+pub(crate) fn classes(folder: &Path) -> Result<Vec<(String, Vec<PathBuf>)>> {
     let entries = listed(folder)?;
     let folders: Vec<PathBuf> = entries.iter().filter(|path| path.is_dir()).cloned().collect();
     let alone: Vec<PathBuf> = entries.into_iter().filter(|path| is_mesh(path)).collect();
@@ -89,7 +89,7 @@ fn is_mesh(path: &Path) -> bool {
 /// # Errors
 ///
 /// [`Error::Mesh`] naming the file.
-pub(super) fn mesh(file: &Path, diagonal: f64) -> Result<Mesh> {
+pub(crate) fn mesh(file: &Path, diagonal: f64) -> Result<Mesh> {
     match fs::metadata(file) {
         Err(error) => return refuse(file, format!("cannot be read: {error}")),
         Ok(about) if about.len() > MOST_BYTES => {

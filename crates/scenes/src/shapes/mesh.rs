@@ -11,11 +11,11 @@ use super::vector::{Vector, add, cross, dot, length, scale, sub};
 use crate::{Error, Result};
 
 /// Above this a mesh is refused: an imprint of a hand needs thousands of triangles, not millions.
-pub(super) const MOST_TRIANGLES: usize = 2_000_000;
+pub(crate) const MOST_TRIANGLES: usize = 2_000_000;
 
 /// Vertices and triangles; every index is valid, every number finite, some triangle has an area.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Mesh {
+pub(crate) struct Mesh {
     pub vertices: Vec<Vector>,
     pub triangles: Vec<[u32; 3]>,
     /// Area of all triangles up to and with this one.
@@ -24,7 +24,7 @@ pub(super) struct Mesh {
 
 /// A plane in space: rows of the grid go against `up`, columns along `right`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(crate) struct Frame {
     pub middle: Vector,
     pub right: Vector,
     pub up: Vector,
@@ -34,7 +34,7 @@ pub(super) struct Frame {
 
 /// `side` × `side` parallel rays, `pitch` apart.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Grid {
+pub(crate) struct Grid {
     pub side: usize,
     pub pitch: f64,
 }

@@ -36,7 +36,7 @@ enum Form {
 
 /// A body under construction; x is forward, y left, z up, any unit.
 #[derive(Debug, Clone)]
-pub(super) struct Solid {
+pub(crate) struct Solid {
     parts: Vec<Part>,
     blend: f64,
 }

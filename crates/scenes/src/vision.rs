@@ -1,0 +1,173 @@
+//! Colour pictures of objects: something to learn seeing on, before a network is taught to touch.
+//!
+//! # Reference
+//!
+//! Paper 001 (visuo-tactile transfer) starts its five networks from ImageNet weights, which are photographs of a
+//! thousand classes. Nobody who has only taxel has those; this scene stands in for them: the objects of
+//! [`crate::imprint`], as a camera sees them, with light, texture, background and pose of their own in every picture.
+//!
+//! # Departures
+//!
+//! - Thirty objects are far from ImageNet's thousand classes: what a network learns here is less, and less general.
+//!   With a user's own ImageNet weights the same experiments take those.
+//! - Parallel projection, matt surfaces, no shadows.
+//!
+//! # What tells the class
+//!
+//! The outline and the shading of the object. Its colours and its background are drawn anew for every picture, so
+//! they tell nothing.
+
+mod paint;
+mod parameters;
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+use ndarray::{Array4, Axis};
+use rand::RngExt;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use self::paint::{Look, picture};
+use self::parameters::{AMBIENT, AZIMUTH, ELEVATION, LAMP, ROLL, SHIFT, ZOOM};
+use crate::parameters::rows;
+use crate::shapes::{by_class, load};
+use crate::world::{World, columns};
+use crate::{Effect, Error, Layout, Result, Scene};
+
+/// Name of the scene.
+pub(crate) const NAME: &str = "vision";
+const REMOVABLE: [&str; 4] = ["light", "texture", "background", "pose"];
+/// Meshes are this large from corner to corner; pictures are scaled to it, so its value means nothing.
+const SIZE: f64 = 200.0;
+
+/// Settings of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Vision {
+    /// Pixels along a side, 8 to 1024.
+    pub pixels: usize,
+    /// What is told apart.
+    pub classes: Classes,
+    /// A folder of own meshes (OBJ, STL, OFF): one sub-folder per class, or one file per class.
+    pub meshes: Option<PathBuf>,
+}
+
+/// What is told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Classes {
+    /// Every object is a class of its own: thirty of those built in.
+    Object,
+    /// Birds, chairs, hands and so on; the objects of a class are its groups.
+    Family,
+}
+
+impl Default for Vision {
+    fn default() -> Self {
+        Self { pixels: 64, classes: Classes::Object, meshes: None }
+    }
+}
+
+impl Vision {
+    /// Rejects impossible settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        match (8..=1024).contains(&self.pixels) {
+            true => Ok(()),
+            false => {
+                let value = self.pixels.to_string();
+                Err(Error::Parameter { name: "pixels", value, expected: "must be in 8..=1024" })
+            }
+        }
+    }
+
+    /// Simulates pictures `[samples, 3 colours, pixels, pixels]` in 0..1.
+    ///
+    /// Sample i is of class `i % classes`; of families the objects take turns, and are the groups. Truth:
+    /// `azimuth_deg`, `elevation_deg`, `roll_deg` of the camera, `zoom` (share of the picture that the object's
+    /// bounding box would fill from corner to corner), `shift_x` and `shift_y` in shares of the picture, and
+    /// `ambient`, the share of light that comes from everywhere.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Vision::check`]; [`Error::Parameter`] for zero samples; [`Error::UnknownEffect`] for a name in
+    /// `without` that is not a removable effect; [`Error::Mesh`] for a mesh that cannot be used.
+    pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        self.check()?;
+        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let (families, objects) = load(self.meshes.as_deref(), SIZE)?;
+        let by_family = by_class(families.len(), &objects);
+        let (class_names, count) = match self.classes {
+            Classes::Object => (objects.iter().map(|object| object.name.clone()).collect(), objects.len()),
+            Classes::Family => (families.clone(), families.len()),
+        };
+        let object = |i: usize| match self.classes {
+            Classes::Object => i % count,
+            Classes::Family => {
+                let own = &by_family[i % count];
+                own[i / count % own.len()]
+            }
+        };
+        let mut x = Array4::zeros((samples, 3, self.pixels, self.pixels));
+        let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
+        let truth: Vec<Vec<f64>> = each
+            .par_iter_mut()
+            .enumerate()
+            .map(|(i, own)| {
+                let look = look(&world, i);
+                picture(&objects[object(i)].mesh, SIZE, &look, own.view_mut());
+                look.truth()
+            })
+            .collect();
+        drop(each);
+        Ok(Scene {
+            x: x.into_dyn(),
+            streams: Vec::new(),
+            layout: Layout::Colour,
+            y: (0..samples).map(|i| (i % count) as u32).collect(),
+            group: (0..samples).map(|i| object(i) as u32).collect(),
+            class_names,
+            channel_names: ["red", "green", "blue"].map(String::from).to_vec(),
+            unit: "brightness",
+            full_scale: 1.0,
+            rest: vec![0.0],
+            truth: columns(&Look::TRUTH, &truth),
+            attributes: None,
+        })
+    }
+}
+
+/// What is drawn for sample `i`; an effect that is left out has its plainest value.
+fn look(world: &World, i: usize) -> Look {
+    let draw = |effect: &str| {
+        let mut rng = world.rng(&format!("{i}/{effect}"));
+        std::array::from_fn::<f64, 12, _>(|_| rng.random::<f64>())
+    };
+    let between = |range: &[f64], share: f64| range[0] + (range[1] - range[0]) * share;
+    let (pose, light) = (draw("pose"), draw("light"));
+    let posed = world.has("pose");
+    let roll = if posed { between(ROLL.value, pose[2]).to_radians() } else { 0.0 };
+    let shift = [pose[4], pose[5]].map(|share| if posed { between(SHIFT.value, share) } else { 0.0 });
+    let lit = world.has("light");
+    Look {
+        azimuth: if posed { between(AZIMUTH.value, pose[0]) } else { 30.0 }.to_radians(),
+        elevation: if posed { between(ELEVATION.value, pose[1]) } else { 20.0 }.to_radians(),
+        roll,
+        zoom: if posed { between(ZOOM.value, pose[3]) } else { 0.9 },
+        shift,
+        // Turn about the line of sight, and how far the lamp stands from it.
+        lamp: if lit { [TAU * light[0], between(LAMP.value, light[1]).to_radians()] } else { [0.9, 0.7] },
+        ambient: if lit { between(AMBIENT.value, light[2]) } else { 0.3 },
+        texture: world.has("texture").then(|| draw("texture")),
+        background: world.has("background").then(|| draw("background")),
+    }
+}
+
+/// All parameters, as `taxel simulate vision --explain` prints them.
+pub(crate) fn explain() -> Vec<Effect> {
+    rows(parameters::table(), &REMOVABLE)
+}
