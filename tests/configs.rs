@@ -17,8 +17,12 @@ fn configs(folder: &str) -> Vec<PathBuf> {
 
 fn run_quick(config: &Path) {
     let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("run");
+    run_quick_into(&folder.path().join("run"), config, &[]);
+}
+
+fn run_quick_into(out: &Path, config: &Path, variables: &[(&str, &Path)]) {
     let mut command = Command::cargo_bin("taxel").unwrap();
+    command.envs(variables.iter().copied());
     command.args(["run", config.to_str().unwrap(), "--quick", "--json", "--out", out.to_str().unwrap()]);
     let output = command.output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
@@ -47,16 +51,35 @@ fn strength_ones_run() {
     configs("strength").iter().for_each(|config| run_quick(config));
 }
 
-/// Configs of a folder that start from ImageNet weights, or those that do not.
+fn holds(path: &Path, variable: &str) -> bool {
+    std::fs::read_to_string(path).unwrap().contains(&format!("${{{variable}}}"))
+}
+
+/// Configs of a folder that start from ImageNet weights, or those that start from none.
 fn with_weights(folder: &str, wanted: bool) -> Vec<PathBuf> {
     let mut paths = configs(folder);
-    paths.retain(|path| std::fs::read_to_string(path).unwrap().contains("${TAXEL_WEIGHTS}") == wanted);
+    paths.retain(|path| holds(path, "TAXEL_WEIGHTS") == wanted && !holds(path, "TAXEL_EYES"));
     paths
 }
 
 #[test]
 fn visuotactile_ones_run() {
     with_weights("visuotactile", false).iter().for_each(|config| run_quick(config));
+}
+
+#[test]
+fn visuotactile_ones_run_on_eyes_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let (eyes, own) = (folder.path().join("eyes"), configs("visuotactile"));
+    let first = own.iter().find(|path| path.ends_with("eyes.toml")).unwrap();
+    run_quick_into(&eyes, first, &[]);
+    let with_eyes: Vec<&PathBuf> = own.iter().filter(|path| holds(path, "TAXEL_EYES")).collect();
+    assert!(!with_eyes.is_empty());
+    for (i, config) in with_eyes.into_iter().enumerate() {
+        let variables = [("TAXEL_EYES", eyes.join("models"))];
+        let variables = variables.each_ref().map(|(name, path)| (*name, path.as_path()));
+        run_quick_into(&folder.path().join(i.to_string()), config, &variables);
+    }
 }
 
 #[test]
