@@ -149,6 +149,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             attributes: vec![],
             published: None,
             hardening: None,
+            quantized: None,
         },
         baseline: ["majority", "k-nn"].contains(&player.zoo),
         inputs: vec![],

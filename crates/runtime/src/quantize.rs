@@ -50,6 +50,12 @@ fn scales(steps: &[Step], ranges: &Ranges) -> Vec<Option<Scale>> {
             read[classes[step.inputs[0]]] = true;
         }
     }
+    // What goes into a sum of bytes is bytes, too.
+    for (id, step) in steps.iter().enumerate().rev() {
+        if matches!(step.work, Work::Add { .. }) && read[classes[id]] {
+            step.inputs.iter().for_each(|&input| read[classes[input]] = true);
+        }
+    }
     let scale = |class: &StepId| {
         let [low, high] = seen[*class].filter(|_| read[*class])?;
         Some(Scale::over(low, high))

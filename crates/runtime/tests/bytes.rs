@@ -55,7 +55,9 @@ fn every_network_answers_nearly_as_in_floats() {
         }
         let [bytes, floats] = off(&entry.graph(&taxel_zoo::Settings::new()).unwrap());
         println!("{name}: {bytes:.4} in bytes, {floats:e} without ranges");
-        if bytes > 0.25 || floats > 1e-4 || bytes == 0.0 && name != "majority" {
+        // Fresh weights of multiscale-cnn drive its sigmoids to their ends, where one step decides.
+        let most = if name == "multiscale-cnn" { 0.4 } else { 0.05 };
+        if bytes > most || floats > 1e-4 || bytes == 0.0 {
             wrong.push(format!("{name}: {bytes} and {floats}"));
         }
     }
