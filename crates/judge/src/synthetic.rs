@@ -205,6 +205,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         chance: 50.0,
         networks,
         probes: vec![],
+        changed: vec![],
         stress: None,
         early: None,
         examples: vec![],

@@ -6,6 +6,7 @@ use ndarray::Axis;
 use taxel_data::{Dataset, Fold};
 
 use crate::assemble::{assemble, fill};
+use crate::candidate::Hardening;
 use crate::error::{Error, Result};
 use crate::folder::RunFolder;
 use crate::json_file::write_json;
@@ -82,6 +83,11 @@ fn row(float: &NetworkResults) -> NetworkResults {
         other_statistics: None,
         changes: vec![],
         drawn: vec![],
+        // Its twin is in eight bits, too.
+        hardening: float
+            .hardening
+            .clone()
+            .map(|how| Hardening { clean: how.clean.map(|clean| format!("{clean}.int8")), ..how }),
         quantized: Some(float.network.clone()),
         ..float.clone()
     }

@@ -30,7 +30,8 @@ fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
     floats.save(&large).unwrap();
     own.save(&small).unwrap();
     let opened = Model::open(&small).unwrap();
-    assert_eq!(opened, own, "it comes back as itself");
+    assert!(opened.card() == own.card(), "it comes back as itself");
+    assert!(own.weights().iter().all(|(name, tensor)| opened.weights().get(name) == Some(tensor)));
     let len = |path| std::fs::metadata(path).unwrap().len();
     assert!(3 * len(&small) < len(&large), "{} and {} bytes", len(&small), len(&large));
     let quantized = opened.card().quantized.as_ref().unwrap();
