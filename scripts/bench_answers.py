@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Compares the time of one answer with onnxruntime's; prints a table and, with --write, writes it to docs/benchmarks/.
 
-    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--write]
+    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--int8] [--write]
 
 Needs cargo and a Python with torch, onnx and onnxruntime. The same network (PyTorch's from `scripts/twin/networks.py`, exported
 to ONNX; input shapes and numbers of parameters are held against taxel's), one sample, one thread: taxel's frozen network,
 taxel's training engine in evaluation mode, onnxruntime. Each is a process of its own that stays alive; they work in turns,
 the next round the other way round, and a cell is the median over rounds of CPU time per answer. CPU time suffers less from
 other programs than wall time; they still share caches and memory, so publish what a quiet machine gave (the page says
-how busy it was).
+how busy it was). --int8 is about eight bits: taxel's frozen network in floats and in eight bits, and onnxruntime in floats and
+in eight bits (QDQ, weights per channel), of 2D and 3D networks.
 """
 
 import argparse
@@ -23,9 +24,15 @@ import bench_training
 from bench_training import ROOT, Worker, geometric_mean, processors
 
 TARGET, LEAST = 1.8, 1.2
+# Of eight bits against floats, both taxel's.
+TARGET_INT8 = 1.5
 NETWORKS = """mlp lstm tactnet4 tactnet6 tactresnet vgg6-lite-1d resnet8-lite-1d densenet6-lite-1d vgg6-lite-2d resnet8-lite-2d
 densenet6-lite-2d hybrid-vgg hybrid-resnet hybrid-densenet hybrid-resvgg tactnet3d multiscale-cnn dilated-resnet-1d
 mobilenet-v2 shufflenet-v2 mnasnet1-0 resnet18""".split()
+
+
+NETWORKS_INT8 = """vgg6-lite-2d resnet8-lite-2d densenet6-lite-2d hybrid-resvgg tactnet3d multiscale-cnn mobilenet-v2 shufflenet-v2
+mnasnet1-0 resnet18""".split()
 
 
 class Answers(Worker):
@@ -42,11 +49,20 @@ class Answers(Worker):
 
 def measure(name, program, args):
     with contextlib.ExitStack() as stack:
-        commands = {
-            "frozen": [program, name, "frozen"],
-            "engine": [program, name, "engine"],
-            "onnxruntime": [sys.executable, str(ROOT / "scripts/twin/answers.py"), name],
-        }
+        twin = [sys.executable, str(ROOT / "scripts/twin/answers.py"), name]
+        if args.int8:
+            commands = {
+                "frozen": [program, name, "frozen"],
+                "int8": [program, name, "int8"],
+                "onnxruntime": twin,
+                "onnxruntime int8": [*twin, "--int8"],
+            }
+        else:
+            commands = {
+                "frozen": [program, name, "frozen"],
+                "engine": [program, name, "engine"],
+                "onnxruntime": twin,
+            }
         workers = {}
         for column, command in commands.items():
             workers[column] = Answers(f"{name} ({column})", command, 600)
@@ -79,9 +95,26 @@ def table(results):
     return "\n".join(lines)
 
 
+def table_int8(results):
+    columns = ("frozen", "int8", "onnxruntime", "onnxruntime int8")
+    lines = ["| network | floats µs | int8 µs | onnxruntime µs | onnxruntime int8 µs | int8 against floats | against onnxruntime int8 |", "|---|---:|---:|---:|---:|---:|---:|"]
+    own, others = [], []
+    for result in results:
+        us = result["us"]
+        own.append(us["frozen"] / us["int8"])
+        others.append(us["onnxruntime int8"] / us["int8"])
+        cells = [f"{us[column]:.3g}" for column in columns]
+        lines.append(f"| `{result['network']}` | {' | '.join(cells)} | {own[-1]:.2f}× | {others[-1]:.2f}× |")
+    mean = geometric_mean(own)
+    verdict = "met" if mean >= TARGET_INT8 else "**missed**"
+    lines.append(f"| geometric mean | | | | | {mean:.2f}× ({verdict}) | {geometric_mean(others):.2f}× |")
+    return "\n".join(lines)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--networks", default=",".join(NETWORKS))
+    parser.add_argument("--networks")
+    parser.add_argument("--int8", action="store_true", help="eight bits against floats")
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--seconds", type=float, default=0.3)
     parser.add_argument("--write", action="store_true", help="writes docs/benchmarks/DATE-CPU-answers.md and .json")
@@ -89,28 +122,30 @@ def main():
     program = bench_training.build("taxel-runtime", "answers")
     before = processors()
     results = []
-    for name in args.networks.split(","):
+    show = table_int8 if args.int8 else table
+    names = args.networks.split(",") if args.networks else NETWORKS_INT8 if args.int8 else NETWORKS
+    for name in names:
         results.append(measure(name, program, args))
-        print(table(results[-1:]).splitlines()[2], flush=True)
+        print(show(results[-1:]).splitlines()[2], flush=True)
     busy, total = (after - first for after, first in zip(processors(), before))
     facts = bench_training.environment(argparse.Namespace(rounds=args.rounds, seconds=args.seconds, fused=False, quick=False))
     page = [
-        f"# One answer against onnxruntime: {facts['cpu']}, {facts['date']}",
+        f"# One answer {'in eight bits' if args.int8 else 'against onnxruntime'}: {facts['cpu']}, {facts['date']}",
         "",
         "Generated by `scripts/bench_answers.py`, which says how it measures: batch 1, one thread, CPU time.",
         "",
         f"- {facts['cpu']}, {facts['cores']} cores of which {busy / total:.0%} of the time was used by all programs together "
         f"(one core is {1 / facts['cores']:.0%}), {', '.join(facts['vectors'])}",
         f"- taxel at {facts['commit']}{' with uncommitted changes' if facts['changed'] else ''}, onnxruntime {results[0]['version']}",
-        f"- targets: {TARGET}× in geometric mean, none below {LEAST}×",
+        f"- target: {TARGET_INT8}× of floats in geometric mean" if args.int8 else f"- targets: {TARGET}× in geometric mean, none below {LEAST}×",
         "",
-        table(results),
+        show(results),
         "",
     ]
     print("\n".join(page))
     if args.write:
         cpu = "-".join(facts["cpu"].lower().replace("(r)", "").split()[:2])
-        stem = ROOT / "docs/benchmarks" / f"{datetime.date.today().isoformat()}-{cpu}-answers"
+        stem = ROOT / "docs/benchmarks" / f"{datetime.date.today().isoformat()}-{cpu}-answers{'-int8' if args.int8 else ''}"
         stem.with_suffix(".md").write_text("\n".join(page))
         stem.with_suffix(".json").write_text(json.dumps(dict(environment=facts, results=results), indent=1) + "\n")
 

@@ -11,6 +11,7 @@
 //! # Ok::<(), taxel_checkpoint::Cause>(())
 //! ```
 
+mod eight_bits;
 mod error;
 mod network;
 #[cfg(feature = "pth")]
@@ -24,6 +25,7 @@ use std::path::Path;
 
 use taxel_graph::Weights;
 
+pub use eight_bits::rounded;
 pub use error::{Cause, Error, Result};
 pub use network::{read_network, write_network};
 pub use safetensors::{from_bytes, to_bytes};
@@ -80,6 +82,16 @@ pub fn read_text(path: &Path) -> Result<Option<String>> {
 /// A tensor whose values are not as many as its shape says, and a folder that is missing or cannot be written.
 pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
     let write = || taxel_files::write_whole(path, &to_bytes(weights, text)?).map_err(Cause::Write);
+    write().map_err(|cause| Error::new(path, cause))
+}
+
+/// [`write()`], with the tensors of these names in eight bits ([`rounded`]) and their scales beside them.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_rounded(path: &Path, weights: &Weights, names: &[&str], text: &str) -> Result<()> {
+    let bytes = || safetensors::to_bytes_of(&eight_bits::apart(weights, names), text);
+    let write = || taxel_files::write_whole(path, &bytes()?).map_err(Cause::Write);
     write().map_err(|cause| Error::new(path, cause))
 }
 

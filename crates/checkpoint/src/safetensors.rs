@@ -11,6 +11,7 @@ use ::safetensors::tensor::{Dtype, Metadata, View, serialize};
 use half::{bf16, f16};
 use taxel_graph::{Tensor, Weights};
 
+use crate::eight_bits::{SCALE, Stored, together};
 use crate::error::Cause;
 
 /// The metadata key under which taxel keeps its own text. One key only: the format keeps metadata in
@@ -41,7 +42,15 @@ pub fn from_bytes(bytes: &[u8]) -> Result<(Weights, Option<String>), Cause> {
         }
         let (from, to) = info.data_offsets;
         let bytes = values.get(from..to).ok_or_else(cut)?;
-        let Some(data) = floats(info.dtype, bytes) else {
+        let own = name.strip_suffix(SCALE).and_then(|own| header.info(own));
+        if own.is_some_and(|own| own.dtype == Dtype::I8) {
+            continue;
+        }
+        let data = match info.dtype {
+            Dtype::I8 => whole(&header, values, &name, bytes),
+            dtype => floats(dtype, bytes),
+        };
+        let Some(data) = data else {
             return Err(Cause::Type { tensor: name, dtype: format!("{:?}", info.dtype) });
         };
         weights.insert(&name, Tensor { shape: info.shape.clone(), data });
@@ -78,6 +87,16 @@ fn text(header: &Metadata) -> Option<String> {
     header.metadata().as_ref().and_then(|m| m.get(KEY).cloned())
 }
 
+/// The values of a tensor in eight bits, if it has its scales.
+fn whole(header: &Metadata, values: &[u8], name: &str, bytes: &[u8]) -> Option<Vec<f32>> {
+    let (info, scales) = (header.info(name)?, header.info(&format!("{name}{SCALE}"))?);
+    let (from, to) = scales.data_offsets;
+    let outputs = info.shape.first().copied()?;
+    let given = floats(scales.dtype, values.get(from..to)?).filter(|_| scales.shape == [outputs])?;
+    let bytes: Vec<i8> = bytes.iter().map(|b| b.cast_signed()).collect();
+    Some(together(&bytes, &given))
+}
+
 fn floats(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f32>> {
     let halves = || bytes.as_chunks().0.iter();
     Some(match dtype {
@@ -94,35 +113,62 @@ fn floats(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f32>> {
 /// # Errors
 /// A tensor whose values are not as many as its shape says.
 pub fn to_bytes(weights: &Weights, text: &str) -> Result<Vec<u8>, Cause> {
-    for (name, tensor) in weights.iter() {
+    let floats = weights.iter().map(|(name, tensor)| (name.to_string(), Stored::Floats(tensor.clone())));
+    to_bytes_of(&floats.collect::<Vec<_>>(), text)
+}
+
+/// [`to_bytes`] of tensors of several types.
+pub(crate) fn to_bytes_of(stored: &[(String, Stored)], text: &str) -> Result<Vec<u8>, Cause> {
+    for (name, stored) in stored {
+        let (Stored::Floats(tensor) | Stored::Bytes(tensor)) = stored;
         let len = tensor.shape.iter().try_fold(1usize, |len, axis| len.checked_mul(*axis));
         if len != Some(tensor.data.len()) {
-            let (tensor, shape, values) = (name.to_string(), tensor.shape.clone(), tensor.data.len());
+            let (tensor, shape, values) = (name.clone(), tensor.shape.clone(), tensor.data.len());
             return Err(Cause::Shape { tensor, shape, values });
         }
     }
     let metadata = HashMap::from([(KEY.to_string(), text.to_string())]);
-    let views = weights.iter().map(|(name, tensor)| (name, Values(tensor)));
+    let views = stored.iter().map(|(name, stored)| (name, Values(stored)));
     serialize(views, Some(metadata)).map_err(|e| Cause::NotSafetensors(e.to_string()))
 }
 
 /// A tensor as the format wants it: little-endian bytes.
-struct Values<'a>(&'a Tensor);
+struct Values<'a>(&'a Stored);
+
+impl Values<'_> {
+    fn tensor(&self) -> &Tensor {
+        let (Stored::Floats(tensor) | Stored::Bytes(tensor)) = self.0;
+        tensor
+    }
+}
 
 impl View for Values<'_> {
     fn dtype(&self) -> Dtype {
-        Dtype::F32
+        match self.0 {
+            Stored::Floats(_) => Dtype::F32,
+            Stored::Bytes(_) => Dtype::I8,
+        }
     }
 
     fn shape(&self) -> &[usize] {
-        &self.0.shape
+        &self.tensor().shape
     }
 
     fn data(&self) -> Cow<'_, [u8]> {
-        self.0.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>().into()
+        match self.0 {
+            Stored::Floats(tensor) => {
+                tensor.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>().into()
+            }
+            Stored::Bytes(tensor) => {
+                tensor.data.iter().map(|v| (*v as i8).cast_unsigned()).collect::<Vec<_>>().into()
+            }
+        }
     }
 
     fn data_len(&self) -> usize {
-        4 * self.0.data.len()
+        match self.0 {
+            Stored::Floats(tensor) => 4 * tensor.data.len(),
+            Stored::Bytes(tensor) => tensor.data.len(),
+        }
     }
 }

@@ -27,6 +27,11 @@ pub(crate) fn hash_rows(x: &ArrayD<f32>) -> Vec<RowHash> {
     values.chunks_exact(values.len() / x.shape()[0]).map(hash_row).collect()
 }
 
+/// BLAKE3 of samples alone, for those that no data set holds.
+pub fn digest_of(x: &ArrayD<f32>) -> String {
+    digest(x, &[], None, None)
+}
+
 /// BLAKE3 of the content, each part preceded by its length; `columns` are all labels where a sample has
 /// several.
 pub(crate) fn digest(x: &ArrayD<f32>, y: &[u32], columns: Option<&Labels>, groups: Option<&[u32]>) -> String {

@@ -121,7 +121,7 @@ pub use dataset::Dataset;
 pub use drift::Drift;
 pub use duplicates::duplicate_sets;
 pub use error::{Class, Error, Result};
-pub use hash::{RowHash, hash_words};
+pub use hash::{RowHash, digest_of, hash_words};
 pub use labels::{Attribute, Labels};
 pub use length::{Length, Longer, NotALength, Padding, Part};
 pub use lengths::Lengths;

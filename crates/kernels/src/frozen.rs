@@ -5,6 +5,7 @@
 //! its outputs off before it stores them, inside the margins that the next convolution reads, among the channels that
 //! a concatenation joins ([`Place`]).
 
+pub mod bytes;
 mod conv;
 mod depthwise;
 mod linear;

@@ -180,7 +180,7 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// What the runtime refuses.
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
-        let responder = Responder::new(self.graph, weights, self.batch, self.threads)?;
+        let responder = Responder::new(self.graph, weights, None, self.batch, self.threads)?;
         let mut logits = vec![];
         for rows in rows.chunks(self.batch.max(AT_ONCE)) {
             logits.extend(responder.answer(&self.feed.rows(rows), rows.len())?);

@@ -64,6 +64,7 @@ mod plan;
 mod problem;
 mod progress;
 mod protocol;
+mod quantized_run;
 mod recipe;
 mod records;
 mod responder;
@@ -92,8 +93,8 @@ pub use grid::{Align, Grid, markdown_text};
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use lock::Lock;
 pub use model::{
-    Anatomy, Card, FORMAT, Model, ModelInput, Predictions, Predictor, Score, TrainedOn, TrainingPart,
-    Workspace,
+    Anatomy, Card, EIGHT_BITS, FORMAT, Model, ModelInput, Predictions, Predictor, Quantized, Score,
+    TrainedOn, TrainingPart, Workspace,
 };
 pub use numbers::thousands;
 pub use optimizer::{Decay, Moments, Optimizer};
@@ -102,6 +103,7 @@ pub use part::shuffled;
 pub use problem::{Check, Problem, require, share, within};
 pub use progress::{IndicatifProgress, Progress, Silent};
 pub use protocol::{Protocol, Split};
+pub use quantized_run::quantize_run;
 pub use recipe::{BatchNorm, ClassWeights, Criterion, EarlyStopping, Recipe};
 pub use records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, Timing};
 pub use results::{FoldScores, NetworkResults, Results};

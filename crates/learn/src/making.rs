@@ -88,6 +88,7 @@ fn card<'i>(
             part,
             seed,
         },
+        quantized: None,
         score: None,
         // Of the tensors: filled in with them.
         tensors: String::new(),

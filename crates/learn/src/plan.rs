@@ -283,5 +283,6 @@ fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkRes
         attributes: vec![],
         published: candidate.published.clone(),
         hardening: hardening(row, candidate),
+        quantized: None,
     }
 }

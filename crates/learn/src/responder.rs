@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use taxel_graph::{Graph, Weights};
-use taxel_runtime::{Frozen, Workspace};
+use taxel_runtime::{Frozen, Ranges, Workspace};
 
 use crate::error::Result;
 use crate::part::pool;
@@ -23,13 +23,22 @@ pub(crate) struct Responder {
 }
 
 impl Responder {
-    /// Freezes `graph` with `weights`, to answer up to `batch` samples at a time on each of `threads` threads. Answers
-    /// depend on neither.
+    /// Freezes `graph` with `weights`, in eight bits where there are `ranges`, to answer up to `batch` samples at a
+    /// time on each of `threads` threads. Answers depend on neither.
     ///
     /// # Errors
     /// Weights that do not fit the graph, or threads that cannot be started.
-    pub fn new(graph: &Graph, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
-        let frozen = Frozen::new(graph, weights)?;
+    pub fn new(
+        graph: &Graph,
+        weights: &Weights,
+        ranges: Option<&Ranges>,
+        batch: usize,
+        threads: usize,
+    ) -> Result<Self> {
+        let frozen = match ranges {
+            Some(ranges) => Frozen::quantized(graph, weights, ranges)?,
+            None => Frozen::new(graph, weights)?,
+        };
         let pool = if threads > 1 { Some(pool(threads)?) } else { None };
         Ok(Responder { frozen, batch: batch.min(SHARE), pool, idle: Mutex::default() })
     }

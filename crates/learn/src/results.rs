@@ -97,6 +97,9 @@ pub struct NetworkResults {
     /// How it was trained under faults; none where it was trained on clean samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardening: Option<Hardening>,
+    /// The row whose models these are in eight bits; none of models in floats.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantized: Option<String>,
 }
 
 /// `results.json`.

@@ -1,6 +1,6 @@
 //! Answers of one network on request, for `scripts/bench_answers.py`.
 //!
-//! `answers resnet8-lite-1d frozen` (or `engine`) prints a JSON line about itself; then each line `run N` on standard
+//! `answers resnet8-lite-1d frozen` (or `engine`, or `int8`) prints a JSON line about itself; then each line `run N` on standard
 //! input is N answers to one sample, and a JSON line with the CPU time that they took.
 
 use std::error::Error;
@@ -9,7 +9,7 @@ use std::io::BufRead;
 
 use taxel_engine::{Evaluator, Options};
 use taxel_graph::{Node, Scheme, Weights};
-use taxel_runtime::Frozen;
+use taxel_runtime::{Frozen, Observer};
 
 /// Nanoseconds that this thread has had a CPU.
 fn cpu() -> Result<u64, Box<dyn Error>> {
@@ -35,7 +35,9 @@ fn obey(mut answer: impl FnMut() -> bool) -> Result<(), Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let asked: Vec<String> = std::env::args().skip(1).collect();
-    let [network, how] = asked.as_slice() else { return Err("usage: answers NETWORK frozen|engine".into()) };
+    let [network, how] = asked.as_slice() else {
+        return Err("usage: answers NETWORK frozen|int8|engine".into());
+    };
     let graph = taxel_zoo::find(network)?.graph(&taxel_zoo::Settings::new())?;
     let weights = Weights::init(&graph, Scheme::Pytorch, 0, "answers");
     let values =
@@ -50,12 +52,20 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut workspace = frozen.workspace();
             obey(|| frozen.answer(&mut workspace, &inputs).is_ok())
         }
+        "int8" => {
+            // Speed does not depend on what the ranges are.
+            let mut observer = Observer::new(&graph, &weights)?;
+            observer.see(&inputs)?;
+            let frozen = Frozen::quantized(&graph, &weights, &observer.ranges())?;
+            let mut workspace = frozen.workspace();
+            obey(|| frozen.answer(&mut workspace, &inputs).is_ok())
+        }
         "engine" => {
             let options = Options { batch: 1, threads: 1, ..Options::default() };
             let evaluator = Evaluator::new(&graph, &weights, options)?;
             let mut workspace = evaluator.workspace();
             obey(|| evaluator.answer(&mut workspace, &inputs, 1).is_ok())
         }
-        other => Err(format!("`{other}` is neither `frozen` nor `engine`").into()),
+        other => Err(format!("`{other}` is neither `frozen` nor `int8` nor `engine`").into()),
     }
 }

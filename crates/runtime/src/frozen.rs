@@ -8,9 +8,13 @@ use taxel_kernels::Buffer;
 use taxel_kernels::frozen::Place;
 
 use crate::error::{Error, Result};
-use crate::lower::lower;
-use crate::places::Places;
+use crate::lower::{Purpose, lower};
+use crate::memory::Memory;
+use crate::places::{Places, Room};
 use crate::program::{Ask, Call, Scratch, ScratchLens, program};
+use crate::quantize::quantize;
+use crate::ranges::Ranges;
+use crate::step::{Step, StepId};
 
 /// Bytes of weights and values up to which an answer stays in the cache that a core has to itself.
 const CACHE: usize = 512 << 10;
@@ -29,7 +33,7 @@ struct Shared {
     inputs: Vec<(String, Vec<usize>)>,
     calls: Vec<Call>,
     outputs: Vec<Output>,
-    buffers: Vec<usize>,
+    buffers: Vec<Room>,
     scratch: ScratchLens,
     /// Samples that are best answered together.
     together: usize,
@@ -46,7 +50,7 @@ struct Output {
 pub struct Workspace {
     shared: Arc<Shared>,
     /// Of every sample that is answered at a time.
-    samples: Vec<Vec<Buffer>>,
+    samples: Vec<Vec<Memory>>,
     scratch: Scratch,
 }
 
@@ -57,8 +61,31 @@ impl Frozen {
     /// Weights that do not fit the graph.
     pub fn new(graph: &Graph, weights: &Weights) -> Result<Self> {
         weights.check(graph)?;
-        let (steps, outputs) = lower(graph, weights);
-        let places = Places::new(&steps, &outputs);
+        let (steps, outputs) = lower(graph, weights, Purpose::Floats);
+        Ok(Self::of(graph, steps, &outputs))
+    }
+
+    /// Freezes `graph` in eight bits: convolutions and linear layers multiply bytes with signed bytes, and values between
+    /// them are bytes of the `ranges` that an [`Observer`](crate::Observer) has seen. What has no range stays in floats.
+    ///
+    /// # Errors
+    /// Weights that do not fit the graph.
+    pub fn quantized(graph: &Graph, weights: &Weights, ranges: &Ranges) -> Result<Self> {
+        weights.check(graph)?;
+        let (steps, outputs) = lower(graph, weights, Purpose::Bytes);
+        let (steps, outputs) = quantize(steps, &outputs, ranges);
+        Ok(Self::of(graph, steps, &outputs))
+    }
+
+    /// In floats, by the steps that [`Frozen::quantized`] takes.
+    pub(crate) fn observed(graph: &Graph, weights: &Weights) -> Result<Self> {
+        weights.check(graph)?;
+        let (steps, outputs) = lower(graph, weights, Purpose::Bytes);
+        Ok(Self::of(graph, steps, &outputs))
+    }
+
+    fn of(graph: &Graph, steps: Vec<Step>, outputs: &[StepId]) -> Self {
+        let places = Places::new(&steps, outputs);
         let names = graph.outputs().iter().map(|(name, _)| name.clone());
         let outputs = outputs.iter().zip(names).map(|(&step, name)| {
             let (place, buffer) = places.values[step];
@@ -69,9 +96,10 @@ impl Frozen {
         let inputs = graph.inputs().map(|node| (node.name.clone(), node.shape.clone())).collect();
         let name = graph.name().to_string();
         let buffers = places.buffers;
-        let bytes = size_of::<f32>() * (graph.parameter_count() + buffers.iter().sum::<usize>());
+        let values: usize = buffers.iter().map(|room| room.len).sum();
+        let bytes = size_of::<f32>() * (graph.parameter_count() + values);
         let together = if bytes > CACHE { TOGETHER } else { 1 };
-        Ok(Frozen { shared: Arc::new(Shared { name, inputs, calls, outputs, buffers, scratch, together }) })
+        Frozen { shared: Arc::new(Shared { name, inputs, calls, outputs, buffers, scratch, together }) }
     }
 
     /// Memory for one thread that asks about one sample at a time.
@@ -84,12 +112,29 @@ impl Frozen {
     pub fn workspace_for(&self, batch: usize) -> Workspace {
         let ScratchLens { input, output, work } = self.shared.scratch;
         let zeros = Buffer::zeros;
-        let one = |_| self.shared.buffers.iter().map(|&len| zeros(len)).collect();
+        let one = |_| self.shared.buffers.iter().map(Memory::new).collect();
         Workspace {
             samples: (0..self.shared.together.min(batch).max(1)).map(one).collect(),
             scratch: Scratch { input: zeros(input), output: zeros(output), work: zeros(work) },
             shared: Arc::clone(&self.shared),
         }
+    }
+
+    /// As [`Frozen::answer`]; `see` is told of every node whose value is computed: its name, place and memory.
+    pub(crate) fn show(
+        &self,
+        workspace: &mut Workspace,
+        inputs: &[&[f32]],
+        mut see: impl FnMut(&str, &Place, &Memory),
+    ) -> Result<()> {
+        self.check(workspace, inputs, 1)?;
+        let Workspace { shared, samples, scratch } = workspace;
+        for call in &shared.calls {
+            step(call, Ask { inputs, sample: 0, part: None }, &mut samples[0], scratch);
+            let (buffer, place) = &call.to;
+            see(&call.name, place, &samples[0][*buffer]);
+        }
+        Ok(())
     }
 
     /// Values of the first output.
@@ -172,7 +217,7 @@ impl Workspace {
     }
 
     fn output(&self, sample: usize, output: &Output) -> &[f32] {
-        &self.samples[sample][output.buffer][output.place.start..][..output.place.channels]
+        &self.samples[sample][output.buffer].floats()[output.place.start..][..output.place.channels]
     }
 
     /// Names and values of all outputs of the last answer, in the graph's order, PyTorch's axis order.
@@ -182,7 +227,7 @@ impl Workspace {
 }
 
 /// One call on the values of one sample.
-fn step(call: &Call, ask: Ask, buffers: &mut [Buffer], scratch: &mut Scratch) {
+fn step(call: &Call, ask: Ask, buffers: &mut [Memory], scratch: &mut Scratch) {
     let (to, _) = call.to;
     // Nothing is written where it is read, so the output's buffer can be taken out.
     let mut y = mem::take(&mut buffers[to]);

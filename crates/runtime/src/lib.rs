@@ -19,16 +19,24 @@
 //! # Ok::<(), taxel_runtime::Error>(())
 //! ```
 //!
+//! [`Frozen::quantized`] is the same in eight bits, which an [`Observer`] has prepared with samples like those that will
+//! be asked about.
+//!
 //! Logits differ from those of `taxel-engine` in the last bits: norms that are folded in are rounded elsewhere.
 
+mod byte_kernel;
 mod error;
 mod frozen;
 mod lower;
+mod memory;
 mod merge;
 mod places;
 mod program;
+mod quantize;
+mod ranges;
 mod step;
 mod weights;
 
 pub use error::{Error, Result};
 pub use frozen::{Frozen, Workspace};
+pub use ranges::{Observer, Ranges};

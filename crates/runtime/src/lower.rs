@@ -8,15 +8,27 @@ use crate::merge::merge;
 use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
 use crate::weights;
 
+/// What the steps are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Answers in floats.
+    Floats,
+    /// Answers in bytes, or to see what values those will hold: convolutions are computed by their definition.
+    Bytes,
+}
+
 /// The steps of a graph, and the steps of its outputs. `weights` have been checked against it.
-pub(crate) fn lower(graph: &Graph, weights: &Weights) -> (Vec<Step>, Vec<StepId>) {
+pub(crate) fn lower(graph: &Graph, weights: &Weights, purpose: Purpose) -> (Vec<Step>, Vec<StepId>) {
     let mut uses = vec![0; graph.nodes().len()];
     graph.nodes().iter().flat_map(|node| &node.inputs).for_each(|&input| uses[input] += 1);
     // What callers read stays as it is.
     graph.outputs().iter().for_each(|(_, id)| uses[*id] += 2);
-    let mut lower = Lower { weights, uses, steps: vec![], seen: vec![], inputs: 0 };
+    let mut lower = Lower { weights, purpose, uses, steps: vec![], seen: vec![], inputs: 0 };
     for node in graph.nodes() {
         let seen = lower.node(node);
+        if !seen.flat {
+            lower.steps[seen.step].name = node.name.clone();
+        }
         lower.seen.push(seen);
     }
     let outputs: Vec<StepId> = graph.outputs().iter().map(|(_, id)| lower.output(*id)).collect();
@@ -34,6 +46,7 @@ struct Seen {
 
 struct Lower<'a> {
     weights: &'a Weights,
+    purpose: Purpose,
     /// Readers of every node.
     uses: Vec<usize>,
     steps: Vec<Step>,
@@ -129,7 +142,7 @@ impl Lower<'_> {
     }
 
     fn push(&mut self, work: Work, inputs: Vec<StepId>, node: &Node) -> Seen {
-        self.steps.push(Step { work, inputs, shape: shape_of(node) });
+        self.steps.push(Step::new(work, inputs, shape_of(node)));
         Seen { step: self.steps.len() - 1, flat: false }
     }
 
@@ -146,7 +159,7 @@ impl Lower<'_> {
     /// A value with channels first, as features.
     fn flatten(&mut self, step: StepId) -> StepId {
         let shape = Shape::features(self.steps[step].shape.len());
-        self.steps.push(Step { work: Work::Flatten, inputs: vec![step], shape });
+        self.steps.push(Step::new(Work::Flatten, vec![step], shape));
         self.steps.len() - 1
     }
 
@@ -176,7 +189,10 @@ impl Lower<'_> {
             weight: weights::conv(self.weights, node, groups),
             bias: weights::bias(self.weights, node, has_bias, filters),
             rectifier: Rectifier::None,
-            algorithm: Algorithm::of(plan),
+            algorithm: match (Algorithm::of(plan), self.purpose) {
+                (Algorithm::Winograd(_), Purpose::Bytes) => Algorithm::Direct,
+                (algorithm, _) => algorithm,
+            },
         };
         self.push(Work::Conv(conv), vec![input], node)
     }

@@ -1,5 +1,7 @@
 //! Convolutions of one input that are too narrow to fill a vector are computed together.
 
+use std::mem;
+
 use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
 
 /// Filters up to which a convolution leaves most of a vector empty.
@@ -9,18 +11,23 @@ const NARROW: usize = 8;
 /// they compute together. Gives the new steps, and the new number of every old one.
 pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
     let partners = partners(&steps);
+    let mut names = vec![String::new(); steps.len()];
     let mut steps: Vec<Option<Step>> = steps.into_iter().map(Some).collect();
     let (mut merged, mut now): (Vec<Step>, Vec<StepId>) = (vec![], vec![]);
     for id in 0..steps.len() {
         let step = match (steps[id].take(), partners[id]) {
             (Some(first), Some(partner)) => {
-                let shape = first.shape;
-                let both = join(first, steps[partner].take());
-                merged.push(renumbered(both, &now));
-                Step { work: Work::Slice(0), inputs: vec![merged.len() - 1], shape }
+                let (shape, name) = (first.shape, first.name.clone());
+                let second = steps[partner].take();
+                names[partner] = second.as_ref().map_or(String::new(), |second| second.name.clone());
+                merged.push(renumbered(join(first, second), &now));
+                Step { name, ..Step::new(Work::Slice(0), vec![merged.len() - 1], shape) }
             }
             (Some(step), None) => renumbered(step, &now),
-            (None, first) => slice_of_rest(&merged, now[first.unwrap_or(id)]),
+            (None, first) => {
+                let rest = slice_of_rest(&merged, now[first.unwrap_or(id)]);
+                Step { name: mem::take(&mut names[id]), ..rest }
+            }
         };
         merged.push(step);
         now.push(merged.len() - 1);
@@ -34,7 +41,7 @@ fn slice_of_rest(merged: &[Step], first: StepId) -> Step {
     let whole = slice.inputs[0];
     let (channels, all) = (slice.shape.channels, merged[whole].shape);
     let shape = Shape { channels: all.channels - channels, ..all };
-    Step { work: Work::Slice(channels), inputs: vec![whole], shape }
+    Step::new(Work::Slice(channels), vec![whole], shape)
 }
 
 fn renumbered(mut step: Step, now: &[StepId]) -> Step {
@@ -92,5 +99,5 @@ fn join(first: Step, second: Option<Step>) -> Step {
         algorithm: Algorithm::Direct,
     };
     let shape = Shape { channels: left + right, ..first.shape };
-    Step { work: Work::Conv(conv), inputs: first.inputs, shape }
+    Step::new(Work::Conv(conv), first.inputs, shape)
 }

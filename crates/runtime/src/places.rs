@@ -11,8 +11,16 @@ use crate::step::{Step, StepId, Work};
 pub(crate) struct Places {
     /// Of every step: its place and its buffer.
     pub values: Vec<(Place, usize)>,
-    /// Values of every buffer.
-    pub buffers: Vec<usize>,
+    /// Every buffer.
+    pub buffers: Vec<Room>,
+}
+
+/// What a buffer holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Room {
+    pub len: usize,
+    /// The byte that means 0, which margins hold; none in a buffer of floats.
+    pub zero: Option<u8>,
 }
 
 /// Channels of a larger value.
@@ -123,7 +131,7 @@ fn join(steps: &[Step], alone: &HashSet<StepId>) -> Vec<Spot> {
 }
 
 /// Buffers of the roots, and their lengths.
-fn share(steps: &[Step], outputs: &[StepId], spots: &[Spot], places: &[Place]) -> (Vec<usize>, Vec<usize>) {
+fn share(steps: &[Step], outputs: &[StepId], spots: &[Spot], places: &[Place]) -> (Vec<usize>, Vec<Room>) {
     let mut last: Vec<usize> = (0..steps.len()).collect();
     for (id, step) in steps.iter().enumerate() {
         for &input in &step.inputs {
@@ -133,28 +141,32 @@ fn share(steps: &[Step], outputs: &[StepId], spots: &[Spot], places: &[Place]) -
         last[spots[id].root] = last[spots[id].root].max(id);
     }
     outputs.iter().for_each(|&output| last[spots[output].root] = usize::MAX);
-    let (mut buffer_of, mut buffers) = (vec![usize::MAX; steps.len()], vec![]);
+    let (mut buffer_of, mut buffers): (_, Vec<Room>) = (vec![usize::MAX; steps.len()], vec![]);
     // Margins stay zero only where values with the same ones take a buffer over.
-    let mut free: Vec<(Option<Place>, usize)> = vec![];
-    let kind = |place: &Place| (place.margin != [0; 2]).then_some(*place);
+    let mut free: Vec<(Option<(Place, Option<u8>)>, usize)> = vec![];
+    let zero = |root: StepId| steps[root].scale.map(|scale| scale.zero);
+    let kind = |root: StepId| (places[root].margin != [0; 2]).then_some((places[root], zero(root)));
     for id in 0..steps.len() {
         let root = spots[id].root;
         let place = &places[root];
         if buffer_of[root] == usize::MAX {
-            let fitting = free.iter().rposition(|(kept, _)| *kept == kind(place));
+            let fits = |(kept, buffer): &(_, usize)| {
+                *kept == kind(root) && buffers[*buffer].zero.is_some() == zero(root).is_some()
+            };
+            let fitting = free.iter().rposition(fits);
             buffer_of[root] = fitting.map_or_else(
                 || {
-                    buffers.push(0);
+                    buffers.push(Room { len: 0, zero: zero(root) });
                     buffers.len() - 1
                 },
                 |at| free.remove(at).1,
             );
-            let len = &mut buffers[buffer_of[root]];
+            let len = &mut buffers[buffer_of[root]].len;
             *len = place.buffer_len().max(*len);
         }
         for root in 0..=id {
             if last[root] == id && spots[root].root == root && buffer_of[root] != usize::MAX {
-                free.push((kind(&places[root]), buffer_of[root]));
+                free.push((kind(root), buffer_of[root]));
                 last[root] = usize::MAX;
             }
         }

@@ -1,14 +1,19 @@
 //! Steps with their places become calls of kernels.
 
 use taxel_graph::Activation;
+use taxel_kernels::frozen::bytes::Scale;
 use taxel_kernels::frozen::{self, Place, Pool, Route};
 use taxel_kernels::{Buffer, Rectifier, View, activation, conv, deviation, layout, lstm, pointwise};
 
+use crate::byte_kernel::ByteKernel;
+use crate::memory::Memory;
 use crate::places::Places;
 use crate::step::{Algorithm, Conv, Step, StepId, Work};
 
 /// One call.
 pub(crate) struct Call {
+    /// The node whose value it computes; empty where no node has it.
+    pub name: String,
     pub kernel: Kernel,
     /// Buffers and places of the inputs, and of the output.
     pub from: Vec<(usize, Place)>,
@@ -66,6 +71,8 @@ pub(crate) enum Kernel {
     Deviation(f32),
     Flatten,
     Switch,
+    /// Reads or writes bytes.
+    Bytes(ByteKernel),
 }
 
 /// The convolution of training with what was folded into it.
@@ -79,12 +86,13 @@ pub(crate) struct Winograd {
 /// All calls in order.
 pub(crate) fn program(steps: Vec<Step>, places: &Places) -> (Vec<Call>, ScratchLens) {
     let (mut calls, mut scratch) = (vec![], ScratchLens::default());
+    let scales: Vec<Option<Scale>> = steps.iter().map(|step| step.scale).collect();
     for (id, step) in steps.into_iter().enumerate() {
         let at = |id: StepId| (places.values[id].1, places.values[id].0);
         let from: Vec<(usize, Place)> = step.inputs.iter().map(|&input| at(input)).collect();
         let to = at(id);
         if let Work::Concat = step.work {
-            calls.extend(moves(&from, to));
+            calls.extend(moves(&from, to, step.scale));
             continue;
         }
         if let Work::Slice(_) = step.work {
@@ -96,21 +104,33 @@ pub(crate) fn program(steps: Vec<Step>, places: &Places) -> (Vec<Call>, ScratchL
         if !to.1.is_dense() {
             scratch.output = scratch.output.max(to.1.len());
         }
-        let kernel = kernel(step.work, &from, &to.1, &mut scratch);
-        calls.push(Call { kernel, from, to });
+        let read: Vec<Option<Scale>> = step.inputs.iter().map(|&input| scales[input]).collect();
+        let kernel = match step.scale.or_else(|| read.iter().copied().find_map(|scale| scale)) {
+            Some(_) => {
+                let inputs = from.iter().zip(&read).map(|((_, place), scale)| (*place, *scale));
+                Kernel::Bytes(ByteKernel::new(step.work, &inputs.collect::<Vec<_>>(), (to.1, step.scale)))
+            }
+            None => kernel(step.work, &from, &to.1, &mut scratch),
+        };
+        calls.push(Call { name: step.name, kernel, from, to });
     }
     (calls, scratch)
 }
 
 /// Copies of those parts of a concatenation that do not lie there already.
-fn moves(from: &[(usize, Place)], (buffer, whole): (usize, Place)) -> Vec<Call> {
+fn moves(from: &[(usize, Place)], (buffer, whole): (usize, Place), scale: Option<Scale>) -> Vec<Call> {
     let (mut calls, mut first) = (vec![], 0);
     for &(source, part) in from {
         let to = Place { channels: part.channels, start: whole.start + first, ..whole };
         first += part.channels;
         if (source, part) != (buffer, to) {
-            let kernel = Kernel::Affine { scale: None, rectifier: Rectifier::None };
-            calls.push(Call { kernel, from: vec![(source, part)], to: (buffer, to) });
+            let plain = || Work::Affine { scale: None, rectifier: Rectifier::None };
+            let kernel = match scale {
+                // All parts are written alike.
+                Some(_) => Kernel::Bytes(ByteKernel::new(plain(), &[(part, scale)], (to, scale))),
+                None => Kernel::Affine { scale: None, rectifier: Rectifier::None },
+            };
+            calls.push(Call { name: String::new(), kernel, from: vec![(source, part)], to: (buffer, to) });
         }
     }
     calls
@@ -201,7 +221,19 @@ impl Call {
     }
 
     /// Runs the call: `values` are the inputs' buffers, `y` is the output's.
-    pub fn run(&self, ask: Ask, values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
+    pub fn run(&self, ask: Ask, values: &[&Memory], y: &mut Memory, scratch: &mut Scratch) {
+        if let Kernel::Bytes(kernel) = &self.kernel {
+            return kernel.run(values, y);
+        }
+        let Memory::Floats(y) = y else { unreachable!("calls of floats write to floats") };
+        match values {
+            [] => self.run_floats(ask, &[], y, scratch),
+            [a] => self.run_floats(ask, &[a.floats()], y, scratch),
+            [a, b, ..] => self.run_floats(ask, &[a.floats(), b.floats()], y, scratch),
+        }
+    }
+
+    fn run_floats(&self, ask: Ask, values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
         let to = &self.to.1;
         let Scratch { input, output, work } = scratch;
         match &self.kernel {
@@ -247,6 +279,7 @@ impl Call {
                 let x = dense(from, values[0], input);
                 staged(to, y, output, |y| layout::transpose(from.positions(), from.channels, x, y, false));
             }
+            Kernel::Bytes(_) => unreachable!("it is run before"),
             Kernel::Switch => {
                 let (first, second) = input.split_at_mut(self.from[0].1.len());
                 let x = dense(&self.from[0].1, values[0], first);

@@ -2,6 +2,7 @@
 
 use taxel_graph::Activation;
 use taxel_kernels::conv::{self, Kind};
+use taxel_kernels::frozen::bytes::Scale;
 use taxel_kernels::frozen::{self, Pooling, Reach};
 use taxel_kernels::{Rectifier, Window3, lstm};
 
@@ -145,7 +146,18 @@ impl Work {
 
 /// One step; its inputs are earlier steps.
 pub(crate) struct Step {
+    /// The node whose value it is; empty where no node has it.
+    pub name: String,
     pub work: Work,
     pub inputs: Vec<StepId>,
     pub shape: Shape,
+    /// How the value is written in bytes; none for floats.
+    pub scale: Option<Scale>,
+}
+
+impl Step {
+    /// A step without a name, of floats.
+    pub fn new(work: Work, inputs: Vec<StepId>, shape: Shape) -> Self {
+        Step { name: String::new(), work, inputs, shape, scale: None }
+    }
 }

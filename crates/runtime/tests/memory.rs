@@ -3,7 +3,7 @@
 
 use peak_alloc::PeakAlloc;
 use taxel_graph::{Scheme, Weights};
-use taxel_runtime::Frozen;
+use taxel_runtime::{Frozen, Observer};
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -14,16 +14,22 @@ fn no_answer_allocates() {
         ["mlp", "lstm", "resnet8-lite-1d", "densenet6-lite-2d", "hybrid-resvgg", "multiscale-cnn", "tactnet4"]
     {
         let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-        let frozen = Frozen::new(&graph, &Weights::init(&graph, Scheme::Pytorch, 0, "memory")).unwrap();
+        let weights = Weights::init(&graph, Scheme::Pytorch, 0, "memory");
         let inputs: Vec<Vec<f32>> =
             graph.inputs().map(|node| vec![0.5; node.shape.iter().product()]).collect();
         let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-        let mut workspace = frozen.workspace();
-        // What is looked up once per process (the width of the vectors) is looked up here.
-        frozen.answer(&mut workspace, &inputs).unwrap();
-        let before = MEMORY.current_usage();
-        MEMORY.reset_peak_usage();
-        frozen.answer(&mut workspace, &inputs).unwrap();
-        assert_eq!(MEMORY.peak_usage(), before, "{name}");
+        let mut observer = Observer::new(&graph, &weights).unwrap();
+        observer.see(&inputs).unwrap();
+        let ranges = observer.ranges();
+        let floats = Frozen::new(&graph, &weights).unwrap();
+        for frozen in [floats, Frozen::quantized(&graph, &weights, &ranges).unwrap()] {
+            let mut workspace = frozen.workspace();
+            // What is looked up once per process (the width of the vectors) is looked up here.
+            frozen.answer(&mut workspace, &inputs).unwrap();
+            let before = MEMORY.current_usage();
+            MEMORY.reset_peak_usage();
+            frozen.answer(&mut workspace, &inputs).unwrap();
+            assert_eq!(MEMORY.peak_usage(), before, "{name}");
+        }
     }
 }

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+#[cfg(feature = "lab")]
 use ndarray::ArrayD;
 
+#[cfg(feature = "lab")]
 /// Writes a row-major f32 array as `.npy`.
 pub fn write_npy(path: &Path, array: &ArrayD<f32>) -> Result<(), String> {
     let values = array.as_standard_layout();

@@ -11,18 +11,22 @@ pub enum Error {
     #[error(transparent)]
     Graph(#[from] taxel_graph::Error),
     /// A network that is not there, or settings that it does not take.
+    #[cfg(feature = "lab")]
     #[error(transparent)]
     Zoo(#[from] taxel_zoo::Error),
     /// A training, a run folder or a model.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),
     /// An experiment that cannot be run.
+    #[cfg(feature = "lab")]
     #[error(transparent)]
     Experiment(#[from] taxel_trainer::Error),
     /// An ONNX file.
+    #[cfg(feature = "lab")]
     #[error(transparent)]
     Onnx(#[from] taxel_onnx::Error),
     /// A model that cannot be exported.
+    #[cfg(feature = "lab")]
     #[error("{model}: {reason}")]
     Export {
         /// Its name.
@@ -31,12 +35,14 @@ pub enum Error {
         reason: String,
     },
     /// A run that cannot be judged.
+    #[cfg(feature = "lab")]
     #[error(transparent)]
     Judge(#[from] taxel_judge::Error),
     /// A stream that cannot be answered.
     #[error(transparent)]
     Stream(#[from] taxel_stream::Error),
     /// Many experiments on many machines.
+    #[cfg(feature = "lab")]
     #[error(transparent)]
     Sweep(#[from] taxel_sweep::Error),
     /// A file.

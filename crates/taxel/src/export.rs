@@ -41,13 +41,18 @@ pub struct ExportedInput {
 /// ```
 ///
 /// # Errors
-/// A baseline, and a file that cannot be written.
+/// A baseline, a model in eight bits, and a file that cannot be written.
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
     let Anatomy::Network { graph, loss, .. } = &card.anatomy else {
         let reason = "is a baseline; ONNX is for networks: export one, or ask the model by `taxel predict`";
         return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
     };
+    if card.quantized.is_some() {
+        let reason = "is in eight bits, which the file would not be: export the model that it was made of, and let the \
+                      other tool put that in eight bits";
+        return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
+    }
     let (mut inputs, mut readings) = (vec![], vec![]);
     for node in graph.inputs() {
         let transform =

@@ -73,9 +73,11 @@
 //! | run many configs on many machines | [`sweep`] |
 
 mod error;
+#[cfg(feature = "lab")]
 mod export;
 
 pub use error::{Error, Result};
+#[cfg(feature = "lab")]
 pub use export::{Exported, ExportedInput, export};
 pub use ndarray;
 
@@ -86,7 +88,9 @@ pub use taxel_learn::{
     Candidate, Card, CrossValidation, Encoder, Encoding, Fit, Model, Optimizer, Predictions, Predictor,
     Protocol, Recipe, Results, RunFolder, RunOptions, Schedule, Table, fit,
 };
+#[cfg(feature = "lab")]
 pub use taxel_trainer::{Experiment, Overrides, simulate};
+#[cfg(feature = "lab")]
 pub use taxel_zoo::{Entry, Input, Registry, Settings};
 
 /// Recordings: reading, checking, cards, splits, augmentation.
@@ -100,20 +104,26 @@ pub use taxel_faults as faults;
 /// Networks as values.
 pub use taxel_graph as graph;
 /// Run folders judged.
+#[cfg(feature = "lab")]
 pub use taxel_judge as judge;
 /// Training, cross-validation, metrics, models.
 pub use taxel_learn as learn;
 /// Networks as ONNX, out and in.
+#[cfg(feature = "lab")]
 pub use taxel_onnx as onnx;
 /// Networks frozen for answering.
 pub use taxel_runtime as runtime;
 /// Simulated worlds.
+#[cfg(feature = "lab")]
 pub use taxel_scenes as scenes;
 /// Models on streams of readings.
 pub use taxel_stream as stream;
 /// Many experiments on many machines.
+#[cfg(feature = "lab")]
 pub use taxel_sweep as sweep;
 /// Experiments from TOML.
+#[cfg(feature = "lab")]
 pub use taxel_trainer as experiment;
 /// Networks by name.
+#[cfg(feature = "lab")]
 pub use taxel_zoo as zoo;

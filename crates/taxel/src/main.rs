@@ -24,7 +24,11 @@ type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
 /// Which network is accurate enough on this tactile sensor, how fast is it, and where does it break.
 #[derive(Parser)]
 #[command(name = "taxel", version, arg_required_else_help = true)]
-#[command(after_help = "Start with:  taxel run configs/quickstart.toml")]
+#[cfg_attr(feature = "lab", command(after_help = "Start with:  taxel run configs/quickstart.toml"))]
+#[cfg_attr(
+    not(feature = "lab"),
+    command(after_help = "This build answers; training and reports come with the cargo feature `lab`.")
+)]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -32,26 +36,44 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    #[cfg(feature = "lab")]
     Run(commands::run::Run),
+    #[cfg(feature = "lab")]
     Report(commands::report::Report),
+    #[cfg(feature = "lab")]
     Stress(commands::stress::Stress),
+    #[cfg(feature = "lab")]
     Choose(commands::choose::Choose),
+    #[cfg(feature = "lab")]
     Fit(commands::fit::Fit),
+    #[cfg(feature = "lab")]
+    Quantize(commands::quantize::Quantize),
     Predict(commands::predict::Predict),
     Stream(commands::stream::Stream),
     Inspect(commands::inspect::Inspect),
+    #[cfg(feature = "lab")]
     Export(commands::export::Export),
+    #[cfg(feature = "lab")]
     Import(commands::import::Import),
+    #[cfg(feature = "lab")]
     Zoo(commands::zoo::Zoo),
+    #[cfg(feature = "lab")]
     Cost(commands::cost::Cost),
+    #[cfg(feature = "lab")]
     Forward(commands::forward::Forward),
+    #[cfg(feature = "lab")]
     Stitch(commands::stitch::Stitch),
+    #[cfg(feature = "lab")]
     Encode(commands::encode::Encode),
+    #[cfg(feature = "lab")]
     Simulate(commands::simulate::Simulate),
+    #[cfg(feature = "lab")]
     #[command(subcommand)]
     Data(commands::data::Data),
+    #[cfg(feature = "lab")]
     #[command(subcommand)]
     Sweep(commands::sweep::Sweep),
+    #[cfg(feature = "lab")]
     Completions(commands::completions::Completions),
 }
 
@@ -65,24 +87,42 @@ fn main() -> ExitCode {
 
 fn command() -> Outcome {
     match Arguments::parse().command {
+        #[cfg(feature = "lab")]
         Command::Run(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Report(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Stress(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Choose(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Fit(command) => command.run(),
+        #[cfg(feature = "lab")]
+        Command::Quantize(command) => command.run(),
         Command::Predict(command) => command.run(),
         Command::Stream(command) => command.run(),
         Command::Inspect(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Export(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Import(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Zoo(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Cost(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Forward(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Stitch(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Encode(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Simulate(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Data(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Sweep(command) => command.run(),
+        #[cfg(feature = "lab")]
         Command::Completions(command) => command.run(),
     }
 }

@@ -11,6 +11,7 @@ pub fn table(header: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {
     grid.to_string()
 }
 
+#[cfg(feature = "lab")]
 /// `5×50`, `3×50×50`.
 pub fn shape(sizes: &[usize]) -> String {
     sizes.iter().map(usize::to_string).collect::<Vec<_>>().join("×")

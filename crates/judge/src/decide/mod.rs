@@ -5,6 +5,7 @@ mod choice;
 mod choice_words;
 mod claims;
 mod comparison;
+mod eight_bits;
 mod hardening;
 mod p_value;
 pub mod statistics;
@@ -18,4 +19,5 @@ pub use choice::choose;
 pub use claims::claims;
 #[cfg(test)]
 pub(crate) use comparison::Comparison;
+pub use eight_bits::eight_bits;
 pub use hardening::hardening;

@@ -7,6 +7,7 @@ use taxel_learn::{
 
 use super::chance::chance;
 use super::early::{EarlyOptions, early};
+use super::eight_bits::changed;
 use super::examples::examples;
 use super::speed::speed;
 use super::stress::{StressOptions, stress};
@@ -84,6 +85,7 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
         examples: examples(case)?,
         networks,
         probes: probes.into_iter().cloned().collect(),
+        changed: changed(case),
         stress,
         early,
         results,

@@ -2,6 +2,7 @@
 
 mod chance;
 mod early;
+mod eight_bits;
 mod examples;
 mod guarding;
 mod judge;

@@ -14,6 +14,7 @@ pub(super) mod table {
     pub const COSTS: &str = "costs";
     pub const EARLY: &str = "early";
     pub const EARLY_DECISIONS: &str = "early-decisions";
+    pub const EIGHT_BITS: &str = "eight-bits";
     pub const EVIDENCE: &str = "evidence";
     pub const EXAMPLES: &str = "examples";
     pub const FAULTS: &str = "faults";

@@ -170,6 +170,10 @@ impl Parts<'_> {
         html! {
             (self.chart(charts::ACCURACY_LATENCY, tables::NETWORKS).unwrap_or_default())
             (self.table(tables::NETWORKS).unwrap_or_default())
+            @if let Some(eight_bits) = self.table(tables::EIGHT_BITS) {
+                h3 { "In eight bits" }
+                (eight_bits)
+            }
             @if let Some(published) = self.table(tables::PUBLISHED) {
                 h3 { "What the papers print" }
                 (published)

@@ -5,6 +5,7 @@ use taxel_data::SourceKind;
 use taxel_learn::{Environment, NetworkResults, Results};
 
 use super::early::Early;
+use super::eight_bits::Changed;
 use super::example::Example;
 use super::speed::Speed;
 use super::stress::Stress;
@@ -27,6 +28,9 @@ pub struct Judgement {
     /// Rows that were trained without one fault, to tell how it is met unknown ([`Stress::unmet`]).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probes: Vec<NetworkResults>,
+    /// Answers that eight bits change, one value for each row in eight bits.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changed: Vec<Changed>,
     /// Accuracy under faults; none where it was not asked for.
     pub stress: Option<Stress>,
     /// Accuracy on the starts of samples; none where samples have no time, or where it was not measured.

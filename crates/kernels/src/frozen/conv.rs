@@ -28,12 +28,12 @@ pub struct Conv {
 }
 
 /// A row of outputs.
-struct Line {
-    from: usize,
-    to: usize,
-    addend: usize,
+pub(super) struct Line {
+    pub from: usize,
+    pub to: usize,
+    pub addend: usize,
     /// Number of its list of taps.
-    taps: usize,
+    pub taps: usize,
 }
 
 /// Filters that one kernel computes, with their weights in the order in which it reads them.
@@ -158,7 +158,7 @@ pub fn margins(window: &Window3, dilation: [usize; 3]) -> [usize; 2] {
 }
 
 /// Every row of outputs, and what of the kernel lies over the image: depths and rows.
-fn lines_of(
+pub(super) fn lines_of(
     window: &Window3,
     dilation: [usize; 3],
     from: &Place,
@@ -193,7 +193,7 @@ fn lines_of(
 }
 
 /// Stretches of inputs under one cut: start from the line's own, and number of products before it in the kernel.
-fn taps_of(
+pub(super) fn taps_of(
     window: &Window3,
     dilation: [usize; 3],
     from: &Place,

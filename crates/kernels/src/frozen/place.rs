@@ -99,7 +99,7 @@ impl Place {
     }
 
     /// Starts of the rows.
-    pub(super) fn rows(&self) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = usize> + use<> {
         let place = *self;
         (0..place.size[0]).flat_map(move |d| (0..place.size[1]).map(move |r| place.at([d, r, 0])))
     }

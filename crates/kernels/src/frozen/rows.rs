@@ -7,7 +7,7 @@ use crate::view::View;
 use super::place::Place;
 
 /// Runs `each` over stretches of values that lie together at both places; of each the start there and the length.
-fn stretches(from: &Place, to: &Place, mut each: impl FnMut(usize, usize, usize)) {
+pub(super) fn stretches(from: &Place, to: &Place, mut each: impl FnMut(usize, usize, usize)) {
     assert!(from.size == to.size && from.channels == to.channels, "{from:?} and {to:?} are of two shapes");
     let channels = from.channels;
     if from.is_dense() && to.is_dense() {

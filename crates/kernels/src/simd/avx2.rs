@@ -130,4 +130,36 @@ impl Simd for Avx2 {
     unsafe fn where_equal(a: __m256, b: __m256, yes: __m256) -> __m256 {
         unsafe { _mm256_and_ps(yes, _mm256_cmp_ps::<_CMP_EQ_OQ>(a, b)) }
     }
+    #[inline(always)]
+    unsafe fn clamp(x: __m256, low: __m256, high: __m256) -> __m256 {
+        // The second operand comes out where one is NaN.
+        unsafe { _mm256_min_ps(_mm256_max_ps(x, low), high) }
+    }
+    #[inline(always)]
+    unsafe fn load_bytes(from: *const u8, n: usize) -> __m256 {
+        unsafe {
+            let bytes = if n == 8 {
+                _mm_loadl_epi64(from.cast())
+            } else {
+                let mut few = [0u8; 8];
+                from.copy_to_nonoverlapping(few.as_mut_ptr(), n);
+                _mm_loadl_epi64(few.as_ptr().cast())
+            };
+            _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes))
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_bytes(to: *mut u8, v: __m256, n: usize) {
+        unsafe {
+            let words = _mm256_cvtps_epi32(v);
+            let words = _mm_packus_epi32(_mm256_castsi256_si128(words), _mm256_extracti128_si256::<1>(words));
+            let bytes = _mm_packus_epi16(words, words);
+            if n == 8 {
+                return _mm_storel_epi64(to.cast(), bytes);
+            }
+            let mut few = [0u8; 8];
+            _mm_storel_epi64(few.as_mut_ptr().cast(), bytes);
+            few.as_ptr().copy_to_nonoverlapping(to, n);
+        }
+    }
 }

@@ -107,4 +107,34 @@ impl Simd for Avx512 {
     unsafe fn where_equal(a: __m512, b: __m512, yes: __m512) -> __m512 {
         unsafe { _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, b), yes) }
     }
+    #[inline(always)]
+    unsafe fn clamp(x: __m512, low: __m512, high: __m512) -> __m512 {
+        // The second operand comes out where one is NaN.
+        unsafe { _mm512_min_ps(_mm512_max_ps(x, low), high) }
+    }
+    #[inline(always)]
+    unsafe fn load_bytes(from: *const u8, n: usize) -> __m512 {
+        unsafe {
+            let bytes = if n == 16 {
+                _mm_loadu_si128(from.cast())
+            } else {
+                let mut few = [0u8; 16];
+                from.copy_to_nonoverlapping(few.as_mut_ptr(), n);
+                _mm_loadu_si128(few.as_ptr().cast())
+            };
+            _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(bytes))
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_bytes(to: *mut u8, v: __m512, n: usize) {
+        unsafe {
+            let bytes = _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(v));
+            if n == 16 {
+                return _mm_storeu_si128(to.cast(), bytes);
+            }
+            let mut few = [0u8; 16];
+            _mm_storeu_si128(few.as_mut_ptr().cast(), bytes);
+            few.as_ptr().copy_to_nonoverlapping(to, n);
+        }
+    }
 }

@@ -101,4 +101,27 @@ impl Simd for Portable {
     unsafe fn where_equal(a: [f32; 4], b: [f32; 4], yes: [f32; 4]) -> [f32; 4] {
         lanes!(i => if a[i] == b[i] { yes[i] } else { 0.0 })
     }
+    #[inline(always)]
+    unsafe fn clamp(x: [f32; 4], low: [f32; 4], high: [f32; 4]) -> [f32; 4] {
+        lanes!(i => {
+            let x = if x[i] > low[i] { x[i] } else { low[i] };
+            if x < high[i] { x } else { high[i] }
+        })
+    }
+    #[inline(always)]
+    unsafe fn load_bytes(from: *const u8, n: usize) -> [f32; 4] {
+        let mut v = [0.0; 4];
+        for i in 0..n.min(4) {
+            // SAFETY: the caller guarantees `n` readable bytes.
+            v[i] = f32::from(unsafe { *from.add(i) });
+        }
+        v
+    }
+    #[inline(always)]
+    unsafe fn store_bytes(to: *mut u8, v: [f32; 4], n: usize) {
+        for i in 0..n.min(4) {
+            // SAFETY: the caller guarantees `n` writable bytes.
+            unsafe { *to.add(i) = v[i].round_ties_even() as u8 };
+        }
+    }
 }

@@ -37,4 +37,10 @@ pub(crate) trait Simd: Copy {
     unsafe fn count_above(count: Self::V, x: Self::V, limit: Self::V) -> Self::V;
     /// `if a == b { yes } else { 0 }` per lane.
     unsafe fn where_equal(a: Self::V, b: Self::V, yes: Self::V) -> Self::V;
+    /// `if x > low { min(x, high) } else { low }` per lane: NaN becomes `low`.
+    unsafe fn clamp(x: Self::V, low: Self::V, high: Self::V) -> Self::V;
+    /// The first `n` bytes, 1..=LANES, as numbers; the other lanes are zero.
+    unsafe fn load_bytes(from: *const u8, n: usize) -> Self::V;
+    /// The first `n` lanes, 1..=LANES, which lie between 0 and 255, rounded to the nearest (even) number.
+    unsafe fn store_bytes(to: *mut u8, v: Self::V, n: usize);
 }

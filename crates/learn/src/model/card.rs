@@ -3,6 +3,7 @@
 //! The file is safetensors. Its tensors bear PyTorch's names; its metadata hold one JSON text under the key
 //! `taxel`, which is a [`Card`] and, as its last key `digest`, the BLAKE3 of the text without that key.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,8 @@ use crate::recipe::Recipe;
 
 /// Number of the format of model files that this version writes.
 pub const FORMAT: u32 = 1;
+/// Number of the format of models in eight bits, the newest that this version reads.
+pub const EIGHT_BITS: u32 = 2;
 
 /// Everything that a model says about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +50,9 @@ pub struct Card {
     pub inputs: Vec<ModelInput>,
     /// What it answers: one attribute called `class`, or several.
     pub attributes: Vec<Attribute>,
+    /// How its values are written in eight bits; none in a model of 32-bit floats.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantized: Option<Quantized>,
     /// What it has learned from.
     pub trained_on: TrainedOn,
     /// How its recipe scored on samples that it had not seen; none where that was not measured.
@@ -88,6 +94,21 @@ pub struct ModelInput {
     pub name: String,
     /// From raw samples to this input.
     pub transform: Transform,
+}
+
+/// How a network answers in eight bits: weights are signed bytes with a scale for each output, values between layers
+/// are bytes over the ranges that they had on samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quantized {
+    /// Of a weight and of a value: 8.
+    pub bits: u32,
+    /// BLAKE3 of the data set that the ranges were seen on.
+    pub digest: String,
+    /// Samples of it that were looked at.
+    pub samples: usize,
+    /// The least and the largest value of each node, by name.
+    pub ranges: BTreeMap<String, [f32; 2]>,
 }
 
 /// What a model has learned from.
@@ -187,6 +208,18 @@ impl fmt::Display for Card {
                     line(f, "settings", own.join(", "))?;
                 }
             }
+        }
+        if let Some(Quantized { bits, digest, samples, .. }) = &self.quantized {
+            let seen = if *digest == self.trained_on.digest {
+                "the training data".into()
+            } else {
+                format!("data {digest}")
+            };
+            line(
+                f,
+                "in bits",
+                format!("{bits} per weight and value, ranges seen on {samples} samples of {seen}"),
+            )?;
         }
         let Reading { layout, shape, length, topics, unit, rate, full_scale, .. } = &self.reading;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();

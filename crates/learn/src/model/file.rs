@@ -7,9 +7,10 @@ use serde_json::Value;
 use taxel_data::hash_words;
 use taxel_graph::Weights;
 
-use super::card::{Anatomy, Card, FORMAT};
+use super::card::{Anatomy, Card, EIGHT_BITS, FORMAT, Quantized};
 use super::predictions::Predictions;
 use super::predictor::Predictor;
+use super::quantize::multiplied;
 use crate::baseline::FittedBaseline;
 use crate::error::{Error, Result};
 use crate::problem::within;
@@ -57,7 +58,12 @@ impl Model {
         let text = serde_json::to_string(&self.card)
             .map_err(|e| Error::damaged(path, format!("the card cannot be encoded: {e}")))?;
         let (text, digest) = sealed(&text);
-        taxel_checkpoint::write(path, &self.weights, &text)?;
+        match (&self.card.quantized, self.card.graph()) {
+            (Some(_), Some(graph)) => {
+                taxel_checkpoint::write_rounded(path, &self.weights, &multiplied(graph), &text)?;
+            }
+            _ => taxel_checkpoint::write(path, &self.weights, &text)?,
+        }
         Ok(digest)
     }
 
@@ -100,11 +106,12 @@ fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
     // The format first: a newer card may hold what this version cannot read.
     let value: Value = serde_json::from_str(text).map_err(broken)?;
     match value.get("format").and_then(Value::as_u64) {
-        Some(format) if format == u64::from(FORMAT) => {}
+        Some(format) if (u64::from(FORMAT)..=u64::from(EIGHT_BITS)).contains(&format) => {}
         Some(format) => {
             let by = value.get("taxel").and_then(Value::as_str).unwrap_or("another version");
             let reason = format!(
-                "is a model of format {format}, written by taxel {by}; this version ({}) reads format {FORMAT}: \
+                "is a model of format {format}, written by taxel {by}; this version ({}) reads formats up to \
+                 {EIGHT_BITS}: \
                  open it with taxel {by} or newer",
                 env!("CARGO_PKG_VERSION")
             );
@@ -164,6 +171,9 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
             if answered.iter().product::<usize>() != outputs {
                 return refuse(format!("its network has outputs {answered:?}, its card names {outputs}"));
             }
+            if let Some(reason) = card.quantized.as_ref().and_then(nonsense) {
+                return refuse(format!("its card does not hold together: {reason}"));
+            }
             let names = graph.inputs().map(|node| node.name.as_str());
             if !names.eq(card.inputs.iter().map(|input| input.name.as_str())) {
                 return refuse("its network reads other inputs than its card makes".into());
@@ -200,6 +210,17 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
             "its tensors are not those that its card was written for (digests differ); fit the model again"
                 .into(),
         ),
+    }
+}
+
+/// What cannot be of a model in eight bits.
+fn nonsense(own: &Quantized) -> Option<String> {
+    let broken =
+        own.ranges.iter().find(|(_, [low, high])| !(low.is_finite() && high.is_finite() && low <= high));
+    match broken {
+        Some((name, range)) => Some(format!("the values of {name} reach over {range:?}")),
+        None if own.bits != 8 => Some(format!("values of {} bits", own.bits)),
+        None => None,
     }
 }
 

@@ -4,9 +4,10 @@ mod card;
 mod file;
 mod predictions;
 mod predictor;
+mod quantize;
 mod workspace;
 
-pub use card::{Anatomy, Card, FORMAT, ModelInput, Score, TrainedOn, TrainingPart};
+pub use card::{Anatomy, Card, EIGHT_BITS, FORMAT, ModelInput, Quantized, Score, TrainedOn, TrainingPart};
 pub use file::Model;
 pub(crate) use file::digest;
 pub use predictions::Predictions;

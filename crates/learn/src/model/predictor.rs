@@ -35,7 +35,8 @@ impl Predictor {
     pub(super) fn new(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
         let method = match &card.anatomy {
             Anatomy::Network { graph, loss, .. } => {
-                let responder = Box::new(Responder::new(graph, weights, batch, threads)?);
+                let ranges = card.quantized.as_ref().map(|own| &own.ranges);
+                let responder = Box::new(Responder::new(graph, weights, ranges, batch, threads)?);
                 Method::Network { responder, loss: *loss }
             }
             Anatomy::Baseline { method, series } => {

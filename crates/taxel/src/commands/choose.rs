@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
 
-use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{judgement, open, stress_options};
+use crate::commands::signals::leave_with;
 use crate::{Outcome, text};
 
 /// Names the smallest network of a run that suffices, with the evidence.

@@ -70,6 +70,8 @@ struct Work {
     name: String,
     /// What a run measured of it.
     score: Option<Score>,
+    /// Whether the model is wanted in eight bits.
+    quantized: bool,
 }
 
 impl Fit {
@@ -79,7 +81,7 @@ impl Fit {
         if self.output.extension().is_none_or(|e| e != "safetensors") {
             return Err(format!("{}: a model is a .safetensors file", self.output.display()).into());
         }
-        let Work { experiment, dataset, name, score } = match self.from.is_dir() {
+        let Work { experiment, dataset, name, score, quantized } = match self.from.is_dir() {
             true => self.of_run(&registry)?,
             false => self.of_config(&registry)?,
         };
@@ -96,6 +98,7 @@ impl Fit {
             }
             return Ok(ExitCode::from(INTERRUPTED));
         };
+        let model = if quantized { model.quantized(&dataset.x, &dataset.digest)? } else { model };
         let model = model.with_score(score);
         model.save(&self.output)?;
         taxel::learn::forget(&session)?;
@@ -133,7 +136,7 @@ impl Fit {
             }
         };
         let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
-        Ok(Work { dataset, experiment, name, score: None })
+        Ok(Work { dataset, experiment, name, score: None, quantized: false })
     }
 
     /// The network of a run that is named, or that suffices.
@@ -147,7 +150,10 @@ impl Fit {
         // Of a learning curve the row with the most samples stands for its network.
         let of = |own: &&taxel::learn::NetworkResults| own.network == row || own.candidate == row;
         let own = results.networks.iter().filter(of).max_by_key(|own| own.per_class);
-        let name = own.map_or(row.clone(), |own| own.candidate.clone());
+        // In eight bits it is trained in floats.
+        let floats = own.and_then(|own| own.quantized.as_ref());
+        let trained = floats.and_then(|row| results.networks.iter().find(|own| own.network == *row)).or(own);
+        let name = trained.map_or(row.clone(), |own| own.candidate.clone());
         let overrides = self.overrides();
         let experiment = Experiment::load(&folder.file("config.toml"), &overrides, registry)?;
         let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
@@ -158,7 +164,8 @@ impl Fit {
         // A score belongs to the recordings and the recipe that it was measured with.
         let same = dataset.digest == results.data_digest && !self.quick && self.set.is_empty() && !self.guard;
         let score = own.filter(|_| same).and_then(|own| results.score(&own.network));
-        Ok(Work { experiment, dataset, name, score })
+        let quantized = floats.is_some();
+        Ok(Work { experiment, dataset, name, score, quantized })
     }
 
     fn chosen(&self, folder: &RunFolder, registry: &Registry) -> Result<String, Box<dyn std::error::Error>> {

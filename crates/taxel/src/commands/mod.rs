@@ -1,31 +1,55 @@
 //! One file per command: its arguments and what it does.
 
+mod asked;
+#[cfg(feature = "lab")]
 pub mod choose;
+#[cfg(feature = "lab")]
 pub mod completions;
+#[cfg(feature = "lab")]
 pub mod cost;
+#[cfg(feature = "lab")]
 pub mod data;
+#[cfg(feature = "lab")]
 pub mod encode;
+#[cfg(feature = "lab")]
 pub mod export;
+#[cfg(feature = "lab")]
 pub mod fit;
+#[cfg(feature = "lab")]
 pub mod forward;
 mod guarding;
+#[cfg(feature = "lab")]
 pub mod import;
 pub mod inspect;
 mod interrupt;
+#[cfg(feature = "lab")]
 mod judging;
+#[cfg(feature = "lab")]
 mod network;
 pub mod predict;
+#[cfg(feature = "lab")]
+pub mod quantize;
 mod reading;
+#[cfg(feature = "lab")]
 pub mod report;
+#[cfg(feature = "lab")]
 pub mod run;
+#[cfg(feature = "lab")]
+mod signals;
+#[cfg(feature = "lab")]
 pub mod simulate;
+#[cfg(feature = "lab")]
 pub mod stitch;
 pub mod stream;
 mod stream_text;
+#[cfg(feature = "lab")]
 pub mod stress;
+#[cfg(feature = "lab")]
 pub mod sweep;
+#[cfg(feature = "lab")]
 pub mod zoo;
 
+#[cfg(feature = "lab")]
 use taxel_zoo::Settings;
 
 /// The value of --threads; more than there are cores are capped, and said.
@@ -38,6 +62,7 @@ pub fn threads(asked: Option<usize>) -> usize {
 }
 
 /// `key=value` pairs of `--set`; a value that is not JSON is taken as text.
+#[cfg(feature = "lab")]
 pub fn settings(pairs: &[String]) -> Result<Settings, String> {
     let mut settings = Settings::new();
     for pair in pairs {

@@ -5,14 +5,15 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use taxel::data::{Npz, Recordings, TableForm, TableOptions, recordings};
+use taxel::data::{Npz, Recordings};
 use taxel::learn::{Grid, thousands};
-use taxel::{Length, Model, Options, Predictions};
+use taxel::{Model, Options, Predictions};
 
 use crate::Outcome;
 use crate::arrays::write;
+use crate::commands::asked::Asked;
 use crate::commands::guarding::Mended;
-use crate::commands::reading::{Reading, with_option_hint};
+use crate::commands::reading::Reading;
 use crate::text;
 
 /// Answers recordings with a model that `taxel fit` made, or one of a run folder's models/.
@@ -79,20 +80,8 @@ impl Predict {
         }
         let model = Model::open(&self.model)?;
         let card = model.card();
-        let options = Options {
-            resize: resize(&self.data, &card.reading),
-            attributes: attributes(card),
-            layout: Some(card.reading.layout),
-            length: self.length(&card.reading)?,
-            topics: self.topics(&card.reading)?,
-            table: self.table(&card.reading),
-            stamped: card.reading.recorded_rate(),
-            ..self.reading.options()
-        };
-        let to = card.reading.layout.time_axis().map(|axis| card.reading.shape[axis]);
-        let Recordings { x, origins, starts, truth, .. } =
-            recordings(&self.data, &options, card.reading.layout.rank())
-                .map_err(|e| with_option_hint(e, to))?;
+        let (Recordings { x, origins, starts, truth, .. }, options) =
+            Asked { data: &self.data, reading: &self.reading }.of(card)?;
         let mut predictor = model.predictor(card.batch(), super::threads(self.threads))?;
         if self.no_guard {
             predictor = predictor.guarded(None)?;
@@ -121,48 +110,6 @@ impl Predict {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The model's own rule, or one for a model that has none.
-    fn length(&self, reading: &taxel::Reading) -> Result<Option<Length>, String> {
-        match (reading.length, self.reading.length) {
-            (Some(own), Some(given)) if own != given => {
-                Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
-            }
-            (own, given) => Ok(own.or(given)),
-        }
-    }
-
-    /// The columns that the model has learned from, and what is said of these ones.
-    fn table(&self, reading: &taxel::Reading) -> TableOptions {
-        let own = reading.table.clone().unwrap_or_default();
-        let Some(given) = self.reading.table.clone() else { return own };
-        let form = match reading.layout {
-            taxel::Layout::Features => TableForm::Wide,
-            _ => TableForm::Long,
-        };
-        TableOptions {
-            form: given.form.or(Some(form)),
-            recording: given.recording.or(own.recording),
-            time: given.time.or(own.time),
-            clock: given.clock.or(own.clock),
-            columns: if given.columns.is_empty() { own.columns } else { given.columns },
-            ..given
-        }
-    }
-
-    /// The topics that the model has learned from, where it reads bags.
-    fn topics(&self, reading: &taxel::Reading) -> Result<Vec<String>, String> {
-        let given = &self.reading.topics;
-        match taxel::data::are_bags(&self.data) {
-            false => Ok(given.clone()),
-            true if reading.topics.is_empty() => Ok(given.clone()),
-            true if given.is_empty() || *given == reading.topics => Ok(reading.topics.clone()),
-            true => {
-                let [own, given] = [&reading.topics, given].map(|topics| topics.join(", "));
-                Err(format!("--topic {given}: the model has learned from {own}; leave it out"))
-            }
-        }
-    }
-
     /// Whether these are the recordings that the model has learned from.
     fn was_trained_on(&self, card: &taxel::Card, options: Options) -> bool {
         let options = Options { channels: card.reading.channels.clone(), ..options };
@@ -186,23 +133,6 @@ impl Predict {
                 Ok(())
             }
         }
-    }
-}
-
-/// Names of the attributes where the model answers several.
-pub(super) fn attributes(card: &taxel::Card) -> Vec<String> {
-    match card.attributes.as_slice() {
-        [_] => vec![],
-        several => several.iter().map(|own| own.name.clone()).collect(),
-    }
-}
-
-/// Image files are brought to the size that the model reads.
-pub(super) fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
-    let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
-    match reading.shape[..] {
-        [.., height, width] if reading.layout.has_area() && holds_images() => Some([height, width]),
-        _ => None,
     }
 }
 

@@ -39,6 +39,7 @@ pub struct Reading {
 
 impl Reading {
     /// Keys of a config, as `--set` takes them.
+    #[cfg(feature = "lab")]
     pub fn sets(&self) -> impl Iterator<Item = String> {
         let text =
             |(key, name): (&str, &Option<String>)| name.as_ref().map(|name| format!("data.{key}={name:?}"));
@@ -74,6 +75,7 @@ pub fn with_option_hint(error: impl Into<taxel::Error>, to: Option<usize>) -> Bo
     let error = error.into();
     let data = match &error {
         taxel::Error::Data(data) => Some(data),
+        #[cfg(feature = "lab")]
         taxel::Error::Experiment(taxel::experiment::Error::Data(data)) => Some(&**data),
         _ => None,
     };

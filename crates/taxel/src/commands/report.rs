@@ -10,8 +10,8 @@ use taxel::judge::{
 };
 
 use crate::Outcome;
-use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{before, now, open, stress_options};
+use crate::commands::signals::leave_with;
 
 /// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
 ///

@@ -14,8 +14,8 @@ use taxel::stream::{
 use taxel::{Model, Options};
 
 use crate::Outcome;
+use crate::commands::asked::{attributes, resize};
 use crate::commands::interrupt::flag;
-use crate::commands::predict::{attributes, resize};
 use crate::commands::stream_text::{Answers, Summary, warn};
 
 /// How long nothing may come before signals are looked for.

@@ -8,8 +8,8 @@ use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, str
 use taxel::learn::{IndicatifProgress, Progress};
 use taxel_faults::Fault;
 
-use crate::commands::interrupt::leave_with;
 use crate::commands::judging::{open, stress_options};
+use crate::commands::signals::leave_with;
 use crate::{Outcome, text};
 
 /// Breaks the test samples of a run on purpose and scores its saved networks again.

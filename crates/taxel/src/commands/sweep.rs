@@ -12,7 +12,7 @@ use taxel::sweep::{
     shares, tasks, work,
 };
 
-use crate::commands::interrupt::Signals;
+use crate::commands::signals::Signals;
 use crate::{Outcome, text};
 
 /// Rows of the table that `collect` prints.

@@ -2,6 +2,7 @@
 
 mod costs;
 mod early;
+mod eight_bits;
 mod evidence;
 mod faults;
 mod guard;
@@ -46,6 +47,7 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[C
             guard::guard(stress),
         ]);
     }
+    all.push(eight_bits::eight_bits(&crate::decide::eight_bits(judgement)));
     let hardened = crate::decide::hardening(judgement)?;
     all.extend([hardening::hardening(&hardened), hardening::unmet(&hardened)]);
     if let Some(own) = &judgement.early {

@@ -1,0 +1,38 @@
+//! What eight bits change.
+
+use serde::{Deserialize, Serialize};
+
+/// Test samples of the first repetition that a network in floats and the same in eight bits answer otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Changed {
+    /// The row in eight bits.
+    pub network: String,
+    /// The row in floats.
+    pub floats: String,
+    /// Samples that both were asked about.
+    pub samples: u64,
+    /// Samples with another answer, right or wrong.
+    pub differ: u64,
+    /// Samples that only the row in floats answers rightly, and only the one in eight bits; of several attributes all
+    /// count.
+    pub only: [u64; 2],
+}
+
+/// A network in eight bits beside the same in floats; pairs are floats, eight bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EightBits {
+    /// The row in floats.
+    pub network: String,
+    /// Mean accuracy over folds in %.
+    pub accuracy: [f64; 2],
+    /// What is known of single samples.
+    pub changed: Changed,
+    /// Exact McNemar test of that.
+    pub p: f64,
+    /// Accuracy lost in percentage points, mean over faults and severities; none where they were not tried.
+    pub loss: Option<[f64; 2]>,
+    /// Median time of an answer, encoding included, in ms; none where it was not measured.
+    pub latency: Option<[f64; 2]>,
+    /// Bytes of parameters and batch-norm statistics.
+    pub bytes: [u64; 2],
+}

@@ -1,0 +1,144 @@
+//! Values between bytes and floats, through a scale and shift per channel and a rectifier.
+
+use crate::frozen::place::Place;
+use crate::frozen::rows::stretches;
+use crate::lengths::{at_least, exactly};
+use crate::rows::{load, vectors};
+use crate::simd::{Simd, at_level};
+use crate::view::Rectifier;
+
+use super::Scale;
+use super::output::{Ending, Output, Target};
+
+/// Memory that values come from.
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
+    /// Bytes.
+    Bytes(&'a [u8]),
+    /// Floats.
+    Floats(&'a [f32]),
+}
+
+impl Source<'_> {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Source::Bytes(x) => x.len(),
+            Source::Floats(x) => x.len(),
+        }
+    }
+}
+
+/// `y = rectifier(scale · x + shift)` between two places.
+pub struct Map {
+    from: Place,
+    to: Place,
+    /// Whether bytes come in.
+    reads_bytes: bool,
+    output: Output,
+    ending: Ending,
+    /// Of every channel, zeros and steps of both sides included.
+    factors: Vec<f32>,
+    shifts: Vec<f32>,
+    /// Bytes that stay as they are.
+    is_copy: bool,
+}
+
+impl Map {
+    /// From values written in `input` (floats: none) to `output`; `affine` is scale and shift per channel.
+    pub fn new(
+        (from, input): (Place, Option<Scale>),
+        (to, output): (Place, Output),
+        affine: Option<(&[f32], &[f32])>,
+        rectifier: Rectifier,
+    ) -> Self {
+        let channels = from.channels;
+        assert!(from.size == to.size && channels == to.channels, "{from:?} and {to:?} are of two shapes");
+        let is_copy = affine.is_none()
+            && rectifier == Rectifier::None
+            && input.is_some_and(|input| output == Output::Bytes(input));
+        let (step, zero) = input.map_or((1.0, 0.0), |s| (f64::from(s.step), f64::from(s.zero)));
+        let (mut factors, mut shifts) = (vec![], vec![]);
+        if let Some((scale, shift)) = affine {
+            exactly("scales", scale.len(), channels);
+            exactly("shifts", shift.len(), channels);
+        }
+        for c in 0..channels {
+            let (scale, shift) = affine.map_or((1.0, 0.0), |(s, t)| (f64::from(s[c]), f64::from(t[c])));
+            factors.push((scale * step * output.steps()) as f32);
+            shifts.push(((shift - scale * step * zero) * output.steps()) as f32);
+        }
+        let ending = output.ending(rectifier);
+        Map { from, to, reads_bytes: input.is_some(), output, ending, factors, shifts, is_copy }
+    }
+
+    /// All values.
+    pub fn run(&self, x: Source, mut y: Target) {
+        at_least("values to be moved", x.len(), self.from.end());
+        at_least("room for values", y.len(), self.to.end());
+        assert!(y.fits(self.output), "memory for {:?} is needed", self.output);
+        assert!(matches!(x, Source::Bytes(_)) == self.reads_bytes, "values of the other kind are needed");
+        if let (true, Source::Bytes(x), Target::Bytes(y)) = (self.is_copy, x, &mut y) {
+            return stretches(&self.from, &self.to, |a, b, len| {
+                y[b..b + len].copy_from_slice(&x[a..a + len]);
+            });
+        }
+        stretches(&self.from, &self.to, |a, b, len| run(self, (a, b, len), x, &mut y));
+    }
+}
+
+at_level! {
+    fn run(map: &Map, stretch: (usize, usize, usize), x: Source, y: &mut Target) = run_at
+}
+
+/// # Safety
+/// The CPU has the features of `S`.
+#[inline(always)]
+unsafe fn run_at<S: Simd>(map: &Map, (from, to, len): (usize, usize, usize), x: Source, y: &mut Target) {
+    at_least("values to be moved", x.len(), from + len);
+    at_least("room for values", y.len(), to + len);
+    let channels = map.from.channels;
+    exactly("factors", map.factors.len(), channels);
+    exactly("shifts", map.shifts.len(), channels);
+    for row in (0..len / channels).map(|row| row * channels) {
+        vectors!(S, channels, c, n, {
+            // SAFETY: rows of channels end within `len`, which both slices are asserted to hold; factors and shifts are
+            // one per channel.
+            unsafe {
+                let value = load_at::<S>(x, from + row + c, n);
+                let value = S::mul(value, load::<S>(&map.factors, c, n));
+                let value = S::add(value, load::<S>(&map.shifts, c, n));
+                store_at::<S>(y, to + row + c, n, value, &map.ending);
+            }
+        });
+    }
+}
+
+/// # Safety
+/// The CPU has the features of `S`, and `x` holds `at + n` values.
+#[inline(always)]
+pub(super) unsafe fn load_at<S: Simd>(x: Source, at: usize, n: usize) -> S::V {
+    // SAFETY: the caller's contract.
+    unsafe {
+        match x {
+            Source::Bytes(x) => S::load_bytes(x.as_ptr().add(at), n),
+            Source::Floats(x) => load::<S>(x, at, n),
+        }
+    }
+}
+
+/// Stores `value` with the output's zero, cut off.
+///
+/// # Safety
+/// The CPU has the features of `S`, and `y` holds `at + n` values.
+#[inline(always)]
+pub(super) unsafe fn store_at<S: Simd>(y: &mut Target, at: usize, n: usize, value: S::V, ending: &Ending) {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let value = S::add(value, S::splat(ending.zero));
+        let value = S::clamp(value, S::splat(ending.low), S::splat(ending.high));
+        match y {
+            Target::Bytes(y) => S::store_bytes(y.as_mut_ptr().add(at), value, n),
+            Target::Floats(y) => crate::rows::store::<S>(y, at, n, value),
+        }
+    }
+}

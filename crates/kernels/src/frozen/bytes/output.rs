@@ -1,0 +1,83 @@
+//! What becomes of exact sums: bytes of another scale, or floats.
+
+use crate::view::Rectifier;
+
+use super::Scale;
+
+/// As what outputs are stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Output {
+    /// As bytes of a scale.
+    Bytes(Scale),
+    /// As floats.
+    Floats,
+}
+
+/// Memory that outputs go to.
+pub enum Target<'a> {
+    /// Bytes.
+    Bytes(&'a mut [u8]),
+    /// Floats.
+    Floats(&'a mut [f32]),
+}
+
+/// How a float becomes what is stored: `clamp(x + zero, low, high)`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ending {
+    pub zero: f32,
+    pub low: f32,
+    pub high: f32,
+}
+
+impl Output {
+    /// Steps of the output in one unit.
+    pub(super) fn steps(&self) -> f64 {
+        match self {
+            Output::Bytes(scale) => 1.0 / f64::from(scale.step),
+            Output::Floats => 1.0,
+        }
+    }
+
+    pub(super) fn ending(&self, rectifier: Rectifier) -> Ending {
+        let (zero, low, high) = match self {
+            Output::Bytes(scale) => (f32::from(scale.zero), 0.0, 255.0),
+            Output::Floats => (0.0, f32::NEG_INFINITY, f32::INFINITY),
+        };
+        let six = (zero + (6.0 * self.steps()) as f32).min(high);
+        match rectifier {
+            Rectifier::None => Ending { zero, low, high },
+            Rectifier::Relu => Ending { zero, low: zero, high },
+            Rectifier::Relu6 => Ending { zero, low: zero, high: six },
+        }
+    }
+}
+
+impl Target<'_> {
+    /// Values that there is room for.
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Target::Bytes(y) => y.len(),
+            Target::Floats(y) => y.len(),
+        }
+    }
+
+    /// Whether this is memory for `output`.
+    pub(super) fn fits(&self, output: Output) -> bool {
+        matches!((self, output), (Target::Bytes(_), Output::Bytes(_)) | (Target::Floats(_), Output::Floats))
+    }
+
+    /// Where the outputs from `at` on go; panics beyond the end.
+    pub(super) fn at(&mut self, at: usize) -> Pointer {
+        match self {
+            Target::Bytes(y) => Pointer::Bytes(y[at..].as_mut_ptr()),
+            Target::Floats(y) => Pointer::Floats(y[at..].as_mut_ptr()),
+        }
+    }
+}
+
+/// An address in a [`Target`].
+#[derive(Clone, Copy)]
+pub(super) enum Pointer {
+    Bytes(*mut u8),
+    Floats(*mut f32),
+}

@@ -1,0 +1,85 @@
+//! A network's model in eight bits, made from one in floats.
+
+use ndarray::{ArrayD, Axis};
+use taxel_graph::{Graph, Op};
+use taxel_runtime::Observer;
+
+use super::card::{Card, EIGHT_BITS, Quantized};
+use super::file::Model;
+use crate::error::{Error, Result};
+
+/// Samples that are looked at at most: the ranges of more hardly differ.
+const MOST: usize = 512;
+/// Samples that are encoded at a time.
+const TOGETHER: usize = 32;
+
+impl Model {
+    /// The same network in eight bits. `x` are raw samples `[n, ..]` like those that it will be asked about, best some
+    /// that it has learned from; at most 512 are looked at, evenly thinned out. `digest` says which they are.
+    ///
+    /// A value reaches from the least to the largest that was seen: clipping at a percentile saves steps, but cuts off
+    /// the strongest contacts, which are rare in tactile recordings.
+    ///
+    /// # Errors
+    /// A baseline, or a model in eight bits; samples as [`Model::predict`] refuses them.
+    pub fn quantized(&self, x: &ArrayD<f32>, digest: &str) -> Result<Model> {
+        let card = self.card();
+        let refuse = |given: &str| {
+            let expected = "a network in floats".to_string();
+            Err(Error::Samples { model: card.name.clone(), expected, given: given.into() })
+        };
+        let Some(graph) = card.graph() else {
+            return refuse("it is a baseline: only networks have eight bits");
+        };
+        if card.quantized.is_some() {
+            return refuse("it is in eight bits already");
+        }
+        let mut weights = self.weights().clone();
+        for name in multiplied(graph) {
+            if let Some(rounded) = weights.get(name).map(taxel_checkpoint::rounded) {
+                weights.insert(name, rounded);
+            }
+        }
+        let mut observer = Observer::new(graph, &weights)?;
+        let predictor = self.predictor(TOGETHER, 1)?;
+        let n = x.shape().first().copied().unwrap_or(0);
+        let rows: Vec<usize> = (0..n).step_by(n.div_ceil(MOST).max(1)).collect();
+        if rows.is_empty() {
+            return refuse("there are no samples to calibrate it on");
+        }
+        for rows in rows.chunks(TOGETHER) {
+            let inputs = predictor.encode(&x.select(Axis(0), rows))?;
+            let inputs: Vec<_> = inputs.iter().map(|input| input.as_standard_layout()).collect();
+            for sample in 0..rows.len() {
+                let one = |input: &ndarray::CowArray<f32, ndarray::IxDyn>| {
+                    input.index_axis(Axis(0), sample).iter().copied().collect::<Vec<f32>>()
+                };
+                let one: Vec<Vec<f32>> = inputs.iter().map(one).collect();
+                observer.see(&one.iter().map(Vec::as_slice).collect::<Vec<_>>())?;
+            }
+        }
+        let quantized =
+            Quantized { bits: 8, digest: digest.into(), samples: rows.len(), ranges: observer.ranges() };
+        // What was measured, was measured in floats.
+        let card = Card { format: EIGHT_BITS, quantized: Some(quantized), score: None, ..card.clone() };
+        Ok(Model::new(card, weights))
+    }
+
+    /// The same model under another name.
+    pub(crate) fn renamed(self, name: &str) -> Model {
+        Model::new(Card { name: name.into(), ..self.card().clone() }, self.weights().clone())
+    }
+
+    /// Whether a tensor is in eight bits.
+    pub(crate) fn is_rounded(&self, name: &str) -> bool {
+        let names = self.card().graph().filter(|_| self.card().quantized.is_some()).map(multiplied);
+        names.is_some_and(|names| names.contains(&name))
+    }
+}
+
+/// Names of the tensors that values are multiplied with: those of convolutions and linear layers.
+pub(super) fn multiplied(graph: &Graph) -> Vec<&str> {
+    let multiplies = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. });
+    let nodes = graph.nodes().iter().filter(|node| multiplies(&node.op));
+    nodes.filter_map(|node| node.params.first()).map(|param| param.name.as_str()).collect()
+}

@@ -1,0 +1,177 @@
+//! Which values become bytes: those that convolutions and linear layers read, and what goes the same way.
+
+use taxel_kernels::Rectifier;
+use taxel_kernels::frozen::Pooling;
+use taxel_kernels::frozen::bytes::{EXACT, Scale};
+
+use crate::ranges::Ranges;
+use crate::step::{Algorithm, Conv, Step, StepId, Work};
+
+/// Products in a sum up to which 32 bits hold it, with a bias.
+const DEPTH: usize = 30_000;
+
+/// The steps with scales, and with steps between floats and bytes where both are needed; and those of the outputs.
+pub(crate) fn quantize(steps: Vec<Step>, outputs: &[StepId], ranges: &Ranges) -> (Vec<Step>, Vec<StepId>) {
+    let scales = scales(&steps, ranges);
+    let len = steps.len();
+    let own = steps.iter().map(|step| ranges.get(&step.name).map(|&[low, high]| Scale::over(low, high)));
+    let own: Vec<Option<Scale>> = own.collect();
+    let mut plan = Plan { steps: vec![], now: vec![], floats: vec![None; len], bytes: vec![None; len] };
+    for (id, step) in steps.into_iter().enumerate() {
+        plan.push(step, scales[id], &own);
+    }
+    let outputs = outputs.iter().map(|&output| plan.as_floats(output)).collect();
+    (plan.steps, outputs)
+}
+
+/// The scale of every value that becomes bytes.
+fn scales(steps: &[Step], ranges: &Ranges) -> Vec<Option<Scale>> {
+    let classes = classes(steps);
+    let mut seen: Vec<Option<[f32; 2]>> = vec![None; steps.len()];
+    for (step, &class) in steps.iter().zip(&classes) {
+        if let Some(&[low, high]) = ranges.get(&step.name) {
+            let [least, most] = seen[class].unwrap_or([low, high]);
+            seen[class] = Some([least.min(low), most.max(high)]);
+        }
+    }
+    let mut read = vec![false; steps.len()];
+    for step in steps {
+        let by_bytes = match &step.work {
+            // An addend goes into the sum as bytes, too.
+            Work::Conv(conv) => {
+                let addend =
+                    step.inputs.get(1).is_none_or(|addend| ranges.contains_key(&steps[*addend].name));
+                fits(conv) && addend
+            }
+            Work::Linear { bias, weight, .. } => weight.len() / bias.len().max(1) <= DEPTH,
+            _ => false,
+        };
+        if by_bytes {
+            read[classes[step.inputs[0]]] = true;
+        }
+    }
+    // What goes into a sum of bytes is bytes, too.
+    for (id, step) in steps.iter().enumerate().rev() {
+        if matches!(step.work, Work::Add { .. }) && read[classes[id]] {
+            step.inputs.iter().for_each(|&input| read[classes[input]] = true);
+        }
+    }
+    let scale = |class: &StepId| {
+        let [low, high] = seen[*class].filter(|_| read[*class])?;
+        Some(Scale::over(low, high))
+    };
+    classes.iter().map(scale).collect()
+}
+
+/// Whether no sum can overflow.
+fn fits(conv: &Conv) -> bool {
+    let depth = conv.weight.len() / conv.bias.len().max(1);
+    match conv.algorithm {
+        // A quarter is left for the bias.
+        Algorithm::Depthwise => depth * 255 * 127 * 2 < EXACT as usize / 2,
+        _ => depth <= DEPTH,
+    }
+}
+
+/// Of every value the first one that it shares its scale with: values that are parts of each other or only moved.
+fn classes(steps: &[Step]) -> Vec<StepId> {
+    let mut class: Vec<StepId> = (0..steps.len()).collect();
+    for (id, step) in steps.iter().enumerate() {
+        let moved = match step.work {
+            Work::Concat => step.inputs.len(),
+            Work::Slice(_) | Work::Shuffle(_) | Work::Flatten | Work::Pool { pooling: Pooling::Max, .. } => 1,
+            _ => 0,
+        };
+        for &input in &step.inputs[..moved] {
+            let (a, b) = (class[id].min(class[input]), class[id].max(class[input]));
+            class.iter_mut().filter(|own| **own == b).for_each(|own| *own = a);
+        }
+    }
+    class
+}
+
+struct Plan {
+    steps: Vec<Step>,
+    /// The value of every old step as it is stored.
+    now: Vec<StepId>,
+    /// The same as floats, and as bytes of its own range, where somebody has asked for it.
+    floats: Vec<Option<StepId>>,
+    bytes: Vec<Option<StepId>>,
+}
+
+impl Plan {
+    fn push(&mut self, step: Step, scale: Option<Scale>, own: &[Option<Scale>]) {
+        let is_bytes = |plan: &Plan, which: usize| {
+            step.inputs.get(which).is_some_and(|&input| plan.steps[plan.now[input]].scale.is_some())
+        };
+        let all = step.inputs.iter().all(|&input| self.steps[self.now[input]].scale.is_some());
+        let in_bytes = match &step.work {
+            Work::Conv(conv) => is_bytes(self, 0) && fits(conv),
+            Work::Linear { weight, bias, .. } => {
+                is_bytes(self, 0) && weight.len() / bias.len().max(1) <= DEPTH
+            }
+            Work::Affine { .. } => true,
+            Work::Add { .. } => all,
+            Work::Pool { pooling: Pooling::Max, .. } | Work::Concat | Work::Slice(_) | Work::Shuffle(_) => {
+                scale.is_some()
+            }
+            Work::Pool { pooling: Pooling::Mean, .. } => {
+                all && self.steps[self.now[step.inputs[0]]].shape.size.iter().product::<usize>() * 255
+                    < EXACT as usize
+            }
+            _ => false,
+        };
+        let inputs: Vec<StepId> = match (in_bytes, &step.work) {
+            (true, Work::Conv(_)) => {
+                let mut inputs = vec![self.now[step.inputs[0]]];
+                inputs.extend(step.inputs[1..].iter().map(|&addend| self.as_bytes(addend, own[addend])));
+                inputs
+            }
+            (true, _) => step.inputs.iter().map(|&input| self.now[input]).collect(),
+            (false, _) => step.inputs.iter().map(|&input| self.as_floats(input)).collect(),
+        };
+        let shape = step.shape;
+        let own_scale = scale.filter(|_| in_bytes);
+        self.steps.push(Step { inputs, scale: own_scale, ..step });
+        let mut id = self.steps.len() - 1;
+        if scale.is_some() && !in_bytes {
+            id = self.convert(id, scale);
+        }
+        debug_assert_eq!(self.steps[id].shape, shape);
+        self.now.push(id);
+    }
+
+    /// The same value, written otherwise.
+    fn convert(&mut self, id: StepId, scale: Option<Scale>) -> StepId {
+        let work = Work::Affine { scale: None, rectifier: Rectifier::None };
+        let step = Step::new(work, vec![id], self.steps[id].shape);
+        self.steps.push(Step { scale, ..step });
+        self.steps.len() - 1
+    }
+
+    fn as_floats(&mut self, old: StepId) -> StepId {
+        let id = self.now[old];
+        if self.steps[id].scale.is_none() {
+            return id;
+        }
+        if let Some(known) = self.floats[old] {
+            return known;
+        }
+        let floats = self.convert(id, None);
+        self.floats[old] = Some(floats);
+        floats
+    }
+
+    fn as_bytes(&mut self, old: StepId, own: Option<Scale>) -> StepId {
+        let id = self.now[old];
+        if self.steps[id].scale.is_some() {
+            return id;
+        }
+        if let Some(known) = self.bytes[old] {
+            return known;
+        }
+        let bytes = self.convert(id, own);
+        self.bytes[old] = Some(bytes);
+        bytes
+    }
+}

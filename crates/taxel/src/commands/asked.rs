@@ -1,0 +1,94 @@
+//! Recordings that a model is asked about, read as those that it has learned from.
+
+use std::error::Error;
+use std::path::Path;
+
+use taxel::data::{Recordings, TableForm, TableOptions, recordings};
+use taxel::{Card, Length, Options};
+
+use crate::commands::reading::{Reading, with_option_hint};
+
+/// Where they are, and what is said of them.
+pub struct Asked<'a> {
+    pub data: &'a Path,
+    pub reading: &'a Reading,
+}
+
+impl Asked<'_> {
+    /// The recordings as the model with this card reads them, and how they were read.
+    pub fn of(&self, card: &Card) -> Result<(Recordings, Options), Box<dyn Error>> {
+        let reading = &card.reading;
+        let options = Options {
+            resize: resize(self.data, reading),
+            attributes: attributes(card),
+            layout: Some(reading.layout),
+            length: self.length(reading)?,
+            topics: self.topics(reading)?,
+            table: self.table(reading),
+            stamped: reading.recorded_rate(),
+            ..self.reading.options()
+        };
+        let to = reading.layout.time_axis().map(|axis| reading.shape[axis]);
+        let read = recordings(self.data, &options, reading.layout.rank());
+        Ok((read.map_err(|e| with_option_hint(e, to))?, options))
+    }
+
+    /// The model's own rule, or one for a model that has none.
+    fn length(&self, reading: &taxel::Reading) -> Result<Option<Length>, String> {
+        match (reading.length, self.reading.length) {
+            (Some(own), Some(given)) if own != given => {
+                Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
+            }
+            (own, given) => Ok(own.or(given)),
+        }
+    }
+
+    /// The columns that the model has learned from, and what is said of these ones.
+    fn table(&self, reading: &taxel::Reading) -> TableOptions {
+        let own = reading.table.clone().unwrap_or_default();
+        let Some(given) = self.reading.table.clone() else { return own };
+        let form = match reading.layout {
+            taxel::Layout::Features => TableForm::Wide,
+            _ => TableForm::Long,
+        };
+        TableOptions {
+            form: given.form.or(Some(form)),
+            recording: given.recording.or(own.recording),
+            time: given.time.or(own.time),
+            clock: given.clock.or(own.clock),
+            columns: if given.columns.is_empty() { own.columns } else { given.columns },
+            ..given
+        }
+    }
+
+    /// The topics that the model has learned from, where it reads bags.
+    fn topics(&self, reading: &taxel::Reading) -> Result<Vec<String>, String> {
+        let given = &self.reading.topics;
+        match taxel::data::are_bags(self.data) {
+            false => Ok(given.clone()),
+            true if reading.topics.is_empty() => Ok(given.clone()),
+            true if given.is_empty() || *given == reading.topics => Ok(reading.topics.clone()),
+            true => {
+                let [own, given] = [&reading.topics, given].map(|topics| topics.join(", "));
+                Err(format!("--topic {given}: the model has learned from {own}; leave it out"))
+            }
+        }
+    }
+}
+
+/// Names of the attributes where the model answers several.
+pub(super) fn attributes(card: &Card) -> Vec<String> {
+    match card.attributes.as_slice() {
+        [_] => vec![],
+        several => several.iter().map(|own| own.name.clone()).collect(),
+    }
+}
+
+/// Image files are brought to the size that the model reads.
+pub(super) fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
+    let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
+    match reading.shape[..] {
+        [.., height, width] if reading.layout.has_area() && holds_images() => Some([height, width]),
+        _ => None,
+    }
+}
