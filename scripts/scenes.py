@@ -3,7 +3,7 @@
 Run from the repository root; needs NumPy, matplotlib, Pillow, scikit-learn and PyTorch:
 
     cargo build --release          # or TAXEL=/path/to/taxel
-    TAXEL_DATA=/path/to/recordings python3 scripts/scenes.py [pictures] [statistics] [difficulty]
+    TAXEL_DATA=/path/to/recordings python3 scripts/scenes.py [pictures] [looks] [statistics] [difficulty]
 
 Pictures and tables go to docs/scenes/. Pictures of real recordings go to docs/scenes/real/, which git
 ignores: most of those data sets state no licence. Without TAXEL_DATA the real columns are left empty.
@@ -133,6 +133,14 @@ def pictures() -> None:
     save(figure, OUT / "gripper.png")
     plt.close(figure)
     spectrum_picture(arrays)
+    looks()
+
+
+def looks() -> None:
+    """Each object twice: another light, texture, background and pose."""
+    arrays, _ = simulate("vision", 60, seed=1)
+    tiles = arrays["x"].reshape(4, 15, 3, 64, 64).transpose(0, 3, 1, 4, 2).reshape(4 * 64, 15 * 64, 3)
+    Image.fromarray((255 * tiles).round().astype(np.uint8)).quantize(128).save(OUT / "vision.png", optimize=True)
 
 
 def spectrum_picture(arrays: dict) -> None:
@@ -411,6 +419,6 @@ def cut(x: np.ndarray) -> np.ndarray:
 
 if __name__ == "__main__":
     OUT.mkdir(exist_ok=True)
-    steps = {"pictures": pictures, "statistics": statistics, "difficulty": difficulty}
-    for step in sys.argv[1:] or steps:
+    steps = {"pictures": pictures, "looks": looks, "statistics": statistics, "difficulty": difficulty}
+    for step in sys.argv[1:] or ["pictures", "statistics", "difficulty"]:
         steps[step]()
