@@ -1,11 +1,11 @@
 //! A network's model in eight bits, made from one in floats.
 
 use ndarray::{ArrayD, Axis};
-use taxel_graph::{Graph, Op};
 use taxel_runtime::Observer;
 
 use super::card::{Card, EIGHT_BITS, Quantized};
 use super::file::Model;
+use super::multiplied::multiplied;
 use crate::error::{Error, Result};
 
 /// Samples that are looked at at most: the ranges of more hardly differ.
@@ -75,11 +75,4 @@ impl Model {
         let names = self.card().graph().filter(|_| self.card().quantized.is_some()).map(multiplied);
         names.is_some_and(|names| names.contains(&name))
     }
-}
-
-/// Names of the tensors that values are multiplied with: those of convolutions and linear layers.
-pub(super) fn multiplied(graph: &Graph) -> Vec<&str> {
-    let multiplies = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. });
-    let nodes = graph.nodes().iter().filter(|node| multiplies(&node.op));
-    nodes.filter_map(|node| node.params.first()).map(|param| param.name.as_str()).collect()
 }
