@@ -24,15 +24,12 @@ impl Model {
     /// A baseline, or a model in eight bits; samples as [`Model::predict`] refuses them.
     pub fn quantized(&self, x: &ArrayD<f32>, digest: &str) -> Result<Model> {
         let card = self.card();
-        let refuse = |given: &str| {
-            let expected = "a network in floats".to_string();
-            Err(Error::Samples { model: card.name.clone(), expected, given: given.into() })
-        };
+        let refuse = |reason: &str| Err(Error::EightBits { model: card.name.clone(), reason: reason.into() });
         let Some(graph) = card.graph() else {
-            return refuse("it is a baseline: only networks have eight bits");
+            return refuse("is a baseline: only networks have eight bits");
         };
         if card.quantized.is_some() {
-            return refuse("it is in eight bits already");
+            return refuse("is in eight bits already");
         }
         let mut weights = self.weights().clone();
         for name in multiplied(graph) {
