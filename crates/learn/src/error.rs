@@ -69,6 +69,14 @@ pub enum Error {
         /// Classes, or levels of all attributes together.
         classes: usize,
     },
+    /// A model that eight bits cannot be made of.
+    #[error("{model}: {reason}")]
+    EightBits {
+        /// Its name.
+        model: String,
+        /// Why not.
+        reason: String,
+    },
     /// The engine refuses a graph, its weights or a batch.
     #[error(transparent)]
     Engine(Box<taxel_engine::Error>),

@@ -30,6 +30,7 @@ mod frozen;
 mod lower;
 mod memory;
 mod merge;
+mod observer;
 mod places;
 mod program;
 mod quantize;
@@ -39,4 +40,5 @@ mod weights;
 
 pub use error::{Error, Result};
 pub use frozen::{Frozen, Workspace};
-pub use ranges::{Observer, Ranges};
+pub use observer::Observer;
+pub use ranges::Ranges;

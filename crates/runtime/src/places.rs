@@ -23,6 +23,9 @@ pub(crate) struct Room {
     pub zero: Option<u8>,
 }
 
+/// A place with margins, and the byte that they hold; none in a buffer of floats.
+type Margins = (Place, Option<u8>);
+
 /// Channels of a larger value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Spot {
@@ -143,7 +146,7 @@ fn share(steps: &[Step], outputs: &[StepId], spots: &[Spot], places: &[Place]) -
     outputs.iter().for_each(|&output| last[spots[output].root] = usize::MAX);
     let (mut buffer_of, mut buffers): (_, Vec<Room>) = (vec![usize::MAX; steps.len()], vec![]);
     // Margins stay zero only where values with the same ones take a buffer over.
-    let mut free: Vec<(Option<(Place, Option<u8>)>, usize)> = vec![];
+    let mut free: Vec<(Option<Margins>, usize)> = vec![];
     let zero = |root: StepId| steps[root].scale.map(|scale| scale.zero);
     let kind = |root: StepId| (places[root].margin != [0; 2]).then_some((places[root], zero(root)));
     for id in 0..steps.len() {

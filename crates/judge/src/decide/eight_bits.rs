@@ -33,7 +33,7 @@ mod tests {
 
     #[test]
     fn a_row_is_beside_its_own() {
-        let players = vec![player("net", 2.0, &[5]), player("net.int8", 1.0, &[6])];
+        let players = vec![player("net", 2.0, &[5; 5]), player("net.int8", 1.0, &[6; 5])];
         let (_, mut judgement) = synthetic(&Setting::default(), players);
         assert!(eight_bits(&judgement).is_empty());
         judgement.changed = vec![Changed {

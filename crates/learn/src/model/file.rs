@@ -8,9 +8,9 @@ use taxel_data::hash_words;
 use taxel_graph::Weights;
 
 use super::card::{Anatomy, Card, EIGHT_BITS, FORMAT, Quantized};
+use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
-use super::quantize::multiplied;
 use crate::baseline::FittedBaseline;
 use crate::error::{Error, Result};
 use crate::problem::within;

@@ -2,6 +2,7 @@
 
 mod card;
 mod file;
+mod multiplied;
 mod predictions;
 mod predictor;
 mod quantize;

@@ -1,11 +1,11 @@
 //! A network's model in eight bits, made from one in floats.
 
 use ndarray::{ArrayD, Axis};
-use taxel_graph::{Graph, Op};
 use taxel_runtime::Observer;
 
 use super::card::{Card, EIGHT_BITS, Quantized};
 use super::file::Model;
+use super::multiplied::multiplied;
 use crate::error::{Error, Result};
 
 /// Samples that are looked at at most: the ranges of more hardly differ.
@@ -24,15 +24,12 @@ impl Model {
     /// A baseline, or a model in eight bits; samples as [`Model::predict`] refuses them.
     pub fn quantized(&self, x: &ArrayD<f32>, digest: &str) -> Result<Model> {
         let card = self.card();
-        let refuse = |given: &str| {
-            let expected = "a network in floats".to_string();
-            Err(Error::Samples { model: card.name.clone(), expected, given: given.into() })
-        };
+        let refuse = |reason: &str| Err(Error::EightBits { model: card.name.clone(), reason: reason.into() });
         let Some(graph) = card.graph() else {
-            return refuse("it is a baseline: only networks have eight bits");
+            return refuse("is a baseline: only networks have eight bits");
         };
         if card.quantized.is_some() {
-            return refuse("it is in eight bits already");
+            return refuse("is in eight bits already");
         }
         let mut weights = self.weights().clone();
         for name in multiplied(graph) {
@@ -75,11 +72,4 @@ impl Model {
         let names = self.card().graph().filter(|_| self.card().quantized.is_some()).map(multiplied);
         names.is_some_and(|names| names.contains(&name))
     }
-}
-
-/// Names of the tensors that values are multiplied with: those of convolutions and linear layers.
-pub(super) fn multiplied(graph: &Graph) -> Vec<&str> {
-    let multiplies = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. });
-    let nodes = graph.nodes().iter().filter(|node| multiplies(&node.op));
-    nodes.filter_map(|node| node.params.first()).map(|param| param.name.as_str()).collect()
 }

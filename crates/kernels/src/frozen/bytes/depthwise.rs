@@ -1,5 +1,7 @@
 //! Depthwise convolution in bytes: sums are floats that hold whole numbers.
 
+use std::ops::Range;
+
 use crate::frozen::conv::{lines_of, margins};
 use crate::frozen::place::{Place, Route};
 use crate::lengths::{at_least, exactly};
@@ -73,25 +75,7 @@ impl Depthwise {
             }
             lines.push(row);
         }
-        let start = |[depths, rows]: &[std::ops::Range<usize>; 2]| {
-            let one = |c: usize| {
-                let (mut all, mut most) = (0i32, 0i32);
-                for kd in depths.clone() {
-                    for k in rows.clone().flat_map(|kr| {
-                        let first = (kd * kernel[1] + kr) * kernel[2];
-                        first..first + kernel[2]
-                    }) {
-                        let weight = i32::from(sums.weight[k * channels + c]);
-                        (all, most) = (all + weight, most + 255 * weight.abs());
-                    }
-                }
-                let start = sums.bias[c] - i32::from(sums.input.zero) * all;
-                assert!(start.abs() + most < EXACT, "smaller sums are needed: {start} and {most}");
-                start as f32
-            };
-            (0..channels).map(one).collect()
-        };
-        let starts = cuts.iter().map(start).collect();
+        let starts = cuts.iter().map(|cut| starts(window, cut, sums)).collect();
         let (tap, step) = (dilation[2] * from.pitch[2], stride[2] * from.pitch[2]);
         let width = (output[2].max(1) - 1) * step + (kernel[2] - 1) * tap + channels;
         let reach = lines.iter().flat_map(|line| &line.rows).map(|row| row.0 + width).max().unwrap_or(0);
@@ -116,6 +100,28 @@ impl Depthwise {
     pub fn run(&self, x: &[u8], mut y: Target) {
         run(self, x, &mut y);
     }
+}
+
+/// What the sums of each channel start from, where this much of the kernel lies over the image: depths and rows.
+fn starts(window: &Window3, [depths, rows]: &[Range<usize>; 2], sums: &Sums) -> Vec<f32> {
+    let [_, kernel_rows, columns] = window.kernel;
+    let channels = sums.bias.len();
+    let start = |c: usize| {
+        let (mut all, mut most) = (0i32, 0i32);
+        for depth in depths.clone() {
+            for row in rows.clone() {
+                let first = (depth * kernel_rows + row) * columns;
+                for k in first..first + columns {
+                    let weight = i32::from(sums.weight[k * channels + c]);
+                    (all, most) = (all + weight, most + 255 * weight.abs());
+                }
+            }
+        }
+        let start = sums.bias[c] - i32::from(sums.input.zero) * all;
+        assert!(start.abs() + most < EXACT, "smaller sums are needed: {start} and {most}");
+        start as f32
+    };
+    (0..channels).map(start).collect()
 }
 
 at_level! {

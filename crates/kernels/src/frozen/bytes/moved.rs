@@ -31,8 +31,8 @@ pub fn shuffle(groups: usize, from: &Place, x: &[u8], to: &Place, y: &mut [u8]) 
         for column in 0..to.size[2] {
             let x = &x[from_row + column * from.pitch[2]..][..channels];
             let y = &mut y[to_row + column * to.pitch[2]..][..channels];
-            for (i, y) in y.iter_mut().enumerate() {
-                *y = x[i % groups * each + i / groups];
+            for (g, x) in x.chunks_exact(each).enumerate() {
+                y[g..].iter_mut().step_by(groups).zip(x).for_each(|(y, x)| *y = *x);
             }
         }
     }
