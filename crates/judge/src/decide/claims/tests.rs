@@ -175,7 +175,7 @@ fn tuned_and_frozen_are_told_apart() {
     };
     is(&ask(|at| 1.0 / (at + 1) as f64), Outcome::Holds, "20 layers of tuned");
     is(&ask(|at| at as f64), Outcome::DoesNotHold, "20 layers");
-    is(&ask(|at| (at * 7 % 20) as f64), Outcome::DoesNotHold, "20 layers");
+    is(&ask(|at| (at * 7 % 20) as f64), Outcome::TooFewData, "20 layers");
     let equal = ask(|_| 1.0);
     assert_eq!(equal.size.map(f64::abs), Some(0.0), "{equal:?}");
 }
