@@ -74,6 +74,16 @@ pub enum Error {
         /// The values that work.
         expected: &'static str,
     },
+    /// A reduction that is none, or has no meaning for the samples.
+    #[error("{key} = {value}: {reason}")]
+    Reduction {
+        /// Its key.
+        key: &'static str,
+        /// The value given.
+        value: String,
+        /// What would do.
+        reason: String,
+    },
     /// No layout has this name.
     #[error("there is no layout `{name}`; {hint}")]
     Layout {
@@ -122,7 +132,7 @@ impl Error {
                 Self::NonFinite { place: format!("{place} of sample {sample}"), value }
             }
             // A wrong setting is wrong for every sample.
-            Self::Range { .. } | Self::Size { .. } | Self::Parameter { .. } => self,
+            Self::Range { .. } | Self::Size { .. } | Self::Parameter { .. } | Self::Reduction { .. } => self,
             other => Self::Sample { sample, error: Box::new(other) },
         }
     }
