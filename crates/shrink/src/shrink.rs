@@ -1,0 +1,454 @@
+//! A run shrunk, from its folds to the page and the smaller model.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use taxel_data::{Dataset, Fold};
+use taxel_judge::{Case, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
+use taxel_learn::{FoldRecord, Model, Progress, Teacher, inner_folds, sensor};
+use taxel_trainer::{Alone, Experiment};
+use taxel_zoo::Registry;
+
+use crate::axis::Axis;
+use crate::combine::{Together, together};
+use crate::curves::{Outer, Part, SHARE, Shared, curve};
+use crate::desk::{Ask, Desk};
+use crate::error::{Error, Result};
+use crate::ladder::{Cut, Facts, Ladder, ladder};
+use crate::ranking;
+use crate::sensors::sensors;
+use crate::small;
+
+/// Name of the smaller model's file.
+const MODEL: &str = "shrunk.safetensors";
+/// Name of its experiment's file.
+const CONFIG: &str = "shrunk.toml";
+/// Name of the file with everything that was found out.
+const RESULT: &str = "shrink.json";
+/// Name of the file with the times of answers.
+const SPEED: &str = "speed.json";
+/// Folder of finished trainings.
+const RECORDS: &str = "records";
+/// Test parts that a quick look uses.
+const QUICK_PARTS: usize = 2;
+/// A quick look trains for so many times fewer epochs.
+const QUICK_EPOCHS: usize = 4;
+
+/// How a run is shrunk.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// What may become less. Default everything.
+    pub axes: Vec<Axis>,
+    /// A loss of accuracy that would matter, in percentage points, (0, 100]. Default 2.
+    pub margin: f64,
+    /// Level of significance over a curve, (0, 1). Default 0.05.
+    pub alpha: f64,
+    /// Inner folds of each training part, 2 to 100. Default 2.
+    pub inner: usize,
+    /// Whether to look at two test parts and a quarter of the epochs only, with few settings. Default false.
+    pub quick: bool,
+    /// Epochs in place of the run's. Default those of the run.
+    pub epochs: Option<usize>,
+    /// Whether the folder may hold finished trainings already, which are not made again. Default false.
+    pub resume: bool,
+    /// Worker threads; results do not depend on them. Default 1.
+    pub threads: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            axes: Axis::ALL.to_vec(),
+            margin: 2.0,
+            alpha: 0.05,
+            inner: 2,
+            quick: false,
+            epochs: None,
+            resume: false,
+            threads: 1,
+        }
+    }
+}
+
+/// What is to come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Trainings at most, the knees together left out.
+    pub trainings: usize,
+    /// Seconds, as fast as the run was and if every setting took as long as the whole; none where nobody timed it.
+    pub seconds: Option<f64>,
+}
+
+/// What came out.
+pub struct Finished {
+    /// Everything that was found out.
+    pub shrunk: Shrunk,
+    /// How long an answer takes; none where no smaller model was written.
+    pub speed: Option<SmallSpeed>,
+    /// The page.
+    pub page: PathBuf,
+    /// The smaller model; none where nothing may go.
+    pub model: Option<PathBuf>,
+}
+
+/// Shrinks `network` of the run `case`, of `experiment`, into the folder `out`. `say` hears the estimate before anything is trained.
+///
+/// # Errors
+/// A run that cannot be shrunk, a folder that holds something, [`Error::Stopped`] if `cancel` was set.
+pub fn shrink(
+    (case, experiment, registry): (&Case, &Experiment, &Registry),
+    network: &str,
+    out: &Path,
+    options: &Options,
+    say: &dyn Fn(&Estimate),
+    progress: &dyn Progress,
+    cancel: &AtomicBool,
+) -> Result<Finished> {
+    check(case, experiment, network, options)?;
+    let records = prepare(out, options.resume)?;
+    let dataset = &case.dataset;
+    let shared = shared(case, experiment, network, options);
+    let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);
+    let mut desk = Desk::new((experiment, registry, dataset), records, options.threads, progress, cancel);
+    let plan = folds(case, &shared, experiment, options)?;
+    let estimate = estimate(case, network, &shared, &plan, &ladders);
+    say(&estimate);
+    desk.expect(estimate.trainings);
+    progress.start(samples(case, &shared, &plan, &ladders));
+    let work = || -> Result<_> {
+        let outers = outers(&shared, &mut desk, case, plan, &ladders)?;
+        let mut tried = vec![];
+        for ladder in ladders {
+            let own = curve(&shared, &mut desk, &outers, &ladder)?;
+            progress.say(&format!("{}: {}", own.title, own.words));
+            tried.push((ladder, own));
+        }
+        let found = together(&shared, &mut desk, &outers, &tried)?;
+        let small = match &found {
+            Some(own) => Some(small_model(&shared, &mut desk, case, &outers, own)?),
+            None => None,
+        };
+        Ok((outers, tried, found, small))
+    };
+    let result = work();
+    progress.finish();
+    let (outers, tried, found, small) = result?;
+    let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
+    let (protocol, seed) = (&case.results.protocol, case.results.seed);
+    let whole = accuracy(&whole, dataset, protocol, seed)?.unwrap_or((0.0, None));
+    let mut shrunk = Shrunk {
+        run: case.results.name.clone(),
+        network: network.into(),
+        source: case.results.source.to_string(),
+        samples: dataset.len(),
+        protocol: protocol.words(),
+        parts: outers.len(),
+        inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
+        margin: shared.margin,
+        alpha: shared.alpha,
+        notes: notes(case, &shared, &outers, options),
+        whole,
+        curves: tried.into_iter().map(|(_, curve)| curve).collect(),
+        left_out,
+        combined: found.as_ref().map(|own| own.combined.clone()),
+        models: vec![],
+        words: vec![],
+    };
+    let mut speed = None;
+    if let (Some(found), Some((model, experiment))) = (found, small) {
+        let reduction = &experiment.config().encoding.reduce;
+        shrunk.models = small::pair(case, &shrunk, &model, reduction)?;
+        let interval = found.combined.outer.and_then(|own| own.accuracy_interval);
+        let model = model.with_score(small::score(case, &found.records, interval)?);
+        speed = Some(small::speed(case, network, &model)?);
+        model.save(&out.join(MODEL))?;
+        write(&out.join(CONFIG), experiment.to_toml().as_bytes())?;
+    }
+    shrunk.words = shrunk_words(&shrunk);
+    let page = finish(out, &shrunk, speed.as_ref())?;
+    let model = speed.is_some().then(|| out.join(MODEL));
+    Ok(Finished { shrunk, speed, page, model })
+}
+
+/// Writes what was found out, the page last.
+fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<PathBuf> {
+    let json =
+        |value: serde_json::Result<String>, path: &Path| value.map_err(|error| Error::file(path, error));
+    let (result, times) = (out.join(RESULT), out.join(SPEED));
+    write(&result, json(serde_json::to_string_pretty(shrunk), &result)?.as_bytes())?;
+    if let Some(speed) = speed {
+        write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?;
+    }
+    Ok(shrunk_page(shrunk, speed, out)?)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    taxel_files::write_whole(path, bytes).map_err(|error| Error::file(path, error))
+}
+
+fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options) -> Result<()> {
+    let Options { margin, alpha, inner, epochs, .. } = *options;
+    if !(margin > 0.0 && margin <= 100.0) {
+        return Err(Error::value("margin", margin, "must be in (0, 100] percentage points"));
+    }
+    if !(alpha > 0.0 && alpha < 1.0) {
+        return Err(Error::value("alpha", alpha, "must be in (0, 1); 0.05 is usual"));
+    }
+    if !(2..=100).contains(&inner) {
+        return Err(Error::value("inner", inner, "must be in 2..=100"));
+    }
+    if epochs == Some(0) {
+        return Err(Error::value("epochs", 0, "must be 1 or more"));
+    }
+    let refuse = |reason: &str| Err(Error::file(case.folder.path(), reason));
+    if case.results.protocol.per_class().is_some() {
+        return refuse("is a learning curve: shrink a run whose folds train on all samples");
+    }
+    if !experiment.config().encoding.reduce.is_whole() {
+        return refuse("reads less of each sample already (encoding.reduce): shrink the run of the whole");
+    }
+    let known = || case.results.networks.iter().map(|own| own.network.as_str());
+    if case.records(network).next().is_none() {
+        let hint = taxel_names::hint(network, known());
+        return Err(Error::value("network", network, format!("has no finished fold in this run; {hint}")));
+    }
+    Ok(())
+}
+
+/// The folder with its place for records.
+fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
+    let is_used = out.read_dir().is_ok_and(|mut own| own.next().is_some());
+    if is_used && !resume {
+        return Err(Error::file(
+            out,
+            "exists and is not empty; --resume goes on with it, --output gives another folder",
+        ));
+    }
+    let records = out.join(RECORDS);
+    std::fs::create_dir_all(&records).map_err(|error| Error::file(&records, error))?;
+    Ok(records)
+}
+
+fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options: &Options) -> Shared<'a> {
+    let reading = &case.dataset.reading;
+    let config = experiment.config();
+    let trained = config.networks.iter().find(|own| network.split(".hardened").next() == Some(&own.label));
+    let fewer = || trained.map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
+    let epochs = options.epochs.or(options.quick.then(fewer).flatten());
+    let sound = case.results.networks.iter().filter(|own| own.hardening.is_none() && own.diverged == 0);
+    let most = |own: &&taxel_learn::NetworkResults| own.mean.map_or(0.0, |mean| mean.accuracy);
+    let best = sound.max_by(|a, b| most(a).total_cmp(&most(b))).map_or(network, |own| own.network.as_str());
+    Shared {
+        name: network,
+        dataset: &case.dataset,
+        sensors: sensors(reading.layout, &reading.shape),
+        protocol: case.results.protocol.clone(),
+        seed: case.results.seed,
+        epochs,
+        margin: options.margin,
+        alpha: options.alpha,
+        // A teacher of full length beside shorter trainings would be no fair look.
+        best: if epochs.is_some() { network.into() } else { best.into() },
+    }
+}
+
+/// A ladder for each axis, and why others have none.
+fn ladders(
+    experiment: &Experiment,
+    network: &str,
+    dataset: &Dataset,
+    registry: &Registry,
+    options: &Options,
+) -> (Vec<Ladder>, Vec<(String, String)>) {
+    let number = |key: &str| experiment.number(network, key, registry);
+    let facts = Facts { reading: &dataset.reading, number: &number, quick: options.quick };
+    let (mut found, mut left_out) = (vec![], vec![]);
+    let wanted: BTreeSet<Axis> = options.axes.iter().copied().collect();
+    for axis in wanted {
+        match ladder(axis, &facts) {
+            Ok(own) => found.push(own),
+            Err(reason) => left_out.push((axis.title().to_string(), reason)),
+        }
+    }
+    (found, left_out)
+}
+
+/// A fold of the run, its record, and the inner folds of its training part.
+struct Planned {
+    record: FoldRecord,
+    fold: Fold,
+    inner: Vec<Fold>,
+}
+
+fn folds(case: &Case, shared: &Shared, experiment: &Experiment, options: &Options) -> Result<Vec<Planned>> {
+    let dataset = shared.dataset;
+    let most = if options.quick { QUICK_PARTS } else { usize::MAX };
+    let mut plan = vec![];
+    for record in case.records(shared.name).take(most) {
+        let (repetition, number) = (record.key.repetition, record.key.fold);
+        let all = shared.protocol.folds(dataset, shared.seed, repetition)?;
+        let same = |fold: &&Fold| fold.test == record.index;
+        let Some(fold) = all.get(number).filter(same).cloned() else {
+            let reason = format!("fold {} is of another split; run it again", record.key);
+            return Err(Error::file(case.folder.path(), reason));
+        };
+        let inner = inner_folds(&shared.protocol, dataset, &fold, options.inner, shared.seed, repetition)?;
+        plan.push(Planned { record: record.clone(), fold, inner });
+    }
+    debug_assert_eq!(experiment.config().seed, shared.seed, "the run's own seed");
+    Ok(plan)
+}
+
+fn estimate(case: &Case, network: &str, shared: &Shared, plan: &[Planned], ladders: &[Ladder]) -> Estimate {
+    let (inner, outer) = trainings(shared, plan, ladders);
+    let timings = case.folder.timings().unwrap_or_default();
+    let own = timings.iter().filter(|own| own.key.network == network);
+    let (seconds, seen) = own.fold((0.0, 0), |(sum, n), own| (sum + own.train_seconds, n + own.samples));
+    let per_sample = (seen > 0).then(|| seconds / seen as f64);
+    let seconds = per_sample.map(|own| own * samples(case, shared, plan, ladders) as f64);
+    Estimate { trainings: inner + outer, seconds }
+}
+
+/// Trainings on inner folds and on whole training parts.
+fn trainings(shared: &Shared, plan: &[Planned], ladders: &[Ladder]) -> (usize, usize) {
+    let steps: usize = ladders.iter().map(|own| own.steps.len()).sum();
+    let inner: usize = plan.iter().map(|own| own.inner.len()).sum();
+    (inner * (steps + 1), plan.len() * (steps + usize::from(shared.epochs.is_some())))
+}
+
+/// Samples times epochs of all trainings, as long as the run's.
+fn samples(case: &Case, shared: &Shared, plan: &[Planned], ladders: &[Ladder]) -> u64 {
+    let (inner, outer) = trainings(shared, plan, ladders);
+    let mean = |rows: Vec<usize>| rows.iter().sum::<usize>() as f64 / rows.len().max(1) as f64;
+    let of_inner = mean(plan.iter().flat_map(|own| own.inner.iter().map(|fold| fold.train.len())).collect());
+    let of_outer = mean(plan.iter().map(|own| own.fold.train.len()).collect());
+    let recorded = case.records(shared.name).map(|own| own.epochs.len()).max().unwrap_or(1).max(1);
+    let epochs = shared.epochs.unwrap_or(recorded);
+    ((inner as f64 * of_inner + outer as f64 * of_outer) * epochs as f64) as u64
+}
+
+/// The whole on all folds, and what training parts say of sensors and range.
+fn outers(
+    shared: &Shared,
+    desk: &mut Desk,
+    case: &Case,
+    plan: Vec<Planned>,
+    ladders: &[Ladder],
+) -> Result<Vec<Outer>> {
+    let ranked = ladders.iter().any(|own| own.axis == Axis::Sensors);
+    let whole = Alone { epochs: shared.epochs, ..Alone::default() };
+    let mut outers = vec![];
+    for Planned { record, fold, inner } in plan {
+        let place = (record.key.repetition, record.key.fold);
+        let facts = sensor(&case.dataset, &fold.train).sensor;
+        let part = Part { ranking: vec![], range: [facts.low, facts.high] };
+        let mut outer = Outer { place, fold, inner, whole: record, inner_whole: vec![], part };
+        let mut models: Vec<Option<Model>> = vec![];
+        let asks: Vec<((usize, usize), Fold)> =
+            outer.inner.iter().cloned().enumerate().map(|(at, fold)| (outer.inner_place(at), fold)).collect();
+        let ask =
+            |(place, fold): &'_ ((usize, usize), Fold)| -> ((usize, usize), Fold) { (*place, fold.clone()) };
+        let mut known = None;
+        if ranked {
+            let (place, fold) = ask(&asks[0]);
+            let first =
+                Ask { name: shared.name, label: "whole", changes: &whole, place, fold: &fold, teacher: None };
+            let of = desk.following(&first, &format!("ranking of {} inner folds", asks.len()))?;
+            known = Some((desk.kept::<Vec<usize>>(&of)?, of));
+        }
+        for (place, fold) in &asks {
+            let ask = Ask {
+                name: shared.name,
+                label: "whole",
+                changes: &whole,
+                place: *place,
+                fold,
+                teacher: None,
+            };
+            match &known {
+                Some((None, _)) => {
+                    let tested = desk.train(ask)?;
+                    outer.inner_whole.push(tested.record);
+                    models.push(Some(tested.model));
+                }
+                _ => outer.inner_whole.push(desk.answers(ask)?),
+            }
+        }
+        match known {
+            Some((Some(ranking), _)) => outer.part.ranking = ranking,
+            Some((None, of)) => {
+                let witnesses: Vec<(Model, &Fold)> =
+                    models.into_iter().flatten().zip(asks.iter().map(|(_, fold)| fold)).collect();
+                let ranking = ranking::ranking(&witnesses, shared.dataset, &shared.sensors, desk.threads)?;
+                desk.keep(&of, &ranking)?;
+                outer.part.ranking = ranking;
+            }
+            None => {}
+        }
+        if shared.epochs.is_some() {
+            let (place, fold) = (outer.place, &outer.fold);
+            let ask = Ask { name: shared.name, label: "whole", changes: &whole, place, fold, teacher: None };
+            outer.whole = desk.answers(ask)?;
+        }
+        outers.push(outer);
+    }
+    Ok(outers)
+}
+
+/// The smaller model, trained on everything, and its experiment.
+fn small_model(
+    shared: &Shared,
+    desk: &mut Desk,
+    case: &Case,
+    outers: &[Outer],
+    found: &Together,
+) -> Result<(Model, Experiment)> {
+    let dataset = shared.dataset;
+    let all: Vec<usize> = (0..dataset.len()).collect();
+    let facts = sensor(dataset, &all).sensor;
+    let rankings: Vec<Vec<usize>> = outers.iter().map(|outer| outer.part.ranking.clone()).collect();
+    let part = Part { ranking: ranking::together(&rankings), range: [facts.low, facts.high] };
+    let cuts: Vec<&Cut> = found.cuts.iter().collect();
+    let changes = shared.changes(&cuts, &part);
+    // What the run's folds answered to samples that they had not seen.
+    let teacher = cuts.iter().any(|cut| matches!(cut, Cut::Set(..))).then(|| {
+        let mut teacher = Teacher::new(SHARE, dataset.len(), dataset.labels.sizes().iter().sum());
+        case.records(&shared.best).for_each(|own| teacher.tell(&own.index, &own.probabilities));
+        teacher
+    });
+    let fold = Fold { train: all, test: vec![], validation: vec![] };
+    // No fold of the run has this number.
+    let place = (0, u32::MAX as usize);
+    let ask = Ask {
+        name: shared.name,
+        label: "smaller model",
+        changes: &changes,
+        place,
+        fold: &fold,
+        teacher: teacher.as_ref(),
+    };
+    desk.expect(1);
+    let model = desk.train(ask)?.model;
+    let experiment = desk.alone(&ask)?.clone();
+    Ok((model.of_everything(), experiment))
+}
+
+/// What was done in less time than the run would ask.
+fn notes(case: &Case, shared: &Shared, outers: &[Outer], options: &Options) -> Vec<String> {
+    let mut notes = vec![];
+    let all = case.records(shared.name).count();
+    if outers.len() < all {
+        notes.push(format!("A quick look: {} of {all} test parts, with few settings.", outers.len()));
+    }
+    if let Some(epochs) = shared.epochs {
+        notes.push(format!(
+            "Everything was trained for {epochs} epochs, the whole too, and not as long as in the run: what a full training \
+             needs may be less or more."
+        ));
+    }
+    if options.inner > outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0) {
+        notes.push("A training part has fewer groups than inner folds were asked for.".into());
+    }
+    notes
+}
