@@ -33,9 +33,19 @@ struct Planted {
     case: Case,
     experiment: Experiment,
     registry: Registry,
+    network: &'static str,
 }
 
 fn planted(value: impl Fn(usize, usize, usize, usize) -> f32, protocol: &str, test: bool) -> Planted {
+    planted_for("mlp", value, protocol, test)
+}
+
+fn planted_for(
+    network: &'static str,
+    value: impl Fn(usize, usize, usize, usize) -> f32,
+    protocol: &str,
+    test: bool,
+) -> Planted {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("planted.npz");
     let class = |sample: usize| (sample / 2) % 4;
@@ -58,7 +68,7 @@ fn planted(value: impl Fn(usize, usize, usize, usize) -> f32, protocol: &str, te
     let text = format!(
         "name = \"planted\"\nbaselines = []\n[data]\npath = {path:?}\nlayout = \"series\"\nrate = 16.0\n{test}\n\
          [protocol]\n{protocol}\n[train]\nepochs = 12\nbatch_size = 16\n\
-         optimizer = {{ name = \"adam\", lr = 0.01 }}\n[[networks]]\nname = \"mlp\"\n"
+         optimizer = {{ name = \"adam\", lr = 0.01 }}\n[[networks]]\nname = \"{network}\"\n"
     );
     let registry = Registry::built_in();
     let experiment = Experiment::parse(&text, "planted.toml", &Overrides::default(), &registry).unwrap();
@@ -70,7 +80,7 @@ fn planted(value: impl Fn(usize, usize, usize, usize) -> f32, protocol: &str, te
     let run = RunFolder::open(&out).unwrap();
     let (experiment, dataset) = taxel_trainer::open(&run, &registry).unwrap();
     let case = Case::new(run, dataset).unwrap();
-    Planted { folder, case, experiment, registry }
+    Planted { folder, case, experiment, registry, network }
 }
 
 fn is_tested(sample: usize) -> bool {
@@ -93,7 +103,7 @@ impl Planted {
     ) -> Result<Finished, Error> {
         let options = Options { axes: axes.to_vec(), ..options };
         let run = (&self.case, &self.experiment, &self.registry);
-        shrink(run, "mlp", &self.folder.path().join(name), &options, &|_| {}, &Silent, cancel)
+        shrink(run, self.network, &self.folder.path().join(name), &options, &|_| {}, &Silent, cancel)
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -281,4 +291,24 @@ fn what_cannot_be_shrunk_is_refused_before_anything_is_trained() {
         error.contains("axes = sensor: is nothing that can become less") && error.contains("sensors"),
         "{error}"
     );
+}
+
+#[test]
+fn a_network_gets_narrower_and_shallower_and_learns_from_the_whole() {
+    let planted = planted_for("dilated-resnet-1d", two_of_five, FOLDS, false);
+    let own = planted.shrunk(&[Axis::Width, Axis::Depth], Options { epochs: Some(8), ..Options::default() });
+    let Shrunk { curves, combined, models, .. } = &own.shrunk;
+    let shorts = |at: usize| curves[at].rungs.iter().map(|rung| rung.short.as_str()).collect::<Vec<_>>();
+    assert_eq!(shorts(0), ["32", "16", "8", "4", "2"]);
+    assert_eq!((shorts(1), left(&own.shrunk, 1)), (vec!["1"], Some("1")), "{:#?}", curves[1]);
+    assert!(curves[0].knee.is_some(), "{:#?}", curves[0]);
+    assert!(combined.as_ref().unwrap().outer.is_some());
+    let [whole, small] = models.as_slice() else { panic!() };
+    assert!(small.macs < whole.macs / 2 && small.parameters < whole.parameters / 2, "{models:?}");
+    assert_eq!(small.readings, whole.readings);
+    let text = std::fs::read_to_string(planted.file("shrunk.toml")).unwrap();
+    assert!(text.contains("blocks = 1") && text.contains("epochs = 8"), "{text}");
+    let none =
+        planted.try_shrink("mlp", &[Axis::Resolution], Options::default(), &AtomicBool::new(false)).unwrap();
+    assert_eq!(none.shrunk.left_out[0].0, "Resolution of the array");
 }
