@@ -44,8 +44,13 @@ pub struct Outer {
 impl Outer {
     /// Repetition and fold of its inner fold `at`.
     pub fn inner_place(&self, at: usize) -> (usize, usize) {
-        (self.place.0, INNER * (at + 1) + self.place.1)
+        inner_place(self.place, at)
     }
+}
+
+/// Repetition and fold of the inner fold `at` of the fold at `place`.
+pub fn inner_place((repetition, fold): (usize, usize), at: usize) -> (usize, usize) {
+    (repetition, INNER * (at + 1) + fold)
 }
 
 /// What all parts of the work know.

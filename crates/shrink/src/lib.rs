@@ -11,6 +11,7 @@ mod curves;
 mod desk;
 mod error;
 mod ladder;
+mod plan;
 mod ranking;
 mod sensors;
 mod shrink;
@@ -18,4 +19,5 @@ mod small;
 
 pub use axis::Axis;
 pub use error::{Error, Result};
-pub use shrink::{Estimate, Finished, Options, shrink};
+pub use plan::Estimate;
+pub use shrink::{Finished, Options, shrink};

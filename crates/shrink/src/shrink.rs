@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
-use taxel_judge::{Case, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
-use taxel_learn::{FoldRecord, Model, Progress, Teacher, inner_folds, sensor};
-use taxel_trainer::{Alone, Experiment};
+use taxel_judge::{Case, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
+use taxel_learn::{FoldRecord, Model, Progress, Teacher, sensor};
+use taxel_trainer::Experiment;
 use taxel_zoo::Registry;
 
 use crate::axis::Axis;
@@ -16,6 +16,7 @@ use crate::curves::{Outer, Part, SHARE, Shared, curve};
 use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
 use crate::ladder::{Cut, Facts, Ladder, ladder};
+use crate::plan::{Estimate, Plan};
 use crate::ranking;
 use crate::sensors::sensors;
 use crate::small;
@@ -30,8 +31,6 @@ const RESULT: &str = "shrink.json";
 const SPEED: &str = "speed.json";
 /// Folder of finished trainings.
 const RECORDS: &str = "records";
-/// Test parts that a quick look uses.
-const QUICK_PARTS: usize = 2;
 /// A quick look trains for so many times fewer epochs.
 const QUICK_EPOCHS: usize = 4;
 
@@ -71,15 +70,6 @@ impl Default for Options {
     }
 }
 
-/// What is to come.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// Trainings at most, the knees together left out.
-    pub trainings: usize,
-    /// Seconds, as fast as the run was and if every setting took as long as the whole; none where nobody timed it.
-    pub seconds: Option<f64>,
-}
-
 /// What came out.
 pub struct Finished {
     /// Everything that was found out.
@@ -111,54 +101,18 @@ pub fn shrink(
     let shared = shared(case, experiment, network, options);
     let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);
     let mut desk = Desk::new((experiment, registry, dataset), records, options.threads, progress, cancel);
-    let plan = folds(case, &shared, experiment, options)?;
-    let estimate = estimate(case, network, &shared, &plan, &ladders);
+    let plan = Plan::new(case, &shared, &ladders, options)?;
+    let estimate = plan.estimate(case, &shared);
     say(&estimate);
     desk.expect(estimate.trainings);
-    progress.start(samples(case, &shared, &plan, &ladders));
-    let work = || -> Result<_> {
-        let outers = outers(&shared, &mut desk, case, plan, &ladders)?;
-        let mut tried = vec![];
-        for ladder in ladders {
-            let own = curve(&shared, &mut desk, &outers, &ladder)?;
-            progress.say(&format!("{}: {}", own.title, own.words));
-            tried.push((ladder, own));
-        }
-        let found = together(&shared, &mut desk, &outers, &tried)?;
-        let small = match &found {
-            Some(own) => Some(small_model(&shared, &mut desk, case, &outers, own)?),
-            None => None,
-        };
-        Ok((outers, tried, found, small))
-    };
-    let result = work();
+    progress.start(plan.samples(case, &shared));
+    let trained = train(&shared, &mut desk, case, plan, ladders);
     progress.finish();
-    let (outers, tried, found, small) = result?;
-    let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
-    let (protocol, seed) = (&case.results.protocol, case.results.seed);
-    let whole = accuracy(&whole, dataset, protocol, seed)?.unwrap_or((0.0, None));
-    let mut shrunk = Shrunk {
-        run: case.results.name.clone(),
-        network: network.into(),
-        source: case.results.source.to_string(),
-        samples: dataset.len(),
-        protocol: protocol.words(),
-        parts: outers.len(),
-        inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
-        margin: shared.margin,
-        alpha: shared.alpha,
-        notes: notes(case, &shared, &outers, options),
-        whole,
-        curves: tried.into_iter().map(|(_, curve)| curve).collect(),
-        left_out,
-        combined: found.as_ref().map(|own| own.combined.clone()),
-        models: vec![],
-        words: vec![],
-    };
+    let trained = trained?;
+    let mut shrunk = gathered(case, &shared, options, left_out, &trained)?;
     let mut speed = None;
-    if let (Some(found), Some((model, experiment))) = (found, small) {
-        let reduction = &experiment.config().encoding.reduce;
-        shrunk.models = small::pair(case, &shrunk, &model, reduction)?;
+    if let (Some(found), Some((model, experiment))) = (trained.found, trained.small) {
+        shrunk.models = small::pair(case, &shrunk, &model, &experiment.config().encoding.reduce)?;
         let interval = found.combined.outer.and_then(|own| own.accuracy_interval);
         let model = model.with_score(small::score(case, &found.records, interval)?);
         speed = Some(small::speed(case, network, &model)?);
@@ -171,16 +125,82 @@ pub fn shrink(
     Ok(Finished { shrunk, speed, page, model })
 }
 
+/// What trainings gave.
+struct Trained {
+    outers: Vec<Outer>,
+    tried: Vec<(Ladder, Curve)>,
+    found: Option<Together>,
+    small: Option<(Model, Experiment)>,
+}
+
+/// All trainings, the smaller model's last.
+fn train(shared: &Shared, desk: &mut Desk, case: &Case, plan: Plan, ladders: Vec<Ladder>) -> Result<Trained> {
+    let ranked = ladders.iter().any(|own| own.axis == Axis::Sensors);
+    let outers = plan.outers(shared, desk, ranked)?;
+    let mut tried = vec![];
+    for ladder in ladders {
+        let own = curve(shared, desk, &outers, &ladder)?;
+        desk.progress.say(&format!("{}: {}", own.title, own.words));
+        tried.push((ladder, own));
+    }
+    let found = together(shared, desk, &outers, &tried)?;
+    let small = match &found {
+        Some(own) => Some(small_model(shared, desk, case, &outers, own)?),
+        None => None,
+    };
+    Ok(Trained { outers, tried, found, small })
+}
+
+/// What was found out, but for the models and the sentences.
+fn gathered(
+    case: &Case,
+    shared: &Shared,
+    options: &Options,
+    left_out: Vec<(String, String)>,
+    trained: &Trained,
+) -> Result<Shrunk> {
+    let Trained { outers, tried, found, .. } = trained;
+    let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
+    let (protocol, seed) = (&case.results.protocol, case.results.seed);
+    Ok(Shrunk {
+        run: case.results.name.clone(),
+        network: shared.name.into(),
+        source: case.results.source.to_string(),
+        samples: shared.dataset.len(),
+        protocol: protocol.words(),
+        parts: outers.len(),
+        inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
+        margin: shared.margin,
+        alpha: shared.alpha,
+        notes: notes(case, shared, outers, options),
+        whole: accuracy(&whole, shared.dataset, protocol, seed)?.unwrap_or((0.0, None)),
+        curves: tried.iter().map(|(_, curve)| curve.clone()).collect(),
+        left_out,
+        combined: found.as_ref().map(|own| own.combined.clone()),
+        models: vec![],
+        words: vec![],
+    })
+}
+
 /// Writes what was found out, the page last.
 fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<PathBuf> {
     let json =
         |value: serde_json::Result<String>, path: &Path| value.map_err(|error| Error::file(path, error));
     let (result, times) = (out.join(RESULT), out.join(SPEED));
     write(&result, json(serde_json::to_string_pretty(shrunk), &result)?.as_bytes())?;
-    if let Some(speed) = speed {
-        write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?;
+    match speed {
+        Some(speed) => write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?,
+        // A smaller model of an earlier margin would be none of this one.
+        None => [MODEL, CONFIG, SPEED].iter().try_for_each(|name| remove(&out.join(name)))?,
     }
     Ok(shrunk_page(shrunk, speed, out)?)
+}
+
+fn remove(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::file(path, error)),
+        _ => Ok(()),
+    }
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -272,128 +292,6 @@ fn ladders(
         }
     }
     (found, left_out)
-}
-
-/// A fold of the run, its record, and the inner folds of its training part.
-struct Planned {
-    record: FoldRecord,
-    fold: Fold,
-    inner: Vec<Fold>,
-}
-
-fn folds(case: &Case, shared: &Shared, experiment: &Experiment, options: &Options) -> Result<Vec<Planned>> {
-    let dataset = shared.dataset;
-    let most = if options.quick { QUICK_PARTS } else { usize::MAX };
-    let mut plan = vec![];
-    for record in case.records(shared.name).take(most) {
-        let (repetition, number) = (record.key.repetition, record.key.fold);
-        let all = shared.protocol.folds(dataset, shared.seed, repetition)?;
-        let same = |fold: &&Fold| fold.test == record.index;
-        let Some(fold) = all.get(number).filter(same).cloned() else {
-            let reason = format!("fold {} is of another split; run it again", record.key);
-            return Err(Error::file(case.folder.path(), reason));
-        };
-        let inner = inner_folds(&shared.protocol, dataset, &fold, options.inner, shared.seed, repetition)?;
-        plan.push(Planned { record: record.clone(), fold, inner });
-    }
-    debug_assert_eq!(experiment.config().seed, shared.seed, "the run's own seed");
-    Ok(plan)
-}
-
-fn estimate(case: &Case, network: &str, shared: &Shared, plan: &[Planned], ladders: &[Ladder]) -> Estimate {
-    let (inner, outer) = trainings(shared, plan, ladders);
-    let timings = case.folder.timings().unwrap_or_default();
-    let own = timings.iter().filter(|own| own.key.network == network);
-    let (seconds, seen) = own.fold((0.0, 0), |(sum, n), own| (sum + own.train_seconds, n + own.samples));
-    let per_sample = (seen > 0).then(|| seconds / seen as f64);
-    let seconds = per_sample.map(|own| own * samples(case, shared, plan, ladders) as f64);
-    Estimate { trainings: inner + outer, seconds }
-}
-
-/// Trainings on inner folds and on whole training parts.
-fn trainings(shared: &Shared, plan: &[Planned], ladders: &[Ladder]) -> (usize, usize) {
-    let steps: usize = ladders.iter().map(|own| own.steps.len()).sum();
-    let inner: usize = plan.iter().map(|own| own.inner.len()).sum();
-    (inner * (steps + 1), plan.len() * (steps + usize::from(shared.epochs.is_some())))
-}
-
-/// Samples times epochs of all trainings, as long as the run's.
-fn samples(case: &Case, shared: &Shared, plan: &[Planned], ladders: &[Ladder]) -> u64 {
-    let (inner, outer) = trainings(shared, plan, ladders);
-    let mean = |rows: Vec<usize>| rows.iter().sum::<usize>() as f64 / rows.len().max(1) as f64;
-    let of_inner = mean(plan.iter().flat_map(|own| own.inner.iter().map(|fold| fold.train.len())).collect());
-    let of_outer = mean(plan.iter().map(|own| own.fold.train.len()).collect());
-    let recorded = case.records(shared.name).map(|own| own.epochs.len()).max().unwrap_or(1).max(1);
-    let epochs = shared.epochs.unwrap_or(recorded);
-    ((inner as f64 * of_inner + outer as f64 * of_outer) * epochs as f64) as u64
-}
-
-/// The whole on all folds, and what training parts say of sensors and range.
-fn outers(
-    shared: &Shared,
-    desk: &mut Desk,
-    case: &Case,
-    plan: Vec<Planned>,
-    ladders: &[Ladder],
-) -> Result<Vec<Outer>> {
-    let ranked = ladders.iter().any(|own| own.axis == Axis::Sensors);
-    let whole = Alone { epochs: shared.epochs, ..Alone::default() };
-    let mut outers = vec![];
-    for Planned { record, fold, inner } in plan {
-        let place = (record.key.repetition, record.key.fold);
-        let facts = sensor(&case.dataset, &fold.train).sensor;
-        let part = Part { ranking: vec![], range: [facts.low, facts.high] };
-        let mut outer = Outer { place, fold, inner, whole: record, inner_whole: vec![], part };
-        let mut models: Vec<Option<Model>> = vec![];
-        let asks: Vec<((usize, usize), Fold)> =
-            outer.inner.iter().cloned().enumerate().map(|(at, fold)| (outer.inner_place(at), fold)).collect();
-        let ask =
-            |(place, fold): &'_ ((usize, usize), Fold)| -> ((usize, usize), Fold) { (*place, fold.clone()) };
-        let mut known = None;
-        if ranked {
-            let (place, fold) = ask(&asks[0]);
-            let first =
-                Ask { name: shared.name, label: "whole", changes: &whole, place, fold: &fold, teacher: None };
-            let of = desk.following(&first, &format!("ranking of {} inner folds", asks.len()))?;
-            known = Some((desk.kept::<Vec<usize>>(&of)?, of));
-        }
-        for (place, fold) in &asks {
-            let ask = Ask {
-                name: shared.name,
-                label: "whole",
-                changes: &whole,
-                place: *place,
-                fold,
-                teacher: None,
-            };
-            match &known {
-                Some((None, _)) => {
-                    let tested = desk.train(ask)?;
-                    outer.inner_whole.push(tested.record);
-                    models.push(Some(tested.model));
-                }
-                _ => outer.inner_whole.push(desk.answers(ask)?),
-            }
-        }
-        match known {
-            Some((Some(ranking), _)) => outer.part.ranking = ranking,
-            Some((None, of)) => {
-                let witnesses: Vec<(Model, &Fold)> =
-                    models.into_iter().flatten().zip(asks.iter().map(|(_, fold)| fold)).collect();
-                let ranking = ranking::ranking(&witnesses, shared.dataset, &shared.sensors, desk.threads)?;
-                desk.keep(&of, &ranking)?;
-                outer.part.ranking = ranking;
-            }
-            None => {}
-        }
-        if shared.epochs.is_some() {
-            let (place, fold) = (outer.place, &outer.fold);
-            let ask = Ask { name: shared.name, label: "whole", changes: &whole, place, fold, teacher: None };
-            outer.whole = desk.answers(ask)?;
-        }
-        outers.push(outer);
-    }
-    Ok(outers)
 }
 
 /// The smaller model, trained on everything, and its experiment.
