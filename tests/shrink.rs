@@ -36,7 +36,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
         ["shrink", &run, "--network", "mlp", "--axes", "rate,bits,resolution", "--quick", "--margin", "100"];
     let output = taxel(&[&shrink[..], &["--json"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("mlp: 28 trainings at most, about "));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("mlp: 42 trainings at most, about "));
     let all: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(all["shrunk"]["curves"].as_array().unwrap().len(), 2);
     assert_eq!(all["shrunk"]["left_out"][0][0], "Resolution of the array");
@@ -45,7 +45,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
 
     let model = at("run/shrink/shrunk.safetensors");
     let card = done(&["inspect", &model]);
-    assert!(card.contains("of which     one reading of 16; 1 bits from 0 to 1023"), "{card}");
+    assert!(card.contains("of which     one reading of 32; 1 bits from 0 to 1023"), "{card}");
     done(&["simulate", "fingertip", "--samples", "9", "--output", &data]);
     let answers = done(&["predict", &model, &data, "--format", "json"]);
     let answers: Value = serde_json::from_str(&answers).unwrap();
@@ -54,7 +54,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
     done(&["run", &config, "--out", &at("again"), "--set", "train.epochs=1"]);
 
     // Once more without training, for another margin.
-    let words = done(&[&shrink[..7], &["--quick", "--margin", "100", "--resume"]].concat());
+    let words = done(&[&shrink[..], &["--resume"]].concat());
     assert!(words.contains("All together (") && words.contains("page: "), "{words}");
     assert!(refused(&shrink).contains("--resume goes on with it, --output gives another folder"));
     assert!(refused(&["shrink", &run, "--axes", "rates"]).contains("rate"));

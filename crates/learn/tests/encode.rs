@@ -300,7 +300,10 @@ fn a_reduction_that_does_not_fit_is_refused_by_its_key() {
     assert!(
         refused(json!({ "pool": 2 })).starts_with("encoding.reduce.pool = ..: has no meaning for a series")
     );
-    let of = |value: Value| encoding(value).check().unwrap_err().to_string();
+    let of = |value: Value| {
+        let own: Encoding = serde_json::from_value(value).unwrap();
+        own.check().unwrap_err().to_string()
+    };
     assert!(of(json!({ "reduce": { "every": 0 } })).starts_with("reduce.every = 0: must be 1 or more"));
     let guarded = of(json!({ "guard": true, "reduce": { "every": 2 } }));
     assert!(guarded.starts_with("guard = true: looks at channels"), "{guarded}");

@@ -240,7 +240,7 @@ mod tests {
     fn settings_fall_from_a_little_less_to_very_little() {
         let series = |axis| of(axis, Layout::Series, &[5, 50], false).unwrap_or_default();
         assert_eq!(series(Axis::Sensors), ["4", "3", "2", "1"]);
-        assert_eq!(series(Axis::Rate), ["50 Hz", "25 Hz", "12.5 Hz", "6.25 Hz", "3.13 Hz"]);
+        assert_eq!(series(Axis::Rate), ["50 Hz", "25 Hz", "12.5 Hz", "6.25 Hz", "3.12 Hz"]);
         assert_eq!(series(Axis::Window), ["38", "25", "17", "13", "9", "7"]);
         assert_eq!(series(Axis::Bits), ["8", "6", "5", "4", "3", "2", "1"]);
         assert_eq!(series(Axis::Width), ["32", "16", "8", "4", "2"]);
