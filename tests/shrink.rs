@@ -45,7 +45,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
 
     let model = at("run/shrink/shrunk.safetensors");
     let card = done(&["inspect", &model]);
-    assert!(card.contains("of which     one reading of 32; 1 bits from 0 to 1023"), "{card}");
+    assert!(card.contains("of which     one reading of 32; 1 bit from 0 to 1023"), "{card}");
     done(&["simulate", "fingertip", "--samples", "9", "--output", &data]);
     let answers = done(&["predict", &model, &data, "--format", "json"]);
     let answers: Value = serde_json::from_str(&answers).unwrap();

@@ -35,7 +35,7 @@ mod viridis;
 
 pub use bigs::{ElectrodeImage, Order};
 pub use colormap::Colormap;
-pub use error::{Error, Result};
+pub use error::{Error, RefusedReduction, Result};
 pub use gaf::{Constant, Gaf, Method, Range};
 pub use hardness::{HardnessImage, ImagePlan};
 pub use layout::Layout;

@@ -100,7 +100,7 @@ impl Converter {
     }
 
     fn check(&self) -> Result<()> {
-        let refuse = |key, value, reason: &str| Err(Error::Reduction { key, value, reason: reason.into() });
+        let refuse = |key, value, reason: &str| Err(Error::reduction(key, value, reason));
         if !(1..=24).contains(&self.bits) {
             return refuse("converter.bits", self.bits.to_string(), "must be in 1..=24");
         }
@@ -133,8 +133,7 @@ impl Reduction {
     /// # Errors
     /// [`Error::Reduction`] for a value that is wrong for any sample.
     pub fn check(&self) -> Result<()> {
-        let refuse =
-            |key, value: String, reason: &str| Err(Error::Reduction { key, value, reason: reason.into() });
+        let refuse = |key, value: String, reason: &str| Err(Error::reduction(key, value, reason));
         for (key, kept) in [("channels", &self.channels), ("rows", &self.rows), ("columns", &self.columns)] {
             let Some(kept) = kept else { continue };
             if kept.is_empty() {
@@ -161,7 +160,7 @@ impl Reduction {
                 Some(_) => {
                     let reason =
                         format!("must be below {length}, as a sample has so many; they are counted from 0");
-                    Err(Error::Reduction { key, value: format!("{kept:?}"), reason })
+                    Err(Error::reduction(key, format!("{kept:?}"), reason))
                 }
             }
         };
@@ -178,7 +177,7 @@ impl Reduction {
                 let window = self.window.unwrap_or(length);
                 if window > length {
                     let reason = format!("must be {length} or less, as a recording has so many readings");
-                    return Err(Error::Reduction { key: "window", value: window.to_string(), reason });
+                    return Err(Error::reduction("window", window.to_string(), reason));
                 }
                 each((0..window).step_by(self.every.unwrap_or(1).max(1)).collect())
             }
@@ -206,7 +205,7 @@ impl Reduction {
         ];
         if let Some((key, ..)) = wanted.into_iter().find(|(_, set, kind)| *set && !kinds.contains(kind)) {
             let reason = format!("has no meaning for {}; leave it out", layout.describe());
-            return Err(Error::Reduction { key, value: "..".into(), reason });
+            return Err(Error::reduction(key, "..".into(), reason));
         }
         let axes = kinds.iter().zip(shape).map(|(kind, length)| self.along(*kind, *length));
         let axes = axes.collect::<Result<Vec<_>>>()?;
@@ -240,7 +239,9 @@ impl Reduction {
         parts.extend(self.window.map(|window| format!("the first {window} readings")));
         parts.extend(self.every.filter(|every| *every > 1).map(|every| format!("one reading of {every}")));
         parts.extend(self.pool.filter(|pool| *pool > 1).map(|pool| format!("{pool} × {pool} taxels as one")));
-        let bits = |own: Converter| format!("{} bits from {} to {}", own.bits, own.low, own.high);
+        let bits = |Converter { bits, low, high }: Converter| {
+            format!("{bits} bit{} from {low} to {high}", if bits == 1 { "" } else { "s" })
+        };
         parts.extend(self.converter.map(bits));
         if parts.is_empty() { "everything".into() } else { parts.join("; ") }
     }

@@ -116,7 +116,7 @@ fn what_cannot_be_is_refused_by_key() {
         (Reduction { converter: converter(4, 1.0, 1.0), ..all() }, "converter.low"),
     ] {
         match series(own.clone()) {
-            Error::Reduction { key: found, .. } => assert_eq!(found, key, "{own:?}"),
+            Error::Reduction(found) => assert_eq!(found.key, key, "{own:?}"),
             other => unreachable!("{other}"),
         }
     }

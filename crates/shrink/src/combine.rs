@@ -53,7 +53,7 @@ pub fn together(
         let does = inner.is_some_and(|own| own.suffices(shared.margin));
         if does || alone || attempt == TRIES {
             let records = shared.on_outer(desk, outers, "together", &cuts)?;
-            let outer = shared.beside(outers, false, &[records.clone()])?.pop().flatten();
+            let outer = shared.beside(outers, false, std::slice::from_ref(&records))?.pop().flatten();
             let cuts = cuts.into_iter().cloned().collect();
             let combined = Combined { parts, loosened, inner, outer };
             return Ok(Some(Together { cuts, combined, records }));

@@ -186,8 +186,8 @@ impl Encoding {
 /// A reduction that does not do, by its key.
 pub(super) fn reduction_problem(error: taxel_encodings::Error) -> Problem {
     match error {
-        taxel_encodings::Error::Reduction { key, value, reason } => {
-            Problem::new(format!("reduce.{key}"), value, reason)
+        taxel_encodings::Error::Reduction(own) => {
+            Problem::new(format!("reduce.{}", own.key), own.value, own.reason)
         }
         other => Problem::new("reduce", "{ .. }", other.to_string()),
     }
