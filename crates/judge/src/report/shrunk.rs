@@ -8,7 +8,7 @@ use super::charts::{Chart, curve};
 use super::files::{make, of_chart, of_table, write};
 use super::html::{chart, frame, table};
 use super::names::table as names;
-use super::numbers::{bytes, digits, si, tenth};
+use super::numbers::{bytes, digits, si, tenth, tick};
 use super::tables::{Cell, Column, Table};
 use super::words::slug;
 use crate::error::Result;
@@ -57,8 +57,8 @@ fn body(shrunk: &Shrunk, drawn: &[(Chart, Table)], models: &Table) -> Markup {
                 h2 { "The result" }
                 ul { @for words in &shrunk.words { li { (words) } } }
                 p.reading {
-                    "A setting suffices if it is not significantly worse than the whole at " (digits(shrunk.alpha))
-                    " (corrected for the settings of its curve) and seems to lose no more than " (digits(shrunk.margin))
+                    "A setting suffices if it is not significantly worse than the whole at " (tick(shrunk.alpha))
+                    " (corrected for the settings of its curve) and seems to lose no more than " (tick(shrunk.margin))
                     " points, both on " (shrunk.inner) " inner folds of each training part. The test parts are asked once for each \
                     setting and choose nothing: their numbers are what a user may expect."
                 }
