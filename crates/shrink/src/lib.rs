@@ -11,6 +11,7 @@ mod curves;
 mod desk;
 mod error;
 mod ladder;
+mod options;
 mod plan;
 mod ranking;
 mod sensors;
@@ -19,5 +20,6 @@ mod small;
 
 pub use axis::Axis;
 pub use error::{Error, Result};
+pub use options::Options;
 pub use plan::Estimate;
-pub use shrink::{Finished, Options, shrink};
+pub use shrink::{Finished, shrink};

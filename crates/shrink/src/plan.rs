@@ -9,8 +9,8 @@ use crate::curves::{Outer, Part, Shared, inner_place};
 use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
 use crate::ladder::Ladder;
+use crate::options::Options;
 use crate::ranking::ranking;
-use crate::shrink::Options;
 
 /// Test parts that a quick look uses.
 const QUICK_PARTS: usize = 2;

@@ -16,6 +16,7 @@ use crate::curves::{Outer, Part, SHARE, Shared, curve};
 use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
 use crate::ladder::{Cut, Facts, Ladder, ladder};
+use crate::options::Options;
 use crate::plan::{Estimate, Plan};
 use crate::ranking;
 use crate::sensors::sensors;
@@ -33,42 +34,6 @@ const SPEED: &str = "speed.json";
 const RECORDS: &str = "records";
 /// A quick look trains for so many times fewer epochs.
 const QUICK_EPOCHS: usize = 4;
-
-/// How a run is shrunk.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// What may become less. Default everything.
-    pub axes: Vec<Axis>,
-    /// A loss of accuracy that would matter, in percentage points, (0, 100]. Default 2.
-    pub margin: f64,
-    /// Level of significance over a curve, (0, 1). Default 0.05.
-    pub alpha: f64,
-    /// Inner folds of each training part, 2 to 100. Default 2.
-    pub inner: usize,
-    /// Whether to look at two test parts and a quarter of the epochs only, with few settings. Default false.
-    pub quick: bool,
-    /// Epochs in place of the run's. Default those of the run.
-    pub epochs: Option<usize>,
-    /// Whether the folder may hold finished trainings already, which are not made again. Default false.
-    pub resume: bool,
-    /// Worker threads; results do not depend on them. Default 1.
-    pub threads: usize,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            axes: Axis::ALL.to_vec(),
-            margin: 2.0,
-            alpha: 0.05,
-            inner: 2,
-            quick: false,
-            epochs: None,
-            resume: false,
-            threads: 1,
-        }
-    }
-}
 
 /// What came out.
 pub struct Finished {
