@@ -48,6 +48,13 @@ pub fn knee_words(curve: &Curve, margin: f64) -> String {
         (None, None) => "no evidence".into(),
     };
     let next = next.map_or("; nothing smaller was tried".into(), |next| format!("; {next}"));
+    let evidence = match knee.outer.and_then(|own| own.interval) {
+        // The same question as of a choice: could a loss that matters have been missed?
+        Some([low, _]) if low < -margin => {
+            format!("{evidence}, where a loss of {:.1} could have been missed", -low)
+        }
+        _ => evidence,
+    };
     let doubt = match knee.outer {
         Some(outer) if !outer.suffices(margin) => {
             ". The test parts do not bear out what the inner folds said: take the next larger setting"
@@ -135,6 +142,14 @@ mod tests {
         );
         let all = knee_words(&curve(None, vec![rung(7, -5.0)]), 2.0);
         assert!(all.starts_with("Nothing may go of 28 channels; 7 of 28 channels: lost 5.0"), "{all}");
+    }
+
+    #[test]
+    fn a_knee_says_what_loss_could_have_been_missed() {
+        let mut own = curve(Some(0), vec![rung(7, -0.4)]);
+        own.rungs[0].outer = contrast(-0.4, 9.0);
+        let words = knee_words(&own, 2.0);
+        assert!(words.contains("on the test parts, where a loss of 9.4 could have been missed;"), "{words}");
     }
 
     #[test]
