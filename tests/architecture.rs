@@ -68,6 +68,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("judge", &["data", "faults", "files", "learn"]),
     ("stream", &["data", "encodings", "learn"]),
+    ("shrink", &["data", "files", "judge", "learn", "names", "trainer", "zoo"]),
     ("sweep", &["data", "files", "judge", "learn", "seed", "trainer", "zoo"]),
     (
         "taxel",
@@ -86,6 +87,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "runtime",
             "scenes",
             "stream",
+            "shrink",
             "sweep",
             "trainer",
             "zoo",

@@ -10,7 +10,7 @@
 //! None: nothing is published.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result, at_least};
+use taxel_graph::{Architecture, Conv, Error, Flow, Graph, Network, Pool, Result, at_least};
 
 /// Name and dilation of the residual blocks; both convolutions of a block have it.
 const BLOCKS: [(&str, usize); 2] = [("block1", 1), ("block2", 2)];
@@ -31,28 +31,34 @@ pub struct DilatedResNetConfig {
     pub length: usize,
     /// Channels of all convolutions, at least 1.
     pub width: usize,
+    /// Residual blocks, 1 or 2: the first has dilation 1, the second 2.
+    pub blocks: usize,
 }
 
 impl Default for DilatedResNetConfig {
     /// For the quantile code of five sensors with 50 samples in time.
     fn default() -> Self {
-        DilatedResNetConfig { classes: 3, in_channels: 500, length: 25, width: 64 }
+        DilatedResNetConfig { classes: 3, in_channels: 500, length: 25, width: 64, blocks: BLOCKS.len() }
     }
 }
 
 impl Architecture for DilatedResNetConfig {
     fn graph(&self) -> Result<Graph> {
-        let DilatedResNetConfig { classes, in_channels, length, width } = *self;
+        let DilatedResNetConfig { classes, in_channels, length, width, blocks } = *self;
         at_least(&[
             ("classes", classes, 2),
             ("in_channels", in_channels, 1),
             ("length", length, 1),
             ("width", width, 1),
+            ("blocks", blocks, 1),
         ])?;
+        if blocks > BLOCKS.len() {
+            return Err(Error::config("blocks", blocks, "must be 1 or 2"));
+        }
         let net = Network::new("dilated-resnet-1d");
         let signal = net.input("signal", &[in_channels, length]);
         let mut x = signal.conv_bn_relu("stem", Conv::new(width, 1).no_bias()).dropout(DROPPED[0]);
-        for (name, dilation) in BLOCKS {
+        for (name, dilation) in BLOCKS.into_iter().take(blocks) {
             x = block(&x, name, width, dilation);
         }
         let largest = x.max_pool(Pool::new(length)).flatten();

@@ -74,6 +74,9 @@ pub enum Error {
         /// The values that work.
         expected: &'static str,
     },
+    /// A reduction that is none, or has no meaning for the samples.
+    #[error(transparent)]
+    Reduction(Box<RefusedReduction>),
     /// No layout has this name.
     #[error("there is no layout `{name}`; {hint}")]
     Layout {
@@ -114,7 +117,23 @@ pub enum Error {
     },
 }
 
+/// A value of a reduction that does not do.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{key} = {value}: {reason}")]
+pub struct RefusedReduction {
+    /// Its key.
+    pub key: &'static str,
+    /// The value given.
+    pub value: String,
+    /// What would do.
+    pub reason: String,
+}
+
 impl Error {
+    pub(crate) fn reduction(key: &'static str, value: String, reason: impl Into<String>) -> Self {
+        Self::Reduction(Box::new(RefusedReduction { key, value, reason: reason.into() }))
+    }
+
     /// Says which sample of a batch the error is about.
     pub(crate) fn in_sample(self, sample: usize) -> Self {
         match self {
@@ -122,7 +141,7 @@ impl Error {
                 Self::NonFinite { place: format!("{place} of sample {sample}"), value }
             }
             // A wrong setting is wrong for every sample.
-            Self::Range { .. } | Self::Size { .. } | Self::Parameter { .. } => self,
+            Self::Range { .. } | Self::Size { .. } | Self::Parameter { .. } | Self::Reduction(_) => self,
             other => Self::Sample { sample, error: Box::new(other) },
         }
     }

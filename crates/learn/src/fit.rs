@@ -75,6 +75,7 @@ impl Fit<'_> {
                     units: self.protocol.inseparable(dataset)?,
                     inputs: &inputs,
                     fold: &fold,
+                    teacher: None,
                 };
                 let mut saver = match &self.session {
                     Some(path) => Saver::new(path.clone(), &self.options),

@@ -15,6 +15,7 @@ use crate::objective::Objective;
 use crate::part::Part;
 use crate::recipe::{BatchNorm, Recipe};
 use crate::responder::Responder;
+use crate::teacher::Teacher;
 
 /// Test samples that are gathered at a time.
 const AT_ONCE: usize = 64;
@@ -36,6 +37,7 @@ pub(crate) struct Learner<'d> {
     pub engine: Engine,
     graph: &'d Graph,
     threads: usize,
+    teacher: Option<&'d Teacher>,
     feed: Feed<'d>,
 }
 
@@ -48,6 +50,8 @@ pub(crate) struct Task<'t> {
     pub part: Part,
     /// Worker threads; results do not depend on them.
     pub threads: usize,
+    /// Whose answers it learns from beside the labels.
+    pub teacher: Option<&'t Teacher>,
 }
 
 impl<'d> Learner<'d> {
@@ -83,6 +87,7 @@ impl<'d> Learner<'d> {
             part,
             graph,
             threads: task.threads,
+            teacher: task.teacher,
             dropout: taxel_seed::rng(part.seed, &purpose).random(),
             recipe: recipe.clone(),
             labels,
@@ -119,8 +124,10 @@ impl<'d> Learner<'d> {
             correct += self.objective.correct(logits, &labels);
             seen += labels.len();
             let engine = &mut self.engine;
-            let loss =
-                self.objective.backward(&labels, |loss, targets| engine.backward_with(loss, targets))?;
+            let taught = self.teacher.map(|teacher| (teacher, rows));
+            let loss = self
+                .objective
+                .backward(&labels, taught, |loss, targets| engine.backward_with(loss, targets))?;
             if !loss.is_finite() {
                 return Err(self.diverged(epoch, number, loss, lr));
             }

@@ -57,6 +57,7 @@ pub mod metrics;
 mod model;
 mod numbers;
 mod objective;
+mod one_fold;
 mod optimizer;
 mod options;
 mod part;
@@ -77,12 +78,13 @@ mod sensor;
 mod session;
 mod table;
 mod table_latency;
+mod teacher;
 mod tensorboard;
 mod training;
 
 pub use candidate::{Candidate, Estimator, Hardening, Published, Trainable, Twin, file_name};
 pub use cross_validation::CrossValidation;
-pub use encoding::{Compiled, Encoder, Encoding, Transform, fitted_guard, mended};
+pub use encoding::{Compiled, Converter, Encoder, Encoding, Reduction, Transform, fitted_guard, mended};
 pub use environment::{Environment, cores, program};
 pub use epoch::Epoch;
 pub use error::{Error, Result};
@@ -97,6 +99,7 @@ pub use model::{
     TrainedOn, TrainingPart, Workspace,
 };
 pub use numbers::thousands;
+pub use one_fold::{OneFold, Tested, inner_folds};
 pub use optimizer::{Decay, Moments, Optimizer};
 pub use options::{RunOptions, threads};
 pub use part::shuffled;
@@ -114,3 +117,4 @@ pub use sensor::{SensorFacts, sensor};
 pub use session::forget;
 pub use table::Table;
 pub use taxel_guard as guard;
+pub use teacher::Teacher;

@@ -5,6 +5,7 @@ use taxel_graph::{Loss, Targets};
 
 use crate::metrics::{Levels, softmax};
 use crate::recipe::{ClassWeights, Recipe};
+use crate::teacher::Teacher;
 
 /// How far above the loss of outputs that are all 0 (equal shares for every class) a training has diverged. A
 /// network that learns nothing stays near 1, one that guesses too boldly below 3.
@@ -43,15 +44,24 @@ impl Objective {
         }
     }
 
-    /// Loss of a batch's labels, and the gradients, by `backward`.
-    pub fn backward<T>(&self, labels: &[u32], backward: impl FnOnce(Loss, Targets) -> T) -> T {
+    /// Loss of a batch's labels, and the gradients, by `backward`. Of a batch that is `taught` the answers of the
+    /// teacher to its rows are part of the targets.
+    pub fn backward<T>(
+        &self,
+        labels: &[u32],
+        taught: Option<(&Teacher, &[usize])>,
+        backward: impl FnOnce(Loss, Targets) -> T,
+    ) -> T {
         let soft = self.smoothing > 0.0 || self.weights.is_some();
-        if self.loss == Loss::SoftmaxCrossEntropy && !soft {
+        if self.loss == Loss::SoftmaxCrossEntropy && !soft && taught.is_none() {
             return backward(self.loss, Targets::Labels(labels));
         }
         let mut targets = self.levels.targets(labels);
         if soft {
             self.soften(labels, &mut targets);
+        }
+        if let Some((teacher, rows)) = taught {
+            teacher.teach(rows, &mut targets);
         }
         backward(self.loss, Targets::Values(&targets))
     }
@@ -163,7 +173,8 @@ mod tests {
         let options = Options { batch: n, ..Options::default() };
         let mut engine = Engine::new(&graph, &weights, options).unwrap();
         engine.forward(&[logits], n, Mode::Train).unwrap();
-        let loss = objective.backward(labels, |loss, targets| engine.backward_with(loss, targets)).unwrap();
+        let loss =
+            objective.backward(labels, None, |loss, targets| engine.backward_with(loss, targets)).unwrap();
         (loss, engine.gradients().get("fc.bias").unwrap().data.clone())
     }
 

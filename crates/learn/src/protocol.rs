@@ -148,6 +148,22 @@ impl Protocol {
         }
     }
 
+    /// Cross-validation within the training part `rows` of one of its own folds.
+    ///
+    /// # Errors
+    /// Groups that are not there, or a training part of a single one.
+    pub(crate) fn inner(&self, folds: usize, dataset: &Dataset, rows: &[usize]) -> Result<Self> {
+        let grouped = matches!(self, Protocol::LeaveGroupOut { .. }) || self.split() == Split::Group;
+        let (mut split, mut folds) = (Split::Stratified, folds);
+        if let (true, Some(groups)) = (grouped, self.inseparable(dataset)?) {
+            let own: std::collections::BTreeSet<u32> = rows.iter().map(|&row| groups[row]).collect();
+            let reason = "leaves one group to train on, which has no inner folds; use more folds";
+            require(own.len() > 1, "protocol.folds", own.len(), reason)?;
+            (split, folds) = (Split::Group, folds.min(own.len()));
+        }
+        Ok(Protocol::KFold { folds, split, repetitions: 1 })
+    }
+
     /// # Errors
     /// A value outside its range.
     pub fn check(&self) -> Check {

@@ -3,6 +3,7 @@
 //! Everything here except [`Timing`] is a function of settings and data alone: equal runs write equal bytes.
 
 use serde::{Deserialize, Serialize};
+use taxel_data::{Dataset, Fold};
 use taxel_graph::{Cost, Graph, Weights};
 
 use crate::epoch::Epoch;
@@ -127,6 +128,34 @@ pub struct FoldRecord {
 }
 
 impl FoldRecord {
+    /// Answers to the test part of a fold, and nothing else yet.
+    pub(crate) fn of(
+        key: &FoldKey,
+        dataset: &Dataset,
+        fold: &Fold,
+        probabilities: Vec<f32>,
+        test_loss: f64,
+    ) -> Self {
+        FoldRecord {
+            key: key.clone(),
+            data: Some(dataset.digest.clone()),
+            model: None,
+            train_samples: fold.train.len(),
+            index: fold.test.clone(),
+            truth: dataset.labels.of(&fold.test),
+            predicted: Levels::new(&dataset.labels.sizes()).predicted(&probabilities),
+            probabilities,
+            test_loss,
+            diverged: false,
+            chosen: None,
+            best_epoch: None,
+            costs: None,
+            changes: vec![],
+            other_statistics: None,
+            epochs: vec![],
+        }
+    }
+
     /// Counts `[true][predicted]` of each attribute.
     ///
     /// # Errors

@@ -210,6 +210,7 @@ impl<'a> Run<'a> {
             units: protocol.inseparable(dataset)?,
             inputs: &inputs,
             fold,
+            teacher: None,
         };
         let weight = work_per_sample(&network.graph);
         let mut tick = |samples: usize| progress.step(weight * samples as u64);
@@ -323,25 +324,8 @@ impl<'a> Run<'a> {
         probabilities: Vec<f32>,
         test_loss: f64,
     ) -> FoldRecord {
-        let fold = self.fold(key);
-        FoldRecord {
-            key: key.clone(),
-            data: Some(self.plan.dataset.digest.clone()),
-            model,
-            train_samples: fold.train.len(),
-            index: fold.test.clone(),
-            truth: self.plan.dataset.labels.of(&fold.test),
-            predicted: self.plan.frame.levels.predicted(&probabilities),
-            probabilities,
-            test_loss,
-            diverged: false,
-            chosen: None,
-            best_epoch: None,
-            costs: None,
-            changes: vec![],
-            other_statistics: None,
-            epochs: vec![],
-        }
+        let record = FoldRecord::of(key, self.plan.dataset, self.fold(key), probabilities, test_loss);
+        FoldRecord { model, ..record }
     }
 
     fn keep(&mut self, record: FoldRecord, timing: Timing) -> Result<()> {

@@ -18,6 +18,7 @@ use crate::recipe::{BatchNorm, Recipe};
 use crate::records::OtherStatistics;
 use crate::search::{Chosen, Trial};
 use crate::session::{Best, Session};
+use crate::teacher::Teacher;
 
 /// One network on one fold.
 pub(crate) struct Training<'a> {
@@ -37,6 +38,8 @@ pub(crate) struct Training<'a> {
     pub inputs: &'a [Input],
     /// Which samples are for what.
     pub fold: &'a Fold,
+    /// Whose answers it learns from beside the labels.
+    pub teacher: Option<&'a Teacher>,
 }
 
 /// A trained network and what it says about the test samples.
@@ -101,11 +104,14 @@ impl Training<'_> {
         let Trainable { graph, recipe, search, start } = self.network;
         let Part { seed, repetition, fold } = self.part;
         let transforms: Vec<_> = self.inputs.iter().map(|input| (input.name, &input.transform)).collect();
-        let own = serde_json::json!({
+        let mut own = serde_json::json!({
             "graph": graph, "recipe": recipe, "search": search, "start": start.as_deref().map(digest),
             "part": [seed, repetition as u64, fold as u64], "inputs": transforms,
             "data": self.dataset.digest, "rows": [&self.fold.train, &self.fold.validation],
         });
+        if let Some(teacher) = self.teacher {
+            own["teacher"] = teacher.digest().into();
+        }
         blake3::hash(own.to_string().as_bytes()).to_hex().to_string()
     }
 
@@ -257,6 +263,7 @@ impl Training<'_> {
             start: self.network.start.as_deref(),
             part: self.part,
             threads: self.threads,
+            teacher: self.teacher,
         };
         let largest = self.fold.test.len().max(self.fold.validation.len());
         let mut learner = Learner::new(&task, recipe, self.dataset, self.inputs, rows, largest)?;

@@ -267,3 +267,46 @@ fn baselines_read_channels_and_time_of_every_layout() {
     assert_eq!(shape(Layout::Sequence, &[8, 4, 5, 7]), [35, 4]);
     assert_eq!(shape(Layout::Fingers, &[8, 2, 23, 9]), [46, 9]);
 }
+
+#[test]
+fn less_of_a_sample_is_the_first_thing_that_an_encoding_does() {
+    let ladder = ladder();
+    let train = [0, 1, 2, 3];
+    let reduce = json!({ "channels": [1], "window": 2 });
+    let own = json!({ "reduce": reduce, "signal": { "scale": "z-score" } });
+    let less = &inputs(own, &ladder, &[SIGNAL], &train).unwrap()[0];
+    assert_eq!(less.encoded.shape(), [1, 2]);
+    let Transform::Reduced { reduction, then, .. } = &less.transform else { panic!() };
+    assert_eq!((reduction.channels.as_deref(), reduction.window), (Some(&[1][..]), Some(2)));
+    let Transform::Signal(Scaling::ZScore { mean, .. }) = &**then else { panic!() };
+    assert_eq!(mean.len(), 1, "fitted on what is left");
+    // Baselines read no more.
+    let series = &inputs(json!({ "reduce": reduce }), &ladder, &[SERIES], &train).unwrap()[0];
+    assert_eq!(series.encoded.shape(), [1, 2]);
+    let again = less.transform.apply(&ladder.x, "ladder").unwrap();
+    assert_eq!(again.iter().take(2).copied().collect::<Vec<_>>(), less.encoded.sample(0));
+}
+
+#[test]
+fn a_reduction_that_does_not_fit_is_refused_by_its_key() {
+    let ladder = ladder();
+    let refused = |reduce: Value| {
+        let error = inputs(json!({ "reduce": reduce }), &ladder, &[SIGNAL], &[0, 1]).unwrap_err();
+        error.to_string()
+    };
+    assert!(
+        refused(json!({ "channels": [9] })).starts_with("encoding.reduce.channels = [9]: must be below 2")
+    );
+    assert!(
+        refused(json!({ "pool": 2 })).starts_with("encoding.reduce.pool = ..: has no meaning for a series")
+    );
+    let of = |value: Value| {
+        let own: Encoding = serde_json::from_value(value).unwrap();
+        own.check().unwrap_err().to_string()
+    };
+    assert!(of(json!({ "reduce": { "every": 0 } })).starts_with("reduce.every = 0: must be 1 or more"));
+    let guarded = of(json!({ "guard": true, "reduce": { "every": 2 } }));
+    assert!(guarded.starts_with("guard = true: looks at channels"), "{guarded}");
+    // What reads everything is written as before.
+    assert!(serde_json::to_value(encoding(json!({}))).unwrap().get("reduce").is_none());
+}

@@ -230,7 +230,9 @@ impl Decider {
 fn numatac(transform: &Transform) -> Option<NumaTac> {
     match transform {
         Transform::Numatac { numatac, .. } => Some(*numatac),
-        Transform::Series { then, .. } | Transform::Baseline { then, .. } => numatac(then),
+        Transform::Series { then, .. }
+        | Transform::Baseline { then, .. }
+        | Transform::Reduced { then, .. } => numatac(then),
         _ => None,
     }
 }

@@ -180,6 +180,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
         Transform::QuantileCode(_)
         | Transform::Field(_)
         | Transform::Picture { .. }
+        | Transform::Reduced { .. }
         | Transform::Numatac { .. } => return None,
     }
     Some(())
@@ -205,6 +206,7 @@ fn words(transform: &Transform) -> &'static str {
         Transform::Numatac { .. } => "the NumaTac series from contact on, scaled (encoding.image)",
         Transform::Tensor { .. } => "frames resampled, then scaled (encoding.tensor)",
         Transform::Baseline { then, .. } | Transform::Series { then, .. } => words(then),
+        Transform::Reduced { .. } => "what encoding.reduce leaves of the readings, encoded",
         Transform::Signal(_) | Transform::Image(_) | Transform::Rows(_) => "the readings, scaled",
     }
 }

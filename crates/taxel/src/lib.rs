@@ -70,6 +70,7 @@
 //! | run a config | [`experiment`] |
 //! | judge a run | [`judge`] |
 //! | answer a stream of readings | [`stream`] |
+//! | find how few sensors, readings and bits suffice | [`shrink`] |
 //! | run many configs on many machines | [`sweep`] |
 
 mod error;
@@ -116,6 +117,9 @@ pub use taxel_runtime as runtime;
 /// Simulated worlds.
 #[cfg(feature = "lab")]
 pub use taxel_scenes as scenes;
+/// How few sensors, readings and bits suffice.
+#[cfg(feature = "lab")]
+pub use taxel_shrink as shrink;
 /// Models on streams of readings.
 pub use taxel_stream as stream;
 /// Many experiments on many machines.

@@ -45,6 +45,8 @@ enum Command {
     #[cfg(feature = "lab")]
     Choose(commands::choose::Choose),
     #[cfg(feature = "lab")]
+    Shrink(commands::shrink::Shrink),
+    #[cfg(feature = "lab")]
     Fit(commands::fit::Fit),
     #[cfg(feature = "lab")]
     Quantize(commands::quantize::Quantize),
@@ -95,6 +97,8 @@ fn command() -> Outcome {
         Command::Stress(command) => command.run(),
         #[cfg(feature = "lab")]
         Command::Choose(command) => command.run(),
+        #[cfg(feature = "lab")]
+        Command::Shrink(command) => command.run(),
         #[cfg(feature = "lab")]
         Command::Fit(command) => command.run(),
         #[cfg(feature = "lab")]

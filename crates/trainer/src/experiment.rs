@@ -34,8 +34,8 @@ pub struct Overrides {
 /// A checked config that remembers where its values were written.
 #[derive(Debug, Clone)]
 pub struct Experiment {
-    config: Config,
-    places: Places,
+    pub(crate) config: Config,
+    pub(crate) places: Places,
     quick: bool,
 }
 

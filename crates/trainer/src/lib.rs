@@ -19,6 +19,7 @@
 //! # Ok::<(), taxel_trainer::Error>(())
 //! ```
 
+mod alone;
 mod config;
 mod data;
 mod error;
@@ -31,11 +32,12 @@ mod read;
 mod run;
 mod samples;
 
+pub use alone::Alone;
 pub use config::{Baseline, Choose, Config};
 pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin};
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};
 pub use network::Network;
 pub use network_file::read_network;
-pub use run::{Runner, open, run};
+pub use run::{Runner, open, prepared, run};
 pub use samples::simulate;

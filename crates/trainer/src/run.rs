@@ -73,6 +73,23 @@ pub fn open(folder: &RunFolder, registry: &Registry) -> Result<(Experiment, Data
     Ok((experiment, dataset))
 }
 
+/// One network or baseline of an experiment, sized by its samples, and what makes its inputs of them.
+///
+/// # Errors
+/// No such network, data that cannot be encoded, or that the network does not take.
+pub fn prepared<'d>(
+    experiment: &Experiment,
+    registry: &Registry,
+    dataset: &'d Dataset,
+    name: &str,
+) -> Result<(Candidate, Encoder<'d>)> {
+    dataset.refuse_one_class()?;
+    let mut encoder = Encoder::new(&experiment.config().encoding, dataset);
+    let candidate = Runner { experiment, registry, dataset }.candidate(name, &mut encoder)?;
+    encoder.prepare(&candidate.inputs()).map_err(|error| experiment.located(error))?;
+    Ok((candidate, encoder))
+}
+
 impl Runner<'_> {
     /// As [`run()`], on samples that are loaded already.
     ///

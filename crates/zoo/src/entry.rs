@@ -75,6 +75,7 @@ pub struct Entry {
     /// What it reads.
     pub inputs: Vec<Input>,
     build: Arc<Build>,
+    own: Settings,
 }
 
 impl fmt::Debug for Entry {
@@ -98,6 +99,7 @@ impl Entry {
             paper: paper.into(),
             inputs: inputs.into(),
             build: Arc::new(build),
+            own: Settings::new(),
         }
     }
 
@@ -106,11 +108,22 @@ impl Entry {
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
     {
-        Entry::new(name, family, paper, inputs, move |settings| {
+        let values = serde_json::to_value(&own).ok().and_then(|value| value.as_object().cloned());
+        let entry = Entry::new(name, family, paper, inputs, move |settings| {
             let mut merged: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
             merged.extend(settings.clone());
             Ok(own.with(serde_json::from_value(Value::Object(merged))?).graph()?)
-        })
+        });
+        Entry { own: values.unwrap_or_default(), ..entry }
+    }
+
+    /// A whole number among its own settings, such as a width, that does not come from the data: what it is where
+    /// nothing else is said.
+    pub fn number(&self, key: &str) -> Option<usize> {
+        let is_size =
+            self.inputs.iter().flat_map(|input| &input.keys).any(|own| own == key) || key == "classes";
+        let value = self.own.get(key).filter(|_| !is_size)?.as_u64()?;
+        usize::try_from(value).ok()
     }
 
     /// The network with `settings` in place of the paper's values.

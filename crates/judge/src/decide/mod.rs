@@ -8,6 +8,8 @@ mod comparison;
 mod eight_bits;
 mod hardening;
 mod p_value;
+mod shrinking;
+mod shrunk_words;
 pub mod statistics;
 
 #[cfg(test)]
@@ -21,3 +23,5 @@ pub use claims::claims;
 pub(crate) use comparison::Comparison;
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
+pub use shrinking::{accuracy, contrasts, knee};
+pub use shrunk_words::{knee_words, shrunk_words};

@@ -20,7 +20,7 @@ const LEAST: usize = 5;
 ///
 /// # Errors
 /// What the model refuses.
-pub(super) fn speed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f64) -> Result<Speed> {
+pub fn speed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f64) -> Result<Speed> {
     alone(|| timed(model, dataset, rows, budget))
 }
 

@@ -19,6 +19,7 @@ mod pictures;
 mod ranked;
 #[expect(clippy::module_inception, reason = "the report of one run beside the overview of several")]
 mod report;
+mod shrunk;
 mod survey;
 mod sweep;
 mod tables;
@@ -29,5 +30,6 @@ mod words;
 
 pub use overview::{Entry, overview};
 pub use report::{Report, Summary, report};
+pub use shrunk::shrunk_page;
 pub use survey::survey_page;
 pub use sweep::sweep_page;

@@ -31,6 +31,7 @@ pub(super) mod table {
     pub const PUBLISHED: &str = "published";
     pub const RANKS: &str = "ranks";
     pub const SETTINGS: &str = "settings";
+    pub const SMALL: &str = "models";
     pub const SPEED: &str = "speed";
     pub const TRAINING: &str = "training";
     pub const UNMET: &str = "unmet-faults";

@@ -9,6 +9,7 @@ mod eight_bits;
 mod example;
 mod hardening;
 mod judgement;
+mod shrunk;
 mod speed;
 mod stress;
 mod survey;
@@ -22,6 +23,7 @@ pub use eight_bits::{Changed, EightBits};
 pub use example::{Example, Picture, PictureKind, Verdict};
 pub use hardening::{Change, Hardened, Unmet};
 pub use judgement::{EpochPoint, Judged, Judgement};
+pub use shrunk::{Combined, Contrast, Curve, Rung, Shrunk, Small, SmallSpeed};
 pub use speed::Speed;
 pub use stress::{
     Alarms, FaultCurve, FaultInfo, FoldLoss, NetworkStress, OtherWay, Score, SensorRange, Stress,

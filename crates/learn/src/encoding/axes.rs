@@ -1,7 +1,7 @@
 //! The axes that each input takes, and what is said of others.
 
 use ndarray::{ArrayD, Axis};
-use taxel_encodings::Layout;
+use taxel_encodings::{Layout, Reduction};
 
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use crate::error::{Error, Result};
@@ -76,4 +76,24 @@ pub(super) fn less_baseline(mut x: ArrayD<f32>, readings: usize, source: &str) -
         series.mapv_inplace(|v| v - mean);
     }
     Ok(x)
+}
+
+/// What a reduction leaves of samples `[N, ..]` of a layout.
+///
+/// # Errors
+/// A reduction without a meaning for such samples.
+pub(super) fn reduced(
+    x: &ArrayD<f32>,
+    layout: Layout,
+    reduction: &Reduction,
+) -> taxel_encodings::Result<ArrayD<f32>> {
+    let plan = reduction.plan(layout, x.shape().get(1..).unwrap_or_default())?;
+    let mut left = ArrayD::zeros([&[x.len_of(Axis(0))], plan.shape()].concat());
+    for (sample, mut to) in x.outer_iter().zip(left.outer_iter_mut()) {
+        let sample = sample.as_standard_layout();
+        if let (Some(sample), Some(to)) = (sample.as_slice(), to.as_slice_mut()) {
+            plan.apply(sample, to)?;
+        }
+    }
+    Ok(left)
 }

@@ -1,7 +1,9 @@
 //! A transform for readings of one shape: one raw reading to one input, without allocating.
 
 use ndarray::ArrayD;
-use taxel_encodings::{CodePlan, Frame, ImagePlan, Layout, NumaTac, ResizePlan, Scaling, TactileTensor};
+use taxel_encodings::{
+    CodePlan, Frame, ImagePlan, Layout, NumaTac, ReductionPlan, ResizePlan, Scaling, TactileTensor,
+};
 
 use super::axes::{refused, wrong_axes};
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
@@ -31,6 +33,7 @@ struct Stage {
 
 #[derive(Debug, Clone)]
 enum Work {
+    Reduce(Box<ReductionPlan>),
     /// Takes the mean of the first readings off each row of this length.
     Baseline {
         readings: usize,
@@ -162,6 +165,12 @@ impl Compiled {
                 let shape = self.push(work, vec![channels, length]);
                 self.add(then, &shape)
             }
+            (Transform::Reduced { layout, reduction, then }, shape) => {
+                let plan = reduction.plan(*layout, shape).map_err(refuse)?;
+                let left = plan.shape().to_vec();
+                let left = self.push(Work::Reduce(Box::new(plan)), left);
+                self.add(then, &left)
+            }
             (Transform::Baseline { .. }, _) => {
                 let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
                 Err(Error::Axes { source_label: source, input: SIGNAL, shape: shape.to_vec(), reason })
@@ -219,6 +228,7 @@ fn scale(scaling: &Scaling, channels: usize) -> Work {
 impl Work {
     fn run(&mut self, from: &[f32], to: &mut [f32]) -> taxel_encodings::Result<()> {
         match self {
+            Work::Reduce(plan) => plan.apply(from, to)?,
             Work::Baseline { readings, length } => {
                 for (from, to) in from.chunks_exact(*length).zip(to.chunks_exact_mut(*length)) {
                     let sum: f64 = from.iter().take(*readings).map(|&v| f64::from(v)).sum();

@@ -13,7 +13,7 @@ use taxel_guard::Guard;
 use super::guarding::{fitted_guard, mended};
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use super::scale::{Scale, Scaled};
-use super::settings::{Encoding, Field, Image, Picture, SqueezeFrame};
+use super::settings::{Encoding, Field, Image, Picture, SqueezeFrame, reduction_problem};
 use super::signal::{Code, Signal};
 use super::transform::Transform;
 
@@ -191,7 +191,21 @@ impl<'a> Encoder<'a> {
         }
     }
 
+    /// The transform of what the encoding leaves of a sample.
+    fn reduced(&self, then: Transform) -> Result<Transform> {
+        let (reduction, reading) = (&self.encoding.reduce, &self.dataset.reading);
+        if reduction.is_whole() {
+            return Ok(then);
+        }
+        reduction
+            .plan(reading.layout, &reading.shape)
+            .map_err(|error| reduction_problem(error).below("encoding"))?;
+        let (layout, reduction) = (reading.layout, reduction.clone());
+        Ok(Transform::Reduced { layout, reduction, then: Box::new(then) })
+    }
+
     fn encode_now(&mut self, name: &'static str, transform: Transform) -> Result<()> {
+        let transform = self.reduced(transform)?;
         let start = Instant::now();
         let x = transform.apply(&self.dataset.x, &self.source)?;
         self.plans.push(Plan::Done(Input::new(name, transform, x, start)));
@@ -199,6 +213,7 @@ impl<'a> Encoder<'a> {
     }
 
     fn fit_later(&mut self, name: &'static str, transform: Transform) -> Result<()> {
+        let transform = self.reduced(transform)?;
         let x = transform.shape(&self.dataset.x, &self.source)?;
         self.plans.push(Plan::Fit { name, transform, x });
         Ok(())

@@ -23,4 +23,5 @@ pub use range::Range;
 pub use scale::{Scale, Scaled};
 pub use settings::{Bits, Encoding, Field, Image, Picture, SqueezeFrame, Tensor};
 pub use signal::{Code, Signal};
+pub use taxel_encodings::{Converter, Reduction};
 pub use transform::Transform;

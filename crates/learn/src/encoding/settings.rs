@@ -1,12 +1,12 @@
 //! What an encoding is asked to do; nothing of it is fitted.
 
 use serde::{Deserialize, Serialize};
-use taxel_encodings::{Colormap, Constant, Frame, Layout};
+use taxel_encodings::{Colormap, Constant, Frame, Layout, Reduction};
 
 use super::range::Range;
 use super::scale::{Scale, Scaled, no_colours};
 use super::signal::Signal;
-use crate::problem::{Check, require, within};
+use crate::problem::{Check, Problem, require, within};
 
 /// How samples become the inputs of networks.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -16,6 +16,11 @@ pub struct Encoding {
     /// alike. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<usize>,
+    /// What is left of each raw sample before anything is made of it, for networks and baselines alike: as a sensor with
+    /// fewer channels or taxels, that reads less often, for a shorter time or with fewer bits, would have read it. Models
+    /// take whole recordings and leave aside what they do not need. Default everything.
+    #[serde(skip_serializing_if = "Reduction::is_whole")]
+    pub reduce: Reduction,
     /// `signal` [N, C, T] or [N, rows, steps], for 1D networks and the flattened MLP.
     pub signal: Signal,
     /// `image` [N, C, H, W], for 2D networks; no image without it.
@@ -148,6 +153,12 @@ impl Encoding {
         if let Some(readings) = self.baseline {
             within("baseline", readings, 1, 1_000_000)?;
         }
+        if let Err(error) = self.reduce.check() {
+            return Err(reduction_problem(error));
+        }
+        let reason =
+            "looks at channels and taxels that encoding.reduce does not read; leave one of the two out";
+        require(!self.guard || self.reduce.is_whole(), "guard", "true", reason)?;
         self.signal.check().map_err(|problem| problem.below("signal"))?;
         if let Some(tensor) = self.tensor {
             within("tensor.frames", tensor.frames.unwrap_or(1), 1, 4096)?;
@@ -169,6 +180,16 @@ impl Encoding {
             (Image::Raw(_), [_, _]) => Some(Layout::Image),
             _ => None,
         }
+    }
+}
+
+/// A reduction that does not do, by its key.
+pub(super) fn reduction_problem(error: taxel_encodings::Error) -> Problem {
+    match error {
+        taxel_encodings::Error::Reduction(own) => {
+            Problem::new(format!("reduce.{}", own.key), own.value, own.reason)
+        }
+        other => Problem::new("reduce", "{ .. }", other.to_string()),
     }
 }
 

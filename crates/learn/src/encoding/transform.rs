@@ -4,10 +4,11 @@ use ndarray::{ArrayD, ArrayViewD, Axis, Ix3, Ix4};
 use serde::{Deserialize, Serialize};
 use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{
-    Frame, HardnessImage, Layout, NumaTac, QuantileCode, Resize, Scaling, TactileTensor, red_channel,
+    Frame, HardnessImage, Layout, NumaTac, QuantileCode, Reduction, Resize, Scaling, TactileTensor,
+    red_channel,
 };
 
-use super::axes::{image_axes, less_baseline, refused, series, signal_axes, wrong_axes};
+use super::axes::{image_axes, less_baseline, reduced, refused, series, signal_axes, wrong_axes};
 use super::names::{IMAGE, SIGNAL, TENSOR};
 use crate::error::Result;
 
@@ -64,6 +65,15 @@ pub enum Transform {
         /// What follows.
         then: Box<Transform>,
     },
+    /// Less of a raw sample of any layout, and then something else.
+    Reduced {
+        /// What the axes of a sample are.
+        layout: Layout,
+        /// What is left of it.
+        reduction: Reduction,
+        /// What follows.
+        then: Box<Transform>,
+    },
 }
 
 impl Transform {
@@ -81,7 +91,9 @@ impl Transform {
             Transform::Image(scaling)
             | Transform::Picture { scaling, .. }
             | Transform::Tensor { scaling, .. } => scaling,
-            Transform::Baseline { then, .. } | Transform::Series { then, .. } => return then.rest(),
+            Transform::Baseline { then, .. }
+            | Transform::Series { then, .. }
+            | Transform::Reduced { then, .. } => return then.rest(),
             Transform::Signal(_)
             | Transform::QuantileCode(_)
             | Transform::Field(_)
@@ -98,7 +110,11 @@ impl Transform {
 
     /// Whether every sample is scaled by its own range: twice the readings give the same input.
     pub fn is_blind_to_amplitude(&self) -> bool {
-        matches!(self, Transform::Field(field) if field.gaf.range == taxel_encodings::Range::PerSample)
+        match self {
+            Transform::Field(field) => field.gaf.range == taxel_encodings::Range::PerSample,
+            Transform::Reduced { then, .. } => then.is_blind_to_amplitude(),
+            _ => false,
+        }
     }
 
     /// The last axes of what it makes of any sample; empty where those are the sample's own.
@@ -108,7 +124,9 @@ impl Transform {
             Transform::Picture { resize: Some(resize), .. } => vec![resize.height, resize.width],
             Transform::Tensor { tensor: TactileTensor { frames: Some(frames) }, .. } => vec![*frames],
             Transform::Numatac { numatac, .. } => vec![numatac.window],
-            Transform::Series { then, .. } | Transform::Baseline { then, .. } => then.sizes(),
+            Transform::Series { then, .. }
+            | Transform::Baseline { then, .. }
+            | Transform::Reduced { then, .. } => then.sizes(),
             _ => vec![],
         }
     }
@@ -117,9 +135,12 @@ impl Transform {
     pub(super) fn scaled_shape(&self, shape: &[usize]) -> Vec<usize> {
         match (self, shape) {
             (Transform::QuantileCode(code), &[channels, length]) => code.shape(channels, length).to_vec(),
-            (Transform::Series { then, .. } | Transform::Baseline { then, .. }, shape) => {
-                then.scaled_shape(shape)
-            }
+            (
+                Transform::Series { then, .. }
+                | Transform::Baseline { then, .. }
+                | Transform::Reduced { then, .. },
+                shape,
+            ) => then.scaled_shape(shape),
             _ => shape.to_vec(),
         }
     }
@@ -129,8 +150,18 @@ impl Transform {
         match self {
             Transform::Signal(_) | Transform::QuantileCode(_) => SIGNAL,
             Transform::Tensor { .. } => TENSOR,
-            Transform::Baseline { then, .. } | Transform::Series { then, .. } => then.input(),
+            Transform::Baseline { then, .. }
+            | Transform::Series { then, .. }
+            | Transform::Reduced { then, .. } => then.input(),
             _ => IMAGE,
+        }
+    }
+
+    /// What is left of a raw sample before anything is made of it; none where all of it is read.
+    pub fn reduction(&self) -> Option<&Reduction> {
+        match self {
+            Transform::Reduced { reduction, .. } => Some(reduction),
+            _ => None,
         }
     }
 
@@ -146,6 +177,9 @@ impl Transform {
                 then.shape(&less_baseline(x.clone(), *readings, source)?, source)
             }
             Transform::Series { layout, then } => then.shape(&series(x, *layout, source)?, source),
+            Transform::Reduced { layout, reduction, then } => {
+                then.shape(&reduced(x, *layout, reduction).map_err(refuse)?, source)
+            }
             Transform::Image(_) => image_axes(x.clone(), source),
             Transform::Field(field) => {
                 let x = signal_axes(x.clone(), IMAGE, source)?;
@@ -198,9 +232,9 @@ impl Transform {
                 let view = view.map_err(|_| wrong_axes(&x, input, source))?;
                 return Ok(code.encode_batch(view).map_err(refuse)?.into_dyn());
             }
-            Transform::Baseline { then, .. } | Transform::Series { then, .. } => {
-                return then.scale(x, source);
-            }
+            Transform::Baseline { then, .. }
+            | Transform::Series { then, .. }
+            | Transform::Reduced { then, .. } => return then.scale(x, source),
             Transform::Numatac { scaling, .. } | Transform::Rows(scaling) => {
                 let view =
                     x.view().into_dimensionality::<Ix4>().map_err(|_| wrong_axes(&x, input, source))?;
@@ -240,6 +274,9 @@ impl Transform {
             }
             Transform::Baseline { readings, then } => {
                 Transform::Baseline { readings, then: Box::new(then.fitted(train, source)?) }
+            }
+            Transform::Reduced { layout, reduction, then } => {
+                Transform::Reduced { layout, reduction, then: Box::new(then.fitted(train, source)?) }
             }
         })
     }

@@ -234,6 +234,9 @@ impl fmt::Display for Card {
         if !topics.is_empty() {
             line(f, "topics", topics.join(" + "))?;
         }
+        if let Some(left) = self.inputs.iter().find_map(|input| input.transform.reduction()) {
+            line(f, "of which", left.words())?;
+        }
         if let Some(guard) = &self.guard {
             line(f, "guard", guard.words())?;
         }

@@ -7,7 +7,7 @@ use serde_json::Value;
 use taxel_data::hash_words;
 use taxel_graph::Weights;
 
-use super::card::{Anatomy, Card, EIGHT_BITS, FORMAT, Quantized};
+use super::card::{Anatomy, Card, EIGHT_BITS, FORMAT, Quantized, TrainedOn, TrainingPart};
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
@@ -75,6 +75,12 @@ impl Model {
     /// Its tensors, under PyTorch's names.
     pub fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    /// The same model, which was trained on all samples of its data set and not on a fold.
+    pub fn of_everything(self) -> Self {
+        let trained_on = TrainedOn { part: TrainingPart::Everything, ..self.card.trained_on };
+        Model { card: Card { trained_on, ..self.card }, ..self }
     }
 
     /// The same model with a score that was measured elsewhere.

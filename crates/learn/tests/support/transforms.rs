@@ -3,8 +3,8 @@
 use ndarray::ArrayD;
 use taxel_encodings::numatac::Offset;
 use taxel_encodings::{
-    Colormap, Filter, Frame, Gaf, HardnessImage, Layout, NumaTac, QuantileCode, Range, Resize, Scaling,
-    TactileTensor,
+    Colormap, Converter, Filter, Frame, Gaf, HardnessImage, Layout, NumaTac, QuantileCode, Range, Reduction,
+    Resize, Scaling, TactileTensor,
 };
 use taxel_learn::Transform;
 
@@ -43,7 +43,24 @@ pub fn transforms() -> Vec<(Transform, Vec<usize>)> {
     // Contact from the first tick on leaves no rest to take an offset from.
     let offset = Offset::Fixed { dc: 20.0, ac: 30.0 };
     let frames = |frames, scaling| Transform::Tensor { tensor: TactileTensor { frames }, scaling };
+    let reduced = |layout, reduction, then| Transform::Reduced { layout, reduction, then: Box::new(then) };
+    let converter = Some(Converter { bits: 5, low: 0.0, high: 80.0 });
+    let less =
+        Reduction { channels: Some(vec![3, 1]), window: Some(30), every: Some(2), ..Reduction::default() };
+    let coarse = Reduction { rows: Some(vec![0, 2, 3, 5]), pool: Some(2), converter, ..Reduction::default() };
     vec![
+        (reduced(Layout::Series, less.clone(), Transform::Signal(z_score(2))), vec![4, 33]),
+        (reduced(Layout::Series, less, after(4, Transform::Signal(z_score(2)))), vec![4, 33]),
+        (reduced(Layout::Image, coarse.clone(), Transform::Image(z_score(1))), vec![6, 7]),
+        (reduced(Layout::Image, coarse, picture(None, true, Some([9, 5]), 3)), vec![6, 7]),
+        (
+            reduced(
+                Layout::Sequence,
+                Reduction { every: Some(3), pool: Some(3), ..Reduction::default() },
+                series(Layout::Sequence),
+            ),
+            vec![8, 6, 7],
+        ),
         (Transform::Signal(z_score(1)), vec![9]),
         (Transform::Signal(z_score(5)), vec![5, 50]),
         (Transform::Signal(Scaling::FullScale { full_scale: 1023.0 }), vec![3, 7]),

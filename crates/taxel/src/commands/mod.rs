@@ -35,6 +35,8 @@ pub mod report;
 #[cfg(feature = "lab")]
 pub mod run;
 #[cfg(feature = "lab")]
+pub mod shrink;
+#[cfg(feature = "lab")]
 mod signals;
 #[cfg(feature = "lab")]
 pub mod simulate;

@@ -10,12 +10,14 @@ mod faults;
 mod labels;
 mod look;
 mod ranks;
+mod shrunk;
 mod survey;
 mod tradeoff;
 
 pub(super) use axis::axis;
 pub(super) use chart::Chart;
 pub(super) use ranks::ranks;
+pub(super) use shrunk::curve;
 pub(super) use survey::{CHANNELS, carrier, drift, lengths, ranges};
 
 use crate::values::{Choice, Judgement};

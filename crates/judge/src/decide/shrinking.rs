@@ -1,0 +1,137 @@
+//! Less and less of one thing beside the whole, and the knee.
+
+use taxel_data::Dataset;
+use taxel_learn::{FoldRecord, Protocol};
+
+use super::comparison::{Answers, Comparison, Effect};
+use super::statistics::holm;
+use crate::error::Result;
+use crate::values::Contrast;
+
+/// Each of `settings` beside the `whole`: records of the same test parts, of all samples of `dataset`. One without a test part in
+/// common with the whole has no contrast. The differences are tested as [`choose`](super::choose) does: by the corrected
+/// resampled t-test, or McNemar's on a single part, with Holm's correction over the settings.
+///
+/// # Errors
+/// None that records of trainings cause.
+pub fn contrasts(
+    whole: &[FoldRecord],
+    settings: &[Vec<FoldRecord>],
+    dataset: &Dataset,
+    protocol: &Protocol,
+    seed: u64,
+    alpha: f64,
+) -> Result<Vec<Option<Contrast>>> {
+    const WHOLE: &str = "whole";
+    let names: Vec<String> = (0..settings.len()).map(|at| at.to_string()).collect();
+    let named = names.iter().cloned().zip(settings.iter().cloned());
+    let comparison = Comparison {
+        networks: std::iter::once((WHOLE.to_string(), whole.to_vec())).chain(named).collect(),
+        clusters: dataset.clusters(),
+        width: dataset.labels.sizes().len(),
+        protocol: protocol.clone(),
+        seed,
+    };
+    let accuracy = |own: &[Answers]| Some(own[0].accuracy(None));
+    let mut found: Vec<Option<(Effect, Effect)>> = vec![];
+    for name in &names {
+        let difference = comparison.difference(name, WHOLE, None)?;
+        let own = comparison.effect(&[name, WHOLE], &accuracy, 0.95)?;
+        found.push(own.zip(difference));
+    }
+    let p: Vec<f64> = found.iter().flatten().filter_map(|(_, difference)| difference.p).collect();
+    let mut corrected = holm(&p).into_iter();
+    let mut one = |(own, difference): (Effect, Effect)| {
+        let p_holm = difference.p.and_then(|_| corrected.next());
+        Contrast {
+            accuracy: own.size,
+            accuracy_interval: own.interval.map(|bounds| bounds.map(|bound| bound.clamp(0.0, 100.0))),
+            difference: difference.size,
+            interval: difference.interval,
+            p_holm,
+            worse: p_holm.is_some_and(|p| p < alpha) && difference.size < 0.0,
+        }
+    };
+    Ok(found.into_iter().map(|own| own.map(&mut one)).collect())
+}
+
+/// Mean accuracy over test parts in %, and its 95 % interval.
+///
+/// # Errors
+/// None that records of trainings cause.
+pub fn accuracy(
+    records: &[FoldRecord],
+    dataset: &Dataset,
+    protocol: &Protocol,
+    seed: u64,
+) -> Result<Option<(f64, Option<[f64; 2]>)>> {
+    let own = contrasts(records, &[records.to_vec()], dataset, protocol, seed, 0.05)?;
+    Ok(own.into_iter().flatten().next().map(|own| (own.accuracy, own.accuracy_interval)))
+}
+
+/// The smallest setting that suffices and that no larger one of the curve contradicts; settings come from the largest to the
+/// smallest.
+pub fn knee(contrasts: &[Option<Contrast>], margin: f64) -> Option<usize> {
+    let enough = |own: &Option<Contrast>| own.is_some_and(|own| own.suffices(margin));
+    contrasts.iter().take_while(|own| enough(own)).count().checked_sub(1)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{Setting, player, synthetic};
+
+    fn contrast(difference: f64, worse: bool) -> Option<Contrast> {
+        Some(Contrast {
+            accuracy: 90.0 + difference,
+            accuracy_interval: None,
+            difference,
+            interval: None,
+            p_holm: None,
+            worse,
+        })
+    }
+
+    #[test]
+    fn a_knee_is_the_last_before_the_first_that_does_not_do() {
+        let own = |all: &[(f64, bool)]| {
+            knee(&all.iter().map(|(by, worse)| contrast(*by, *worse)).collect::<Vec<_>>(), 2.0)
+        };
+        assert_eq!(own(&[(0.0, false), (-2.0, false), (-2.1, false), (1.0, false)]), Some(1));
+        assert_eq!(own(&[(0.5, false), (-0.5, true), (0.0, false)]), Some(0));
+        assert_eq!(own(&[(-3.0, false), (0.0, false)]), None);
+        assert_eq!(knee(&[contrast(0.0, false), None, contrast(0.0, false)], 2.0), Some(0));
+        assert_eq!(knee(&[], 2.0), None);
+    }
+
+    #[test]
+    fn settings_are_told_apart_as_networks_are() {
+        let players = vec![
+            player("whole", 1.0, &[5, 6, 4, 5, 5]),
+            player("a", 1.0, &[5, 7, 4, 4, 5]),
+            player("b", 1.0, &[25, 28, 22, 26, 24]),
+        ];
+        let (comparison, _) = synthetic(&Setting::default(), players);
+        let records = |at: usize| comparison.networks[at].1.clone();
+        let labels: Vec<u32> = (0..500).map(|row| row % 2).collect();
+        let x = ndarray::ArrayD::from_shape_fn(vec![500, 1], |at| at[0] as f32);
+        let dataset = Dataset::new("own", taxel_data::Layout::Features, x, &labels).unwrap();
+        let own = contrasts(
+            &records(0),
+            &[records(1), records(2), vec![]],
+            &dataset,
+            &Protocol::k_fold(5),
+            0,
+            0.05,
+        )
+        .unwrap();
+        let (same, worse) = (own[0].unwrap(), own[1].unwrap());
+        assert!(same.suffices(2.0) && same.difference.abs() < 1e-9, "{same:?}");
+        assert!(worse.worse && (worse.difference + 20.0).abs() < 1e-9, "{worse:?}");
+        let [low, high] = worse.interval.unwrap();
+        assert!(low < -20.0 && high > -20.0 && high < -10.0);
+        assert!((same.accuracy - 95.0).abs() < 1e-9 && own[2].is_none());
+        assert_eq!(knee(&own, 2.0), Some(0));
+    }
+}

@@ -1,0 +1,162 @@
+//! What a curve says in a sentence, and all of them together.
+
+use crate::values::{Contrast, Curve, Shrunk};
+
+/// `-0.4 points (-1.9 to 1.1)`.
+fn difference(own: &Contrast) -> String {
+    let interval = own.interval.map_or(String::new(), |[low, high]| format!(" ({low:+.1} to {high:+.1})"));
+    format!("{:+.1} points{interval}", zero(own.difference))
+}
+
+/// `lose 3.1 points (1.0 to 5.2)`.
+fn loss(own: &Contrast) -> String {
+    let interval = own
+        .interval
+        .map_or(String::new(), |[low, high]| format!(" ({:.1} to {:.1})", zero(-high), zero(-low)));
+    match own.difference < 0.0 {
+        true => format!("lost {:.1} points{interval}", -own.difference),
+        false => format!("lost nothing ({})", difference(own)),
+    }
+}
+
+/// No `-0.0`.
+fn zero(value: f64) -> f64 {
+    if value.abs() < 0.05 { 0.0 } else { value }
+}
+
+/// Names the knee of a curve with its evidence: how it does on the test parts, and what the next smaller setting loses.
+pub fn knee_words(curve: &Curve, margin: f64) -> String {
+    let at = curve.knee.map_or(0, |knee| knee + 1);
+    let next = curve.rungs.get(at).map(|rung| {
+        let part = match (&rung.refused, rung.inner, rung.outer) {
+            (Some(reason), ..) => format!("could not be tried: {reason}"),
+            (_, Some(inner), Some(outer)) => {
+                format!("{} on the test parts ({} on inner folds)", loss(&outer), loss(&inner))
+            }
+            (_, Some(inner), None) => format!("{} on inner folds", loss(&inner)),
+            _ => "was not tried".into(),
+        };
+        format!("{}: {part}", rung.label)
+    });
+    let Some(knee) = curve.knee.and_then(|knee| curve.rungs.get(knee)) else {
+        let next = next.map_or(String::new(), |next| format!("; {next}"));
+        return format!("Nothing may go of {}{next}.", curve.whole);
+    };
+    let evidence = match (knee.outer, knee.inner) {
+        (Some(outer), _) => format!("{} on the test parts", difference(&outer)),
+        (None, Some(inner)) => format!("{} on inner folds", difference(&inner)),
+        (None, None) => "no evidence".into(),
+    };
+    let next = next.map_or("; nothing smaller was tried".into(), |next| format!("; {next}"));
+    let evidence = match knee.outer.and_then(|own| own.interval) {
+        // The same question as of a choice: could a loss that matters have been missed?
+        Some([low, _]) if low < -margin => {
+            format!("{evidence}, where a loss of {:.1} could have been missed", -low)
+        }
+        _ => evidence,
+    };
+    let doubt = match knee.outer {
+        Some(outer) if !outer.suffices(margin) => {
+            ". The test parts do not bear out what the inner folds said: take the next larger setting"
+        }
+        _ => "",
+    };
+    format!("{} suffice: {evidence}{next}{doubt}.", knee.label)
+}
+
+/// The result in sentences: what may go, what it costs, what is saved.
+pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
+    let mut words: Vec<String> =
+        shrunk.curves.iter().map(|curve| format!("{}: {}", curve.title, curve.words)).collect();
+    let Some(combined) = &shrunk.combined else {
+        words.push(format!("{} needs all that was tried; no smaller model was written.", shrunk.network));
+        return words;
+    };
+    let evidence = match (combined.outer, combined.inner) {
+        (Some(outer), _) => format!("{} on the test parts", difference(&outer)),
+        (None, Some(inner)) => format!("{} on inner folds", difference(&inner)),
+        (None, None) => "not tested".into(),
+    };
+    words.push(format!("All together ({}): {evidence}.", combined.parts.join("; ")));
+    if combined.outer.is_some_and(|outer| !outer.suffices(shrunk.margin)) {
+        words.push(format!(
+            "Together they lose more on the test parts than {} points, which the inner folds did not show: ship it only if that \
+             does not matter.",
+            shrunk.margin
+        ));
+    }
+    if let [whole, small] = shrunk.models.as_slice() {
+        let share = |own: u64, all: u64| 100.0 * own as f64 / all.max(1) as f64;
+        words.push(format!(
+            "The smaller model reads {} of {} values of a recording and takes {:.0} % of the multiply-accumulates and {:.0} % of the \
+             parameters.",
+            small.readings,
+            whole.readings,
+            share(small.macs, whole.macs),
+            share(small.parameters, whole.parameters),
+        ));
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::values::Rung;
+
+    fn contrast(difference: f64, half: f64) -> Option<Contrast> {
+        Some(Contrast {
+            accuracy: 90.0 + difference,
+            accuracy_interval: None,
+            difference,
+            interval: Some([difference - half, difference + half]),
+            p_holm: None,
+            worse: false,
+        })
+    }
+
+    fn rung(left: usize, by: f64) -> Rung {
+        Rung {
+            label: format!("{left} of 28 channels"),
+            short: left.to_string(),
+            kept: vec![],
+            inner: contrast(by, 2.0),
+            outer: contrast(by, 1.5),
+            refused: None,
+        }
+    }
+
+    fn curve(knee: Option<usize>, rungs: Vec<Rung>) -> Curve {
+        let (axis, title) = ("sensors".into(), "Sensors".into());
+        let (whole, short) = ("28 channels".into(), "28".into());
+        Curve { axis, title, whole, short, rungs, knee, words: String::new() }
+    }
+
+    #[test]
+    fn a_knee_is_named_with_numbers() {
+        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), rung(6, -3.1)]), 2.0);
+        assert_eq!(
+            words,
+            "7 of 28 channels suffice: -0.4 points (-1.9 to +1.1) on the test parts; 6 of 28 channels: lost 3.1 points \
+             (1.6 to 4.6) on the test parts (lost 3.1 points (1.1 to 5.1) on inner folds)."
+        );
+        let all = knee_words(&curve(None, vec![rung(7, -5.0)]), 2.0);
+        assert!(all.starts_with("Nothing may go of 28 channels; 7 of 28 channels: lost 5.0"), "{all}");
+    }
+
+    #[test]
+    fn a_knee_says_what_loss_could_have_been_missed() {
+        let mut own = curve(Some(0), vec![rung(7, -0.4)]);
+        own.rungs[0].outer = contrast(-0.4, 9.0);
+        let words = knee_words(&own, 2.0);
+        assert!(words.contains("on the test parts, where a loss of 9.4 could have been missed;"), "{words}");
+    }
+
+    #[test]
+    fn a_knee_that_the_test_parts_contradict_says_so() {
+        let mut own = curve(Some(0), vec![rung(7, -0.4)]);
+        own.rungs[0].outer = contrast(-4.0, 1.0);
+        let words = knee_words(&own, 2.0);
+        assert!(words.contains("do not bear out") && words.contains("nothing smaller was tried"), "{words}");
+    }
+}

@@ -1,0 +1,94 @@
+//! Accuracy against what is left of one thing: on test parts, on inner folds, and where the knee is.
+
+use super::chart::Chart;
+use crate::report::axes::{Frame, Scale, widened};
+use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
+use crate::report::numbers::{tenth, tick};
+use crate::report::palette::{Ink, Paint};
+use crate::report::words::slug;
+use crate::values::{Contrast, Curve};
+
+const WIDTH: f64 = 860.0;
+/// Left and right end of the settings.
+const ENDS: (f64, f64) = (64.0, WIDTH - 24.0);
+/// Top and bottom of the accuracies.
+const HEIGHTS: (f64, f64) = (64.0, 344.0);
+
+/// One point per setting, the whole at the left; `whole` is its accuracy on the test parts, with an interval.
+pub(in crate::report) fn curve(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64) -> Chart<'_> {
+    let reading = format!(
+        "Accuracy against what is left ({}). Full line: test parts, with 95 % intervals; dashed: inner folds of the training parts, \
+         which are trained on less and find the knee. Dotted: {margin} points below the whole.",
+        curve.title.to_lowercase()
+    );
+    let name = format!("curve-{}", slug(&curve.axis));
+    Chart::new(name, curve.title.clone(), reading, move |paint| draw(curve, whole, margin, paint))
+}
+
+fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint) -> Canvas {
+    let mut canvas = Canvas::new(WIDTH, HEIGHTS.1 + 56.0, paint);
+    let of = |get: fn(&Contrast) -> Option<f64>, inner: bool| {
+        let rungs = curve.rungs.iter().map(move |rung| if inner { rung.inner } else { rung.outer });
+        rungs.map(move |own| own.and_then(|own| get(&own))).collect::<Vec<_>>()
+    };
+    let outer = of(|own| Some(own.accuracy), false);
+    let inner = of(|own| Some(own.accuracy), true);
+    let known = |values: &[Option<f64>]| values.iter().flatten().copied().collect::<Vec<_>>();
+    // What the whole has on inner folds, from any setting beside it.
+    let inner_whole = curve.rungs.iter().find_map(|rung| rung.inner.map(|own| own.accuracy - own.difference));
+    let bars = curve.rungs.iter().filter_map(|rung| rung.outer?.accuracy_interval);
+    let bars: Vec<f64> = bars.chain(whole.1).flatten().collect();
+    let values = [known(&outer), known(&inner), bars, vec![whole.0, whole.0 - margin]].concat();
+    let last = curve.rungs.len().max(1) as f64;
+    let inset = 30.0;
+    let frame = Frame {
+        x: Scale::linear((0.0, last), (ENDS.0 + inset, ENDS.1 - inset)),
+        y: Scale::linear(widened(&values, (0.0, 100.0)), (HEIGHTS.1, HEIGHTS.0)),
+    };
+    let wide = Frame { x: Scale::linear((0.0, 1.0), ENDS), y: frame.y };
+    wide.draw_y(&mut canvas, tick);
+    let names: Vec<&str> = std::iter::once(&curve.short)
+        .chain(curve.rungs.iter().map(|rung| &rung.short))
+        .map(String::as_str)
+        .collect();
+    wide.draw_x(&mut canvas, &[], tick);
+    let step = (ENDS.1 - ENDS.0 - 2.0 * inset) / last;
+    let widest = names.iter().map(|name| width_of(name, PLAIN.size)).fold(0.0, f64::max);
+    let size = if widest > step - 6.0 { 10 } else { PLAIN.size };
+    for (at, name) in names.iter().enumerate() {
+        let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, size, ..PLAIN };
+        canvas.text((frame.x.at(at as f64), HEIGHTS.1 + 17.0), name, look);
+    }
+    wide.titles(&mut canvas, &format!("what is left: {}", curve.title.to_lowercase()), "accuracy (%)");
+    let limit = frame.y.at(whole.0 - margin);
+    canvas.line((ENDS.0, limit), (ENDS.1, limit), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
+    if let Some(knee) = curve.knee {
+        let x = frame.x.at(knee as f64 + 1.0);
+        canvas.line((x, HEIGHTS.0 - 14.0), (x, HEIGHTS.1), Stroke::of(Ink::Accent, 1.2).dashed((4.0, 3.0)));
+        let look = Type { ink: Ink::Accent, anchor: Anchor::Middle, bold: true, ..PLAIN };
+        canvas.text((x, HEIGHTS.0 - 20.0), &format!("knee: {}", curve.rungs[knee].short), look);
+    }
+    let line = |first: Option<f64>, values: &[Option<f64>]| {
+        let all = std::iter::once(first).chain(values.iter().copied()).enumerate();
+        all.filter_map(|(at, value)| Some(frame.at(at as f64, value?))).collect::<Vec<_>>()
+    };
+    canvas.path(line(inner_whole, &inner), Stroke::of(Ink::Series(1), 1.6).dashed((6.0, 4.0)));
+    canvas.path(line(Some(whole.0), &outer), Stroke::of(Ink::Series(0), 2.0));
+    let mut points = vec![(0, "whole".to_string(), whole.0, whole.1)];
+    for (at, rung) in curve.rungs.iter().enumerate() {
+        points
+            .extend(rung.outer.map(|own| (at + 1, rung.label.clone(), own.accuracy, own.accuracy_interval)));
+    }
+    for (at, label, accuracy, interval) in points {
+        let (x, y) = frame.at(at as f64, accuracy);
+        let bounds = interval.map_or(String::new(), |[l, h]| format!(" ({} to {})", tenth(l), tenth(h)));
+        canvas.hover(&format!("{label}: {} %{bounds}", tenth(accuracy)), |canvas| {
+            if let Some([low, high]) = interval {
+                let (low, high) = (frame.y.at(low), frame.y.at(high));
+                canvas.line((x, low), (x, high), Stroke::of(Ink::Soft, 2.0));
+            }
+            canvas.circle((x, y), 4.5, Ink::Series(0), Ink::Paper);
+        });
+    }
+    canvas
+}

@@ -1,0 +1,152 @@
+//! How little of the sensing and of a network suffices.
+
+use serde::{Deserialize, Serialize};
+
+/// A setting beside the whole, on the same samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Contrast {
+    /// Mean accuracy in %.
+    pub accuracy: f64,
+    /// 95 % interval of it, where the test parts give one.
+    pub accuracy_interval: Option<[f64; 2]>,
+    /// Its accuracy less that of the whole, in percentage points.
+    pub difference: f64,
+    /// 95 % interval of the difference, where the test gives one.
+    pub interval: Option<[f64; 2]>,
+    /// Two-sided p against the whole, Holm-corrected over its curve.
+    pub p_holm: Option<f64>,
+    /// Whether it is worse than the whole beyond doubt.
+    pub worse: bool,
+}
+
+impl Contrast {
+    /// Whether it does instead of the whole: not worse beyond doubt, and no loss above `margin` points to be seen.
+    pub fn suffices(&self, margin: f64) -> bool {
+        !self.worse && -self.difference <= margin + 1e-9
+    }
+}
+
+/// One setting of a curve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rung {
+    /// What is left, in words: `3 of 5 channels`.
+    pub label: String,
+    /// The same for an axis of a chart: `3`.
+    pub short: String,
+    /// What was kept, where folds choose for themselves: one entry per outer fold.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kept: Vec<String>,
+    /// On inner folds of the training parts: by this the knee is found.
+    pub inner: Option<Contrast>,
+    /// On the test parts, each asked once: by this the knee is reported.
+    pub outer: Option<Contrast>,
+    /// Why it could not be trained, or was not tested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
+}
+
+/// Less and less of one thing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// What becomes less: `sensors`, `rate`, …
+    pub axis: String,
+    /// The same as a heading.
+    pub title: String,
+    /// What there is, in words: `5 channels`.
+    pub whole: String,
+    /// The same for an axis of a chart.
+    pub short: String,
+    /// From the largest to the smallest.
+    pub rungs: Vec<Rung>,
+    /// The smallest that suffices, by position; none where all is needed.
+    pub knee: Option<usize>,
+    /// The knee in a sentence, with its evidence.
+    #[serde(default)]
+    pub words: String,
+}
+
+/// What a model is and costs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Small {
+    /// Which of the two.
+    pub name: String,
+    /// What it reads of a recording, in words.
+    pub reads: String,
+    /// Values of a raw sample that it reads.
+    pub readings: usize,
+    /// Accuracy of its recipe on the test parts, in %.
+    pub accuracy: f64,
+    /// 95 % interval of it.
+    pub accuracy_interval: Option<[f64; 2]>,
+    /// Trained values.
+    pub parameters: u64,
+    /// Multiply-accumulates of one answer.
+    pub macs: u64,
+    /// Bytes of parameters and batch-norm statistics in f32.
+    pub bytes: u64,
+}
+
+/// How long an answer of each model takes, from raw recording to probabilities, on one thread: it differs from machine to
+/// machine, and is kept apart from the rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SmallSpeed {
+    /// Half of the answers of the whole took no longer, in ms.
+    pub whole_p50_ms: f64,
+    /// 95 % did not.
+    pub whole_p95_ms: f64,
+    /// Half of those of the smaller model took no longer, in ms.
+    pub small_p50_ms: f64,
+    /// 95 % did not.
+    pub small_p95_ms: f64,
+}
+
+/// All knees together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Combined {
+    /// What is left on each axis, in words.
+    pub parts: Vec<String>,
+    /// Combinations that were tried before on inner folds and lost too much, in words.
+    pub loosened: Vec<String>,
+    /// On inner folds.
+    pub inner: Option<Contrast>,
+    /// On the test parts.
+    pub outer: Option<Contrast>,
+}
+
+/// How little of the sensing and of a network suffices, by one run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Shrunk {
+    /// Name of the run.
+    pub run: String,
+    /// The network or baseline.
+    pub network: String,
+    /// `simulated: ..` or `real: ..`.
+    pub source: String,
+    /// Samples.
+    pub samples: usize,
+    /// How the run was divided, in words.
+    pub protocol: String,
+    /// Test parts that were used.
+    pub parts: usize,
+    /// Inner folds of each training part.
+    pub inner: usize,
+    /// A loss that would matter, in percentage points.
+    pub margin: f64,
+    /// Level of significance over a curve.
+    pub alpha: f64,
+    /// What was done in less time than the run would ask, in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// The whole on the test parts: accuracy in %, and its 95 % interval.
+    pub whole: (f64, Option<[f64; 2]>),
+    /// One curve per axis.
+    pub curves: Vec<Curve>,
+    /// Axes that were left out, and why.
+    pub left_out: Vec<(String, String)>,
+    /// The knees together; none where nothing may go.
+    pub combined: Option<Combined>,
+    /// The whole and the smaller model; empty where nothing may go.
+    pub models: Vec<Small>,
+    /// The result in sentences.
+    pub words: Vec<String>,
+}

@@ -1,0 +1,267 @@
+//! The settings of each axis, from a little less to very little.
+
+use taxel_data::{Layout, Reading};
+use taxel_learn::Reduction;
+
+use crate::axis::Axis;
+use crate::sensors::{called, sensors};
+
+/// Settings of one axis at most.
+const MOST: usize = 8;
+/// The same where it has to be quick.
+const FEW: usize = 3;
+
+/// What one setting takes away.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cut {
+    /// So many of the most important sensors are kept; which, each training part says.
+    Keep(usize),
+    /// The same for all training parts.
+    Reduce(Reduction),
+    /// So many bits over the range of the readings, which each training part says where nobody else does.
+    Bits(u32),
+    /// A number among the network's settings.
+    Set(&'static str, usize),
+}
+
+/// One setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// `3 of 5 channels`.
+    pub label: String,
+    /// `3`.
+    pub short: String,
+    /// What it takes away.
+    pub cut: Cut,
+}
+
+/// The settings of an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ladder {
+    /// What becomes less.
+    pub axis: Axis,
+    /// What there is, in words.
+    pub whole: String,
+    /// The same for a chart.
+    pub short: String,
+    /// From the largest to the smallest.
+    pub steps: Vec<Step>,
+}
+
+/// What ladders are made of.
+pub struct Facts<'a> {
+    /// The samples.
+    pub reading: &'a Reading,
+    /// A number of the network's settings, where it has it.
+    pub number: &'a dyn Fn(&str) -> Option<usize>,
+    /// Whether it has to be quick.
+    pub quick: bool,
+}
+
+/// The settings of `axis`.
+///
+/// # Errors
+/// Why there are none.
+pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
+    let Facts { reading, number, quick } = *facts;
+    let (layout, shape) = (reading.layout, reading.shape.as_slice());
+    let (_, readings, _) = reading.around_time();
+    let in_time = || match layout.time_axis() {
+        Some(_) if readings > 1 => Ok(()),
+        _ => Err(format!("{} has no time axis", layout.describe())),
+    };
+    let none = |key: &str| format!("the network has no such setting (`{key}`); `taxel zoo` lists networks");
+    let (whole, short, mut steps) = match axis {
+        Axis::Sensors => {
+            let (all, name) = (sensors(layout, shape).len(), called(layout));
+            (format!("{all} {name}"), all.to_string(), keep(all, name))
+        }
+        Axis::Rate => {
+            in_time()?;
+            let short = reading.rate.map_or(readings.to_string(), |rate| format!("{} Hz", plain(rate)));
+            (of_rate(reading, 1, readings), short, rates(reading, readings))
+        }
+        Axis::Window => {
+            in_time()?;
+            (format!("{readings} readings"), readings.to_string(), windows(reading, readings))
+        }
+        Axis::Bits => {
+            let step = |bits: u32| Step {
+                label: plural(bits, "bit"),
+                short: bits.to_string(),
+                cut: Cut::Bits(bits),
+            };
+            ("the converter as it is".into(), "as it is".into(), [8, 6, 5, 4, 3, 2, 1].map(step).to_vec())
+        }
+        Axis::Resolution => {
+            let [rows, columns] = area(layout, shape).ok_or(format!("{} has no area", layout.describe()))?;
+            (format!("{rows} × {columns} taxels"), format!("{rows} × {columns}"), pools(rows, columns))
+        }
+        Axis::Width => {
+            let all = number("width").ok_or_else(|| none("width"))?;
+            (
+                format!("width {all}"),
+                all.to_string(),
+                sizes("width", all, |own| format!("width {own} of {all}")),
+            )
+        }
+        Axis::Depth => {
+            let all = number("blocks").ok_or_else(|| none("blocks"))?;
+            let label = |own: usize| format!("{own} of {all} blocks");
+            let steps = (1..all).rev().map(|own| Step {
+                label: label(own),
+                short: own.to_string(),
+                cut: Cut::Set("blocks", own),
+            });
+            (format!("{all} blocks"), all.to_string(), steps.collect())
+        }
+    };
+    if steps.is_empty() {
+        return Err(format!("there is nothing less than {whole}"));
+    }
+    thinned(&mut steps, if quick { FEW } else { MOST });
+    Ok(Ladder { axis, whole, short, steps })
+}
+
+/// At most `most` settings, spread evenly, the smallest among them.
+fn thinned(steps: &mut Vec<Step>, most: usize) {
+    let all = steps.len();
+    if all > most {
+        let kept: Vec<Step> = (1..=most).map(|at| steps[(at * all).div_ceil(most) - 1].clone()).collect();
+        *steps = kept;
+    }
+}
+
+/// Falling numbers below `all` that are these shares of it, and 1.
+fn falling(all: usize, shares: &[(usize, usize)]) -> Vec<usize> {
+    let mut found: Vec<usize> = match all {
+        0..=6 => (1..all).rev().collect(),
+        _ => shares.iter().map(|(part, of)| (all * part).div_ceil(*of)).chain([1]).collect(),
+    };
+    found.retain(|own| (1..all).contains(own));
+    found.sort_unstable_by(|a, b| b.cmp(a));
+    found.dedup();
+    found
+}
+
+const SHARES: [(usize, usize); 8] = [(3, 4), (1, 2), (1, 3), (1, 4), (1, 6), (1, 8), (1, 12), (1, 16)];
+
+fn keep(all: usize, name: &str) -> Vec<Step> {
+    let step = |count: usize| Step {
+        label: format!("{count} of {all} {name}"),
+        short: count.to_string(),
+        cut: Cut::Keep(count),
+    };
+    // An array keeps a row and a column.
+    let least = if name == called(Layout::Image) { 2 } else { 1 };
+    falling(all, &SHARES).into_iter().filter(|count| *count >= least).map(step).collect()
+}
+
+fn plain(value: f64) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').into()
+}
+
+fn plural(count: u32, name: &str) -> String {
+    if count == 1 { format!("1 {name}") } else { format!("{count} {name}s") }
+}
+
+/// `13 of 50 readings, 25 Hz`.
+fn of_rate(reading: &Reading, every: usize, readings: usize) -> String {
+    let left = readings.div_ceil(every);
+    let rate = reading.rate.map_or(String::new(), |rate| format!(", {} Hz", plain(rate / every as f64)));
+    let of =
+        if every > 1 { format!("{left} of {readings} readings") } else { format!("{readings} readings") };
+    format!("{of}{rate}")
+}
+
+fn rates(reading: &Reading, readings: usize) -> Vec<Step> {
+    let step = |every: usize| Step {
+        label: of_rate(reading, every, readings),
+        short: reading.rate.map_or(readings.div_ceil(every).to_string(), |rate| {
+            format!("{} Hz", plain(rate / every as f64))
+        }),
+        cut: Cut::Reduce(Reduction { every: Some(every), ..Reduction::default() }),
+    };
+    let powers = (1..).map(|power| 1 << power);
+    powers.take_while(|every| readings.div_ceil(*every) >= 2).take(MOST).map(step).collect()
+}
+
+fn windows(reading: &Reading, readings: usize) -> Vec<Step> {
+    let step = |window: usize| {
+        let time = reading.rate.map_or(String::new(), |rate| format!(", {} s", plain(window as f64 / rate)));
+        Step {
+            label: format!("the first {window} of {readings} readings{time}"),
+            short: window.to_string(),
+            cut: Cut::Reduce(Reduction { window: Some(window), ..Reduction::default() }),
+        }
+    };
+    falling(readings, &SHARES[..6]).into_iter().filter(|window| *window >= 2).map(step).collect()
+}
+
+fn area(layout: Layout, shape: &[usize]) -> Option<[usize; 2]> {
+    match shape {
+        [.., rows, columns] if layout.has_area() => Some([*rows, *columns]),
+        _ => None,
+    }
+}
+
+fn pools(rows: usize, columns: usize) -> Vec<Step> {
+    let step = |side: usize| {
+        let left = [rows, columns].map(|all| all.div_ceil(side));
+        Step {
+            label: format!("{} × {} of {rows} × {columns} taxels", left[0], left[1]),
+            short: format!("{} × {}", left[0], left[1]),
+            cut: Cut::Reduce(Reduction { pool: Some(side), ..Reduction::default() }),
+        }
+    };
+    let fits = |side: &usize| rows.div_ceil(*side).min(columns.div_ceil(*side)) >= 2;
+    [2, 3, 4, 6, 8, 12, 16].into_iter().filter(fits).map(step).collect()
+}
+
+fn sizes(key: &'static str, all: usize, label: impl Fn(usize) -> String) -> Vec<Step> {
+    let step = |own: usize| Step { label: label(own), short: own.to_string(), cut: Cut::Set(key, own) };
+    let halves = (1..).map(|power| all >> power);
+    halves.take_while(|own| *own >= 2).take(5).map(step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(axis: Axis, layout: Layout, shape: &[usize], quick: bool) -> Result<Vec<String>, String> {
+        let reading = Reading { rate: Some(100.0), ..Reading::new(layout, shape) };
+        let number = |key: &str| (key == "width").then_some(64);
+        let facts = Facts { reading: &reading, number: &number, quick };
+        ladder(axis, &facts).map(|own| own.steps.into_iter().map(|step| step.short).collect())
+    }
+
+    #[test]
+    fn settings_fall_from_a_little_less_to_very_little() {
+        let series = |axis| of(axis, Layout::Series, &[5, 50], false).unwrap_or_default();
+        assert_eq!(series(Axis::Sensors), ["4", "3", "2", "1"]);
+        assert_eq!(series(Axis::Rate), ["50 Hz", "25 Hz", "12.5 Hz", "6.25 Hz", "3.12 Hz"]);
+        assert_eq!(series(Axis::Window), ["38", "25", "17", "13", "9", "7"]);
+        assert_eq!(series(Axis::Bits), ["8", "6", "5", "4", "3", "2", "1"]);
+        assert_eq!(series(Axis::Width), ["32", "16", "8", "4", "2"]);
+        let image = |axis| of(axis, Layout::Image, &[28, 50], false).unwrap_or_default();
+        assert_eq!(image(Axis::Resolution)[..2], ["14 × 25", "10 × 17"]);
+        assert_eq!(image(Axis::Sensors).first().map(String::as_str), Some("59"));
+        let many = of(Axis::Sensors, Layout::Series, &[28, 9], false).unwrap_or_default();
+        assert_eq!(many, ["14", "10", "7", "5", "4", "3", "2", "1"]);
+        let quick = of(Axis::Bits, Layout::Series, &[5, 50], true).unwrap_or_default();
+        assert_eq!(quick, ["5", "3", "1"]);
+    }
+
+    #[test]
+    fn what_has_no_such_axis_is_left_out_with_the_reason() {
+        assert!(of(Axis::Rate, Layout::Image, &[4, 4], false).is_err_and(|why| why.contains("no time axis")));
+        assert!(
+            of(Axis::Resolution, Layout::Series, &[4, 4], false).is_err_and(|why| why.contains("no area"))
+        );
+        assert!(of(Axis::Depth, Layout::Series, &[4, 4], false).is_err_and(|why| why.contains("`blocks`")));
+        assert!(
+            of(Axis::Sensors, Layout::Series, &[1, 9], false).is_err_and(|why| why.contains("nothing less"))
+        );
+    }
+}

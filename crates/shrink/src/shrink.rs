@@ -1,0 +1,317 @@
+//! A run shrunk, from its folds to the page and the smaller model.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use taxel_data::{Dataset, Fold};
+use taxel_judge::{Case, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
+use taxel_learn::{FoldRecord, Model, Progress, Teacher, sensor};
+use taxel_trainer::Experiment;
+use taxel_zoo::Registry;
+
+use crate::axis::Axis;
+use crate::combine::{Together, together};
+use crate::curves::{Outer, Part, SHARE, Shared, curve};
+use crate::desk::{Ask, Desk};
+use crate::error::{Error, Result};
+use crate::ladder::{Cut, Facts, Ladder, ladder};
+use crate::options::Options;
+use crate::plan::{Estimate, Plan};
+use crate::ranking;
+use crate::sensors::sensors;
+use crate::small;
+
+/// Name of the smaller model's file.
+const MODEL: &str = "shrunk.safetensors";
+/// Name of its experiment's file.
+const CONFIG: &str = "shrunk.toml";
+/// Name of the file with everything that was found out.
+const RESULT: &str = "shrink.json";
+/// Name of the file with the times of answers.
+const SPEED: &str = "speed.json";
+/// Folder of finished trainings.
+const RECORDS: &str = "records";
+/// A quick look trains for so many times fewer epochs.
+const QUICK_EPOCHS: usize = 4;
+
+/// What came out.
+pub struct Finished {
+    /// Everything that was found out.
+    pub shrunk: Shrunk,
+    /// How long an answer takes; none where no smaller model was written.
+    pub speed: Option<SmallSpeed>,
+    /// The page.
+    pub page: PathBuf,
+    /// The smaller model; none where nothing may go.
+    pub model: Option<PathBuf>,
+}
+
+/// Shrinks `network` of the run `case`, of `experiment`, into the folder `out`. `say` hears the estimate before anything is trained.
+///
+/// # Errors
+/// A run that cannot be shrunk, a folder that holds something, [`Error::Stopped`] if `cancel` was set.
+pub fn shrink(
+    (case, experiment, registry): (&Case, &Experiment, &Registry),
+    network: &str,
+    out: &Path,
+    options: &Options,
+    say: &dyn Fn(&Estimate),
+    progress: &dyn Progress,
+    cancel: &AtomicBool,
+) -> Result<Finished> {
+    check(case, experiment, network, options)?;
+    let records = prepare(out, options.resume)?;
+    let dataset = &case.dataset;
+    let shared = shared(case, experiment, network, options);
+    let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);
+    let mut desk = Desk::new((experiment, registry, dataset), records, options.threads, progress, cancel);
+    let plan = Plan::new(case, &shared, &ladders, options)?;
+    let estimate = plan.estimate(case, &shared);
+    say(&estimate);
+    desk.expect(estimate.trainings);
+    progress.start(plan.samples(case, &shared));
+    let trained = train(&shared, &mut desk, case, plan, ladders);
+    progress.finish();
+    let trained = trained?;
+    let mut shrunk = gathered(case, &shared, options, left_out, &trained)?;
+    let mut speed = None;
+    if let (Some(found), Some((model, experiment))) = (trained.found, trained.small) {
+        shrunk.models = small::pair(case, &shrunk, &model, &experiment.config().encoding.reduce)?;
+        let interval = found.combined.outer.and_then(|own| own.accuracy_interval);
+        let model = model.with_score(small::score(case, &found.records, interval)?);
+        speed = Some(small::speed(case, network, &model)?);
+        model.save(&out.join(MODEL))?;
+        write(&out.join(CONFIG), experiment.to_toml().as_bytes())?;
+    }
+    shrunk.words = shrunk_words(&shrunk);
+    let page = finish(out, &shrunk, speed.as_ref())?;
+    let model = speed.is_some().then(|| out.join(MODEL));
+    Ok(Finished { shrunk, speed, page, model })
+}
+
+/// What trainings gave.
+struct Trained {
+    outers: Vec<Outer>,
+    tried: Vec<(Ladder, Curve)>,
+    found: Option<Together>,
+    small: Option<(Model, Experiment)>,
+}
+
+/// All trainings, the smaller model's last.
+fn train(shared: &Shared, desk: &mut Desk, case: &Case, plan: Plan, ladders: Vec<Ladder>) -> Result<Trained> {
+    let ranked = ladders.iter().any(|own| own.axis == Axis::Sensors);
+    let outers = plan.outers(shared, desk, ranked)?;
+    let mut tried = vec![];
+    for ladder in ladders {
+        let own = curve(shared, desk, &outers, &ladder)?;
+        desk.progress.say(&format!("{}: {}", own.title, own.words));
+        tried.push((ladder, own));
+    }
+    let found = together(shared, desk, &outers, &tried)?;
+    let small = match &found {
+        Some(own) => Some(small_model(shared, desk, case, &outers, own)?),
+        None => None,
+    };
+    Ok(Trained { outers, tried, found, small })
+}
+
+/// What was found out, but for the models and the sentences.
+fn gathered(
+    case: &Case,
+    shared: &Shared,
+    options: &Options,
+    left_out: Vec<(String, String)>,
+    trained: &Trained,
+) -> Result<Shrunk> {
+    let Trained { outers, tried, found, .. } = trained;
+    let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
+    let (protocol, seed) = (&case.results.protocol, case.results.seed);
+    Ok(Shrunk {
+        run: case.results.name.clone(),
+        network: shared.name.into(),
+        source: case.results.source.to_string(),
+        samples: shared.dataset.len(),
+        protocol: protocol.words(),
+        parts: outers.len(),
+        inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
+        margin: shared.margin,
+        alpha: shared.alpha,
+        notes: notes(case, shared, outers, options),
+        whole: accuracy(&whole, shared.dataset, protocol, seed)?.unwrap_or((0.0, None)),
+        curves: tried.iter().map(|(_, curve)| curve.clone()).collect(),
+        left_out,
+        combined: found.as_ref().map(|own| own.combined.clone()),
+        models: vec![],
+        words: vec![],
+    })
+}
+
+/// Writes what was found out, the page last.
+fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<PathBuf> {
+    let json =
+        |value: serde_json::Result<String>, path: &Path| value.map_err(|error| Error::file(path, error));
+    let (result, times) = (out.join(RESULT), out.join(SPEED));
+    write(&result, json(serde_json::to_string_pretty(shrunk), &result)?.as_bytes())?;
+    match speed {
+        Some(speed) => write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?,
+        // A smaller model of an earlier margin would be none of this one.
+        None => [MODEL, CONFIG, SPEED].iter().try_for_each(|name| remove(&out.join(name)))?,
+    }
+    Ok(shrunk_page(shrunk, speed, out)?)
+}
+
+fn remove(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::file(path, error)),
+        _ => Ok(()),
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    taxel_files::write_whole(path, bytes).map_err(|error| Error::file(path, error))
+}
+
+fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options) -> Result<()> {
+    let Options { margin, alpha, inner, epochs, .. } = *options;
+    if !(margin > 0.0 && margin <= 100.0) {
+        return Err(Error::value("margin", margin, "must be in (0, 100] percentage points"));
+    }
+    if !(alpha > 0.0 && alpha < 1.0) {
+        return Err(Error::value("alpha", alpha, "must be in (0, 1); 0.05 is usual"));
+    }
+    if !(2..=100).contains(&inner) {
+        return Err(Error::value("inner", inner, "must be in 2..=100"));
+    }
+    if epochs == Some(0) {
+        return Err(Error::value("epochs", 0, "must be 1 or more"));
+    }
+    let refuse = |reason: &str| Err(Error::file(case.folder.path(), reason));
+    if case.results.protocol.per_class().is_some() {
+        return refuse("is a learning curve: shrink a run whose folds train on all samples");
+    }
+    if !experiment.config().encoding.reduce.is_whole() {
+        return refuse("reads less of each sample already (encoding.reduce): shrink the run of the whole");
+    }
+    let known = || case.results.networks.iter().map(|own| own.network.as_str());
+    if case.records(network).next().is_none() {
+        let hint = taxel_names::hint(network, known());
+        return Err(Error::value("network", network, format!("has no finished fold in this run; {hint}")));
+    }
+    Ok(())
+}
+
+/// The folder with its place for records.
+fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
+    let is_used = out.read_dir().is_ok_and(|mut own| own.next().is_some());
+    if is_used && !resume {
+        return Err(Error::file(
+            out,
+            "exists and is not empty; --resume goes on with it, --output gives another folder",
+        ));
+    }
+    let records = out.join(RECORDS);
+    std::fs::create_dir_all(&records).map_err(|error| Error::file(&records, error))?;
+    Ok(records)
+}
+
+fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options: &Options) -> Shared<'a> {
+    let reading = &case.dataset.reading;
+    let config = experiment.config();
+    let trained = config.networks.iter().find(|own| network.split(".hardened").next() == Some(&own.label));
+    let fewer = || trained.map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
+    let epochs = options.epochs.or(options.quick.then(fewer).flatten());
+    let sound = case.results.networks.iter().filter(|own| own.hardening.is_none() && own.diverged == 0);
+    let most = |own: &&taxel_learn::NetworkResults| own.mean.map_or(0.0, |mean| mean.accuracy);
+    let best = sound.max_by(|a, b| most(a).total_cmp(&most(b))).map_or(network, |own| own.network.as_str());
+    Shared {
+        name: network,
+        dataset: &case.dataset,
+        sensors: sensors(reading.layout, &reading.shape),
+        protocol: case.results.protocol.clone(),
+        seed: case.results.seed,
+        epochs,
+        margin: options.margin,
+        alpha: options.alpha,
+        // A teacher of full length beside shorter trainings would be no fair look.
+        best: if epochs.is_some() { network.into() } else { best.into() },
+    }
+}
+
+/// A ladder for each axis, and why others have none.
+fn ladders(
+    experiment: &Experiment,
+    network: &str,
+    dataset: &Dataset,
+    registry: &Registry,
+    options: &Options,
+) -> (Vec<Ladder>, Vec<(String, String)>) {
+    let number = |key: &str| experiment.number(network, key, registry);
+    let facts = Facts { reading: &dataset.reading, number: &number, quick: options.quick };
+    let (mut found, mut left_out) = (vec![], vec![]);
+    let wanted: BTreeSet<Axis> = options.axes.iter().copied().collect();
+    for axis in wanted {
+        match ladder(axis, &facts) {
+            Ok(own) => found.push(own),
+            Err(reason) => left_out.push((axis.title().to_string(), reason)),
+        }
+    }
+    (found, left_out)
+}
+
+/// The smaller model, trained on everything, and its experiment.
+fn small_model(
+    shared: &Shared,
+    desk: &mut Desk,
+    case: &Case,
+    outers: &[Outer],
+    found: &Together,
+) -> Result<(Model, Experiment)> {
+    let dataset = shared.dataset;
+    let all: Vec<usize> = (0..dataset.len()).collect();
+    let facts = sensor(dataset, &all).sensor;
+    let rankings: Vec<Vec<usize>> = outers.iter().map(|outer| outer.part.ranking.clone()).collect();
+    let part = Part { ranking: ranking::together(&rankings), range: [facts.low, facts.high] };
+    let cuts: Vec<&Cut> = found.cuts.iter().collect();
+    let changes = shared.changes(&cuts, &part);
+    // What the run's folds answered to samples that they had not seen.
+    let teacher = cuts.iter().any(|cut| matches!(cut, Cut::Set(..))).then(|| {
+        let mut teacher = Teacher::new(SHARE, dataset.len(), dataset.labels.sizes().iter().sum());
+        case.records(&shared.best).for_each(|own| teacher.tell(&own.index, &own.probabilities));
+        teacher
+    });
+    let fold = Fold { train: all, test: vec![], validation: vec![] };
+    // No fold of the run has this number.
+    let place = (0, u32::MAX as usize);
+    let ask = Ask {
+        name: shared.name,
+        label: "smaller model",
+        changes: &changes,
+        place,
+        fold: &fold,
+        teacher: teacher.as_ref(),
+    };
+    desk.expect(1);
+    let model = desk.train(ask)?.model;
+    let experiment = desk.alone(&ask)?.clone();
+    Ok((model.of_everything(), experiment))
+}
+
+/// What was done in less time than the run would ask.
+fn notes(case: &Case, shared: &Shared, outers: &[Outer], options: &Options) -> Vec<String> {
+    let mut notes = vec![];
+    let all = case.records(shared.name).count();
+    if outers.len() < all {
+        notes.push(format!("A quick look: {} of {all} test parts, with few settings.", outers.len()));
+    }
+    if let Some(epochs) = shared.epochs {
+        notes.push(format!(
+            "Everything was trained for {epochs} epochs, the whole too, and not as long as in the run: what a full training \
+             needs may be less or more."
+        ));
+    }
+    if options.inner > outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0) {
+        notes.push("A training part has fewer groups than inner folds were asked for.".into());
+    }
+    notes
+}

@@ -1,0 +1,73 @@
+//! The smaller model beside the whole: what each reads, is and costs.
+
+use taxel_judge::{Case, Shrunk, Small, SmallSpeed};
+use taxel_learn::metrics::{Scores, mean_sd};
+use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
+
+use crate::error::{Error, Result};
+
+/// Seconds that timing a model takes at most.
+const BUDGET: f64 = 2.0;
+
+/// Both models of a shrunk run.
+///
+/// # Errors
+/// A reduction that does not fit the samples.
+pub fn pair(case: &Case, shrunk: &Shrunk, model: &Model, reduction: &Reduction) -> Result<Vec<Small>> {
+    let reading = &case.dataset.reading;
+    let plan = reduction.plan(reading.layout, &reading.shape);
+    let plan = plan.map_err(|error| Error::value("axes", reduction.words(), error.to_string()))?;
+    let row = case.results.networks.iter().find(|own| own.network == shrunk.network);
+    let whole = row.map_or(Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }, |own| own.costs);
+    let costs = model.card().graph().map_or(whole, |graph| graph.cost().into());
+    let outer = shrunk.combined.as_ref().and_then(|own| own.outer);
+    let small = |name: &str, reads: String, readings, (accuracy, accuracy_interval), costs: Costs| {
+        let Costs { parameters, bytes, macs, .. } = costs;
+        Small { name: name.into(), reads, readings, accuracy, accuracy_interval, parameters, macs, bytes }
+    };
+    let scored = outer.map_or(shrunk.whole, |own| (own.accuracy, own.accuracy_interval));
+    Ok(vec![
+        small("whole", "everything".into(), reading.shape.iter().product(), shrunk.whole, whole),
+        small("shrunk", reduction.words(), plan.shape().iter().product(), scored, costs),
+    ])
+}
+
+/// How long an answer of either takes, on this machine.
+///
+/// # Errors
+/// A model that cannot be read, or that refuses a sample.
+pub fn speed(case: &Case, network: &str, small: &Model) -> Result<SmallSpeed> {
+    let Some(record) = case.records(network).next() else {
+        return Err(Error::file(case.folder.path(), "has no finished fold of the network"));
+    };
+    let whole = case.model(&record.key)?;
+    let time = |model: &Model| taxel_judge::speed(model, &case.dataset, &record.index, BUDGET);
+    let (whole, small) = (time(&whole)?.whole, time(small)?.whole);
+    Ok(SmallSpeed {
+        whole_p50_ms: whole.p50_ms,
+        whole_p95_ms: whole.p95_ms,
+        small_p50_ms: small.p50_ms,
+        small_p95_ms: small.p95_ms,
+    })
+}
+
+/// What the smaller model's recipe scored on the test parts.
+///
+/// # Errors
+/// Damaged records.
+pub fn score(case: &Case, records: &[FoldRecord], interval: Option<[f64; 2]>) -> Result<Option<Score>> {
+    let levels = case.levels();
+    let each: Vec<Scores> =
+        records.iter().map(|own| Ok(own.scores(&levels)?.percent())).collect::<Result<_>>()?;
+    if each.is_empty() {
+        return Ok(None);
+    }
+    let columns = [0, 1, 2, 3].map(|i| mean_sd(&each.iter().map(|own| own.values()[i]).collect::<Vec<_>>()));
+    let sd = match columns.map(|(_, sd)| sd) {
+        [Some(a), Some(p), Some(r), Some(f)] => Some(Scores::from_values([a, p, r, f])),
+        _ => None,
+    };
+    let mean = Scores::from_values(columns.map(|(mean, _)| mean));
+    let protocol = case.results.protocol.clone();
+    Ok(Some(Score { protocol, folds: each.len(), mean, sd, interval }))
+}
