@@ -18,7 +18,7 @@ mod values;
 pub use case::Case;
 pub use decide::{across, choose, claims, hardening, rank, statistics};
 pub use error::{Error, Result};
-pub use measure::{EarlyOptions, Options, StressOptions, judge, stress, survey};
+pub use measure::{EarlyOptions, Options, StressOptions, judge, speed, stress, survey};
 pub use report::{Entry, Report, Summary, overview, report, survey_page, sweep_page};
 pub use values::{
     Across, Alarms, Axis, Change, Choice, Claim, ClassPictures, Contest, CostKind, Criteria, Early,

@@ -17,5 +17,6 @@ mod verdict;
 
 pub use early::EarlyOptions;
 pub use judge::{Options, judge};
+pub use speed::speed;
 pub use stress::{StressOptions, stress};
 pub use survey::survey;
