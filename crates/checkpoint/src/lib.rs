@@ -27,7 +27,7 @@ use taxel_graph::Weights;
 
 pub use eight_bits::rounded;
 pub use error::{Cause, Error, Result};
-pub use network::{read_network, write_network};
+pub use network::{network_from_bytes, network_to_bytes, read_network, write_network};
 pub use safetensors::{from_bytes, to_bytes};
 
 /// What the ending of a file says about it.
@@ -90,9 +90,21 @@ pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
 /// # Errors
 /// As [`write()`].
 pub fn write_rounded(path: &Path, weights: &Weights, names: &[&str], text: &str) -> Result<()> {
-    let bytes = || safetensors::to_bytes_of(&eight_bits::apart(weights, names), text);
+    let bytes = || to_bytes_rounded(weights, names, text);
     let write = || taxel_files::write_whole(path, &bytes()?).map_err(Cause::Write);
     write().map_err(|cause| Error::new(path, cause))
+}
+
+/// The bytes that [`write_rounded`] writes.
+///
+/// # Errors
+/// A tensor whose values are not as many as its shape says.
+pub fn to_bytes_rounded(
+    weights: &Weights,
+    names: &[&str],
+    text: &str,
+) -> std::result::Result<Vec<u8>, Cause> {
+    safetensors::to_bytes_of(&eight_bits::apart(weights, names), text)
 }
 
 #[cfg(feature = "pth")]

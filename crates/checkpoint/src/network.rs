@@ -17,12 +17,43 @@ const NETWORK: &str = "network";
 /// # Errors
 /// Weights that do not fit the graph, and a file that cannot be written.
 pub fn write_network(path: &Path, graph: &Graph, weights: &Weights) -> Result<()> {
-    let text = || {
-        weights.check(graph).map_err(|e| Cause::Network(e.to_string()))?;
-        let text = json!({"taxel": env!("CARGO_PKG_VERSION"), NETWORK: graph});
-        std::result::Result::<String, Cause>::Ok(text.to_string())
-    };
-    crate::write(path, weights, &text().map_err(|cause| Error::new(path, cause))?)
+    let bytes = network_to_bytes(graph, weights);
+    let write = |bytes: Vec<u8>| taxel_files::write_whole(path, &bytes).map_err(Cause::Write);
+    bytes.and_then(write).map_err(|cause| Error::new(path, cause))
+}
+
+/// The bytes that [`write_network`] writes.
+///
+/// # Errors
+/// Weights that do not fit the graph.
+pub fn network_to_bytes(graph: &Graph, weights: &Weights) -> std::result::Result<Vec<u8>, Cause> {
+    weights.check(graph).map_err(|e| Cause::Network(e.to_string()))?;
+    let text = json!({"taxel": env!("CARGO_PKG_VERSION"), NETWORK: graph});
+    crate::to_bytes(weights, &text.to_string())
+}
+
+/// What [`network_to_bytes`] gave, back; none where the bytes hold weights alone, or a model.
+///
+/// # Errors
+/// As [`read_network`].
+pub fn network_from_bytes(bytes: &[u8]) -> std::result::Result<Option<(Graph, Weights)>, Cause> {
+    let (weights, text) = crate::from_bytes(bytes)?;
+    let Some(network) = text.as_deref().and_then(network) else { return Ok(None) };
+    checked(network, weights).map(Some)
+}
+
+/// The graph in the text of a file.
+fn network(text: &str) -> Option<Value> {
+    let Ok(Value::Object(mut text)) = serde_json::from_str(text) else { return None };
+    text.remove(NETWORK)
+}
+
+fn checked(network: Value, weights: Weights) -> std::result::Result<(Graph, Weights), Cause> {
+    let refuse = |e: &dyn std::fmt::Display| Cause::Network(e.to_string());
+    let graph: Graph = serde_json::from_value(network).map_err(|e| refuse(&e))?;
+    weights.check(&graph).map_err(|e| refuse(&e))?;
+    let weights = weights.only(&graph);
+    Ok((graph, weights))
 }
 
 /// A network and its weights out of one file; none where the file holds weights alone, or a model.
@@ -31,14 +62,9 @@ pub fn write_network(path: &Path, graph: &Graph, weights: &Weights) -> Result<()
 /// As [`read`](crate::read); a graph that is none, or whose tensors are not those of the file.
 pub fn read_network(path: &Path) -> Result<Option<(Graph, Weights)>> {
     let Some(text) = crate::read_text(path)? else { return Ok(None) };
-    let Ok(Value::Object(mut text)) = serde_json::from_str(&text) else { return Ok(None) };
-    let Some(network) = text.remove(NETWORK) else { return Ok(None) };
+    let Some(network) = network(&text) else { return Ok(None) };
     let (weights, _) = crate::read(path)?;
-    let refuse = |reason: String| Error::new(path, Cause::Network(reason));
-    let graph: Graph = serde_json::from_value(network).map_err(|e| refuse(e.to_string()))?;
-    weights.check(&graph).map_err(|e| refuse(e.to_string()))?;
-    let weights = weights.only(&graph);
-    Ok(Some((graph, weights)))
+    checked(network, weights).map(Some).map_err(|cause| Error::new(path, cause))
 }
 
 #[cfg(test)]
@@ -58,8 +84,13 @@ mod tests {
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "own");
         write_network(&path, &graph, &weights).unwrap();
         assert_eq!(read_network(&path).unwrap(), Some((graph.clone(), weights.clone())));
+        let bytes = network_to_bytes(&graph, &weights).unwrap();
+        assert_eq!(bytes, std::fs::read(&path).unwrap());
+        assert_eq!(network_from_bytes(&bytes).unwrap(), Some((graph.clone(), weights.clone())));
+        assert!(network_from_bytes(&bytes[1..]).is_err());
         crate::write(&path, &weights, "").unwrap();
         assert_eq!(read_network(&path).unwrap(), None);
+        assert_eq!(network_from_bytes(&std::fs::read(&path).unwrap()).unwrap(), None);
         let mut other = weights;
         other.insert("fc.bias", Tensor { shape: vec![3], data: vec![0.0; 3] });
         let text = json!({NETWORK: graph}).to_string();

@@ -96,6 +96,7 @@ mod roles;
 mod ros_type;
 mod rows;
 mod sample;
+mod save;
 mod shortcut;
 mod source;
 mod split;

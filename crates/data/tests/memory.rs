@@ -202,3 +202,48 @@ fn a_card_of_fingers_counts_channels_of_each_finger() {
     assert!(card.to_string().contains("4×2×3×5 (N×F×C×T, stored as <f4)"));
     assert_eq!(serde_json::to_value(&card).unwrap()["axes"], "N×F×C×T");
 }
+
+#[test]
+fn a_saved_data_set_is_read_back_equal() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("glove.npz");
+    let own = set().with_groups(&[7, 7, 8, 8, 9, 9]).unwrap().with_unit("N").with_rate(12.5).unwrap();
+    let own = own.with_full_scale(1023.0).unwrap();
+    own.save(&path).unwrap();
+    assert_eq!(load(&path, &Options::default()).unwrap(), own);
+    // Marks are asked for by name; what the axes are is told.
+    let marked = own.with_official(vec![true, false, false, true, false, false]).unwrap();
+    let image = Dataset {
+        reading: taxel_data::Reading { layout: Layout::Image, ..marked.reading.clone() },
+        ..marked
+    };
+    image.save(&path).unwrap();
+    let asked = Options { test: Some("official".into()), ..Options::default() };
+    let read = load(&path, &asked).unwrap();
+    assert_eq!((&read.official, read.reading.layout), (&image.official, Layout::Image));
+    assert!(own_folder_is_missing(&image, folder.path()));
+}
+
+fn own_folder_is_missing(data: &Dataset, folder: &std::path::Path) -> bool {
+    data.save(&folder.join("nowhere/glove.npz")).is_err()
+}
+
+#[test]
+fn a_data_set_of_several_attributes_is_read_back_with_all_of_them() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("levels.npz");
+    files(folder.path(), &[("levels.classes.json", r#"[["soft", "hard"], ["low", "mid", "high"]]"#)]);
+    let arrays = [
+        ("x", f32s(&[6, 2, 3], grasps().as_slice().unwrap())),
+        ("y", i64s(&[6, 2], &[0, 0, 1, 1, 0, 2, 1, 0, 0, 1, 1, 2])),
+    ];
+    let stored = npz(folder.path(), &arrays);
+    std::fs::rename(stored, &path).unwrap();
+    let several = Options { attributes: vec!["hardness".into(), "height".into()], ..Options::default() };
+    let own = load(&path, &several).unwrap();
+    let again = folder.path().join("again/levels.npz");
+    std::fs::create_dir(again.parent().unwrap()).unwrap();
+    own.save(&again).unwrap();
+    let read = load(&again, &several).unwrap();
+    assert_eq!((&read.labels, &read.y, &read.digest), (&own.labels, &own.y, &own.digest));
+}

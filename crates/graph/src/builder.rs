@@ -19,8 +19,7 @@
 //! A step that does not fit is remembered and reported by [`Network::finish`], which names the node;
 //! the steps after it do nothing.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 use crate::error::{Error, Result};
 use crate::fill::Fill;
@@ -32,18 +31,18 @@ use crate::state::State;
 /// A network under construction.
 #[derive(Debug, Clone)]
 pub struct Network {
-    state: Rc<RefCell<State>>,
+    state: Arc<Mutex<State>>,
 }
 
 impl Network {
     /// Starts a network with its registry name.
     pub fn new(name: &str) -> Self {
-        Network { state: Rc::new(RefCell::new(State { name: name.into(), ..State::default() })) }
+        Network { state: Arc::new(Mutex::new(State { name: name.into(), ..State::default() })) }
     }
 
     /// Adds an input of `shape`, batch axis left out.
     pub fn input(&self, name: &str, shape: &[usize]) -> Flow {
-        let node = self.state.borrow_mut().push(|_| Node::input(name.into(), shape.to_vec()));
+        let node = State::of(&self.state).push(|_| Node::input(name.into(), shape.to_vec()));
         Flow::new(&self.state, node.unwrap_or(0))
     }
 
@@ -51,19 +50,19 @@ impl Network {
     ///
     /// The run's [`crate::Scheme`] must leave the choice to the network (`pytorch`).
     pub fn conv_init(&self, weight: Fill, bias: Fill) {
-        self.state.borrow_mut().conv = (weight, bias);
+        State::of(&self.state).conv = (weight, bias);
     }
 
     /// The same for the linear layers that follow.
     pub fn linear_init(&self, weight: Fill, bias: Fill) {
-        self.state.borrow_mut().linear = (weight, bias);
+        State::of(&self.state).linear = (weight, bias);
     }
 
     /// Joins flows along channels (or features). All other axes must agree.
     pub fn concat(&self, name: &str, flows: &[&Flow]) -> Flow {
         let inputs = flows.iter().map(|flow| flow.node()).collect();
         let make = |nodes: &[Node]| Node::computed(name.into(), Op::Concat, inputs, nodes);
-        let node = self.state.borrow_mut().push(make);
+        let node = State::of(&self.state).push(make);
         Flow::new(&self.state, node.unwrap_or(0))
     }
 
@@ -74,11 +73,19 @@ impl Network {
     /// A step that does not fit, this one or one before it.
     pub fn operation(&self, name: &str, op: Op, flows: &[&Flow]) -> Result<Flow> {
         let inputs = flows.iter().map(|flow| flow.node()).collect();
-        let node = self.state.borrow_mut().push(|nodes| Node::computed(name.into(), op, inputs, nodes));
-        match (node, &self.state.borrow().error) {
+        let node = State::of(&self.state).push(|nodes| Node::computed(name.into(), op, inputs, nodes));
+        match (node, &State::of(&self.state).error) {
             (None, Some(error)) => Err(error.clone()),
             (node, _) => Ok(Flow::new(&self.state, node.unwrap_or(0))),
         }
+    }
+
+    /// Whether everything fits so far.
+    ///
+    /// # Errors
+    /// The first step that did not.
+    pub fn check(&self) -> Result<()> {
+        State::of(&self.state).error.clone().map_or(Ok(()), Err)
     }
 
     /// Ends the description: the graph, or the first step that did not fit. Every output counts 1 in training.
@@ -95,7 +102,7 @@ impl Network {
     /// # Errors
     /// As [`Network::finish`], and loss weights that are not finite or not one per output.
     pub fn finish_weighted(self, outputs: &[(&str, Flow)], loss_weights: &[f32]) -> Result<Graph> {
-        let state = self.state.borrow();
+        let state = State::of(&self.state);
         if let Some(error) = &state.error {
             return Err(error.clone());
         }

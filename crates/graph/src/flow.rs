@@ -1,7 +1,6 @@
 //! The tensor that flows through a network under construction, and the operations it can meet.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 use crate::error::Result;
 use crate::fill::Fill;
@@ -18,14 +17,14 @@ pub const BATCH_NORM_MOMENTUM: f32 = 0.1;
 /// The tensor that flows through a network under construction; cheap to clone for branches.
 #[derive(Debug, Clone)]
 pub struct Flow {
-    state: Rc<RefCell<State>>,
+    state: Arc<Mutex<State>>,
     node: NodeId,
     scope: String,
 }
 
 impl Flow {
-    pub(crate) fn new(state: &Rc<RefCell<State>>, node: NodeId) -> Self {
-        Flow { state: Rc::clone(state), node, scope: String::new() }
+    pub(crate) fn new(state: &Arc<Mutex<State>>, node: NodeId) -> Self {
+        Flow { state: Arc::clone(state), node, scope: String::new() }
     }
 
     pub(crate) fn node(&self) -> NodeId {
@@ -34,7 +33,7 @@ impl Flow {
 
     /// Current shape without the batch axis; empty after a step that did not fit.
     pub fn shape(&self) -> Vec<usize> {
-        self.state.borrow().shape(self.node).to_vec()
+        State::of(&self.state).shape(self.node).to_vec()
     }
 
     /// Puts `prefix.` before the names of all following nodes.
@@ -52,7 +51,7 @@ impl Flow {
     /// Convolution `name`, drawn as [`crate::Network::conv_init`] says.
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
         let Conv { filters, window, dilation, groups, bias } = conv;
-        let fills = self.state.borrow().conv;
+        let fills = State::of(&self.state).conv;
         self.push(self.full(name), fills, |node, shape| {
             let mut dilation = dilation.over(shape.len().saturating_sub(1));
             if dilation.iter().all(|&step| step == 1) {
@@ -74,7 +73,7 @@ impl Flow {
     }
 
     fn dense(&self, name: &str, outputs: usize, bias: bool) -> Flow {
-        let fills = self.state.borrow().linear;
+        let fills = State::of(&self.state).linear;
         self.push(self.full(name), fills, |_, _| Ok(Op::Linear { outputs, bias }))
     }
 
@@ -205,7 +204,7 @@ impl Flow {
     }
 
     fn fresh(&self, kind: &str) -> String {
-        self.state.borrow().fresh(self.node, kind)
+        State::of(&self.state).fresh(self.node, kind)
     }
 
     /// `op` on this flow and `others`, named after this one.
@@ -232,7 +231,7 @@ impl Flow {
     }
 
     fn then(&self, make: impl FnOnce(&[Node]) -> Result<Node>) -> Flow {
-        let node = self.state.borrow_mut().push(make).unwrap_or(self.node);
+        let node = State::of(&self.state).push(make).unwrap_or(self.node);
         Flow { node, ..self.clone() }
     }
 }

@@ -1,5 +1,7 @@
 //! What a network under construction has so far.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use crate::error::{Error, Result};
 use crate::fill::Fill;
 use crate::graph::{Node, NodeId};
@@ -17,6 +19,11 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// What the network under construction has now; no step leaves it half done.
+    pub fn of(shared: &Mutex<State>) -> MutexGuard<'_, State> {
+        shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Adds what `make` makes of the nodes so far, unless a step before it did not fit. `None` where there is no
     /// new node.
     pub fn push(&mut self, make: impl FnOnce(&[Node]) -> Result<Node>) -> Option<NodeId> {

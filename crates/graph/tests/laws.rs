@@ -256,3 +256,18 @@ fn batch_norm_keeps_the_values_it_is_given() {
     let ops: Vec<String> = graph.nodes().iter().skip(1).map(|n| format!("{:?}", n.op)).collect();
     assert_eq!(ops, ["BatchNorm { eps: 0.001, momentum: 0.0003 }", "BatchNorm { eps: 1e-5, momentum: 0.1 }"]);
 }
+
+#[test]
+fn a_network_is_checked_as_it_grows_and_described_from_any_thread() {
+    let net = Network::new("shared");
+    let x = net.input("signal", &[5, 50]).conv("stem", Conv::new(8, 3));
+    assert!(net.check().is_ok());
+    let head =
+        std::thread::scope(|scope| scope.spawn(|| x.global_average_pool().linear("fc", 3)).join().unwrap());
+    let graph = net.clone().finish(&[("logits", head)]).unwrap();
+    assert_eq!(graph.nodes().len(), 4);
+    x.conv("deep", Conv::new(8, 60));
+    let error = net.check().unwrap_err().to_string();
+    assert!(error.starts_with("deep: kernel 60"), "{error}");
+    assert_eq!(net.finish(&[("logits", x)]).unwrap_err().to_string(), error);
+}

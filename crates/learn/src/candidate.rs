@@ -10,7 +10,7 @@ use taxel_graph::{Graph, Weights};
 
 use crate::encoding::SERIES;
 use crate::error::{Error, Result};
-use crate::problem::{Check, Problem, fault_problem, require};
+use crate::problem::{Check, Problem, fault_problem, require, within};
 use crate::recipe::Recipe;
 use crate::search::Search;
 
@@ -189,10 +189,15 @@ impl Candidate {
         }
         let network = match &self.estimator {
             Estimator::Network(network) => network,
-            Estimator::Baseline { faults: Some(faults), .. } => {
-                return Ok(faults.check().map_err(fault_problem)?);
+            Estimator::Baseline { method, faults } => {
+                if let Method::MiniRocket { features } = method {
+                    within("features", *features, 1, 1_000_000)?;
+                }
+                return match faults {
+                    Some(faults) => Ok(faults.check().map_err(fault_problem)?),
+                    None => Ok(()),
+                };
             }
-            Estimator::Baseline { faults: None, .. } => return Ok(()),
         };
         network.recipe.check()?;
         if let Some(search) = &network.search {

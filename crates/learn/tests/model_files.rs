@@ -242,7 +242,7 @@ fn samples_that_are_not_what_the_model_reads_are_refused() {
         assert!(refusal(dataset.x.select(Axis(0), &none)).ends_with("there are none"));
         let mut bad = dataset.x.clone();
         bad.index_axis_mut(Axis(0), 3)[[1, 2]] = f32::INFINITY;
-        assert!(refusal(bad).ends_with("sample 3 holds a reading that is not finite"));
+        assert!(refusal(bad).ends_with("sample 3 holds a reading that is not finite (NaN or infinity)"));
     }
 }
 
@@ -363,5 +363,57 @@ fn equal_models_are_equal_files_and_a_file_comes_back_as_itself() {
         assert_eq!(card.attributes, dataset.labels.attributes());
         let words = card.to_string();
         assert!(words.contains(&card.name) && words.contains("not measured"), "{words}");
+    }
+}
+
+#[test]
+fn a_model_comes_back_from_its_bytes() {
+    let dir = tempfile::tempdir().unwrap();
+    for (model, dataset) in small_models() {
+        let path = dir.path().join("own.safetensors");
+        model.save(&path).unwrap();
+        let bytes = model.to_bytes().unwrap();
+        assert_eq!(bytes, std::fs::read(&path).unwrap());
+        let back = Model::from_bytes(&bytes, "a pickle").unwrap();
+        assert_eq!(back, model);
+        let [a, b] = [&back, &model].map(|own| own.predict(&dataset.x).unwrap().probabilities);
+        assert_eq!(bits(&a), bits(&b));
+        let error = Model::from_bytes(&bytes[..bytes.len() - 4], "a pickle").unwrap_err().to_string();
+        assert!(error.starts_with("a pickle: "), "{error}");
+    }
+}
+
+/// More samples than stand encoded at a time: the same answers, whoever owns them, and messages that count from the first.
+#[test]
+fn many_samples_are_answered_piece_by_piece() {
+    for (model, dataset) in small_models() {
+        let own = model.predict(&dataset.x).unwrap().probabilities;
+        let times = 1500usize.div_ceil(dataset.len());
+        let all: Vec<usize> = (0..times).flat_map(|_| 0..dataset.len()).collect();
+        let mut many = dataset.x.select(Axis(0), &all);
+        let answers = model.predict(&many.view()).unwrap().probabilities;
+        assert_eq!(bits(&answers), bits(&own.repeat(times)), "{}", model.card().name);
+        let mut backwards = many.view();
+        backwards.invert_axis(Axis(0));
+        let turned = model.predict(&backwards).unwrap().probabilities;
+        let outputs = own.len() / dataset.len();
+        let again: Vec<f32> = answers.chunks(outputs).rev().flatten().copied().collect();
+        assert_eq!(bits(&turned), bits(&again));
+        many.index_axis_mut(Axis(0), 1234).fill(f32::NAN);
+        let error = model.predict(&many).unwrap_err().to_string();
+        assert!(
+            error.ends_with("sample 1234 holds a reading that is not finite (NaN or infinity)"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn mini_rocket_has_as_many_features_as_memory_holds() {
+    let dataset = presses(12, 20);
+    for features in [0, 1_000_001, usize::MAX] {
+        let candidate = Candidate::baseline(Method::MiniRocket { features });
+        let error = fit(&candidate, &dataset, &Encoding::default()).unwrap_err().to_string();
+        assert_eq!(error, format!("features = {features}: must be in 1..=1000000"));
     }
 }

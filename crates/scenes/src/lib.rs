@@ -123,6 +123,23 @@ pub fn names() -> &'static [&'static str] {
     &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME, vision::NAME]
 }
 
+/// So many samples fit into memory anyway.
+const FEW: usize = 10_000;
+
+/// Asks for the memory of so many samples before the program ends for want of it.
+fn refuse_more_than_memory(samples: usize, values: usize) -> Result<()> {
+    let fits =
+        samples.checked_mul(values).is_some_and(|all| Vec::<f32>::new().try_reserve_exact(all).is_ok());
+    match fits {
+        true => Ok(()),
+        false => Err(Error::Parameter {
+            name: "samples",
+            value: samples.to_string(),
+            expected: "they do not fit into memory; simulate fewer, or several sets with other seeds",
+        }),
+    }
+}
+
 /// A scene with its settings; everything that is not set has its default.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -181,6 +198,15 @@ impl Settings {
     /// [`Error::Parameter`] for impossible settings or zero samples, [`Error::Mesh`] for a mesh
     /// that cannot be used.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        if samples > FEW {
+            let one = self.simulated(1, seed, without)?;
+            let streams = one.streams.iter().map(|(_, own)| own.len()).sum::<usize>();
+            refuse_more_than_memory(samples, one.x.len() + streams + one.truth.len())?;
+        }
+        self.simulated(samples, seed, without)
+    }
+
+    fn simulated(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         match self {
             Self::Fingertip(scene) => scene.simulate(samples, seed, without),
             Self::Palpation(scene) => scene.simulate(samples, seed, without),

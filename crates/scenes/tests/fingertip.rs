@@ -283,3 +283,11 @@ fn hardness_may_be_continuous() {
         assert!(hands.simulate(3, 0, &[]).unwrap_err().to_string().starts_with("between = ["), "{bad:?}");
     }
 }
+
+#[test]
+fn more_samples_than_memory_holds_are_refused_before_they_are_asked_for() {
+    for samples in [10usize.pow(13), usize::MAX] {
+        let error = simulate("fingertip", samples, 0, &[]).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("samples = {samples}: they do not fit into memory")), "{error}");
+    }
+}

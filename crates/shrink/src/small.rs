@@ -1,5 +1,6 @@
 //! The smaller model beside the whole: what each reads, is and costs.
 
+use ndarray::Axis;
 use taxel_judge::{Case, Shrunk, Small, SmallSpeed};
 use taxel_learn::metrics::{Scores, mean_sd};
 use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
@@ -41,7 +42,8 @@ pub fn speed(case: &Case, network: &str, small: &Model) -> Result<SmallSpeed> {
         return Err(Error::file(case.folder.path(), "has no finished fold of the network"));
     };
     let whole = case.model(&record.key)?;
-    let time = |model: &Model| taxel_judge::speed(model, &case.dataset, &record.index, BUDGET);
+    let samples = case.dataset.x.select(Axis(0), &record.index);
+    let time = |model: &Model| taxel_judge::speed(model, &samples, BUDGET);
     let (whole, small) = (time(&whole)?.whole, time(small)?.whole);
     Ok(SmallSpeed {
         whole_p50_ms: whole.p50_ms,

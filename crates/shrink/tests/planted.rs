@@ -162,7 +162,7 @@ fn channels_that_carry_the_classes_are_kept_and_the_model_reads_no_others() {
         Experiment::parse(&text, "shrunk.toml", &Overrides::default(), &planted.registry).unwrap();
     let runner = Runner { experiment: &experiment, registry: &planted.registry, dataset };
     let (session, cancel) = (planted.folder.path().join("s.safetensors"), AtomicBool::new(false));
-    let again = runner.fit("mlp", &RunOptions::default(), &session, &Silent, &cancel).unwrap().unwrap();
+    let again = runner.fit("mlp", &RunOptions::default(), Some(&session), &Silent, &cancel).unwrap().unwrap();
     let apart = again.weights().iter().map(|(name, own)| {
         let other = &model.weights().get(name).unwrap().data;
         own.data.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)

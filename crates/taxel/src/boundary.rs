@@ -1,46 +1,43 @@
 //! The outermost boundary: a panic below a command, taxel's own or a library's, becomes one line and an exit code.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Once;
+
+use taxel::panics::{Panic, caught};
 
 use crate::Outcome;
-
-/// Where the last panic happened.
-static PLACE: Mutex<Option<String>> = Mutex::new(None);
 
 /// What a command ends with, a panic included. The reader of a pipe that has gone (`taxel zoo | head`) ends it
 /// quietly. `RUST_BACKTRACE` shows panics as Rust does.
 pub fn guarded(command: impl FnOnce() -> Outcome) -> Outcome {
-    let report = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        if panic.payload_as_str().is_some_and(|text| text.contains("Broken pipe")) {
-            std::process::exit(0);
-        }
-        if std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0") {
+    let ended = caught(|| {
+        leave_with_the_reader();
+        command()
+    });
+    ended.unwrap_or_else(|panic| Err(words(&panic).into()))
+}
+
+/// From now on a broken pipe ends the process.
+fn leave_with_the_reader() {
+    static LISTENING: Once = Once::new();
+    LISTENING.call_once(|| {
+        let report = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            if panic.payload_as_str().is_some_and(|text| text.contains("Broken pipe")) {
+                std::process::exit(0);
+            }
             report(panic);
-        }
-        *PLACE.lock().unwrap_or_else(PoisonError::into_inner) = panic.location().map(ToString::to_string);
-    }));
-    catch_unwind(AssertUnwindSafe(command)).unwrap_or_else(|payload| {
-        let text = payload.downcast_ref::<String>().map(String::as_str);
-        let text = text.or(payload.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
-        let place = PLACE.lock().unwrap_or_else(PoisonError::into_inner).take();
-        Err(words(text, place.as_deref().unwrap_or("unknown place")).into())
-    })
+        }));
+    });
 }
 
 /// A panic in one line, with what was being done.
-fn words(text: &str, place: &str) -> String {
+fn words(panic: &Panic) -> String {
     // `print!` can do nothing else about a full device.
-    if let Some(reason) = text.strip_prefix("failed printing to stdout: ") {
+    if let Some(reason) = panic.text.strip_prefix("failed printing to stdout: ") {
         return format!("standard output: cannot be written: {reason}");
     }
     let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into()).collect();
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    format!(
-        "taxel {}: failed inside: {text} ({place}); this is a defect, please report it; RUST_BACKTRACE=1 shows more",
-        command.join(" ")
-    )
+    format!("taxel {}: {panic}", command.join(" "))
 }
 
 #[cfg(test)]

@@ -76,10 +76,17 @@
 mod error;
 #[cfg(feature = "lab")]
 mod export;
+#[cfg(feature = "lab")]
+mod listing;
+pub mod panics;
+#[cfg(feature = "lab")]
+pub mod reporting;
 
 pub use error::{Error, Result};
 #[cfg(feature = "lab")]
 pub use export::{Exported, ExportedInput, export};
+#[cfg(feature = "lab")]
+pub use listing::{costs, listing};
 pub use ndarray;
 
 pub use taxel_baselines::Method as Baseline;

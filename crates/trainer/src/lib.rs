@@ -40,4 +40,4 @@ pub use experiment::{Experiment, Overrides};
 pub use network::Network;
 pub use network_file::read_network;
 pub use run::{Runner, open, prepared, run};
-pub use samples::simulate;
+pub use samples::{simulate, simulated};

@@ -142,7 +142,7 @@ impl Runner<'_> {
     }
 
     /// Trains one network or baseline of the experiment on all samples, by the name that tables give it; `None`
-    /// if `cancel` was set. `session` is where the training is saved from time to time.
+    /// if `cancel` was set. `session` is where the training is saved from time to time, where it is to be.
     ///
     /// # Errors
     /// No such network, data that cannot be encoded, training that diverges.
@@ -150,7 +150,7 @@ impl Runner<'_> {
         &self,
         name: &str,
         options: &RunOptions,
-        session: &Path,
+        session: Option<&Path>,
         progress: &dyn Progress,
         cancel: &AtomicBool,
     ) -> Result<Option<Model>> {
@@ -163,7 +163,7 @@ impl Runner<'_> {
             protocol: &config.protocol,
             seed: config.seed,
             options: options.clone(),
-            session: Some(session.into()),
+            session: session.map(PathBuf::from),
         };
         progress.start(fit.samples(self.dataset) as u64);
         let mut tick = |samples: usize| progress.step(samples as u64);

@@ -70,8 +70,8 @@ impl Experiment {
     }
 }
 
-/// A scene's recordings as a data set.
-fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> Dataset {
+/// What was simulated of the scene `name` without some of its effects, as a data set.
+pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> Dataset {
     let digest = digest(&scene);
     let left_out = match without {
         [] => String::new(),

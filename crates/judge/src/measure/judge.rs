@@ -1,5 +1,6 @@
 //! From an opened run folder to its [`Judgement`].
 
+use ndarray::Axis;
 use serde::{Deserialize, Serialize};
 use taxel_learn::{
     Anatomy, Card, Environment, Epoch, FoldRecord, NetworkResults, Results, RunFolder, Timing,
@@ -100,7 +101,7 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
         let model = case.model(&first.key)?;
         if timed {
             (options.say)(&format!("timing {}", own.network));
-            measured = Some(speed(&model, &case.dataset, &first.index, options.budget)?);
+            measured = Some(speed(&model, &case.dataset.x.select(Axis(0), &first.index), options.budget)?);
         }
         card = Some(model.card().clone());
     }

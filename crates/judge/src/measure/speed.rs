@@ -1,7 +1,6 @@
 //! How fast one sample gets its answer, measured on this machine.
 
-use ndarray::Axis;
-use taxel_data::Dataset;
+use ndarray::{ArrayRef, Axis, IxDyn};
 use taxel_learn::{Latency, Model, Stopwatch, milliseconds};
 
 use super::threads::alone;
@@ -15,18 +14,22 @@ const RUNS: usize = 1000;
 /// The least timed runs of single samples, whatever they cost.
 const LEAST: usize = 5;
 
-/// Times `model` on the samples `rows`, one after the other on one thread: 1000 runs after 50 to warm up,
+/// Times `model` on raw samples `[n, ..]`, one after the other on one thread: 1000 runs after 50 to warm up,
 /// fewer where that would take longer than `budget` seconds; then whole batches for a tenth of it.
 ///
 /// # Errors
 /// What the model refuses.
-pub fn speed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f64) -> Result<Speed> {
-    alone(|| timed(model, dataset, rows, budget))
+pub fn speed(model: &Model, x: &ArrayRef<f32, IxDyn>, budget: f64) -> Result<Speed> {
+    alone(|| timed(model, x, budget))
 }
 
-fn timed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f64) -> Result<Speed> {
-    let sample = |&row: &usize| dataset.x.index_axis(Axis(0), row).iter().copied().collect();
-    let samples: Vec<Vec<f32>> = rows.iter().take(RUNS).map(sample).collect();
+fn timed(model: &Model, x: &ArrayRef<f32, IxDyn>, budget: f64) -> Result<Speed> {
+    let batch = model.card().batch().min(x.shape().first().copied().unwrap_or(0));
+    let many = model.predictor(batch, 1)?;
+    // Encoded first: it refuses samples of another shape by name.
+    let inputs = many.encode(&x.slice_axis(Axis(0), (..batch).into()))?;
+    let samples: Vec<Vec<f32>> =
+        x.axis_iter(Axis(0)).take(RUNS).map(|sample| sample.iter().copied().collect()).collect();
     let single = model.predictor(1, 1)?;
     let mut workspace = single.workspace()?;
     let watch = Stopwatch { warm_up: WARM_UP, runs: RUNS, least: LEAST, budget };
@@ -37,9 +40,6 @@ fn timed(model: &Model, dataset: &Dataset, rows: &[usize], budget: f64) -> Resul
         answer.map(|()| (encoding, network))
     })?;
     let latency = |part: fn(&(f64, f64)) -> f64| Latency::of(times.iter().map(part).collect());
-    let batch = model.card().batch().min(rows.len());
-    let many = model.predictor(batch, 1)?;
-    let inputs = many.encode(&dataset.x.select(Axis(0), &rows[..batch]))?;
     let watch = Stopwatch { warm_up: 1, runs: RUNS, least: 1, budget: budget / 10.0 };
     let batches = watch.time(|_| {
         let (ms, answer) = milliseconds(|| many.answer(&inputs));

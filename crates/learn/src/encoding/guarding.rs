@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ndarray::{ArrayD, Axis};
+use ndarray::{ArrayD, ArrayRef, Axis, IxDyn};
 use taxel_data::Dataset;
 use taxel_guard::{Facts, Found, Guard, Watch};
 
@@ -25,7 +25,7 @@ pub fn fitted_guard(dataset: &Dataset, train: &[usize]) -> Result<Guard> {
 }
 
 /// Raw samples `[n, ..]` of the guard's shape as it hands them on, and what it found in each.
-pub fn mended(guard: &Arc<Guard>, x: &ArrayD<f32>) -> (ArrayD<f32>, Vec<Vec<Found>>) {
+pub fn mended(guard: &Arc<Guard>, x: &ArrayRef<f32, IxDyn>) -> (ArrayD<f32>, Vec<Vec<Found>>) {
     let mut watch = Watch::new(guard.clone());
     let mut x = x.as_standard_layout().into_owned();
     let each = guard.shape().iter().product::<usize>().max(1);

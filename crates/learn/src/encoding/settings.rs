@@ -1,8 +1,10 @@
 //! What an encoding is asked to do; nothing of it is fitted.
 
 use serde::{Deserialize, Serialize};
+use taxel_data::Reading;
 use taxel_encodings::{Colormap, Constant, Frame, Layout, Reduction};
 
+use super::names::{IMAGE, TENSOR};
 use super::range::Range;
 use super::scale::{Scale, Scaled, no_colours};
 use super::signal::Signal;
@@ -147,6 +149,26 @@ impl Default for Tensor {
 }
 
 impl Encoding {
+    /// What networks that read `inputs` are given of such samples, where nobody says it: z-scores of a signal; of series
+    /// the difference field, of images the pixels, of squeezes the frame at their peak or all of them. Pixels and
+    /// taxels are shares of the full scale where it is known, z-scores elsewhere.
+    pub fn of(reading: &Reading, inputs: &[&str]) -> Self {
+        let scale = if reading.full_scale.is_some() { Scale::FullScale } else { Scale::ZScore };
+        let image = match reading.layout {
+            Layout::Series => Some(Image::Gadf(Field::default())),
+            Layout::Image | Layout::Colour => Some(Image::Raw(Picture { scale, ..Picture::default() })),
+            Layout::Sequence => Some(Image::Frame(SqueezeFrame { scale, ..SqueezeFrame::default() })),
+            Layout::Fingers => Some(Image::Numatac(Bits::default())),
+            Layout::Features => None,
+        };
+        let tensor = (reading.layout == Layout::Sequence).then(|| Tensor { scale, ..Tensor::default() });
+        Encoding {
+            image: image.filter(|_| inputs.contains(&IMAGE)),
+            tensor: tensor.filter(|_| inputs.contains(&TENSOR)),
+            ..Encoding::default()
+        }
+    }
+
     /// # Errors
     /// The first setting outside its range.
     pub fn check(&self) -> Check {
@@ -217,6 +239,31 @@ impl Field {
                 let value = format!("{{ low = {low}, high = {high} }}");
                 require(ordered, "range", value, "low must be below high, both finite")
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_networks_are_given_where_nobody_says_it() {
+        let of = |layout, full_scale| {
+            let reading = Reading { full_scale, ..Reading::new(layout, &[4, 6]) };
+            Encoding::of(&reading, &[IMAGE, TENSOR])
+        };
+        assert_eq!(of(Layout::Series, None).image, Some(Image::Gadf(Field::default())));
+        assert_eq!(of(Layout::Image, Some(255.0)).image, Some(Image::Raw(Picture::default())));
+        let picture = Picture { scale: Scale::ZScore, ..Picture::default() };
+        assert_eq!(of(Layout::Colour, None).image, Some(Image::Raw(picture)));
+        let squeezes = of(Layout::Sequence, None);
+        assert_eq!(squeezes.tensor, Some(Tensor { scale: Scale::ZScore, ..Tensor::default() }));
+        assert!(matches!(squeezes.image, Some(Image::Frame(own)) if own.scale == Scale::ZScore));
+        assert_eq!(of(Layout::Features, None), Encoding::default());
+        assert_eq!(Encoding::of(&Reading::new(Layout::Series, &[4, 6]), &["signal"]), Encoding::default());
+        for layout in Layout::ALL {
+            assert!(of(layout, None).check().is_ok(), "{layout}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ndarray::ArrayD;
+use ndarray::{ArrayRef, IxDyn};
 use serde_json::Value;
 use taxel_data::hash_words;
 use taxel_graph::Weights;
@@ -37,6 +37,44 @@ impl Model {
     /// As [`Model::open`], wherever the file stands.
     pub(crate) fn read(path: &Path) -> Result<(Self, String)> {
         let (weights, text) = taxel_checkpoint::read(path)?;
+        Self::assembled(path, weights, text)
+    }
+
+    /// Reads the bytes of a model file; `origin` names them in messages.
+    ///
+    /// # Errors
+    /// As [`Model::open`].
+    pub fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self> {
+        let path = Path::new(origin);
+        let read = taxel_checkpoint::from_bytes(bytes);
+        let (weights, text) = read.map_err(|cause| Error::damaged(path, cause.to_string()))?;
+        Ok(Self::assembled(path, weights, text)?.0)
+    }
+
+    /// The bytes of the model's file.
+    ///
+    /// # Errors
+    /// A card that cannot be written as JSON.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let path = Path::new(&self.card.name);
+        let text = self.text(path)?.0;
+        let bytes = match (&self.card.quantized, self.card.graph()) {
+            (Some(_), Some(graph)) => {
+                taxel_checkpoint::to_bytes_rounded(&self.weights, &multiplied(graph), &text)
+            }
+            _ => taxel_checkpoint::to_bytes(&self.weights, &text),
+        };
+        bytes.map_err(|cause| Error::damaged(path, cause.to_string()))
+    }
+
+    /// The card as the text of the file that `path` names, and its digest.
+    fn text(&self, path: &Path) -> Result<(String, String)> {
+        let text = serde_json::to_string(&self.card);
+        let refuse = |e| Error::damaged(path, format!("the card cannot be encoded: {e}"));
+        text.map(|text| sealed(&text)).map_err(refuse)
+    }
+
+    fn assembled(path: &Path, weights: Weights, text: Option<String>) -> Result<(Self, String)> {
         let no_model = "holds no model card: it is a checkpoint, or was written by an older version; make a \
                         model of it by training";
         let text = text.filter(|text| !text.is_empty()).ok_or_else(|| Error::damaged(path, no_model))?;
@@ -55,9 +93,7 @@ impl Model {
 
     /// [`Model::save`], and the digest of the card.
     pub(crate) fn write(&self, path: &Path) -> Result<String> {
-        let text = serde_json::to_string(&self.card)
-            .map_err(|e| Error::damaged(path, format!("the card cannot be encoded: {e}")))?;
-        let (text, digest) = sealed(&text);
+        let (text, digest) = self.text(path)?;
         match (&self.card.quantized, self.card.graph()) {
             (Some(_), Some(graph)) => {
                 taxel_checkpoint::write_rounded(path, &self.weights, &multiplied(graph), &text)?;
@@ -101,7 +137,7 @@ impl Model {
     ///
     /// # Errors
     /// Samples of another shape, or readings that are not finite or cannot be encoded.
-    pub fn predict(&self, x: &ArrayD<f32>) -> Result<Predictions> {
+    pub fn predict(&self, x: &ArrayRef<f32, IxDyn>) -> Result<Predictions> {
         self.predictor(self.card.batch(), 1)?.predict(x)
     }
 }

@@ -1,9 +1,8 @@
 //! A model ready to answer: raw samples in, probabilities out.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
-use ndarray::{ArrayD, Axis};
+use ndarray::{ArrayD, ArrayRef, Axis, CowArray, IxDyn, Slice};
 use taxel_graph::{Loss, Weights};
 use taxel_guard::{Found, Guard, Watch};
 
@@ -15,6 +14,14 @@ use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
 use crate::objective::probabilities;
 use crate::responder::Responder;
+
+/// Raw samples `[n, ..]`, whoever owns them.
+type Samples = ArrayRef<f32, IxDyn>;
+
+/// Raw values that are encoded together, about: 1 MiB of them.
+const PIECE: usize = 1 << 18;
+/// Samples that are encoded together at least.
+const LEAST: usize = 256;
 
 /// A model with what it needs to answer many samples; threads share one.
 ///
@@ -74,7 +81,7 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Predictor::encode`], but that nothing is encoded.
-    pub fn found(&self, x: &ArrayD<f32>) -> Result<Vec<Vec<Found>>> {
+    pub fn found(&self, x: &Samples) -> Result<Vec<Vec<Found>>> {
         let x = &*self.kept(x);
         self.check(x)?;
         Ok(match &self.guard {
@@ -92,19 +99,22 @@ impl Predictor {
     ///
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
-    pub fn encode(&self, x: &ArrayD<f32>) -> Result<Vec<ArrayD<f32>>> {
+    pub fn encode(&self, x: &Samples) -> Result<Vec<ArrayD<f32>>> {
         let kept = self.kept(x);
         self.check(&kept)?;
-        let x = match &self.guard {
-            Some(guard) => &mended(guard, &kept).0,
-            None => &*kept,
-        };
+        self.encode_checked(&kept)
+    }
+
+    /// [`Predictor::encode`] of samples that are known to be of the model's shape, and finite.
+    fn encode_checked(&self, kept: &Samples) -> Result<Vec<ArrayD<f32>>> {
+        let behind = self.guard.as_ref().map(|guard| mended(guard, kept).0);
+        let x: &Samples = behind.as_deref().unwrap_or(kept);
         let inputs = self.card.inputs.iter();
         inputs
             .map(|ModelInput { transform, .. }| match encoded(transform, x, &self.card.name) {
                 Ok(input) => Ok(input),
                 // The message that names the sample.
-                Err(_) => transform.apply(x, &self.card.name),
+                Err(_) => transform.apply(&x.to_owned(), &self.card.name),
             })
             .collect()
     }
@@ -189,15 +199,15 @@ impl Predictor {
     }
 
     /// Of whole recordings the channels that the model was trained on.
-    fn kept<'x>(&self, x: &'x ArrayD<f32>) -> Cow<'x, ArrayD<f32>> {
+    fn kept<'x>(&self, x: &'x Samples) -> CowArray<'x, f32, IxDyn> {
         let reading = &self.card.reading;
         match (&reading.channels, x.shape()) {
             (Some(channels), [_, given, ..])
                 if *given != reading.shape[0] && channels.iter().all(|channel| channel < given) =>
             {
-                Cow::Owned(x.select(Axis(1), channels))
+                x.select(Axis(1), channels).into()
             }
-            _ => Cow::Borrowed(x),
+            _ => x.view().into(),
         }
     }
 
@@ -207,7 +217,7 @@ impl Predictor {
         Error::Samples { model: self.card.name.clone(), expected, given }
     }
 
-    fn check(&self, x: &ArrayD<f32>) -> Result<()> {
+    fn check(&self, x: &Samples) -> Result<()> {
         let refuse = |given: String| Err(self.refuse(given));
         match x.shape() {
             [] | [0, ..] => return refuse("there are none".into()),
@@ -218,7 +228,9 @@ impl Predictor {
         }
         let each = (x.len() / x.len_of(Axis(0))).max(1);
         match x.iter().position(|v| !v.is_finite()) {
-            Some(at) => refuse(format!("sample {} holds a reading that is not finite", at / each)),
+            Some(at) => {
+                refuse(format!("sample {} holds a reading that is not finite (NaN or infinity)", at / each))
+            }
             None => Ok(()),
         }
     }
@@ -257,15 +269,29 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::answer`].
-    pub fn predict(&self, x: &ArrayD<f32>) -> Result<Predictions> {
-        let inputs = self.encode(x)?;
-        let probabilities = self.answer(&inputs)?;
+    pub fn predict(&self, x: &Samples) -> Result<Predictions> {
+        let kept = self.kept(x);
+        self.check(&kept)?;
+        let n = kept.len_of(Axis(0));
+        let each = (kept.len() / n).max(1);
+        // Samples are read where they lie, and only some of them stand encoded at a time.
+        let step = (PIECE / each).max(LEAST);
+        let mut probabilities = Vec::with_capacity(n * self.outputs);
+        for first in (0..n).step_by(step) {
+            let piece = kept.slice_axis(Axis(0), Slice::from(first..(first + step).min(n)));
+            let inputs = match self.encode_checked(&piece) {
+                Ok(inputs) => inputs,
+                // The message that numbers the samples from the first.
+                Err(_) => self.encode_checked(&kept)?,
+            };
+            probabilities.extend(self.answer(&inputs)?);
+        }
         Ok(Predictions::new(self.card.attributes.clone(), probabilities))
     }
 }
 
 /// Raw samples `[n, ..]` to one input, sample by sample.
-fn encoded(transform: &Transform, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
+fn encoded(transform: &Transform, x: &Samples, source: &str) -> Result<ArrayD<f32>> {
     let mut encoder = transform.compile(x.shape().get(1..).unwrap_or_default(), source)?;
     let shape = [&[x.len_of(Axis(0))], encoder.shape()].concat();
     let each = encoder.shape().iter().product::<usize>().max(1);

@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
+use taxel::reporting::open;
 
-use crate::commands::judging::{judgement, open, stress_options};
+use crate::commands::judging::{judgement, stress_options};
 use crate::commands::signals::leave_with;
 use crate::{Outcome, text};
 

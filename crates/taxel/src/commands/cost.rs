@@ -3,7 +3,6 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use serde_json::json;
 use taxel::learn::thousands;
 use taxel_graph::Op;
 
@@ -33,21 +32,7 @@ impl Cost {
         let (graph, _) = super::network::named(&self.model, &self.set)?;
         let total = graph.cost();
         if self.json {
-            let object = |cost: taxel_graph::Cost| {
-                json!({
-                    "parameters": cost.parameters, "buffers": cost.buffers, "bytes": cost.bytes(),
-                    "macs": cost.macs, "flops": cost.flops, "activation_bytes": cost.activation_bytes(),
-                })
-            };
-            let layers = taxel_zoo::matlab::layers(&graph).map(|(number, node)| {
-                json!({
-                    "number": number, "name": node.name, "operation": node.op.kind(), "shape": node.shape,
-                    "cost": object(node.cost()),
-                })
-            });
-            let layers: Vec<_> = layers.collect();
-            let all = json!({"model": graph.name(), "layers": layers, "total": object(total)});
-            println!("{}", serde_json::to_string_pretty(&all)?);
+            println!("{}", serde_json::to_string_pretty(&taxel::costs(&graph))?);
             return Ok(ExitCode::SUCCESS);
         }
         let row = |number: Option<usize>, name: &str, kind: &str, shape: String, cost: taxel_graph::Cost| {

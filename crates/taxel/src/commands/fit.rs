@@ -90,7 +90,7 @@ impl Fit {
         let save_every = self.save_every;
         let options = RunOptions { resume: true, threads, save_every, ..RunOptions::default() };
         let session = self.session(&experiment, &dataset, &name);
-        let model = runner.fit(&name, &options, &session, &IndicatifProgress::default(), &cancel)?;
+        let model = runner.fit(&name, &options, Some(&session), &IndicatifProgress::default(), &cancel)?;
         let Some(model) = model else {
             match session.is_file() {
                 true => eprintln!("stopped; the same command goes on with {}", session.display()),

@@ -6,11 +6,12 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 use taxel::judge::{
-    Case, Choice, Claim, Criteria, Entry, Judgement, StressOptions, across, choose, claims, overview, report,
+    Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, claims, overview,
 };
+use taxel::reporting::{self, before, open};
 
 use crate::Outcome;
-use crate::commands::judging::{before, now, open, stress_options};
+use crate::commands::judging::{now, stress_options};
 use crate::commands::signals::leave_with;
 
 /// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
@@ -99,10 +100,7 @@ impl Report {
         judgement: &Judgement,
         choice: &Choice,
     ) -> Result<PathBuf, Box<dyn std::error::Error>> {
-        let made = report(judgement, Some(choice), &testable(claims(&[(case, judgement)])?))?;
-        let lock = case.folder.lock()?;
-        let page = made.write(case.folder.path())?;
-        drop(lock);
+        let (made, page) = reporting::write(case, judgement, choice)?;
         let results = &judgement.results;
         if self.json {
             let object = json!({
@@ -139,13 +137,6 @@ impl Report {
         }
         Ok(now(case, stress)?)
     }
-}
-
-/// The claims of those papers of which the run can test at least one.
-fn testable(all: Vec<Claim>) -> Vec<Claim> {
-    let tested = |claim: &&Claim| claim.outcome != taxel::judge::Outcome::CannotBeTested;
-    let papers: Vec<String> = all.iter().filter(tested).map(|claim| claim.paper.clone()).collect();
-    all.into_iter().filter(|claim| papers.contains(&claim.paper)).collect()
 }
 
 /// The way from `folder` to `page` as a link: relative, so that both can be moved together.

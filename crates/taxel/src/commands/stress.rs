@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use clap::Args;
 use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, stress};
 use taxel::learn::{IndicatifProgress, Progress};
+use taxel::reporting::open;
 use taxel_faults::Fault;
 
-use crate::commands::judging::{open, stress_options};
+use crate::commands::judging::stress_options;
 use crate::commands::signals::leave_with;
 use crate::{Outcome, text};
 

@@ -3,7 +3,6 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use serde_json::json;
 use taxel::learn::thousands;
 use taxel_zoo::{Settings, built_in};
 
@@ -21,8 +20,11 @@ pub struct Zoo {
 
 impl Zoo {
     pub fn run(self) -> Outcome {
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&taxel::listing(built_in())?)?);
+            return Ok(ExitCode::SUCCESS);
+        }
         let mut rows = vec![];
-        let mut list = vec![];
         for entry in built_in().entries() {
             let graph = entry.graph(&Settings::new())?;
             let cost = graph.cost();
@@ -35,18 +37,9 @@ impl Zoo {
                 thousands(cost.parameters),
                 thousands(cost.macs),
             ]);
-            let shapes: Vec<_> = graph.inputs().map(|n| json!({"name": n.name, "shape": n.shape})).collect();
-            list.push(json!({
-                "name": entry.name, "family": entry.family, "paper": entry.paper, "inputs": shapes,
-                "parameters": cost.parameters, "bytes": cost.bytes(), "macs": cost.macs, "flops": cost.flops,
-            }));
         }
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&list)?);
-        } else {
-            let header = ["network", "family", "paper", "input", "parameters", "MACs"];
-            print!("{}", text::table(&header, &rows, &[4, 5]));
-        }
+        let header = ["network", "family", "paper", "input", "parameters", "MACs"];
+        print!("{}", text::table(&header, &rows, &[4, 5]));
         Ok(ExitCode::SUCCESS)
     }
 }

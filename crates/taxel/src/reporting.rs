@@ -1,0 +1,77 @@
+//! From a run folder to its report: opened with its data, measured once, judged, written down.
+
+use std::path::{Path, PathBuf};
+
+use taxel_judge::{Case, Choice, Claim, EarlyOptions, Judgement, Options, Outcome, Report, StressOptions};
+use taxel_learn::{Progress, RunFolder};
+use taxel_zoo::Registry;
+
+use crate::error::Result;
+
+/// A run folder with its samples, read or simulated again.
+///
+/// # Errors
+/// A folder that holds no run, and data that cannot be loaded any more.
+pub fn open(path: &Path) -> Result<Case> {
+    let folder = RunFolder::open(path)?;
+    let (_, dataset) = taxel_trainer::open(&folder, &Registry::built_in())?;
+    Ok(Case::new(folder, dataset)?)
+}
+
+/// The judgement in the run folder, if it has the faults that are asked for.
+///
+/// # Errors
+/// A damaged judgement.
+pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judgement>> {
+    let has = |judgement: &Judgement| match (stress, &judgement.stress) {
+        (None, _) => true,
+        (Some(wanted), Some(had)) => !wanted.guard || had.networks.iter().any(|own| own.other.is_some()),
+        (Some(_), None) => false,
+    };
+    Ok(Judgement::read(case)?.filter(has))
+}
+
+/// Measures, and keeps what was measured in the run folder, which no other process may write to.
+///
+/// # Errors
+/// A folder that another process writes to, models that are missing or damaged.
+pub fn measure(
+    case: &Case,
+    stress: Option<StressOptions>,
+    progress: &(dyn Progress + Sync),
+) -> Result<Judgement> {
+    let _lock = case.folder.lock()?;
+    let limits = |own: &StressOptions| EarlyOptions { samples: own.samples, threads: own.threads };
+    let options = Options {
+        early: Some(stress.as_ref().map(limits).unwrap_or_default()),
+        stress,
+        say: &|what| progress.say(what),
+        start: &|steps| progress.start(steps),
+        tick: &|| progress.step(1),
+        ..Options::default()
+    };
+    let judgement = taxel_judge::judge(case, &options);
+    progress.finish();
+    let judgement = judgement?;
+    judgement.write(&case.folder)?;
+    Ok(judgement)
+}
+
+/// Writes page, tables and charts of one run into its folder: what was written, and the path of the page.
+///
+/// # Errors
+/// A chart that cannot be drawn, a file that cannot be written.
+pub fn write(case: &Case, judgement: &Judgement, choice: &Choice) -> Result<(Report, PathBuf)> {
+    let claims = testable(taxel_judge::claims(&[(case, judgement)])?);
+    let made = taxel_judge::report(judgement, Some(choice), &claims)?;
+    let _lock = case.folder.lock()?;
+    let page = made.write(case.folder.path())?;
+    Ok((made, page))
+}
+
+/// The claims of those papers of which the run can test at least one.
+fn testable(all: Vec<Claim>) -> Vec<Claim> {
+    let tested = |claim: &&Claim| claim.outcome != Outcome::CannotBeTested;
+    let papers: Vec<String> = all.iter().filter(tested).map(|claim| claim.paper.clone()).collect();
+    all.into_iter().filter(|claim| papers.contains(&claim.paper)).collect()
+}

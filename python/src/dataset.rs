@@ -1,0 +1,158 @@
+//! Labelled samples, as the library holds them.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use taxel::experiment::simulated;
+use taxel::{Experiment, Layout, Source, scenes};
+
+use crate::config::experiment;
+use crate::raise::{raised, refused};
+use crate::work::short;
+
+/// Labelled samples.
+#[pyclass(frozen, module = "taxel._taxel")]
+pub struct Dataset {
+    pub inner: Arc<taxel::Dataset>,
+}
+
+/// What is known of samples in memory besides their values.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Facts {
+    name: String,
+    layout: String,
+    labels: Vec<String>,
+    groups: Option<Vec<String>>,
+    official: Option<Vec<bool>>,
+    unit: Option<String>,
+    rate: Option<f64>,
+    full_scale: Option<f32>,
+    rest: Option<Vec<f32>>,
+    source: Option<String>,
+}
+
+#[pymethods]
+impl Dataset {
+    /// Samples in memory: copied once, into the data set.
+    #[staticmethod]
+    fn of_arrays(py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, facts: Facts) -> PyResult<Self> {
+        let x = x.as_array();
+        short(py, || {
+            let layout: Layout = facts.layout.parse().map_err(refused)?;
+            let mut own =
+                taxel::Dataset::new(&facts.name, layout, x.to_owned(), &facts.labels).map_err(raised)?;
+            if let Some(groups) = &facts.groups {
+                own = own.with_groups(groups).map_err(raised)?;
+            }
+            if let Some(official) = facts.official {
+                own = own.with_official(official).map_err(raised)?;
+            }
+            if let Some(unit) = &facts.unit {
+                own = own.with_unit(unit);
+            }
+            if let Some(rate) = facts.rate {
+                own = own.with_rate(rate).map_err(raised)?;
+            }
+            if let Some(full_scale) = facts.full_scale {
+                own = own.with_full_scale(full_scale).map_err(raised)?;
+            }
+            if let Some(rest) = facts.rest {
+                own = own.with_rest(rest);
+            }
+            if let Some(source) = facts.source {
+                own.source = source.parse::<Source>().map_err(raised)?;
+            }
+            Ok(Dataset { inner: Arc::new(own) })
+        })
+    }
+
+    /// The samples that the `[data]` table of a config names.
+    #[staticmethod]
+    fn read(py: Python<'_>, config: &str) -> PyResult<Self> {
+        short(py, || {
+            let own: Experiment = experiment(config, "taxel.read")?;
+            Ok(Dataset { inner: Arc::new(own.dataset().map_err(raised)?) })
+        })
+    }
+
+    /// Samples of a scene, and its true physical values by name.
+    #[staticmethod]
+    fn simulate<'py>(
+        py: Python<'py>,
+        scene: &str,
+        samples: usize,
+        seed: u64,
+        without: Vec<String>,
+        settings: &str,
+    ) -> PyResult<(Self, Bound<'py, PyDict>)> {
+        let (own, truth) = short(py, || {
+            let settings: serde_json::Value = serde_json::from_str(settings).map_err(refused)?;
+            let settings = scenes::Settings::read(scene, settings).map_err(refused)?;
+            let made = settings.simulate(samples, seed, &without).map_err(refused)?;
+            let truth = made.truth.clone();
+            Ok((simulated(scene, &without, made), truth))
+        })?;
+        let values = PyDict::new(py);
+        for (name, truth) in truth {
+            values.set_item(name, truth.into_pyarray(py))?;
+        }
+        Ok((Dataset { inner: Arc::new(own) }, values))
+    }
+
+    /// Writes an `.npz` with its names beside it.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        short(py, || {
+            self.inner.save(&path).map_err(|e| {
+                raised(std::io::Error::new(e.kind(), format!("{}: cannot be written: {e}", path.display())))
+            })
+        })
+    }
+
+    /// The samples of these rows, in this order.
+    fn select(&self, py: Python<'_>, rows: Vec<usize>) -> PyResult<Self> {
+        let n = self.inner.len();
+        if let Some(row) = rows.iter().find(|row| **row >= n) {
+            return Err(pyo3::exceptions::PyIndexError::new_err(format!("there is no sample {row} of {n}")));
+        }
+        short(py, || Ok(Dataset { inner: Arc::new(self.inner.select(&rows)) }))
+    }
+
+    /// The readings, copied.
+    fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArrayDyn<f32>> {
+        self.inner.x.clone().into_pyarray(py)
+    }
+
+    /// Number of each sample's class.
+    fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        self.inner.y.clone().into_pyarray(py)
+    }
+
+    /// Number of each sample's group, if there are groups.
+    fn groups<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u32>>> {
+        self.inner.groups.clone().map(|groups| groups.into_pyarray(py))
+    }
+
+    /// What is known of the samples, as JSON.
+    fn facts(&self) -> String {
+        let own = &*self.inner;
+        serde_json::json!({
+            "name": own.name, "source": own.source, "digest": own.digest, "classes": own.classes,
+            "reading": own.reading, "groups": own.groups.is_some(), "samples": own.len(),
+            "attributes": own.labels.attributes(), "official": own.official.is_some(),
+        })
+        .to_string()
+    }
+
+    /// Where each sample comes from.
+    fn origins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, &self.inner.origins)
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.len()
+    }
+}

@@ -1,0 +1,119 @@
+//! A trained network or baseline that answers.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use taxel::Predictor;
+use taxel::judge::speed;
+use taxel::learn::threads;
+
+use crate::raise::raised;
+use crate::work::short;
+
+/// A trained network or baseline.
+#[pyclass(frozen, module = "taxel._taxel")]
+pub struct Model {
+    pub inner: taxel::Model,
+    /// The last predictor and its threads.
+    ready: Mutex<Option<(usize, Arc<Predictor>)>>,
+}
+
+impl Model {
+    pub fn new(inner: taxel::Model) -> Self {
+        Model { inner, ready: Mutex::default() }
+    }
+
+    /// A predictor on so many threads; made once.
+    fn predictor(&self, threads: usize) -> PyResult<Arc<Predictor>> {
+        let mut ready = self.ready.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, own)) = ready.as_ref().filter(|(own, _)| *own == threads) {
+            return Ok(own.clone());
+        }
+        let own = self.inner.predictor(self.inner.card().batch(), threads).map_err(raised)?;
+        let own = Arc::new(own);
+        *ready = Some((threads, own.clone()));
+        Ok(own)
+    }
+}
+
+/// Numbers of the likeliest classes `[n · attributes]`, and probabilities `[n, outputs]`.
+type Answers<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f32>>);
+
+#[pymethods]
+impl Model {
+    /// Reads a model file.
+    #[staticmethod]
+    fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        short(py, || taxel::Model::open(&path).map(Model::new).map_err(raised))
+    }
+
+    /// Reads the bytes of a model file.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        short(py, || taxel::Model::from_bytes(bytes, "model").map(Model::new).map_err(raised))
+    }
+
+    /// The bytes of the model file.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = short(py, || self.inner.to_bytes().map_err(raised))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Writes the model file.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        short(py, || self.inner.save(&path).map_err(raised))
+    }
+
+    /// Writes the model as ONNX.
+    fn export(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        short(py, || taxel::export(&self.inner, &path).map(|_| ()).map_err(raised))
+    }
+
+    /// Answers samples, which are read where they lie.
+    #[pyo3(signature = (x, threads=None))]
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArrayDyn<'py, f32>,
+        threads: Option<usize>,
+    ) -> PyResult<Answers<'py>> {
+        let x = x.as_array();
+        let (labels, probabilities, outputs) = short(py, || {
+            let threads = taxel::learn::threads(threads);
+            let said = self.predictor(threads)?.predict(&x).map_err(raised)?;
+            let outputs = said.outputs();
+            Ok((said.labels, said.probabilities, outputs))
+        })?;
+        let n = probabilities.len() / outputs.max(1);
+        Ok((labels.into_pyarray(py), probabilities.into_pyarray(py).reshape([n, outputs])?))
+    }
+
+    /// How long one answer takes, as JSON.
+    fn latency(&self, py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, budget: f64) -> PyResult<String> {
+        let x = x.as_array();
+        short(py, || {
+            let own = speed(&self.inner, &x, budget).map_err(raised)?;
+            serde_json::to_string(&own).map_err(crate::raise::refused)
+        })
+    }
+
+    /// The card as JSON.
+    fn card(&self) -> PyResult<String> {
+        serde_json::to_string(self.inner.card()).map_err(crate::raise::refused)
+    }
+
+    /// The card as people read it.
+    fn __str__(&self) -> String {
+        self.inner.card().to_string()
+    }
+}
+
+/// Threads that so many asked for become.
+#[pyfunction]
+#[pyo3(signature = (asked=None))]
+pub fn cores(asked: Option<usize>) -> usize {
+    threads(asked)
+}

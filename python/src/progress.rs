@@ -1,0 +1,57 @@
+//! A bar on a terminal, lines where somebody asks for them, or nothing.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+
+use taxel::learn::{FoldKey, IndicatifProgress, Progress, Silent};
+
+/// What is told of long work: `None` a bar on a terminal, `Some(true)` also lines elsewhere, `Some(false)` nothing.
+pub fn progress(verbose: Option<bool>) -> Box<dyn Progress + Sync> {
+    match (verbose, std::io::stderr().is_terminal()) {
+        (Some(false), _) | (None, false) => Box::new(Silent),
+        (_, true) => Box::<IndicatifProgress>::default(),
+        (Some(true), false) => Box::<Lines>::default(),
+    }
+}
+
+/// A line on standard error for every tenth of the work.
+#[derive(Default)]
+struct Lines {
+    state: Mutex<Told>,
+}
+
+#[derive(Default)]
+struct Told {
+    work: u64,
+    done: u64,
+    tenths: u64,
+}
+
+impl Progress for Lines {
+    fn start(&self, work: u64) {
+        if let Ok(mut told) = self.state.lock() {
+            *told = Told { work, ..Told::default() };
+        }
+    }
+
+    fn fold(&self, key: &FoldKey, number: usize, total: usize) {
+        eprintln!("{} fold {} ({number} of {total})", key.network, key.fold);
+    }
+
+    fn step(&self, work: u64) {
+        if let Ok(mut told) = self.state.lock() {
+            told.done += work;
+            let tenths = 10 * told.done / told.work.max(1);
+            if tenths > told.tenths && told.work > 0 {
+                told.tenths = tenths;
+                eprintln!("{} %", 10 * tenths.min(10));
+            }
+        }
+    }
+
+    fn finish(&self) {}
+
+    fn say(&self, line: &str) {
+        eprintln!("{line}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Readings: Gramian angular fields, and what goes wrong with a sensor.
+
+use numpy::{IntoPyArray, PyArray4, PyArrayDyn, PyReadonlyArray3};
+use pyo3::prelude::*;
+use taxel::encodings::{Gaf, HardnessImage, Method};
+use taxel::faults::Fault;
+use taxel::learn::encoding::Field;
+use taxel::learn::{sensor, within};
+use taxel::ndarray::Axis;
+
+use crate::dataset::Dataset;
+use crate::raise::refused;
+use crate::work::short;
+
+/// Coloured Gramian angular fields `[n, colours, size, size]` of series `[n, channels, time]`.
+#[pyfunction]
+pub fn gadf<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray3<'py, f32>,
+    settings: &str,
+    summation: bool,
+) -> PyResult<Bound<'py, PyArray4<f32>>> {
+    let x = x.as_array();
+    let images = short(py, || {
+        let Field { size, range, colormap, constant } = crate::config::settings(settings)?;
+        within("size", size, 1, 4096).map_err(refused)?;
+        let method = if summation { Method::Summation } else { Method::Difference };
+        let gaf = Gaf { size, method, range: range.into(), constant };
+        HardnessImage { gaf, colormap }.encode_batch(x).map_err(refused)
+    })?;
+    Ok(images.into_pyarray(py))
+}
+
+/// The samples of a data set, each broken by one fault: a copy of the readings.
+#[pyfunction]
+pub fn break_samples<'py>(
+    py: Python<'py>,
+    dataset: &Dataset,
+    fault: &str,
+    severity: u8,
+    seed: u64,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let own = dataset.inner.clone();
+    let broken = short(py, || {
+        let fault: Fault = fault.parse().map_err(refused)?;
+        let rows: Vec<usize> = (0..own.len()).collect();
+        let about = sensor(&own, &rows).sensor;
+        let mut x = own.x.clone();
+        for (i, sample) in x.axis_iter_mut(Axis(0)).enumerate() {
+            fault.apply(sample, &about, severity, seed, i).map_err(refused)?;
+        }
+        Ok(x)
+    })?;
+    Ok(broken.into_pyarray(py))
+}
+
+/// Every fault, as JSON: name, what happens, its five severities and their unit.
+#[pyfunction]
+pub fn faults() -> String {
+    let one = |fault: &Fault| {
+        serde_json::json!({
+            "name": fault.name(), "happens": fault.describe(), "severities": fault.severities(),
+            "unit": fault.unit(),
+        })
+    };
+    Fault::ALL.iter().map(one).collect::<serde_json::Value>().to_string()
+}
+
+/// Names of the scenes.
+#[pyfunction]
+pub fn scenes() -> Vec<&'static str> {
+    taxel::scenes::names().to_vec()
+}
+
+/// Every effect of a scene, as JSON.
+#[pyfunction]
+pub fn explain(scene: &str) -> PyResult<String> {
+    serde_json::to_string(&taxel::scenes::explain(scene).map_err(refused)?).map_err(refused)
+}

@@ -1,0 +1,92 @@
+//! A model on a stream of readings.
+
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{IntoPyArray, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use taxel::stream::{Condition, Decider, Options};
+
+use crate::model::Model;
+use crate::raise::{raised, refused};
+use crate::work::short;
+
+/// A model that answers the readings of one sensor as they come.
+#[pyclass(frozen, module = "taxel._taxel")]
+pub struct Stream {
+    decider: Mutex<Decider>,
+}
+
+#[pymethods]
+impl Stream {
+    #[new]
+    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None))]
+    #[expect(clippy::too_many_arguments, reason = "as many as a stream has options")]
+    fn new(
+        py: Python<'_>,
+        model: &Model,
+        hop: Option<usize>,
+        contact: bool,
+        before: Option<usize>,
+        early: Option<f32>,
+        least: Option<usize>,
+        full_scale: Option<f32>,
+    ) -> PyResult<Self> {
+        let options = Options { hop, contact, before, early, least, full_scale, ..Options::default() };
+        short(py, || {
+            let predictor = model.inner.predictor(1, 1).map_err(raised)?;
+            let decider = Decider::new(predictor, &options).map_err(raised)?;
+            Ok(Stream { decider: Mutex::new(decider) })
+        })
+    }
+
+    /// Hears one reading; what is decided with it, if anything is.
+    fn push<'py>(
+        &self,
+        py: Python<'py>,
+        reading: PyReadonlyArray1<'py, f32>,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let mut decider = self.decider.lock().unwrap_or_else(PoisonError::into_inner);
+        let own: Vec<f32> = reading.as_array().iter().copied().collect();
+        if own.len() != decider.each() {
+            let (each, given) = (decider.each(), own.len());
+            return Err(refused(format!("a reading has {each} values; this one has {given}")));
+        }
+        if let Some(at) = own.iter().position(|value| !value.is_finite()) {
+            return Err(refused(format!("value {at} of the reading is {}, which is not finite", own[at])));
+        }
+        let decided = taxel::panics::caught(|| decider.push(&own)).map_err(|p| crate::raise::defect(&p))?;
+        let Some(decision) = decided else { return Ok(None) };
+        let said = PyDict::new(py);
+        said.set_item("reading", decision.reading)?;
+        said.set_item("known", decision.known)?;
+        said.set_item("ticks", decision.ticks)?;
+        match decision.probabilities() {
+            Ok(own) => said.set_item("probabilities", own.to_vec().into_pyarray(py))?,
+            Err(error) => said.set_item("refused", error.to_string())?,
+        }
+        let health = decision.health;
+        said.set_item("dead", health.in_condition(Condition::Dead).collect::<Vec<_>>())?;
+        said.set_item("stuck", health.in_condition(Condition::Stuck).collect::<Vec<_>>())?;
+        said.set_item("saturated", health.saturated(decision.known).collect::<Vec<_>>())?;
+        Ok(Some(said))
+    }
+
+    /// Another recording begins.
+    fn begin(&self) {
+        self.decider.lock().unwrap_or_else(PoisonError::into_inner).begin();
+    }
+
+    /// Values of one reading, readings of a window, readings from one window to the next.
+    #[getter]
+    fn sizes(&self) -> (usize, usize, usize) {
+        let decider = self.decider.lock().unwrap_or_else(PoisonError::into_inner);
+        (decider.each(), decider.ticks(), decider.hop())
+    }
+
+    /// How often contact began.
+    #[getter]
+    fn contacts(&self) -> u64 {
+        self.decider.lock().unwrap_or_else(PoisonError::into_inner).contacts()
+    }
+}

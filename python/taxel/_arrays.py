@@ -1,0 +1,94 @@
+"""Arrays as the library takes them: float32 readings, labels by name."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from typing import Any
+
+import numpy as np
+
+LAYOUTS = {2: "features", 3: "series", 4: "sequence"}
+
+
+def readings(x: Any) -> np.ndarray:
+    """`x` as float32; an array that is float32 already is not copied."""
+    if hasattr(x, "toarray") and hasattr(x, "nnz"):
+        raise TypeError("sparse readings are not supported; pass a dense array: x.toarray()")
+    x = np.asarray(x)
+    if np.iscomplexobj(x):
+        raise ValueError("Complex data not supported: readings are real numbers")
+    try:
+        with np.errstate(over="ignore"):
+            own = x.astype(np.float32, copy=False)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"readings are numbers, in an array of one shape: {error}") from None
+    if own.ndim == 0:
+        raise ValueError("readings are an array [samples, ..], not one number")
+    if own.dtype != x.dtype and not np.isfinite(own).all() and np.isfinite(x.astype(np.float64)).all():
+        raise ValueError("a reading is larger than float32 holds, or infinity; bring the readings to another unit")
+    return own
+
+
+def layout_of(x: np.ndarray, layout: str | None) -> str:
+    """What the axes of a sample are, where nobody says it: by their number."""
+    if layout is not None:
+        return layout
+    if x.ndim not in LAYOUTS:
+        raise ValueError(
+            f"samples [n, ..] have 2 axes (features), 3 (series, or layout='image') or 4 (sequence, or "
+            f"layout='colour' or 'fingers'), not {x.ndim}: the shape is {x.shape}. Reshape your data: one sample is "
+            "x.reshape(1, ..), one channel x[:, None, :]"
+        )
+    return LAYOUTS[x.ndim]
+
+
+def refuse_empty(x: np.ndarray) -> None:
+    """Refuses no samples, and samples without values, in scikit-learn's words."""
+    if 0 in x.shape:
+        what = "sample(s)" if len(x) == 0 else "feature(s)"
+        raise ValueError(f"Found array with 0 {what} (shape={x.shape}) while a minimum of 1 is required.")
+
+
+def labels(y: Any, samples: int | None = None) -> tuple[np.ndarray, list[str]]:
+    """The classes of labels in sorted order, and the name of each sample's class."""
+    if y is None:
+        raise ValueError("requires y to be passed, but the target y is None")
+    y = np.asarray(y)
+    if y.ndim == 2 and y.shape[1] == 1:
+        # Scikit-learn's own kind where it is in use.
+        known = sys.modules.get("sklearn.exceptions")
+        kind = getattr(known, "DataConversionWarning", UserWarning)
+        warnings.warn("A column-vector y was passed when a 1d array was expected; its one column is taken", kind, 3)
+        y = y[:, 0]
+    if y.ndim != 1:
+        raise ValueError(f"y should be a 1d array, one label for each sample; it has shape {y.shape}")
+    if samples is not None and len(y) != samples:
+        raise ValueError(f"x has {samples} samples, y {len(y)} labels; give one label for each sample")
+    if np.iscomplexobj(y):
+        raise ValueError("Complex data not supported: labels are whole numbers or texts")
+    if y.dtype.kind == "f":
+        if not np.isfinite(y).all():
+            raise ValueError("Input y contains NaN or infinity; give each sample its class")
+        if (y != np.round(y)).any():
+            raise ValueError("Unknown label type: continuous. Labels are classes: whole numbers or texts")
+    try:
+        classes = np.unique(y)
+    except TypeError:
+        raise ValueError("Unknown label type: labels of different kinds cannot be sorted; make them all texts") from None
+    names = [_name(own) for own in classes]
+    if len(set(names)) < len(names):
+        raise ValueError(f"two classes go by one name: {names}; make them all texts")
+    by_class = dict(zip(classes.tolist(), names))
+    return classes, [by_class[own] for own in y.tolist()]
+
+
+def _name(label: Any) -> str:
+    whole = isinstance(label, (float, np.floating)) and float(label).is_integer()
+    return str(int(label)) if whole else str(label)
+
+
+def order(classes: np.ndarray, named: list[str]) -> np.ndarray:
+    """Where each of `classes` stands among the classes that a model names."""
+    at = {name: i for i, name in enumerate(named)}
+    return np.array([at[_name(own)] for own in classes])

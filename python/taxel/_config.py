@@ -1,0 +1,97 @@
+"""From arguments to the tables of a config."""
+
+from __future__ import annotations
+
+import json
+import numbers
+import os
+import tempfile
+from typing import Any, Mapping
+
+import numpy as np
+
+from ._network import Graph
+
+
+def seed_of(random_state: Any) -> int:
+    """A seed: a whole number, or 0 where nobody says one."""
+    if random_state is None:
+        return 0
+    if hasattr(random_state, "randint"):
+        return int(random_state.randint(2**31 - 1))
+    if isinstance(random_state, bool) or not isinstance(random_state, numbers.Integral):
+        raise TypeError(f"a seed is a whole number, not {random_state!r}")
+    seed = int(random_state)
+    if not 0 <= seed < 2**63:
+        raise ValueError(f"seed = {seed}: must be in 0..={2**63 - 1}")
+    return seed
+
+
+def text(config: Mapping[str, Any]) -> str:
+    """Settings as JSON; NumPy's numbers are numbers."""
+    try:
+        return json.dumps(config, allow_nan=False, default=_plain)
+    except ValueError as error:
+        raise ValueError(f"a setting is NaN or infinite: {error}") from None
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"{value!r} is no value of a setting: numbers, texts, lists and dictionaries are")
+
+
+class Networks:
+    """Entries of `[[networks]]`; a network that is a value becomes a file in `folder`, or in one that is gone after it."""
+
+    def __init__(self, folder: str | None = None) -> None:
+        self._folder = folder
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
+
+    def __enter__(self) -> Networks:
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        if self._temporary is not None:
+            self._temporary.cleanup()
+
+    def entry(self, network: Any, settings: Mapping[str, Any] | None, recipe: Mapping[str, Any] | None) -> dict[str, Any]:
+        """A network of the zoo by name, or one that is a value."""
+        train = {} if recipe is None else {"train": dict(recipe)}
+        if isinstance(network, str):
+            return {"name": network, "set": dict(settings or {}), **train}
+        if not isinstance(network, Graph):
+            raise TypeError(f"network is a name of taxel.zoo() or a taxel.Graph, not {type(network).__name__}")
+        if settings:
+            raise TypeError("settings are for networks of the zoo; a Graph has none")
+        path = os.path.join(self._place(), f"{file_name(network.name)}.safetensors")
+        network.save(path)
+        return {"file": path, "name": network.name, "label": network.name, "fresh": not network.has_weights, **train}
+
+    def _place(self) -> str:
+        if self._folder is not None:
+            os.makedirs(self._folder, exist_ok=True)
+            return self._folder
+        if self._temporary is None:
+            self._temporary = tempfile.TemporaryDirectory(prefix="taxel-")
+        return self._temporary.name
+
+
+def file_name(name: str) -> str:
+    """A name as part of a file's."""
+    return "".join(c if c.isascii() and c.isalnum() or c in "._-" else "-" for c in name)
+
+
+def toml(value: Any) -> str:
+    """A value as TOML writes it inside a line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(key)} = {toml(own)}" for key, own in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    if isinstance(value, (np.generic, np.ndarray)):
+        return toml(value.tolist())
+    if isinstance(value, (bool, str, int, float)):
+        return json.dumps(value, ensure_ascii=False)
+    raise TypeError(f"{value!r} is no value of a config: numbers, texts, lists and dictionaries are")

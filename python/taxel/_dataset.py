@@ -1,0 +1,237 @@
+"""Labelled samples: arrays of your own, recordings on disk, simulated worlds."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+
+from . import _taxel
+from ._arrays import labels, layout_of, readings
+
+
+class Dataset:
+    """Labelled samples with what is known of them.
+
+    Parameters
+    ----------
+    x : array [samples, ..]
+        Readings in their own unit; nothing is scaled. Copied once, into the data set.
+    y : array [samples]
+        The class of each sample: whole numbers or texts.
+    layout : str, optional
+        What the axes of a sample are. By their number: `features`, `series`, `sequence`; say `image`, `colour` or
+        `fingers`.
+    groups : array [samples], optional
+        Object, session or day of each sample: what a fair split keeps together.
+    official : array of bool [samples], optional
+        The samples that the data set's authors test on, for `protocol={"kind": "official"}`.
+    name : str
+        Goes on the card of what is trained on it.
+    unit, rate, full_scale, rest : optional
+        Unit of the readings, readings per second (Hz), the largest possible reading, readings without contact (one
+        for all, or one per channel).
+    source : str, optional
+        `"simulated: .."` or `"real: .."`; by default real, by its name.
+    """
+
+    def __init__(
+        self,
+        x: Any,
+        y: Any,
+        *,
+        layout: str | None = None,
+        groups: Any = None,
+        official: Any = None,
+        name: str = "recordings",
+        unit: str | None = None,
+        rate: float | None = None,
+        full_scale: float | None = None,
+        rest: Any = None,
+        source: str | None = None,
+    ) -> None:
+        x = readings(x)
+        classes, names = labels(y, len(x))
+        facts = {
+            "name": str(name),
+            "layout": layout_of(x, layout),
+            "labels": names,
+            "groups": None if groups is None else [str(own) for own in np.asarray(groups).tolist()],
+            "official": None if official is None else [bool(own) for own in np.asarray(official).tolist()],
+            "unit": unit,
+            "rate": rate,
+            "full_scale": full_scale,
+            "rest": None if rest is None else np.atleast_1d(np.asarray(rest, dtype=np.float32)).tolist(),
+            "source": source,
+        }
+        self._fill(_taxel.Dataset.of_arrays(x, facts))
+        self.classes: np.ndarray = classes
+        self._x: np.ndarray | None = x
+        self._y: np.ndarray | None = np.asarray(y).reshape(len(x))
+
+    def _fill(self, native: Any) -> None:
+        self._native = native
+        self._x = self._y = None
+        #: The `[data]` table that makes these samples again; none of samples in memory.
+        self._data: dict[str, Any] | None = None
+        self._seed: int | None = None
+        self._facts: dict[str, Any] = json.loads(native.facts())
+        #: True physical values [samples] by name, of simulated samples.
+        self.truth: dict[str, np.ndarray] = {}
+        self.classes = np.array(self._facts["classes"])
+
+    @classmethod
+    def _of(cls, native: Any) -> Dataset:
+        own = cls.__new__(cls)
+        own._fill(native)
+        return own
+
+    @property
+    def x(self) -> np.ndarray:
+        """Readings [samples, ..], float32."""
+        if self._x is None:
+            self._x = self._native.x()
+        return self._x
+
+    @property
+    def y(self) -> np.ndarray:
+        """The class of each sample [samples]."""
+        if self._y is None:
+            self._y = self.classes[self._native.y()]
+        return self._y
+
+    @property
+    def groups(self) -> np.ndarray | None:
+        """The group of each sample [samples] by its number, if there are groups."""
+        return self._native.groups()
+
+    @property
+    def origins(self) -> list[str]:
+        """Where each sample comes from: its file, `x[17]`, or `fingertip[17]`."""
+        return self._native.origins()
+
+    @property
+    def name(self) -> str:
+        """Name of the data set."""
+        return self._facts["name"]
+
+    @property
+    def source(self) -> str:
+        """`simulated: ..` or `real: ..`: stands beside every score."""
+        return self._facts["source"]
+
+    @property
+    def digest(self) -> str:
+        """BLAKE3 of shape, values, labels and groups."""
+        return self._facts["digest"]
+
+    @property
+    def reading(self) -> dict[str, Any]:
+        """What one sample is: layout, shape, and where it is known unit, rate (Hz), full_scale, rest."""
+        return self._facts["reading"]
+
+    @property
+    def layout(self) -> str:
+        """What the axes of a sample are."""
+        return self.reading["layout"]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one sample."""
+        return tuple(self.reading["shape"])
+
+    def select(self, rows: Any) -> Dataset:
+        """The samples `rows` (positions, or a mask), in that order."""
+        rows = np.asarray(rows)
+        if rows.dtype == bool:
+            rows = np.flatnonzero(rows)
+        rows = [int(own) for own in rows]
+        own = Dataset._of(self._native.select(rows))
+        own.classes = self.classes
+        own.truth = {name: values[rows] for name, values in self.truth.items()}
+        return own
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes an `.npz` (x, y, group) and, beside it, `<name>.classes.json` with what is known: `taxel run --data`
+        and :func:`taxel.read` read both, to the same digest."""
+        self._native.save(os.fspath(path))
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def __repr__(self) -> str:
+        shape = "×".join(map(str, self.shape))
+        return f"<taxel.Dataset {self.source}: {len(self)} samples, {self.layout} {shape}, {len(self.classes)} classes>"
+
+
+def read(path: str | os.PathLike[str], **options: Any) -> Dataset:
+    """Recordings on disk: `.npz`, `.mat`, `.h5`, a folder with one sub-folder per class, CSV or Parquet tables, UCR
+    folders, ROS 2 bags, LeRobot sets.
+
+    `options` are the keys of the table `[data]` of a config file, such as `channels=[0, 1]`,
+    `length={"kind": "resample", "to": 300}`, `layout="image"`, `full_scale=1023`.
+
+    >>> import taxel
+    >>> taxel.read("missing.npz")
+    Traceback (most recent call last):
+    ...
+    FileNotFoundError: missing.npz: no such file or folder; ...
+    """
+    data = {"path": os.path.abspath(os.fspath(path)), **options}
+    config = {"name": "read", "data": {**data, "path": os.fspath(path)}, "networks": [{"name": "mlp"}]}
+    own = Dataset._of(_taxel.Dataset.read(json.dumps(config)))
+    own._data = data
+    return own
+
+
+def simulate(
+    scene: str,
+    n: int = 1500,
+    seed: int = 0,
+    *,
+    without: str | Sequence[str] = (),
+    **settings: Any,
+) -> Dataset:
+    """`n` recordings of a simulated world, with true physical values in `.truth`.
+
+    `scene` is one of :func:`taxel.scenes`; `without` leaves effects out (:func:`taxel.effects` lists them); `settings` are
+    the scene's own, such as `shore=[0, 10, 20]` of `fingertip`. Sample i is the same however many are asked for.
+
+    >>> import taxel
+    >>> taxel.simulate("fingertip", 30, seed=7, without="noise")
+    <taxel.Dataset simulated: fingertip without noise: 30 samples, series 5×50, 3 classes>
+    """
+    if isinstance(n, bool) or not isinstance(n, (int, np.integer)):
+        raise TypeError(f"n is a whole number, not {n!r}")
+    n, seed = int(n), int(seed)
+    without = [without] if isinstance(without, str) else list(without)
+    native, truth = _taxel.Dataset.simulate(scene, n, seed, without, json.dumps(settings))
+    own = Dataset._of(native)
+    own.truth = truth
+    own._data = {"scene": scene, "samples": n, "without": without, "set": settings}
+    own._seed = seed
+    return own
+
+
+def scenes() -> list[str]:
+    """Names of the simulated worlds."""
+    return _taxel.scenes()
+
+
+def effects(scene: str) -> list[dict[str, Any]]:
+    """Every effect of a simulated world: name, parameter, value, unit, source, why, removable."""
+    return json.loads(_taxel.explain(scene))
+
+
+def of(x: Any, y: Any, facts: Mapping[str, Any]) -> Dataset:
+    """`x` itself where it is a data set, or one made of arrays."""
+    if isinstance(x, Dataset):
+        if y is not None:
+            raise TypeError("a Dataset has its labels already; leave y out")
+        given = sorted(key for key, value in facts.items() if value is not None and key != "name")
+        if given:
+            raise TypeError(f"a Dataset knows {', '.join(given)} already; leave them out")
+        return x
+    return Dataset(x, y, **facts)

@@ -1,0 +1,211 @@
+"""Networks and MiniRocket as estimators of scikit-learn."""
+
+from __future__ import annotations
+
+import numbers
+import os
+from typing import Any, Mapping
+
+import numpy as np
+
+from . import _taxel
+from ._arrays import layout_of, order, readings, refuse_empty
+from ._base import BaseEstimator, ClassifierMixin, NotFittedError
+from ._config import Networks, seed_of, text
+from ._dataset import Dataset, of
+from ._model import Model
+from ._network import Graph
+
+
+class _Fitted(ClassifierMixin, BaseEstimator):
+    """What all estimators have in common: fitting by a config, answering by a model."""
+
+    def fit(self, X: Any, y: Any = None, *, groups: Any = None) -> Any:
+        """Trains on raw readings `X` [samples, ..] (or a :class:`taxel.Dataset`) with one label each.
+
+        Nothing has to be scaled or encoded before. `groups` [samples] are kept together where samples are held back for
+        early stopping. Ctrl-C ends the training with a KeyboardInterrupt.
+        """
+        facts = {"layout": self.layout, "full_scale": self.full_scale, "groups": groups}
+        if not isinstance(X, Dataset):
+            # Before the labels: an array of the wrong axes is the more likely mistake.
+            X = readings(X)
+            layout_of(X, self.layout)
+            refuse_empty(X)
+            facts["name"] = self.name
+        data = of(X, y, facts)
+        with Networks() as networks:
+            config, name = self._config(networks)
+            config.update(name="fit", seed=seed_of(self.random_state), data={"path": data.name})
+            if data.groups is not None:
+                config["protocol"] = {"split": "group"}
+            self.model_ = Model(
+                _taxel.fit(
+                    text(config),
+                    f"taxel.{type(self).__name__}",
+                    data._native,
+                    name,
+                    self.n_jobs if self.n_jobs is None or self.n_jobs > 0 else None,
+                    self.verbose,
+                )
+            )
+        self.classes_ = data.classes
+        self.n_features_in_ = data.shape[0]
+        self._order = order(self.classes_, self.model_.classes)
+        return self
+
+    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+        raise NotImplementedError
+
+    def predict(self, X: Any) -> np.ndarray:
+        """The class of each sample [samples], of raw readings `X` [samples, ..]."""
+        probabilities = self.predict_proba(X)
+        return self.classes_[probabilities.argmax(axis=1)]
+
+    def predict_proba(self, X: Any) -> np.ndarray:
+        """Probabilities [samples, classes], float32, in the order of `classes_`."""
+        if not hasattr(self, "model_"):
+            raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it answers")
+        X = X.x if isinstance(X, Dataset) else readings(X)
+        self._refuse_other_features(X)
+        threads = self.n_jobs if self.n_jobs is not None and self.n_jobs > 0 else None
+        return self.model_.predict_proba(X, threads=threads)[:, self._order]
+
+    def _refuse_other_features(self, X: np.ndarray) -> None:
+        shape = self.model_.shape
+        if X.ndim == len(shape):
+            raise ValueError(
+                f"samples are [n, ..]; Reshape your data: one sample of shape {shape} is x.reshape(1, ..), these have "
+                f"shape {X.shape}"
+            )
+        if X.ndim > 1 and X.ndim == len(shape) + 1 and X.shape[1] != self.n_features_in_:
+            name = type(self).__name__
+            raise ValueError(f"X has {X.shape[1]} features, but {name} is expecting {self.n_features_in_} features as input")
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the model as one `.safetensors` that `taxel predict` and :func:`taxel.load` read."""
+        if not hasattr(self, "model_"):
+            raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it is saved")
+        self.model_.save(path)
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.two_d_array = True
+        tags.input_tags.three_d_array = True
+        tags.classifier_tags.multi_label = False
+        return tags
+
+
+class Classifier(_Fitted):
+    """A network of the zoo, or of your own, trained by taxel's engine on the CPU.
+
+    Parameters
+    ----------
+    network : str or taxel.Graph
+        A name of :func:`taxel.zoo`, sized by the data; or what :meth:`taxel.Network.finish`, :func:`taxel.from_torch` and
+        :meth:`taxel.Graph.open` give. Weights that it has are the start of the training.
+    recipe : dict, optional
+        The table `[train]` of a config: `{"epochs": 60, "batch_size": 64, "optimizer": {"name": "adam", "lr": 0.001}}`.
+        What is left out is paper 000's: 100 epochs, batches of 64, SGD with momentum.
+    encoding : dict, optional
+        The table `[encoding]` of a config: `{"signal": {"kind": "quantile-code"}}`. By default z-scores of a signal; for
+        networks that read images the Gramian difference field of series, the pixels of images, the peak frame of
+        sequences. `{"guard": True}` puts a guard before it that replaces broken channels.
+    settings : dict, optional
+        Settings of a network of the zoo other than its sizes.
+    layout : str, optional
+        What the axes of a sample are, where their number does not say it: `image`, `colour`, `fingers`.
+    full_scale : float, optional
+        The largest possible reading, such as 1023.
+    random_state : int
+        Seed of every random choice; equal seeds give equal models.
+    n_jobs : int, optional
+        Threads; by default all cores. The model does not depend on it.
+    verbose : bool, optional
+        By default a progress bar on a terminal; True prints lines elsewhere too, False nothing.
+    name : str
+        Name of the data set on the model's card.
+
+    Attributes
+    ----------
+    classes_ : array of the labels that were met, sorted
+    model_ : taxel.Model
+    n_features_in_ : length of the first axis of a sample
+    """
+
+    def __init__(
+        self,
+        network: str | Graph = "resnet8-lite-1d",
+        *,
+        recipe: Mapping[str, Any] | None = None,
+        encoding: Mapping[str, Any] | None = None,
+        settings: Mapping[str, Any] | None = None,
+        layout: str | None = None,
+        full_scale: float | None = None,
+        random_state: int | None = 0,
+        n_jobs: int | None = None,
+        verbose: bool | None = None,
+        name: str = "recordings",
+    ) -> None:
+        self.network = network
+        self.recipe = recipe
+        self.encoding = encoding
+        self.settings = settings
+        self.layout = layout
+        self.full_scale = full_scale
+        self.random_state = random_state
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+        self.name = name
+
+    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+        own = networks.entry(self.network, self.settings, None)
+        config: dict[str, Any] = {"networks": [own], "train": dict(self.recipe or {}), "encoding": self.encoding, "baselines": []}
+        return config, own.get("label", own["name"])
+
+
+class MiniRocket(_Fitted):
+    """MiniRocket's features and a ridge classifier (Dempster, Schmidt and Webb 2021): often what is recommended.
+
+    Parameters
+    ----------
+    features : int
+        About that many features.
+    layout, full_scale, random_state, n_jobs, verbose, name
+        As of :class:`Classifier`. Images and sequences are read as channels over rows or time.
+    encoding : dict, optional
+        `{"guard": True}` and `{"baseline": 10}` act before the features.
+
+    Attributes
+    ----------
+    classes_, model_, n_features_in_
+        As of :class:`Classifier`.
+    """
+
+    def __init__(
+        self,
+        features: int = 10_000,
+        *,
+        encoding: Mapping[str, Any] | None = None,
+        layout: str | None = None,
+        full_scale: float | None = None,
+        random_state: int | None = 0,
+        n_jobs: int | None = None,
+        verbose: bool | None = None,
+        name: str = "recordings",
+    ) -> None:
+        self.features = features
+        self.encoding = encoding
+        self.layout = layout
+        self.full_scale = full_scale
+        self.random_state = random_state
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+        self.name = name
+
+    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+        if isinstance(self.features, bool) or not isinstance(self.features, numbers.Integral):
+            raise TypeError(f"features is a whole number, not {self.features!r}")
+        # A config names a network too; this one is not trained.
+        own = {"name": "mini-rocket", "features": int(self.features)}
+        return {"networks": [{"name": "mlp"}], "baselines": [own], "encoding": self.encoding or {}}, "mini-rocket"

@@ -1,0 +1,122 @@
+"""Trained models that answer."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import numpy as np
+
+from . import _taxel
+from ._arrays import readings
+
+
+def load(path: str | os.PathLike[str]) -> Model:
+    """A model file that `taxel fit`, a run folder or :meth:`Model.save` wrote: one file that needs nothing beside it."""
+    return Model(_taxel.Model.open(os.fspath(path)))
+
+
+class Model:
+    """A trained network or baseline, with everything that turns raw readings into answers.
+
+    >>> import taxel
+    >>> model = taxel.load("model.safetensors")         # doctest: +SKIP
+    >>> model.predict(x)                                # doctest: +SKIP
+    array(['shore-00', 'shore-20'], dtype='<U8')
+    """
+
+    def __init__(self, native: Any) -> None:
+        self._native = native
+        self._card: dict[str, Any] | None = None
+
+    @property
+    def card(self) -> dict[str, Any]:
+        """What the model says about itself: network, reading, inputs, classes, what it was trained on, its score."""
+        if self._card is None:
+            self._card = json.loads(self._native.card())
+        return self._card
+
+    @property
+    def name(self) -> str:
+        """Name of the network or baseline."""
+        return self.card["name"]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one raw sample."""
+        return tuple(self.card["reading"]["shape"])
+
+    @property
+    def attributes(self) -> dict[str, list[str]]:
+        """What it answers, by name: one attribute called `class`, or several."""
+        return {own["name"]: own["classes"] for own in self.card["attributes"]}
+
+    @property
+    def classes(self) -> list[str]:
+        """Names of the columns of :meth:`predict_proba`; of several attributes `attribute:level`."""
+        several = len(self.attributes) > 1
+        return [f"{name}:{own}" if several else own for name, classes in self.attributes.items() for own in classes]
+
+    def answer(self, x: Any, *, threads: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the likeliest classes [samples] ([samples, attributes] of several) and probabilities
+        [samples, outputs], of raw samples `x` [samples, ..] of the shape that the card states.
+
+        A float32 array is read where it lies; answers depend neither on threads nor on their neighbours.
+        """
+        numbers, probabilities = self._native.predict(readings(x), threads)
+        several = len(self.attributes)
+        return (numbers.reshape(-1, several) if several > 1 else numbers), probabilities
+
+    def predict(self, x: Any, *, threads: int | None = None) -> np.ndarray:
+        """Names of the likeliest classes [samples] ([samples, attributes] of several attributes)."""
+        numbers, _ = self.answer(x, threads=threads)
+        names = [np.array(classes) for classes in self.attributes.values()]
+        if len(names) == 1:
+            return names[0][numbers]
+        return np.stack([own[numbers[:, at]] for at, own in enumerate(names)], axis=1)
+
+    def predict_proba(self, x: Any, *, threads: int | None = None) -> np.ndarray:
+        """Probabilities [samples, outputs], float32, in the order of :attr:`classes`."""
+        return self.answer(x, threads=threads)[1]
+
+    def latency(self, x: Any = None, *, seconds: float = 1.0) -> dict[str, Any]:
+        """How long one answer takes on one thread of this machine, measured for about so many `seconds`.
+
+        `encoding`, `network` and `whole` each hold `p50_ms`, `p95_ms` and `runs`; `samples_per_second` is of batches of
+        `batch`. `x` [samples, ..] are the samples to ask about, by default a ramp over the whole range.
+        """
+        if x is None:
+            full = self.card["reading"].get("full_scale") or 1.0
+            x = np.linspace(0, full, num=int(np.prod(self.shape)), dtype=np.float32).reshape(1, *self.shape)
+        return json.loads(self._native.latency(readings(x), float(seconds)))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the model as one `.safetensors`, whole or not at all; the command line and :func:`taxel.load` read it."""
+        path = os.fspath(path)
+        if not path.endswith(".safetensors"):
+            raise ValueError(f"{path}: a model is a .safetensors file")
+        self._native.save(path)
+
+    def export(self, path: str | os.PathLike[str]) -> None:
+        """Writes the model as ONNX, its scaling included; not of baselines."""
+        self._native.export(os.fspath(path))
+
+    def to_bytes(self) -> bytes:
+        """The bytes of the model's file."""
+        return self._native.to_bytes()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Model:
+        """The model whose file has these bytes."""
+        return cls(_taxel.Model.from_bytes(data))
+
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]:
+        return (Model.from_bytes, (self.to_bytes(),))
+
+    def __str__(self) -> str:
+        return str(self._native)
+
+    def __repr__(self) -> str:
+        shape = "×".join(map(str, self.shape))
+        return f"<taxel.Model {self.name}: {self.card['reading']['layout']} {shape}, {len(self.classes)} outputs>"

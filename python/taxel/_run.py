@@ -1,0 +1,264 @@
+"""Networks compared on the same folds: runs, and their reports."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import tempfile
+from typing import Any, Iterable, Mapping
+
+import numpy as np
+
+from . import _taxel
+from ._config import Networks, file_name, seed_of, text, toml
+from ._dataset import Dataset, of, read
+from ._model import Model, load
+from ._network import Graph
+
+
+class Run:
+    """A run folder: what was trained and tested on folds. `taxel report`, `fit` and `choose` take it too."""
+
+    def __init__(self, path: str | os.PathLike[str], data: Dataset | None = None) -> None:
+        self.path = os.fspath(path)
+        self._data = data
+        self._temporary: Any = None
+        self._markdown, table, self._text = _taxel.table(self.path)
+        #: The table as a dictionary: what `taxel run --json` prints.
+        self.table: dict[str, Any] = json.loads(table)
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """`results.json`: scores of every network and baseline, fold by fold, with mean, SD, intervals, confusions."""
+        with open(os.path.join(self.path, "results.json"), encoding="utf-8") as file:
+            return json.load(file)
+
+    @property
+    def predictions(self) -> dict[str, np.ndarray]:
+        """`predictions.npz`: what was said of every test sample, by network."""
+        with np.load(os.path.join(self.path, "predictions.npz")) as file:
+            return dict(file)
+
+    def scores(self) -> dict[str, dict[str, float]]:
+        """Mean scores of each row in %: accuracy, precision, recall, f1."""
+        return {own["network"]: own["mean"] for own in self.results["networks"]}
+
+    def models(self) -> dict[str, Model]:
+        """The model of every fold, by `<network>.r<repetition>.f<fold>` as its file is called."""
+        folder = os.path.join(self.path, "models")
+        files = sorted(own for own in os.listdir(folder) if own.endswith(".safetensors"))
+        return {os.path.splitext(own)[0]: load(os.path.join(folder, own)) for own in files}
+
+    def report(self, **options: Any) -> Report:
+        """As :func:`taxel.report`."""
+        return report(self, **options)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def _repr_markdown_(self) -> str:
+        return self._markdown
+
+    def __repr__(self) -> str:
+        return f"<taxel.Run {self.path}>"
+
+
+class Report:
+    """The report of a run; in a notebook it shows itself."""
+
+    def __init__(self, said: Mapping[str, Any]) -> None:
+        #: Path of the page, which needs no network and nothing beside it.
+        self.page: str = said["page"]
+        #: The smallest network that suffices; None where none does.
+        self.chosen: str | None = said["chosen"]
+        #: The recommendation in sentences.
+        self.words: list[str] = said["words"]
+        #: One dictionary per row of the first table, units in the keys.
+        self.networks: list[dict[str, Any]] = said["networks"]
+        self._table: str = said["table"]
+
+    @property
+    def html(self) -> str:
+        """The page."""
+        with open(self.page, encoding="utf-8") as file:
+            return file.read()
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.html, quote=True)
+        return f'<iframe srcdoc="{page}" style="width: 100%; height: 800px; border: 0"></iframe>'
+
+    def __str__(self) -> str:
+        return "\n".join([self._table, *self.words])
+
+    def __repr__(self) -> str:
+        return f"<taxel.Report {self.page}: {self.chosen or 'nothing chosen'}>"
+
+
+def cross_validate(
+    networks: Any,
+    x: Any,
+    y: Any = None,
+    *,
+    groups: Any = None,
+    recipe: Mapping[str, Any] | None = None,
+    encoding: Mapping[str, Any] | None = None,
+    protocol: int | Mapping[str, Any] | None = None,
+    baselines: Iterable[Any] | None = None,
+    harden: Mapping[str, Any] | None = None,
+    choose: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    name: str = "cross-validation",
+    threads: int | None = None,
+    verbose: bool | None = None,
+    **facts: Any,
+) -> Run:
+    """Trains and tests networks and baselines on the same folds.
+
+    Parameters
+    ----------
+    networks : str, taxel.Graph, taxel.Classifier, taxel.MiniRocket, dict, or a list of them
+        Names of :func:`taxel.zoo`, networks of your own, estimators, or entries of a config's `[[networks]]`.
+    x, y
+        Raw readings [samples, ..] with one label each; or a :class:`taxel.Dataset`; or the path of recordings, as
+        :func:`taxel.read` takes it.
+    groups : array [samples], optional
+        Object, session or day of each sample. With groups no group is both trained and tested on, unless `protocol` says
+        otherwise: accuracy on objects that were also in training flatters.
+    recipe, encoding, harden, choose : dict, optional
+        The tables `[train]`, `[encoding]`, `[harden]`, `[choose]` of a config.
+    protocol : int or dict, optional
+        Number of folds, or the table `[protocol]`. Default stratified 5-fold.
+    baselines : list, optional
+        Names (`"mini-rocket"`) or tables (`{"name": "k-nn", "k": 3}`); by default all five, `[]` for none.
+    out : path, optional
+        The run folder, by default one that lasts as long as what is returned. Samples in memory are kept in it as
+        `recordings.npz`, so that the command line can judge and fit from it.
+    resume : bool
+        Goes on with an interrupted run in `out`, to the same bytes.
+    facts
+        `layout`, `unit`, `rate`, `full_scale`, `rest`, `official`, `source` of arrays, as of :class:`taxel.Dataset`.
+
+    Returns
+    -------
+    Run
+        What the run folder holds: a table that prints itself, results, predictions, models, and the report.
+    """
+    if isinstance(x, (str, os.PathLike)):
+        x = read(x, **facts)
+        facts = {}
+    data = of(x, y, {**facts, "groups": groups})
+    temporary = tempfile.TemporaryDirectory(prefix="taxel-run-") if out is None else None
+    folder = os.path.abspath(os.path.join(temporary.name, name) if temporary else os.fspath(out))  # type: ignore[arg-type]
+    source, kept = _source(data, folder, seed)
+    files = Networks(f"{folder}-networks")
+    entries, rockets, own_encoding = _entries(networks, files)
+    config = {
+        "name": name,
+        "seed": seed_of(seed),
+        "data": source,
+        "train": dict(recipe or {}),
+        "encoding": encoding if encoding is not None else own_encoding,
+        "protocol": _protocol(protocol, groups is not None),
+        "networks": entries or [{"name": "mlp"}],
+        "baselines": None if baselines is None and not rockets else [*(baselines or []), *rockets],
+        "harden": harden,
+        "choose": choose,
+    }
+    place = "taxel.cross_validate"
+    try:
+        _taxel.cross_validate(text(config), place, data._native, folder, resume, threads, verbose)
+    finally:
+        # Also of a run that was stopped: it is gone on with.
+        if kept is not None and os.path.isdir(folder):
+            data.save(kept)
+    own = Run(folder, data)
+    own._temporary = temporary
+    return own
+
+
+def _source(data: Dataset, folder: str, seed: int) -> tuple[dict[str, Any], str | None]:
+    """The `[data]` table, and where samples are kept that no table makes again."""
+    if data._data is not None and data._seed in (None, seed):
+        return data._data, None
+    # Read again, samples go by the name of their file.
+    kept = os.path.join(folder, f"{file_name(data.name)}.npz")
+    reading = data.reading
+    facts = {key: reading.get(key) for key in ("layout", "rate", "full_scale")}
+    official = {"test": "official"} if data._facts.get("official") else {}
+    return {"path": kept, **facts, **official}, kept
+
+
+def _protocol(protocol: Any, grouped: bool) -> dict[str, Any]:
+    own: dict[str, Any] = {"split": "group"} if grouped else {}
+    if protocol is None:
+        return own
+    if isinstance(protocol, Mapping):
+        return {**own, **protocol}
+    return {**own, "folds": protocol}
+
+
+def _entries(networks: Any, files: Networks) -> tuple[list[dict[str, Any]], list[dict[str, Any]], Any]:
+    """Entries of `[[networks]]`, baselines among the estimators, and the encoding that the estimators agree on."""
+    from ._estimators import Classifier, MiniRocket
+
+    if isinstance(networks, (str, Graph, Mapping, Classifier, MiniRocket)):
+        networks = [networks]
+    entries, rockets, encodings = [], [], []
+    for own in networks:
+        if isinstance(own, MiniRocket):
+            rockets.append({"name": "mini-rocket", "features": own.features})
+        elif isinstance(own, Classifier):
+            entries.append(files.entry(own.network, own.settings, own.recipe))
+            encodings.append(own.encoding)
+        elif isinstance(own, Mapping):
+            entries.append(dict(own))
+        else:
+            entries.append(files.entry(own, None, None))
+    told = [own for own in encodings if own is not None]
+    if any(own != told[0] for own in told):
+        raise ValueError("the estimators want different encodings; all networks of a run read the same: give encoding=..")
+    if not entries and not rockets:
+        raise ValueError("networks = []: name at least one network")
+    return entries, rockets, told[0] if told else None
+
+
+def run(
+    config: str | os.PathLike[str],
+    *,
+    quick: bool = False,
+    set: Mapping[str, Any] | None = None,
+    data: str | os.PathLike[str] | None = None,
+    seed: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    threads: int | None = None,
+    verbose: bool | None = None,
+) -> Run:
+    """Runs an experiment file, as `taxel run` does; `set={"train.epochs": 20}` replaces values by their dotted keys."""
+    pairs = [f"{key}={toml(value)}" for key, value in (set or {}).items()]
+    path = [None if own is None else os.fspath(own) for own in (data, out)]
+    seed = None if seed is None else seed_of(seed)
+    return Run(_taxel.run(os.fspath(config), pairs, quick, path[0], seed, path[1], resume, threads, verbose))
+
+
+def report(
+    run: Run | str | os.PathLike[str],
+    *,
+    stress: bool = True,
+    samples: int = 1000,
+    again: bool = False,
+    threads: int | None = None,
+    verbose: bool | None = None,
+) -> Report:
+    """Judges a run: which network suffices, accuracy against measured speed, where networks break. Writes the page, tables
+    and charts into the run folder; in a notebook the page shows itself.
+
+    `stress=False` leaves the faults out, `samples` limits the test samples under faults, `again` measures anew what was
+    measured before. Leave the machine alone while networks are timed. Ctrl-C is heard once everything is measured.
+    """
+    own = run if isinstance(run, Run) else Run(run)
+    native = None if own._data is None else own._data._native
+    return Report(json.loads(_taxel.report(own.path, native, stress, samples, again, threads, verbose)))

@@ -1,0 +1,121 @@
+"""A model on a stream of readings: decisions as they come."""
+
+from __future__ import annotations
+
+from typing import Any, Iterable, Iterator, NamedTuple
+
+import numpy as np
+
+from . import _taxel
+from ._arrays import readings
+from ._model import Model
+
+
+class Decision(NamedTuple):
+    """What a model says about a window of readings."""
+
+    #: Number of the window's last reading, from 0.
+    reading: int
+    #: The likeliest class; of several attributes one each.
+    answer: Any
+    #: Probabilities [outputs], in the order of `Model.classes`.
+    probabilities: np.ndarray
+    #: Readings of the window that were there, and of a full one.
+    known: int
+    ticks: int
+    #: Channels (or taxels) by position that are dead, stuck, or were at full scale within the window.
+    dead: list[int]
+    stuck: list[int]
+    saturated: list[int]
+
+    @property
+    def early(self) -> bool:
+        """Whether the window was not full."""
+        return self.known < self.ticks
+
+
+class Stream:
+    """Answers the readings of one sensor as they come, window by window.
+
+    Parameters
+    ----------
+    model : taxel.Model, or a fitted estimator
+    hop : int, optional
+        Readings from one window to the next; by default a quarter of a window.
+    contact : bool
+        Whether windows begin with contact.
+    before : int, optional
+        Readings of a window before contact.
+    early : float, optional
+        The probability at which a window is decided before it is full, from `least` readings on.
+    full_scale : float, optional
+        The largest possible reading, by default what the model's card says.
+
+    >>> stream = taxel.Stream(model, early=0.95)        # doctest: +SKIP
+    >>> for decision in stream.feed(sensor):            # doctest: +SKIP
+    ...     print(decision.reading, decision.answer)
+    """
+
+    def __init__(
+        self,
+        model: Model | Any,
+        *,
+        hop: int | None = None,
+        contact: bool = False,
+        before: int | None = None,
+        early: float | None = None,
+        least: int | None = None,
+        full_scale: float | None = None,
+    ) -> None:
+        self.model: Model = getattr(model, "model_", model)
+        if not isinstance(self.model, Model):
+            raise TypeError(f"a stream asks a taxel.Model or a fitted estimator, not {type(model).__name__}")
+        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale)
+        self._names = [np.array(own) for own in self.model.attributes.values()]
+
+    @property
+    def values(self) -> int:
+        """Values of one reading: channels, or taxels row by row."""
+        return self._native.sizes[0]
+
+    @property
+    def window(self) -> int:
+        """Readings of a full window."""
+        return self._native.sizes[1]
+
+    @property
+    def hop(self) -> int:
+        """Readings from one window to the next."""
+        return self._native.sizes[2]
+
+    @property
+    def contacts(self) -> int:
+        """How often contact began."""
+        return self._native.contacts
+
+    def push(self, reading: Any) -> Decision | None:
+        """Hears one reading [values]; what is decided with it, if anything is.
+
+        A window that the model's encoding refuses (one in which it finds no contact) is passed over.
+        """
+        own = readings(reading).reshape(-1)
+        said = self._native.push(own)
+        if said is None or "refused" in said:
+            return None
+        probabilities, at, answers = said.pop("probabilities"), 0, []
+        for names in self._names:
+            answers.append(names[int(probabilities[at : at + len(names)].argmax())])
+            at += len(names)
+        answer = str(answers[0]) if len(answers) == 1 else tuple(map(str, answers))
+        return Decision(answer=answer, probabilities=probabilities, **said)
+
+    def feed(self, source: Iterable[Any]) -> Iterator[Decision]:
+        """Decisions of readings as they come, from anything that can be gone through: an array [readings, values], a queue."""
+        for reading in source:
+            decision = self.push(reading)
+            if decision is not None:
+                yield decision
+
+    def begin(self) -> None:
+        """Another recording begins: nothing of the last one counts."""
+        self._native.begin()

@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""Compares the Python package with PyTorch and aeon, interleaved in one process; prints a table, writes JSON with --output.
+
+    python3 scripts/bench_python.py [--rounds 5] [--epochs 5] [--threads N] [--output bench.json]
+
+Needs TAXEL_DATA and a Python with the wheel of scripts/python, torch, aeon and numpy.
+
+*What is compared.* On fsr-glove28 (5 force sensors × 50 readings, 28 objects; every fifth sample is tested):
+`taxel.Classifier("resnet8-lite-1d").fit` with the recipe of configs/real/fsr-glove28.toml, fewer epochs, against the same
+recipe in PyTorch (`scripts/twin`: network, z-scores, shuffles, schedule, population statistics); `taxel.MiniRocket` against
+`aeon`'s MiniRocketClassifier, both with about 10,000 features, `fit` and `predict`. Then how much memory
+`predict_proba` takes for a float32 array of 512 MiB besides the array.
+
+*How.* One after the other in one process, in turns, the order reversed from round to round; each has been run once before.
+A time is the median over rounds, of the whole process and all of its threads: CPU time, which other programs disturb less
+than wall time, and wall time beside it. With threads that wait actively CPU time counts the waiting too: `--threads 1`
+compares work alone.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import resource
+import statistics
+import sys
+import time
+
+os.environ.setdefault("CUDA_VISIBLE_DEVICES", "")
+
+import numpy as np  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts" / "twin"))
+RECIPE = {
+    "batch_size": 64,
+    "optimizer": {"name": "sgdm", "lr": 0.01, "momentum": 0.9},
+    "schedule": {"kind": "steps", "at": [0.6, 0.85], "factor": 0.1},
+    "batch_norm": "population",
+}
+TARGETS = {"fit of resnet8-lite-1d": 2.0, "fit of MiniRocket": 1.5, "predict of MiniRocket": 1.5}
+
+
+def timed(work):
+    """CPU and wall seconds of some work, and what it gives."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    given = work()
+    return (time.process_time() - cpu, time.perf_counter() - wall), given
+
+
+def interleaved(rounds, columns):
+    """Medians of CPU and wall seconds of each column, and what each gave last."""
+    times, given = {name: [] for name in columns}, {}
+    for turn in range(-1, rounds):
+        for name in list(columns)[:: 1 if turn % 2 else -1]:
+            took, given[name] = timed(columns[name])
+            if turn >= 0:
+                times[name].append(took)
+    return {name: [statistics.median(own) for own in zip(*all_)] for name, all_ in times.items()}, given
+
+
+def networks(taxel, x, y, train, test, args):
+    import torch
+    import networks as twins
+    import train as twin
+
+    torch.set_num_threads(args.threads)
+    recipe = {**RECIPE, "epochs": args.epochs}
+    classes = int(y.max()) + 1
+
+    def ours():
+        own = taxel.Classifier("resnet8-lite-1d", recipe=recipe, n_jobs=args.threads).fit(x[train], y[train])
+        return own.score(x[test], y[test])
+
+    def theirs():
+        torch.manual_seed(0)
+        signal, labels = torch.as_tensor(twin.z_score(x, train)), torch.as_tensor(y)
+        net = twins.build("resnet8-lite-1d", classes=classes, in_channels=x.shape[1])
+        return twin.train_fold(net, [signal], labels, train, test, recipe, torch.Generator().manual_seed(7))
+
+    times, accuracy = interleaved(args.rounds, {"taxel": ours, "PyTorch": theirs})
+    return [("fit of resnet8-lite-1d", "PyTorch", times["taxel"], times["PyTorch"], accuracy["taxel"], accuracy["PyTorch"])]
+
+
+def rockets(taxel, x, y, train, test, args):
+    from aeon.classification.convolution_based import MiniRocketClassifier
+
+    fit = {
+        "taxel": lambda: taxel.MiniRocket(10_000, n_jobs=args.threads).fit(x[train], y[train]),
+        "aeon": lambda: MiniRocketClassifier(n_kernels=10_000, n_jobs=args.threads, random_state=0).fit(x[train], y[train]),
+    }
+    times, fitted = interleaved(args.rounds, fit)
+    asked = {name: (lambda own=own: own.predict(x[test])) for name, own in fitted.items()}
+    answers, said = interleaved(3 * args.rounds, asked)
+    right = {name: float((own == y[test]).mean()) for name, own in said.items()}
+    return [
+        ("fit of MiniRocket", "aeon", times["taxel"], times["aeon"], right["taxel"], right["aeon"]),
+        ("predict of MiniRocket", "aeon", answers["taxel"], answers["aeon"], right["taxel"], right["aeon"]),
+    ]
+
+
+def copies(taxel, x, y):
+    """Memory that `predict_proba` takes besides a float32 array of 512 MiB, as a share of it."""
+    model = taxel.Classifier("mlp", recipe={"epochs": 1}).fit(x[:200], y[:200]).model_
+    many = np.resize(x, ((512 << 20) // x[0].nbytes, *x.shape[1:]))
+    model.predict_proba(many[:5000])
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    said = model.predict_proba(many)
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) << 10
+    return {"array_bytes": many.nbytes, "answers_bytes": said.nbytes, "grown_bytes": grown, "share": grown / many.nbytes}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--epochs", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--output", type=pathlib.Path)
+    args = parser.parse_args()
+    import taxel
+
+    path = pathlib.Path(os.environ["TAXEL_DATA"]) / "fsr-glove28"
+    data = taxel.read(path, channels=[30, 31, 32, 33, 34], drop=["contradictory"])
+    x, y = data.x, np.searchsorted(data.classes, data.y).astype(np.int64)
+    test = np.arange(0, len(x), 5)
+    train = np.setdiff1d(np.arange(len(x)), test)
+    memory = copies(taxel, x, y)
+    rows = networks(taxel, x, y, train, test, args) + rockets(taxel, x, y, train, test, args)
+    print(f"{len(train)} samples trained on, {len(test)} tested, {args.threads} threads, load {os.getloadavg()[0]:.1f}")
+    print(f"{'':24} {'taxel':>16} {'other':>16} {'times as fast':>14} {'target':>7}  accuracy %")
+    table = []
+    for name, other, ours, theirs, right, wrong in rows:
+        ratio = [theirs[i] / ours[i] for i in (0, 1)]
+        print(
+            f"{name:24} {ours[0]:7.3f} / {ours[1]:6.3f} {theirs[0]:7.3f} / {theirs[1]:6.3f} "
+            f"{ratio[0]:6.2f} / {ratio[1]:5.2f} {TARGETS[name]:7.1f}  {100 * right:.2f} ({other} {100 * wrong:.2f})"
+        )
+        table.append(
+            dict(what=name, other=other, cpu_s=[ours[0], theirs[0]], wall_s=[ours[1], theirs[1]], ratio=ratio, accuracy=[right, wrong])
+        )
+    print("seconds and ratios: CPU / wall")
+    print(f"predict_proba of {memory['array_bytes'] >> 20} MiB of float32 took {memory['grown_bytes'] / 2**20:.1f} MiB "
+          f"({100 * memory['share']:.1f} %) besides, {memory['answers_bytes'] / 2**20:.1f} MiB of them the answers")
+    if args.output:
+        args.output.write_text(json.dumps({"rows": table, "memory": memory, "arguments": vars(args) | {"output": None}}, indent=1))
+
+
+if __name__ == "__main__":
+    main()
