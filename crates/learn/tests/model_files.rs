@@ -225,7 +225,7 @@ fn a_baseline_with_other_tensors_is_refused() {
 #[test]
 fn samples_that_are_not_what_the_model_reads_are_refused() {
     for (model, dataset) in small_models() {
-        let refusal = |x| model.predict(&x).unwrap_err().to_string();
+        let refusal = |x: ndarray::ArrayD<f32>| model.predict(&x).unwrap_err().to_string();
         let name = model.card().name.clone();
         let short = dataset
             .x

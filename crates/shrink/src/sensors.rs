@@ -59,9 +59,9 @@ pub fn places(layout: Layout, shape: &[usize], sensor: Sensor) -> Vec<usize> {
 pub fn kept(sensors: &[Sensor], ranking: &[usize], count: usize) -> Reduction {
     let mut own: Vec<Sensor> = ranking.iter().take(count).map(|&at| sensors[at]).collect();
     let rest = ranking.iter().skip(count).map(|&at| sensors[at]);
-    let (is_row, is_column): (fn(&Sensor) -> bool, fn(&Sensor) -> bool) =
-        (|own| matches!(own, Sensor::Row(_)), |own| matches!(own, Sensor::Column(_)));
-    for is in [is_row, is_column] {
+    let needed: [fn(&Sensor) -> bool; 2] =
+        [|own| matches!(own, Sensor::Row(_)), |own| matches!(own, Sensor::Column(_))];
+    for is in needed {
         if sensors.iter().any(is) && !own.iter().any(is) {
             own.extend(rest.clone().find(is));
         }

@@ -504,7 +504,7 @@ fn a_hardened_network_is_fitted_by_its_own_name() {
     let dir = tempfile::tempdir().unwrap();
     let fit = |name: &str| {
         let options = RunOptions { threads: Some(1), ..RunOptions::default() };
-        runner.fit(name, &options, &dir.path().join("session"), &Silent, &AtomicBool::new(false))
+        runner.fit(name, &options, Some(&dir.path().join("session")), &Silent, &AtomicBool::new(false))
     };
     let (clean, hardened) = (fit("a.b").unwrap().unwrap(), fit("a.b.hardened").unwrap().unwrap());
     assert_eq!(hardened.card().name, "a.b.hardened");
