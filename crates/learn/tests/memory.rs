@@ -1,4 +1,4 @@
-//! Neither encoding nor answering allocates. One test alone: others would allocate meanwhile.
+//! Neither encoding nor answering allocates.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -6,22 +6,16 @@ mod support;
 #[path = "support/transforms.rs"]
 mod transforms;
 
+use allocation_counter::measure;
 use ndarray::Axis;
-use peak_alloc::PeakAlloc;
 use support::candidates;
 use taxel_learn::fit;
 use transforms::{samples, transforms};
 
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
-
 /// Does it twice: what is looked up once per process is looked up the first time.
 fn allocates_nothing(what: &str, mut work: impl FnMut()) {
     work();
-    let before = MEMORY.current_usage();
-    MEMORY.reset_peak_usage();
-    work();
-    assert_eq!(MEMORY.peak_usage(), before, "{what}");
+    assert_eq!(measure(work).count_total, 0, "{what}");
 }
 
 #[test]

@@ -375,7 +375,8 @@ fn a_model_comes_back_from_its_bytes() {
         let bytes = model.to_bytes().unwrap();
         assert_eq!(bytes, std::fs::read(&path).unwrap());
         let back = Model::from_bytes(&bytes, "a pickle").unwrap();
-        assert_eq!(back, model);
+        assert_eq!(back.card(), model.card());
+        assert_eq!(tensors(&back), tensors(&model));
         let [a, b] = [&back, &model].map(|own| own.predict(&dataset.x).unwrap().probabilities);
         assert_eq!(bits(&a), bits(&b));
         let error = Model::from_bytes(&bytes[..bytes.len() - 4], "a pickle").unwrap_err().to_string();
