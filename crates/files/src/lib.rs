@@ -1,4 +1,21 @@
 //! Files that are whole or not there: the one way in which the project writes a file.
+//!
+//! ```
+//! use std::io::Write;
+//! use taxel_files::{Part, part_of, write_whole};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("results.json");
+//! write_whole(&path, b"[1, 2]")?;
+//!
+//! // Writing that ends early leaves what was there.
+//! let mut part = Part::create(&path)?;
+//! part.write_all(b"[3, ")?;
+//! drop(part);
+//! assert_eq!(std::fs::read(&path)?, b"[1, 2]");
+//! assert!(!part_of(&path).exists());
+//! # Ok::<(), std::io::Error>(())
+//! ```
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};

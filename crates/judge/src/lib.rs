@@ -3,6 +3,34 @@
 //!
 //! [`Case`] is an opened run folder with its data. [`judge()`] measures it once: the [`Judgement`] is plain
 //! values. [`choose`], [`claims`] and [`across`] decide by them, [`report()`] and [`overview`] show them.
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use taxel_baselines::Method;
+//! use taxel_data::{Dataset, Layout};
+//! use taxel_judge::{Case, Criteria, Options, choose, judge};
+//! use taxel_learn::{Candidate, CrossValidation, Protocol, RunFolder, RunOptions, Silent};
+//!
+//! // Forty presses: soft ones rise slowly, hard ones at once.
+//! let reading = |press: usize, time: usize| (press % 2 + 1) as f32 * time as f32 + (7 * press % 5) as f32;
+//! let x = ndarray::ArrayD::from_shape_fn(vec![40, 1, 12], |at| reading(at[0], at[2]));
+//! let labels: Vec<&str> = (0..40).map(|press| ["soft", "hard"][press % 2]).collect();
+//! let presses = Dataset::new("presses", Layout::Series, x, &labels)?;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let out = folder.path().join("presses");
+//! CrossValidation::new(&presses)
+//!     .protocol(Protocol::k_fold(2))
+//!     .candidate(Candidate::baseline(Method::Majority))
+//!     .candidate(Candidate::baseline(Method::NearestNeighbours { k: 1 }))
+//!     .run_in(&out, &RunOptions::default(), &Silent, &AtomicBool::new(false))?;
+//!
+//! let case = Case::new(RunFolder::open(&out)?, presses)?;
+//! let judgement = judge(&case, &Options { budget: 0.01, ..Options::default() })?;
+//! let choice = choose(&case, &judgement, &Criteria::default())?;
+//! assert_eq!(choice.chosen.as_deref(), Some("k-nn"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod case;
 mod decide;

@@ -7,6 +7,17 @@
 //! Slices that do not fit the sizes are programming errors of the caller and panic with a message that names
 //! the slice; no function reads or writes outside its slices. Safe functions that lead into unchecked loops
 //! assert all lengths that those rely on before the first round.
+//!
+//! ```
+//! use taxel_kernels::matmul::{Matrix, matmul};
+//!
+//! // Two readings of three taxels, times weights of two outputs: [2, 3] x [3, 2].
+//! let readings = [1.0, 0.0, 2.0, 0.0, 3.0, 1.0];
+//! let weights = [1.0, -1.0, 0.5, 2.0, 0.0, 1.0];
+//! let mut out = [0.0; 4];
+//! matmul(&mut out, 2, Matrix::new(&readings, 2, 3), Matrix::new(&weights, 3, 2), false);
+//! assert_eq!(out, [1.0, 1.0, 1.5, 7.0]);
+//! ```
 
 pub mod activation;
 pub mod adaptive_pool;

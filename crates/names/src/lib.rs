@@ -1,4 +1,9 @@
 //! The name that was meant, for messages about one that is not known.
+//!
+//! ```
+//! let hint = taxel_names::hint("resnet18-lite", ["mlp", "resnet8-lite"]);
+//! assert_eq!(hint, "did you mean `resnet8-lite`? known: mlp, resnet8-lite");
+//! ```
 
 /// How many names are offered at most.
 const MOST: usize = 3;

@@ -1,4 +1,10 @@
 //! Panics of a foreign reader, caught without a word on standard error.
+//!
+//! ```
+//! let read = |bytes: &[u8]| bytes[0];
+//! assert_eq!(taxel_quiet::caught(|| read(&[7])), Some(7));
+//! assert_eq!(taxel_quiet::caught(|| read(&[])), None);
+//! ```
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -4,6 +4,32 @@
 //! fewer channels or taxels, readings, bits, a shorter window, larger taxels, a narrower or shallower network. What
 //! is left is chosen on inner folds of each training part, by the rule of [`taxel_judge::choose`]; the test
 //! parts are asked once for each setting and choose nothing. All knees together become a smaller model.
+//!
+//! ```no_run
+//! use std::sync::atomic::AtomicBool;
+//! use taxel_judge::Case;
+//! use taxel_learn::{RunFolder, Silent};
+//! use taxel_shrink::{Axis, Options, shrink};
+//! use taxel_zoo::Registry;
+//!
+//! let (folder, registry) = (RunFolder::open("runs/glove".as_ref())?, Registry::built_in());
+//! let (experiment, dataset) = taxel_trainer::open(&folder, &registry)?;
+//! let case = Case::new(folder, dataset)?;
+//! let options = Options { axes: vec![Axis::Sensors, Axis::Rate], ..Options::default() };
+//! let finished = shrink(
+//!     (&case, &experiment, &registry),
+//!     "resnet8-lite-1d",
+//!     "runs/glove-smaller".as_ref(),
+//!     &options,
+//!     &|estimate| println!("{} trainings", estimate.trainings),
+//!     &Silent,
+//!     &AtomicBool::new(false),
+//! )?;
+//! for curve in &finished.shrunk.curves {
+//!     println!("{}", curve.words);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod axis;
 mod combine;

@@ -6,6 +6,31 @@
 //! the folder; [`collect()`] makes the page; [`tasks`] and [`emit`] hand what is missing to a scheduler.
 //!
 //! Nothing here schedules, and nothing here trains: a trial is a run of `taxel-trainer`.
+//!
+//! ```
+//! use taxel_sweep::{Study, SweepFolder, plan};
+//! use taxel_zoo::Registry;
+//!
+//! let here = tempfile::tempdir()?;
+//! std::fs::write(here.path().join("presses.toml"), r#"
+//!     name = "presses"
+//!     [data]
+//!     scene = "fingertip"
+//!     samples = 30
+//!     [[networks]]
+//!     name = "mlp"
+//! "#)?;
+//! std::fs::write(here.path().join("study.toml"), r#"
+//!     config = "presses.toml"
+//!     [grid]
+//!     "train.optimizer.lr" = [0.01, 0.1]
+//!     seed = [0, 1, 2]
+//! "#)?;
+//! let study = Study::load(&here.path().join("study.toml"))?;
+//! let folder = SweepFolder::at(&here.path().join("sweep"));
+//! assert_eq!(plan(&study, &folder, &Registry::built_in())?.trials, 6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod axes;
 mod chunks;
