@@ -103,10 +103,16 @@ fn paper_001_touch_on_virtual_arrays() {
 }
 
 #[test]
-fn papers_002_and_003_squeezes() {
+fn paper_002_squeezes() {
     let found = pinned("paper-002", &[]);
     assert_eq!(found[1].0.network, "tactnet3d-4-8.n6");
     assert_eq!(found[1].0.folds[0].train_samples, 54);
+}
+
+#[test]
+fn paper_003_bags() {
+    let found = pinned("paper-003", &[]);
+    assert_eq!((found[0].1.train_samples, found[0].1.index.len()), (32, 40));
 }
 
 #[test]
