@@ -3,6 +3,8 @@
 //! Terms are dealt to a fixed number of sums, which are then added pairwise: no CPU changes the order, and a sum does
 //! not depend on what else is computed.
 
+use std::array::from_fn;
+
 use crate::lengths::exactly;
 use crate::simd::{Simd, at_level};
 
@@ -53,7 +55,7 @@ at_level! {
 #[inline(always)]
 unsafe fn dots_at<S: Simd>(rows: &[f32], x: &[f32], products: &mut [f64]) {
     for (product, row) in products.iter_mut().zip(rows.chunks_exact(x.len().max(1))) {
-        *product = sum([x], row, |x, row| f64::from(*x) * f64::from(*row))[0];
+        [[*product]] = sum([x], [row], |x, row| f64::from(*x) * f64::from(*row));
     }
 }
 
@@ -62,7 +64,7 @@ unsafe fn dots_at<S: Simd>(rows: &[f32], x: &[f32], products: &mut [f64]) {
 #[inline(always)]
 unsafe fn wide_dots_at<S: Simd>(rows: &[f64], x: &[f32], products: &mut [f64]) {
     for (product, row) in products.iter_mut().zip(rows.chunks_exact(x.len().max(1))) {
-        *product = sum([x], row, |x, row| f64::from(*x) * row)[0];
+        [[*product]] = sum([x], [row], |x, row| f64::from(*x) * row);
     }
 }
 
@@ -70,7 +72,7 @@ unsafe fn wide_dots_at<S: Simd>(rows: &[f64], x: &[f32], products: &mut [f64]) {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn narrow_squares_at<S: Simd>(width: usize, rows: &[f32], xs: &[f32], distances: &mut [f64]) {
-    pairwise(width, rows, xs, distances, |x, row| {
+    pairwise::<2, 1>(width, rows, xs, distances, |x, row| {
         let off = f64::from(x - row);
         off * off
     });
@@ -80,62 +82,86 @@ unsafe fn narrow_squares_at<S: Simd>(width: usize, rows: &[f32], xs: &[f32], dis
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn wide_squares_at<S: Simd>(width: usize, rows: &[f32], xs: &[f32], distances: &mut [f64]) {
-    pairwise(width, rows, xs, distances, |x, row| {
+    let term = |x: &f32, row: &f32| {
         let off = f64::from(*x) - f64::from(*row);
         off * off
-    });
+    };
+    // As many sums as registers hold.
+    match S::LANES {
+        16 => pairwise::<2, 2>(width, rows, xs, distances, term),
+        _ => pairwise::<2, 1>(width, rows, xs, distances, term),
+    }
 }
 
-/// The sum of `term` over every pair of a vector and a row: two vectors at a time, some rows for all of them.
+/// The sum of `term` over every pair of a vector and a row: `N` vectors and `M` rows at a time, some rows for all
+/// vectors.
 #[inline(always)]
-fn pairwise(
+fn pairwise<const N: usize, const M: usize>(
     width: usize,
     rows: &[f32],
     xs: &[f32],
     sums: &mut [f64],
     term: impl Fn(&f32, &f32) -> f64 + Copy,
 ) {
-    let count = rows.len() / width;
-    for (tile, rows) in rows.chunks(ROWS * width).enumerate() {
-        let first = tile * ROWS;
-        for (pair, xs) in xs.chunks(2 * width).enumerate() {
-            let (x, y) = xs.split_at(width);
-            for (row, values) in rows.chunks_exact(width).enumerate() {
-                let at = 2 * pair * count + first + row;
-                if y.is_empty() {
-                    sums[at] = sum([x], values, term)[0];
-                } else {
-                    [sums[at], sums[at + count]] = sum([x, y], values, term);
+    let (count, vectors) = (rows.len() / width, xs.len() / width);
+    let row = |at: usize| &rows[at * width..(at + 1) * width];
+    let vector = |at: usize| &xs[at * width..(at + 1) * width];
+    for tile in (0..count).step_by(ROWS) {
+        let end = count.min(tile + ROWS);
+        for x in (0..vectors).step_by(N) {
+            for first in (tile..end).step_by(M) {
+                if x + N <= vectors && first + M <= end {
+                    let own: [[f64; M]; N] =
+                        sum(from_fn(|i| vector(x + i)), from_fn(|j| row(first + j)), term);
+                    for (i, own) in own.iter().enumerate() {
+                        sums[(x + i) * count + first..][..M].copy_from_slice(own);
+                    }
+                    continue;
+                }
+                for x in x..vectors.min(x + N) {
+                    for at in first..end.min(first + M) {
+                        [[sums[x * count + at]]] = sum([vector(x)], [row(at)], term);
+                    }
                 }
             }
         }
     }
 }
 
-/// The sum of `term` over the values of a row and of each of `N` vectors as long.
+/// The sum of `term` over the values of each of `N` vectors and each of `M` rows as long. However many there are, a pair's
+/// terms are added in the same order.
 #[inline(always)]
-fn sum<T, const N: usize>(xs: [&[f32]; N], row: &[T], term: impl Fn(&f32, &T) -> f64 + Copy) -> [f64; N] {
-    let (blocks, rest) = row.as_chunks::<SIDE>();
-    let mut sums = [[0.0f64; SIDE]; N];
-    let own = xs.map(|x| &x.as_chunks::<SIDE>().0[..blocks.len()]);
-    for (at, row) in blocks.iter().enumerate() {
+fn sum<T, const N: usize, const M: usize>(
+    xs: [&[f32]; N],
+    rows: [&[T]; M],
+    term: impl Fn(&f32, &T) -> f64 + Copy,
+) -> [[f64; M]; N] {
+    let length = rows[0].len() / SIDE;
+    let mut sums = [[[0.0f64; SIDE]; M]; N];
+    let own = xs.map(|x| &x.as_chunks::<SIDE>().0[..length]);
+    let blocks = rows.map(|row| &row.as_chunks::<SIDE>().0[..length]);
+    for at in 0..length {
         for (sums, x) in sums.iter_mut().zip(own) {
-            for ((sum, x), row) in sums.iter_mut().zip(&x[at]).zip(row) {
-                *sum += term(x, row);
+            for (sums, row) in sums.iter_mut().zip(blocks) {
+                for ((sum, x), row) in sums.iter_mut().zip(&x[at]).zip(&row[at]) {
+                    *sum += term(x, row);
+                }
             }
         }
     }
-    let mut totals = [0.0; N];
-    for ((total, mut sums), x) in totals.iter_mut().zip(sums).zip(xs) {
-        let ends = sums.iter_mut().zip(&x[blocks.len() * SIDE..]).zip(rest);
-        ends.for_each(|((sum, x), row)| *sum += term(x, row));
-        let mut left = SIDE;
-        while left > 1 {
-            left /= 2;
-            let (low, high) = sums.split_at_mut(left);
-            low.iter_mut().zip(high).for_each(|(low, high)| *low += *high);
+    let mut totals = [[0.0; M]; N];
+    for ((totals, sums), x) in totals.iter_mut().zip(sums).zip(xs) {
+        for ((total, mut sums), row) in totals.iter_mut().zip(sums).zip(rows) {
+            let ends = sums.iter_mut().zip(&x[length * SIDE..]).zip(&row[length * SIDE..]);
+            ends.for_each(|((sum, x), row)| *sum += term(x, row));
+            let mut left = SIDE;
+            while left > 1 {
+                left /= 2;
+                let (low, high) = sums.split_at_mut(left);
+                low.iter_mut().zip(high).for_each(|(low, high)| *low += *high);
+            }
+            *total = sums[0];
         }
-        *total = sums[0];
     }
     totals
 }
