@@ -164,6 +164,37 @@ fn linear_layers_and_lstms_agree_with_those_of_training() {
     close(&h, &expected, "lstm");
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 200 }))]
+
+    /// Bit by bit what the view makes of each column, and nothing else is written.
+    #[test]
+    fn values_are_seen_and_moved_column_by_column(
+        size in [1usize..3, 1..4, 1..6],
+        channels in 1usize..40,
+        margin in [0usize..3, 0..3],
+        beside in [0usize..5, 0..5],
+        rectifier in prop_oneof![Just(Rectifier::None), Just(Rectifier::Relu), Just(Rectifier::Relu6)],
+        normed in any::<bool>(),
+    ) {
+        let place = |beside: usize| Place::new(size, channels, margin, channels + beside, beside / 2);
+        let (from, to) = (place(beside[0]), place(beside[1]));
+        let (x, scale, shift) = (values(from.buffer_len(), 1), values(channels, 2), values(channels, 3));
+        let view = View { affine: normed.then_some((&scale, &shift)), rectifier };
+        let mut y = vec![7.0; to.buffer_len()];
+        frozen::map(&view, &from, &x, &to, &mut y);
+        let mut want = vec![7.0; to.buffer_len()];
+        for row in 0..size[0] * size[1] {
+            for column in 0..size[2] {
+                let at = [row / size[1], row % size[1], column];
+                let (a, b) = (from.at(at), to.at(at));
+                view.apply(channels, &x[a..a + channels], &mut want[b..b + channels]);
+            }
+        }
+        prop_assert_eq!(y, want);
+    }
+}
+
 #[test]
 fn slices_that_are_too_short_are_refused() {
     let window =
@@ -186,6 +217,9 @@ fn slices_that_are_too_short_are_refused() {
     let lstm = frozen::Lstm::new(sizes, &weights, Place::dense([1, 1, 3], 2));
     needs("lstm", [6, lstm.work_len(), 4], |[x, work, h]| lstm.run(x, work, h));
     needs("copy", [from.end(), to.end()], |[x, y]| frozen::copy(&from, x, &to, y));
+    let apart = Place::new([1, 5, 6], 3, [1, 1], 8, 2);
+    needs("copy apart", [apart.end(), to.end()], |[x, y]| frozen::copy(&apart, x, &to, y));
+    needs("copy back", [to.end(), apart.end()], |[x, y]| frozen::copy(&to, x, &apart, y));
     needs("add", [from.end(), to.end()], |[x, y]| frozen::add(&from, x, &to, y));
 }
 
