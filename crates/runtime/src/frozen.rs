@@ -10,6 +10,7 @@ use taxel_kernels::frozen::Place;
 use crate::error::{Error, Result};
 use crate::lower::{Purpose, lower};
 use crate::memory::Memory;
+use crate::pair::pair;
 use crate::places::{Places, Room};
 use crate::program::{Ask, Call, Scratch, ScratchLens, program};
 use crate::quantize::quantize;
@@ -62,6 +63,8 @@ impl Frozen {
     pub fn new(graph: &Graph, weights: &Weights) -> Result<Self> {
         weights.check(graph)?;
         let (steps, outputs) = lower(graph, weights, Purpose::Floats);
+        let (steps, now) = pair(steps, &outputs);
+        let outputs: Vec<StepId> = outputs.into_iter().map(|output| now[output]).collect();
         Ok(Self::of(graph, steps, &outputs))
     }
 

@@ -24,6 +24,7 @@
 //!
 //! Logits differ from those of `taxel-engine` in the last bits: norms that are folded in are rounded elsewhere.
 
+mod bands;
 mod byte_kernel;
 mod error;
 mod frozen;
@@ -31,6 +32,7 @@ mod lower;
 mod memory;
 mod merge;
 mod observer;
+mod pair;
 mod places;
 mod program;
 mod quantize;

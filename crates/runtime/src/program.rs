@@ -5,6 +5,7 @@ use taxel_kernels::frozen::bytes::Scale;
 use taxel_kernels::frozen::{self, Place, Pool, Route};
 use taxel_kernels::{Buffer, Rectifier, View, activation, conv, deviation, layout, lstm, pointwise};
 
+use crate::bands::Bands;
 use crate::byte_kernel::ByteKernel;
 use crate::memory::Memory;
 use crate::places::Places;
@@ -54,6 +55,7 @@ pub(crate) enum Kernel {
     Conv(frozen::Conv),
     Depthwise(frozen::Depthwise),
     Winograd(Winograd),
+    Bands(Bands),
     Linear {
         linear: frozen::Linear,
         bias: Vec<f32>,
@@ -140,6 +142,11 @@ fn kernel(work: Work, from: &[(usize, Place)], to: &Place, scratch: &mut Scratch
     match work {
         Work::Input(number) => Kernel::Input(number),
         Work::Conv(conv) => convolution(conv, from, to, scratch),
+        Work::Pair(pair) => {
+            let bands = Bands::new(&pair, from[0].1, *to);
+            scratch.work = scratch.work.max(bands.work_len());
+            Kernel::Bands(bands)
+        }
         Work::Linear { weight, bias, rectifier } => {
             let linear = frozen::Linear::new(from[0].1.len(), to.channels, &weight);
             Kernel::Linear { linear, bias, rectifier }
@@ -244,6 +251,7 @@ impl Call {
             Kernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
             Kernel::Depthwise(conv) => conv.run(values[0], y),
             Kernel::Winograd(winograd) => self.winograd(winograd, values[0], y, scratch),
+            Kernel::Bands(bands) => bands.run(values[0], work, y),
             Kernel::Linear { linear, bias, rectifier } => {
                 let from = &self.from[0].1;
                 let x = dense(from, values[0], input);

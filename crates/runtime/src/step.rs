@@ -39,6 +39,12 @@ pub(crate) struct Conv {
     pub algorithm: Algorithm,
 }
 
+/// A pointwise convolution and the depthwise one that alone reads it.
+pub(crate) struct Pair {
+    pub first: Conv,
+    pub second: Conv,
+}
+
 /// How a convolution is computed.
 pub(crate) enum Algorithm {
     Direct,
@@ -64,6 +70,8 @@ pub(crate) enum Work {
     Input(usize),
     /// A convolution; a second input is added before the rectifier.
     Conv(Conv),
+    /// Two convolutions, computed band after band.
+    Pair(Box<Pair>),
     /// `x W + b`; weights are inputs × outputs, where inputs lie channels last.
     Linear {
         weight: Vec<f32>,

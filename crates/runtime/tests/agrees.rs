@@ -4,7 +4,7 @@
 mod common;
 
 use common::{off, weights};
-use taxel_graph::{Conv, Graph, Network, Pool};
+use taxel_graph::{Activation, Conv, Graph, Network, Pool};
 use taxel_runtime::Frozen;
 
 #[test]
@@ -31,8 +31,16 @@ fn agrees(
     what: &str,
     build: impl FnOnce(&Network, taxel_graph::Flow) -> Vec<(&'static str, taxel_graph::Flow)>,
 ) {
+    agrees_on(&[3, 5, 9], what, build);
+}
+
+fn agrees_on(
+    input: &[usize],
+    what: &str,
+    build: impl FnOnce(&Network, taxel_graph::Flow) -> Vec<(&'static str, taxel_graph::Flow)>,
+) {
     let net = Network::new("odd");
-    let x = net.input("x", &[3, 5, 9]);
+    let x = net.input("x", input);
     let outputs = build(&net, x);
     let graph: Graph = net.finish(&outputs).unwrap();
     for (output, off) in off(&graph) {
@@ -76,6 +84,52 @@ fn values_that_share_memory_are_not_mixed_up() {
     agrees("a slice that is rectified in place of the whole", |_, x| {
         let a = x.conv("a", Conv::new(8, 3).pad(1));
         vec![("logits", a.slice(0, 4).relu().add(&a.slice(4, 4)).flatten().linear("fc", 3))]
+    });
+}
+
+/// Values between two convolutions that are too many for the cache are computed band by band.
+#[test]
+fn bands_meet_at_their_edges() {
+    let (filters, input) = (64, [3, 161, 75]);
+    for (what, depthwise) in [
+        ("padded", Conv::new(filters, 3).pad(1)),
+        ("every second row", Conv::new(filters, 3).stride(2).pad(1)),
+        ("without padding", Conv::new(filters, 3)),
+        ("wide, every third", Conv::new(filters, 5).stride(3).pad(2)),
+        ("taller than wide", Conv::new(filters, [7, 1]).pad([3, 0])),
+        ("dilated", Conv::new(filters, 3).dilation(3).pad(3)),
+        ("padded beyond the window", Conv::new(filters, 3).pad(4)),
+    ] {
+        agrees_on(&input, what, |_, x| {
+            let wide = x.conv("expand", Conv::new(filters, 1)).batch_norm("bn").activation(Activation::Relu6);
+            let deep = wide.conv("depthwise", depthwise.groups(filters)).batch_norm("bn2").relu();
+            vec![("logits", deep.conv("project", Conv::new(4, 1)).flatten().linear("fc", 3))]
+        });
+    }
+    agrees_on(&input, "after another one, in the same scratch", |_, x| {
+        let block = |x: &taxel_graph::Flow, name: &str, filters: usize| {
+            let wide = x.conv(&format!("{name}.expand"), Conv::new(filters, 1)).relu();
+            let deep = wide.conv(&format!("{name}.deep"), Conv::new(filters, 3).pad(1).groups(filters));
+            deep.conv(&format!("{name}.project"), Conv::new(4, 1))
+        };
+        vec![("logits", block(&block(&x, "a", filters), "b", 72).flatten().linear("fc", 3))]
+    });
+    agrees_on(&input, "read by two", |_, x| {
+        let wide = x.conv("expand", Conv::new(filters, 1)).relu();
+        let deep = wide.conv("depthwise", Conv::new(filters, 3).pad(1).groups(filters));
+        vec![("logits", deep.add(&wide).conv("project", Conv::new(4, 1)).flatten().linear("fc", 3))]
+    });
+    agrees_on(&input, "read from outside", |_, x| {
+        let wide = x.conv("expand", Conv::new(filters, 1));
+        let deep = wide.conv("depthwise", Conv::new(filters, 3).pad(1).groups(filters));
+        vec![("wide", wide), ("logits", deep.conv("project", Conv::new(4, 1)).flatten().linear("fc", 3))]
+    });
+    agrees_on(&input, "of a slice, into a concatenation", |net, x| {
+        let both = x.conv("both", Conv::new(12, 3).pad(1));
+        let wide = both.slice(4, 8).conv("expand", Conv::new(filters, 1)).relu();
+        let deep = wide.conv("depthwise", Conv::new(filters, 3).pad(1).groups(filters));
+        let all = net.concat("all", &[&deep, &both]);
+        vec![("logits", all.conv("last", Conv::new(3, 3).pad(1)).flatten().linear("fc", 3))]
     });
 }
 

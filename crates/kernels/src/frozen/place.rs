@@ -53,6 +53,17 @@ impl Place {
         Place { size, channels, start: margin[0] * width + first, pitch, margin }
     }
 
+    /// Rows `first..first + count` of an image of depth 1.
+    pub fn band(&self, first: usize, count: usize) -> Self {
+        assert!(
+            self.size[0] == 1 && first + count <= self.size[1],
+            "rows {first}..{}: {self:?}",
+            first + count
+        );
+        let pitch = [count * self.pitch[1], self.pitch[1], self.pitch[2]];
+        Place { size: [1, count, self.size[2]], start: self.start + first * pitch[1], pitch, ..*self }
+    }
+
     /// Values of the whole buffer, margins and other channels included.
     pub fn buffer_len(&self) -> usize {
         self.size[0] * self.pitch[0]

@@ -1,0 +1,64 @@
+//! Pointwise convolutions whose values are too many for the cache become one step with the depthwise one that reads them.
+
+use crate::step::{Algorithm, Conv, Pair, Step, StepId, Work};
+
+/// Bytes of values that are worth it: more than stays in the cache until it is read.
+const LARGE: usize = 512 << 10;
+
+/// Pairs of steps as one. Gives the new steps, and the new number of every old one; a first of a pair has that of the
+/// second, and nobody else reads it.
+pub(crate) fn pair(steps: Vec<Step>, outputs: &[StepId]) -> (Vec<Step>, Vec<StepId>) {
+    let mut readers = vec![0; steps.len()];
+    steps.iter().flat_map(|step| &step.inputs).for_each(|&input| readers[input] += 1);
+    outputs.iter().for_each(|&output| readers[output] += 1);
+    let first = |second: &Step| {
+        let &[input] = second.inputs.as_slice() else { return None };
+        let large = size_of::<f32>() * steps[input].shape.len() > LARGE;
+        (large && readers[input] == 1 && is_pointwise(&steps[input]) && has_rows(second)).then_some(input)
+    };
+    let firsts: Vec<Option<StepId>> = steps.iter().map(first).collect();
+    let mut waiting: Vec<Option<Step>> = steps.into_iter().map(Some).collect();
+    let (mut paired, mut now) = (vec![], vec![0; waiting.len()]);
+    for id in 0..waiting.len() {
+        if firsts.contains(&Some(id)) {
+            continue;
+        }
+        let Some(mut step) = waiting[id].take() else { continue };
+        if let Some(before) = firsts[id].and_then(|first| waiting[first].take()) {
+            step = join(before, step);
+        }
+        step.inputs.iter_mut().for_each(|input| *input = now[*input]);
+        paired.push(step);
+        now[id] = paired.len() - 1;
+    }
+    (paired, now)
+}
+
+/// A depthwise convolution of an image, every row of which sees some of the image.
+fn has_rows(step: &Step) -> bool {
+    let Work::Conv(Conv { algorithm: Algorithm::Depthwise, window, dilation, .. }) = &step.work else {
+        return false;
+    };
+    let span = (window.kernel[1] - 1) * dilation[1] + 1;
+    let [before, last] = [window.before[1], (window.output[1] - 1) * window.stride[1]];
+    window.input[0] == 1 && before < span && last < before + window.input[1]
+}
+
+fn is_pointwise(step: &Step) -> bool {
+    match &step.work {
+        Work::Conv(Conv { window, groups: 1, algorithm: Algorithm::Direct, .. }) => {
+            window.is_identity() && step.inputs.len() == 1
+        }
+        _ => false,
+    }
+}
+
+fn join(first: Step, second: Step) -> Step {
+    match (first.work, second.work) {
+        (Work::Conv(a), Work::Conv(b)) => {
+            let work = Work::Pair(Box::new(Pair { first: a, second: b }));
+            Step { work, inputs: first.inputs, ..second }
+        }
+        (_, work) => Step { work, ..second },
+    }
+}
