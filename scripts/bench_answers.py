@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Compares the time of one answer with onnxruntime's; prints a table and, with --write, writes it to docs/benchmarks/.
 
-    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--int8] [--write]
+    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--int8 | --tract] [--write]
 
-Needs cargo and a Python with torch, onnx and onnxruntime. The same network (PyTorch's from `scripts/twin/networks.py`, exported
+Needs cargo and a Python with torch, onnx, onnxruntime and, for --tract, tract. The same network (PyTorch's from `scripts/twin/networks.py`, exported
 to ONNX; input shapes and numbers of parameters are held against taxel's), one sample, one thread: taxel's frozen network,
-taxel's training engine in evaluation mode, onnxruntime. Each is a process of its own that stays alive; they work in turns,
+taxel's training engine in evaluation mode, onnxruntime, and with --tract tract. Each is a process of its own that stays alive; they work in turns,
 the next round the other way round, and a cell is the median over rounds of CPU time per answer. CPU time suffers less from
 other programs than wall time; they still share caches and memory, so publish what a quiet machine gave (the page says
 how busy it was). --int8 is about eight bits: taxel's frozen network in floats and in eight bits, and onnxruntime in floats and
@@ -63,6 +63,8 @@ def measure(name, program, args):
                 "engine": [program, name, "engine"],
                 "onnxruntime": twin,
             }
+            if args.tract:
+                commands["tract"] = [*twin, "--tract"]
         workers = {}
         for column, command in commands.items():
             workers[column] = Answers(f"{name} ({column})", command, 600)
@@ -77,21 +79,23 @@ def measure(name, program, args):
             for column in list(workers)[:: 1 if number % 2 == 0 else -1]:
                 rounds[column].append(workers[column].once())
         us = {column: 1e6 * statistics.median(times) for column, times in rounds.items()}
-        return dict(network=name, us=us, version=workers["onnxruntime"].about["version"])
+        versions = {column: worker.about["version"] for column, worker in workers.items() if "version" in worker.about}
+        return dict(network=name, us=us, versions=versions)
 
 
 def table(results):
-    lines = ["| network | frozen µs | engine µs | onnxruntime µs | times as fast | |", "|---|---:|---:|---:|---:|---|"]
-    ratios = []
-    for result in results:
+    others = [column for column in results[0]["us"] if column not in ("frozen", "engine")]
+    head = " | ".join(f"{other} µs | times as fast" for other in others)
+    lines = [f"| network | frozen µs | engine µs | {head} | |", "|---|---:|---:|" + "---:|---:|" * len(others) + "---|"]
+    ratios = {other: [result["us"][other] / result["us"]["frozen"] for result in results] for other in others}
+    for at, result in enumerate(results):
         us = result["us"]
-        ratio = us["onnxruntime"] / us["frozen"]
-        ratios.append(ratio)
-        cells = [f"{us[column]:.3g}" for column in ("frozen", "engine", "onnxruntime")]
-        verdict = "met" if ratio >= LEAST else "**missed**"
-        lines.append(f"| `{result['network']}` | {' | '.join(cells)} | {ratio:.2f}× | {verdict} |")
-    mean = geometric_mean(ratios)
-    lines.append(f"| geometric mean | | | | {mean:.2f}× | {'met' if mean >= TARGET else '**missed**'} |")
+        cells = " | ".join(f"{us[other]:.3g} | {ratios[other][at]:.2f}×" for other in others)
+        verdict = "met" if ratios["onnxruntime"][at] >= LEAST else "**missed**"
+        lines.append(f"| `{result['network']}` | {us['frozen']:.3g} | {us['engine']:.3g} | {cells} | {verdict} |")
+    means = {other: geometric_mean(own) for other, own in ratios.items()}
+    verdict = "met" if means["onnxruntime"] >= TARGET else "**missed**"
+    lines.append(f"| geometric mean | | | {' | '.join(f'| {mean:.2f}×' for mean in means.values())} | {verdict} |")
     return "\n".join(lines)
 
 
@@ -115,6 +119,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--networks")
     parser.add_argument("--int8", action="store_true", help="eight bits against floats")
+    parser.add_argument("--tract", action="store_true", help="beside tract as well")
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--seconds", type=float, default=0.3)
     parser.add_argument("--write", action="store_true", help="writes docs/benchmarks/DATE-CPU-answers.md and .json")
@@ -136,8 +141,8 @@ def main():
         "",
         f"- {facts['cpu']}, {facts['cores']} cores of which {busy / total:.0%} of the time was used by all programs together "
         f"(one core is {1 / facts['cores']:.0%}), {', '.join(facts['vectors'])}",
-        f"- taxel at {facts['commit']}{' with uncommitted changes' if facts['changed'] else ''}, onnxruntime {results[0]['version']}",
-        f"- target: {TARGET_INT8}× of floats in geometric mean" if args.int8 else f"- targets: {TARGET}× in geometric mean, none below {LEAST}×",
+        f"- taxel at {facts['commit']}{' with uncommitted changes' if facts['changed'] else ''}, {', '.join(f'{column} {version}' for column, version in results[0]['versions'].items() if 'int8' not in column)}",
+        f"- target: {TARGET_INT8}× of floats in geometric mean" if args.int8 else f"- targets: {TARGET}× of onnxruntime in geometric mean, none below {LEAST}×",
         "",
         show(results),
         "",
