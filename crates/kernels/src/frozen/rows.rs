@@ -27,7 +27,8 @@ pub(super) fn stretches(from: &Place, to: &Place, mut each: impl FnMut(usize, us
     }
 }
 
-fn rows_lie_together(from: &Place, to: &Place) -> bool {
+/// Whether no other channels lie between the columns.
+pub(super) fn rows_lie_together(from: &Place, to: &Place) -> bool {
     from.pitch[2] == from.channels && to.pitch[2] == to.channels
 }
 
