@@ -1,5 +1,6 @@
 //! Values between bytes and floats, through a scale and shift per channel and a rectifier.
 
+use crate::fold::Fold;
 use crate::frozen::place::Place;
 use crate::frozen::rows::{rows_lie_together, stretches};
 use crate::lengths::{at_least, exactly};
@@ -87,7 +88,22 @@ impl Map {
                 }
             });
         }
-        self.columns(|starts, pitches, count| run(self, starts, pitches, count, x, &mut y));
+        let own = PerChannel { factors: &self.factors, shifts: &self.shifts };
+        let fold = Fold::new(channels).filter(|_| rows_lie_together(&self.from, &self.to));
+        let Some(fold) = fold else {
+            return self.columns(|starts, pitches, count| {
+                run(&own, &self.ending, starts, pitches, count, x, &mut y);
+            });
+        };
+        let (factors, shifts) = (fold.repeat(&self.factors), fold.repeat(&self.shifts));
+        let several = PerChannel { factors: &factors, shifts: &shifts };
+        self.columns(|[a, b], pitches, count| {
+            let whole = fold.whole(count * channels);
+            let wide = fold.channels();
+            run(&several, &self.ending, [a, b], [wide; 2], whole / wide, x, &mut y);
+            let rest = count - whole / channels;
+            run(&own, &self.ending, [a + whole, b + whole], pitches, rest, x, &mut y);
+        });
     }
 
     /// Runs `each` over columns that are equally far from each other at both places; of each the starts, the distances and
@@ -104,9 +120,16 @@ impl Map {
     }
 }
 
+/// What a value is multiplied by, and what is added.
+struct PerChannel<'a> {
+    factors: &'a [f32],
+    shifts: &'a [f32],
+}
+
 at_level! {
     fn run(
-        map: &Map, starts: [usize; 2], pitches: [usize; 2], count: usize, x: Source, y: &mut Target,
+        own: &PerChannel, ending: &Ending, starts: [usize; 2], pitches: [usize; 2], count: usize, x: Source,
+        y: &mut Target,
     ) = run_at
 }
 
@@ -114,19 +137,19 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn run_at<S: Simd>(
-    map: &Map,
+    own: &PerChannel,
+    ending: &Ending,
     [from, to]: [usize; 2],
     pitches: [usize; 2],
     count: usize,
     x: Source,
     y: &mut Target,
 ) {
-    let channels = map.from.channels;
+    let channels = own.factors.len();
     let reach = |pitch: usize| count.checked_sub(1).map_or(0, |last| last * pitch + channels);
     at_least("values to be moved", x.len(), from + reach(pitches[0]));
     at_least("room for values", y.len(), to + reach(pitches[1]));
-    exactly("factors", map.factors.len(), channels);
-    exactly("shifts", map.shifts.len(), channels);
+    exactly("shifts", own.shifts.len(), channels);
     for column in 0..count {
         let (from, to) = (from + column * pitches[0], to + column * pitches[1]);
         vectors!(S, channels, c, n, {
@@ -134,9 +157,9 @@ unsafe fn run_at<S: Simd>(
             // are one per channel.
             unsafe {
                 let value = load_at::<S>(x, from + c, n);
-                let value = S::mul(value, load::<S>(&map.factors, c, n));
-                let value = S::add(value, load::<S>(&map.shifts, c, n));
-                store_at::<S>(y, to + c, n, value, &map.ending);
+                let value = S::mul(value, load::<S>(own.factors, c, n));
+                let value = S::add(value, load::<S>(own.shifts, c, n));
+                store_at::<S>(y, to + c, n, value, ending);
             }
         });
     }
