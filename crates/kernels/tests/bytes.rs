@@ -171,8 +171,18 @@ proptest! {
 
 #[test]
 fn values_go_between_bytes_and_floats() {
-    let scale = Scale::over(-1.0, 3.0);
-    let (from, to) = (Place::new([1, 3, 5], 21, [1, 2], 24, 2), Place::new([1, 3, 5], 21, [2, 0], 22, 1));
+    for channels in [1, 2, 3, 5, 8, 9, 21] {
+        let dense = Place::dense([1, 3, 5], channels);
+        between_bytes_and_floats(dense, dense);
+        let wide = Place::new([1, 3, 5], channels, [1, 2], channels + 3, 2);
+        between_bytes_and_floats(wide, Place::new([1, 3, 5], channels, [2, 0], channels + 1, 1));
+        // Rows lie together, one by one.
+        between_bytes_and_floats(Place::new([1, 3, 5], channels, [1, 2], channels, 0), dense);
+    }
+}
+
+fn between_bytes_and_floats(from: Place, to: Place) {
+    let (scale, channels) = (Scale::over(-1.0, 3.0), from.channels);
     let x: Vec<f32> = (0..from.buffer_len()).map(|i| (i * 37 % 101) as f32 / 20.0 - 1.5).collect();
     let mut y = vec![0; to.buffer_len()];
     let map = Map::new((from, None), (to, Output::Bytes(scale)), None, Rectifier::None);
@@ -183,17 +193,27 @@ fn values_go_between_bytes_and_floats() {
     for (x, back) in gathered(&from, &x).into_iter().zip(gathered(&from, &back)) {
         assert!((x.clamp(-1.0, 3.0) - back).abs() <= 0.51 * scale.step, "{x} comes back as {back}");
     }
+    // As they are.
+    let mut copy = vec![0; from.buffer_len()];
+    let map = Map::new((to, Some(scale)), (from, Output::Bytes(scale)), None, Rectifier::None);
+    map.run(Source::Bytes(&y), Target::Bytes(&mut copy));
+    assert_eq!(gathered(&to, &y), gathered(&from, &copy));
     // Through a norm and a rectifier.
-    let (gain, shift): (Vec<f32>, Vec<f32>) = (0..21).map(|c| (0.1 * c as f32 - 1.0, 0.2)).unzip();
+    let (gain, shift): (Vec<f32>, Vec<f32>) =
+        (0..channels).map(|c| (0.1 * c as f32 - 1.0, 0.2 + 0.1 * c as f32)).unzip();
     let other = Scale::over(0.0, 2.0);
     let mut z = vec![0; from.buffer_len()];
     let map =
         Map::new((to, Some(scale)), (from, Output::Bytes(other)), Some((&gain, &shift)), Rectifier::Relu);
     map.run(Source::Bytes(&y), Target::Bytes(&mut z));
     for (i, (y, z)) in gathered(&to, &y).into_iter().zip(gathered(&from, &z)).enumerate() {
-        let real = scale.step * (f32::from(y) - f32::from(scale.zero)) * gain[i % 21] + shift[i % 21];
+        let c = i % channels;
+        let real = scale.step * (f32::from(y) - f32::from(scale.zero)) * gain[c] + shift[c];
         let got = other.step * f32::from(z);
-        assert!((real.clamp(0.0, 2.0) - got).abs() <= 0.51 * other.step, "{i}: {real} and {got}");
+        assert!(
+            (real.clamp(0.0, 2.0) - got).abs() <= 0.51 * other.step,
+            "{i} of {channels}: {real} and {got}"
+        );
     }
 }
 
