@@ -480,6 +480,29 @@ fn equal_runs_write_equal_bytes_for_any_number_of_threads() {
     assert_ne!(first, run("other", "1", "4"));
 }
 
+#[test]
+fn a_part_of_a_run_and_the_rest_later_make_the_bytes_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
+    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--out"];
+    good(&[&quick[..], &[text(&whole)]].concat());
+    let part = [&quick[..], &[text(&parts)]].concat();
+    let error = refused(&[&part[..], &["--only", "mpl"]].concat());
+    assert!(error.contains("only = \"mpl\"") && error.contains("did you mean `mlp`?"), "{error}");
+    assert!(!parts.exists());
+    let table = good(&[&part[..], &["--only", "mlp,mini-rocket.r0.f1"]].concat());
+    assert!(table.contains("11 folds are missing"), "{table}");
+    let mut finished: Vec<String> = fs::read_dir(parts.join("models"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    finished.sort();
+    let names = ["mini-rocket.r0.f1", "mlp.r0.f0", "mlp.r0.f1"].map(|name| format!("{name}.safetensors"));
+    assert_eq!(finished, names);
+    good(&[&part[..], &["--resume"]].concat());
+    assert_eq!(shared_files(&whole), shared_files(&parts));
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {

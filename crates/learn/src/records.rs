@@ -41,6 +41,14 @@ impl FoldKey {
     }
 }
 
+impl FoldKey {
+    /// Whether `part` is one or several whole parts of its name `mlp.r0.f1`: the row `mlp`, the repetition `r0`, or
+    /// `mlp.r0`.
+    pub fn is_within(&self, part: &str) -> bool {
+        format!(".{self}.").contains(&format!(".{part}."))
+    }
+}
+
 impl std::fmt::Display for FoldKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}.r{}.f{}", self.network, self.repetition, self.fold)
@@ -224,5 +232,21 @@ impl Timing {
     /// Training samples times epochs per second.
     pub fn samples_per_second(&self) -> f64 {
         self.samples as f64 / self.train_seconds.max(1e-9)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fold_is_within_whole_parts_of_its_name() {
+        let key = FoldKey { network: "mlp.n10".into(), repetition: 1, fold: 12 };
+        for part in ["mlp", "mlp.n10", "n10", "r1", "f12", "mlp.n10.r1", "mlp.n10.r1.f12"] {
+            assert!(key.is_within(part), "{part}");
+        }
+        for part in ["", "m", "n1", "r", "f1", "mlp.r1", "r12", "mlp.n10.r1.f12.x"] {
+            assert!(!key.is_within(part), "{part}");
+        }
     }
 }

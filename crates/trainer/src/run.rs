@@ -127,6 +127,25 @@ impl Runner<'_> {
         self.validation()?.keys().map_err(|error| self.experiment.located(error))
     }
 
+    /// The folds within any of `parts`, which [`FoldKey::is_within`] reads.
+    ///
+    /// # Errors
+    /// As [`run()`], before anything is trained; a part that no fold is within.
+    pub fn keys_within(&self, parts: &[String]) -> Result<Vec<FoldKey>> {
+        let keys = self.keys()?;
+        if let Some(part) = parts.iter().find(|part| !keys.iter().any(|key| key.is_within(part))) {
+            let mut rows: Vec<&str> = keys.iter().map(|key| key.network.as_str()).collect();
+            rows.dedup();
+            let reason = format!(
+                "is neither a row nor a part of the name of a fold, such as {}; {}",
+                keys[0],
+                taxel_names::hint(part, rows)
+            );
+            return Err(self.experiment.refuse(Problem::new("only", format!("{part:?}"), reason)));
+        }
+        Ok(keys.into_iter().filter(|key| parts.iter().any(|part| key.is_within(part))).collect())
+    }
+
     fn validation(&self) -> Result<CrossValidation<'_>> {
         // Before a network blames its number of classes.
         self.dataset.refuse_one_class()?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::experiment::run;
+use taxel::experiment::{self, Runner};
 use taxel::learn::{self, IndicatifProgress};
 use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
 
@@ -23,7 +23,8 @@ use crate::commands::reading::{Reading, with_option_hint};
 #[command(after_help = "Examples:  taxel run configs/quickstart.toml
            taxel run configs/quickstart.toml --quick --set train.epochs=5 --out runs/try
            taxel run configs/quickstart.toml --data presses/ --length resample:300
-           TAXEL_DATA=/data taxel run configs/real/fsr-glove28.toml --resume")]
+           TAXEL_DATA=/data taxel run configs/real/fsr-glove28.toml --resume
+           taxel run configs/hardness/hardness.toml --only mlp,lstm --resume")]
 pub struct Run {
     /// Experiment files.
     #[arg(required = true)]
@@ -46,6 +47,10 @@ pub struct Run {
     /// goes on where it was saved.
     #[arg(long)]
     resume: bool,
+    /// Trains these alone and leaves the rest to --resume: rows of the table (mlp), repetitions (r0), or both (mlp.r0),
+    /// separated by commas.
+    #[arg(long, value_name = "PARTS", value_delimiter = ',')]
+    only: Vec<String>,
     /// Seconds between two savings of a fold in training [default: 10].
     #[arg(long, value_name = "SECONDS")]
     save_every: Option<f64>,
@@ -81,20 +86,29 @@ impl Run {
                 None => experiment.default_out(),
             };
             let progress = IndicatifProgress::default();
-            let folder = match run(experiment, &registry, Some(&out), &options, &progress, &cancel) {
+            let trained = || -> experiment::Result<RunFolder> {
+                let dataset = experiment.dataset()?;
+                let runner = Runner { experiment, registry: &registry, dataset: &dataset };
+                let only = match self.only.is_empty() {
+                    true => None,
+                    false => Some(runner.keys_within(&self.only)?),
+                };
+                runner.run(Some(&out), &RunOptions { only, ..options.clone() }, &progress, &cancel)
+            };
+            let folder = match trained() {
                 Ok(folder) => folder,
-                Err(taxel::experiment::Error::Learn(error @ learn::Error::Cancelled { .. })) => {
+                Err(experiment::Error::Learn(error @ learn::Error::Cancelled { .. })) => {
                     eprintln!("{error}\ncontinue with --resume --out {}", out.display());
                     return Ok(ExitCode::from(INTERRUPTED));
                 }
                 // Hours of training that did finish are worth their table.
-                Err(taxel::experiment::Error::Learn(error @ learn::Error::Unfinished { .. })) => {
+                Err(experiment::Error::Learn(error @ learn::Error::Unfinished { .. })) => {
                     eprintln!("error: {error}");
                     finished = false;
                     RunFolder::open(&out)?
                 }
                 // What the library calls resuming and another folder are two options here.
-                Err(taxel::experiment::Error::Learn(error @ learn::Error::Folder { .. })) => {
+                Err(experiment::Error::Learn(error @ learn::Error::Folder { .. })) => {
                     let ways = "--resume goes on with the run of a folder, --out gives another folder";
                     return Err(format!("{error}\n{ways}").into());
                 }
