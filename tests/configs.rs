@@ -43,7 +43,7 @@ fn hardness_ones_run() {
 
 #[test]
 fn palpation_ones_run() {
-    configs("palpation").iter().for_each(|config| run_quick(config));
+    with_weights("palpation", false).iter().for_each(|config| run_quick(config));
 }
 
 #[test]
@@ -68,13 +68,13 @@ fn visuotactile_ones_run() {
 }
 
 #[test]
-fn visuotactile_ones_run_on_eyes_of_their_own() {
+fn visuotactile_and_palpation_ones_run_on_eyes_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
-    let (eyes, own) = (folder.path().join("eyes"), configs("visuotactile"));
+    let (eyes, own) = (folder.path().join("eyes"), [configs("visuotactile"), configs("palpation")].concat());
     let first = own.iter().find(|path| path.ends_with("eyes.toml")).unwrap();
     run_quick_into(&eyes, first, &[]);
     let with_eyes: Vec<&PathBuf> = own.iter().filter(|path| holds(path, "TAXEL_EYES")).collect();
-    assert!(!with_eyes.is_empty());
+    assert_eq!(with_eyes.len(), 3);
     for (i, config) in with_eyes.into_iter().enumerate() {
         let variables = [("TAXEL_EYES", eyes.join("models"))];
         let variables = variables.each_ref().map(|(name, path)| (*name, path.as_path()));

@@ -37,9 +37,9 @@ pub struct Dataset {
     pub groups: Option<Vec<u32>>,
     /// What the groups are, such as `session` or `trial/12`.
     pub group_name: Option<String>,
-    /// For each sample the index, as read, of the first sample that is an exact copy of it: its unit,
-    /// which [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold. None where there can be no
-    /// copies.
+    /// For each sample the index, as read, of the first sample that is an exact copy of it or, where
+    /// [frames are samples](Dataset::each_frame), the first frame of its recording: its unit, which
+    /// [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold. None where there can be no copies.
     pub units: Option<Vec<u32>>,
     /// Where each sample comes from: its file, `x[17]`, or `fingertip[17]`.
     pub origins: Vec<String>,

@@ -169,6 +169,8 @@ pub enum Error {
     Fact { at: String, key: &'static str, value: String, wanted: String },
     #[error("{at}: layout is {layout}, but a sample of shape {shape:?} is not {}", layout.describe())]
     Layout { at: String, layout: Layout, shape: Vec<usize> },
+    #[error("{name}: a sample of shape {shape:?} is {}, and has no frames to take apart", layout.describe())]
+    Frames { name: String, layout: Layout, shape: Vec<usize> },
     #[error("source = {text:?}: is neither \"simulated: NAME\" nor \"real: NAME\"")]
     Source { text: String },
     #[error("{file}: classes {first} and {second} are both named {name:?}; give each its own name")]

@@ -60,6 +60,7 @@ mod drift;
 mod duplicates;
 mod error;
 mod folder;
+mod frames;
 mod hash;
 mod hdf5;
 mod hdf5_text;

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use rand::seq::SliceRandom;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One cut of the samples; no sample is in two parts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -229,33 +229,37 @@ pub fn hold_back(
     Ok((back(left), back(taken)))
 }
 
-/// `count` rows of every class among `pool`, ascending. The rows for a smaller count are among those for
-/// a larger one, so that a learning curve adds samples and never exchanges them.
+/// `count` rows of every class among `pool`, ascending; of `units` `count` whole ones, such as the frames of as many
+/// recordings. The rows for a smaller count are among those for a larger one, so that a learning curve adds samples
+/// and never exchanges them.
 ///
 /// # Errors
 ///
-/// If a class has fewer rows in `pool`.
+/// If a class has fewer rows, or units, in `pool`.
 pub fn few_per_class(
     pool: &[usize],
     y: &[u32],
     count: usize,
     seed: u64,
     repetition: u32,
+    units: Option<&[u32]>,
 ) -> Result<Vec<usize>> {
     let mut rng = taxel_seed::rng(seed, &format!("split/few/{repetition}"));
     let mut order = pool.to_vec();
     order.shuffle(&mut rng);
-    let mut taken: BTreeMap<u32, Vec<usize>> = y.iter().map(|label| (*label, vec![])).collect();
+    let unit = |row: usize| units.map_or(row as u32, |units| units[row]);
+    let mut taken: BTreeMap<u32, BTreeSet<u32>> = y.iter().map(|label| (*label, BTreeSet::new())).collect();
     for row in order {
         let of_class = taken.entry(y[row]).or_default();
         if of_class.len() < count {
-            of_class.push(row);
+            of_class.insert(unit(row));
         }
     }
-    if let Some((&class, rows)) = taken.iter().find(|(_, rows)| rows.len() < count) {
-        return Err(Error::TooFewOfClass { class: class.into(), samples: rows.len(), count });
+    if let Some((&class, own)) = taken.iter().find(|(_, own)| own.len() < count) {
+        return Err(Error::TooFewOfClass { class: class.into(), samples: own.len(), count });
     }
-    let mut rows: Vec<usize> = taken.into_values().flatten().collect();
+    let mut rows: Vec<usize> =
+        pool.iter().copied().filter(|&row| taken[&y[row]].contains(&unit(row))).collect();
     rows.sort_unstable();
     Ok(rows)
 }

@@ -264,13 +264,32 @@ fn what_is_held_back_is_even_and_apart() {
 fn few_samples_grow_by_adding() {
     let y = uneven();
     let pool: Vec<usize> = (0..y.len()).filter(|row| row % 2 == 0).collect();
-    let few = |count, repetition| few_per_class(&pool, &y, count, 0, repetition).unwrap();
+    let few = |count, repetition| few_per_class(&pool, &y, count, 0, repetition, None).unwrap();
     for (small, large) in [(1, 2), (2, 5)] {
         let (small, large) = (few(small, 0), few(large, 0));
         assert!(small.iter().all(|row| large.contains(row) && pool.contains(row)));
     }
     assert!((0..4).all(|class| of_class(&few(5, 0), &y, class) == 5));
     assert_ne!(few(5, 0), few(5, 1));
-    let error = few_per_class(&pool, &y, 7, 0, 0).unwrap_err().to_string();
+    let error = few_per_class(&pool, &y, 7, 0, 0, None).unwrap_err().to_string();
     assert_eq!(error, "class 3 has 6 samples to train on, fewer than the 7 asked for");
+}
+
+#[test]
+fn few_units_are_taken_whole() {
+    // Recordings of three frames each, in two classes by turns.
+    let recordings: Vec<u32> = (0..36).map(|row| row / 3).collect();
+    let units: Vec<u32> = recordings.iter().map(|own| own * 3).collect();
+    let y: Vec<u32> = recordings.iter().map(|own| own % 2).collect();
+    let pool: Vec<usize> = (6..36).collect();
+    let few = |count| few_per_class(&pool, &y, count, 0, 0, Some(&units));
+    let taken = few(2).unwrap();
+    assert_eq!(taken.len(), 2 * 2 * 3);
+    for &row in &taken {
+        let of_unit = pool.iter().filter(|&&other| units[other] == units[row]);
+        assert!(of_unit.clone().count() == 3 && of_unit.clone().all(|other| taken.contains(other)));
+    }
+    assert!(taken.iter().all(|row| few(4).unwrap().contains(row)));
+    let error = few(6).unwrap_err().to_string();
+    assert_eq!(error, "class 0 has 5 samples to train on, fewer than the 6 asked for");
 }

@@ -62,7 +62,8 @@ pub enum Protocol {
         /// Share that is tested, (0, 1). Default 0.2.
         #[serde(default = "fifth")]
         test: f64,
-        /// Training samples of each class, ascending. Default `[1, 2, 5, 10, 20]`.
+        /// Training samples of each class, ascending. Default `[1, 2, 5, 10, 20]`. What a split never tears apart, the
+        /// frames of a recording or exact copies, counts as one.
         #[serde(default = "few")]
         per_class: Vec<usize>,
     },
@@ -282,7 +283,8 @@ impl Protocol {
                 let shares = Shares { test: *test, validation: 0.0 };
                 let whole = cut(dataset, *split, units, shares, seed, repetition)?;
                 let few = |&count: &usize| -> Result<Fold> {
-                    let train = few_per_class(&whole.train, y, count, seed, repetition)?;
+                    let train =
+                        few_per_class(&whole.train, y, count, seed, repetition, dataset.units.as_deref())?;
                     Ok(Fold { train, ..whole.clone() })
                 };
                 per_class.iter().map(few).collect()

@@ -28,6 +28,9 @@ pub struct Data {
     /// Readings per second in Hz, where the data set does not say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
+    /// Takes every frame of a squeeze for a sample of its own, as single images are learned from (paper 003).
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub each_frame: bool,
     /// Learns every column of labels `[N, k]`, under these names: paper 004's two levels.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<String>,
@@ -131,7 +134,8 @@ pub(crate) const SCENE_PATHS: [&str; 1] = ["meshes"];
 pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
 
 /// Keys of either origin.
-const SHARED_KEYS: [&str; 6] = ["full_scale", "layout", "rate", "attributes", "classes", "look_alikes"];
+const SHARED_KEYS: [&str; 7] =
+    ["full_scale", "layout", "rate", "each_frame", "attributes", "classes", "look_alikes"];
 
 /// The keys that an unknown one of the table itself could have been, all of them.
 fn with_shared(misread: Misread) -> Misread {
@@ -154,6 +158,7 @@ impl Data {
         let full_scale = take(&mut table, "full_scale")?;
         let layout = take(&mut table, "layout")?;
         let rate = take(&mut table, "rate")?;
+        let each_frame = take(&mut table, "each_frame")?.unwrap_or(false);
         let attributes = take(&mut table, "attributes")?.unwrap_or_default();
         let classes = take(&mut table, "classes")?;
         let look_alikes = take(&mut table, "look_alikes")?.unwrap_or_default();
@@ -168,7 +173,7 @@ impl Data {
             (true, false) => Origin::Scene(read("data", Value::Table(table)).map_err(with_shared)?),
             (false, true) => Origin::Recordings(read("data", Value::Table(table)).map_err(with_shared)?),
         };
-        Ok(Data { origin, full_scale, layout, rate, attributes, classes, look_alikes })
+        Ok(Data { origin, full_scale, layout, rate, each_frame, attributes, classes, look_alikes })
     }
 
     /// # Errors

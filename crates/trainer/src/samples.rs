@@ -15,7 +15,7 @@ impl Experiment {
     /// An environment variable that is not set, a data set that cannot be read, a scene that cannot
     /// be simulated.
     pub fn dataset(&self) -> Result<Dataset> {
-        let Data { full_scale, layout, rate, attributes, classes, .. } = &self.config().data;
+        let Data { full_scale, layout, rate, each_frame, attributes, classes, .. } = &self.config().data;
         let mut dataset = match &self.config().data.origin {
             Origin::Scene(scene) => {
                 let SceneOrigin { scene: name, samples, without, .. } = scene;
@@ -33,7 +33,7 @@ impl Experiment {
             }
         };
         // What the encodings take samples for is what they are, where nobody has said it.
-        let implied = self.config().encoding.layout(&dataset.reading.shape);
+        let implied = self.config().encoding.layout(&dataset.reading.shape).filter(|_| !each_frame);
         let told = layout.or(implied.filter(|_| matches!(self.config().data.origin, Origin::Recordings(_))));
         if let Some(told) = told {
             // The rule has worked along what the reader took for time.
@@ -50,6 +50,11 @@ impl Experiment {
         // Of recordings the reader knows it, and what a length rule makes of it.
         if let (Some(rate), Origin::Scene(_)) = (rate, &self.config().data.origin) {
             dataset.reading.rate = Some(*rate);
+        }
+        if *each_frame {
+            dataset = dataset
+                .each_frame()
+                .map_err(|e| self.refuse(Problem::new("data.each_frame", "true", e.to_string())))?;
         }
         if let Some(classes) = classes {
             dataset.keep_classes(classes).map_err(|e| {

@@ -327,6 +327,28 @@ fn a_learning_curve_has_a_row_per_number_of_samples() {
 }
 
 #[test]
+fn single_frames_are_counted_and_kept_by_their_squeezes() {
+    let squeezes =
+        "[data]\nscene = \"palpation\"\nsamples = 27\neach_frame = true\nset = { paper = \"002\" }\n";
+    let text = TINY.replace("[data]\nscene = \"fingertip\"\nsamples = 45\n", squeezes);
+    let sets = [
+        "protocol={ kind = \"few-samples\", per_class = [1, 2], test = 0.3 }",
+        "encoding={ image = { kind = \"raw\", scale = \"full-scale\" } }",
+        "networks=[{ name = \"tactnet4\" }]",
+    ];
+    let own = experiment(&text, &sets);
+    let dataset = own.dataset().unwrap();
+    assert_eq!(dataset.x.shape(), [270, 28, 50]);
+    let folds = own.config().protocol.folds(&dataset, 3, 0).unwrap();
+    for (fold, squeezes) in folds.iter().zip([1, 2]) {
+        assert_eq!(fold.train.len(), 9 * squeezes * 10);
+        assert!(fold.train.iter().all(|a| fold.test.iter().all(|b| a / 10 != b / 10)));
+    }
+    let refused = experiment(TINY, &["data.each_frame=true"]).dataset().unwrap_err().to_string();
+    assert!(refused.contains("data.each_frame") && refused.contains("no frames to take apart"), "{refused}");
+}
+
+#[test]
 fn baselines_stand_in_the_table_and_follow_the_seed() {
     let dir = tempfile::tempdir().unwrap();
     let text = TINY.replace("baselines = []\n", "");
