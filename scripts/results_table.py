@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
 """Writes docs/results/<name>.md from run folders, and the README's table from the first of them.
 
-    python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme]
+    python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme] [--partial] [--check]
+
+With each page goes docs/results/reference/<name>.json: scores and costs of every row, digests of data and config.
+--check compares a run with that file, row by row, and writes nothing. --partial makes a page of a run that is not
+finished, and says what is missing.
 
 Needs Python 3 alone. Every number comes from the run folder: scores and costs from results.json, latency
 from timings.jsonl, what hardening changes from the tables of `taxel report`, provenance from environment.json, a
@@ -10,15 +14,19 @@ scripts/twin/train.py wrote one. Published numbers keep their own column.
 """
 
 import argparse
+import hashlib
 import json
 import pathlib
 import re
+import sys
 import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
 def spread(scores, sd, key):
+    if not scores:
+        return "not run"
     return f"{scores[key]:.2f} ± {sd[key]:.2f}" if sd else f"{scores[key]:.2f}"
 
 
@@ -54,6 +62,7 @@ def table(folder, results, only=None):
     head = ["network", "parameters", "MACs", f"accuracy % [{results['source']}]", "macro-F1 %", "latency ms"]
     # A paper that prints all four has them compared.
     full = any("precision" in (n.get("published") or {}) for n in networks)
+    timed = any("seconds" in (n.get("published") or {}) for n in networks)
     sizes = any("megabytes" in (n.get("published") or {}) for n in networks)
     head[4:4] = ["macro precision %", "macro recall %"] if full else []
     head += ["lost under faults, pp"] if losses else []
@@ -61,6 +70,7 @@ def table(folder, results, only=None):
     which = "accuracy / precision / recall / F1, " if full else ""
     head += [f"*published*: {which}the paper's own data %"] if published else []
     head += ["*published*: MB, GFLOPs"] if sizes else []
+    head += ["training s", "*published*: training s, their machine"] if timed else []
     rows = []
     for n in networks:
         if (n.get("hardening") or {}).get("unmet"):
@@ -81,6 +91,9 @@ def table(folder, results, only=None):
         if sizes:
             own = n.get("published") or {}
             row.append(f"*{own['megabytes']:g}, {own['gflops']:g}*" if "megabytes" in own else "–")
+        if timed:
+            own = n.get("published") or {}
+            row += [training(folder, n["network"]), f"*{own['seconds']:g}*" if "seconds" in own else "–"]
         rows.append(row)
     lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in lines)
@@ -176,11 +189,53 @@ def words(protocol):
     return kind + (f", {times} repetitions" if times > 1 else "")
 
 
-def page(folder):
+def training(folder, network):
+    """Mean seconds of a training."""
+    timings = [json.loads(path.read_text()) for path in folder.glob(f"folds/{network}.r*.f*.timing.json")]
+    seconds = [own["train_seconds"] for own in timings]
+    return f"{sum(seconds) / len(seconds):.3g}" if seconds else "–"
+
+
+def missing(results):
+    """What an unfinished run lacks."""
+    if results["complete"]:
+        return ""
+    most = max(len(n["folds"]) for n in results["networks"])
+    rows = [f"`{n['network']}` {len(n['folds'])}" for n in results["networks"] if len(n["folds"]) < most]
+    return (f"**Not the whole run:** {len(results['missing'])} trainings are still to be made"
+            + (f"; folds so far: {', '.join(rows)}, all others {most}" if rows else f"; every row has {most} folds so far") + ".\n\n")
+
+
+def reference(folder):
+    """What a later run of the same config has to give again."""
     results = json.loads((folder / "results.json").read_text())
     environment = json.loads((folder / "environment.json").read_text())
-    if not results["complete"]:
-        raise SystemExit(f"{folder}: not complete; finish it with --resume")
+    rows = {n["network"]: {"folds": len(n["folds"]), **n["costs"], **{key: [n["mean"][key], (n["sd"] or {}).get(key)] for key in n["mean"]}}
+            for n in results["networks"] if n["mean"]}
+    config = hashlib.sha256((folder / "config.toml").read_bytes()).hexdigest()
+    return {"name": results["name"], "source": results["source"], "commit": commit(environment), "config_sha256": config,
+            "data_digest": results["data_digest"], "rows": rows}
+
+
+def differences(own, before):
+    """In what two references differ; empty where scores are equal to the last digit of the page."""
+    said = [f"{key}: {own[key]}, was {before[key]}" for key in ("data_digest", "config_sha256") if own[key] != before[key]]
+    for name in sorted({*own["rows"], *before["rows"]}):
+        new, old = own["rows"].get(name), before["rows"].get(name)
+        if not (new and old):
+            said.append(f"{name}: only in {'this run' if new else 'the reference'}")
+            continue
+        for key in new:
+            a, b = ([round(value, 2) for value in each if value is not None] if isinstance(each, list) else each for each in (new[key], old[key]))
+            said += [f"{name} {key}: {a}, was {b}"] if a != b else []
+    return said
+
+
+def page(folder, partial=False):
+    results = json.loads((folder / "results.json").read_text())
+    environment = json.loads((folder / "environment.json").read_text())
+    if not (results["complete"] or partial):
+        raise SystemExit(f"{folder}: not complete; finish it with --resume, or show what there is with --partial")
     protocol = results["protocol"]
     caption = (
         f"Measured on {results['source']}: {results['samples']} samples, {len(results['classes'])} classes, "
@@ -190,17 +245,34 @@ def page(folder):
     )
     caption += hardening(folder)
     caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results)
-    return results["name"], views(folder, results), caption, (folder / "config.toml").read_text()
+    return results["name"], missing(results) + views(folder, results), caption, (folder / "config.toml").read_text()
+
+
+def check(runs, references):
+    """1 if a run gives other scores than its reference, else 0."""
+    found = False
+    for own in map(reference, runs):
+        path = references / f"{own['name']}.json"
+        said = differences(own, json.loads(path.read_text())) if path.exists() else ["has no reference"]
+        print(f"{own['name']}: {'; '.join(said) or 'as before'}")
+        found |= bool(said)
+    return int(found)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", type=pathlib.Path, nargs="+")
     parser.add_argument("--readme", action="store_true", help="also put the first run's table into README.md")
+    parser.add_argument("--partial", action="store_true", help="take runs that are not finished")
+    parser.add_argument("--check", action="store_true", help="compare with the references, write nothing")
     args = parser.parse_args()
-    (ROOT / "docs" / "results").mkdir(parents=True, exist_ok=True)
+    references = ROOT / "docs" / "results" / "reference"
+    references.mkdir(parents=True, exist_ok=True)
+    if args.check:
+        sys.exit(check(args.run, references))
     for number, folder in enumerate(args.run):
-        name, rows, caption, config = page(folder)
+        name, rows, caption, config = page(folder, args.partial)
+        (references / f"{name}.json").write_text(json.dumps(reference(folder), indent=1) + "\n")
         text = f"# {name}\n\nGenerated by `scripts/results_table.py`.\n\n{rows}\n\n{caption}\n\n```toml\n{config}```\n"
         (ROOT / "docs" / "results" / f"{name}.md").write_text(text)
         if args.readme and number == 0:

@@ -106,6 +106,9 @@ pub struct Published {
     /// As printed; what a paper counts as an operation is its own (`docs/costs.md`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gflops: Option<f64>,
+    /// Seconds of one training as printed, on the authors' machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
 }
 
 impl Candidate {
@@ -255,7 +258,7 @@ impl Published {
             let reason = "must be [mean, SD] or [mean] in %, each in [0, 100]";
             require(percent, name, format!("{score:?}"), reason)?;
         }
-        for (name, cost) in [("megabytes", self.megabytes), ("gflops", self.gflops)] {
+        for (name, cost) in [("megabytes", self.megabytes), ("gflops", self.gflops), ("seconds", self.seconds)] {
             if let Some(cost) = cost {
                 require(cost.is_finite() && cost > 0.0, name, cost, "must be above 0")?;
             }

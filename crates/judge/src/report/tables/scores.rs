@@ -114,6 +114,9 @@ pub(super) fn published(judgement: &Judgement) -> Table {
         Column::number("GFLOPs, published", &["published_gflops"], |(_, own): &Row| {
             Cell::number(own.gflops, |v| v.to_string())
         }),
+        Column::number("training s, published", &["published_training_seconds"], |(_, own): &Row| {
+            Cell::number(own.seconds, |v| v.to_string())
+        }),
     ];
     let caption = "Published by the papers on their own recordings: other data, other machines, not \
                    measured here and not to be compared digit by digit";
