@@ -34,14 +34,15 @@ pub(crate) fn pair(steps: Vec<Step>, outputs: &[StepId]) -> (Vec<Step>, Vec<Step
     (paired, now)
 }
 
-/// A depthwise convolution of an image, every row of which sees some of the image.
+/// A depthwise convolution of an image into an image, every row of which sees some of the image.
 fn has_rows(step: &Step) -> bool {
     let Work::Conv(Conv { algorithm: Algorithm::Depthwise, window, dilation, .. }) = &step.work else {
         return false;
     };
     let span = (window.kernel[1] - 1) * dilation[1] + 1;
     let [before, last] = [window.before[1], (window.output[1] - 1) * window.stride[1]];
-    window.input[0] == 1 && before < span && last < before + window.input[1]
+    let is_flat = window.input[0] == 1 && window.output[0] == 1;
+    is_flat && before < span && last < before + window.input[1]
 }
 
 fn is_pointwise(step: &Step) -> bool {

@@ -114,6 +114,11 @@ fn bands_meet_at_their_edges() {
         };
         vec![("logits", block(&block(&x, "a", filters), "b", 72).flatten().linear("fc", 3))]
     });
+    agrees_on(&[3, 1, 161, 75], "deeper than its image", |_, x| {
+        let wide = x.conv("expand", Conv::new(filters, 1)).relu();
+        let deep = wide.conv("depthwise", Conv::new(filters, [1, 3, 3]).pad([1, 1, 1]).groups(filters));
+        vec![("logits", deep.conv("project", Conv::new(4, 1)).flatten().linear("fc", 3))]
+    });
     agrees_on(&input, "read by two", |_, x| {
         let wide = x.conv("expand", Conv::new(filters, 1)).relu();
         let deep = wide.conv("depthwise", Conv::new(filters, 3).pad(1).groups(filters));
