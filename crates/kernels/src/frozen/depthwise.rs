@@ -6,7 +6,7 @@ use crate::simd::{Simd, at_level};
 use crate::view::{Rectifier, rectify};
 use crate::window::Window3;
 
-use super::conv::margins;
+use super::conv::{Line, lines_of, taps_of};
 use super::place::{Place, Route};
 
 /// Neighbouring outputs whose sums stay in registers.
@@ -19,7 +19,7 @@ pub struct Depthwise {
     columns: usize,
     tap: usize,
     step: usize,
-    lines: Vec<Line>,
+    lines: Vec<Row>,
     weights: Vec<f32>,
     bias: Vec<f32>,
     rectifier: Rectifier,
@@ -27,7 +27,7 @@ pub struct Depthwise {
 }
 
 /// A row of outputs.
-struct Line {
+struct Row {
     to: usize,
     /// Rows of inputs under it, and the first of the weights that each meets.
     rows: Vec<(usize, usize)>,
@@ -39,30 +39,19 @@ impl Depthwise {
     pub fn new(window: &Window3, dilation: [usize; 3], weight: &[f32], bias: &[f32], route: Route) -> Self {
         let Route { from, to, addend, rectifier } = route;
         assert!(addend.is_none(), "no addend is needed: {addend:?}");
-        let Window3 { output, kernel, stride, before, .. } = *window;
+        let Window3 { output, kernel, stride, .. } = *window;
         assert!(window.input == from.size && output == to.size, "{window:?}: {from:?} to {to:?}");
         assert!(from.channels == to.channels, "as many filters as channels are needed: {from:?} to {to:?}");
         exactly("weights of a convolution", weight.len(), window.volume() * to.channels);
         exactly("bias of a convolution", bias.len(), to.channels);
-        let needed = margins(window, dilation);
-        assert!((0..2).all(|a| needed[a] <= from.margin[a]), "margins of {needed:?} are needed: {from:?}");
-        let mut lines = vec![];
-        for d in 0..output[0] {
-            for r in 0..output[1] {
-                let (depths, first_d) = window.inside_dilated(0, d, dilation[0]);
-                let (rows, first_r) = window.inside_dilated(1, r, dilation[1]);
-                let mut line = Line { to: to.at([d, r, 0]), rows: vec![] };
-                for kd in depths.clone() {
-                    for kr in rows.clone() {
-                        let depth = first_d + (kd - depths.start) * dilation[0];
-                        let at = from.at([depth, first_r + (kr - rows.start) * dilation[1], 0]);
-                        let first = (kd * kernel[1] + kr) * kernel[2] * to.channels;
-                        line.rows.push((at - before[2] * from.pitch[2], first));
-                    }
-                }
-                lines.push(line);
-            }
-        }
+        let (plain, cuts) = lines_of(window, dilation, &from, &to, None);
+        let row_taps = |cut| taps_of(window, dilation, &from, cut, to.channels, 1);
+        let taps: Vec<Vec<(usize, usize)>> = cuts.iter().map(row_taps).collect();
+        let row = |line: &Line| Row {
+            to: line.to,
+            rows: taps[line.taps].iter().map(|&(at, weight)| (line.from + at, weight)).collect(),
+        };
+        let lines: Vec<Row> = plain.iter().map(row).collect();
         let (tap, step) = (dilation[2] * from.pitch[2], stride[2] * from.pitch[2]);
         let width = (output[2].max(1) - 1) * step + (kernel[2] - 1) * tap + from.channels;
         let reach = lines.iter().flat_map(|line| &line.rows).map(|row| row.0 + width).max().unwrap_or(0);
@@ -118,7 +107,7 @@ unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[f32], y: &mut [f32]) {
 #[inline(always)]
 unsafe fn block<S: Simd, const B: usize>(
     conv: &Depthwise,
-    line: &Line,
+    line: &Row,
     column: usize,
     c: usize,
     n: usize,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::frozen::conv::{lines_of, margins};
+use crate::frozen::conv::{Line, lines_of, taps_of};
 use crate::frozen::place::{Place, Route};
 use crate::lengths::{at_least, exactly};
 use crate::rows::{load, vectors};
@@ -49,32 +49,22 @@ impl Depthwise {
     pub fn new(window: &Window3, dilation: [usize; 3], sums: &Sums, route: Route) -> Self {
         let Route { from, to, addend, rectifier } = route;
         assert!(addend.is_none() && sums.addend.is_none(), "no addend is needed: {addend:?}");
-        let Window3 { output, kernel, stride, before, .. } = *window;
+        let Window3 { output, kernel, stride, .. } = *window;
         assert!(window.input == from.size && output == to.size, "{window:?}: {from:?} to {to:?}");
         assert!(from.channels == to.channels, "as many filters as channels are needed: {from:?} to {to:?}");
         let channels = to.channels;
         exactly("weights of a convolution", sums.weight.len(), window.volume() * channels);
         exactly("bias of a convolution", sums.bias.len(), channels);
         exactly("units of a convolution", sums.unit.len(), channels);
-        let needed = margins(window, dilation);
-        assert!((0..2).all(|a| needed[a] <= from.margin[a]), "margins of {needed:?} are needed: {from:?}");
         let (plain, cuts) = lines_of(window, dilation, &from, &to, None);
-        let mut lines = vec![];
-        for (number, line) in plain.iter().enumerate() {
-            let [depths, rows] = &cuts[line.taps];
-            let (_, first_d) = window.inside_dilated(0, number / output[1], dilation[0]);
-            let (_, first_r) = window.inside_dilated(1, number % output[1], dilation[1]);
-            let mut row = Row { to: line.to, start: line.taps, rows: vec![] };
-            for kd in depths.clone() {
-                for kr in rows.clone() {
-                    let depth = first_d + (kd - depths.start) * dilation[0];
-                    let at = from.at([depth, first_r + (kr - rows.start) * dilation[1], 0]);
-                    let first = (kd * kernel[1] + kr) * kernel[2] * channels;
-                    row.rows.push((at - before[2] * from.pitch[2], first));
-                }
-            }
-            lines.push(row);
-        }
+        let row_taps = |cut| taps_of(window, dilation, &from, cut, channels, 1);
+        let taps: Vec<Vec<(usize, usize)>> = cuts.iter().map(row_taps).collect();
+        let row = |line: &Line| Row {
+            to: line.to,
+            start: line.taps,
+            rows: taps[line.taps].iter().map(|&(at, weight)| (line.from + at, weight)).collect(),
+        };
+        let lines: Vec<Row> = plain.iter().map(row).collect();
         let starts = cuts.iter().map(|cut| starts(window, cut, sums)).collect();
         let (tap, step) = (dilation[2] * from.pitch[2], stride[2] * from.pitch[2]);
         let width = (output[2].max(1) - 1) * step + (kernel[2] - 1) * tap + channels;
