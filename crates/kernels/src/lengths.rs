@@ -49,3 +49,14 @@ pub(crate) fn image(size: [usize; 3], channels: usize) -> usize {
     #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
     fits.expect("no memory holds an image of this size")
 }
+
+/// Values from the first to the last of `rows` that start `pitch` apart; panics where no memory could hold them.
+#[track_caller]
+pub(crate) fn reach(rows: usize, pitch: usize, columns: usize) -> usize {
+    if rows == 0 || columns == 0 {
+        return 0;
+    }
+    let last = (rows - 1).checked_mul(pitch).and_then(|last| last.checked_add(columns));
+    #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
+    last.expect("no memory holds rows that lie so far apart")
+}

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gemm::{Parallelism, gemm};
 
-use crate::lengths::{at_least, exactly};
+use crate::lengths::{at_least, exactly, reach};
 use crate::tile::{Columns, Start, Tile, columns, even, wide_rows};
 use crate::view::Rectifier;
 
@@ -41,16 +41,6 @@ impl<'a> Matrix<'a> {
             ..self
         }
     }
-}
-
-/// Values from the first to the last of rows that start `row_stride` apart.
-fn reach(rows: usize, row_stride: usize, columns: usize) -> usize {
-    if rows == 0 || columns == 0 {
-        return 0;
-    }
-    let last = (rows - 1).checked_mul(row_stride).and_then(|last| last.checked_add(columns));
-    #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
-    last.expect("no memory holds a matrix of this size")
 }
 
 /// Sizes (rows, columns, depth) of `a · b`, which is asserted to fit `out`.

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Case, cases, needs, values};
+use common::{Case, cases, needs, panics, says_what_is_needed, values};
 use proptest::prelude::*;
 use taxel_kernels::frozen::{self, Place, Pool, Pooling, Route};
 use taxel_kernels::{Rectifier, View, Window3, conv, lstm, pool};
@@ -221,6 +221,26 @@ fn slices_that_are_too_short_are_refused() {
     needs("copy apart", [apart.end(), to.end()], |[x, y]| frozen::copy(&apart, x, &to, y));
     needs("copy back", [to.end(), apart.end()], |[x, y]| frozen::copy(&to, x, &apart, y));
     needs("add", [from.end(), to.end()], |[x, y]| frozen::add(&from, x, &to, y));
+}
+
+/// Distances whose sums wrap around would let a short slice pass.
+#[test]
+fn distances_that_no_memory_holds_are_refused() {
+    let near = Place::dense([1, 1, 3], 1);
+    let far = Place { pitch: [0, 0, usize::MAX / 2 + 1], ..near };
+    for (from, to) in [(far, near), (near, far)] {
+        let copied = panics(|| frozen::copy(&from, &[1.0; 3], &to, &mut [0.0; 3])).unwrap_or_default();
+        assert!(copied.contains("no memory holds"), "{copied}");
+        let added = panics(|| frozen::add(&from, &[1.0; 3], &to, &mut [0.0; 3])).unwrap_or_default();
+        assert!(added.contains("no memory holds"), "{added}");
+    }
+    assert!(!Place { size: [1 << (usize::BITS / 2), 1 << (usize::BITS / 2), 1], ..near }.is_empty());
+    let size = near.size;
+    let window = Window3 { input: size, output: size, kernel: [1, 1, 3], stride: [1; 3], before: [0, 0, 1] };
+    let before = Place { start: 0, ..Place::new(size, 1, [1, 1], 1, 0) };
+    says_what_is_needed("a margin before the buffer", || {
+        frozen::Conv::new(&window, [1; 3], 1, &[0.0; 3], &[0.0], Route::new(before, near));
+    });
 }
 
 #[test]

@@ -168,6 +168,8 @@ pub(super) fn lines_of(
     let Window3 { output, before, .. } = *window;
     let needed = margins(window, dilation);
     assert!((0..2).all(|a| needed[a] <= from.margin[a]), "margins of {needed:?} are needed: {from:?}");
+    let left = before[2].saturating_mul(from.pitch[2]);
+    assert!(left <= from.start, "{left} values are needed before the first: {from:?}");
     let (mut lines, mut cuts) = (vec![], vec![]);
     for d in 0..output[0] {
         for r in 0..output[1] {
@@ -182,7 +184,7 @@ pub(super) fn lines_of(
             // Without a tap nothing is read; the start need only lie in the buffer.
             let first = if is_empty { [0; 3] } else { [first_d, first_r, 0] };
             lines.push(Line {
-                from: from.at(first) - before[2] * from.pitch[2],
+                from: from.at(first) - left,
                 to: to.at([d, r, 0]),
                 addend: addend.map_or(0, |a| a.at([d, r, 0])),
                 taps,

@@ -81,7 +81,7 @@ impl Place {
 
     /// Whether there is no value.
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.channels == 0 || self.size.contains(&0)
     }
 
     /// Index of the first channel at (depth, row, column).
@@ -89,9 +89,17 @@ impl Place {
         self.start + (0..3).map(|a| position[a] * self.pitch[a]).sum::<usize>()
     }
 
-    /// One past the last value.
+    /// One past the last value; panics where no memory could hold it.
     pub fn end(&self) -> usize {
-        if self.is_empty() { self.start } else { self.at(self.size.map(|size| size - 1)) + self.channels }
+        if self.is_empty() {
+            return self.start;
+        }
+        let further = |at: usize, axis: usize| {
+            (self.size[axis] - 1).checked_mul(self.pitch[axis]).and_then(|far| far.checked_add(at))
+        };
+        let end = (0..3).try_fold(self.start, further).and_then(|last| last.checked_add(self.channels));
+        #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
+        end.expect("no memory holds values that lie so far apart")
     }
 
     /// Whether the values fill the buffer without a gap.

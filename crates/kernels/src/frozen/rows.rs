@@ -1,6 +1,6 @@
 //! Values that go from place to place, seen through a batch norm or a rectifier, or added.
 
-use crate::lengths::{at_least, exactly};
+use crate::lengths::{at_least, exactly, reach};
 use crate::pointwise;
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
@@ -66,9 +66,8 @@ unsafe fn apart_at<S: Simd>(
     y: &mut [f32],
     to: usize,
 ) {
-    let reach = |pitch: usize| columns.checked_sub(1).map_or(0, |last| last * pitch + channels);
-    at_least("columns to be moved", x.len(), reach(from));
-    at_least("room for columns", y.len(), reach(to));
+    at_least("columns to be moved", x.len(), reach(columns, from, channels));
+    at_least("room for columns", y.len(), reach(columns, to, channels));
     if let Some((scale, shift)) = view.affine {
         exactly("scale of a view", scale.len(), channels);
         exactly("shift of a view", shift.len(), channels);
@@ -98,4 +97,15 @@ pub fn add(from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
     at_least("values to be added", x.len(), from.end());
     at_least("room for values", y.len(), to.end());
     stretches(from, to, |a, b, len| pointwise::copy(&x[a..a + len], &mut y[b..b + len], true));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "no memory holds")]
+    fn columns_that_lie_too_far_apart_are_refused() {
+        apart(&View::default(), 1, 3, &[1.0], usize::MAX / 2 + 1, &mut [0.0; 3], 1);
+    }
 }

@@ -3,7 +3,7 @@
 use crate::fold::Fold;
 use crate::frozen::place::Place;
 use crate::frozen::rows::{rows_lie_together, stretches};
-use crate::lengths::{at_least, exactly};
+use crate::lengths::{at_least, exactly, reach};
 use crate::rows::{load, vectors};
 use crate::simd::{Simd, at_level};
 use crate::view::Rectifier;
@@ -146,9 +146,8 @@ unsafe fn run_at<S: Simd>(
     y: &mut Target,
 ) {
     let channels = own.factors.len();
-    let reach = |pitch: usize| count.checked_sub(1).map_or(0, |last| last * pitch + channels);
-    at_least("values to be moved", x.len(), from + reach(pitches[0]));
-    at_least("room for values", y.len(), to + reach(pitches[1]));
+    at_least("values to be moved", x.len(), from.saturating_add(reach(count, pitches[0], channels)));
+    at_least("room for values", y.len(), to.saturating_add(reach(count, pitches[1], channels)));
     exactly("shifts", own.shifts.len(), channels);
     for column in 0..count {
         let (from, to) = (from + column * pitches[0], to + column * pitches[1]);
@@ -192,5 +191,19 @@ pub(super) unsafe fn store_at<S: Simd>(y: &mut Target, at: usize, n: usize, valu
             Target::Bytes(y) => S::store_bytes(y.as_mut_ptr().add(at), value, n),
             Target::Floats(y) => crate::rows::store::<S>(y, at, n, value),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "no memory holds")]
+    fn columns_that_lie_too_far_apart_are_refused() {
+        let own = PerChannel { factors: &[1.0], shifts: &[0.0] };
+        let ending = Output::Floats.ending(Rectifier::None);
+        let pitches = [usize::MAX / 2 + 1, 1];
+        run(&own, &ending, [0, 0], pitches, 3, Source::Bytes(&[1]), &mut Target::Floats(&mut [0.0; 3]));
     }
 }
