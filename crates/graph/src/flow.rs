@@ -7,7 +7,7 @@ use crate::fill::Fill;
 use crate::graph::{Node, NodeId};
 use crate::op::{Activation, Op};
 use crate::spec::{Conv, Extent, Pool, WindowSpec};
-use crate::state::{State, drawn};
+use crate::state::{State, drawn, fresh};
 
 /// PyTorch's default ε of batch normalisation.
 pub const BATCH_NORM_EPS: f32 = 1e-5;
@@ -52,14 +52,18 @@ impl Flow {
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
         let Conv { filters, window, dilation, groups, bias } = conv;
         let fills = State::of(&self.state).conv;
-        self.push(self.full(name), fills, |node, shape| {
-            let mut dilation = dilation.over(shape.len().saturating_sub(1));
-            if dilation.iter().all(|&step| step == 1) {
-                dilation.clear();
-            }
-            let window = window.resolve_dilated(node, shape, &dilation)?;
-            Ok(Op::Conv { filters, window, dilation, groups, bias })
-        })
+        self.push(
+            |_| self.full(name),
+            fills,
+            |node, shape| {
+                let mut dilation = dilation.over(shape.len().saturating_sub(1));
+                if dilation.iter().all(|&step| step == 1) {
+                    dilation.clear();
+                }
+                let window = window.resolve_dilated(node, shape, &dilation)?;
+                Ok(Op::Conv { filters, window, dilation, groups, bias })
+            },
+        )
     }
 
     /// Fully connected layer `name`, drawn as [`crate::Network::linear_init`] says.
@@ -74,7 +78,7 @@ impl Flow {
 
     fn dense(&self, name: &str, outputs: usize, bias: bool) -> Flow {
         let fills = State::of(&self.state).linear;
-        self.push(self.full(name), fills, |_, _| Ok(Op::Linear { outputs, bias }))
+        self.push(|_| self.full(name), fills, |_, _| Ok(Op::Linear { outputs, bias }))
     }
 
     /// Batch normalisation `name` with PyTorch's ε and momentum.
@@ -84,7 +88,7 @@ impl Flow {
 
     /// Batch normalisation `name`; ε above 0, momentum (weight of the new batch) in 0..=1.
     pub fn batch_norm_with(&self, name: &str, eps: f32, momentum: f32) -> Flow {
-        self.computed(self.full(name), Op::BatchNorm { eps, momentum }, &[])
+        self.computed(|_| self.full(name), Op::BatchNorm { eps, momentum }, &[])
     }
 
     /// Rectified linear unit.
@@ -109,13 +113,13 @@ impl Flow {
     /// recurrent weights and forget bias of 1 are not among the schemes.
     pub fn lstm(&self, name: &str, hidden: usize) -> Flow {
         let steps = self.shape().get(1).copied().unwrap_or_default();
-        self.computed(self.full(name), Op::Lstm { hidden, steps }, &[])
+        self.computed(|_| self.full(name), Op::Lstm { hidden, steps }, &[])
     }
 
     /// The flow times one learned scalar, a tensor of one value called `name` that starts at `initial`.
     pub fn scale(&self, name: &str, initial: f32) -> Flow {
         let fill = Fill::Constant(initial);
-        self.push(self.full(name), (fill, fill), |_, _| Ok(Op::Scale))
+        self.push(|_| self.full(name), (fill, fill), |_, _| Ok(Op::Scale))
     }
 
     /// Channels of `groups` groups dealt out in turn, as in ShuffleNet.
@@ -203,8 +207,9 @@ impl Flow {
         if self.scope.is_empty() { name.into() } else { format!("{}.{name}", self.scope) }
     }
 
-    fn fresh(&self, kind: &str) -> String {
-        State::of(&self.state).fresh(self.node, kind)
+    /// Names a node without tensors after this one, among the nodes that it is added to.
+    fn fresh(&self, kind: &'static str) -> impl FnOnce(&[Node]) -> String {
+        move |nodes| fresh(nodes, self.node, kind)
     }
 
     /// `op` on this flow and `others`, named after this one.
@@ -213,17 +218,19 @@ impl Flow {
     }
 
     /// `op` on this flow and `others`.
-    fn computed(&self, name: String, op: Op, others: &[&Flow]) -> Flow {
+    fn computed(&self, name: impl FnOnce(&[Node]) -> String, op: Op, others: &[&Flow]) -> Flow {
         let inputs = std::iter::once(self.node).chain(others.iter().map(|flow| flow.node)).collect();
-        self.then(|nodes| Node::computed(name, op, inputs, nodes))
+        self.then(|nodes| Node::computed(name(nodes), op, inputs, nodes))
     }
 
     /// What `op` makes of the node's name and this flow's shape, with tensors drawn by `fills`.
-    fn push<F>(&self, name: String, fills: (Fill, Fill), op: F) -> Flow
+    fn push<N, F>(&self, name: N, fills: (Fill, Fill), op: F) -> Flow
     where
+        N: FnOnce(&[Node]) -> String,
         F: FnOnce(&str, &[usize]) -> Result<Op>,
     {
         self.then(|nodes| {
+            let name = name(nodes);
             let shape = nodes.get(self.node).map_or(&[][..], |node| &node.shape);
             let op = op(&name, shape)?;
             drawn(name, op, vec![self.node], nodes, fills)

@@ -46,21 +46,20 @@ impl State {
     pub fn shape(&self, node: NodeId) -> &[usize] {
         self.nodes.get(node).map_or(&[], |node| &node.shape)
     }
+}
 
-    /// A name for a node without tensors: after its input, numbered when taken. After a step that did not fit it
-    /// names nothing.
-    pub fn fresh(&self, input: NodeId, kind: &str) -> String {
-        let base = format!("{}/{kind}", self.nodes.get(input).map_or("", |node| &node.name));
-        let taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
-        let mut name = base.clone();
-        for count in 2.. {
-            if !taken(&name) {
-                break;
-            }
-            name = format!("{base}{count}");
+/// A name for a node without tensors: after its input, numbered when taken.
+pub(crate) fn fresh(nodes: &[Node], input: NodeId, kind: &str) -> String {
+    let base = format!("{}/{kind}", nodes.get(input).map_or("", |node| &node.name));
+    let taken = |name: &str| nodes.iter().any(|node| node.name == name);
+    let mut name = base.clone();
+    for count in 2.. {
+        if !taken(&name) {
+            break;
         }
-        name
+        name = format!("{base}{count}");
     }
+    name
 }
 
 /// The node that does `op` to `inputs`, its weight and bias drawn by `fills`.

@@ -271,3 +271,19 @@ fn a_network_is_checked_as_it_grows_and_described_from_any_thread() {
     assert!(error.starts_with("deep: kernel 60"), "{error}");
     assert_eq!(net.finish(&[("logits", x)]).unwrap_err().to_string(), error);
 }
+
+#[test]
+fn threads_that_describe_one_network_give_no_name_twice() {
+    let net = Network::new("shared");
+    let x = net.input("signal", &[5]);
+    let start = std::sync::Barrier::new(2);
+    let grow = || {
+        for _ in 0..300 {
+            start.wait();
+            x.relu();
+        }
+    };
+    std::thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(grow))));
+    let graph = net.finish(&[("y", x)]).unwrap();
+    assert_eq!(graph.nodes().len(), 601);
+}
