@@ -20,10 +20,10 @@ pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
                 let (shape, name) = (first.shape, first.name.clone());
                 let second = steps[partner].take();
                 names[partner] = second.as_ref().map_or(String::new(), |second| second.name.clone());
-                merged.push(renumbered(join(first, second), &now));
+                merged.push(join(first, second).renumbered(&now));
                 Step { name, ..Step::new(Work::Slice(0), vec![merged.len() - 1], shape) }
             }
-            (Some(step), None) => renumbered(step, &now),
+            (Some(step), None) => step.renumbered(&now),
             (None, first) => {
                 let rest = slice_of_rest(&merged, now[first.unwrap_or(id)]);
                 Step { name: mem::take(&mut names[id]), ..rest }
@@ -42,11 +42,6 @@ fn slice_of_rest(merged: &[Step], first: StepId) -> Step {
     let (channels, all) = (slice.shape.channels, merged[whole].shape);
     let shape = Shape { channels: all.channels - channels, ..all };
     Step::new(Work::Slice(channels), vec![whole], shape)
-}
-
-fn renumbered(mut step: Step, now: &[StepId]) -> Step {
-    step.inputs.iter_mut().for_each(|input| *input = now[*input]);
-    step
 }
 
 /// Of every step the other convolution that it is computed with.

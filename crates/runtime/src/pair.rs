@@ -5,8 +5,8 @@ use crate::step::{Algorithm, Conv, Pair, Step, StepId, Work};
 /// Bytes of values that are worth it: more than stays in the cache until it is read.
 const LARGE: usize = 512 << 10;
 
-/// Pairs of steps as one. Gives the new steps, and the new number of every old one; a first of a pair has that of the
-/// second, and nobody else reads it.
+/// Pairs of steps as one. Gives the new steps, and the new number of every old one but the first of a pair: that number
+/// stays 0, and nobody reads it.
 pub(crate) fn pair(steps: Vec<Step>, outputs: &[StepId]) -> (Vec<Step>, Vec<StepId>) {
     let mut readers = vec![0; steps.len()];
     steps.iter().flat_map(|step| &step.inputs).for_each(|&input| readers[input] += 1);
@@ -27,8 +27,7 @@ pub(crate) fn pair(steps: Vec<Step>, outputs: &[StepId]) -> (Vec<Step>, Vec<Step
         if let Some(before) = firsts[id].and_then(|first| waiting[first].take()) {
             step = join(before, step);
         }
-        step.inputs.iter_mut().for_each(|input| *input = now[*input]);
-        paired.push(step);
+        paired.push(step.renumbered(&now));
         now[id] = paired.len() - 1;
     }
     (paired, now)
@@ -60,6 +59,6 @@ fn join(first: Step, second: Step) -> Step {
             let work = Work::Pair(Box::new(Pair { first: a, second: b }));
             Step { work, inputs: first.inputs, ..second }
         }
-        (_, work) => Step { work, ..second },
+        _ => unreachable!("both were found to be convolutions"),
     }
 }

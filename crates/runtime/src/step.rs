@@ -168,4 +168,10 @@ impl Step {
     pub fn new(work: Work, inputs: Vec<StepId>, shape: Shape) -> Self {
         Step { name: String::new(), work, inputs, shape, scale: None }
     }
+
+    /// The same step where its inputs have the numbers `now`.
+    pub fn renumbered(mut self, now: &[StepId]) -> Self {
+        self.inputs.iter_mut().for_each(|input| *input = now[*input]);
+        self
+    }
 }
