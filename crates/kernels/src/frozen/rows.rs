@@ -8,28 +8,16 @@ use crate::view::{View, rectify};
 
 use super::place::Place;
 
-/// Runs `each` over stretches of values that lie together at both places; of each the start there and the length.
-pub(super) fn stretches(from: &Place, to: &Place, mut each: impl FnMut(usize, usize, usize)) {
+/// Runs `each` over columns that are equally far from each other at both places; of each the starts, the distances and
+/// the number.
+pub(super) fn columns(from: &Place, to: &Place, mut each: impl FnMut([usize; 2], [usize; 2], usize)) {
     assert!(from.size == to.size && from.channels == to.channels, "{from:?} and {to:?} are of two shapes");
-    let channels = from.channels;
     if from.is_dense() && to.is_dense() {
-        return each(0, 0, from.len());
+        return each([0; 2], [from.channels; 2], from.positions());
     }
-    let together = rows_lie_together(from, to);
     for (x, y) in from.rows().zip(to.rows()) {
-        if together {
-            each(x, y, from.size[2] * channels);
-            continue;
-        }
-        for column in 0..from.size[2] {
-            each(x + column * from.pitch[2], y + column * to.pitch[2], channels);
-        }
+        each([x, y], [from.pitch[2], to.pitch[2]], from.size[2]);
     }
-}
-
-/// Whether no other channels lie between the columns.
-pub(super) fn rows_lie_together(from: &Place, to: &Place) -> bool {
-    from.pitch[2] == from.channels && to.pitch[2] == to.channels
 }
 
 /// `y = view(x)`.
@@ -37,13 +25,13 @@ pub fn map(view: &View, from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
     at_least("values to be moved", x.len(), from.end());
     at_least("room for values", y.len(), to.end());
     let channels = from.channels;
-    if rows_lie_together(from, to) {
-        return stretches(from, to, |a, b, len| view.apply(channels, &x[a..a + len], &mut y[b..b + len]));
-    }
-    assert!(from.size == to.size && channels == to.channels, "{from:?} and {to:?} are of two shapes");
-    for (a, b) in from.rows().zip(to.rows()) {
-        apart(view, channels, from.size[2], &x[a..], from.pitch[2], &mut y[b..], to.pitch[2]);
-    }
+    columns(from, to, |[a, b], pitches, count| {
+        let len = count * channels;
+        match pitches == [channels; 2] {
+            true => view.apply(channels, &x[a..a + len], &mut y[b..b + len]),
+            false => apart(view, channels, count, &x[a..], pitches[0], &mut y[b..], pitches[1]),
+        }
+    });
 }
 
 at_level! {
@@ -96,7 +84,15 @@ pub fn copy(from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
 pub fn add(from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
     at_least("values to be added", x.len(), from.end());
     at_least("room for values", y.len(), to.end());
-    stretches(from, to, |a, b, len| pointwise::copy(&x[a..a + len], &mut y[b..b + len], true));
+    let channels = from.channels;
+    columns(from, to, |[a, b], pitches, count| {
+        let (stretches, len) =
+            if pitches == [channels; 2] { (1, count * channels) } else { (count, channels) };
+        for stretch in 0..stretches {
+            let (a, b) = (a + stretch * pitches[0], b + stretch * pitches[1]);
+            pointwise::copy(&x[a..a + len], &mut y[b..b + len], true);
+        }
+    });
 }
 
 #[cfg(test)]

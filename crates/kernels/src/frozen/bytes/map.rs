@@ -2,7 +2,7 @@
 
 use crate::fold::Fold;
 use crate::frozen::place::Place;
-use crate::frozen::rows::{rows_lie_together, stretches};
+use crate::frozen::rows::columns;
 use crate::lengths::{at_least, exactly, reach};
 use crate::rows::{load, vectors};
 use crate::simd::{Simd, at_level};
@@ -80,7 +80,7 @@ impl Map {
         assert!(matches!(x, Source::Bytes(_)) == self.reads_bytes, "values of the other kind are needed");
         let channels = self.from.channels;
         if let (true, Source::Bytes(x), Target::Bytes(y)) = (self.is_copy, x, &mut y) {
-            return self.columns(|[a, b], [from, to], count| {
+            return columns(&self.from, &self.to, |[a, b], [from, to], count| {
                 // Few bytes are copied faster than a copy is called.
                 for column in 0..count {
                     let pairs = y[b + column * to..][..channels].iter_mut().zip(&x[a + column * from..]);
@@ -89,34 +89,18 @@ impl Map {
             });
         }
         let own = PerChannel { factors: &self.factors, shifts: &self.shifts };
-        let fold = Fold::new(channels).filter(|_| rows_lie_together(&self.from, &self.to));
-        let Some(fold) = fold else {
-            return self.columns(|starts, pitches, count| {
-                run(&own, &self.ending, starts, pitches, count, x, &mut y);
-            });
-        };
-        let (factors, shifts) = (fold.repeat(&self.factors), fold.repeat(&self.shifts));
-        let several = PerChannel { factors: &factors, shifts: &shifts };
-        self.columns(|[a, b], pitches, count| {
-            let whole = fold.whole(count * channels);
-            let wide = fold.channels();
-            run(&several, &self.ending, [a, b], [wide; 2], whole / wide, x, &mut y);
-            let rest = count - whole / channels;
-            run(&own, &self.ending, [a + whole, b + whole], pitches, rest, x, &mut y);
+        let fold = Fold::new(channels).map(|f| (f, f.repeat(&self.factors), f.repeat(&self.shifts)));
+        columns(&self.from, &self.to, |starts, pitches, count| {
+            let mut folded = 0;
+            if let (Some((fold, factors, shifts)), true) = (&fold, pitches == [channels; 2]) {
+                let (several, wide) = (PerChannel { factors, shifts }, fold.channels());
+                let whole = fold.whole(count * channels);
+                run(&several, &self.ending, starts, [wide; 2], whole / wide, x, &mut y);
+                folded = whole / channels;
+            }
+            let starts = starts.map(|start| start + folded * channels);
+            run(&own, &self.ending, starts, pitches, count - folded, x, &mut y);
         });
-    }
-
-    /// Runs `each` over columns that are equally far from each other at both places; of each the starts, the distances and
-    /// the number.
-    fn columns(&self, mut each: impl FnMut([usize; 2], [usize; 2], usize)) {
-        let Map { from, to, .. } = self;
-        if rows_lie_together(from, to) {
-            let channels = from.channels;
-            return stretches(from, to, |a, b, len| each([a, b], [channels; 2], len / channels));
-        }
-        for (a, b) in from.rows().zip(to.rows()) {
-            each([a, b], [from.pitch[2], to.pitch[2]], from.size[2]);
-        }
     }
 }
 
