@@ -81,21 +81,19 @@ pub fn read_text(path: &Path) -> Result<Option<String>> {
 /// # Errors
 /// A tensor whose values are not as many as its shape says, and a folder that is missing or cannot be written.
 pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
-    let write = || taxel_files::write_whole(path, &to_bytes(weights, text)?).map_err(Cause::Write);
-    write().map_err(|cause| Error::new(path, cause))
+    write_bytes(path, to_bytes(weights, text))
 }
 
-/// [`write()`], with the tensors of these names in eight bits ([`rounded`]) and their scales beside them.
+/// Writes the bytes of a file, whole or not at all; where there are none, the error that says why gets its path.
 ///
 /// # Errors
-/// As [`write()`].
-pub fn write_rounded(path: &Path, weights: &Weights, names: &[&str], text: &str) -> Result<()> {
-    let bytes = || to_bytes_rounded(weights, names, text);
-    let write = || taxel_files::write_whole(path, &bytes()?).map_err(Cause::Write);
-    write().map_err(|cause| Error::new(path, cause))
+/// That of `bytes`, and a folder that is missing or cannot be written.
+pub fn write_bytes(path: &Path, bytes: std::result::Result<Vec<u8>, Cause>) -> Result<()> {
+    let write = |bytes: Vec<u8>| taxel_files::write_whole(path, &bytes).map_err(Cause::Write);
+    bytes.and_then(write).map_err(|cause| Error::new(path, cause))
 }
 
-/// The bytes that [`write_rounded`] writes.
+/// [`to_bytes`], with the tensors of these names in eight bits ([`rounded`]) and their scales beside them.
 ///
 /// # Errors
 /// A tensor whose values are not as many as its shape says.

@@ -17,9 +17,7 @@ const NETWORK: &str = "network";
 /// # Errors
 /// Weights that do not fit the graph, and a file that cannot be written.
 pub fn write_network(path: &Path, graph: &Graph, weights: &Weights) -> Result<()> {
-    let bytes = network_to_bytes(graph, weights);
-    let write = |bytes: Vec<u8>| taxel_files::write_whole(path, &bytes).map_err(Cause::Write);
-    bytes.and_then(write).map_err(|cause| Error::new(path, cause))
+    crate::write_bytes(path, network_to_bytes(graph, weights))
 }
 
 /// The bytes that [`write_network`] writes.

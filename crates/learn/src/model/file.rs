@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ndarray::{ArrayRef, IxDyn};
 use serde_json::Value;
+use taxel_checkpoint::Cause;
 use taxel_data::hash_words;
 use taxel_graph::Weights;
 
@@ -58,13 +59,17 @@ impl Model {
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let path = Path::new(&self.card.name);
         let text = self.text(path)?.0;
-        let bytes = match (&self.card.quantized, self.card.graph()) {
+        self.bytes(&text).map_err(|cause| Error::damaged(path, cause.to_string()))
+    }
+
+    /// The bytes of a file whose card is `text`.
+    fn bytes(&self, text: &str) -> std::result::Result<Vec<u8>, Cause> {
+        match (&self.card.quantized, self.card.graph()) {
             (Some(_), Some(graph)) => {
-                taxel_checkpoint::to_bytes_rounded(&self.weights, &multiplied(graph), &text)
+                taxel_checkpoint::to_bytes_rounded(&self.weights, &multiplied(graph), text)
             }
-            _ => taxel_checkpoint::to_bytes(&self.weights, &text),
-        };
-        bytes.map_err(|cause| Error::damaged(path, cause.to_string()))
+            _ => taxel_checkpoint::to_bytes(&self.weights, text),
+        }
     }
 
     /// The card as the text of the file that `path` names, and its digest.
@@ -94,12 +99,7 @@ impl Model {
     /// [`Model::save`], and the digest of the card.
     pub(crate) fn write(&self, path: &Path) -> Result<String> {
         let (text, digest) = self.text(path)?;
-        match (&self.card.quantized, self.card.graph()) {
-            (Some(_), Some(graph)) => {
-                taxel_checkpoint::write_rounded(path, &self.weights, &multiplied(graph), &text)?;
-            }
-            _ => taxel_checkpoint::write(path, &self.weights, &text)?,
-        }
+        taxel_checkpoint::write_bytes(path, self.bytes(&text))?;
         Ok(digest)
     }
 
