@@ -67,7 +67,11 @@ class Networks:
         if settings:
             raise TypeError("settings are for networks of the zoo; a Graph has none")
         path = os.path.join(self._place(), f"{file_name(network.name)}.safetensors")
-        network.save(path)
+        if not os.path.exists(path):
+            network.save(path)
+        elif not _holds(path, network):
+            # Another run may read it, also one that was moved since.
+            raise ValueError(f"{path}: holds another network of that name; give another folder or name, or remove it")
         return {"file": path, "name": network.name, "label": network.name, "fresh": not network.has_weights, **train}
 
     def _place(self) -> str:
@@ -77,6 +81,11 @@ class Networks:
         if self._temporary is None:
             self._temporary = tempfile.TemporaryDirectory(prefix="taxel-")
         return self._temporary.name
+
+
+def _holds(path: str, network: Graph) -> bool:
+    with open(path, "rb") as file:
+        return file.read() == network._to_bytes()
 
 
 def file_name(name: str) -> str:

@@ -168,11 +168,15 @@ def cross_validate(
         "choose": choose,
     }
     place = "taxel.cross_validate"
+    begun = os.path.join(folder, "config.toml")
+    new, done = not os.path.exists(begun), False
     try:
         _taxel.cross_validate(text(config), place, data._native, folder, resume, threads, verbose)
+        done = True
     finally:
-        # Also of a run that was stopped: it is gone on with.
-        if kept is not None and os.path.isdir(folder):
+        # Also of a run that was stopped: it is gone on with. A folder that was refused belongs to another run.
+        ours = done or new and os.path.isfile(begun)
+        if kept is not None and ours and not os.path.exists(kept):
             data.save(kept)
     own = Run(folder, data)
     own._temporary = temporary

@@ -106,3 +106,44 @@ def test_what_a_comparison_refuses(grasps):
     with pytest.raises(TypeError):
         taxel.cross_validate("mlp", x, y, unit_of="N")
     assert np.isfinite(x).all()
+
+
+def one_layer(name="own", hidden=None):
+    """A network of one layer, or of two."""
+    net = taxel.Network(name)
+    x = net.input("signal", (5, 50)).flatten()
+    return net.finish((x if hidden is None else x.linear("hidden", hidden).relu()).linear("fc", 3))
+
+
+def contents(folder):
+    """Every file below `folder`, by its path."""
+    return {own: own.read_bytes() for own in sorted(folder.rglob("*")) if own.is_file()}
+
+
+def test_a_refused_comparison_changes_no_file_of_another_run(grasps, tmp_path):
+    settings = {"recipe": {"epochs": 1}, "protocol": 2, "baselines": []}
+    taxel.cross_validate(one_layer(), grasps.x, grasps.y, out=tmp_path / "run", **settings)
+    taxel.cross_validate("mlp", grasps, out=tmp_path / "scene", **settings)
+    np.savez(tmp_path / "recordings.npz", x=grasps.x, y=grasps.groups)
+    before = contents(tmp_path)
+    other = grasps.x + 1
+    with pytest.raises(ValueError, match="not empty"):
+        taxel.cross_validate("mlp", other, grasps.y, out=tmp_path / "run", **settings)
+    for name in ("run", "scene"):
+        with pytest.raises(ValueError, match="other settings|other data"):
+            taxel.cross_validate("mlp", other, grasps.y, out=tmp_path / name, resume=True, **settings)
+    with pytest.raises(ValueError, match="not empty"):
+        taxel.cross_validate("mlp", other, grasps.y, out=tmp_path, **settings)
+    with pytest.raises(ValueError, match="data"):
+        taxel.cross_validate(one_layer(), other, grasps.y, out=tmp_path / "run", resume=True, **settings)
+    for resume in (False, True):
+        with pytest.raises(ValueError, match="another network of that name"):
+            taxel.cross_validate(one_layer(hidden=4), grasps.x, grasps.y, out=tmp_path / "run", resume=resume, **settings)
+    assert contents(tmp_path) == before
+
+
+def test_what_a_stopped_run_was_given_is_kept(grasps, tmp_path):
+    with pytest.raises(ArithmeticError):
+        recipe = {"epochs": 5, "optimizer": {"lr": 1e30}}
+        taxel.cross_validate("mlp", grasps.x, grasps.y, recipe=recipe, protocol=2, baselines=[], out=tmp_path / "run")
+    assert (taxel.read(tmp_path / "run/recordings.npz").x == grasps.x).all()
