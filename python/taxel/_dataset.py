@@ -68,12 +68,12 @@ class Dataset:
         }
         self._fill(_taxel.Dataset.of_arrays(x, facts))
         self.classes: np.ndarray = classes
-        self._x: np.ndarray | None = x
-        self._y: np.ndarray | None = np.asarray(y).reshape(len(x))
+        self._y = np.array(y).reshape(len(x))
 
     def _fill(self, native: Any) -> None:
         self._native = native
-        self._x = self._y = None
+        self._x: np.ndarray | None = None
+        self._y: np.ndarray | None = None
         #: The `[data]` table that makes these samples again; none of samples in memory.
         self._data: dict[str, Any] | None = None
         self._seed: int | None = None
@@ -150,6 +150,8 @@ class Dataset:
         rows = [int(own) for own in rows]
         own = Dataset._of(self._native.select(rows))
         own.classes = self.classes
+        # The library may number classes in another order: by value where their names are numbers.
+        own._y = self.y[rows]
         own.truth = {name: values[rows] for name, values in self.truth.items()}
         return own
 

@@ -98,3 +98,19 @@ def test_the_zoo_and_its_costs(tmp_path):
         taxel.cost("mlp", clases=3)
     with pytest.raises(FileNotFoundError):
         taxel.cost(tmp_path / "missing.onnx")
+
+
+def test_a_data_set_does_not_change_with_the_arrays_it_was_made_of():
+    x, y = np.arange(24, dtype=np.float32).reshape(4, 2, 3), np.array([0, 1, 0, 1])
+    own = taxel.Dataset(x, y)
+    x[0], y[0] = 99, 1
+    assert (own.x == np.arange(24).reshape(4, 2, 3)).all() and own.y.tolist() == [0, 1, 0, 1]
+    assert own.digest == taxel.Dataset(own.x, own.y).digest
+
+
+@pytest.mark.parametrize("classes", [["10", "9"], [9, 10], ["b", "a"]], ids=str)
+def test_a_selection_has_the_labels_of_its_samples(classes):
+    y = np.array(classes)[[0, 1, 1, 0, 1]]
+    own = taxel.Dataset(np.zeros((5, 1, 3)), y).select([4, 0, 2])
+    assert own.y.tolist() == y[[4, 0, 2]].tolist() and own.y.dtype == y.dtype
+    assert own.select([1]).y.tolist() == [y[0]]
