@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _taxel
 from ._arrays import labels, layout_of, readings
+from ._settings import seed_of, text
 
 
 class Dataset:
@@ -183,7 +184,7 @@ def read(path: str | os.PathLike[str], **options: Any) -> Dataset:
     """
     data = {"path": os.path.abspath(os.fspath(path)), **options}
     config = {"name": "read", "data": {**data, "path": os.fspath(path)}, "networks": [{"name": "mlp"}]}
-    own = Dataset._of(_taxel.Dataset.read(json.dumps(config)))
+    own = Dataset._of(_taxel.Dataset.read(text(config)))
     own._data = data
     return own
 
@@ -207,9 +208,9 @@ def simulate(
     """
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)):
         raise TypeError(f"n is a whole number, not {n!r}")
-    n, seed = int(n), int(seed)
+    n, seed = int(n), seed_of(seed)
     without = [without] if isinstance(without, str) else list(without)
-    native, truth = _taxel.Dataset.simulate(scene, n, seed, without, json.dumps(settings))
+    native, truth = _taxel.Dataset.simulate(scene, n, seed, without, text(settings))
     own = Dataset._of(native)
     own.truth = truth
     own._data = {"scene": scene, "samples": n, "without": without, "set": settings}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any, Literal
 
 import numpy as np
 
 from . import _taxel
 from ._arrays import readings
+from ._settings import text
 
 
 def gadf(
@@ -48,4 +48,4 @@ def gadf(
     if range is not None:
         low, high = range
         settings["range"] = {"low": float(low), "high": float(high)}
-    return _taxel.gadf(x, json.dumps(settings), summation)
+    return _taxel.gadf(x, text(settings), summation)

@@ -11,10 +11,11 @@ import numpy as np
 from . import _taxel
 from ._arrays import layout_of, order, readings, refuse_empty
 from ._base import BaseEstimator, ClassifierMixin, NotFittedError
-from ._config import Networks, seed_of, text
+from ._config import Networks
 from ._dataset import Dataset, of
 from ._model import Model
 from ._network import Graph
+from ._settings import seed_of, text
 
 
 class _Fitted(ClassifierMixin, BaseEstimator):

@@ -9,6 +9,7 @@ import warnings
 from typing import Any, Iterable, Mapping
 
 from . import _taxel
+from ._settings import text
 from ._taxel import Flow
 
 __all__ = ["Flow", "Graph", "Network", "cost", "from_torch", "zoo"]
@@ -54,7 +55,7 @@ class Graph:
     @classmethod
     def zoo(cls, name: str, **settings: Any) -> Graph:
         """A network of the zoo; `settings` in place of the paper's (`classes=28, length=100`)."""
-        return cls(_taxel.Graph.zoo(name, json.dumps(settings)))
+        return cls(_taxel.Graph.zoo(name, text(settings)))
 
     @classmethod
     def open(cls, path: str | os.PathLike[str]) -> Graph:

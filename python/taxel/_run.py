@@ -11,10 +11,11 @@ from typing import Any, Iterable, Mapping
 import numpy as np
 
 from . import _taxel
-from ._config import Networks, file_name, seed_of, text, toml
+from ._config import Networks, file_name, toml
 from ._dataset import Dataset, of, read
 from ._model import Model, load
 from ._network import Graph
+from ._settings import seed_of, text
 
 
 class Run:

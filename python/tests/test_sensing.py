@@ -114,3 +114,16 @@ def test_a_selection_has_the_labels_of_its_samples(classes):
     own = taxel.Dataset(np.zeros((5, 1, 3)), y).select([4, 0, 2])
     assert own.y.tolist() == y[[4, 0, 2]].tolist() and own.y.dtype == y.dtype
     assert own.select([1]).y.tolist() == [y[0]]
+
+
+def test_numbers_of_numpy_are_numbers(grasps, tmp_path):
+    assert taxel.cost("mlp", classes=np.int64(7)) == taxel.cost("mlp", classes=7)
+    assert (taxel.gadf(grasps.x, np.int64(20)) == taxel.gadf(grasps.x, 20)).all()
+    own = taxel.simulate("fingertip", np.int32(6), np.int64(2), shore=np.array([0, 20]))
+    assert own.digest == taxel.simulate("fingertip", 6, 2, shore=[0, 20]).digest
+    grasps.save(tmp_path / "own.npz")
+    read = taxel.read(tmp_path / "own.npz", channels=np.arange(3), full_scale=np.float32(1023))
+    assert read.x.shape == (60, 3, 50) and read.reading["full_scale"] == 1023
+    for seed in (1.7, True, "1"):
+        with pytest.raises(TypeError, match="a seed is a whole number"):
+            taxel.simulate("fingertip", 6, seed)
