@@ -182,8 +182,10 @@ def read(path: str | os.PathLike[str], **options: Any) -> Dataset:
     ...
     FileNotFoundError: missing.npz: no such file or folder; ...
     """
+    if options.get("attributes"):
+        raise ValueError("attributes: a Dataset has one label for each sample; attribute=N picks one, taxel.run takes several")
     data = {"path": os.path.abspath(os.fspath(path)), **options}
-    config = {"name": "read", "data": {**data, "path": os.fspath(path)}, "networks": [{"name": "mlp"}]}
+    config = {"name": "read", "data": {**data, "path": os.fspath(path)}, "networks": []}
     own = Dataset._of(_taxel.Dataset.read(text(config)))
     own._data = data
     return own

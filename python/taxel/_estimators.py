@@ -204,9 +204,10 @@ class MiniRocket(_Fitted):
         self.verbose = verbose
         self.name = name
 
-    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+    def _entry(self) -> dict[str, Any]:
         if isinstance(self.features, bool) or not isinstance(self.features, numbers.Integral):
             raise TypeError(f"features is a whole number, not {self.features!r}")
-        # A config names a network too; this one is not trained.
-        own = {"name": "mini-rocket", "features": int(self.features)}
-        return {"networks": [{"name": "mlp"}], "baselines": [own], "encoding": self.encoding or {}}, "mini-rocket"
+        return {"name": "mini-rocket", "features": int(self.features)}
+
+    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+        return {"networks": [], "baselines": [self._entry()], "encoding": self.encoding or {}}, "mini-rocket"

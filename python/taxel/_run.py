@@ -121,7 +121,9 @@ def cross_validate(
     Parameters
     ----------
     networks : str, taxel.Graph, taxel.Classifier, taxel.MiniRocket, dict, or a list of them
-        Names of :func:`taxel.zoo`, networks of your own, estimators, or entries of a config's `[[networks]]`.
+        Names of :func:`taxel.zoo`, networks of your own, estimators, or entries of a config's `[[networks]]`. `encoding`,
+        `layout` and `full_scale` are those of the estimators where they are not given here; seed, threads and name of the
+        data set are not.
     x, y
         Raw readings [samples, ..] with one label each; or a :class:`taxel.Dataset`; or the path of recordings, as
         :func:`taxel.read` takes it.
@@ -133,7 +135,8 @@ def cross_validate(
     protocol : int or dict, optional
         Number of folds, or the table `[protocol]`. Default stratified 5-fold.
     baselines : list, optional
-        Names (`"mini-rocket"`) or tables (`{"name": "k-nn", "k": 3}`); by default all five, `[]` for none.
+        Names (`"mini-rocket"`) or tables (`{"name": "k-nn", "k": 3}`); by default all five, none more where a
+        :class:`taxel.MiniRocket` is among the networks. `[]` for none.
     out : path, optional
         The run folder, by default one that lasts as long as what is returned. Samples in memory are kept in it as
         `recordings.npz`, so that the command line can judge and fit from it.
@@ -147,6 +150,10 @@ def cross_validate(
     Run
         What the run folder holds: a table that prints itself, results, predictions, models, and the report.
     """
+    networks = _listed(networks)
+    encoding = _agreed(networks, "encoding", encoding)
+    for key in ("layout", "full_scale"):
+        facts[key] = _agreed(networks, key, facts.get(key))
     if isinstance(x, (str, os.PathLike)):
         x = read(x, **facts)
         facts = {}
@@ -155,15 +162,15 @@ def cross_validate(
     folder = os.path.abspath(os.path.join(temporary.name, name) if temporary else os.fspath(out))  # type: ignore[arg-type]
     source, kept = _source(data, folder, seed)
     files = Networks(f"{folder}-networks")
-    entries, rockets, own_encoding = _entries(networks, files)
+    entries, rockets = _entries(networks, files)
     config = {
         "name": name,
         "seed": seed_of(seed),
         "data": source,
         "train": dict(recipe or {}),
-        "encoding": encoding if encoding is not None else own_encoding,
+        "encoding": encoding,
         "protocol": _protocol(protocol, groups is not None),
-        "networks": entries or [{"name": "mlp"}],
+        "networks": entries,
         "baselines": None if baselines is None and not rockets else [*(baselines or []), *rockets],
         "harden": harden,
         "choose": choose,
@@ -205,29 +212,45 @@ def _protocol(protocol: Any, grouped: bool) -> dict[str, Any]:
     return {**own, "folds": protocol}
 
 
-def _entries(networks: Any, files: Networks) -> tuple[list[dict[str, Any]], list[dict[str, Any]], Any]:
-    """Entries of `[[networks]]`, baselines among the estimators, and the encoding that the estimators agree on."""
+def _listed(networks: Any) -> list[Any]:
+    """One network as a list of one."""
     from ._estimators import Classifier, MiniRocket
 
-    if isinstance(networks, (str, Graph, Mapping, Classifier, MiniRocket)):
-        networks = [networks]
-    entries, rockets, encodings = [], [], []
+    one = isinstance(networks, (str, Graph, Mapping, Classifier, MiniRocket))
+    networks = [networks] if one else list(networks)
+    if not networks:
+        raise ValueError("networks = []: name at least one network")
+    return networks
+
+
+def _agreed(networks: list[Any], key: str, given: Any) -> Any:
+    """What is given, or else what the estimators among the networks agree on."""
+    from ._estimators import Classifier, MiniRocket
+
+    if given is not None:
+        return given
+    told = [getattr(own, key) for own in networks if isinstance(own, (Classifier, MiniRocket))]
+    told = [own for own in told if own is not None]
+    if any(own != told[0] for own in told):
+        raise ValueError(f"the estimators want different {key}s; all networks of a run read the same: give {key}=..")
+    return told[0] if told else None
+
+
+def _entries(networks: list[Any], files: Networks) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Entries of `[[networks]]`, and baselines among the estimators."""
+    from ._estimators import Classifier, MiniRocket
+
+    entries, rockets = [], []
     for own in networks:
         if isinstance(own, MiniRocket):
-            rockets.append({"name": "mini-rocket", "features": own.features})
+            rockets.append(own._entry())
         elif isinstance(own, Classifier):
             entries.append(files.entry(own.network, own.settings, own.recipe))
-            encodings.append(own.encoding)
         elif isinstance(own, Mapping):
             entries.append(dict(own))
         else:
             entries.append(files.entry(own, None, None))
-    told = [own for own in encodings if own is not None]
-    if any(own != told[0] for own in told):
-        raise ValueError("the estimators want different encodings; all networks of a run read the same: give encoding=..")
-    if not entries and not rockets:
-        raise ValueError("networks = []: name at least one network")
-    return entries, rockets, told[0] if told else None
+    return entries, rockets
 
 
 def run(

@@ -147,3 +147,34 @@ def test_what_a_stopped_run_was_given_is_kept(grasps, tmp_path):
         recipe = {"epochs": 5, "optimizer": {"lr": 1e30}}
         taxel.cross_validate("mlp", grasps.x, grasps.y, recipe=recipe, protocol=2, baselines=[], out=tmp_path / "run")
     assert (taxel.read(tmp_path / "run/recordings.npz").x == grasps.x).all()
+
+
+def test_mini_rocket_alone_is_compared_alone(grasps):
+    own = taxel.cross_validate(taxel.MiniRocket(84), grasps.x, grasps.y, protocol=2)
+    assert list(own.scores()) == ["mini-rocket"]
+    assert len(own.report(samples=20, threads=1).networks) == 1
+
+
+def test_what_estimators_say_of_the_samples_counts(grasps, tmp_path):
+    settings = {"protocol": 2, "baselines": []}
+    rocket = taxel.MiniRocket(84, encoding={"guard": True}, layout="image", full_scale=1023)
+    own = taxel.cross_validate(rocket, grasps.x, grasps.y, out=tmp_path / "run", **settings)
+    assert all(model.card["reading"]["layout"] == "image" for model in own.models().values())
+    assert all(model.card["reading"]["full_scale"] == 1023 for model in own.models().values())
+    assert "guard = true" in (tmp_path / "run/config.toml").read_text()
+    grasps.save(tmp_path / "own.npz")
+    read = taxel.cross_validate(rocket, tmp_path / "own.npz", layout="series", **settings)
+    assert all(model.card["reading"]["layout"] == "series" for model in read.models().values())
+    for words, others in [
+        ("encodings", {"encoding": {"guard": False}}), ("layouts", {"layout": "series"}), ("full_scales", {"full_scale": 5}),
+    ]:
+        other = taxel.MiniRocket(84, **{"encoding": {"guard": True}, "layout": "image", "full_scale": 1023, **others})
+        with pytest.raises(ValueError, match=f"different {words}"):
+            taxel.cross_validate([rocket, other], grasps.x, grasps.y, **settings)
+    with pytest.raises(TypeError, match="knows full_scale, layout already"):
+        taxel.cross_validate(rocket, grasps, **settings)
+    with pytest.raises(TypeError, match="features is a whole number"):
+        taxel.cross_validate(taxel.MiniRocket("many"), grasps.x, grasps.y, **settings)
+    pair = [taxel.Classifier("mlp", recipe={"epochs": 1}, encoding={"guard": own}) for own in (True, False)]
+    with pytest.raises(ValueError, match="two networks go by this name"):
+        taxel.cross_validate(pair, grasps.x, grasps.y, encoding={"guard": True}, **settings)

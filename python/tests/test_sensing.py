@@ -127,3 +127,11 @@ def test_numbers_of_numpy_are_numbers(grasps, tmp_path):
     for seed in (1.7, True, "1"):
         with pytest.raises(TypeError, match="a seed is a whole number"):
             taxel.simulate("fingertip", 6, seed)
+
+
+def test_a_data_set_has_one_label_for_each_sample(tmp_path):
+    y = np.array([[0, 0], [1, 1], [0, 2], [1, 0], [0, 1], [1, 2]])
+    np.savez(tmp_path / "own.npz", x=np.arange(36, dtype=np.float32).reshape(6, 2, 3), y=y)
+    assert taxel.read(tmp_path / "own.npz", attribute=1).y.tolist() == ["0", "1", "2"] * 2
+    with pytest.raises(ValueError, match="one label for each sample"):
+        taxel.read(tmp_path / "own.npz", attributes=["hardness", "height"])

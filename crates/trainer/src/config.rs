@@ -45,7 +45,7 @@ pub struct Config {
     /// Settings of the training that each fold chooses by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choose: Option<Choose>,
-    /// The networks, in the order of the table.
+    /// The networks, in the order of the table; none where baselines are all that is compared.
     pub networks: Vec<Network>,
     /// Methods that cost almost nothing and stand in the table too.
     pub baselines: Vec<Baseline>,
@@ -208,7 +208,8 @@ impl Config {
         self.encoding.check().map_err(below("encoding"))?;
         self.protocol.check().map_err(below("protocol"))?;
         self.train.check().map_err(below("train"))?;
-        require(!self.networks.is_empty(), "networks", "[]", "name at least one network")?;
+        let some = !self.networks.is_empty() || !self.baselines.is_empty();
+        require(some, "networks", "[]", "name at least one network or baseline")?;
         if let Some(choose) = &self.choose {
             choose.check(&self.train)?;
         }

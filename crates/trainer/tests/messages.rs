@@ -216,6 +216,13 @@ fn rivals_are_called_baselines_now() {
 }
 
 #[test]
+fn an_experiment_without_networks_and_baselines_is_refused() {
+    let text = set(&["networks=[]", "baselines=[]"]).unwrap_err().to_string();
+    assert!(text.ends_with("networks = []: name at least one network or baseline"), "{text}");
+    assert!(set(&["networks=[]"]).is_ok() && set(&["baselines=[]"]).is_ok());
+}
+
+#[test]
 fn settings_that_belong_elsewhere_are_refused() {
     let refused = |value: &str, part: &str| {
         let error = set(&[value]).unwrap_err().to_string();

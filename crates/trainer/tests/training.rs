@@ -389,6 +389,17 @@ fn baselines_stand_in_the_table_and_follow_the_seed() {
 }
 
 #[test]
+fn baselines_alone_are_compared_where_no_network_is_named() {
+    let sets = ["networks=[]", "baselines=[\"majority\", \"k-nn\"]"];
+    let (_keep, folder) = run_tiny(&sets);
+    let rows: Vec<String> = folder.results().unwrap().networks.into_iter().map(|row| row.network).collect();
+    assert_eq!(rows, ["majority", "k-nn"]);
+    let (again, samples) = taxel_trainer::open(&folder, &Registry::built_in()).unwrap();
+    assert_eq!(again.config(), experiment(TINY, &sets).config());
+    assert_eq!(samples.digest, folder.results().unwrap().data_digest);
+}
+
+#[test]
 fn classes_can_be_kept_and_look_alikes_are_told_apart() {
     let keep = ["data.classes=[\"shore-20\", \"shore-00\"]", "baselines=[\"k-nn\"]"];
     let (_keep, folder) = run_tiny(&keep);
