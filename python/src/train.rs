@@ -38,7 +38,7 @@ pub fn fit(
     })
 }
 
-/// Trains and tests everything of a config on folds; the config as it was resolved.
+/// Trains and tests everything of a config on folds.
 #[pyfunction]
 #[pyo3(signature = (config, place, dataset, out, resume=false, threads=None, verbose=None))]
 #[expect(clippy::too_many_arguments, reason = "as many as cross_validate passes on")]

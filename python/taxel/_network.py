@@ -89,7 +89,7 @@ class Graph:
 
     @property
     def notes(self) -> list[str]:
-        """What was left out or renamed when it was read."""
+        """What :func:`from_torch` left out or renamed; nothing is told of a network that was opened."""
         return self._native.notes
 
     def cost(self) -> dict[str, Any]:

@@ -128,8 +128,9 @@ def cross_validate(
         Raw readings [samples, ..] with one label each; or a :class:`taxel.Dataset`; or the path of recordings, as
         :func:`taxel.read` takes it.
     groups : array [samples], optional
-        Object, session or day of each sample. With groups no group is both trained and tested on, unless `protocol` says
-        otherwise: accuracy on objects that were also in training flatters.
+        Object, session or day of each sample. With groups given here no group is both trained and tested on, unless
+        `protocol` says otherwise: accuracy on objects that were also in training flatters. Groups of a Dataset, or of
+        recordings, count where `protocol` asks for them, as `{"split": "group"}` does.
     recipe, encoding, harden, choose : dict, optional
         The tables `[train]`, `[encoding]`, `[harden]`, `[choose]` of a config.
     protocol : int or dict, optional
