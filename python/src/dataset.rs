@@ -141,8 +141,7 @@ impl Dataset {
         let own = &*self.inner;
         serde_json::json!({
             "name": own.name, "source": own.source, "digest": own.digest, "classes": own.classes,
-            "reading": own.reading, "groups": own.groups.is_some(), "samples": own.len(),
-            "attributes": own.labels.attributes(), "official": own.official.is_some(),
+            "reading": own.reading, "official": own.official.is_some(),
         })
         .to_string()
     }

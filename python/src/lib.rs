@@ -27,7 +27,7 @@ mod _taxel {
     #[pymodule_export]
     use crate::graph::{Builder, Flow, Graph, zoo};
     #[pymodule_export]
-    use crate::model::{Model, cores};
+    use crate::model::Model;
     #[pymodule_export]
     use crate::report::report;
     #[pymodule_export]

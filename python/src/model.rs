@@ -8,7 +8,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use taxel::Predictor;
 use taxel::judge::speed;
-use taxel::learn::threads;
 
 use crate::raise::raised;
 use crate::work::short;
@@ -109,11 +108,4 @@ impl Model {
     fn __str__(&self) -> String {
         self.inner.card().to_string()
     }
-}
-
-/// Threads that so many asked for become.
-#[pyfunction]
-#[pyo3(signature = (asked=None))]
-pub fn cores(asked: Option<usize>) -> usize {
-    threads(asked)
 }

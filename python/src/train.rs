@@ -40,12 +40,10 @@ pub fn fit(
 
 /// Trains and tests everything of a config on folds.
 #[pyfunction]
-#[pyo3(signature = (config, place, dataset, out, resume=false, threads=None, verbose=None))]
-#[expect(clippy::too_many_arguments, reason = "as many as cross_validate passes on")]
+#[pyo3(signature = (config, dataset, out, resume=false, threads=None, verbose=None))]
 pub fn cross_validate(
     py: Python<'_>,
     config: &str,
-    place: &str,
     dataset: &Dataset,
     out: PathBuf,
     resume: bool,
@@ -54,7 +52,7 @@ pub fn cross_validate(
 ) -> PyResult<()> {
     let dataset = dataset.inner.clone();
     long(py, |cancel| {
-        let experiment = experiment_on(config, place, &dataset)?;
+        let experiment = experiment_on(config, "taxel.cross_validate", &dataset)?;
         let registry = Registry::built_in();
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let options = RunOptions { resume, threads, ..RunOptions::default() };

@@ -50,7 +50,7 @@ def refuse_empty(x: np.ndarray) -> None:
         raise ValueError(f"Found array with 0 {what} (shape={x.shape}) while a minimum of 1 is required.")
 
 
-def labels(y: Any, samples: int | None = None) -> tuple[np.ndarray, list[str]]:
+def labels(y: Any, samples: int) -> tuple[np.ndarray, list[str]]:
     """The classes of labels in sorted order, and the name of each sample's class."""
     if y is None:
         raise ValueError("requires y to be passed, but the target y is None")
@@ -63,7 +63,7 @@ def labels(y: Any, samples: int | None = None) -> tuple[np.ndarray, list[str]]:
         y = y[:, 0]
     if y.ndim != 1:
         raise ValueError(f"y should be a 1d array, one label for each sample; it has shape {y.shape}")
-    if samples is not None and len(y) != samples:
+    if len(y) != samples:
         raise ValueError(f"x has {samples} samples, y {len(y)} labels; give one label for each sample")
     if np.iscomplexobj(y):
         raise ValueError("Complex data not supported: labels are whole numbers or texts")

@@ -79,7 +79,7 @@ class _Fitted(ClassifierMixin, BaseEstimator):
                 f"samples are [n, ..]; Reshape your data: one sample of shape {shape} is x.reshape(1, ..), these have "
                 f"shape {X.shape}"
             )
-        if X.ndim > 1 and X.ndim == len(shape) + 1 and X.shape[1] != self.n_features_in_:
+        if X.ndim == len(shape) + 1 and X.shape[1] != self.n_features_in_:
             name = type(self).__name__
             raise ValueError(f"X has {X.shape[1]} features, but {name} is expecting {self.n_features_in_} features as input")
 

@@ -49,7 +49,7 @@ class Graph:
     """A network as a value: what :meth:`Network.finish`, :func:`from_torch` and :meth:`Graph.open` give and
     :class:`taxel.Classifier` trains. It does not change once it is made."""
 
-    def __init__(self, native: Any, weights: bool | None = None) -> None:
+    def __init__(self, native: Any) -> None:
         self._native = native
 
     @classmethod

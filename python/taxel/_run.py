@@ -180,7 +180,7 @@ def cross_validate(
     begun = os.path.join(folder, "config.toml")
     new, done = not os.path.exists(begun), False
     try:
-        _taxel.cross_validate(text(config), place, data._native, folder, resume, threads, verbose)
+        _taxel.cross_validate(text(config), data._native, folder, resume, threads, verbose)
         done = True
     finally:
         # Also of a run that was stopped: it is gone on with. A folder that was refused belongs to another run.

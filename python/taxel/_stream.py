@@ -71,7 +71,7 @@ class Stream:
         if not isinstance(self.model, Model):
             raise TypeError(f"a stream asks a taxel.Model or a fitted estimator, not {type(model).__name__}")
         self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale)
-        self._names = [np.array(own) for own in self.model.attributes.values()]
+        self._names = list(self.model.attributes.values())
 
     @property
     def values(self) -> int:
@@ -106,7 +106,7 @@ class Stream:
         for names in self._names:
             answers.append(names[int(probabilities[at : at + len(names)].argmax())])
             at += len(names)
-        answer = str(answers[0]) if len(answers) == 1 else tuple(map(str, answers))
+        answer = answers[0] if len(answers) == 1 else tuple(answers)
         return Decision(answer=answer, probabilities=probabilities, **said)
 
     def feed(self, source: Iterable[Any]) -> Iterator[Decision]:
