@@ -9,7 +9,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from . import _taxel
-from ._arrays import labels, layout_of, readings
+from ._arrays import labels, layout_of, readings, refuse_empty
 from ._settings import seed_of, text
 
 
@@ -53,11 +53,14 @@ class Dataset:
         rest: Any = None,
         source: str | None = None,
     ) -> None:
+        # Before the labels: an array of the wrong axes is the more likely mistake.
         x = readings(x)
+        layout = layout_of(x, layout)
+        refuse_empty(x)
         classes, names = labels(y, len(x))
         facts = {
             "name": str(name),
-            "layout": layout_of(x, layout),
+            "layout": layout,
             "labels": names,
             "groups": None if groups is None else [str(own) for own in np.asarray(groups).tolist()],
             "official": None if official is None else [bool(own) for own in np.asarray(official).tolist()],

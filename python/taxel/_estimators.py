@@ -9,7 +9,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from . import _taxel
-from ._arrays import layout_of, order, readings, refuse_empty
+from ._arrays import order, readings
 from ._base import BaseEstimator, ClassifierMixin, NotFittedError
 from ._config import Networks
 from ._dataset import Dataset, of
@@ -27,13 +27,7 @@ class _Fitted(ClassifierMixin, BaseEstimator):
         Nothing has to be scaled or encoded before. `groups` [samples] are kept together where samples are held back for
         early stopping. Ctrl-C ends the training with a KeyboardInterrupt.
         """
-        facts = {"layout": self.layout, "full_scale": self.full_scale, "groups": groups}
-        if not isinstance(X, Dataset):
-            # Before the labels: an array of the wrong axes is the more likely mistake.
-            X = readings(X)
-            layout_of(X, self.layout)
-            refuse_empty(X)
-            facts["name"] = self.name
+        facts = {"layout": self.layout, "full_scale": self.full_scale, "groups": groups, "name": self.name}
         data = of(X, y, facts)
         with Networks() as networks:
             config, name = self._config(networks)
@@ -46,7 +40,7 @@ class _Fitted(ClassifierMixin, BaseEstimator):
                     f"taxel.{type(self).__name__}",
                     data._native,
                     name,
-                    self.n_jobs if self.n_jobs is None or self.n_jobs > 0 else None,
+                    self._threads(),
                     self.verbose,
                 )
             )
@@ -69,8 +63,11 @@ class _Fitted(ClassifierMixin, BaseEstimator):
             raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it answers")
         X = X.x if isinstance(X, Dataset) else readings(X)
         self._refuse_other_features(X)
-        threads = self.n_jobs if self.n_jobs is not None and self.n_jobs > 0 else None
-        return self.model_.predict_proba(X, threads=threads)[:, self._order]
+        return self.model_.predict_proba(X, threads=self._threads())[:, self._order]
+
+    def _threads(self) -> int | None:
+        """All cores for -1, as scikit-learn has it."""
+        return self.n_jobs if self.n_jobs is not None and self.n_jobs > 0 else None
 
     def _refuse_other_features(self, X: np.ndarray) -> None:
         shape = self.model_.shape
