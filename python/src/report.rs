@@ -35,14 +35,8 @@ pub fn report(
         let threads = taxel::learn::threads(threads);
         let options = StressOptions { threads, samples: samples.max(1), ..StressOptions::default() };
         let options = stress.then_some(options);
-        let known = match again {
-            true => None,
-            false => reporting::before(&case, options.as_ref()).map_err(raised)?,
-        };
-        let judgement = match known {
-            Some(judgement) => judgement,
-            None => reporting::measure(&case, options, &*progress(verbose)).map_err(raised)?,
-        };
+        let judge = if again { reporting::measure } else { reporting::judgement };
+        let judgement = judge(&case, options, &*progress(verbose)).map_err(raised)?;
         let choice = choose(&case, &judgement, &Criteria::default()).map_err(raised)?;
         let (made, page) = reporting::write(&case, &judgement, &choice).map_err(raised)?;
         let said = serde_json::json!({

@@ -31,6 +31,21 @@ pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judg
     Ok(Judgement::read(case)?.filter(has))
 }
 
+/// What [`before`] finds, or else [`measure`] measures now.
+///
+/// # Errors
+/// As of the two.
+pub fn judgement(
+    case: &Case,
+    stress: Option<StressOptions>,
+    progress: &(dyn Progress + Sync),
+) -> Result<Judgement> {
+    match before(case, stress.as_ref())? {
+        Some(judgement) => Ok(judgement),
+        None => measure(case, stress, progress),
+    }
+}
+
 /// Measures, and keeps what was measured in the run folder, which no other process may write to.
 ///
 /// # Errors

@@ -13,15 +13,17 @@ pub fn stress_options(threads: Option<usize>) -> StressOptions {
 
 /// What is in the run folder already, or is measured now.
 pub fn judgement(case: &Case, stress: Option<StressOptions>) -> taxel::Result<Judgement> {
-    match reporting::before(case, stress.as_ref())? {
-        Some(judgement) => Ok(judgement),
-        None => now(case, stress),
-    }
+    reporting::judgement(case, stress, &*bar())
 }
 
 /// Measures, with a bar on a terminal.
 pub fn now(case: &Case, stress: Option<StressOptions>) -> taxel::Result<Judgement> {
-    let bar = IndicatifProgress::default();
-    let progress: &(dyn Progress + Sync) = if std::io::stderr().is_terminal() { &bar } else { &Silent };
-    reporting::measure(case, stress, progress)
+    reporting::measure(case, stress, &*bar())
+}
+
+fn bar() -> Box<dyn Progress + Sync> {
+    match std::io::stderr().is_terminal() {
+        true => Box::<IndicatifProgress>::default(),
+        false => Box::new(Silent),
+    }
 }
