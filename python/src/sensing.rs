@@ -2,10 +2,10 @@
 
 use numpy::{IntoPyArray, PyArray4, PyArrayDyn, PyReadonlyArray3};
 use pyo3::prelude::*;
-use taxel::encodings::{Gaf, HardnessImage, Method};
+use taxel::encodings::Method;
 use taxel::faults::Fault;
 use taxel::learn::encoding::Field;
-use taxel::learn::{sensor, within};
+use taxel::learn::sensor;
 use taxel::ndarray::Axis;
 
 use crate::dataset::Dataset;
@@ -22,11 +22,9 @@ pub fn gadf<'py>(
 ) -> PyResult<Bound<'py, PyArray4<f32>>> {
     let x = x.as_array();
     let images = short(py, || {
-        let Field { size, range, colormap, constant } = crate::config::settings(settings)?;
-        within("size", size, 1, 4096).map_err(refused)?;
+        let field: Field = crate::config::settings(settings)?;
         let method = if summation { Method::Summation } else { Method::Difference };
-        let gaf = Gaf { size, method, range: range.into(), constant };
-        HardnessImage { gaf, colormap }.encode_batch(x).map_err(refused)
+        field.image(method).map_err(refused)?.encode_batch(x).map_err(refused)
     })?;
     Ok(images.into_pyarray(py))
 }

@@ -5,15 +5,13 @@ use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
-use taxel_encodings::{
-    Gaf, HardnessImage, Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
-};
+use taxel_encodings::{Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor};
 use taxel_guard::Guard;
 
 use super::guarding::{fitted_guard, mended};
 use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
 use super::scale::{Scale, Scaled};
-use super::settings::{Encoding, Field, Image, Picture, SqueezeFrame, reduction_problem};
+use super::settings::{Encoding, Image, Picture, SqueezeFrame, reduction_problem};
 use super::signal::{Code, Signal};
 use super::transform::Transform;
 
@@ -172,8 +170,12 @@ impl<'a> Encoder<'a> {
                 let numatac = NumaTac { window: bits.window, ..NumaTac::default() };
                 self.plan(Scale::ZScore, baseline, |scaling| Transform::Numatac { numatac, scaling })
             }
-            Image::Gadf(own) => self.encode_now(IMAGE, field(own, Method::Difference).less(baseline)),
-            Image::Gasf(own) => self.encode_now(IMAGE, field(own, Method::Summation).less(baseline)),
+            Image::Gadf(own) => {
+                self.encode_now(IMAGE, Transform::Field(own.image(Method::Difference)?).less(baseline))
+            }
+            Image::Gasf(own) => {
+                self.encode_now(IMAGE, Transform::Field(own.image(Method::Summation)?).less(baseline))
+            }
         }
     }
 
@@ -312,8 +314,4 @@ impl Input {
 
 fn bilinear([height, width]: [usize; 2]) -> Resize {
     Resize { height, width, filter: Default::default() }
-}
-
-fn field(Field { size, range, colormap, constant }: Field, method: Method) -> Transform {
-    Transform::Field(HardnessImage { gaf: Gaf { size, method, range: range.into(), constant }, colormap })
 }

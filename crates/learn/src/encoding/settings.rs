@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Reading;
-use taxel_encodings::{Colormap, Constant, Frame, Layout, Reduction};
+use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Layout, Method, Reduction};
 
 use super::names::{IMAGE, TENSOR};
 use super::range::Range;
@@ -229,6 +229,16 @@ impl Image {
 }
 
 impl Field {
+    /// What makes the images.
+    ///
+    /// # Errors
+    /// The first setting outside its range.
+    pub fn image(self, method: Method) -> Result<HardnessImage, Problem> {
+        self.check()?;
+        let Field { size, range, colormap, constant } = self;
+        Ok(HardnessImage { gaf: Gaf { size, method, range: range.into(), constant }, colormap })
+    }
+
     fn check(&self) -> Check {
         let least = if self.range == Range::PerSample { 2 } else { 1 };
         within("size", self.size, least, 4096)?;
