@@ -65,7 +65,7 @@ fn values_out_of_range_name_the_line_and_the_range() {
             "samples = 60",
             "channels = [0]",
             "tiny.toml:5:1: unknown field `channels`: did you mean `classes`? expected one of `scene`, `samples`, `set`, \
-             `without`, `full_scale`, `layout`, `rate`, `attributes`, `classes`, `look_alikes`\n  5 | channels = [0]",
+             `without`, `full_scale`, `layout`, `rate`, `each_frame`, `attributes`, `classes`, `look_alikes`\n  5 | channels = [0]",
         ),
         (
             "samples = 60",
