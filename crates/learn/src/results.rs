@@ -173,6 +173,12 @@ impl Results {
         }
     }
 
+    /// The row in floats whose models the row `network` holds in eight bits; any other row stands for itself.
+    pub fn in_floats<'n>(&'n self, network: &'n str) -> &'n str {
+        let row = self.networks.iter().find(|own| own.network == network);
+        row.and_then(|own| own.quantized.as_deref()).unwrap_or(network)
+    }
+
     /// The cross-validated score of a row, for the card of a model; none without a finished fold.
     pub fn score(&self, network: &str) -> Option<Score> {
         let own = self.networks.iter().find(|own| own.network == network)?;

@@ -107,6 +107,8 @@ fn a_run_shows_its_networks_in_eight_bits_beside_those_in_floats() {
     }
     let row = &results.networks[3];
     assert_eq!(row.quantized.as_deref(), Some("resnet8-lite-1d"));
+    let floats = ["resnet8-lite-1d.int8", "resnet8-lite-1d", "unknown"].map(|own| results.in_floats(own));
+    assert_eq!(floats, ["resnet8-lite-1d", "resnet8-lite-1d", "unknown"]);
     assert!(3 * row.costs.bytes < 2 * results.networks[2].costs.bytes && row.mean.is_some());
     // What a fold says is what its model says, and it saw nothing but the fold's training samples.
     let key = key("resnet8-lite-1d.int8", 0, 1);

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
 use taxel_judge::{Case, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
-use taxel_learn::{FoldRecord, Model, Progress, Teacher, sensor};
-use taxel_trainer::Experiment;
+use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
+use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
 
 use crate::axis::Axis;
@@ -61,12 +61,14 @@ pub fn shrink(
     cancel: &AtomicBool,
 ) -> Result<Finished> {
     check(case, experiment, network, options)?;
-    let records = prepare(out, options.resume)?;
+    // What cannot be trained by itself is refused while nothing is written.
+    experiment.alone(network, &Alone::default(), registry)?;
     let dataset = &case.dataset;
     let shared = shared(case, experiment, network, options);
     let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);
-    let mut desk = Desk::new((experiment, registry, dataset), records, options.threads, progress, cancel);
     let plan = Plan::new(case, &shared, &ladders, options)?;
+    let records = prepare(out, options.resume)?;
+    let mut desk = Desk::new((experiment, registry, dataset), records, options.threads, progress, cancel);
     let estimate = plan.estimate(case, &shared);
     say(&estimate);
     desk.expect(estimate.trainings);
@@ -193,6 +195,11 @@ fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options)
     if !experiment.config().encoding.reduce.is_whole() {
         return refuse("reads less of each sample already (encoding.reduce): shrink the run of the whole");
     }
+    let floats = case.results.in_floats(network);
+    if floats != network {
+        let reason = format!("is in eight bits: shrink {floats:?}, then quantize the smaller model");
+        return Err(Error::value("network", network, reason));
+    }
     let known = || case.results.networks.iter().map(|own| own.network.as_str());
     if case.records(network).next().is_none() {
         let hint = taxel_names::hint(network, known());
@@ -221,8 +228,12 @@ fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options
     let trained = config.networks.iter().find(|own| network.split(".hardened").next() == Some(&own.label));
     let fewer = || trained.map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
     let epochs = options.epochs.or(options.quick.then(fewer).flatten());
-    let sound = case.results.networks.iter().filter(|own| own.hardening.is_none() && own.diverged == 0);
-    let most = |own: &&taxel_learn::NetworkResults| own.mean.map_or(0.0, |mean| mean.accuracy);
+    let is_sound = |own: &&NetworkResults| {
+        // A row in eight bits is no network of the experiment: inner folds cannot train it.
+        own.hardening.is_none() && own.quantized.is_none() && own.diverged == 0
+    };
+    let sound = case.results.networks.iter().filter(is_sound);
+    let most = |own: &&NetworkResults| own.mean.map_or(0.0, |mean| mean.accuracy);
     let best = sound.max_by(|a, b| most(a).total_cmp(&most(b))).map_or(network, |own| own.network.as_str());
     Shared {
         name: network,

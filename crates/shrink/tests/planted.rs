@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Npz};
 use taxel_judge::{Case, Curve, Shrunk};
-use taxel_learn::{Model, Protocol, RunFolder, RunOptions, Silent, inner_folds};
+use taxel_learn::{Model, Protocol, RunFolder, RunOptions, Silent, inner_folds, quantize_run};
 use taxel_shrink::{Axis, Error, Finished, Options, shrink};
 use taxel_trainer::{Experiment, Overrides, Runner};
 use taxel_zoo::Registry;
@@ -311,4 +311,26 @@ fn a_network_gets_narrower_and_shallower_and_learns_from_the_whole() {
     let none =
         planted.try_shrink("mlp", &[Axis::Resolution], Options::default(), &AtomicBool::new(false)).unwrap();
     assert_eq!(none.shrunk.left_out[0].0, "Resolution of the array");
+}
+
+#[test]
+fn rows_in_eight_bits_are_neither_shrunk_nor_teachers() {
+    let mut planted = planted_for("dilated-resnet-1d", two_of_five, FOLDS, false);
+    let Case { folder, dataset, .. } = &planted.case;
+    quantize_run(folder, dataset, &|_| {}).unwrap();
+    planted.case = Case::new(folder.clone(), dataset.clone()).unwrap();
+    let accuracy = |row: usize| planted.case.results.networks[row].mean.unwrap().accuracy;
+    assert_eq!(planted.case.results.networks[1].network, "dilated-resnet-1d.int8");
+    assert!(accuracy(1) >= accuracy(0), "else the row would teach nobody in any case");
+    planted.network = "dilated-resnet-1d.int8";
+    let refused = planted.try_shrink("shrink", &[Axis::Depth], Options::default(), &AtomicBool::new(false));
+    let reason = refused.err().unwrap().to_string();
+    assert_eq!(
+        reason,
+        "network = dilated-resnet-1d.int8: is in eight bits: shrink \"dilated-resnet-1d\", then quantize the smaller model"
+    );
+    assert!(!planted.file("records").exists(), "the corrected command may use the folder");
+    planted.network = "dilated-resnet-1d";
+    let own = planted.shrunk(&[Axis::Depth], Options::default());
+    assert_eq!(own.shrunk.curves[0].rungs[0].refused, None);
 }

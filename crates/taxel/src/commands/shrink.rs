@@ -139,12 +139,13 @@ fn words(estimate: &Estimate) -> String {
     format!("{} trainings at most{time} if each takes as long as in the run", estimate.trainings)
 }
 
-/// The network that suffices, or else the best.
+/// The network that suffices, or else the best; of models in eight bits the network in floats, which can be trained.
 fn chosen(case: &Case) -> Result<String, Box<dyn std::error::Error>> {
     let judgement = judgement(case, None)?;
     let choice = choose(case, &judgement, &Criteria::default())?;
     choice.words.iter().take(1).for_each(|line| eprintln!("{line}"));
-    Ok(choice.chosen.unwrap_or(choice.best))
+    let row = choice.chosen.unwrap_or(choice.best);
+    Ok(case.results.in_floats(&row).into())
 }
 
 fn print(finished: &Finished) {
