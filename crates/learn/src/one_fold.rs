@@ -1,6 +1,6 @@
 //! One training on chosen samples, tested on others; nothing is written.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use taxel_data::{Dataset, Fold};
@@ -103,6 +103,7 @@ impl OneFold<'_> {
                 };
                 Ok(Some(Tested { record, model, seconds: trained.train_seconds }))
             }
+            Estimator::Baseline { .. } if cancel.load(Ordering::Relaxed) => Ok(None),
             Estimator::Baseline { method, faults } => {
                 let length = inputs[0].encoded.shape().last().copied().unwrap_or(0);
                 if let Some(reason) = method.unfit(fold.train.len(), length) {
