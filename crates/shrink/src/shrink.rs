@@ -79,7 +79,8 @@ pub fn shrink(
     let mut shrunk = gathered(case, &shared, options, left_out, &trained)?;
     let mut speed = None;
     if let (Some(found), Some((model, experiment))) = (trained.found, trained.small) {
-        shrunk.models = small::pair(case, &shrunk, &model, &experiment.config().encoding.reduce)?;
+        let reduction = &experiment.config().encoding.reduce;
+        shrunk.models = small::pair(case, &shrunk, &found.records, &model, reduction)?;
         let interval = found.combined.outer.and_then(|own| own.accuracy_interval);
         let model = model.with_score(small::score(case, &found.records, interval)?);
         speed = Some(small::speed(case, network, &model)?);

@@ -10,17 +10,25 @@ use crate::error::{Error, Result};
 /// Seconds that timing a model takes at most.
 const BUDGET: f64 = 2.0;
 
-/// Both models of a shrunk run.
+/// Both models of a shrunk run; `records` are the smaller one's answers to the test parts.
 ///
 /// # Errors
 /// A reduction that does not fit the samples.
-pub fn pair(case: &Case, shrunk: &Shrunk, model: &Model, reduction: &Reduction) -> Result<Vec<Small>> {
+pub fn pair(
+    case: &Case,
+    shrunk: &Shrunk,
+    records: &[FoldRecord],
+    model: &Model,
+    reduction: &Reduction,
+) -> Result<Vec<Small>> {
     let reading = &case.dataset.reading;
     let plan = reduction.plan(reading.layout, &reading.shape);
     let plan = plan.map_err(|error| Error::value("axes", reduction.words(), error.to_string()))?;
     let row = case.results.networks.iter().find(|own| own.network == shrunk.network);
     let whole = row.map_or(Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }, |own| own.costs);
-    let costs = model.card().graph().map_or(whole, |graph| graph.cost().into());
+    // A baseline has no graph, and says what it costs; as in the table of a run, the most that any fold needs.
+    let fitted = records.iter().filter_map(|own| own.costs).max_by_key(|own| (own.macs, own.parameters));
+    let costs = model.card().graph().map(|graph| graph.cost().into()).or(fitted).unwrap_or(whole);
     let outer = shrunk.combined.as_ref().and_then(|own| own.outer);
     let small = |name: &str, reads: String, readings, (accuracy, accuracy_interval), costs: Costs| {
         let Costs { parameters, bytes, macs, .. } = costs;

@@ -16,6 +16,7 @@ use taxel_zoo::Registry;
 const SAMPLES: usize = 96;
 const CHANNELS: usize = 5;
 const READINGS: usize = 16;
+const KNN: &str = "k-nn";
 
 /// A number in [-1, 1) that looks random.
 fn noise(i: usize) -> f32 {
@@ -65,10 +66,12 @@ fn planted_for(
     archive.add("test", &[SAMPLES], &tested).unwrap();
     std::fs::write(&path, archive.finish().unwrap()).unwrap();
     let test = if test { "test = \"test\"" } else { "" };
+    // An experiment has a network at least.
+    let (baselines, label) = if network == KNN { ("\"k-nn\"", "mlp") } else { ("", network) };
     let text = format!(
-        "name = \"planted\"\nbaselines = []\n[data]\npath = {path:?}\nlayout = \"series\"\nrate = 16.0\n{test}\n\
+        "name = \"planted\"\nbaselines = [{baselines}]\n[data]\npath = {path:?}\nlayout = \"series\"\nrate = 16.0\n{test}\n\
          [protocol]\n{protocol}\n[train]\nepochs = 12\nbatch_size = 16\n\
-         optimizer = {{ name = \"adam\", lr = 0.01 }}\n[[networks]]\nname = \"{network}\"\n"
+         optimizer = {{ name = \"adam\", lr = 0.01 }}\n[[networks]]\nname = \"{label}\"\n"
     );
     let registry = Registry::built_in();
     let experiment = Experiment::parse(&text, "planted.toml", &Overrides::default(), &registry).unwrap();
@@ -311,6 +314,19 @@ fn a_network_gets_narrower_and_shallower_and_learns_from_the_whole() {
     let none =
         planted.try_shrink("mlp", &[Axis::Resolution], Options::default(), &AtomicBool::new(false)).unwrap();
     assert_eq!(none.shrunk.left_out[0].0, "Resolution of the array");
+}
+
+#[test]
+fn a_baseline_is_shrunk_and_stopped_as_a_network_is() {
+    let planted = planted_for(KNN, two_of_five, FOLDS, false);
+    let own = planted.shrunk(&[Axis::Sensors], Options::default());
+    assert_eq!(left(&own.shrunk, 0), Some("2"), "{:#?}", own.shrunk.curves[0]);
+    let [whole, small] = own.shrunk.models.as_slice() else { panic!() };
+    // It compares two channels of five.
+    assert_eq!(small.macs * 5, whole.macs * 2, "{:?}", own.shrunk.models);
+    assert!(small.parameters < whole.parameters && small.bytes < whole.bytes, "{:?}", own.shrunk.models);
+    let stopped = planted.try_shrink("other", &[Axis::Sensors], Options::default(), &AtomicBool::new(true));
+    assert!(matches!(stopped, Err(Error::Stopped { .. })), "it was cancelled before the first training");
 }
 
 #[test]
