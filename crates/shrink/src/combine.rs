@@ -1,6 +1,8 @@
 //! All knees together, loosened until inner folds say that they do.
 
-use taxel_judge::{Combined, Curve};
+use std::slice::from_ref;
+
+use taxel_judge::{Combined, Contrast, Curve};
 use taxel_learn::FoldRecord;
 
 use crate::curves::{Outer, Shared};
@@ -17,12 +19,25 @@ pub struct Together {
     pub cuts: Vec<Cut>,
     /// What is said of it.
     pub combined: Combined,
+    /// It beside the whole, on the test parts.
+    pub outer: Contrast,
     /// Its answers to the test parts.
     pub records: Vec<FoldRecord>,
 }
 
-/// Trains the knees of all curves together; none where nothing may go. Where they lose too much on inner folds, the axis that
-/// lost most by itself takes its next larger setting.
+/// What came of the knees together.
+pub enum Found {
+    /// A combination that was tested.
+    Combination(Box<Together>),
+    /// None; in words, what was tried.
+    None(Vec<String>),
+}
+
+/// Answers of a combination, beside the whole where they have test parts in common; none where it cannot be trained.
+type Answered = Option<(Vec<FoldRecord>, Option<Contrast>)>;
+
+/// Trains the knees of all curves together. Where they lose too much on inner folds, or cannot be trained, the axis that lost
+/// most by itself takes its next larger setting; the last combination that is tried is tested all the same.
 ///
 /// # Errors
 /// What stops everything.
@@ -31,39 +46,64 @@ pub fn together(
     desk: &mut Desk,
     outers: &[Outer],
     tried: &[(Ladder, Curve)],
-) -> Result<Option<Together>> {
+) -> Result<Found> {
+    search(tried, shared.margin, &mut |is_inner, cuts| {
+        let answers = match is_inner {
+            true => {
+                desk.expect(outers.iter().map(|outer| outer.inner.len()).sum());
+                shared.on_inner(desk, outers, "together", cuts)
+            }
+            false => {
+                desk.expect(outers.len());
+                shared.on_outer(desk, outers, "together", cuts)
+            }
+        };
+        match answers {
+            Ok(records) => {
+                let own = shared.beside(outers, is_inner, from_ref(&records))?.pop().flatten();
+                Ok(Some((records, own)))
+            }
+            Err(error) if error.is_of_setting() => Ok(None),
+            Err(error) => Err(error),
+        }
+    })
+}
+
+/// `ask` trains a combination on inner folds, where the first argument says so, or for the test parts.
+fn search(
+    tried: &[(Ladder, Curve)],
+    margin: f64,
+    ask: &mut dyn FnMut(bool, &[&Cut]) -> Result<Answered>,
+) -> Result<Found> {
     // Position of the setting on each axis that has one.
     let mut chosen: Vec<(usize, usize)> =
         tried.iter().enumerate().filter_map(|(axis, (_, curve))| Some((axis, curve.knee?))).collect();
     let mut loosened = vec![];
-    for attempt in 1.. {
+    for attempt in 1..=TRIES {
         if chosen.is_empty() {
-            return Ok(None);
+            break;
         }
         let steps: Vec<_> = chosen.iter().map(|&(axis, at)| &tried[axis].0.steps[at]).collect();
         let cuts: Vec<&Cut> = steps.iter().map(|step| &step.cut).collect();
         let parts: Vec<String> = steps.iter().map(|step| step.label.clone()).collect();
-        let alone = chosen.len() == 1;
-        desk.expect(outers.len() * (outers.first().map_or(0, |outer| outer.inner.len()) + 1));
-        let inner = match shared.on_inner(desk, outers, "together", &cuts) {
-            Ok(records) => shared.beside(outers, true, &[records])?.pop().flatten(),
-            Err(error) if error.is_of_setting() => None,
-            Err(error) => return Err(error),
-        };
-        let does = inner.is_some_and(|own| own.suffices(shared.margin));
-        if does || alone || attempt == TRIES {
-            let records = shared.on_outer(desk, outers, "together", &cuts)?;
-            let outer = shared.beside(outers, false, std::slice::from_ref(&records))?.pop().flatten();
+        let inner = ask(true, &cuts)?.and_then(|(_, own)| own);
+        let does = inner.is_some_and(|own| own.suffices(margin));
+        let is_last = chosen.len() == 1 || attempt == TRIES;
+        let answered = if does || is_last { ask(false, &cuts)? } else { None };
+        if let Some((records, Some(outer))) = answered {
             let cuts = cuts.into_iter().cloned().collect();
-            let combined = Combined { parts, loosened, inner, outer };
-            return Ok(Some(Together { cuts, combined, records }));
+            let combined = Combined { parts, loosened, inner, outer: Some(outer) };
+            return Ok(Found::Combination(Box::new(Together { cuts, combined, outer, records })));
         }
-        let lost =
-            inner.map_or("could not be trained".into(), |own| format!("lost {:.1} points", -own.difference));
-        loosened.push(format!("Together, {} {lost} on inner folds.", parts.join("; ")));
+        let lost = match inner {
+            Some(_) if does => "could not be trained on whole training parts".into(),
+            Some(own) => format!("lost {:.1} points on inner folds", -own.difference),
+            None => "could not be trained on inner folds".into(),
+        };
+        loosened.push(format!("Together, {} {lost}.", parts.join("; ")));
         loosen(&mut chosen, tried);
     }
-    Ok(None)
+    Ok(Found::None(loosened))
 }
 
 /// The axis whose setting lost most by itself takes the next larger one, or gives up its place.
@@ -77,5 +117,102 @@ fn loosen(chosen: &mut Vec<(usize, usize)>, tried: &[(Ladder, Curve)]) {
             chosen.remove(place);
         }
         _ => chosen[place].1 -= 1,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod tests {
+    use taxel_judge::Rung;
+
+    use super::*;
+    use crate::axis::Axis;
+    use crate::error::Error;
+    use crate::ladder::Step;
+
+    fn contrast(difference: f64) -> Contrast {
+        let accuracy = 90.0 + difference;
+        Contrast { accuracy, accuracy_interval: None, difference, interval: None, p_holm: None, worse: false }
+    }
+
+    /// An axis of five settings, the smallest of them its knee; each loses `lost` more than the one before.
+    fn axis(axis: Axis, lost: f64) -> (Ladder, Curve) {
+        let step = |at: usize| Step {
+            label: format!("{axis} {at}"),
+            short: at.to_string(),
+            cut: Cut::Set("width", at),
+        };
+        let rung = |at: usize| Rung {
+            label: format!("{axis} {at}"),
+            short: at.to_string(),
+            kept: vec![],
+            inner: Some(contrast(-lost * (at + 1) as f64)),
+            outer: None,
+            refused: None,
+        };
+        let (whole, short) = ("all".to_string(), "all".to_string());
+        let steps = (0..5).map(step).collect();
+        let ladder = Ladder { axis, whole: whole.clone(), short: short.clone(), steps };
+        let rungs = (0..5).map(rung).collect();
+        let (name, title) = (axis.name().into(), axis.title().into());
+        (ladder, Curve { axis: name, title, whole, short, rungs, knee: Some(4), words: String::new() })
+    }
+
+    /// What is found where inner folds and test parts say so, and how often either was asked.
+    fn found(
+        tried: &[(Ladder, Curve)],
+        inner: impl Fn(&[usize]) -> Option<f64>,
+        outer: impl Fn(&[usize]) -> Option<f64>,
+    ) -> (Found, [usize; 2]) {
+        let mut asked = [0, 0];
+        let found = search(tried, 2.0, &mut |is_inner, cuts| {
+            asked[usize::from(!is_inner)] += 1;
+            let at: Vec<usize> =
+                cuts.iter().map(|cut| if let Cut::Set(_, at) = cut { *at } else { panic!() }).collect();
+            let lost = if is_inner { inner(&at) } else { outer(&at) };
+            Ok(lost.map(|lost| (vec![], Some(contrast(-lost)))))
+        });
+        (found.unwrap(), asked)
+    }
+
+    #[test]
+    fn the_axis_that_lost_most_is_loosened_until_inner_folds_say_that_it_does() {
+        let tried = [axis(Axis::Rate, 0.1), axis(Axis::Bits, 0.3)];
+        let (own, asked) = found(&tried, |at| Some(if at[1] > 2 { 5.0 } else { 1.0 }), |_| Some(1.5));
+        let Found::Combination(own) = own else { panic!() };
+        assert_eq!(own.combined.parts, ["rate 4", "bits 2"]);
+        assert_eq!(own.combined.loosened[0], "Together, rate 4; bits 4 lost 5.0 points on inner folds.");
+        assert_eq!((own.combined.loosened.len(), own.outer), (2, contrast(-1.5)));
+        assert_eq!(asked, [3, 1], "the test parts are asked once");
+    }
+
+    #[test]
+    fn the_last_combination_is_tested_whatever_inner_folds_say() {
+        let tried = [axis(Axis::Rate, 0.1), axis(Axis::Bits, 0.1)];
+        let (own, asked) = found(&tried, |_| Some(9.0), |_| Some(9.0));
+        let Found::Combination(own) = own else { panic!() };
+        assert_eq!((own.combined.inner, asked), (Some(contrast(-9.0)), [6, 1]));
+    }
+
+    #[test]
+    fn a_combination_that_cannot_be_trained_is_loosened_and_stops_nothing() {
+        let tried = [axis(Axis::Rate, 0.1), axis(Axis::Bits, 0.3)];
+        let (own, asked) = found(&tried, |_| Some(1.0), |at| (at[1] < 4).then_some(1.0));
+        let Found::Combination(own) = own else { panic!() };
+        let words = "Together, rate 4; bits 4 could not be trained on whole training parts.";
+        assert_eq!((own.combined.loosened, asked), (vec![words.to_string()], [2, 2]));
+        let (own, asked) = found(&tried, |_| None, |_| None);
+        let Found::None(words) = own else { panic!() };
+        assert_eq!((words.len(), asked), (6, [6, 1]));
+        assert_eq!(words[0], "Together, rate 4; bits 4 could not be trained on inner folds.");
+    }
+
+    #[test]
+    fn what_stops_everything_stops_it_and_no_knee_is_no_combination() {
+        let tried = [axis(Axis::Rate, 0.1)];
+        let stopped = search(&tried, 2.0, &mut |_, _| Err(Error::Stopped { folder: String::new() }));
+        assert!(matches!(stopped, Err(Error::Stopped { .. })));
+        let (own, asked) = found(&[], |_| None, |_| None);
+        assert!(matches!(own, Found::None(words) if words.is_empty() && asked == [0, 0]));
     }
 }

@@ -11,7 +11,7 @@ use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
 
 use crate::axis::Axis;
-use crate::combine::{Together, together};
+use crate::combine::{Found, Together, together};
 use crate::curves::{Outer, Part, SHARE, Shared, curve};
 use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
@@ -78,10 +78,10 @@ pub fn shrink(
     let trained = trained?;
     let mut shrunk = gathered(case, &shared, options, left_out, &trained)?;
     let mut speed = None;
-    if let (Some(found), Some((model, experiment))) = (trained.found, trained.small) {
+    if let (Found::Combination(found), Some((model, experiment))) = (trained.found, trained.small) {
         let reduction = &experiment.config().encoding.reduce;
-        shrunk.models = small::pair(case, &shrunk, &found.records, &model, reduction)?;
-        let interval = found.combined.outer.and_then(|own| own.accuracy_interval);
+        shrunk.models = small::pair(case, &shrunk, &found, &model, reduction)?;
+        let interval = found.outer.accuracy_interval;
         let model = model.with_score(small::score(case, &found.records, interval)?);
         speed = Some(small::speed(case, network, &model)?);
         model.save(&out.join(MODEL))?;
@@ -97,7 +97,7 @@ pub fn shrink(
 struct Trained {
     outers: Vec<Outer>,
     tried: Vec<(Ladder, Curve)>,
-    found: Option<Together>,
+    found: Found,
     small: Option<(Model, Experiment)>,
 }
 
@@ -113,8 +113,8 @@ fn train(shared: &Shared, desk: &mut Desk, case: &Case, plan: Plan, ladders: Vec
     }
     let found = together(shared, desk, &outers, &tried)?;
     let small = match &found {
-        Some(own) => Some(small_model(shared, desk, case, &outers, own)?),
-        None => None,
+        Found::Combination(own) => Some(small_model(shared, desk, case, &outers, own)?),
+        Found::None(_) => None,
     };
     Ok(Trained { outers, tried, found, small })
 }
@@ -130,6 +130,14 @@ fn gathered(
     let Trained { outers, tried, found, .. } = trained;
     let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
     let (protocol, seed) = (&case.results.protocol, case.results.seed);
+    let mut notes = notes(case, shared, outers, options);
+    let combined = match found {
+        Found::Combination(own) => Some(own.combined.clone()),
+        Found::None(words) => {
+            notes.extend(words.iter().cloned());
+            None
+        }
+    };
     Ok(Shrunk {
         run: case.results.name.clone(),
         network: shared.name.into(),
@@ -140,11 +148,11 @@ fn gathered(
         inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
         margin: shared.margin,
         alpha: shared.alpha,
-        notes: notes(case, shared, outers, options),
+        notes,
         whole: accuracy(&whole, shared.dataset, protocol, seed)?.unwrap_or((0.0, None)),
         curves: tried.iter().map(|(_, curve)| curve.clone()).collect(),
         left_out,
-        combined: found.as_ref().map(|own| own.combined.clone()),
+        combined,
         models: vec![],
         words: vec![],
     })

@@ -5,19 +5,20 @@ use taxel_judge::{Case, Shrunk, Small, SmallSpeed};
 use taxel_learn::metrics::{Scores, mean_sd};
 use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
 
+use crate::combine::Together;
 use crate::error::{Error, Result};
 
 /// Seconds that timing a model takes at most.
 const BUDGET: f64 = 2.0;
 
-/// Both models of a shrunk run; `records` are the smaller one's answers to the test parts.
+/// Both models of a shrunk run: of the smaller one what was `found`, trained on everything.
 ///
 /// # Errors
 /// A reduction that does not fit the samples.
 pub fn pair(
     case: &Case,
     shrunk: &Shrunk,
-    records: &[FoldRecord],
+    found: &Together,
     model: &Model,
     reduction: &Reduction,
 ) -> Result<Vec<Small>> {
@@ -27,14 +28,14 @@ pub fn pair(
     let row = case.results.networks.iter().find(|own| own.network == shrunk.network);
     let whole = row.map_or(Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }, |own| own.costs);
     // A baseline has no graph, and says what it costs; as in the table of a run, the most that any fold needs.
-    let fitted = records.iter().filter_map(|own| own.costs).max_by_key(|own| (own.macs, own.parameters));
+    let fitted =
+        found.records.iter().filter_map(|own| own.costs).max_by_key(|own| (own.macs, own.parameters));
     let costs = model.card().graph().map(|graph| graph.cost().into()).or(fitted).unwrap_or(whole);
-    let outer = shrunk.combined.as_ref().and_then(|own| own.outer);
     let small = |name: &str, reads: String, readings, (accuracy, accuracy_interval), costs: Costs| {
         let Costs { parameters, bytes, macs, .. } = costs;
         Small { name: name.into(), reads, readings, accuracy, accuracy_interval, parameters, macs, bytes }
     };
-    let scored = outer.map_or(shrunk.whole, |own| (own.accuracy, own.accuracy_interval));
+    let scored = (found.outer.accuracy, found.outer.accuracy_interval);
     Ok(vec![
         small("whole", "everything".into(), reading.shape.iter().product(), shrunk.whole, whole),
         small("shrunk", reduction.words(), plan.shape().iter().product(), scored, costs),

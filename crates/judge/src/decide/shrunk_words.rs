@@ -69,7 +69,12 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
     let mut words: Vec<String> =
         shrunk.curves.iter().map(|curve| format!("{}: {}", curve.title, curve.words)).collect();
     let Some(combined) = &shrunk.combined else {
-        words.push(format!("{} needs all that was tried; no smaller model was written.", shrunk.network));
+        words.push(match shrunk.curves.iter().any(|curve| curve.knee.is_some()) {
+            true => {
+                "What suffices by itself could not be trained together; no smaller model was written.".into()
+            }
+            false => format!("{} needs all that was tried; no smaller model was written.", shrunk.network),
+        });
         return words;
     };
     let evidence = match (combined.outer, combined.inner) {
@@ -78,10 +83,22 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
         (None, None) => "not tested".into(),
     };
     words.push(format!("All together ({}): {evidence}.", combined.parts.join("; ")));
-    if combined.outer.is_some_and(|outer| !outer.suffices(shrunk.margin)) {
+    let too_much = |own: Option<Contrast>| own.filter(|own| !own.suffices(shrunk.margin));
+    let inner = match (combined.inner, too_much(combined.inner)) {
+        (None, _) => Some("could not be trained on inner folds".into()),
+        (_, Some(own)) => Some(format!("{} on inner folds, too much", loss(&own))),
+        _ => None,
+    };
+    if let Some(inner) = &inner {
         words.push(format!(
-            "Together they lose more on the test parts than {} points, which the inner folds did not show: ship it only if that \
-             does not matter.",
+            "Together they {inner}, and no combination that was tried suffices there; this is the last of them: ship it only if \
+             that does not matter."
+        ));
+    }
+    if too_much(combined.outer).is_some() {
+        let unseen = if inner.is_none() { ", which the inner folds did not show" } else { "" };
+        words.push(format!(
+            "Together they lose more on the test parts than {} points{unseen}: ship it only if that does not matter.",
             shrunk.margin
         ));
     }
@@ -102,7 +119,7 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::values::Rung;
+    use crate::values::{Combined, Rung};
 
     fn contrast(difference: f64, half: f64) -> Option<Contrast> {
         Some(Contrast {
@@ -158,5 +175,65 @@ mod tests {
         own.rungs[0].outer = contrast(-4.0, 1.0);
         let words = knee_words(&own, 2.0);
         assert!(words.contains("do not bear out") && words.contains("nothing smaller was tried"), "{words}");
+    }
+
+    /// A run whose knees together lose so much on inner folds and on the test parts.
+    fn shrunk(together: Option<(Option<Contrast>, Option<Contrast>)>) -> Shrunk {
+        Shrunk {
+            run: "glove".into(),
+            network: "mlp".into(),
+            source: "simulated".into(),
+            samples: 90,
+            protocol: "3 folds".into(),
+            parts: 3,
+            inner: 2,
+            margin: 2.0,
+            alpha: 0.05,
+            notes: vec![],
+            whole: (90.0, None),
+            curves: vec![curve(Some(0), vec![rung(7, -0.4)])],
+            left_out: vec![],
+            combined: together.map(|(inner, outer)| Combined {
+                parts: vec!["7 of 28 channels".into(), "2 bits".into()],
+                loosened: vec![],
+                inner,
+                outer,
+            }),
+            models: vec![],
+            words: vec![],
+        }
+    }
+
+    #[test]
+    fn together_is_said_what_inner_folds_and_test_parts_say() {
+        let (little, much) = (contrast(-1.0, 1.0), contrast(-4.0, 1.0));
+        let of = |inner, outer| shrunk_words(&shrunk(Some((inner, outer))))[1..].join(" ");
+        let all = "All together (7 of 28 channels; 2 bits): -1.0 points (-2.0 to +0.0) on the test parts.";
+        assert_eq!(of(little, little), all);
+        let own = of(much, little);
+        assert!(
+            own.contains("Together they lost 4.0 points (3.0 to 5.0) on inner folds, too much, and no"),
+            "{own}"
+        );
+        assert!(!own.contains("more on the test parts"), "{own}");
+        let own = of(little, much);
+        assert!(
+            own.contains("more on the test parts than 2 points, which the inner folds did not show: "),
+            "{own}"
+        );
+        assert!(!own.contains("on inner folds"), "{own}");
+        let own = of(much, much);
+        assert!(own.contains("on inner folds, too much") && own.contains("than 2 points: ship"), "{own}");
+        assert!(of(None, little).contains("Together they could not be trained on inner folds, and no"));
+    }
+
+    #[test]
+    fn no_combination_says_whether_anything_may_go_by_itself() {
+        let mut own = shrunk(None);
+        assert!(
+            shrunk_words(&own)[1].starts_with("What suffices by itself could not be trained together; no")
+        );
+        own.curves[0].knee = None;
+        assert_eq!(shrunk_words(&own)[1], "mlp needs all that was tried; no smaller model was written.");
     }
 }

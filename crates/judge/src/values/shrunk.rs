@@ -134,7 +134,8 @@ pub struct Shrunk {
     pub margin: f64,
     /// Level of significance over a curve.
     pub alpha: f64,
-    /// What was done in less time than the run would ask, in words.
+    /// What was done in less time than the run would ask, and combinations that could not be trained where none is left, in
+    /// words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// The whole on the test parts: accuracy in %, and its 95 % interval.
