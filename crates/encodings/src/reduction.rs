@@ -229,7 +229,7 @@ impl Reduction {
         Ok(ReductionPlan { shape: out, readings, sources, ranges, converter: self.converter })
     }
 
-    /// What is left, in words: `channels 0 and 3; the first 25 readings; every 2nd reading; 4 bits from 0 to 5`.
+    /// What is left, in words: `channels 0, 3; the first 25 readings; one reading of 2; 4 bits from 0 to 5`.
     pub fn words(&self) -> String {
         let mut parts = vec![];
         let list = |kept: &[usize]| kept.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");

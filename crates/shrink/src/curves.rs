@@ -199,7 +199,7 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
             Some(reason) => Err(reason.clone()),
             None => match one(shared, desk, outers, &label, &step.cut) {
                 Ok(both) => Ok(both),
-                Err(error) if error.is_of_setting() => Err(said(&error)),
+                Err(error) if error.is_of_setting() => Err(format!("could not be tried: {}", said(&error))),
                 Err(error) => return Err(error),
             },
         };

@@ -54,8 +54,8 @@ pub fn places(layout: Layout, shape: &[usize], sensor: Sensor) -> Vec<usize> {
     (0..all).filter(|at| own(*at)).collect()
 }
 
-/// The reduction that keeps the first `count` of `ranking`, positions in `sensors` with the most important first; of an array
-/// a row and a column at least.
+/// The reduction that keeps the first `count` of `ranking`, positions in `sensors` with the most important first. Of an array
+/// it keeps a row and a column at least: where the first `count` are all rows or all columns, one more than `count`.
 pub fn kept(sensors: &[Sensor], ranking: &[usize], count: usize) -> Reduction {
     let mut own: Vec<Sensor> = ranking.iter().take(count).map(|&at| sensors[at]).collect();
     let rest = ranking.iter().skip(count).map(|&at| sensors[at]);

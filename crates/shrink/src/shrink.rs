@@ -330,7 +330,7 @@ fn notes(case: &Case, shared: &Shared, outers: &[Outer], options: &Options) -> V
              needs may be less or more."
         ));
     }
-    if options.inner > outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0) {
+    if outers.iter().any(|outer| outer.inner.len() < options.inner) {
         notes.push("A training part has fewer groups than inner folds were asked for.".into());
     }
     notes

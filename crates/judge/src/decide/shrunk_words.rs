@@ -2,13 +2,13 @@
 
 use crate::values::{Contrast, Curve, Shrunk};
 
-/// `-0.4 points (-1.9 to 1.1)`.
+/// `-0.4 points (-1.9 to +1.1)`.
 fn difference(own: &Contrast) -> String {
     let interval = own.interval.map_or(String::new(), |[low, high]| format!(" ({low:+.1} to {high:+.1})"));
     format!("{:+.1} points{interval}", zero(own.difference))
 }
 
-/// `lose 3.1 points (1.0 to 5.2)`.
+/// `lost 3.1 points (1.0 to 5.2)`.
 fn loss(own: &Contrast) -> String {
     let interval = own
         .interval
@@ -29,7 +29,7 @@ pub fn knee_words(curve: &Curve, margin: f64) -> String {
     let at = curve.knee.map_or(0, |knee| knee + 1);
     let next = curve.rungs.get(at).map(|rung| {
         let part = match (&rung.refused, rung.inner, rung.outer) {
-            (Some(reason), ..) => format!("could not be tried: {reason}"),
+            (Some(reason), ..) => reason.clone(),
             (_, Some(inner), Some(outer)) => {
                 format!("{} on the test parts ({} on inner folds)", loss(&outer), loss(&inner))
             }
@@ -167,6 +167,14 @@ mod tests {
         own.rungs[0].outer = contrast(-0.4, 9.0);
         let words = knee_words(&own, 2.0);
         assert!(words.contains("on the test parts, where a loss of 9.4 could have been missed;"), "{words}");
+    }
+
+    #[test]
+    fn a_next_setting_that_was_not_trained_says_why_once() {
+        let reason = "not tried: 7 of 28 channels lost 30 points on inner folds";
+        let next = Rung { inner: None, outer: None, refused: Some(reason.into()), ..rung(6, 0.0) };
+        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), next]), 40.0);
+        assert!(words.ends_with(&format!("; 6 of 28 channels: {reason}.")), "{words}");
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub struct Rung {
     pub inner: Option<Contrast>,
     /// On the test parts, each asked once: by this the knee is reported.
     pub outer: Option<Contrast>,
-    /// Why it could not be trained, or was not tested.
+    /// That it could not be trained or was not tried, and why, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
 }
