@@ -14,6 +14,9 @@ use crate::problem::{Check, Problem, fault_problem, require, within};
 use crate::recipe::Recipe;
 use crate::search::Search;
 
+/// Ends the name of what is trained under faults.
+const HARDENED: &str = ".hardened";
+
 /// One network or baseline of an experiment, under the name that tables and files give it.
 #[derive(Debug, Clone)]
 pub struct Candidate {
@@ -149,7 +152,7 @@ impl Candidate {
                 faults.without.push(fault);
                 format!("{}.without-{fault}", self.name)
             }
-            None => format!("{}.hardened", self.name),
+            None => format!("{}{HARDENED}", self.name),
         };
         let mut own = self.clone();
         match &mut own.estimator {
@@ -230,6 +233,11 @@ impl Trainable {
         let mut fresh = Weights::init(&self.graph, self.recipe.init, 0, "checkpoint");
         fresh.start_from(&self.graph, start, false).map_err(Error::from)
     }
+}
+
+/// The candidate that [`Candidate::hardened`] made `name` of; any other name stands for itself.
+pub fn clean(name: &str) -> &str {
+    name.strip_suffix(HARDENED).unwrap_or(name)
 }
 
 /// Letters, digits, `.`, `_`, `-`, not starting with a dot: safe as part of a file name.

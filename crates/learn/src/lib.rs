@@ -82,7 +82,7 @@ mod teacher;
 mod tensorboard;
 mod training;
 
-pub use candidate::{Candidate, Estimator, Hardening, Published, Trainable, Twin, file_name};
+pub use candidate::{Candidate, Estimator, Hardening, Published, Trainable, Twin, clean, file_name};
 pub use cross_validation::CrossValidation;
 pub use encoding::{Compiled, Converter, Encoder, Encoding, Reduction, Transform, fitted_guard, mended};
 pub use environment::{Environment, cores, program};

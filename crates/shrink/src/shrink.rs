@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
-use taxel_judge::{Case, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
-use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
+use taxel_judge::{Case, Criteria, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
+use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, clean, sensor};
 use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
 
@@ -185,12 +185,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 
 fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options) -> Result<()> {
     let Options { margin, alpha, inner, epochs, .. } = *options;
-    if !(margin > 0.0 && margin <= 100.0) {
-        return Err(Error::value("margin", margin, "must be in (0, 100] percentage points"));
-    }
-    if !(alpha > 0.0 && alpha < 1.0) {
-        return Err(Error::value("alpha", alpha, "must be in (0, 1); 0.05 is usual"));
-    }
+    Criteria { margin, alpha, ..Criteria::default() }.check()?;
     if !(2..=100).contains(&inner) {
         return Err(Error::value("inner", inner, "must be in 2..=100"));
     }
@@ -234,7 +229,7 @@ fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
 fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options: &Options) -> Shared<'a> {
     let reading = &case.dataset.reading;
     let config = experiment.config();
-    let trained = config.networks.iter().find(|own| network.split(".hardened").next() == Some(&own.label));
+    let trained = config.networks.iter().find(|own| own.label == network || own.label == clean(network));
     let fewer = || trained.map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
     let epochs = options.epochs.or(options.quick.then(fewer).flatten());
     let is_sound = |own: &&NetworkResults| {

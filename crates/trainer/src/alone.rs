@@ -1,6 +1,6 @@
 //! One network of an experiment by itself, on less of every sample or in another size.
 
-use taxel_learn::{Problem, Reduction};
+use taxel_learn::{Problem, Reduction, clean};
 use taxel_zoo::Registry;
 use toml::{Table, Value};
 
@@ -29,10 +29,7 @@ impl Experiment {
     pub fn alone(&self, name: &str, changes: &Alone, registry: &Registry) -> Result<Self> {
         let mut own = self.clone();
         let config = &mut own.config;
-        let clean = match name.rsplit_once('.') {
-            Some((clean, "hardened")) if config.harden.is_some() => clean,
-            _ => name,
-        };
+        let clean = if config.harden.is_some() { clean(name) } else { name };
         let known = |network: &&Network| network.label == clean;
         if let Some(network) = config.networks.iter().find(known).cloned() {
             (config.networks, config.baselines) = (vec![network], vec![]);
@@ -72,8 +69,7 @@ impl Experiment {
     /// A whole number among the settings of one of its networks, such as a width: what the config says, or else the
     /// network's own default. None of a baseline, of a network from a file, and where it has no such setting.
     pub fn number(&self, name: &str, key: &str, registry: &Registry) -> Option<usize> {
-        let clean = name.strip_suffix(".hardened").unwrap_or(name);
-        let label = |own: &&Network| own.label == name || own.label == clean;
+        let label = |own: &&Network| own.label == name || own.label == clean(name);
         let network = self.config.networks.iter().find(label)?;
         if network.source().is_some() {
             return None;
