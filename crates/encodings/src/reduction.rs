@@ -151,7 +151,7 @@ impl Reduction {
         self.converter.as_ref().map_or(Ok(()), Converter::check)
     }
 
-    /// Which positions of the whole sample become which of the reduced one, along an axis of `length`.
+    /// Which positions of the whole sample become which of the reduced one, along an axis of `length`; no value is 0.
     fn along(&self, kind: Kind, length: usize) -> Result<Vec<Vec<usize>>> {
         let kept = |key: &'static str, kept: &Option<Vec<usize>>| -> Result<Vec<usize>> {
             let Some(kept) = kept else { return Ok((0..length).collect()) };
@@ -165,9 +165,8 @@ impl Reduction {
             }
         };
         let each = |positions: Vec<usize>| positions.into_iter().map(|own| vec![own]).collect();
-        let pooled = |positions: Vec<usize>| {
-            positions.chunks(self.pool.unwrap_or(1).max(1)).map(<[usize]>::to_vec).collect()
-        };
+        let pooled =
+            |positions: Vec<usize>| positions.chunks(self.pool.unwrap_or(1)).map(<[usize]>::to_vec).collect();
         Ok(match kind {
             Kind::Channels => each(kept("channels", &self.channels)?),
             Kind::Rows => pooled(kept("rows", &self.rows)?),
@@ -179,7 +178,7 @@ impl Reduction {
                     let reason = format!("must be {length} or less, as a recording has so many readings");
                     return Err(Error::reduction("window", window.to_string(), reason));
                 }
-                each((0..window).step_by(self.every.unwrap_or(1).max(1)).collect())
+                each((0..window).step_by(self.every.unwrap_or(1)).collect())
             }
         })
     }

@@ -1,7 +1,6 @@
 //! One training on chosen samples, tested on others; nothing is written.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use taxel_data::{Dataset, Fold};
 
@@ -45,19 +44,9 @@ pub struct Tested {
     pub record: FoldRecord,
     /// What was trained.
     pub model: Model,
-    /// Seconds of training.
-    pub seconds: f64,
 }
 
 impl OneFold<'_> {
-    /// Samples times epochs that the training sees at most; 0 for a baseline.
-    pub fn samples(&self) -> usize {
-        match &self.candidate.estimator {
-            Estimator::Network(network) => Training::samples(network, self.fold),
-            Estimator::Baseline { .. } => 0,
-        }
-    }
-
     /// Trains and tests; `None` if `cancel` was set. The encoder has prepared the candidate's inputs. `tick` hears how
     /// many samples each step took.
     ///
@@ -101,7 +90,7 @@ impl OneFold<'_> {
                     epochs: trained.epochs,
                     ..FoldRecord::of(key, dataset, fold, trained.probabilities, trained.test_loss)
                 };
-                Ok(Some(Tested { record, model, seconds: trained.train_seconds }))
+                Ok(Some(Tested { record, model }))
             }
             Estimator::Baseline { .. } if cancel.load(Ordering::Relaxed) => Ok(None),
             Estimator::Baseline { method, faults } => {
@@ -110,12 +99,10 @@ impl OneFold<'_> {
                     let (network, input) = (candidate.name.clone(), "series".into());
                     return Err(Error::Input { network, input, reason });
                 }
-                let start = Instant::now();
                 let faults = faults.as_deref();
                 let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
                 let threads = pool(threads)?;
                 let fitted = threads.install(|| FittedBaseline::fit(*method, &lesson))?;
-                let seconds = start.elapsed().as_secs_f64();
                 let mut test = vec![];
                 inputs[0].encoded.gather(&fold.test, &mut test);
                 let (mut probabilities, mut loss) = (vec![], 0.0);
@@ -126,11 +113,8 @@ impl OneFold<'_> {
                 }
                 let model = baseline_model(candidate, &fitted, &inputs, &origin);
                 let record = FoldRecord::of(key, dataset, fold, probabilities, loss);
-                Ok(Some(Tested {
-                    record: FoldRecord { costs: Some(fitted.costs()), ..record },
-                    model,
-                    seconds,
-                }))
+                let record = FoldRecord { costs: Some(fitted.costs()), ..record };
+                Ok(Some(Tested { record, model }))
             }
         }
     }

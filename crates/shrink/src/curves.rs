@@ -181,7 +181,7 @@ pub const SHARE: f32 = 0.5;
 fn accuracy(records: &[FoldRecord]) -> f64 {
     let right = records.iter().flat_map(|own| own.truth.iter().zip(&own.predicted));
     let (hits, all) = right.fold((0, 0), |(hits, all), (a, b)| (hits + usize::from(a == b), all + 1));
-    100.0 * hits as f64 / f64::from(all.max(1) as u32)
+    100.0 * hits as f64 / all.max(1) as f64
 }
 
 /// Trains every setting of a ladder; the knee is found on inner folds.

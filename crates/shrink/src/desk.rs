@@ -116,10 +116,11 @@ impl<'a> Desk<'a> {
         let (registry, dataset) = (self.registry, self.dataset);
         let folder = self.records.display().to_string();
         let ready = self.ready(&ask)?;
-        if ready.built.is_none() {
-            ready.built = Some(prepared(&ready.experiment, registry, dataset, &ready.name)?);
-        }
-        let Some((candidate, encoder)) = &ready.built else { return Err(Error::Stopped { folder }) };
+        let built = match ready.built.take() {
+            Some(own) => own,
+            None => prepared(&ready.experiment, registry, dataset, &ready.name)?,
+        };
+        let (candidate, encoder) = &*ready.built.insert(built);
         let config = ready.experiment.config();
         let one =
             OneFold { candidate, protocol: &config.protocol, seed: config.seed, key, fold, teacher, threads };

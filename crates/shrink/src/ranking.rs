@@ -56,8 +56,7 @@ pub fn ranking(
         }
         // Of equals the last one goes.
         losses.sort_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-        let some = left.len().div_ceil(AT_ONCE).min(left.len() - 1);
-        let some = if left.len() <= AT_ONCE { 1 } else { some };
+        let some = left.len().div_ceil(AT_ONCE);
         gone.extend(losses[..some].iter().map(|(sensor, _)| *sensor));
         left.retain(|sensor| !gone.contains(sensor));
     }

@@ -282,7 +282,7 @@ impl Predictor {
             let inputs = match self.encode_checked(&piece) {
                 Ok(inputs) => inputs,
                 // The message that numbers the samples from the first.
-                Err(_) => self.encode_checked(&kept)?,
+                Err(error) => return Err(self.encode_checked(&kept).err().unwrap_or(error)),
             };
             probabilities.extend(self.answer(&inputs)?);
         }

@@ -6,7 +6,7 @@ use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
 use crate::report::numbers::{tenth, tick};
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::slug;
-use crate::values::{Contrast, Curve};
+use crate::values::{Contrast, Curve, Rung};
 
 const WIDTH: f64 = 860.0;
 /// Left and right end of the settings.
@@ -27,12 +27,10 @@ pub(in crate::report) fn curve(curve: &Curve, whole: (f64, Option<[f64; 2]>), ma
 
 fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, HEIGHTS.1 + 56.0, paint);
-    let of = |get: fn(&Contrast) -> Option<f64>, inner: bool| {
-        let rungs = curve.rungs.iter().map(move |rung| if inner { rung.inner } else { rung.outer });
-        rungs.map(move |own| own.and_then(|own| get(&own))).collect::<Vec<_>>()
+    let accuracies = |of: fn(&Rung) -> Option<Contrast>| {
+        curve.rungs.iter().map(|rung| of(rung).map(|own| own.accuracy)).collect::<Vec<_>>()
     };
-    let outer = of(|own| Some(own.accuracy), false);
-    let inner = of(|own| Some(own.accuracy), true);
+    let (outer, inner) = (accuracies(|rung| rung.outer), accuracies(|rung| rung.inner));
     let known = |values: &[Option<f64>]| values.iter().flatten().copied().collect::<Vec<_>>();
     // What the whole has on inner folds, from any setting beside it.
     let inner_whole = curve.rungs.iter().find_map(|rung| rung.inner.map(|own| own.accuracy - own.difference));
