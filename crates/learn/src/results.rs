@@ -8,7 +8,7 @@ use taxel_data::{Attribute, Dataset, Shortcut, Source};
 
 use crate::candidate::{Hardening, Published};
 use crate::error::Result;
-use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd};
+use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd_scores};
 use crate::model::Score;
 use crate::problem::Problem;
 use crate::protocol::Protocol;
@@ -321,15 +321,9 @@ impl NetworkResults {
             }
             _ => self.attributes = sums.into_iter().map(LevelScores::of).collect(),
         }
-        let column = |i: usize| self.folds.iter().map(|f| f.scores.values()[i]).collect::<Vec<_>>();
-        let summary = [0, 1, 2, 3].map(|i| mean_sd(&column(i)));
-        self.mean = (!self.folds.is_empty()).then(|| Scores::from_values(summary.map(|(mean, _)| mean)));
-        self.sd = match summary {
-            [(_, Some(a)), (_, Some(p)), (_, Some(r)), (_, Some(f))] => {
-                Some(Scores::from_values([a, p, r, f]))
-            }
-            _ => None,
-        };
+        let each: Vec<Scores> = self.folds.iter().map(|fold| fold.scores).collect();
+        let (mean, sd) = mean_sd_scores(&each);
+        (self.mean, self.sd) = ((!each.is_empty()).then_some(mean), sd);
         Ok(())
     }
 }

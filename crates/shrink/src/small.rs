@@ -2,7 +2,7 @@
 
 use ndarray::Axis;
 use taxel_judge::{Case, Shrunk, Small, SmallSpeed};
-use taxel_learn::metrics::{Scores, mean_sd};
+use taxel_learn::metrics::{Scores, mean_sd_scores};
 use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
 
 use crate::combine::Together;
@@ -73,12 +73,7 @@ pub fn score(case: &Case, records: &[FoldRecord], interval: Option<[f64; 2]>) ->
     if each.is_empty() {
         return Ok(None);
     }
-    let columns = [0, 1, 2, 3].map(|i| mean_sd(&each.iter().map(|own| own.values()[i]).collect::<Vec<_>>()));
-    let sd = match columns.map(|(_, sd)| sd) {
-        [Some(a), Some(p), Some(r), Some(f)] => Some(Scores::from_values([a, p, r, f])),
-        _ => None,
-    };
-    let mean = Scores::from_values(columns.map(|(mean, _)| mean));
+    let (mean, sd) = mean_sd_scores(&each);
     let protocol = case.results.protocol.clone();
     Ok(Some(Score { protocol, folds: each.len(), mean, sd, interval }))
 }

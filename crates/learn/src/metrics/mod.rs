@@ -240,6 +240,17 @@ pub fn mean_sd(values: &[f64]) -> (f64, Option<f64>) {
     (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
 }
 
+/// [`mean_sd`] of each of the four scores.
+pub fn mean_sd_scores(each: &[Scores]) -> (Scores, Option<Scores>) {
+    let column = |i: usize| each.iter().map(|own| own.values()[i]).collect::<Vec<_>>();
+    let columns = [0, 1, 2, 3].map(|i| mean_sd(&column(i)));
+    let sd = match columns.map(|(_, sd)| sd) {
+        [Some(a), Some(p), Some(r), Some(f)] => Some(Scores::from_values([a, p, r, f])),
+        _ => None,
+    };
+    (Scores::from_values(columns.map(|(mean, _)| mean)), sd)
+}
+
 /// Position of the largest value of each row; the first of equals.
 pub fn argmax(rows: &[f32], classes: usize) -> Vec<u32> {
     let best = |row: &[f32]| {
