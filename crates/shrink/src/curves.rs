@@ -164,6 +164,7 @@ impl Shared<'_> {
             let record = match self.best == self.name {
                 true => outer.inner_whole[at].clone(),
                 false => {
+                    desk.expect(1);
                     let (name, label, place) = (self.best.as_str(), "teacher", outer.inner_place(at));
                     desk.answers(Ask { name, label, changes: &changes, place, fold, teacher: None })?
                 }

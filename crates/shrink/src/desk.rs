@@ -1,5 +1,6 @@
 //! Trainings, one after the other; each is kept as a record, and none is made twice.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -29,7 +30,8 @@ pub struct Desk<'a> {
     /// Set from outside to end it between two steps.
     pub cancel: &'a AtomicBool,
     ready: Option<Ready<'a>>,
-    done: usize,
+    /// Digests of the trainings that were asked for: one that is asked for again counts once.
+    done: BTreeSet<String>,
     total: usize,
 }
 
@@ -68,7 +70,7 @@ struct Kept<T> {
 }
 
 impl<'a> Desk<'a> {
-    /// A desk that expects `total` trainings.
+    /// A desk that expects no trainings yet.
     pub fn new(
         (experiment, registry, dataset): (&'a Experiment, &'a Registry, &'a Dataset),
         records: PathBuf,
@@ -76,11 +78,11 @@ impl<'a> Desk<'a> {
         progress: &'a dyn Progress,
         cancel: &'a AtomicBool,
     ) -> Self {
-        let (ready, done, total) = (None, 0, 0);
+        let (ready, done, total) = (None, BTreeSet::new(), 0);
         Desk { experiment, registry, dataset, records, threads, progress, cancel, ready, done, total }
     }
 
-    /// So many more trainings are to come.
+    /// So many more trainings are to come at most.
     pub fn expect(&mut self, trainings: usize) {
         self.total += trainings;
     }
@@ -91,8 +93,11 @@ impl<'a> Desk<'a> {
     /// What the network or the training refuses, [`Error::Stopped`].
     pub fn answers(&mut self, ask: Ask) -> Result<FoldRecord> {
         let of = self.digest(&ask)?;
-        if let Some(record) = self.kept(&of)? {
-            self.done += 1;
+        if let Some(record) = self.kept::<FoldRecord>(&of)? {
+            if self.done.insert(of) {
+                let seen = record.epochs.len().max(1) * ask.fold.train.len();
+                self.progress.step(seen as u64);
+            }
             return Ok(record);
         }
         Ok(self.train_as(ask, &of)?.record)
@@ -110,8 +115,8 @@ impl<'a> Desk<'a> {
     fn train_as(&mut self, ask: Ask, of: &str) -> Result<Tested> {
         let Ask { label, place: (repetition, number), fold, teacher, .. } = ask;
         let key = FoldKey { network: label.into(), repetition, fold: number };
-        self.done += 1;
-        self.progress.fold(&key, self.done, self.total.max(self.done));
+        self.done.insert(of.into());
+        self.progress.fold(&key, self.done.len(), self.total);
         let (threads, progress, cancel) = (self.threads, self.progress, self.cancel);
         let (registry, dataset) = (self.registry, self.dataset);
         let folder = self.records.display().to_string();
