@@ -1,5 +1,7 @@
 //! Training parts with their inner folds, and one curve per axis.
 
+use std::cell::OnceCell;
+
 use taxel_data::{Dataset, Fold};
 use taxel_judge::{Contrast, Curve, Rung, contrasts, knee, knee_words};
 use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
@@ -39,6 +41,8 @@ pub struct Outer {
     pub inner_whole: Vec<FoldRecord>,
     /// What its training part says.
     pub part: Part,
+    /// Whose answers smaller networks learn from on it; empty until one asks.
+    pub teacher: OnceCell<Teacher>,
 }
 
 impl Outer {
@@ -147,7 +151,7 @@ impl Shared<'_> {
         for outer in outers {
             let teacher = if is_smaller { Some(self.teacher(desk, outer)?) } else { None };
             let changes = self.changes(cuts, &outer.part);
-            let (place, fold, teacher) = (outer.place, &outer.fold, teacher.as_ref());
+            let (place, fold) = (outer.place, &outer.fold);
             let ask = Ask { name: self.name, label, changes: &changes, place, fold, teacher };
             records.push(desk.answers(ask)?);
         }
@@ -155,7 +159,10 @@ impl Shared<'_> {
     }
 
     /// The best method's answers to a training part: on inner folds, each by a model that has not seen them.
-    fn teacher(&self, desk: &mut Desk, outer: &Outer) -> Result<Teacher> {
+    fn teacher<'o>(&self, desk: &mut Desk, outer: &'o Outer) -> Result<&'o Teacher> {
+        if let Some(teacher) = outer.teacher.get() {
+            return Ok(teacher);
+        }
         let labels = &self.dataset.labels;
         let outputs = labels.sizes().iter().sum();
         let mut teacher = Teacher::new(SHARE, self.dataset.len(), outputs);
@@ -171,7 +178,7 @@ impl Shared<'_> {
             };
             teacher.tell(&record.index, &record.probabilities);
         }
-        Ok(teacher)
+        Ok(outer.teacher.get_or_init(|| teacher))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Which parts of a run are used, how many trainings that is, and the whole on all of them.
 
+use std::cell::OnceCell;
+
 use taxel_data::Fold;
 use taxel_judge::Case;
 use taxel_learn::{FoldRecord, Model, inner_folds, sensor};
@@ -122,7 +124,7 @@ fn outer(shared: &Shared, desk: &mut Desk, planned: Planned, ranked: bool) -> Re
     };
     let facts = sensor(shared.dataset, &fold.train).sensor;
     let part = Part { ranking, range: [facts.low, facts.high] };
-    Ok(Outer { place, fold, inner, whole, inner_whole, part })
+    Ok(Outer { place, fold, inner, whole, inner_whole, part, teacher: OnceCell::new() })
 }
 
 /// The ranking of the sensors by networks on inner folds: a kept one, or these are trained.
