@@ -52,6 +52,11 @@ pub(super) fn tenth(value: f64) -> String {
     }
 }
 
+/// An interval behind its number: ` (1.0 to 3.2)`; nothing where there is none.
+pub(super) fn between(own: Option<[f64; 2]>) -> String {
+    own.map_or(String::new(), |[low, high]| format!(" ({} to {})", tenth(low), tenth(high)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

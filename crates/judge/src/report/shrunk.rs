@@ -8,7 +8,7 @@ use super::charts::{Chart, curve};
 use super::files::{make, of_chart, of_table, write};
 use super::html::{chart, frame, table};
 use super::names::table as names;
-use super::numbers::{bytes, digits, si, tenth, tick};
+use super::numbers::{between, bytes, digits, si, tenth, tick};
 use super::tables::{Cell, Column, Table};
 use super::words::slug;
 use crate::error::Result;
@@ -47,8 +47,7 @@ fn body(shrunk: &Shrunk, drawn: &[(Chart, Table)], models: &Table) -> Markup {
             h1 { (shrunk.run) ": how little " (shrunk.network) " needs" }
             p {
                 (shrunk.source) ", " (shrunk.samples) " samples, " (shrunk.protocol) ". The whole has " (tenth(whole)) " %"
-                @if let Some([low, high]) = interval { " (" (tenth(low)) " to " (tenth(high)) ")" }
-                " on " (shrunk.parts) " test parts."
+                (between(interval)) " on " (shrunk.parts) " test parts."
             }
             @for note in &shrunk.notes { p.warning role="note" { (note) } }
         }
@@ -94,13 +93,14 @@ fn body(shrunk: &Shrunk, drawn: &[(Chart, Table)], models: &Table) -> Markup {
     }
 }
 
+/// The bounds of an interval, for a table's file.
+fn ends(own: Option<[f64; 2]>) -> [Option<f64>; 2] {
+    own.map_or([None, None], |both| both.map(Some))
+}
+
 /// Columns of a contrast: `on` is where it was measured.
 fn columns(on: &str, key: &str, get: fn(&Rung) -> Option<Contrast>) -> Vec<Column<'static, Rung>> {
     let field = |name: &str| format!("{key}_{name}");
-    let bounds = |own: Option<[f64; 2]>| {
-        own.map_or(String::new(), |[l, h]| format!(" ({} to {})", tenth(l), tenth(h)))
-    };
-    let ends = |own: Option<[f64; 2]>| [own.map(|own| own[0]), own.map(|own| own[1])];
     let of = |names: [&str; 3]| names.map(field);
     let [accuracy, low, high] = of(["accuracy_percent", "accuracy_low_percent", "accuracy_high_percent"]);
     let [difference, least, most] =
@@ -109,12 +109,12 @@ fn columns(on: &str, key: &str, get: fn(&Rung) -> Option<Contrast>) -> Vec<Colum
         Column::number(&format!("{on} %"), &[&accuracy, &low, &high], move |rung: &Rung| {
             let own = get(rung);
             let interval = own.and_then(|own| own.accuracy_interval);
-            Cell::number(own.map(|own| own.accuracy), tenth).and(bounds(interval), &ends(interval))
+            Cell::number(own.map(|own| own.accuracy), tenth).and(between(interval), &ends(interval))
         }),
         Column::number("against the whole", &[&difference, &least, &most], move |rung: &Rung| {
             let own = get(rung);
             let interval = own.and_then(|own| own.interval);
-            Cell::number(own.map(|own| own.difference), tenth).and(bounds(interval), &ends(interval))
+            Cell::number(own.map(|own| own.difference), tenth).and(between(interval), &ends(interval))
         }),
     ]
 }
@@ -163,10 +163,7 @@ fn models(rows: &[Small], speed: Option<&SmallSpeed>) -> Table {
             &["accuracy_percent", "accuracy_low_percent", "accuracy_high_percent"],
             |own: &Small| {
                 let interval = own.accuracy_interval;
-                let shown =
-                    interval.map_or(String::new(), |[l, h]| format!(" ({} to {})", tenth(l), tenth(h)));
-                let ends = [interval.map(|own| own[0]), interval.map(|own| own[1])];
-                Cell::number(Some(own.accuracy), tenth).and(shown, &ends)
+                Cell::number(Some(own.accuracy), tenth).and(between(interval), &ends(interval))
             },
         ),
         Column::number("parameters", &["parameters"], |own: &Small| Cell::count(own.parameters)),

@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use crate::report::axes::{Frame, Scale, widened};
 use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
-use crate::report::numbers::{tenth, tick};
+use crate::report::numbers::{between, tenth, tick};
 use crate::report::palette::{Ink, Paint};
 use crate::report::words::slug;
 use crate::values::{Contrast, Curve, Rung};
@@ -79,8 +79,7 @@ fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint
     }
     for (at, label, accuracy, interval) in points {
         let (x, y) = frame.at(at as f64, accuracy);
-        let bounds = interval.map_or(String::new(), |[l, h]| format!(" ({} to {})", tenth(l), tenth(h)));
-        canvas.hover(&format!("{label}: {} %{bounds}", tenth(accuracy)), |canvas| {
+        canvas.hover(&format!("{label}: {} %{}", tenth(accuracy), between(interval)), |canvas| {
             if let Some([low, high]) = interval {
                 let (low, high) = (frame.y.at(low), frame.y.at(high));
                 canvas.line((x, low), (x, high), Stroke::of(Ink::Soft, 2.0));
