@@ -59,4 +59,10 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
     assert!(refused(&shrink).contains("--resume goes on with it, --output gives another folder"));
     assert!(refused(&["shrink", &run, "--axes", "rates"]).contains("rate"));
     assert!(refused(&["shrink", &run, "--network", "ml", "--output", &at("other")]).contains("mlp"));
+    // In eight bits nothing is trained: the network in floats is, also where nobody names one.
+    done(&["quantize", &run]);
+    let error = refused(&["shrink", &run, "--network", "mlp.int8", "--output", &at("other")]);
+    assert!(error.contains("is in eight bits: shrink \"mlp\""), "{error}");
+    assert!(!folder.path().join("other").exists());
+    done(&["shrink", &run, "--axes", "resolution", "--quick", "--output", &at("other")]);
 }
