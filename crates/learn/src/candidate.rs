@@ -266,7 +266,9 @@ impl Published {
             let reason = "must be [mean, SD] or [mean] in %, each in [0, 100]";
             require(percent, name, format!("{score:?}"), reason)?;
         }
-        for (name, cost) in [("megabytes", self.megabytes), ("gflops", self.gflops), ("seconds", self.seconds)] {
+        for (name, cost) in
+            [("megabytes", self.megabytes), ("gflops", self.gflops), ("seconds", self.seconds)]
+        {
             if let Some(cost) = cost {
                 require(cost.is_finite() && cost > 0.0, name, cost, "must be above 0")?;
             }

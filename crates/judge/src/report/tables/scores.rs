@@ -95,7 +95,7 @@ pub(super) fn published(judgement: &Judgement) -> Table {
         .filter_map(|n| n.results.published.clone().map(|own| (n.results.network.clone(), own)))
         .collect();
     type Row = (String, Published);
-    let columns = vec![
+    let mut columns = vec![
         Column::text("network", "network", |(name, _): &Row| Cell::text(name)),
         Column::text("where", "published_in", |(_, own): &Row| Cell::text(&own.table)),
         Column::number(
@@ -114,10 +114,14 @@ pub(super) fn published(judgement: &Judgement) -> Table {
         Column::number("GFLOPs, published", &["published_gflops"], |(_, own): &Row| {
             Cell::number(own.gflops, |v| v.to_string())
         }),
-        Column::number("training s, published", &["published_training_seconds"], |(_, own): &Row| {
-            Cell::number(own.seconds, |v| v.to_string())
-        }),
     ];
+    if rows.iter().any(|(_, own)| own.seconds.is_some()) {
+        columns.push(Column::number(
+            "training s, published",
+            &["published_training_seconds"],
+            |(_, own): &Row| Cell::number(own.seconds, |v| v.to_string()),
+        ));
+    }
     let caption = "Published by the papers on their own recordings: other data, other machines, not \
                    measured here and not to be compared digit by digit";
     Table::new(table::PUBLISHED, caption.into(), columns, &rows)
