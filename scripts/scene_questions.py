@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Where a scene contradicts its paper, one short experiment each: writes docs/scenes/questions.md.
+
+    cargo build --release          # or TAXEL=/path/to/taxel
+    python3 scripts/scene_questions.py runs/questions [--only fingertip gripper bags] [--threads 2]
+
+Trainings go into folders below the one named and go on where they were ended. fingertip takes about 10 min on two cores,
+gripper one, bags about 20. Needs numpy and scikit-learn.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+from sklearn.linear_model import RidgeCV
+from sklearn.model_selection import GroupKFold, cross_val_predict
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import PolynomialFeatures, StandardScaler
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
+PAGE = ROOT / "docs" / "scenes" / "questions.md"
+
+
+def simulate(out, scene, samples, *settings):
+    """A scene as the arrays of its archive; its seed is that of the configs."""
+    subprocess.run([TAXEL, "simulate", scene, "--samples", str(samples), "--seed", "0", *settings, "--output", out], check=True)
+    with np.load(out) as arrays:
+        return {name: arrays[name] for name in arrays}
+
+
+def again(out, source, arrays):
+    """The same recordings with other values; the facts beside them stay."""
+    np.savez(out, **arrays)
+    out.with_suffix(".classes.json").write_text(source.with_suffix(".classes.json").read_text())
+    return out
+
+
+def run(out, config, threads, rows, *settings):
+    """Mean accuracy and standard deviation of each row over its folds, in %."""
+    command = [TAXEL, "run", ROOT / "configs" / config, "--out", out, "--resume", "--threads", str(threads)]
+    done = subprocess.run([*command, "--only", ",".join(rows), "--json", *settings], check=True, capture_output=True, text=True)
+    networks = {own["network"]: own["measured"] for own in json.loads(done.stdout)["networks"]}
+    own = {row: networks[row] for row in rows}
+    return {row: (each["mean"]["accuracy"], (each.get("sd") or {}).get("accuracy")) for row, each in own.items()}
+
+
+def shown(score):
+    mean, sd = score
+    return f"{mean:.1f}" if sd is None else f"{mean:.1f} ± {sd:.1f}"
+
+
+def fingertip(folder, threads):
+    """Whether images beat series, or the range that each is scaled to."""
+    config, lines, images = "hardness/hardness.toml", ["vgg6-lite-1d", "resnet8-lite-1d", "densenet6-lite-1d"], ["resnet8-lite-2d"]
+    source = folder / "fingertip.npz"
+    arrays = simulate(source, "fingertip", 1500)
+    x = arrays["x"].astype(np.float32)
+    low, high = x.min(axis=(1, 2), keepdims=True), x.max(axis=(1, 2), keepdims=True)
+    own = again(folder / "fingertip-own-range.npz", source, {**arrays, "x": (x - low) / (high - low)})
+    fixed = ["--set", "encoding.image.range={low=0,high=1023}"]
+    one = [run(folder / "series", config, threads, lines), run(folder / "series-own-range", config, threads, lines, "--data", own)]
+    two = [run(folder / "images-full-scale", config, threads, images, *fixed), run(folder / "images", config, threads, images)]
+    rows = [f"| {name} | {' | '.join(shown(side[name]) for side in sides)} |" for names, sides in ((lines, one), (images, two)) for name in names]
+    return ["| network | strength kept | each grasp on its own range |", "|---|---:|---:|", *rows]
+
+
+def touched(arrays):
+    """What a person would measure of a grasp, per finger: pressure, how it fades in the hold, when it is gone, how the first touch rings."""
+    x = arrays["x"].astype(float)
+    contact, stop = arrays["contact_s"] / 0.01, arrays["stop_s"] / 0.01
+    features = []
+    for own, first, last in zip(x, contact, stop):
+        row = []
+        for finger in own:
+            pressure = finger[0] - finger[0][:30].mean()
+            hold = pressure[int(last) + 1:][:98]
+            top, end = hold[:4].mean(), hold[-10:].mean()
+            gone = pressure[int(last) + 101:] < 0.2 * end
+            ring = finger[1:].T.reshape(-1)[int(first * 22):][:22 * 12].reshape(12, 22)
+            row += [top, hold[20:40].mean() / top, end / top, last - first, gone.argmax() if gone.any() else len(gone)]
+            row += list(np.log1p(np.abs(ring - ring.mean(axis=1, keepdims=True)).max(axis=1)))
+        features.append(row)
+    return np.array(features)
+
+
+def gripper(folder, threads):
+    """Whether recordings of an unseen object tell its elasticity, if one knows where to look."""
+    arrays = simulate(folder / "gripper.npz", "gripper", 1500)
+    truth, objects = arrays["elasticity_level"], arrays["group"]
+    ridge = make_pipeline(StandardScaler(), PolynomialFeatures(2), RidgeCV(np.logspace(0, 5, 12)))
+    told = cross_val_predict(ridge, touched(arrays), truth, cv=GroupKFold(30), groups=objects)
+    rows = []
+    for name, levels in (("always 5", np.full(len(truth), 5.0)), ("ridge on 34 measurements", np.clip(np.round(told), 1, 10))):
+        off = np.abs(levels - truth)
+        rows.append(f"| {name} | {100 * (off == 0).mean():.1f} | {100 * (off <= 1).mean():.1f} | {off.mean():.2f} |")
+    return ["| from grasps of 29 other objects | level, % | within one level, % | mean error, levels |", "|---|---:|---:|---:|", *rows]
+
+
+def bags(folder, threads):
+    """Whether the course of a squeeze tells more than its frame of greatest force, given to the same network."""
+    rows = []
+    for subset in ("in-bag", "deformable"):
+        config, source = f"palpation/palpation-003-fig-6-{subset}.toml", folder / f"{subset}.npz"
+        arrays = simulate(source, "palpation", 480, "--set", "paper=003", "--set", f"subset={subset}")
+        x = arrays["x"]
+        peak = x[np.arange(len(x)), x.sum(axis=(2, 3), dtype=np.int64).argmax(axis=1)]
+        still = again(folder / f"{subset}-still.npz", source, {**arrays, "x": np.repeat(peak[:, None], x.shape[1], axis=1)})
+        name = "tactnet3d-51-pool.n10"
+        settings = ["--set", "protocol.repetitions=3", "--set", "protocol.per_class=[10]"]
+        sides = [run(folder / f"{subset}{end}", config, threads, [name], *settings, *data)[name]
+                 for end, data in (("", ["--data", source]), ("-still", ["--data", still]))]
+        rows.append(f"| {subset} | {' | '.join(map(shown, sides))} |")
+    return ["| objects | whole squeeze | its frame of greatest force, 51 times |", "|---|---:|---:|", *rows]
+
+
+ASKED = {"fingertip": fingertip, "gripper": gripper, "bags": bags}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=pathlib.Path, help="where trainings and recordings go")
+    parser.add_argument("--only", nargs="+", choices=ASKED, default=list(ASKED), help="the questions asked; the others stay on the page as they are")
+    parser.add_argument("--threads", type=int, default=2)
+    args = parser.parse_args()
+    args.folder.mkdir(parents=True, exist_ok=True)
+    for name in args.only:
+        table = "\n".join(ASKED[name](args.folder, args.threads))
+        start, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        page = PAGE.read_text()
+        head, rest = page.split(start, 1)
+        PAGE.write_text(head + start + table + "\n" + end + rest.split(end, 1)[1])
+
+
+if __name__ == "__main__":
+    main()
