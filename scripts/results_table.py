@@ -51,8 +51,8 @@ def lost(folder):
     return {n["network"]: n["mean_loss"] for n in (stress or {}).get("networks", [])}
 
 
-def table(folder, results, only=None):
-    """All networks of a run, or those named, in their order."""
+def table(folder, results, only=None, short=False):
+    """All networks of a run, or those named, in their order; a short one has accuracy and F1 beside the published accuracy."""
     networks = results["networks"]
     if only is not None:
         known = {n["network"]: n for n in networks}
@@ -61,9 +61,9 @@ def table(folder, results, only=None):
     published = any(n.get("published") for n in networks)
     head = ["network", "parameters", "MACs", f"accuracy % [{results['source']}]", "macro-F1 %", "latency ms"]
     # A paper that prints all four has them compared.
-    full = any("precision" in (n.get("published") or {}) for n in networks)
+    full = not short and any("precision" in (n.get("published") or {}) for n in networks)
     timed = any("seconds" in (n.get("published") or {}) for n in networks)
-    sizes = any("megabytes" in (n.get("published") or {}) for n in networks)
+    sizes = not short and any("megabytes" in (n.get("published") or {}) for n in networks)
     head[4:4] = ["macro precision %", "macro recall %"] if full else []
     head += ["lost under faults, pp"] if losses else []
     head += ["PyTorch twin, same folds %"] if twin else []
@@ -277,7 +277,8 @@ def main():
         (ROOT / "docs" / "results" / f"{name}.md").write_text(text)
         if args.readme and number == 0:
             readme = ROOT / "README.md"
-            block = f"<!-- results -->\n{rows}\n\n{caption}\n<!-- end of results -->"
+            brief = table(folder, json.loads((folder / "results.json").read_text()), short=True)
+            block = f"<!-- results -->\n{brief}\n\n{caption}\n<!-- end of results -->"
             pattern = re.compile(r"<!-- results -->.*<!-- end of results -->", re.S)
             readme.write_text(pattern.sub(lambda _: block, readme.read_text()))
 
