@@ -2,10 +2,10 @@
 """Where a scene contradicts its paper, one short experiment each: writes docs/scenes/questions.md.
 
     cargo build --release          # or TAXEL=/path/to/taxel
-    python3 scripts/scene_questions.py runs/questions [--only fingertip gripper bags] [--threads 2]
+    python3 scripts/scene_questions.py runs/questions [--only fingertip glove gripper bags] [--threads 2]
 
 Trainings go into folders below the one named and go on where they were ended. fingertip takes about 10 min on two cores,
-gripper one, bags about 20. Needs numpy and scikit-learn.
+glove five, gripper one, bags about 20. glove needs TAXEL_DATA. Needs numpy and scikit-learn.
 """
 
 import argparse
@@ -66,6 +66,29 @@ def fingertip(folder, threads):
     two = [run(folder / "images-full-scale", config, threads, images, *fixed), run(folder / "images", config, threads, images)]
     rows = [f"| {name} | {' | '.join(shown(side[name]) for side in sides)} |" for names, sides in ((lines, one), (images, two)) for name in names]
     return ["| network | strength kept | each grasp on its own range |", "|---|---:|---:|", *rows]
+
+
+def glove(folder, threads):
+    """The same of a person's glove with five force sensors."""
+    config, rows = "real/fsr-glove28.toml", ["vgg6-lite-1d", "resnet8-lite-1d"]
+    series = ["--set", "networks=[" + ", ".join(f'{{ name = "{name}" }}' for name in rows) + "]"]
+    source = pathlib.Path(os.environ["TAXEL_DATA"]) / "fsr-glove28"
+    with np.load(source / "data.npz") as arrays:
+        arrays = {name: arrays[name] for name in arrays}
+    own = folder / "glove-own-range"
+    own.mkdir(exist_ok=True)
+    # The config takes the force sensors out of all channels.
+    force = arrays["x"][:, 30:35]
+    low, high = force.min(axis=(1, 2), keepdims=True), force.max(axis=(1, 2), keepdims=True)
+    arrays["x"][:, 30:35] = (force - low) / np.where(high > low, high - low, 1)
+    np.savez(own / "data.npz", **arrays)
+    (own / "labels.json").write_text((source / "labels.json").read_text())
+    kept = run(folder / "glove-series", config, threads, rows, *series)
+    ranged = run(folder / "glove-series-own-range", config, threads, rows, *series, "--data", own)
+    images = run(folder / "glove-images", config, threads, ["vgg6-lite-2d"])
+    lines = [f"| {name} | {shown(kept[name])} | {shown(ranged[name])} |" for name in rows]
+    lines += [f"| {name} | – | {shown(score)} |" for name, score in images.items()]
+    return ["| network | strength kept | each grasp on its own range |", "|---|---:|---:|", *lines]
 
 
 def touched(arrays):
@@ -145,7 +168,7 @@ def bags(folder, threads):
     return [head, "|---|---:|---:|---:|---:|", *rows]
 
 
-ASKED = {"fingertip": fingertip, "gripper": gripper, "bags": bags}
+ASKED = {"fingertip": fingertip, "glove": glove, "gripper": gripper, "bags": bags}
 
 
 def main():
