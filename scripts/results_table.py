@@ -154,6 +154,23 @@ def other_statistics(results):
     return "".join(lines)
 
 
+def attributes(results):
+    """Of several attributes each by itself, and every level of it, as paper 004's Table 2 has them."""
+    parts = []
+    for at, attribute in enumerate(results.get("attributes", [])):
+        own = {n["network"]: n["attributes"][at] for n in results["networks"] if n["mean"]}
+        levels = attribute["classes"]
+        head = ["network", "accuracy %", "macro-F1 %", "off by, levels", *(level.removeprefix(f"{attribute['name']}-") for level in levels)]
+        rows = []
+        for name, scores in own.items():
+            each = [" / ".join(f"{100 * level[key]:.0f}" for key in ("precision", "recall", "f1")) for level in scores["per_level"]]
+            rows.append([f"`{name}`", f"{100 * scores['accuracy']:.2f}", f"{100 * scores['f1']:.2f}", f"{scores['mean_absolute_error']:.2f}", *each])
+        lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
+        table = "\n".join("| " + " | ".join(row) + " |" for row in lines)
+        parts.append(f"\n\n## {attribute['name']}\n\nEvery level: precision / recall / F1, %.\n\n{table}")
+    return "".join(parts)
+
+
 def shortcut(results):
     found = results.get("shortcut")
     if not found:
@@ -244,7 +261,7 @@ def page(folder, partial=False):
         f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
     )
     caption += hardening(folder)
-    caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results)
+    caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results) + attributes(results)
     return results["name"], missing(results) + views(folder, results), caption, (folder / "config.toml").read_text()
 
 
