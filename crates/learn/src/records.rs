@@ -39,9 +39,7 @@ impl FoldKey {
         }
         keys
     }
-}
 
-impl FoldKey {
     /// Whether `part` is one or several whole parts of its name `mlp.r0.f1`: the row `mlp`, the repetition `r0`, or
     /// `mlp.r0`.
     pub fn is_within(&self, part: &str) -> bool {

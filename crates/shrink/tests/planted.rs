@@ -66,7 +66,7 @@ fn planted_for(
     archive.add("test", &[SAMPLES], &tested).unwrap();
     std::fs::write(&path, archive.finish().unwrap()).unwrap();
     let test = if test { "test = \"test\"" } else { "" };
-    // An experiment has a network at least.
+    // Beside a baseline stands a network that its smaller twin does not need.
     let (baselines, label) = if network == KNN { ("\"k-nn\"", "mlp") } else { ("", network) };
     let text = format!(
         "name = \"planted\"\nbaselines = [{baselines}]\n[data]\npath = {path:?}\nlayout = \"series\"\nrate = 16.0\n{test}\n\
@@ -324,6 +324,9 @@ fn a_baseline_is_shrunk_and_stopped_as_a_network_is() {
     let [whole, small] = own.shrunk.models.as_slice() else { panic!() };
     // It compares two channels of five.
     assert_eq!(small.macs * 5, whole.macs * 2, "{:?}", own.shrunk.models);
+    let alone =
+        Experiment::load(&own.page.with_file_name("shrunk.toml"), &Overrides::default(), &planted.registry);
+    assert!(alone.unwrap().config().networks.is_empty(), "it would train what nobody asked for");
     assert!(small.parameters < whole.parameters && small.bytes < whole.bytes, "{:?}", own.shrunk.models);
     let stopped = planted.try_shrink("other", &[Axis::Sensors], Options::default(), &AtomicBool::new(true));
     assert!(matches!(stopped, Err(Error::Stopped { .. })), "it was cancelled before the first training");

@@ -34,8 +34,7 @@ impl Experiment {
         if let Some(network) = config.networks.iter().find(known).cloned() {
             (config.networks, config.baselines) = (vec![network], vec![]);
         } else if let Some(baseline) = config.baselines.iter().find(|own| own.0.name() == clean).copied() {
-            config.baselines = vec![baseline];
-            config.networks.truncate(1);
+            (config.networks, config.baselines) = (vec![], vec![baseline]);
         } else {
             let labels = config.networks.iter().map(|own| own.label.as_str());
             let labels = labels.chain(config.baselines.iter().map(|Baseline(own)| own.name()));
