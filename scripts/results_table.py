@@ -51,6 +51,12 @@ def lost(folder):
     return {n["network"]: n["mean_loss"] for n in (stress or {}).get("networks", [])}
 
 
+def markdown(head, rows):
+    """A table whose first column is text and whose others are numbers."""
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
+    return "\n".join("| " + " | ".join(row) + " |" for row in lines)
+
+
 def table(folder, results, only=None, short=False):
     """All networks of a run, or those named, in their order; a short one has accuracy and F1 beside the published accuracy."""
     networks = results["networks"]
@@ -62,7 +68,7 @@ def table(folder, results, only=None, short=False):
     head = ["network", "parameters", "MACs", f"accuracy % [{results['source']}]", "macro-F1 %", "latency ms"]
     # A paper that prints all four has them compared.
     full = not short and any("precision" in (n.get("published") or {}) for n in networks)
-    timed = any("seconds" in (n.get("published") or {}) for n in networks)
+    timed = not short and any("seconds" in (n.get("published") or {}) for n in networks)
     sizes = not short and any("megabytes" in (n.get("published") or {}) for n in networks)
     head[4:4] = ["macro precision %", "macro recall %"] if full else []
     head += ["lost under faults, pp"] if losses else []
@@ -95,8 +101,7 @@ def table(folder, results, only=None, short=False):
             own = n.get("published") or {}
             row += [training(folder, n["network"]), f"*{own['seconds']:g}*" if "seconds" in own else "–"]
         rows.append(row)
-    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
-    return "\n".join("| " + " | ".join(row) + " |" for row in lines)
+    return markdown(head, rows)
 
 
 def views(folder, results):
@@ -165,9 +170,7 @@ def attributes(results):
         for name, scores in own.items():
             each = [" / ".join(f"{100 * level[key]:.0f}" for key in ("precision", "recall", "f1")) for level in scores["per_level"]]
             rows.append([f"`{name}`", f"{100 * scores['accuracy']:.2f}", f"{100 * scores['f1']:.2f}", f"{scores['mean_absolute_error']:.2f}", *each])
-        lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
-        table = "\n".join("| " + " | ".join(row) + " |" for row in lines)
-        parts.append(f"\n\n## {attribute['name']}\n\nEvery level: precision / recall / F1, %.\n\n{table}")
+        parts.append(f"\n\n## {attribute['name']}\n\nEvery level: precision / recall / F1, %.\n\n{markdown(head, rows)}")
     return "".join(parts)
 
 
@@ -284,9 +287,9 @@ def main():
     parser.add_argument("--check", action="store_true", help="compare with the references, write nothing")
     args = parser.parse_args()
     references = ROOT / "docs" / "results" / "reference"
-    references.mkdir(parents=True, exist_ok=True)
     if args.check:
         sys.exit(check(args.run, references))
+    references.mkdir(parents=True, exist_ok=True)
     for number, folder in enumerate(args.run):
         name, rows, caption, config = page(folder, args.partial)
         (references / f"{name}.json").write_text(json.dumps(reference(folder), indent=1) + "\n")

@@ -53,14 +53,18 @@ def shown(score):
     return f"{mean:.1f}" if sd is None else f"{mean:.1f} ± {sd:.1f}"
 
 
+def own_range(x):
+    """Each grasp [N, channels, readings] from 0 to 1 of its own range; one that is constant becomes 0."""
+    low, high = x.min(axis=(1, 2), keepdims=True), x.max(axis=(1, 2), keepdims=True)
+    return (x - low) / np.where(high > low, high - low, np.float32(1))
+
+
 def fingertip(folder, threads):
     """Whether images beat series, or the range that each is scaled to."""
     config, lines, images = "hardness/hardness.toml", ["vgg6-lite-1d", "resnet8-lite-1d", "densenet6-lite-1d"], ["resnet8-lite-2d"]
     source = folder / "fingertip.npz"
     arrays = simulate(source, "fingertip", 1500)
-    x = arrays["x"].astype(np.float32)
-    low, high = x.min(axis=(1, 2), keepdims=True), x.max(axis=(1, 2), keepdims=True)
-    own = again(folder / "fingertip-own-range.npz", source, {**arrays, "x": (x - low) / (high - low)})
+    own = again(folder / "fingertip-own-range.npz", source, {**arrays, "x": own_range(arrays["x"].astype(np.float32))})
     fixed = ["--set", "encoding.image.range={low=0,high=1023}"]
     one = [run(folder / "series", config, threads, lines), run(folder / "series-own-range", config, threads, lines, "--data", own)]
     two = [run(folder / "images-full-scale", config, threads, images, *fixed), run(folder / "images", config, threads, images)]
@@ -78,9 +82,7 @@ def glove(folder, threads):
     own = folder / "glove-own-range"
     own.mkdir(exist_ok=True)
     # The config takes the force sensors out of all channels.
-    force = arrays["x"][:, 30:35]
-    low, high = force.min(axis=(1, 2), keepdims=True), force.max(axis=(1, 2), keepdims=True)
-    arrays["x"][:, 30:35] = (force - low) / np.where(high > low, high - low, 1)
+    arrays["x"][:, 30:35] = own_range(arrays["x"][:, 30:35])
     np.savez(own / "data.npz", **arrays)
     (own / "labels.json").write_text((source / "labels.json").read_text())
     kept = run(folder / "glove-series", config, threads, rows, *series)

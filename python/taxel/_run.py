@@ -176,7 +176,6 @@ def cross_validate(
         "harden": harden,
         "choose": choose,
     }
-    place = "taxel.cross_validate"
     begun = os.path.join(folder, "config.toml")
     new, done = not os.path.exists(begun), False
     try:
