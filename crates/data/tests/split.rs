@@ -140,6 +140,58 @@ fn groups_of_each_class_are_spread() {
     }
 }
 
+/// Labels and groups of recordings: of each group its labels with how many samples have them.
+fn recordings(groups: &[&[(u32, usize)]]) -> (Vec<u32>, Vec<u32>) {
+    let samples = groups.iter().enumerate().flat_map(|(group, labels)| {
+        labels.iter().flat_map(move |&(label, n)| std::iter::repeat_n((group as u32, label), n))
+    });
+    samples.unzip()
+}
+
+/// The groups that a fold tests.
+fn groups_of(rows: &[usize], groups: &[u32]) -> Vec<u32> {
+    rows.iter().map(|&row| groups[row]).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+#[test]
+fn a_group_goes_where_the_shares_of_its_classes_grow_least() {
+    // Group 2 joins 0 or 1; `group_k_fold` says by which cost, worked out by hand below.
+    let cases: [[&[(u32, usize)]; 3]; 3] = [
+        // A rare class weighs as much as a common one: 300/3600 against 200/3600 + 2/9.
+        [&[(0, 30)], &[(0, 20), (1, 2)], &[(0, 10), (1, 1)]],
+        // A class weighs by its samples in the group: 20/576 against 90/361 + 3/576.
+        [&[(1, 20)], &[(0, 10), (1, 3)], &[(0, 9), (1, 1)]],
+        // Size counts beside the classes: 6/121 + 140/2116 against 4/121 + 220/2116.
+        [&[(0, 6), (2, 8)], &[(0, 4), (3, 18)], &[(0, 1), (1, 9)]],
+    ];
+    for case in cases {
+        let (groups, y) = recordings(&case);
+        for seed in 0..8 {
+            let folds = group_k_fold(&groups, &y, 2, seed, 0).unwrap();
+            let mut tested = folds.iter().map(|fold| groups_of(&fold.test, &groups)).collect::<Vec<_>>();
+            tested.sort();
+            assert_eq!(tested, [vec![0, 2], vec![1]], "{case:?}");
+        }
+    }
+}
+
+#[test]
+fn a_group_goes_to_the_part_that_lacks_most_of_its_samples() {
+    // Group 2 lacks four samples of class 0 in the test part and one of class 1 in the training part.
+    let (groups, y) = recordings(&[&[(0, 8)], &[(0, 1), (1, 6)], &[(0, 4), (1, 1)]]);
+    let fold = random_group_split(&groups, &y, Shares { test: 0.5, validation: 0.0 }, 0, 0).unwrap();
+    assert_eq!(groups_of(&fold.train, &groups), [0]);
+    assert_eq!(groups_of(&fold.test, &groups), [1, 2]);
+}
+
+#[test]
+fn a_part_that_was_asked_for_is_never_empty() {
+    let (groups, y) = recordings(&[&[(0, 5)], &[(0, 4)]]);
+    let shares = Shares { test: 0.35, validation: 0.25 };
+    let error = random_group_split(&groups, &y, shares, 0, 0).unwrap_err().to_string();
+    assert!(error.starts_with("there are too few groups to fill the validation part"), "{error}");
+}
+
 #[test]
 fn seed_and_repetition_choose_the_folds() {
     let y: Vec<u32> = (0..60).map(|i| i % 3).collect();
