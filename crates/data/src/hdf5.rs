@@ -290,7 +290,8 @@ struct Values<'d, const N: usize> {
 
 impl<'d, const N: usize> Values<'d, N> {
     fn new(dataset: &'d Dataset) -> Self {
-        let row: u64 = dataset.shape().iter().skip(1).product::<u64>().saturating_mul(N as u64);
+        // Saturating: of no samples at all the file may say any size.
+        let row = dataset.shape().iter().skip(1).fold(N as u64, |row, axis| row.saturating_mul(*axis));
         let chunk = dataset.chunks().and_then(|chunk| chunk.first().copied()).map_or(1, u64::from).max(1);
         let rows = (SLAB / row.max(1)).max(1).next_multiple_of(chunk);
         Self { dataset, row: 0, rows, slab: vec![], used: 0 }
