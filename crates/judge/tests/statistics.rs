@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use std::cell::Cell;
+
 use serde_json::Value;
 use taxel_judge::statistics::{
     cluster_bootstrap, corrected_t, friedman, holm, independent, mcnemar, nemenyi, spread_ratio, wilcoxon,
@@ -52,6 +54,7 @@ fn differences_without_spread_have_a_documented_answer() {
     assert_eq!((same.mean, same.interval, same.p), (3.0, None, 0.0625));
     // Rounding is no spread either.
     assert_eq!(corrected_t(&[0.1 + 0.2, 0.3], 1.0, 0.95).unwrap().interval, None);
+    assert_eq!(corrected_t(&[1e6, 1e6 + 2e-10], 1.0, 0.95).unwrap().interval, None);
     for (differences, ratio, confidence, says) in [
         (&[1.0][..], 0.25, 0.95, "at least 2"),
         (&[][..], 0.25, 0.95, "at least 2"),
@@ -109,6 +112,7 @@ fn wilcoxon_counts_every_pattern_of_signs() {
     }
     assert_eq!(wilcoxon(&[0.0, 0.0]).unwrap(), 1.0);
     assert!(wilcoxon(&[]).is_err() && wilcoxon(&[f64::NAN]).is_err() && wilcoxon(&[1.0; 501]).is_err());
+    assert!(wilcoxon(&[1.0; 500]).is_ok());
 }
 
 #[test]
@@ -200,7 +204,18 @@ fn the_bootstrap_draws_whole_clusters_and_keeps_pairs() {
     assert_eq!(own, again);
     // One cluster says nothing about others; a statistic that is mostly undefined has no interval.
     assert_eq!(cluster_bootstrap(&[7; 9], mean, 0.9, 500, (4, "x")).unwrap(), None);
+    assert!(cluster_bootstrap(&[7, 7, 8], mean, 0.9, 500, (4, "x")).unwrap().is_some());
     assert_eq!(cluster_bootstrap(&clusters, |_| None, 0.9, 500, (4, "x")).unwrap(), None);
+    // One undefined resample in twenty is borne, two are not.
+    for (undefined, has) in [(1, true), (2, false)] {
+        let draw = Cell::new(0);
+        let now_and_then = |_: &[usize]| {
+            draw.set(draw.get() + 1);
+            (draw.get() > undefined).then_some(0.5)
+        };
+        let interval = cluster_bootstrap(&clusters, now_and_then, 0.9, 20, (4, "x")).unwrap();
+        assert_eq!(interval.is_some(), has, "{undefined} undefined");
+    }
     assert!(cluster_bootstrap(&clusters, |_| Some(f64::NAN), 0.9, 500, (4, "x")).is_err());
     assert!(cluster_bootstrap(&clusters, mean, 0.0, 500, (4, "x")).is_err());
     assert!(cluster_bootstrap(&clusters, mean, 0.9, 0, (4, "x")).is_err());

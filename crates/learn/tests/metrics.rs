@@ -5,7 +5,7 @@
 use serde_json::Value;
 use taxel_learn::metrics::{
     BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, Scores, argmax, brier, calibration_error,
-    log_loss, mean_sd, quantile, softmax,
+    log_loss, mean_log_loss, mean_sd, mean_sd_scores, quantile, softmax,
 };
 
 fn labels(value: &Value) -> Vec<u32> {
@@ -107,7 +107,9 @@ fn intervals_widen_where_samples_come_in_clusters() {
     assert!(low <= 0.25 && high >= 0.75, "{low} {high}");
     let one = Clusters::new(&[1.0, 0.0], &[3, 3]);
     assert_eq!(one.interval(0.95, 10, 0, "one"), (0.5, 0.5));
-    assert!(Clusters::new(&[], &[]).interval(0.95, 10, 0, "none").0.is_nan());
+    let none = Clusters::new(&[], &[]);
+    assert!(none.is_empty() && !one.is_empty());
+    assert!(none.interval(0.95, 10, 0, "none").0.is_nan());
 }
 
 #[test]
@@ -134,6 +136,65 @@ fn levels_agree_with_scikit_learn() {
 }
 
 #[test]
+fn probabilities_of_several_attributes_are_scored_attribute_by_attribute() {
+    let levels = Levels::new(&[2, 3]);
+    assert_eq!((levels.sizes(), levels.outputs()), (&[2, 3][..], 5));
+    // Three samples of two attributes, side by side and then each by itself.
+    let both = [
+        [0.75, 0.25, 0.5, 0.25, 0.25].as_slice(),
+        &[0.125, 0.875, 0.0625, 0.9375, 0.0],
+        &[0.5, 0.5, 0.25, 0.125, 0.625],
+    ]
+    .concat();
+    let truth = [0, 1, 1, 1, 0, 2];
+    let (first, second) =
+        ([0.75, 0.25, 0.125, 0.875, 0.5, 0.5], [0.5, 0.25, 0.25, 0.0625, 0.9375, 0.0, 0.25, 0.125, 0.625]);
+    let mean = |a: f64, b: f64| (a + b) / 2.0;
+    let (error, score) = levels.calibration(&both, &truth).unwrap();
+    let each =
+        |of: fn(&[f32], &[u32], usize) -> f64| mean(of(&first, &[0, 1, 0], 2), of(&second, &[1, 1, 2], 3));
+    close("calibration error", error, each(|p, t, n| calibration_error(p, t, n, BINS).unwrap()));
+    close("brier", score, each(|p, t, n| brier(p, t, n).unwrap()));
+    let loss = mean_log_loss(&both, &truth, &[2, 3]).unwrap();
+    close("log loss", loss, each(|p, t, n| log_loss(p, t, n).unwrap()));
+    assert!(error > 0.05 && score > 0.05 && loss > 0.05, "{error} {score} {loss}");
+    assert!(levels.calibration(&both, &[0, 1, 1, 1, 0, 3]).is_err());
+}
+
+#[test]
+fn counts_add_up_and_are_read_back() {
+    let mut sum = Confusion::new(&[0, 0, 1], &[0, 1, 1], 2).unwrap();
+    sum.add(&Confusion::new(&[0, 1, 1, 1], &[0, 0, 1, 1], 2).unwrap());
+    assert_eq!(sum.counts(), [[2, 1], [1, 3]]);
+    let text = serde_json::to_string(&sum).unwrap();
+    assert_eq!(text, "[[2,1],[1,3]]");
+    assert_eq!(serde_json::from_str::<Confusion>(&text).unwrap(), sum);
+    for (text, expected) in [
+        ("[[1,2],[3]]", "a confusion of 2 true classes has a row of 1"),
+        ("[[4294967295,1],[0,0]]", "a confusion counts more samples than there can be"),
+        ("[[18446744073709551615,1],[0,0]]", "a confusion counts more samples than there can be"),
+    ] {
+        let error = serde_json::from_str::<Confusion>(text).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
+    assert!(serde_json::from_str::<Confusion>("[[4294967295,0],[0,0]]").is_ok());
+}
+
+#[test]
+fn scores_have_a_mean_and_a_deviation_each() {
+    let own = Scores { accuracy: 0.5, precision: 0.25, recall: 0.75, f1: 0.375 };
+    assert_eq!(own.percent().values(), [50.0, 25.0, 75.0, 37.5]);
+    assert_eq!(mean_sd_scores(&[own]), (own, None));
+    let other = Scores { accuracy: 1.0, precision: 0.25, recall: 0.25, f1: 0.625 };
+    let (mean, sd) = mean_sd_scores(&[own, other]);
+    assert_eq!(mean.values(), [0.75, 0.25, 0.5, 0.5]);
+    // Of two values the deviation is their distance over the root of 2.
+    for (got, distance) in sd.unwrap().values().into_iter().zip([0.5, 0.0, 0.5, 0.25]) {
+        close("deviation", got, distance / 2f64.sqrt());
+    }
+}
+
+#[test]
 fn mistakes_among_look_alikes_are_told_from_others() {
     // Classes 0, 1 look alike, 2 does not.
     let confusion = Confusion::new(&[0, 0, 0, 1, 1, 2, 2], &[0, 1, 2, 0, 1, 2, 1], 3).unwrap();
@@ -143,6 +204,9 @@ fn mistakes_among_look_alikes_are_told_from_others() {
     let alikes = confusion.look_alikes(&groups(&[("rigid", &[0, 1]), ("soft", &[2])])).unwrap();
     assert_eq!((alikes.errors, alikes.within_group), (4, Some(0.5)));
     assert_eq!(alikes.confusion.counts(), [[4, 1], [1, 1]]);
+    let mostly = Confusion::new(&[0, 0, 1, 2], &[1, 1, 0, 1], 3).unwrap();
+    let alikes = mostly.look_alikes(&groups(&[("rigid", &[0, 1]), ("soft", &[2])])).unwrap();
+    assert_eq!((alikes.errors, alikes.within_group), (4, Some(0.75)));
     let right = Confusion::new(&[0, 1, 2], &[0, 1, 2], 3).unwrap();
     assert_eq!(right.look_alikes(&groups(&[("all", &[0, 1, 2])])).unwrap().within_group, None);
     for (bad, expected) in [
