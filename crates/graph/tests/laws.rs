@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use taxel_graph::{Activation, Conv, Fill, Flow, Graph, Init, Network, Op, Pool, Scheme, Weights};
+use taxel_graph::{
+    Activation, Conv, Fill, Flow, Graph, Init, Loss, Network, Op, Pool, Scheme, Targets, Weights,
+};
 
 fn graph(input: &[usize], body: impl Fn(&Network, &Flow) -> Flow) -> Result<Graph, String> {
     let net = Network::new("law");
@@ -58,6 +60,9 @@ fn operations_keep_or_change_shapes() {
     assert_eq!(shape_after(&image, |x| x.channel_shuffle(3).scale("k", 1.0)), image);
     assert_eq!(shape_after(&image, |x| x.slice(2, 3)), [3, 4, 5]);
     assert_eq!(shape_after(&image, |x| x.standardize("mean", "std").switch_scale(&x.slice(0, 1))), image);
+    assert_eq!(shape_after(&image, |x| x.switch_scale(&x.slice(0, 1).adaptive_average_pool([1, 1]))), image);
+    let (signal, stream) = ([6, 20], |x: &Flow| x.slice(0, 1).max_pool(Pool::new(2)));
+    assert_eq!(shape_after(&signal, |x| x.switch_scale(&stream(x))), signal);
     assert_eq!(shape_after(&image, |x| x.slice(0, 2).concat(&x.slice(2, 4))), image);
     assert_eq!(shape_after(&image, |x| x.adaptive_average_pool(7)), [6, 7, 7]);
     assert_eq!(shape_after(&image, |x| x.adaptive_average_pool([2, 1])), [6, 2, 1]);
@@ -165,6 +170,37 @@ fn operations_out_of_range_are_refused_with_axis_names() {
     assert!(refusal(&[4, 2], |x| x.slice(usize::MAX, 2)).starts_with("x/slice: cannot take"));
     assert!(refusal(&[4, 2], |x| x.slice(1, 0)).starts_with("x/slice: cannot take"));
     assert!(refusal(&[4, 2], |x| x.channel_shuffle(0)).starts_with("x/channel_shuffle: 0 groups"));
+}
+
+#[test]
+fn a_grouped_convolution_sees_only_its_group() {
+    let grouped =
+        graph(&[8, 6, 6], |_, x| x.conv("c", Conv::new(12, [3, 2]).groups(4)).batch_norm("n")).unwrap();
+    let weight = grouped.params().next().unwrap();
+    // Two channels in and three filters out of a group, six values under each window.
+    assert_eq!((weight.shape.as_slice(), weight.fan), (&[12, 2, 3, 2][..], Some((12, 18))));
+    assert_eq!((grouped.parameter_count(), grouped.buffer_count()), (144 + 12 + 24, 24));
+    for (filters, groups) in [(0, 1), (12, 0), (12, 3), (6, 4)] {
+        let error = refusal(&[8, 6, 6], |x| x.conv("c", Conv::new(filters, 3).groups(groups)));
+        let want = format!("c: {groups} groups must divide 8 input and {filters} output channels");
+        assert_eq!(error, want);
+    }
+}
+
+#[test]
+fn targets_that_do_not_suit_the_loss_are_refused() {
+    use Loss::{MeanSquaredError, SoftmaxCrossEntropy};
+    let check = |loss, targets: Targets| targets.check("net", loss, 2, 3).map_err(|error| error.to_string());
+    assert_eq!(check(SoftmaxCrossEntropy, Targets::Labels(&[0, 2])), Ok(()));
+    assert_eq!(check(SoftmaxCrossEntropy, Targets::Values(&[0.5; 6])), Ok(()));
+    for (loss, targets, want) in [
+        (SoftmaxCrossEntropy, Targets::Labels(&[0]), "net: 1 labels for a batch of 2 samples"),
+        (SoftmaxCrossEntropy, Targets::Labels(&[0, 3]), "net: label 3 of sample 1 is not one of 3 classes"),
+        (SoftmaxCrossEntropy, Targets::Values(&[0.5; 5]), "net: 5 target values for 2 samples of 3 outputs"),
+        (MeanSquaredError, Targets::Labels(&[0, 1]), "net: this loss needs target values, not labels"),
+    ] {
+        assert_eq!(check(loss, targets).unwrap_err(), want);
+    }
 }
 
 #[test]

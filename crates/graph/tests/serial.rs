@@ -156,6 +156,11 @@ fn what_is_wrong_with_a_file_is_named() {
             "conv/average_pool: the last window starts after",
         ),
         (
+            "/nodes/2/op/average_pool/window",
+            json!({"kernel_size": [3], "stride": [3], "padding": [[1, 4]]}),
+            "conv/average_pool: the last window starts after",
+        ),
+        (
             "/nodes/2/op/average_pool/counted/0/1",
             json!(2),
             "conv/average_pool: counts padding [(1, 2)] of [(1, 1)]",

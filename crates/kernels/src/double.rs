@@ -180,7 +180,8 @@ mod tests {
 
     #[test]
     fn sums_are_those_of_one_term_after_the_other() {
-        for width in [1, 7, 15, 16, 17, 33, 250] {
+        let widths = [17, 1, 7, 15, 16, 33, 250];
+        for width in widths.into_iter().take(if cfg!(miri) { 2 } else { 7 }) {
             for (count, vectors) in [(1, 1), (3, 2), (9, 5), (17, 1)] {
                 let (rows, xs) = (values(count * width, 1), values(vectors * width, 2));
                 let mut distances = vec![0.0; count * vectors];

@@ -280,7 +280,8 @@ mod tests {
 
     #[test]
     fn every_value_and_every_count_is_that_of_the_definition() {
-        for length in [9, 15, 16, 17, 50, 64, 65, 75, 130] {
+        let lengths = [17, 9, 15, 16, 50, 64, 65, 75, 130];
+        for length in lengths.into_iter().take(if cfg!(miri) { 1 } else { 9 }) {
             let channels = 3;
             let wave = |i: usize| ((i * 37 % 101) as f32 * 0.37 - 18.0).sin() * 1.7;
             let recording: Vec<f32> = (0..channels * length).map(wave).collect();

@@ -143,6 +143,21 @@ fn only_the_same_test_samples_are_compared() {
     let none = run(&comparison, &judgement, &Criteria::default());
     assert_eq!(none.chosen.as_deref(), Some("large"));
     assert!(none.evidence[1].refused.as_deref().unwrap().contains("no finished fold in common"));
+    // Accuracies over other samples are all that is left to be told apart by.
+    assert!((none.evidence[1].difference + 0.4).abs() < 1e-9, "{:?}", none.evidence[1]);
+}
+
+#[test]
+fn what_diverged_is_the_best_only_where_all_did() {
+    let players = vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
+    let (comparison, mut judgement) = synthetic(&Setting::default(), players);
+    judgement.networks[0].results.diverged = 2;
+    let choice = run(&comparison, &judgement, &Criteria::default());
+    assert_eq!((choice.best.as_str(), choice.chosen.as_deref()), ("small", Some("small")));
+    assert!(choice.evidence[0].refused.as_deref().unwrap().starts_with("diverged in training"));
+    judgement.networks[1].results.diverged = 1;
+    let choice = run(&comparison, &judgement, &Criteria::default());
+    assert_eq!((choice.best.as_str(), choice.chosen.as_deref()), ("large", None));
 }
 
 #[test]
