@@ -50,8 +50,14 @@ impl Graph {
                     | Op::Dropout { .. }
             )
         };
-        let inside =
-            |n: &Node| n.name.strip_prefix(node).is_some_and(|rest| rest.starts_with('.')) && !ends(&n.op);
+        let follows = |name: &str, before: &str, mark| {
+            name.strip_prefix(before).is_some_and(|rest: &str| rest.starts_with(mark))
+        };
+        // What comes after an end without a name of its own carries the name of the end.
+        let ended: Vec<&str> = self.nodes.iter().filter(|n| ends(&n.op)).map(|n| n.name.as_str()).collect();
+        let inside = |n: &Node| {
+            follows(&n.name, node, '.') && !ends(&n.op) && !ended.iter().any(|end| follows(&n.name, end, '/'))
+        };
         let Some(end) = exact.or_else(|| self.nodes.iter().rposition(inside)) else {
             return Err(Error::node(&self.name, format!("has no node `{node}`{}", self.meant(node))));
         };

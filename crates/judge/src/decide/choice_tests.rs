@@ -129,6 +129,7 @@ fn alpha_is_asked_for() {
         chosen(&Setting::default(), players(), &Criteria { alpha, margin: 100.0, ..Criteria::default() })
     };
     assert_eq!(with(1.01 * p).chosen.as_deref(), Some("large"));
+    assert_eq!(with(p).chosen.as_deref(), Some("poor"));
     assert_eq!(with(0.99 * p).chosen.as_deref(), Some("poor"));
 }
 
@@ -186,10 +187,15 @@ fn what_faults_cost_can_refuse() {
     let none = run(&comparison, &judgement, &criteria(5.0));
     assert_eq!(none.chosen, None);
     assert!(says(&none, "Nothing suffices: large loses 8.0"), "{:#?}", none.words);
+    assert_eq!(run(&comparison, &judgement, &criteria(8.0)).chosen.as_deref(), Some("large"));
     // Without a limit faults are named, not judged.
     let free = run(&comparison, &judgement, &Criteria::default());
     assert_eq!(free.chosen.as_deref(), Some("small"));
     assert!(says(&free, "Faults speak against it: they cost it 20.0"), "{:#?}", free.words);
+    judgement.stress = Some(stress(&[("large", 8.0)]));
+    let one = run(&comparison, &judgement, &criteria(10.0));
+    assert_eq!(one.chosen.as_deref(), Some("large"));
+    assert_eq!(one.evidence[1].refused.as_deref(), Some("was not tested under faults"));
 }
 
 #[test]
