@@ -32,6 +32,24 @@ fn pools_round_down_or_up() {
     assert_eq!(shape_after(&[2, 8, 9], |x| x.average_pool(Pool::new(2).stride(3).round_up())), [2, 3, 3]);
 }
 
+/// `torch.nn.MaxPool1d(ceil_mode=True)`, by the formula of its documentation.
+#[test]
+fn pools_that_round_up_have_pytorchs_sizes() {
+    for size in 1usize..14 {
+        for (kernel, stride) in (1..6).flat_map(|kernel| (1..6).map(move |stride| (kernel, stride))) {
+            for pad in (0..=kernel / 2).filter(|pad| size + 2 * pad >= kernel) {
+                let mut want = (size + 2 * pad - kernel).div_ceil(stride) + 1;
+                if (want - 1) * stride >= size + pad {
+                    want -= 1;
+                }
+                let pool = || Pool::new(kernel).stride(stride).pad(pad).round_up();
+                let case = format!("size {size}, kernel {kernel}, stride {stride}, padding {pad}");
+                assert_eq!(shape_after(&[1, size], |x| x.max_pool(pool())), [1, want], "{case}");
+            }
+        }
+    }
+}
+
 #[test]
 fn what_rounding_up_hangs_over_is_not_counted() {
     let pooled = graph(&[1, 5], |_, x| x.average_pool(Pool::new(2).round_up())).unwrap();
@@ -118,6 +136,10 @@ fn windows_joins_and_layers_that_do_not_fit() {
     same(
         refusal(&[3, 4], |x| x.max_pool(Pool::new(2).pad(2))),
         "x/max_pool: padding must be at most half of the kernel",
+    );
+    same(
+        refusal(&[3, 2, 2, 9], |x| x.linear("fc", 3)),
+        "fc: needs features, the input is channels 3 × rows 2 × columns 2 × frames 9",
     );
     same(refusal(&[3, 0], Flow::relu), "x: an input needs 1 to 4 axes of at least 1, got [3, 0]");
 }

@@ -144,6 +144,7 @@ fn what_is_wrong_with_a_file_is_named() {
         ("/nodes/1/params/0/init/uniform/bound", json!(-1), "conv.weight: bound -1 must be in 0..=1.7"),
         ("/nodes/1/params/0/init/uniform/bound", json!(3e38), "conv.weight: bound 300000000"),
         ("/nodes/1/params/0/init", json!({"constant": 1e40}), "conv.weight: value inf must be finite"),
+        ("/nodes", json!(3), "invalid type: integer `3`, expected a list of nodes"),
         ("/nodes/1/params", json!([]), "conv: states 0 tensors, `conv` has 1"),
         (
             "/nodes/2/op/average_pool/window/padding/0/0",
