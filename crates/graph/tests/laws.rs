@@ -133,6 +133,14 @@ fn windows_joins_and_layers_that_do_not_fit() {
         refusal(&[3, 4], |x| x.conv("c", Conv::new(4, [1, 1]))),
         "c: kernel [1, 1] has 2 axes, the input has 1 spatial axes",
     );
+    let most = 1 << 24;
+    assert_eq!(shape_after(&[3, 4], |x| x.conv("c", Conv::new(4, 3).stride(most))), [4, 1]);
+    for conv in [|| Conv::new(4, 3).stride((1 << 24) + 1), || Conv::new(4, 1 << 24).dilation(2)] {
+        same(
+            refusal(&[3, 4], |x| x.conv("c", conv())),
+            &format!("c: kernel, stride and padding must be at most {most}"),
+        );
+    }
     same(
         refusal(&[3, 4], |x| x.max_pool(Pool::new(2).pad(2))),
         "x/max_pool: padding must be at most half of the kernel",
