@@ -99,7 +99,7 @@ fn stored(sum: i64, unit: f32, addend: Option<f32>, output: Scale, rectifier: Re
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 300 }))]
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 6 } else { 300 }))]
 
     #[test]
     fn convolutions_are_exact_in_every_width(

@@ -66,7 +66,7 @@ fn close(got: &[f32], want: &[f32], what: &str) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 400 }))]
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 6 } else { 400 }))]
 
     #[test]
     fn convolutions_agree_with_those_of_training(placed in placed()) {
