@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{cases, panics};
+use common::{cases, most, panics};
 use proptest::prelude::*;
 use taxel_kernels::frozen::bytes::{
     self, Add, Bytes, Conv, Map, Mean, Output, Scale, Source, Sums, Target, Width,
@@ -171,7 +171,8 @@ proptest! {
 
 #[test]
 fn values_go_between_bytes_and_floats() {
-    for channels in [1, 2, 3, 5, 8, 9, 21] {
+    let channels = [9, 1, 2, 3, 5, 8, 21];
+    for channels in channels.into_iter().take(most(7, 2)) {
         let dense = Place::dense([1, 3, 5], channels);
         between_bytes_and_floats(dense, dense);
         let wide = Place::new([1, 3, 5], channels, [1, 2], channels + 3, 2);
