@@ -148,7 +148,7 @@ fn recordings(groups: &[&[(u32, usize)]]) -> (Vec<u32>, Vec<u32>) {
     samples.unzip()
 }
 
-/// The groups that a fold tests.
+/// The groups that rows belong to, ascending.
 fn groups_of(rows: &[usize], groups: &[u32]) -> Vec<u32> {
     rows.iter().map(|&row| groups[row]).collect::<BTreeSet<_>>().into_iter().collect()
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{needs, panics, says_what_is_needed};
+use common::{most, needs, panics, says_what_is_needed};
 use taxel_kernels::adaptive_pool::AdaptivePool;
 use taxel_kernels::batch_norm::InputGradient;
 use taxel_kernels::conv::Conv;
@@ -229,7 +229,7 @@ const CONVOLUTIONS: [(&str, New, Window3, [usize; 3]); 11] = [
 
 /// Under Miri without the millions of products of the last one, and the dense ones with few channels.
 fn convolutions() -> impl Iterator<Item = (&'static str, New, Window3, [usize; 3])> {
-    CONVOLUTIONS.into_iter().take(if cfg!(miri) { 10 } else { 11 }).map(|(name, new, window, sizes)| {
+    CONVOLUTIONS.into_iter().take(most(11, 10)).map(|(name, new, window, sizes)| {
         let few = cfg!(miri) && sizes == [5, 19, 1];
         (name, new, window, if few { [2, 17, 1] } else { sizes })
     })
