@@ -14,7 +14,7 @@ use crate::latency::{Latency, Stopwatch, milliseconds};
 use crate::metrics::mean_log_loss;
 use crate::model::{Model, Predictor, TrainedOn};
 use crate::records::{Costs, FoldKey, FoldRecord, Timing};
-use crate::results::{Frame, NetworkResults, Results};
+use crate::results::{FoldScores, Frame, NetworkResults, Results};
 
 /// As the table of a run: it costs two seconds at most.
 const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
@@ -71,6 +71,39 @@ pub fn quantize_run(folder: &RunFolder, dataset: &Dataset, say: &dyn Fn(&str)) -
     let timings = keys.iter().filter_map(|key| folder.timing(key).transpose()).collect::<Result<Vec<_>>>()?;
     assemble(folder, &results, &all, &timings, &frame.levels)?;
     Ok(made)
+}
+
+/// Rows in eight bits of an earlier run of the folder that still stand beside their networks, with their records:
+/// those of which `done` holds every fold of the network.
+///
+/// # Errors
+/// A damaged record.
+pub(crate) fn kept(
+    folder: &RunFolder,
+    before: Results,
+    done: &[FoldRecord],
+    dataset: &Dataset,
+) -> Result<Vec<(NetworkResults, Vec<FoldRecord>)>> {
+    let mut rows = vec![];
+    for row in before.networks {
+        let Some(float) = &row.quantized else { continue };
+        let key = |network: &String, fold: &FoldScores| FoldKey {
+            network: network.clone(),
+            repetition: fold.repetition,
+            fold: fold.fold,
+        };
+        let is_done = |fold: &FoldScores| done.iter().any(|record| record.key == key(float, fold));
+        let mut records = vec![];
+        for own in row.folds.iter().filter(|fold| is_done(fold)).map(|fold| key(&row.network, fold)) {
+            let Some(record) = folder.record(&own)? else { continue };
+            folder.check(&record, &own, dataset)?;
+            records.push(record);
+        }
+        if !records.is_empty() && records.len() == row.folds.len() {
+            rows.push((row, records));
+        }
+    }
+    Ok(rows)
 }
 
 /// The row in eight bits, without a score.

@@ -22,6 +22,7 @@ use crate::options::RunOptions;
 use crate::part::{Part, pool};
 use crate::plan::{Plan, shortcut};
 use crate::progress::Progress;
+use crate::quantized_run::kept;
 use crate::records::{Change, FoldKey, FoldRecord, Timing};
 use crate::results::Results;
 use crate::session::Saver;
@@ -64,8 +65,12 @@ impl<'a> Run<'a> {
         if let Some(before) = &environment {
             folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
         }
-        if folder.file("results.json").is_file() {
-            folder.same_data("results.json", &folder.results()?.data_digest, dataset)?;
+        let before = match folder.file("results.json").is_file() {
+            true => Some(folder.results()?),
+            false => None,
+        };
+        if let Some(before) = &before {
+            folder.same_data("results.json", &before.data_digest, dataset)?;
         }
         for key in &self.plan.keys {
             let Some(record) = folder.record(key)? else { continue };
@@ -81,12 +86,33 @@ impl<'a> Run<'a> {
             self.timings.extend(folder.timing(key)?);
             self.records.push(self.completed(&folder, record)?);
         }
+        if let Some(before) = before {
+            self.keep_eight_bits(&folder, before)?;
+        }
         if environment.is_none() {
             let threads = self.options.threads();
             let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
             write_json(&folder.file(ENVIRONMENT), &now, true)?;
         }
         self.assemble()
+    }
+
+    /// Takes over the rows that `taxel quantize` has put beside finished networks.
+    fn keep_eight_bits(&mut self, folder: &RunFolder, before: Results) -> Result<()> {
+        for (row, records) in kept(folder, before, &self.records, self.plan.dataset)? {
+            let Plan { results, keys, .. } = &mut self.plan;
+            let float = row.quantized.as_deref();
+            let beside = results.networks.iter().position(|own| Some(own.network.as_str()) == float);
+            let after = keys.iter().rposition(|key| Some(key.network.as_str()) == float);
+            let (Some(beside), Some(after)) = (beside, after) else { continue };
+            results.networks.insert(beside + 1, row);
+            for (place, record) in (after + 1..).zip(records) {
+                keys.insert(place, record.key.clone());
+                self.timings.extend(folder.timing(&record.key)?);
+                self.records.push(record);
+            }
+        }
+        Ok(())
     }
 
     /// A record with its digests; those of an older version are added, if its model file is that of the fold.

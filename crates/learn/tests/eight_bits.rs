@@ -4,12 +4,17 @@
 
 mod support;
 
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
 use ndarray::Axis;
 use serde_json::json;
 use support::{bits, imprints, key, mlp, network, presses, recipe, run, three_folds};
 use taxel_baselines::Method;
 use taxel_data::Dataset;
-use taxel_learn::{Candidate, CrossValidation, Encoding, Model, fit, quantize_run};
+use taxel_learn::{
+    Candidate, CrossValidation, Encoding, Model, RunFolder, RunOptions, Silent, fit, quantize_run,
+};
 
 fn images() -> (Dataset, Model) {
     let images = imprints(30, 14);
@@ -122,4 +127,32 @@ fn a_run_shows_its_networks_in_eight_bits_beside_those_in_floats() {
     let text = std::fs::read(folder.file("results.json")).unwrap();
     assert_eq!(quantize_run(&folder, &dataset, &|_| {}).unwrap(), made);
     assert_eq!(std::fs::read(folder.file("results.json")).unwrap(), text);
+}
+
+#[test]
+fn resuming_keeps_the_rows_in_eight_bits_of_networks_that_are_as_they_were() {
+    let dataset = presses(45, 24);
+    let start = |options: RunOptions, out: &Path| {
+        let mut validation = CrossValidation::new(&dataset);
+        let own = network("resnet8-lite-1d", json!({}), recipe(json!({})), validation.encoder());
+        let candidates = vec![mlp(&dataset, recipe(json!({}))), own, Candidate::baseline(Method::Majority)];
+        three_folds(&dataset, candidates).run_in(out, &options, &Silent, &AtomicBool::new(false)).unwrap()
+    };
+    let names = |folder: &RunFolder| -> Vec<String> {
+        folder.results().unwrap().networks.into_iter().map(|own| own.network).collect()
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let folder = start(RunOptions::default(), dir.path());
+    quantize_run(&folder, &dataset, &|_| {}).unwrap();
+    let files = ["results.json", "metrics.jsonl", "timings.jsonl", "predictions.npz"];
+    let read = || files.map(|name| std::fs::read(folder.file(name)).unwrap());
+    let before = read();
+    let resume = RunOptions { resume: true, ..RunOptions::default() };
+    start(resume.clone(), dir.path());
+    assert!(read() == before, "nothing is trained, nothing is lost");
+    // Trained again, a network may be another one.
+    std::fs::remove_file(dir.path().join("folds/mlp.r0.f1.json")).unwrap();
+    start(resume, dir.path());
+    assert_eq!(names(&folder), ["mlp", "resnet8-lite-1d", "resnet8-lite-1d.int8", "majority"]);
+    assert_eq!(folder.finished(&dataset).unwrap().1.len(), 12);
 }
