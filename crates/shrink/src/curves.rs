@@ -280,6 +280,6 @@ fn kept_by(shared: &Shared, outers: &[Outer], step: &Step) -> Vec<String> {
 }
 
 /// Why a setting cannot be trained, on one line.
-fn said(error: &Error) -> String {
+pub fn said(error: &Error) -> String {
     error.to_string().lines().next().unwrap_or_default().to_string()
 }

@@ -12,7 +12,7 @@ use taxel_zoo::Registry;
 
 use crate::axis::Axis;
 use crate::combine::{Found, Together, together};
-use crate::curves::{Outer, Part, SHARE, Shared, curve};
+use crate::curves::{Outer, Part, SHARE, Shared, curve, said};
 use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
 use crate::ladder::{Cut, Facts, Ladder, ladder};
@@ -43,7 +43,7 @@ pub struct Finished {
     pub speed: Option<SmallSpeed>,
     /// The page.
     pub page: PathBuf,
-    /// The smaller model; none where nothing may go.
+    /// The smaller model; none where nothing may go, or where it could not be trained on all samples.
     pub model: Option<PathBuf>,
 }
 
@@ -78,7 +78,7 @@ pub fn shrink(
     let trained = trained?;
     let mut shrunk = gathered(case, &shared, options, left_out, &trained)?;
     let mut speed = None;
-    if let (Found::Combination(found), Some((model, experiment))) = (trained.found, trained.small) {
+    if let (Found::Combination(found), Some(Ok((model, experiment)))) = (trained.found, trained.small) {
         let reduction = &experiment.config().encoding.reduce;
         shrunk.models = small::pair(case, &shrunk, &found, &model, reduction)?;
         let interval = found.outer.accuracy_interval;
@@ -98,8 +98,11 @@ struct Trained {
     outers: Vec<Outer>,
     tried: Vec<(Ladder, Curve)>,
     found: Found,
-    small: Option<(Model, Experiment)>,
+    small: Option<Small>,
 }
+
+/// The smaller model, trained on everything, and its experiment; or why it could not be trained.
+type Small = std::result::Result<(Model, Experiment), String>;
 
 /// All trainings, the smaller model's last.
 fn train(shared: &Shared, desk: &mut Desk, case: &Case, plan: Plan, ladders: Vec<Ladder>) -> Result<Trained> {
@@ -127,7 +130,7 @@ fn gathered(
     left_out: Vec<(String, String)>,
     trained: &Trained,
 ) -> Result<Shrunk> {
-    let Trained { outers, tried, found, .. } = trained;
+    let Trained { outers, tried, found, small } = trained;
     let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
     let (protocol, seed) = (&case.results.protocol, case.results.seed);
     let mut notes = notes(case, shared, outers, options);
@@ -138,6 +141,11 @@ fn gathered(
             None
         }
     };
+    if let Some(Err(reason)) = small {
+        notes.push(format!(
+            "No smaller model was written: on all samples it could not be trained ({reason})."
+        ));
+    }
     Ok(Shrunk {
         run: case.results.name.clone(),
         network: shared.name.into(),
@@ -281,7 +289,7 @@ fn small_model(
     case: &Case,
     outers: &[Outer],
     found: &Together,
-) -> Result<(Model, Experiment)> {
+) -> Result<Small> {
     let dataset = shared.dataset;
     let all: Vec<usize> = (0..dataset.len()).collect();
     let facts = sensor(dataset, &all).sensor;
@@ -307,9 +315,12 @@ fn small_model(
         teacher: teacher.as_ref(),
     };
     desk.expect(1);
-    let model = desk.train(ask)?.model;
-    let experiment = desk.alone(&ask)?.clone();
-    Ok((model.of_everything(), experiment))
+    match desk.train(ask) {
+        Ok(own) if own.record.diverged => Ok(Err("its loss ended far above that of guessing".into())),
+        Ok(own) => Ok(Ok((own.model.of_everything(), desk.alone(&ask)?.clone()))),
+        Err(error) if error.is_of_setting() => Ok(Err(said(&error))),
+        Err(error) => Err(error),
+    }
 }
 
 /// What was done in less time than the run would ask.

@@ -47,6 +47,16 @@ fn planted_for(
     protocol: &str,
     test: bool,
 ) -> Planted {
+    planted_by("{ name = \"adam\", lr = 0.01 }", network, value, protocol, test)
+}
+
+fn planted_by(
+    optimizer: &str,
+    network: &'static str,
+    value: impl Fn(usize, usize, usize, usize) -> f32,
+    protocol: &str,
+    test: bool,
+) -> Planted {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("planted.npz");
     let class = |sample: usize| (sample / 2) % 4;
@@ -71,7 +81,7 @@ fn planted_for(
     let text = format!(
         "name = \"planted\"\nbaselines = [{baselines}]\n[data]\npath = {path:?}\nlayout = \"series\"\nrate = 16.0\n{test}\n\
          [protocol]\n{protocol}\n[train]\nepochs = 12\nbatch_size = 16\n\
-         optimizer = {{ name = \"adam\", lr = 0.01 }}\n[[networks]]\nname = \"{label}\"\n"
+         optimizer = {optimizer}\n[[networks]]\nname = \"{label}\"\n"
     );
     let registry = Registry::built_in();
     let experiment = Experiment::parse(&text, "planted.toml", &Overrides::default(), &registry).unwrap();
@@ -352,4 +362,27 @@ fn rows_in_eight_bits_are_neither_shrunk_nor_teachers() {
     planted.network = "dilated-resnet-1d";
     let own = planted.shrunk(&[Axis::Depth], Options::default());
     assert_eq!(own.shrunk.curves[0].rungs[0].refused, None);
+}
+
+#[test]
+fn a_smaller_model_that_diverges_on_all_samples_leaves_a_page_without_it() {
+    // What is tested has a channel so large that no network learns from it; every other training never sees it.
+    let value = |sample: usize, class: usize, channel: usize, time: usize| match (is_tested(sample), channel)
+    {
+        (true, 0) => 1e30,
+        _ => two_of_five(sample, class, channel, time),
+    };
+    let protocol = "kind = \"official\"\n[encoding]\nsignal = { scale = \"raw\" }";
+    let planted = planted_by("{ name = \"sgdm\", lr = 0.05 }", "mlp", value, protocol, true);
+    let Finished { shrunk, model, speed, page } = planted.shrunk(&[Axis::Rate], Options::default());
+    assert!(model.is_none() && speed.is_none() && shrunk.models.is_empty());
+    assert!(shrunk.combined.is_some(), "what suffices is said all the same: {:?}", shrunk.words);
+    let last = shrunk.notes.last().unwrap();
+    assert!(
+        last.starts_with("No smaller model was written: on all samples it could not be trained ("),
+        "{last}"
+    );
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains("No smaller model was written") && !page.contains("shrunk.safetensors"));
+    assert!(!planted.file("shrunk.safetensors").exists());
 }
