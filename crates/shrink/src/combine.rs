@@ -19,8 +19,6 @@ pub struct Together {
     pub cuts: Vec<Cut>,
     /// What is said of it.
     pub combined: Combined,
-    /// It beside the whole, on the test parts.
-    pub outer: Contrast,
     /// Its answers to the test parts.
     pub records: Vec<FoldRecord>,
 }
@@ -92,8 +90,8 @@ fn search(
         let answered = if does || is_last { ask(false, &cuts)? } else { None };
         if let Some((records, Some(outer))) = answered {
             let cuts = cuts.into_iter().cloned().collect();
-            let combined = Combined { parts, loosened, inner, outer: Some(outer) };
-            return Ok(Found::Combination(Box::new(Together { cuts, combined, outer, records })));
+            let combined = Combined { parts, loosened, inner, outer };
+            return Ok(Found::Combination(Box::new(Together { cuts, combined, records })));
         }
         let lost = match inner {
             Some(_) if does => "could not be trained on whole training parts".into(),
@@ -182,7 +180,7 @@ mod tests {
         let Found::Combination(own) = own else { panic!() };
         assert_eq!(own.combined.parts, ["rate 4", "bits 2"]);
         assert_eq!(own.combined.loosened[0], "Together, rate 4; bits 4 lost 5.0 points on inner folds.");
-        assert_eq!((own.combined.loosened.len(), own.outer), (2, contrast(-1.5)));
+        assert_eq!((own.combined.loosened.len(), own.combined.outer), (2, contrast(-1.5)));
         assert_eq!(asked, [3, 1], "the test parts are asked once");
     }
 

@@ -81,7 +81,7 @@ pub fn shrink(
     if let (Found::Combination(found), Some(Ok((model, experiment)))) = (trained.found, trained.small) {
         let reduction = &experiment.config().encoding.reduce;
         shrunk.models = small::pair(case, &shrunk, &found, &model, reduction)?;
-        let interval = found.outer.accuracy_interval;
+        let interval = found.combined.outer.accuracy_interval;
         let model = model.with_score(small::score(case, &found.records, interval)?);
         speed = Some(small::speed(case, network, &model)?);
         model.save(&out.join(MODEL))?;

@@ -35,7 +35,8 @@ pub fn pair(
         let Costs { parameters, bytes, macs, .. } = costs;
         Small { name: name.into(), reads, readings, accuracy, accuracy_interval, parameters, macs, bytes }
     };
-    let scored = (found.outer.accuracy, found.outer.accuracy_interval);
+    let outer = &found.combined.outer;
+    let scored = (outer.accuracy, outer.accuracy_interval);
     Ok(vec![
         small("whole", "everything".into(), reading.shape.iter().product(), shrunk.whole, whole),
         small("shrunk", reduction.words(), plan.shape().iter().product(), scored, costs),

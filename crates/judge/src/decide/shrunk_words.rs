@@ -77,17 +77,12 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
         });
         return words;
     };
-    let evidence = match (combined.outer, combined.inner) {
-        (Some(outer), _) => format!("{} on the test parts", difference(&outer)),
-        (None, Some(inner)) => format!("{} on inner folds", difference(&inner)),
-        (None, None) => "not tested".into(),
-    };
-    words.push(format!("All together ({}): {evidence}.", combined.parts.join("; ")));
-    let too_much = |own: Option<Contrast>| own.filter(|own| !own.suffices(shrunk.margin));
-    let inner = match (combined.inner, too_much(combined.inner)) {
-        (None, _) => Some("could not be trained on inner folds".into()),
-        (_, Some(own)) => Some(format!("{} on inner folds, too much", loss(&own))),
-        _ => None,
+    let evidence = difference(&combined.outer);
+    words.push(format!("All together ({}): {evidence} on the test parts.", combined.parts.join("; ")));
+    let inner = match combined.inner {
+        None => Some("could not be trained on inner folds".into()),
+        Some(own) if own.suffices(shrunk.margin) => None,
+        Some(own) => Some(format!("{} on inner folds, too much", loss(&own))),
     };
     if let Some(inner) = &inner {
         words.push(format!(
@@ -95,7 +90,7 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
              that does not matter."
         ));
     }
-    if too_much(combined.outer).is_some() {
+    if !combined.outer.suffices(shrunk.margin) {
         let unseen = if inner.is_none() { ", which the inner folds did not show" } else { "" };
         words.push(format!(
             "Together they lose more on the test parts than {} points{unseen}: ship it only if that does not matter.",
@@ -186,7 +181,7 @@ mod tests {
     }
 
     /// A run whose knees together lose so much on inner folds and on the test parts.
-    fn shrunk(together: Option<(Option<Contrast>, Option<Contrast>)>) -> Shrunk {
+    fn shrunk(together: Option<(Option<Contrast>, Contrast)>) -> Shrunk {
         Shrunk {
             run: "glove".into(),
             network: "mlp".into(),
@@ -215,7 +210,9 @@ mod tests {
     #[test]
     fn together_is_said_what_inner_folds_and_test_parts_say() {
         let (little, much) = (contrast(-1.0, 1.0), contrast(-4.0, 1.0));
-        let of = |inner, outer| shrunk_words(&shrunk(Some((inner, outer))))[1..].join(" ");
+        let of = |inner, outer: Option<Contrast>| {
+            shrunk_words(&shrunk(Some((inner, outer.unwrap()))))[1..].join(" ")
+        };
         let all = "All together (7 of 28 channels; 2 bits): -1.0 points (-2.0 to +0.0) on the test parts.";
         assert_eq!(of(little, little), all);
         let own = of(much, little);

@@ -110,7 +110,7 @@ pub struct Combined {
     /// On inner folds.
     pub inner: Option<Contrast>,
     /// On the test parts.
-    pub outer: Option<Contrast>,
+    pub outer: Contrast,
 }
 
 /// How little of the sensing and of a network suffices, by one run.
