@@ -211,15 +211,14 @@ fn a_saved_data_set_is_read_back_equal() {
     let own = own.with_full_scale(1023.0).unwrap();
     own.save(&path).unwrap();
     assert_eq!(load(&path, &Options::default()).unwrap(), own);
-    // Marks are asked for by name; what the axes are is told.
+    // What the axes are and what is tested is told.
     let marked = own.with_official(vec![true, false, false, true, false, false]).unwrap();
     let image = Dataset {
         reading: taxel_data::Reading { layout: Layout::Image, ..marked.reading.clone() },
         ..marked
     };
     image.save(&path).unwrap();
-    let asked = Options { test: Some("official".into()), ..Options::default() };
-    let read = load(&path, &asked).unwrap();
+    let read = load(&path, &Options::default()).unwrap();
     assert_eq!((&read.official, read.reading.layout), (&image.official, Layout::Image));
     assert!(own_folder_is_missing(&image, folder.path()));
 }
