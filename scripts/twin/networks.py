@@ -307,6 +307,31 @@ class DilatedResNet(nn.Module):
         return self.fc(self.drop2(self.norm(torch.cat([x.mean(2), x.amax(2), deviation], 1))))
 
 
+class RocketMember(nn.Module):
+    """A perceptron on MiniRocket's features."""
+
+    def __init__(self, features, hidden, classes):
+        super().__init__()
+        self.drop1, self.fc1 = nn.Dropout(0.3), nn.Linear(features, hidden)
+        self.bn, self.drop2 = nn.BatchNorm1d(hidden), nn.Dropout(0.2)
+        self.fc2 = nn.Linear(hidden, classes)
+
+    def forward(self, x):
+        return self.fc2(self.drop2(torch.relu(self.bn(self.fc1(self.drop1(x))))))
+
+
+class DilatedResNetRocket(DilatedResNet):
+    """taxel's own: logits of both members added; each has a loss of its own."""
+
+    def __init__(self, classes=3, in_channels=500, length=25, width=64, features=1932, hidden=32):
+        super().__init__(classes, in_channels, length, width)
+        self.rocket = RocketMember(features, hidden, classes)
+
+    def forward(self, x, features):
+        self.members = super().forward(x), self.rocket(features)
+        return self.members[0] + self.members[1]
+
+
 ACTIVE_KERNELS, PALPATION_KERNELS = [(5, 5, 3), (5, 3, 3)], [(5, 3, 8), (5, 3, 8)]
 # Filters, kernels, and the settings that differ from paper 002's second row.
 TACTNETS_3D = {
@@ -346,6 +371,8 @@ def build(name, **settings):
         return Multiscale(**settings)
     if name == "dilated-resnet-1d":
         return DilatedResNet(**settings)
+    if name == "dilated-resnet-rocket-1d":
+        return DilatedResNetRocket(**settings)
     return light(name, **settings)
 
 
@@ -376,8 +403,9 @@ def input_shapes(name, **settings):
         return [tuple(sizes[key] for key in ("in_channels", "height", "width", "frames"))]
     if name == "multiscale-cnn":
         return [(settings.get("in_channels", 2), settings.get("height", 23), settings.get("width", 300))]
-    if name == "dilated-resnet-1d":
-        return [(settings.get("in_channels", 500), settings.get("length", 25))]
+    if name.startswith("dilated-resnet"):
+        signal = (settings.get("in_channels", 500), settings.get("length", 25))
+        return [signal, (settings.get("features", 1932),)] if "rocket" in name else [signal]
     return light_input_shapes(name, **settings)
 
 

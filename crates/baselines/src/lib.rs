@@ -30,6 +30,7 @@ pub use nearest::Nearest;
 pub use ridge::{ALPHAS, Features, Ridge};
 pub use saved::Saved;
 pub use svm::{Kernel, Svm};
+pub use taxel_kernels::rocket::Work as RocketWork;
 
 use serde::{Deserialize, Serialize};
 
@@ -270,7 +271,7 @@ impl Fitted {
             Fitted::Nearest(nearest) => Memory::Nearest(vec![0.0; nearest.len()], nearest.best()),
             Fitted::MiniRocket(rocket, ridge) => {
                 let (features, products) = (vec![0.0; rocket.biases().len()], vec![0.0; ridge.classes()]);
-                Memory::MiniRocket(Box::new(rocket.rocket().work()), features, products)
+                Memory::MiniRocket(Box::new(rocket.work()), features, products)
             }
             Fitted::Svm(_) => Memory::Svm(svm::Work::default()),
         })
@@ -301,7 +302,7 @@ impl Fitted {
             (Fitted::MiniRocket(rocket, ridge), Memory::MiniRocket(work, features, products))
                 if features.len() == rocket.biases().len() && products.len() == ridge.classes() =>
             {
-                rocket.rocket().shares(recording, work, features);
+                rocket.shares(recording, work, features);
                 ridge.decide_one(features, products, scores);
                 softmax(scores, ridge.classes());
             }

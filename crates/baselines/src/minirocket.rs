@@ -12,7 +12,8 @@
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
-use taxel_kernels::rocket::{Dilated, Rocket};
+use serde::{Deserialize, Serialize};
+use taxel_kernels::rocket::{Dilated, Rocket, Work};
 
 use crate::{Error, Features, Result, Saved, Series};
 
@@ -24,6 +25,8 @@ const KERNELS: usize = 84;
 const DILATIONS: usize = 32;
 /// The most channels that one kernel reads.
 const CHANNELS: usize = 9;
+/// The most readings of a recording: shares count in floats.
+const LONGEST: usize = 1 << 24;
 
 /// What MiniRocket draws at random, dilation after dilation, 84 kernels each.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,8 +37,9 @@ pub struct Draws {
     pub channels: Vec<Vec<usize>>,
 }
 
-/// A fitted transform.
-#[derive(Debug, Clone, PartialEq)]
+/// A fitted transform. As JSON it holds everything that was drawn and fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Parts", into = "Parts")]
 pub struct MiniRocket {
     shape: [usize; 2],
     /// Dilation, and features of each kernel at it.
@@ -45,6 +49,42 @@ pub struct MiniRocket {
     biases: Vec<f32>,
     /// All of it, as the kernels read it.
     rocket: Rocket,
+}
+
+/// What a transform is made of.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Parts {
+    shape: [usize; 2],
+    dilations: Vec<(usize, usize)>,
+    channels: Vec<Vec<usize>>,
+    biases: Vec<f32>,
+}
+
+impl From<MiniRocket> for Parts {
+    fn from(MiniRocket { shape, dilations, channels, biases, .. }: MiniRocket) -> Self {
+        Parts { shape, dilations, channels, biases }
+    }
+}
+
+impl TryFrom<Parts> for MiniRocket {
+    type Error = Error;
+
+    fn try_from(Parts { shape, dilations, channels, biases }: Parts) -> Result<Self> {
+        let fits = |&(dilation, _): &(usize, usize)| {
+            dilation > 0 && dilation <= (shape[1].max(1) - 1) / (KERNEL - 1) && shape[1] < LONGEST
+        };
+        let features = dilations.iter().try_fold(0usize, |sum, (_, count)| sum.checked_add(*count));
+        let is_whole = !dilations.is_empty()
+            && dilations.iter().all(fits)
+            && channels.len() == dilations.len() * KERNELS
+            && channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < shape[0]))
+            && features.and_then(|each| each.checked_mul(KERNELS)) == Some(biases.len());
+        match is_whole {
+            true => Ok(MiniRocket::new(shape, dilations, channels, biases)),
+            false => Err(Error::Saved { tensor: "rocket".into(), reason: "does not fit the series" }),
+        }
+    }
 }
 
 /// The three places of weight 2 of each kernel, in the authors' order.
@@ -182,13 +222,27 @@ impl MiniRocket {
         Ok(Features { values, width })
     }
 
-    pub(crate) fn shape(&self) -> [usize; 2] {
-        self.shape
+    /// [`MiniRocket::transform`] of one recording, channel after channel, in memory that [`MiniRocket::work`] makes.
+    ///
+    /// # Panics
+    /// A recording, memory or features of another size.
+    pub fn shares(&self, recording: &[f32], work: &mut Work, features: &mut [f32]) {
+        self.rocket.shares(recording, work, features);
     }
 
-    /// The convolutions of one recording after the other.
-    pub(crate) fn rocket(&self) -> &Rocket {
-        &self.rocket
+    /// Memory for [`MiniRocket::shares`].
+    pub fn work(&self) -> Work {
+        self.rocket.work()
+    }
+
+    /// Number of features where so many are asked for: the multiple of 84 below, 84 at least.
+    pub fn width(features: usize) -> usize {
+        (features / KERNELS).max(1) * KERNELS
+    }
+
+    /// Channels and length of the recordings that it was fitted to.
+    pub fn shape(&self) -> [usize; 2] {
+        self.shape
     }
 
     /// Additions of the convolutions: nine readings per position and channel.
@@ -225,16 +279,8 @@ impl MiniRocket {
             .chunks_exact(widest.max(1))
             .map(row)
             .collect();
-        let features = KERNELS * dilations.iter().map(|(_, count)| count).sum::<usize>();
-        let biases = saved.sized("rocket.biases", features)?.to_vec();
-        let fits = channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < shape[0]))
-            && dilations.iter().all(|&(dilation, _)| (KERNEL - 1) * dilation / 2 * 2 < shape[1].max(1));
-        match fits && !dilations.is_empty() {
-            true => Ok(MiniRocket::new(shape, dilations, channels, biases)),
-            false => {
-                Err(Error::Saved { tensor: "rocket.channels".into(), reason: "does not fit the series" })
-            }
-        }
+        let biases = saved.get("rocket.biases")?.to_vec();
+        MiniRocket::try_from(Parts { shape, dilations, channels, biases })
     }
 }
 

@@ -44,6 +44,11 @@ impl Features {
     }
 
     /// The features, row after row.
+    pub fn into_values(self) -> Vec<f32> {
+        self.values
+    }
+
+    /// The features, row after row.
     pub fn values(&self) -> &[f32] {
         &self.values
     }

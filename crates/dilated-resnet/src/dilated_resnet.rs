@@ -45,27 +45,45 @@ impl Default for DilatedResNetConfig {
 impl Architecture for DilatedResNetConfig {
     fn graph(&self) -> Result<Graph> {
         let DilatedResNetConfig { classes, in_channels, length, width, blocks } = *self;
-        at_least(&[
-            ("classes", classes, 2),
-            ("in_channels", in_channels, 1),
-            ("length", length, 1),
-            ("width", width, 1),
-            ("blocks", blocks, 1),
-        ])?;
-        if blocks > BLOCKS.len() {
-            return Err(Error::config("blocks", blocks, "must be 1 or 2"));
-        }
+        check([classes, in_channels, length, width], blocks)?;
         let net = Network::new("dilated-resnet-1d");
         let signal = net.input("signal", &[in_channels, length]);
-        let mut x = signal.conv_bn_relu("stem", Conv::new(width, 1).no_bias()).dropout(DROPPED[0]);
-        for (name, dilation) in BLOCKS.into_iter().take(blocks) {
-            x = block(&x, name, width, dilation);
-        }
-        let largest = x.max_pool(Pool::new(length)).flatten();
-        let statistics = [&x.global_average_pool(), &largest, &x.global_standard_deviation(EPS)];
-        let pooled = net.concat("statistics", &statistics).batch_norm("norm").dropout(DROPPED[1]);
-        net.finish(&[("logits", pooled.linear("fc", classes))])
+        let logits = logits(&net, &signal, [length, width, blocks], classes);
+        net.finish(&[("logits", logits)])
     }
+}
+
+/// # Errors
+/// The first of `classes`, `in_channels`, `length`, `width` and `blocks` outside its range.
+pub(crate) fn check([classes, in_channels, length, width]: [usize; 4], blocks: usize) -> Result<()> {
+    at_least(&[
+        ("classes", classes, 2),
+        ("in_channels", in_channels, 1),
+        ("length", length, 1),
+        ("width", width, 1),
+        ("blocks", blocks, 1),
+    ])?;
+    if blocks > BLOCKS.len() {
+        return Err(Error::config("blocks", blocks, "must be 1 or 2"));
+    }
+    Ok(())
+}
+
+/// From `signal` [in_channels, length] to logits.
+pub(crate) fn logits(
+    net: &Network,
+    signal: &Flow,
+    [length, width, blocks]: [usize; 3],
+    classes: usize,
+) -> Flow {
+    let mut x = signal.conv_bn_relu("stem", Conv::new(width, 1).no_bias()).dropout(DROPPED[0]);
+    for (name, dilation) in BLOCKS.into_iter().take(blocks) {
+        x = block(&x, name, width, dilation);
+    }
+    let largest = x.max_pool(Pool::new(length)).flatten();
+    let statistics = [&x.global_average_pool(), &largest, &x.global_standard_deviation(EPS)];
+    let pooled = net.concat("statistics", &statistics).batch_norm("norm").dropout(DROPPED[1]);
+    pooled.linear("fc", classes)
 }
 
 fn block(x: &Flow, name: &str, width: usize, dilation: usize) -> Flow {

@@ -32,7 +32,7 @@ pub enum Error {
     Encoding {
         /// The data set or scene.
         source_label: String,
-        /// `signal`, `image`, `tensor` or `series`.
+        /// `signal`, `image`, `tensor`, `rocket` or `series`.
         input: &'static str,
         /// What the encoder says.
         source: taxel_encodings::Error,
@@ -42,7 +42,7 @@ pub enum Error {
     Axes {
         /// The data set or scene.
         source_label: String,
-        /// `signal`, `image`, `tensor` or `series`.
+        /// `signal`, `image`, `tensor`, `rocket` or `series`.
         input: &'static str,
         /// Shape of one sample.
         shape: Vec<usize>,

@@ -4,9 +4,10 @@
 
 use ndarray::{Array3, ArrayD, Axis};
 use serde_json::{Value, json};
+use taxel_baselines::{MiniRocket, Series};
 use taxel_data::Dataset;
 use taxel_encodings::{Layout, Scaling};
-use taxel_learn::encoding::{IMAGE, Input, SERIES, SIGNAL};
+use taxel_learn::encoding::{IMAGE, Input, ROCKET, SERIES, SIGNAL};
 use taxel_learn::{Encoder, Encoding, Error, Transform};
 
 /// An encoding as a config writes it.
@@ -97,6 +98,107 @@ fn the_quantile_code_takes_features_and_what_is_left_of_a_baseline() {
     assert!(matches!(&**then, Transform::QuantileCode(_)));
     let again = less.transform.apply(&ladder.x, "ladder").unwrap();
     assert_eq!(again.iter().take(100 * 6).copied().collect::<Vec<_>>(), less.encoded.sample(0)[..600]);
+}
+
+/// Sixteen samples 2 × 20 in two classes.
+fn waves() -> Dataset {
+    let x = Array3::from_shape_fn((16, 2, 20), |(i, c, t)| {
+        ((1 + i) as f32 * t as f32 * 0.1 + c as f32).sin() * (c + 1) as f32 + 0.2 * i as f32
+    });
+    Dataset::new("waves", Layout::Series, x.into_dyn(), &["a", "b"].repeat(8)).unwrap()
+}
+
+#[test]
+fn features_of_mini_rocket_know_the_training_part_only() {
+    let (waves, train) = (waves(), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    let rocket = json!({ "rocket": { "features": 400 } });
+    let names = [ROCKET, SERIES];
+    let fitted = inputs(rocket.clone(), &waves, &names, &train).unwrap();
+    let mut encoder = Encoder::new(&encoding(rocket.clone()), &waves);
+    encoder.prepare(&names).unwrap();
+    // The multiple of 84 below 400.
+    assert_eq!(encoder.shape(ROCKET), Some(vec![336]));
+    let cut =
+        Dataset::new("waves", Layout::Series, waves.x.select(Axis(0), &train), &["a", "b"].repeat(5)[..9])
+            .unwrap();
+    let alone = inputs(rocket.clone(), &cut, &names, &train).unwrap();
+    assert_eq!(fitted[0].transform, alone[0].transform);
+    assert_ne!(
+        fitted[0].transform,
+        inputs(rocket, &waves, &names, &[7, 8, 9, 10, 11, 12]).unwrap()[0].transform
+    );
+
+    // Shares of the z-scores that baselines read, less their mean, by their SD + 0.02, as in NumPy.
+    let of = |rows: &[usize]| -> Vec<f32> {
+        rows.iter().flat_map(|&row| fitted[1].encoded.sample(row).to_vec()).collect()
+    };
+    let seen = of(&train);
+    let plain = MiniRocket::fit(&Series::new(&seen, 2, 20).unwrap(), 400, 0, "encoding").unwrap();
+    let shares =
+        |rows: &[usize]| plain.transform(&Series::new(&of(rows), 2, 20).unwrap()).unwrap().into_values();
+    let (seen, all) = (shares(&train), shares(&(0..16).collect::<Vec<_>>()));
+    let mut blown_up = 0.0f32;
+    for feature in 0..336 {
+        let column: Vec<f64> = seen.iter().skip(feature).step_by(336).map(|&v| f64::from(v)).collect();
+        let mean = column.iter().sum::<f64>() / 9.0;
+        let sd = (column.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 9.0).sqrt();
+        let sd = if sd < 1e-7 { 1.0 } else { sd };
+        for row in 0..16 {
+            let want = (f64::from(all[row * 336 + feature]) - mean) / (sd + 0.02);
+            let got = f64::from(fitted[0].encoded.sample(row)[feature]);
+            assert!(
+                (got - want).abs() <= 1e-4 * (1.0 + want.abs()),
+                "{feature} of {row}: {got}, want {want}"
+            );
+            blown_up = blown_up.max(got.abs() as f32);
+        }
+    }
+    assert!(blown_up > 1.0 && blown_up < 50.0, "{blown_up}");
+}
+
+#[test]
+fn features_of_mini_rocket_come_back_from_json_or_are_refused() {
+    let waves = waves();
+    let rocket = json!({ "baseline": 3, "rocket": { "features": 84 } });
+    let fitted = &inputs(rocket, &waves, &[ROCKET], &[0, 1, 2, 3]).unwrap()[0];
+    let written = serde_json::to_value(&fitted.transform).unwrap();
+    let read: Transform = serde_json::from_value(written.clone()).unwrap();
+    assert_eq!(read, fitted.transform);
+    assert_eq!(read.apply(&waves.x, "waves").unwrap().as_slice().unwrap()[..84], *fitted.encoded.sample(0));
+    // What is damaged is refused, not read beyond its end.
+    let place = "/baseline/then/rocket/rocket";
+    for (key, value) in [
+        ("shape", json!([1, 20])),
+        ("shape", json!([2, 4_000_000_000_u64])),
+        ("dilations", json!([])),
+        ("dilations", json!([[9, 1]])),
+        ("dilations", json!([[0, 1]])),
+        ("dilations", json!([[1, 18_446_744_073_709_551_615_u64]])),
+        ("channels", json!([])),
+        ("channels", json!(vec![vec![2]; 84])),
+        ("biases", json!([0.5])),
+    ] {
+        let mut damaged = written.clone();
+        damaged.pointer_mut(place).unwrap()[key] = value.clone();
+        let read = serde_json::from_value::<Transform>(damaged);
+        // Another length fits by itself, but not these samples.
+        let said = match read {
+            Ok(read) => read.apply(&waves.x, "waves").unwrap_err().to_string(),
+            Err(error) => error.to_string(),
+        };
+        assert!(said.contains("does not fit the series"), "{key} = {value}: {said}");
+    }
+    let other = with(Layout::Series, ArrayD::zeros(vec![8, 2, 21]));
+    let said = fitted.transform.apply(&other.x, "other").unwrap_err().to_string();
+    assert!(said.starts_with("other: rocket: ") && said.contains("[2, 20]"), "{said}");
+}
+
+#[test]
+fn features_of_mini_rocket_need_nine_readings() {
+    let said = refusal(json!({ "rocket": {} }), &ladder(), &[ROCKET], &[0, 1, 2, 3]);
+    assert_eq!(said, "encoding.rocket: MiniRocket needs at least 9 readings in time, the recordings have 6");
+    let few: Encoding = serde_json::from_value(json!({ "rocket": { "features": 83 } })).unwrap();
+    assert_eq!(few.check().unwrap_err().key, "rocket.features");
 }
 
 #[test]

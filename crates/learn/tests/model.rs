@@ -31,11 +31,11 @@ fn encoding(value: Value) -> Encoding {
 
 /// Samples that some networks read, and how.
 fn worlds() -> Vec<(Dataset, Encoding, &'static [&'static str])> {
-    let field = json!({ "image": { "kind": "gadf", "size": 24 } });
+    let field = json!({ "image": { "kind": "gadf", "size": 24 }, "rocket": { "features": 168 } });
     let frames = json!({ "tensor": { "frames": 8 } });
     let red = json!({ "image": { "kind": "raw", "red": true } });
     vec![
-        (presses(15, 32), encoding(field), &["signal", "image"]),
+        (presses(15, 32), encoding(field), &["signal", "image", "rocket"]),
         (squeezes(15, [8, 28, 28]), encoding(frames), &["tensor"]),
         (squeezes(15, [24, 14, 14]), encoding(json!({ "tensor": {} })), &["tensor"]),
         (imprints(15, 33), encoding(red.clone()), &["image"]),

@@ -178,6 +178,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
             add(then, now, steps)?;
         }
         Transform::QuantileCode(_)
+        | Transform::Rocket(_)
         | Transform::Field(_)
         | Transform::Picture { .. }
         | Transform::Reduced { .. }
@@ -199,6 +200,7 @@ fn scale(scaling: &Scaling, steps: &mut Vec<Step>) {
 fn words(transform: &Transform) -> &'static str {
     match transform {
         Transform::QuantileCode(_) => "the quantile code of the readings (encoding.signal)",
+        Transform::Rocket(_) => "MiniRocket's features of the readings (encoding.rocket)",
         Transform::Field(_) => "the coloured Gramian angular field of the readings (encoding.image)",
         Transform::Picture { .. } => {
             "a picture, its frame chosen, coloured or resized, then scaled (encoding.image)"

@@ -301,7 +301,8 @@ impl Runner<'_> {
             let Some(shape) = encoder.shape(&node.name) else {
                 let reason = format!(
                     "reads `{}` of {wanted}, and the experiment encodes no such input: `signal` is channels × length, \
-                     `image` channels × rows × columns (encoding.image), `tensor` four axes (encoding.tensor)",
+                     `image` channels × rows × columns (encoding.image), `tensor` four axes (encoding.tensor), `rocket` \
+                     features (encoding.rocket)",
                     node.name
                 );
                 return Err(refuse(reason));

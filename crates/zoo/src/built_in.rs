@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use taxel_comparators::{LstmConfig, MlpConfig, TactNetConfig, TactResNetConfig};
-use taxel_dilated_resnet::DilatedResNetConfig;
+use taxel_dilated_resnet::{DilatedResNetConfig, DilatedResNetRocketConfig};
 use taxel_graph::Architecture;
 use taxel_hybrid_cnn::{Body, HybridConfig, Light1dConfig, Light2dConfig};
 use taxel_multiscale_cnn::MultiscaleConfig;
@@ -101,6 +101,13 @@ fn others() -> Vec<Entry> {
             "dilated-resnet",
             "taxel's own",
             [Input::signal()],
+        ),
+        Entry::of(
+            DilatedResNetRocketConfig::default(),
+            "dilated-resnet-rocket-1d",
+            "dilated-resnet",
+            "taxel's own",
+            [Input::signal(), Input::rocket()],
         ),
     ]
 }

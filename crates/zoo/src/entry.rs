@@ -16,8 +16,8 @@ pub type Settings = serde_json::Map<String, Value>;
 /// One input of a network and the configuration keys that hold its axis sizes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
-    /// `signal` (channels × time), `image` (channels × rows × columns) or `tensor` (channels × rows ×
-    /// columns × frames).
+    /// `signal` (channels × time), `image` (channels × rows × columns), `tensor` (channels × rows × columns × frames) or
+    /// `rocket` (features).
     pub name: String,
     /// Keys of the axes in order; a single key means that the whole sample is flattened into it.
     pub keys: Vec<String>,
@@ -42,6 +42,11 @@ impl Input {
     /// `image` `[in_channels, height, width]`.
     pub fn image() -> Self {
         Input::new("image", &["in_channels", "height", "width"])
+    }
+
+    /// `rocket` `[features]`.
+    pub fn rocket() -> Self {
+        Input::new("rocket", &["features"])
     }
 
     /// `tensor` `[in_channels, height, width, frames]`.
@@ -152,8 +157,9 @@ impl Entry {
                 axes: input.keys.len(),
                 reason,
             };
-            let shape = shape_of(&input.name)
-                .ok_or_else(|| refuse(format!("the experiment encodes no `{}`", input.name)))?;
+            let shape = shape_of(&input.name).ok_or_else(|| {
+                refuse(format!("the experiment encodes no `{0}` (encoding.{0})", input.name))
+            })?;
             if let [key] = &input.keys[..] {
                 settings.insert(key.clone(), shape.iter().product::<usize>().into());
             } else if input.keys.len() == shape.len() {

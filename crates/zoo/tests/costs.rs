@@ -11,7 +11,7 @@ use published::{
 use taxel_zoo::{Settings, built_in, find, matlab};
 
 /// Name, parameters, batch-norm statistics, MACs of one sample.
-const COUNTED: [(&str, u64, Option<u64>, u64); 33] = [
+const COUNTED: [(&str, u64, Option<u64>, u64); 34] = [
     ("mlp", 32_515, Some(0), 32_384),
     ("lstm", 69_507, Some(0), 3_405_184),
     ("tactnet4", 11_235, Some(112), 3_003_456),
@@ -35,6 +35,7 @@ const COUNTED: [(&str, u64, Option<u64>, u64); 33] = [
     ("tactnet3d-51", 69_779_048, None, 2_258_454_016),
     ("multiscale-cnn", 2_180_011, None, 7_488_856),
     ("dilated-resnet-1d", 82_755, Some(1_024), 2_029_376),
+    ("dilated-resnet-rocket-1d", 144_774, Some(1_088), 2_091_296),
     ("mobilenet-v2", 2_231_558, Some(34_112), 299_501_952),
     ("mobilenet-v2-split", 3_132_284, None, 392_658_240),
     ("alexnet", 57_028_422, Some(0), 710_117_056),

@@ -57,7 +57,10 @@ fn a_network_of_ones_own_says_what_is_wrong_with_it() {
     assert_eq!(refusal, "mine: fc: must have at least one output");
     assert_eq!(entry.fit(3, |_| Some(vec![5, 50])).unwrap()["in_features"], 250);
     let refusal = entry.fit(3, |_| None).unwrap_err().to_string();
-    assert_eq!(refusal, "mine reads `signal` with 1 axes; the experiment encodes no `signal`");
+    assert_eq!(
+        refusal,
+        "mine reads `signal` with 1 axes; the experiment encodes no `signal` (encoding.signal)"
+    );
 }
 
 /// Sisters share their settings, not their layers and not the papers' values.

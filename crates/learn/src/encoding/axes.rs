@@ -3,7 +3,7 @@
 use ndarray::{ArrayD, Axis};
 use taxel_encodings::{Layout, Reduction};
 
-use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
+use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
 use crate::error::{Error, Result};
 
 pub(super) fn refused(source: &str, input: &'static str, error: taxel_encodings::Error) -> Error {
@@ -14,6 +14,7 @@ pub(super) fn wrong_axes(x: &ArrayD<f32>, input: &'static str, source: &str) -> 
     let shape = x.shape().get(1..).unwrap_or_default().to_vec();
     let reason = match input {
         SIGNAL => "a signal is [N, C, T], [N, F] or [N, fingers, C, T]",
+        ROCKET => "MiniRocket's features are made of [N, C, T], [N, T] or [N, fingers, C, T]",
         SERIES => "its axes are not those of its layout",
         TENSOR => "a tactile tensor is made of squeezes [N, T, H, W]",
         _ => {

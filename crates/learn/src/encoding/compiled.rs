@@ -6,7 +6,8 @@ use taxel_encodings::{
 };
 
 use super::axes::{refused, wrong_axes};
-use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
+use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
+use super::rocket::RocketPlan;
 use super::transform::Transform;
 use crate::error::{Error, Result};
 
@@ -48,6 +49,7 @@ enum Work {
         channels: usize,
     },
     Code(Box<CodePlan>),
+    Rocket(Box<RocketPlan>),
     Field(Box<ImagePlan>),
     Frame {
         frame: Frame,
@@ -130,6 +132,11 @@ impl Compiled {
                 let plan = code.plan(channels, length).map_err(refuse)?;
                 Ok(self.push(Work::Code(Box::new(plan)), code.shape(channels, length).to_vec()))
             }
+            (Transform::Rocket(rocket), &[.., length]) if shape.len() <= 2 => {
+                let channels = shape.iter().product::<usize>() / length.max(1);
+                let plan = rocket.plan([channels, length], &source)?;
+                Ok(self.push(Work::Rocket(Box::new(plan)), vec![rocket.width()]))
+            }
             (Transform::Rows(scaling), &[.., length]) if shape.len() <= 2 => {
                 let channels = shape.iter().product::<usize>() / length.max(1);
                 Ok(self.push(scale(scaling, channels), vec![1, channels, length]))
@@ -176,6 +183,7 @@ impl Compiled {
                 Err(Error::Axes { source_label: source, input: SIGNAL, shape: shape.to_vec(), reason })
             }
             (Transform::Signal(_) | Transform::QuantileCode(_), _) => Err(wrong(SIGNAL)),
+            (Transform::Rocket(_), _) => Err(wrong(ROCKET)),
             (Transform::Tensor { .. }, _) => Err(wrong(TENSOR)),
             _ => Err(wrong(IMAGE)),
         }
@@ -244,6 +252,7 @@ impl Work {
             }
             Work::Scale { scaling, channels } => scaling.encode(*channels, from, to)?,
             Work::Code(plan) => plan.encode(from, to)?,
+            Work::Rocket(plan) => plan.encode(from, to)?,
             Work::Field(plan) => plan.encode(from, to)?,
             Work::Frame { frame, shape } => {
                 let at = frame.pick_of(*shape, from)?;

@@ -9,7 +9,8 @@ use taxel_encodings::{Layout, Method, NumaTac, QuantileCode, Resize, Scaling, Ta
 use taxel_guard::Guard;
 
 use super::guarding::{fitted_guard, mended};
-use super::names::{IMAGE, SERIES, SIGNAL, TENSOR};
+use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
+use super::rocket::{Features, Rocket};
 use super::scale::{Scale, Scaled};
 use super::settings::{Encoding, Image, Picture, SqueezeFrame, reduction_problem};
 use super::signal::{Code, Signal};
@@ -63,7 +64,7 @@ impl Encoded {
 /// One input, fitted for a fold.
 #[derive(Debug, Clone)]
 pub struct Input {
-    /// `signal`, `image`, `tensor` or `series`.
+    /// `signal`, `image`, `tensor`, `rocket` or `series`.
     pub name: &'static str,
     /// How it was made.
     pub transform: Transform,
@@ -115,13 +116,13 @@ impl<'a> Encoder<'a> {
     pub fn prepare(&mut self, names: &[&str]) -> Result<()> {
         let baseline = self.encoding.baseline;
         let missing = |own: &Self, name| names.contains(&name) && own.shape(name).is_none();
+        let layout = self.dataset.reading.layout;
+        // The channels of all fingers side by side.
+        let flat = |then: Transform| match layout {
+            Layout::Fingers => Transform::Series { layout, then: Box::new(then) },
+            _ => then,
+        };
         if missing(self, SIGNAL) {
-            let layout = self.dataset.reading.layout;
-            // The channels of all fingers side by side.
-            let flat = |then: Transform| match layout {
-                Layout::Fingers => Transform::Series { layout, then: Box::new(then) },
-                _ => then,
-            };
             match self.encoding.signal {
                 Signal::Scaled(Scaled { scale }) => match self.scaling(scale)? {
                     Some(own) => self.encode_now(SIGNAL, flat(Transform::Signal(own).less(baseline)))?,
@@ -133,6 +134,10 @@ impl<'a> Encoder<'a> {
                 }
             }
         }
+        if let Some(Features { features }) = self.encoding.rocket.filter(|_| missing(self, ROCKET)) {
+            let rocket = Transform::Rocket(Box::new(Rocket::new(features)));
+            self.fit_later(ROCKET, flat(rocket.less(baseline)))?;
+        }
         if let Some(tensor) = self.encoding.tensor.filter(|_| missing(self, TENSOR)) {
             let frames = TactileTensor { frames: tensor.frames };
             self.plan(tensor.scale, baseline, |scaling| Transform::Tensor { tensor: frames, scaling })?;
@@ -141,7 +146,6 @@ impl<'a> Encoder<'a> {
             self.image(&image, baseline)?;
         }
         if missing(self, SERIES) {
-            let layout = self.dataset.reading.layout;
             let signal = Transform::Signal(Scaling::Raw);
             let transform = match baseline {
                 Some(_) => signal.less(baseline),

@@ -6,5 +6,7 @@ pub const SIGNAL: &str = "signal";
 pub const IMAGE: &str = "image";
 /// Input of 3D networks: channels × rows × columns × frames.
 pub const TENSOR: &str = "tensor";
+/// Input beside a signal: features.
+pub const ROCKET: &str = "rocket";
 /// Input of baselines: channels × time.
 pub const SERIES: &str = "series";

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use taxel_data::Reading;
 use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Layout, Method, Reduction};
 
-use super::names::{IMAGE, TENSOR};
+use super::names::{IMAGE, ROCKET, TENSOR};
 use super::range::Range;
+use super::rocket::Features;
 use super::scale::{Scale, Scaled, no_colours};
 use super::signal::Signal;
 use crate::problem::{Check, Problem, require, within};
@@ -31,6 +32,9 @@ pub struct Encoding {
     /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tensor: Option<Tensor>,
+    /// `rocket` [N, features], MiniRocket's features for networks that read them beside a signal; none without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rocket: Option<Features>,
     /// A guard before all inputs, networks and baselines alike: it is fitted on the training part of a fold, and replaces
     /// what broken channels and taxels read in all other samples, before anything is encoded. Default false.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
@@ -165,6 +169,7 @@ impl Encoding {
         Encoding {
             image: image.filter(|_| inputs.contains(&IMAGE)),
             tensor: tensor.filter(|_| inputs.contains(&TENSOR)),
+            rocket: inputs.contains(&ROCKET).then(Features::default),
             ..Encoding::default()
         }
     }
@@ -185,6 +190,9 @@ impl Encoding {
         if let Some(tensor) = self.tensor {
             within("tensor.frames", tensor.frames.unwrap_or(1), 1, 4096)?;
             no_colours("tensor.scale", tensor.scale)?;
+        }
+        if let Some(rocket) = self.rocket {
+            rocket.check().map_err(|problem| problem.below("rocket"))?;
         }
         self.image.as_ref().map_or(Ok(()), |image| image.check().map_err(|problem| problem.below("image")))
     }

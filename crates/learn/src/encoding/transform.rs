@@ -9,7 +9,8 @@ use taxel_encodings::{
 };
 
 use super::axes::{image_axes, less_baseline, reduced, refused, series, signal_axes, wrong_axes};
-use super::names::{IMAGE, SIGNAL, TENSOR};
+use super::names::{IMAGE, ROCKET, SIGNAL, TENSOR};
+use super::rocket::Rocket;
 use crate::error::Result;
 
 /// How raw samples `[N, ..]` become one input; everything that was fitted is in it.
@@ -20,6 +21,8 @@ pub enum Transform {
     Signal(Scaling),
     /// `[N, C, T]` (or `[N, F]` as one channel) as ramps and z-scores `[N, rows, steps]`.
     QuantileCode(QuantileCode),
+    /// `[N, C, T]` (or `[N, F]` as one channel) as features `[N, features]`.
+    Rocket(Box<Rocket>),
     /// `[N, H, W]` as `[N, 1, H, W]`, or `[N, C, H, W]`, scaled per channel.
     Image(Scaling),
     /// `[N, C, T]` as a coloured Gramian angular field `[N, C, H, W]`.
@@ -96,6 +99,7 @@ impl Transform {
             | Transform::Reduced { then, .. } => return then.rest(),
             Transform::Signal(_)
             | Transform::QuantileCode(_)
+            | Transform::Rocket(_)
             | Transform::Field(_)
             | Transform::Numatac { .. }
             | Transform::Rows(_) => {
@@ -135,6 +139,7 @@ impl Transform {
     pub(super) fn scaled_shape(&self, shape: &[usize]) -> Vec<usize> {
         match (self, shape) {
             (Transform::QuantileCode(code), &[channels, length]) => code.shape(channels, length).to_vec(),
+            (Transform::Rocket(rocket), _) => vec![rocket.width()],
             (
                 Transform::Series { then, .. }
                 | Transform::Baseline { then, .. }
@@ -149,6 +154,7 @@ impl Transform {
     pub(super) fn input(&self) -> &'static str {
         match self {
             Transform::Signal(_) | Transform::QuantileCode(_) => SIGNAL,
+            Transform::Rocket(_) => ROCKET,
             Transform::Tensor { .. } => TENSOR,
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
@@ -172,6 +178,11 @@ impl Transform {
         let wrong = |_| wrong_axes(x, input, source);
         match self {
             Transform::Signal(_) | Transform::QuantileCode(_) => signal_axes(x.clone(), SIGNAL, source),
+            Transform::Rocket(rocket) => {
+                let x = signal_axes(x.clone(), ROCKET, source)?;
+                rocket.check(x.len_of(Axis(2)))?;
+                Ok(x)
+            }
             Transform::Rows(_) => Ok(signal_axes(x.clone(), IMAGE, source)?.insert_axis(Axis(1))),
             Transform::Baseline { readings, then } => {
                 then.shape(&less_baseline(x.clone(), *readings, source)?, source)
@@ -232,6 +243,10 @@ impl Transform {
                 let view = view.map_err(|_| wrong_axes(&x, input, source))?;
                 return Ok(code.encode_batch(view).map_err(refuse)?.into_dyn());
             }
+            Transform::Rocket(rocket) => {
+                let view = x.view().into_dimensionality::<Ix3>();
+                return rocket.encode_batch(view.map_err(|_| wrong_axes(&x, input, source))?, source);
+            }
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
             | Transform::Reduced { then, .. } => return then.scale(x, source),
@@ -258,6 +273,11 @@ impl Transform {
                 let view = train.view().into_dimensionality::<Ix3>();
                 let view = view.map_err(|_| wrong_axes(&train.to_owned(), self.input(), source))?;
                 Transform::QuantileCode(code.fit(view).map_err(refuse)?)
+            }
+            Transform::Rocket(rocket) => {
+                let view = train.view().into_dimensionality::<Ix3>();
+                let view = view.map_err(|_| wrong_axes(&train.to_owned(), self.input(), source))?;
+                Transform::Rocket(Box::new(rocket.fit(view, source)?))
             }
             Transform::Image(_) => Transform::Image(fitted()?),
             Transform::Field(field) => Transform::Field(field),

@@ -146,13 +146,15 @@ pub fn bits(values: &[f32]) -> Vec<u32> {
 /// Light networks and all baselines, with what they learn from.
 pub fn candidates() -> (Dataset, Encoding, Vec<Candidate>) {
     let dataset = presses(24, 40);
-    let encoding: Encoding =
-        serde_json::from_value(json!({ "image": { "kind": "gadf", "size": 24 } })).unwrap();
+    let encoding: Encoding = serde_json::from_value(
+        json!({ "image": { "kind": "gadf", "size": 24 }, "rocket": { "features": 84 } }),
+    )
+    .unwrap();
     let mut validation = CrossValidation::new(&dataset).encoding(encoding.clone());
     let encoder = validation.encoder();
     let own = || recipe(json!({ "epochs": 1 }));
     let mut candidates = vec![mlp(&dataset, own())];
-    for name in ["resnet8-lite-1d", "vgg6-lite-2d", "hybrid-resvgg"] {
+    for name in ["resnet8-lite-1d", "vgg6-lite-2d", "hybrid-resvgg", "dilated-resnet-rocket-1d"] {
         candidates.push(network(name, json!({}), own(), encoder));
     }
     candidates.extend(Method::all().map(Candidate::baseline));

@@ -7,6 +7,7 @@ use taxel_encodings::{
     Resize, Scaling, TactileTensor,
 };
 use taxel_learn::Transform;
+use taxel_learn::encoding::Rocket;
 
 fn z_score(channels: usize) -> Scaling {
     let mean = (0..channels).map(|c| 0.3 * c as f32 - 1.0).collect();
@@ -25,6 +26,12 @@ pub fn samples(shape: &[usize]) -> ArrayD<f32> {
 fn code() -> Transform {
     let x = samples(&[2, 30]).into_dimensionality().unwrap();
     Transform::QuantileCode(QuantileCode::new(64, 7).fit(x.view()).unwrap())
+}
+
+/// MiniRocket's features of samples of two channels.
+fn rocket() -> Transform {
+    let x = samples(&[2, 30]).into_dimensionality().unwrap();
+    Transform::Rocket(Box::new(Rocket::new(170).fit(x.view(), "samples").unwrap()))
 }
 
 fn picture(frame: Option<Frame>, red: bool, resize: Option<[usize; 2]>, channels: usize) -> Transform {
@@ -67,6 +74,8 @@ pub fn transforms() -> Vec<(Transform, Vec<usize>)> {
         (Transform::Rows(z_score(4)), vec![4, 11]),
         (code(), vec![2, 30]),
         (after(4, code()), vec![2, 30]),
+        (rocket(), vec![2, 30]),
+        (after(4, rocket()), vec![2, 30]),
         (Transform::Image(z_score(1)), vec![6, 7]),
         (Transform::Image(z_score(3)), vec![3, 6, 7]),
         (field(Range::PerSample, Colormap::Jet), vec![3, 17]),
