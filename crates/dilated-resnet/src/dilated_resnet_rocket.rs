@@ -18,7 +18,7 @@ const DROPPED: [f32; 2] = [0.3, 0.2];
 /// What the sum, the network and the perceptron count in training.
 const WEIGHTS: [f32; 3] = [0.0, 1.0, 1.0];
 
-/// `signal` [in_channels, length] and `rocket` [features] → logits `[classes]`, and those of each member.
+/// `signal` `[in_channels, length]` and `rocket` `[features]` → logits `[classes]`, and those of each member.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DilatedResNetRocketConfig {
