@@ -188,6 +188,24 @@ fn features_of_mini_rocket_come_back_from_json_or_are_refused() {
         };
         assert!(said.contains("does not fit the series"), "{key} = {value}: {said}");
     }
+    // Numbers of features that no config could ask for are refused before they are counted with.
+    for features in [0, 83, u64::MAX] {
+        let mut damaged = written.clone();
+        damaged.pointer_mut("/baseline/then/rocket").unwrap()["features"] = json!(features);
+        let read: Transform = serde_json::from_value(damaged).unwrap();
+        let said = read.apply(&waves.x, "waves").unwrap_err().to_string();
+        assert!(said.contains("encoding.rocket.features"), "{features}: {said}");
+    }
+    // A scale that takes readings beyond the largest float is refused by both ways.
+    let mut damaged = written;
+    damaged.pointer_mut("/baseline/then/rocket/readings/z-score").unwrap()["sd"] = json!([1e-38, 1.0]);
+    let read: Transform = serde_json::from_value(damaged).unwrap();
+    let said = read.apply(&(&waves.x * 1e3), "waves").unwrap_err().to_string();
+    assert!(said.contains("inf"), "{said}");
+    let reading: Vec<f32> = waves.x.iter().take(40).map(|v| v * 1e3).collect();
+    let said =
+        read.compile(&[2, 20], "one").unwrap().encode(&reading, &mut [0.0; 84]).unwrap_err().to_string();
+    assert!(said.contains("inf"), "{said}");
     let other = with(Layout::Series, ArrayD::zeros(vec![8, 2, 21]));
     let said = fitted.transform.apply(&other.x, "other").unwrap_err().to_string();
     assert!(said.starts_with("other: rocket: ") && said.contains("[2, 20]"), "{said}");

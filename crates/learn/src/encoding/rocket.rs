@@ -64,8 +64,10 @@ impl Rocket {
     }
 
     /// # Errors
-    /// Recordings of fewer than 9 readings.
+    /// A number of features out of range, recordings of fewer than 9 readings.
     pub(super) fn check(&self, length: usize) -> Result<()> {
+        let Rocket { features, .. } = *self;
+        Features { features }.check().map_err(|problem| problem.below("encoding.rocket"))?;
         MiniRocket::kernels(length, self.features).map(drop).map_err(refused_by_rocket)
     }
 
@@ -149,7 +151,13 @@ impl RocketPlan {
     /// # Errors
     /// A sample or features of another size, readings that are not finite.
     pub fn encode(&mut self, sample: &[f32], to: &mut [f32]) -> taxel_encodings::Result<()> {
-        self.readings.encode(self.rocket.shape()[0], sample, &mut self.scaled)?;
+        let [channels, length] = self.rocket.shape();
+        self.readings.encode(channels, sample, &mut self.scaled)?;
+        // A scale may take a large reading beyond the largest float.
+        if let Some(at) = self.scaled.iter().position(|v| !v.is_finite()) {
+            let place = format!("reading {} of channel {}, scaled,", at % length, at / length);
+            return Err(taxel_encodings::Error::NonFinite { place, value: self.scaled[at] });
+        }
         self.rocket.shares(&self.scaled, &mut self.work, &mut self.features);
         self.shares.encode(self.features.len(), &self.features, to)
     }
