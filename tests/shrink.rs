@@ -32,16 +32,25 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
     let (run, data) = (at("run"), at("more.npz"));
     done(&["run", QUICKSTART, "--quick", "--set", "baselines=[\"majority\"]", "--out", &run]);
     // So little training knows nothing: any loss will do.
-    let shrink =
-        ["shrink", &run, "--network", "mlp", "--axes", "rate,bits,resolution", "--quick", "--margin", "100"];
+    let shrink = [
+        "shrink",
+        &run,
+        "--network",
+        "mlp",
+        "--axes",
+        "rate,bits,resolution,width",
+        "--quick",
+        "--margin",
+        "100",
+    ];
     let output = taxel(&[&shrink[..], &["--json"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("mlp: 42 trainings at most, about "));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("mlp: 60 trainings at most, about "));
     let all: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(all["shrunk"]["curves"].as_array().unwrap().len(), 2);
+    assert_eq!(all["shrunk"]["curves"].as_array().unwrap().len(), 3);
     assert_eq!(all["shrunk"]["left_out"][0][0], "Resolution of the array");
     let parts = all["shrunk"]["combined"]["parts"].as_array().unwrap();
-    assert_eq!(parts[1], "1 bit", "{parts:?}");
+    assert_eq!((&parts[1], &parts[2]), (&"1 bit".into(), &"1/16 of the channels".into()), "{parts:?}");
 
     let model = at("run/shrink/shrunk.safetensors");
     let card = done(&["inspect", &model]);

@@ -13,7 +13,7 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use taxel_kernels::rocket::{Dilated, Rocket, Work};
+use taxel_kernels::rocket::{Dilated, LONGEST, Rocket, Work};
 
 use crate::{Error, Features, Result, Saved, Series};
 
@@ -25,8 +25,6 @@ const KERNELS: usize = 84;
 const DILATIONS: usize = 32;
 /// The most channels that one kernel reads.
 const CHANNELS: usize = 9;
-/// The most readings of a recording: shares count in floats.
-const LONGEST: usize = 1 << 24;
 
 /// What MiniRocket draws at random, dilation after dilation, 84 kernels each.
 #[derive(Debug, Clone, PartialEq, Eq)]

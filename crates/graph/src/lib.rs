@@ -38,6 +38,7 @@ mod spec;
 mod state;
 mod transfer;
 mod weights;
+mod width;
 mod window;
 
 pub use builder::Network;

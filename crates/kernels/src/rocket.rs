@@ -11,6 +11,8 @@ use crate::simd::{Level, Simd, at_level, level};
 
 /// Length of a kernel.
 const TAPS: usize = 9;
+/// Recordings have fewer readings: counts are floats.
+pub const LONGEST: usize = 1 << 24;
 /// Vectors of positions that are convolved side by side.
 const WIDE: usize = 4;
 /// Values beyond the end of a row that vectors may touch: of the widest level.
@@ -76,8 +78,7 @@ impl Rocket {
             assert!(own.counted.start < own.counted.end && own.counted.end <= length, "positions outside");
             assert!(own.dilation <= length, "a dilation beyond the recording");
         }
-        // Counts are floats.
-        assert!(length < 1 << 24, "recordings of {length} readings");
+        assert!(length < LONGEST, "recordings of {length} readings");
         let margin = TAPS / 2 * convolutions.iter().map(|own| own.dilation).max().unwrap_or(0);
         let mut biases = vec![];
         for own in &convolutions {

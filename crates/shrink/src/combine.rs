@@ -138,7 +138,7 @@ mod tests {
         let step = |at: usize| Step {
             label: format!("{axis} {at}"),
             short: at.to_string(),
-            cut: Cut::Set("width", at),
+            cut: Cut::Set("width", toml::Value::Integer(at as i64)),
         };
         let rung = |at: usize| Rung {
             label: format!("{axis} {at}"),
@@ -165,8 +165,14 @@ mod tests {
         let mut asked = [0, 0];
         let found = search(tried, 2.0, &mut |is_inner, cuts| {
             asked[usize::from(!is_inner)] += 1;
-            let at: Vec<usize> =
-                cuts.iter().map(|cut| if let Cut::Set(_, at) = cut { *at } else { panic!() }).collect();
+            let at: Vec<usize> = cuts
+                .iter()
+                .map(
+                    |cut| {
+                        if let Cut::Set(_, at) = cut { at.as_integer().unwrap() as usize } else { panic!() }
+                    },
+                )
+                .collect();
             let lost = if is_inner { inner(&at) } else { outer(&at) };
             Ok(lost.map(|lost| (vec![], Some(contrast(-lost)))))
         });

@@ -6,7 +6,7 @@ use taxel_data::{Dataset, Fold};
 use taxel_judge::{Contrast, Curve, Rung, contrasts, knee, knee_words};
 use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
 use taxel_trainer::Alone;
-use toml::{Table, Value};
+use toml::Table;
 
 use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
@@ -93,8 +93,7 @@ impl Shared<'_> {
                     Reduction { converter, ..Reduction::default() }
                 }
                 Cut::Set(key, value) => {
-                    let value = Value::Integer(i64::try_from(*value).unwrap_or(i64::MAX));
-                    changes.set.extend(Table::from_iter([((*key).to_string(), value)]));
+                    changes.set.extend(Table::from_iter([((*key).to_string(), value.clone())]));
                     Reduction::default()
                 }
             };

@@ -2,6 +2,8 @@
 
 use taxel_data::{Layout, Reading};
 use taxel_learn::Reduction;
+use taxel_zoo::WIDTH_MULT;
+use toml::Value;
 
 use crate::axis::Axis;
 use crate::sensors::{called, sensors};
@@ -20,8 +22,8 @@ pub enum Cut {
     Reduce(Reduction),
     /// So many bits over the range of the readings, which each training part says where nobody else does.
     Bits(u32),
-    /// A number among the network's settings.
-    Set(&'static str, usize),
+    /// A value among the network's settings.
+    Set(&'static str, Value),
 }
 
 /// One setting.
@@ -54,6 +56,8 @@ pub struct Facts<'a> {
     pub reading: &'a Reading,
     /// A number of the network's settings, where it has it.
     pub number: &'a dyn Fn(&str) -> Option<usize>,
+    /// What multiplies the network's channels, where something may.
+    pub width_mult: Option<f64>,
     /// Whether it has to be quick.
     pub quick: bool,
 }
@@ -63,7 +67,7 @@ pub struct Facts<'a> {
 /// # Errors
 /// Why there are none.
 pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
-    let Facts { reading, number, quick } = *facts;
+    let Facts { reading, number, width_mult, quick } = *facts;
     let (layout, shape) = (reading.layout, reading.shape.as_slice());
     let (_, readings, _) = reading.around_time();
     let in_time = || match layout.time_axis() {
@@ -97,21 +101,18 @@ pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
             let [rows, columns] = area(layout, shape).ok_or(format!("{} has no area", layout.describe()))?;
             (format!("{rows} × {columns} taxels"), format!("{rows} × {columns}"), pools(rows, columns))
         }
-        Axis::Width => {
-            let all = number("width").ok_or_else(|| none("width"))?;
-            (
-                format!("width {all}"),
-                all.to_string(),
-                sizes("width", all, |own| format!("width {own} of {all}")),
-            )
-        }
+        Axis::Width => match (number("width"), width_mult) {
+            (Some(all), _) => (format!("width {all}"), all.to_string(), widths(all)),
+            (None, Some(all)) => ("all channels of the layers".into(), "all".into(), narrower(all)),
+            (None, None) => return Err("it is no network that taxel can build narrower".into()),
+        },
         Axis::Depth => {
             let all = number("blocks").ok_or_else(|| none("blocks"))?;
             let label = |own: usize| format!("{own} of {all} blocks");
             let steps = (1..all).rev().map(|own| Step {
                 label: label(own),
                 short: own.to_string(),
-                cut: Cut::Set("blocks", own),
+                cut: Cut::Set("blocks", number_of(own)),
             });
             (format!("{all} blocks"), all.to_string(), steps.collect())
         }
@@ -219,10 +220,28 @@ fn pools(rows: usize, columns: usize) -> Vec<Step> {
     [2, 3, 4, 6, 8, 12, 16].into_iter().filter(fits).map(step).collect()
 }
 
-fn sizes(key: &'static str, all: usize, label: impl Fn(usize) -> String) -> Vec<Step> {
-    let step = |own: usize| Step { label: label(own), short: own.to_string(), cut: Cut::Set(key, own) };
+fn widths(all: usize) -> Vec<Step> {
+    let step = |own: usize| Step {
+        label: format!("width {own} of {all}"),
+        short: own.to_string(),
+        cut: Cut::Set("width", number_of(own)),
+    };
     let halves = (1..).map(|power| all >> power);
     halves.take_while(|own| *own >= 2).take(5).map(step).collect()
+}
+
+/// A half to a sixteenth of the channels that a network has `width_mult` times of.
+fn narrower(width_mult: f64) -> Vec<Step> {
+    let step = |part: u32| Step {
+        label: format!("1/{part} of the channels"),
+        short: format!("1/{part}"),
+        cut: Cut::Set(WIDTH_MULT, Value::Float(width_mult / f64::from(part))),
+    };
+    [2, 4, 8, 16].map(step).to_vec()
+}
+
+fn number_of(own: usize) -> Value {
+    Value::Integer(i64::try_from(own).unwrap_or(i64::MAX))
 }
 
 #[cfg(test)]
@@ -232,7 +251,7 @@ mod tests {
     fn of(axis: Axis, layout: Layout, shape: &[usize], quick: bool) -> Result<Vec<String>, String> {
         let reading = Reading { rate: Some(100.0), ..Reading::new(layout, shape) };
         let number = |key: &str| (key == "width").then_some(64);
-        let facts = Facts { reading: &reading, number: &number, quick };
+        let facts = Facts { reading: &reading, number: &number, width_mult: None, quick };
         ladder(axis, &facts).map(|own| own.steps.into_iter().map(|step| step.short).collect())
     }
 
@@ -251,6 +270,21 @@ mod tests {
         assert_eq!(many, ["14", "10", "7", "5", "4", "3", "2", "1"]);
         let quick = of(Axis::Bits, Layout::Series, &[5, 50], true).unwrap_or_default();
         assert_eq!(quick, ["5", "3", "1"]);
+    }
+
+    #[test]
+    fn a_network_without_a_width_of_its_own_has_shares_of_what_multiplies_it() {
+        let reading = Reading::new(Layout::Image, &[28, 50]);
+        let of = |width_mult| {
+            let facts = Facts { reading: &reading, number: &|_| None, width_mult, quick: false };
+            ladder(Axis::Width, &facts).map(|own| own.steps)
+        };
+        let steps = of(Some(0.5)).unwrap_or_default();
+        let cuts: Vec<Cut> = steps.iter().map(|step| step.cut.clone()).collect();
+        let want = [0.25, 0.125, 0.0625, 0.03125].map(|own| Cut::Set("width_mult", Value::Float(own)));
+        assert_eq!(cuts, want);
+        assert_eq!(steps.first().map(|step| step.label.as_str()), Some("1/2 of the channels"));
+        assert!(of(None).is_err_and(|why| why.contains("narrower")));
     }
 
     #[test]

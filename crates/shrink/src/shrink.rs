@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
 use taxel_judge::{Case, Criteria, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
-use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, clean, sensor};
+use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
 use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
 
@@ -236,9 +236,7 @@ fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
 
 fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options: &Options) -> Shared<'a> {
     let reading = &case.dataset.reading;
-    let config = experiment.config();
-    let trained = config.networks.iter().find(|own| own.label == network || own.label == clean(network));
-    let fewer = || trained.map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
+    let fewer = || experiment.network(network).map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
     let epochs = options.epochs.or(options.quick.then(fewer).flatten());
     let is_sound = |own: &&NetworkResults| {
         // A row in eight bits is no network of the experiment: inner folds cannot train it.
@@ -270,7 +268,8 @@ fn ladders(
     options: &Options,
 ) -> (Vec<Ladder>, Vec<(String, String)>) {
     let number = |key: &str| experiment.number(network, key, registry);
-    let facts = Facts { reading: &dataset.reading, number: &number, quick: options.quick };
+    let width_mult = experiment.width_mult(network, registry);
+    let facts = Facts { reading: &dataset.reading, number: &number, width_mult, quick: options.quick };
     let (mut found, mut left_out) = (vec![], vec![]);
     let wanted: BTreeSet<Axis> = options.axes.iter().copied().collect();
     for axis in wanted {

@@ -1,7 +1,7 @@
 //! One network of an experiment by itself, on less of every sample or in another size.
 
 use taxel_learn::{Problem, Reduction, clean};
-use taxel_zoo::Registry;
+use taxel_zoo::{Entry, Registry, WIDTH_MULT};
 use toml::{Table, Value};
 
 use crate::config::Baseline;
@@ -68,13 +68,32 @@ impl Experiment {
     /// A whole number among the settings of one of its networks, such as a width: what the config says, or else the
     /// network's own default. None of a baseline, of a network from a file, and where it has no such setting.
     pub fn number(&self, name: &str, key: &str, registry: &Registry) -> Option<usize> {
-        let label = |own: &&Network| own.label == name || own.label == clean(name);
-        let network = self.config.networks.iter().find(label)?;
-        if network.source().is_some() {
-            return None;
-        }
-        let default = registry.find(&network.name).ok()?.number(key)?;
+        let (network, entry) = self.registered(name, registry)?;
+        let default = entry.number(key)?;
         let own = network.set.get(key).and_then(Value::as_integer);
         Some(own.and_then(|value| usize::try_from(value).ok()).unwrap_or(default))
+    }
+
+    /// What multiplies the channels of one of its networks ([`WIDTH_MULT`]). None of a baseline, and of a network that is
+    /// not from the registry or has no such setting.
+    pub fn width_mult(&self, name: &str, registry: &Registry) -> Option<f64> {
+        let (network, entry) = self.registered(name, registry)?;
+        let default = entry.width_mult()?;
+        let own = network
+            .set
+            .get(WIDTH_MULT)
+            .and_then(|own| own.as_float().or(own.as_integer().map(|own| own as f64)));
+        Some(own.unwrap_or(default))
+    }
+
+    /// One of its networks by the name that tables give it, trained under faults or not. None of a baseline.
+    pub fn network(&self, name: &str) -> Option<&Network> {
+        self.config.networks.iter().find(|own| own.label == name || own.label == clean(name))
+    }
+
+    /// The same with its entry, if it is one of the registry.
+    fn registered<'a>(&'a self, name: &str, registry: &'a Registry) -> Option<(&'a Network, &'a Entry)> {
+        let network = self.network(name).filter(|own| own.source().is_none())?;
+        Some((network, registry.find(&network.name).ok()?))
     }
 }

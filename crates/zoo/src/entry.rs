@@ -13,6 +13,10 @@ use crate::error::{Error, Result};
 /// Configuration values by key; what is left out keeps the paper's value.
 pub type Settings = serde_json::Map<String, Value>;
 
+/// The setting of every network made by [`Entry::of`] that multiplies its channels ([`Graph::with_width`]); a network
+/// with a setting of this name, such as MobileNetV2, gives it its own meaning.
+pub const WIDTH_MULT: &str = "width_mult";
+
 /// One input of a network and the configuration keys that hold its axis sizes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
@@ -108,7 +112,7 @@ impl Entry {
         }
     }
 
-    /// The network that `own` is, with settings in place of its values.
+    /// The network that `own` is, with settings in place of its values, and [`WIDTH_MULT`] beside them.
     pub fn of<C>(own: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -116,8 +120,14 @@ impl Entry {
         let values = serde_json::to_value(&own).ok().and_then(|value| value.as_object().cloned());
         let entry = Entry::new(name, family, paper, inputs, move |settings| {
             let mut merged: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
+            let has_own = merged.contains_key(WIDTH_MULT);
             merged.extend(settings.clone());
-            Ok(own.with(serde_json::from_value(Value::Object(merged))?).graph()?)
+            let width_mult = if has_own { None } else { merged.remove(WIDTH_MULT) };
+            let graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
+            Ok(match width_mult {
+                Some(value) => graph.with_width(serde_json::from_value(value)?)?,
+                None => graph,
+            })
         });
         Entry { own: values.unwrap_or_default(), ..entry }
     }
@@ -129,6 +139,14 @@ impl Entry {
             self.inputs.iter().flat_map(|input| &input.keys).any(|own| own == key) || key == "classes";
         let value = self.own.get(key).filter(|_| !is_size)?.as_u64()?;
         usize::try_from(value).ok()
+    }
+
+    /// What [`WIDTH_MULT`] is where nothing else is said; none for a network that [`Entry::new`] made.
+    pub fn width_mult(&self) -> Option<f64> {
+        match self.own.get(WIDTH_MULT) {
+            Some(value) => value.as_f64(),
+            None => (!self.own.is_empty()).then_some(1.0),
+        }
     }
 
     /// The network with `settings` in place of the paper's values.

@@ -98,3 +98,44 @@ fn a_range_of_one_layer_covers_that_node_alone() {
         }
     }
 }
+
+/// Half the channels everywhere but in the outputs; where a paper or a setting has that network too, it is the same one.
+#[test]
+fn every_network_has_a_width() {
+    let of = |name: &str, settings: &[(&str, serde_json::Value)]| {
+        let settings = settings.iter().map(|(key, value)| (key.to_string(), value.clone()));
+        find(name).unwrap().graph(&Settings::from_iter(settings))
+    };
+    for entry in built_in().entries() {
+        let whole = of(&entry.name, &[]).unwrap();
+        for (width_mult, most) in [(0.5, 0.7), (0.25, 0.4), (0.0625, 0.2)] {
+            let narrow = of(&entry.name, &[("width_mult", width_mult.into())]).unwrap();
+            let outputs = |graph: &taxel_graph::Graph| {
+                let shape = |(name, id): &(String, usize)| (name.clone(), graph.nodes()[*id].shape.clone());
+                graph.outputs().iter().map(shape).collect::<Vec<_>>()
+            };
+            assert_eq!(outputs(&narrow), outputs(&whole), "{}", entry.name);
+            let share = narrow.cost().macs as f64 / whole.cost().macs as f64;
+            assert!(share < most, "{} × {width_mult}: {share:.2} of the MACs", entry.name);
+            assert_eq!(of(&entry.name, &[("width_mult", 1.0.into())]).unwrap(), whole);
+        }
+    }
+    let nodes = |graph: taxel_graph::Graph| graph.nodes().to_vec();
+    let half = |name: &str, own: &[(&str, serde_json::Value)]| {
+        nodes(of(name, &[own, &[("width_mult", 0.5.into())]].concat()).unwrap())
+    };
+    // Paper 002 has TactNet3D with half its filters, and all of its hidden units.
+    assert_eq!(half("tactnet3d", &[("hidden", 128.into())]), nodes(of("tactnet3d-4-8", &[]).unwrap()));
+    assert_eq!(
+        half("dilated-resnet-1d", &[]),
+        nodes(of("dilated-resnet-1d", &[("width", 32.into())]).unwrap())
+    );
+    // torchvision rounds MobileNetV2's channels to eights and leaves the last layer: 1,968,680 parameters for 1000 classes.
+    let classes = ("classes", 1000.into());
+    let mobilenet = of("mobilenet-v2", &[classes, ("width_mult", 0.5.into())]).unwrap();
+    assert_eq!(mobilenet.parameter_count(), 1_968_680);
+    let refusal = of("tactnet6", &[("width_mult", "half".into())]).unwrap_err().to_string();
+    assert_eq!(refusal, "tactnet6: invalid type: string \"half\", expected f64");
+    let refusal = of("tactnet6", &[("width_mult", 0.into())]).unwrap_err().to_string();
+    assert_eq!(refusal, "tactnet6: width_mult = 0: must be above 0 and at most 4");
+}

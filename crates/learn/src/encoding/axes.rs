@@ -1,6 +1,6 @@
 //! The axes that each input takes, and what is said of others.
 
-use ndarray::{ArrayD, Axis};
+use ndarray::{ArrayD, ArrayView, ArrayViewD, Axis, Dimension};
 use taxel_encodings::{Layout, Reduction};
 
 use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
@@ -10,8 +10,9 @@ pub(super) fn refused(source: &str, input: &'static str, error: taxel_encodings:
     Error::Encoding { source_label: source.into(), input, source: error }
 }
 
-pub(super) fn wrong_axes(x: &ArrayD<f32>, input: &'static str, source: &str) -> Error {
-    let shape = x.shape().get(1..).unwrap_or_default().to_vec();
+/// The refusal of samples of `shape`, the axis of samples left out.
+pub(super) fn wrong_axes(shape: &[usize], input: &'static str, source: &str) -> Error {
+    let shape = shape.to_vec();
     let reason = match input {
         SIGNAL => "a signal is [N, C, T], [N, F] or [N, fingers, C, T]",
         ROCKET => "MiniRocket's features are made of [N, C, T], [N, T] or [N, fingers, C, T]",
@@ -25,11 +26,29 @@ pub(super) fn wrong_axes(x: &ArrayD<f32>, input: &'static str, source: &str) -> 
     Error::Axes { source_label: source.into(), input, shape, reason }
 }
 
+/// Samples `[N, ..]` as an array of so many axes.
+///
+/// # Errors
+/// Samples with other axes.
+pub(super) fn with_axes<'a, D: Dimension>(
+    x: ArrayViewD<'a, f32>,
+    input: &'static str,
+    source: &str,
+) -> Result<ArrayView<'a, f32, D>> {
+    let wrong = wrong_axes(of_sample(x.shape()), input, source);
+    x.into_dimensionality().map_err(|_| wrong)
+}
+
+/// Shape of one of the samples of an array.
+pub(super) fn of_sample(shape: &[usize]) -> &[usize] {
+    shape.get(1..).unwrap_or_default()
+}
+
 pub(super) fn signal_axes(x: ArrayD<f32>, input: &'static str, source: &str) -> Result<ArrayD<f32>> {
     match x.ndim() {
         2 => Ok(x.insert_axis(Axis(1))),
         3 => Ok(x),
-        _ => Err(wrong_axes(&x, input, source)),
+        _ => Err(wrong_axes(of_sample(x.shape()), input, source)),
     }
 }
 
@@ -37,7 +56,7 @@ pub(super) fn image_axes(x: ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
     match x.ndim() {
         3 => Ok(x.insert_axis(Axis(1))),
         4 => Ok(x),
-        _ => Err(wrong_axes(&x, IMAGE, source)),
+        _ => Err(wrong_axes(of_sample(x.shape()), IMAGE, source)),
     }
 }
 
@@ -51,7 +70,7 @@ pub(super) fn series(x: &ArrayD<f32>, layout: Layout, source: &str) -> Result<Ar
         (Layout::Series | Layout::Image, &[n, channels, length]) => [n, channels, length],
         (Layout::Colour | Layout::Fingers, &[n, a, b, length]) => [n, a * b, length],
         (Layout::Sequence, &[n, frames, rows, columns]) => [n, rows * columns, frames],
-        _ => return Err(wrong_axes(x, SERIES, source)),
+        _ => return Err(wrong_axes(of_sample(x.shape()), SERIES, source)),
     };
     let x = x.view();
     let x = if layout == Layout::Sequence { x.permuted_axes(vec![0, 2, 3, 1]) } else { x };
@@ -68,7 +87,7 @@ pub(super) fn less_baseline(mut x: ArrayD<f32>, readings: usize, source: &str) -
     let length = x.shape().last().copied().unwrap_or(0);
     if x.ndim() != 3 || length < readings {
         let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
-        let shape = x.shape().get(1..).unwrap_or_default().to_vec();
+        let shape = of_sample(x.shape()).to_vec();
         return Err(Error::Axes { source_label: source.into(), input: SIGNAL, shape, reason });
     }
     for mut series in x.lanes_mut(Axis(2)) {
@@ -88,7 +107,7 @@ pub(super) fn reduced(
     layout: Layout,
     reduction: &Reduction,
 ) -> taxel_encodings::Result<ArrayD<f32>> {
-    let plan = reduction.plan(layout, x.shape().get(1..).unwrap_or_default())?;
+    let plan = reduction.plan(layout, of_sample(x.shape()))?;
     let mut left = ArrayD::zeros([&[x.len_of(Axis(0))], plan.shape()].concat());
     for (sample, mut to) in x.outer_iter().zip(left.outer_iter_mut()) {
         let sample = sample.as_standard_layout();

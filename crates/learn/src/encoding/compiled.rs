@@ -1,6 +1,5 @@
 //! A transform for readings of one shape: one raw reading to one input, without allocating.
 
-use ndarray::ArrayD;
 use taxel_encodings::{
     CodePlan, Frame, ImagePlan, Layout, NumaTac, ReductionPlan, ResizePlan, Scaling, TactileTensor,
 };
@@ -99,7 +98,7 @@ impl Compiled {
             return Err(refused(source, name, taxel_encodings::Error::Shape { what, expected, got }));
         }
         let Some((last, before)) = self.stages.split_last_mut() else {
-            return Err(wrong_axes(&ArrayD::zeros(vec![1]), name, source));
+            return Err(wrong_axes(&self.shape, name, source));
         };
         let mut from = reading;
         for Stage { work, values } in before {
@@ -117,28 +116,26 @@ impl Compiled {
     /// Adds the stages of `transform` for values of `shape`; what shape comes out.
     fn add(&mut self, transform: &Transform, shape: &[usize]) -> Result<Vec<usize>> {
         let source = self.source.clone();
-        let wrong = |input| {
-            let samples = [&[0], shape].concat();
-            wrong_axes(&ArrayD::zeros(samples), input, &source)
-        };
+        let wrong = |input| wrong_axes(shape, input, &source);
         let refuse = |e| refused(&source, transform.input(), e);
         match (transform, shape) {
-            (Transform::Signal(scaling), &[length]) => Ok(self.push(scale(scaling, 1), vec![1, length])),
+            // Features are one channel.
+            (
+                Transform::Signal(_) | Transform::QuantileCode(_) | Transform::Rocket(_) | Transform::Rows(_),
+                &[length],
+            ) => self.add(transform, &[1, length]),
             (Transform::Signal(scaling), &[channels, length]) => {
                 Ok(self.push(scale(scaling, channels), vec![channels, length]))
             }
-            (Transform::QuantileCode(code), &[.., length]) if shape.len() <= 2 => {
-                let channels = shape.iter().product::<usize>() / length.max(1);
+            (Transform::QuantileCode(code), &[channels, length]) => {
                 let plan = code.plan(channels, length).map_err(refuse)?;
                 Ok(self.push(Work::Code(Box::new(plan)), code.shape(channels, length).to_vec()))
             }
-            (Transform::Rocket(rocket), &[.., length]) if shape.len() <= 2 => {
-                let channels = shape.iter().product::<usize>() / length.max(1);
+            (Transform::Rocket(rocket), &[channels, length]) => {
                 let plan = rocket.plan([channels, length], &source)?;
                 Ok(self.push(Work::Rocket(Box::new(plan)), vec![rocket.width()]))
             }
-            (Transform::Rows(scaling), &[.., length]) if shape.len() <= 2 => {
-                let channels = shape.iter().product::<usize>() / length.max(1);
+            (Transform::Rows(scaling), &[channels, length]) => {
                 Ok(self.push(scale(scaling, channels), vec![1, channels, length]))
             }
             (Transform::Image(scaling), &[height, width]) => {
@@ -191,7 +188,7 @@ impl Compiled {
 
     fn picture(&mut self, transform: &Transform, shape: &[usize]) -> Result<Vec<usize>> {
         let source = self.source.clone();
-        let wrong = || wrong_axes(&ArrayD::zeros([&[0], shape].concat()), IMAGE, &source);
+        let wrong = || wrong_axes(shape, IMAGE, &source);
         let Transform::Picture { frame, red, resize, scaling } = transform else { return Err(wrong()) };
         let mut image = match (frame, shape) {
             (None, &[height, width]) => [1, height, width],

@@ -1,6 +1,6 @@
 //! How raw samples become one input; everything that was fitted is in it.
 
-use ndarray::{ArrayD, ArrayViewD, Axis, Ix3, Ix4};
+use ndarray::{Array4, ArrayD, ArrayView4, ArrayViewD, Axis};
 use serde::{Deserialize, Serialize};
 use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{
@@ -8,7 +8,9 @@ use taxel_encodings::{
     red_channel,
 };
 
-use super::axes::{image_axes, less_baseline, reduced, refused, series, signal_axes, wrong_axes};
+use super::axes::{
+    image_axes, less_baseline, of_sample, reduced, refused, series, signal_axes, with_axes, wrong_axes,
+};
 use super::names::{IMAGE, ROCKET, SIGNAL, TENSOR};
 use super::rocket::Rocket;
 use crate::error::Result;
@@ -175,7 +177,6 @@ impl Transform {
     pub(super) fn shape(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
         let input = self.input();
         let refuse = |e| refused(source, input, e);
-        let wrong = |_| wrong_axes(x, input, source);
         match self {
             Transform::Signal(_) | Transform::QuantileCode(_) => signal_axes(x.clone(), SIGNAL, source),
             Transform::Rocket(rocket) => {
@@ -194,18 +195,17 @@ impl Transform {
             Transform::Image(_) => image_axes(x.clone(), source),
             Transform::Field(field) => {
                 let x = signal_axes(x.clone(), IMAGE, source)?;
-                let x = x.view().into_dimensionality::<Ix3>().map_err(wrong)?;
-                Ok(field.encode_batch(x).map_err(refuse)?.into_dyn())
+                Ok(field.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn())
             }
             Transform::Picture { frame, red, resize, .. } => {
                 let images = match frame {
                     None => image_axes(x.clone(), source)?,
                     Some(frame) => {
-                        let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
-                        frame.encode_batch(x).map_err(refuse)?.into_dyn()
+                        frame.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn()
                     }
                 };
-                let mut images = images.into_dimensionality::<Ix4>().map_err(wrong)?;
+                let wrong = |_| wrong_axes(of_sample(x.shape()), input, source);
+                let mut images: Array4<f32> = images.into_dimensionality().map_err(wrong)?;
                 if *red && images.shape()[1] == 1 {
                     images = red_channel(images.index_axis(Axis(1), 0));
                 }
@@ -215,7 +215,7 @@ impl Transform {
                 Ok(images.into_dyn())
             }
             Transform::Tensor { tensor, .. } => {
-                let squeezes = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
+                let squeezes: ArrayView4<f32> = with_axes(x.view(), input, source)?;
                 let tensors: Vec<_> = squeezes
                     .outer_iter()
                     .map(|one| tensor.encode(one))
@@ -224,11 +224,10 @@ impl Transform {
                 let views: Vec<_> = tensors.iter().map(|one| one.view()).collect();
                 ndarray::stack(Axis(0), &views)
                     .map(ndarray::ArrayBase::into_dyn)
-                    .map_err(|_| wrong_axes(x, input, source))
+                    .map_err(|_| wrong_axes(of_sample(x.shape()), input, source))
             }
             Transform::Numatac { numatac, .. } => {
-                let x = x.view().into_dimensionality::<Ix4>().map_err(wrong)?;
-                Ok(numatac.encode_batch(x).map_err(refuse)?.into_dyn())
+                Ok(numatac.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn())
             }
         }
     }
@@ -239,20 +238,17 @@ impl Transform {
         match self {
             Transform::Field(_) => {}
             Transform::QuantileCode(code) => {
-                let view = x.view().into_dimensionality::<Ix3>();
-                let view = view.map_err(|_| wrong_axes(&x, input, source))?;
+                let view = with_axes(x.view(), input, source)?;
                 return Ok(code.encode_batch(view).map_err(refuse)?.into_dyn());
             }
             Transform::Rocket(rocket) => {
-                let view = x.view().into_dimensionality::<Ix3>();
-                return rocket.encode_batch(view.map_err(|_| wrong_axes(&x, input, source))?, source);
+                return rocket.encode_batch(with_axes(x.view(), input, source)?, source);
             }
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
             | Transform::Reduced { then, .. } => return then.scale(x, source),
             Transform::Numatac { scaling, .. } | Transform::Rows(scaling) => {
-                let view =
-                    x.view().into_dimensionality::<Ix4>().map_err(|_| wrong_axes(&x, input, source))?;
+                let view = with_axes(x.view(), input, source)?;
                 return Ok(scale_features(scaling, view).map_err(refuse)?.into_dyn());
             }
             Transform::Signal(scaling)
@@ -265,19 +261,16 @@ impl Transform {
 
     /// The same with a scale fitted to `train`, shaped but not scaled.
     pub(super) fn fitted(&self, train: ArrayViewD<f32>, source: &str) -> Result<Self> {
-        let refuse = |e| refused(source, self.input(), e);
+        let input = self.input();
+        let refuse = |e| refused(source, input, e);
         let fitted = || Scaling::fit_z_score(train.view()).map_err(refuse);
         Ok(match self.clone() {
             Transform::Signal(_) => Transform::Signal(fitted()?),
             Transform::QuantileCode(code) => {
-                let view = train.view().into_dimensionality::<Ix3>();
-                let view = view.map_err(|_| wrong_axes(&train.to_owned(), self.input(), source))?;
-                Transform::QuantileCode(code.fit(view).map_err(refuse)?)
+                Transform::QuantileCode(code.fit(with_axes(train, input, source)?).map_err(refuse)?)
             }
             Transform::Rocket(rocket) => {
-                let view = train.view().into_dimensionality::<Ix3>();
-                let view = view.map_err(|_| wrong_axes(&train.to_owned(), self.input(), source))?;
-                Transform::Rocket(Box::new(rocket.fit(view, source)?))
+                Transform::Rocket(Box::new(rocket.fit(with_axes(train, input, source)?, source)?))
             }
             Transform::Image(_) => Transform::Image(fitted()?),
             Transform::Field(field) => Transform::Field(field),
@@ -304,9 +297,7 @@ impl Transform {
 
 impl Transform {
     fn fitted_rows(&self, train: ArrayViewD<f32>, source: &str) -> Result<Scaling> {
-        let view = train.view().into_dimensionality::<Ix4>();
-        let view = view.map_err(|_| wrong_axes(&train.to_owned(), IMAGE, source))?;
-        fit_features(view).map_err(|e| refused(source, IMAGE, e))
+        fit_features(with_axes(train, IMAGE, source)?).map_err(|e| refused(source, IMAGE, e))
     }
 
     /// The same after the baseline is taken off.

@@ -23,9 +23,8 @@ use crate::{Outcome, text};
 ///   window      the first readings of a recording
 ///   bits        bits of the converter, over the full scale
 ///   resolution  squares of taxels as one
-///   width       channels of the layers, where the network has such a setting (dilated-resnet-1d); it learns from the best
-///               method's answers too
-///   depth       blocks, likewise
+///   width       channels of the layers; a narrower network learns from the best method's answers, too
+///   depth       blocks, where the network has such a setting (dilated-resnet-1d), likewise
 ///
 /// Each training part of the run is divided once more: which sensors go and where the knee is, these inner folds say, by the rule of
 /// `taxel choose`: the smallest setting that is not significantly worse than the whole and seems to lose no more than --margin
