@@ -124,10 +124,11 @@ impl Entry {
             merged.extend(settings.clone());
             let width_mult = if has_own { None } else { merged.remove(WIDTH_MULT) };
             let graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
-            Ok(match width_mult {
-                Some(value) => graph.with_width(serde_json::from_value(value)?)?,
-                None => graph,
-            })
+            let Some(value) = width_mult else { return Ok(graph) };
+            match value.as_f64() {
+                Some(width_mult) => Ok(graph.with_width(width_mult)?),
+                None => Err(taxel_graph::Error::config(WIDTH_MULT, value, "must be a number"))?,
+            }
         });
         Entry { own: values.unwrap_or_default(), ..entry }
     }

@@ -135,7 +135,7 @@ fn every_network_has_a_width() {
     let mobilenet = of("mobilenet-v2", &[classes, ("width_mult", 0.5.into())]).unwrap();
     assert_eq!(mobilenet.parameter_count(), 1_968_680);
     let refusal = of("tactnet6", &[("width_mult", "half".into())]).unwrap_err().to_string();
-    assert_eq!(refusal, "tactnet6: invalid type: string \"half\", expected f64");
+    assert_eq!(refusal, "tactnet6: width_mult = \"half\": must be a number");
     let refusal = of("tactnet6", &[("width_mult", 0.into())]).unwrap_err().to_string();
     assert_eq!(refusal, "tactnet6: width_mult = 0: must be above 0 and at most 4");
 }
