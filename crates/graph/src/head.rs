@@ -23,14 +23,7 @@ impl Graph {
         }
         let mut nodes: Vec<Node> = vec![];
         for (node, op) in self.nodes.iter().zip(ops) {
-            let mut made = match op {
-                Op::Input => node.clone(),
-                op => Node::computed(node.name.clone(), op, node.inputs.clone(), &nodes)?,
-            };
-            for (param, own) in made.params.iter_mut().zip(&node.params) {
-                param.init = own.init;
-            }
-            nodes.push(made);
+            nodes.push(node.again(op, node.inputs.clone(), &nodes)?);
         }
         for (output, id) in &self.outputs {
             if nodes[*id].shape != [classes] {

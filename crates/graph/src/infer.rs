@@ -34,6 +34,16 @@ impl Node {
         check_count(&name, "an output", &shape)?;
         Ok(Node { name, op, inputs, shape, params })
     }
+
+    /// The node of this name that does `op` to `inputs` out of the `earlier` nodes; its tensors start as this one's.
+    pub(crate) fn again(&self, op: Op, inputs: Vec<NodeId>, earlier: &[Node]) -> Result<Node> {
+        if op == Op::Input {
+            return Ok(self.clone());
+        }
+        let mut node = Node::computed(self.name.clone(), op, inputs, earlier)?;
+        node.params.iter_mut().zip(&self.params).for_each(|(param, own)| param.init = own.init);
+        Ok(node)
+    }
 }
 
 /// Output shape and tensors.

@@ -21,6 +21,7 @@
 
 mod builder;
 mod cost;
+mod depth;
 mod dropout;
 mod error;
 mod fill;

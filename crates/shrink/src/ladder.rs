@@ -2,7 +2,7 @@
 
 use taxel_data::{Layout, Reading};
 use taxel_learn::Reduction;
-use taxel_zoo::WIDTH_MULT;
+use taxel_zoo::{WIDTH_MULT, WITHOUT_BLOCKS};
 use toml::Value;
 
 use crate::axis::Axis;
@@ -58,6 +58,8 @@ pub struct Facts<'a> {
     pub number: &'a dyn Fn(&str) -> Option<usize>,
     /// What multiplies the network's channels, where something may.
     pub width_mult: Option<f64>,
+    /// Residual blocks that the network leaves out already, and that it could leave out besides, where there are any.
+    pub identity_blocks: Option<[usize; 2]>,
     /// Whether it has to be quick.
     pub quick: bool,
 }
@@ -67,14 +69,13 @@ pub struct Facts<'a> {
 /// # Errors
 /// Why there are none.
 pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
-    let Facts { reading, number, width_mult, quick } = *facts;
+    let Facts { reading, number, width_mult, identity_blocks, quick } = *facts;
     let (layout, shape) = (reading.layout, reading.shape.as_slice());
     let (_, readings, _) = reading.around_time();
     let in_time = || match layout.time_axis() {
         Some(_) if readings > 1 => Ok(()),
         _ => Err(format!("{} has no time axis", layout.describe())),
     };
-    let none = |key: &str| format!("the network has no such setting (`{key}`); `taxel zoo` lists networks");
     let (whole, short, mut steps) = match axis {
         Axis::Sensors => {
             let (all, name) = (sensors(layout, shape).len(), called(layout));
@@ -106,16 +107,13 @@ pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
             (None, Some(all)) => ("all channels of the layers".into(), "all".into(), narrower(all)),
             (None, None) => return Err("it is no network that taxel can build narrower".into()),
         },
-        Axis::Depth => {
-            let all = number("blocks").ok_or_else(|| none("blocks"))?;
-            let label = |own: usize| format!("{own} of {all} blocks");
-            let steps = (1..all).rev().map(|own| Step {
-                label: label(own),
-                short: own.to_string(),
-                cut: Cut::Set("blocks", number_of(own)),
-            });
-            (format!("{all} blocks"), all.to_string(), steps.collect())
-        }
+        Axis::Depth => match (number("blocks"), identity_blocks) {
+            (Some(all), _) => (format!("{all} blocks"), all.to_string(), blocks(all)),
+            (None, Some([out, all])) => {
+                (format!("all {all} identity blocks"), all.to_string(), shallower(out, all))
+            }
+            (None, None) => return Err("it has no residual block that could be left out".into()),
+        },
     };
     if steps.is_empty() {
         return Err(format!("there is nothing less than {whole}"));
@@ -240,6 +238,25 @@ fn narrower(width_mult: f64) -> Vec<Step> {
     [2, 4, 8, 16].map(step).to_vec()
 }
 
+fn blocks(all: usize) -> Vec<Step> {
+    let step = |own: usize| Step {
+        label: format!("{own} of {all} blocks"),
+        short: own.to_string(),
+        cut: Cut::Set("blocks", number_of(own)),
+    };
+    (1..all).rev().map(step).collect()
+}
+
+/// Without the last, the last two, … residual blocks with an identity shortcut.
+fn shallower(out: usize, all: usize) -> Vec<Step> {
+    let step = |without: usize| Step {
+        label: format!("{} of {all} identity blocks", all - without),
+        short: (all - without).to_string(),
+        cut: Cut::Set(WITHOUT_BLOCKS, number_of(out + without)),
+    };
+    (1..=all).map(step).collect()
+}
+
 fn number_of(own: usize) -> Value {
     Value::Integer(i64::try_from(own).unwrap_or(i64::MAX))
 }
@@ -251,7 +268,8 @@ mod tests {
     fn of(axis: Axis, layout: Layout, shape: &[usize], quick: bool) -> Result<Vec<String>, String> {
         let reading = Reading { rate: Some(100.0), ..Reading::new(layout, shape) };
         let number = |key: &str| (key == "width").then_some(64);
-        let facts = Facts { reading: &reading, number: &number, width_mult: None, quick };
+        let facts =
+            Facts { reading: &reading, number: &number, width_mult: None, identity_blocks: None, quick };
         ladder(axis, &facts).map(|own| own.steps.into_iter().map(|step| step.short).collect())
     }
 
@@ -276,7 +294,16 @@ mod tests {
     fn a_network_without_a_width_of_its_own_has_shares_of_what_multiplies_it() {
         let reading = Reading::new(Layout::Image, &[28, 50]);
         let of = |width_mult| {
-            let facts = Facts { reading: &reading, number: &|_| None, width_mult, quick: false };
+            let facts = Facts {
+                reading: &reading,
+                number: &|_| None,
+                width_mult,
+                identity_blocks: Some([1, 2]),
+                quick: false,
+            };
+            let depth = ladder(Axis::Depth, &facts).map(|own| own.steps);
+            let cuts: Vec<Cut> = depth.unwrap_or_default().into_iter().map(|step| step.cut).collect();
+            assert_eq!(cuts, [2, 3].map(|own| Cut::Set("without_blocks", Value::Integer(own))));
             ladder(Axis::Width, &facts).map(|own| own.steps)
         };
         let steps = of(Some(0.5)).unwrap_or_default();
@@ -293,7 +320,10 @@ mod tests {
         assert!(
             of(Axis::Resolution, Layout::Series, &[4, 4], false).is_err_and(|why| why.contains("no area"))
         );
-        assert!(of(Axis::Depth, Layout::Series, &[4, 4], false).is_err_and(|why| why.contains("`blocks`")));
+        assert!(
+            of(Axis::Depth, Layout::Series, &[4, 4], false)
+                .is_err_and(|why| why.contains("no residual block"))
+        );
         assert!(
             of(Axis::Sensors, Layout::Series, &[1, 9], false).is_err_and(|why| why.contains("nothing less"))
         );

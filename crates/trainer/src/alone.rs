@@ -1,7 +1,7 @@
 //! One network of an experiment by itself, on less of every sample or in another size.
 
 use taxel_learn::{Problem, Reduction, clean};
-use taxel_zoo::{Entry, Registry, WIDTH_MULT};
+use taxel_zoo::{Entry, Registry, WIDTH_MULT, WITHOUT_BLOCKS};
 use toml::{Table, Value};
 
 use crate::config::Baseline;
@@ -84,6 +84,15 @@ impl Experiment {
             .get(WIDTH_MULT)
             .and_then(|own| own.as_float().or(own.as_integer().map(|own| own as f64)));
         Some(own.unwrap_or(default))
+    }
+
+    /// How many residual blocks one of its networks leaves out ([`WITHOUT_BLOCKS`]), and how many it could leave out besides,
+    /// if any. None of a baseline, and of a network that is not from the registry.
+    pub fn identity_blocks(&self, name: &str, registry: &Registry) -> Option<[usize; 2]> {
+        let (network, entry) = self.registered(name, registry).filter(|(_, entry)| entry.is_resizable())?;
+        let left = entry.graph(&network.settings()).ok()?.identity_blocks();
+        let out = network.set.get(WITHOUT_BLOCKS).and_then(Value::as_integer).unwrap_or(0);
+        (left > 0).then_some([usize::try_from(out).ok()?, left])
     }
 
     /// One of its networks by the name that tables give it, trained under faults or not. None of a baseline.

@@ -17,6 +17,10 @@ pub type Settings = serde_json::Map<String, Value>;
 /// with a setting of this name, such as MobileNetV2, gives it its own meaning.
 pub const WIDTH_MULT: &str = "width_mult";
 
+/// The setting of every network made by [`Entry::of`] that leaves out so many of its last residual blocks
+/// ([`Graph::without_blocks`]).
+pub const WITHOUT_BLOCKS: &str = "without_blocks";
+
 /// One input of a network and the configuration keys that hold its axis sizes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
@@ -112,7 +116,8 @@ impl Entry {
         }
     }
 
-    /// The network that `own` is, with settings in place of its values, and [`WIDTH_MULT`] beside them.
+    /// The network that `own` is, with settings in place of its values, and [`WIDTH_MULT`] and [`WITHOUT_BLOCKS`]
+    /// beside them.
     pub fn of<C>(own: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -120,15 +125,21 @@ impl Entry {
         let values = serde_json::to_value(&own).ok().and_then(|value| value.as_object().cloned());
         let entry = Entry::new(name, family, paper, inputs, move |settings| {
             let mut merged: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
-            let has_own = merged.contains_key(WIDTH_MULT);
+            let beside = [WIDTH_MULT, WITHOUT_BLOCKS].map(|key| !merged.contains_key(key));
             merged.extend(settings.clone());
-            let width_mult = if has_own { None } else { merged.remove(WIDTH_MULT) };
-            let graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
-            let Some(value) = width_mult else { return Ok(graph) };
-            match value.as_f64() {
-                Some(width_mult) => Ok(graph.with_width(width_mult)?),
-                None => Err(taxel_graph::Error::config(WIDTH_MULT, value, "must be a number"))?,
+            let mut taken = |at: usize, key| if beside[at] { merged.remove(key) } else { None };
+            let (width_mult, without) = (taken(0, WIDTH_MULT), taken(1, WITHOUT_BLOCKS));
+            let mut graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
+            if let Some(value) = without {
+                let count = value.as_u64().and_then(|count| usize::try_from(count).ok());
+                let wrong = || taxel_graph::Error::config(WITHOUT_BLOCKS, &value, "must be a whole number");
+                graph = graph.without_blocks(count.ok_or_else(wrong)?)?;
             }
+            if let Some(value) = width_mult {
+                let wrong = || taxel_graph::Error::config(WIDTH_MULT, &value, "must be a number");
+                graph = graph.with_width(value.as_f64().ok_or_else(wrong)?)?;
+            }
+            Ok(graph)
         });
         Entry { own: values.unwrap_or_default(), ..entry }
     }
@@ -146,8 +157,13 @@ impl Entry {
     pub fn width_mult(&self) -> Option<f64> {
         match self.own.get(WIDTH_MULT) {
             Some(value) => value.as_f64(),
-            None => (!self.own.is_empty()).then_some(1.0),
+            None => self.is_resizable().then_some(1.0),
         }
+    }
+
+    /// Whether it takes [`WIDTH_MULT`] and [`WITHOUT_BLOCKS`]: those that [`Entry::of`] made do.
+    pub fn is_resizable(&self) -> bool {
+        !self.own.is_empty()
     }
 
     /// The network with `settings` in place of the paper's values.

@@ -101,7 +101,7 @@ fn a_range_of_one_layer_covers_that_node_alone() {
 
 /// Half the channels everywhere but in the outputs; where a paper or a setting has that network too, it is the same one.
 #[test]
-fn every_network_has_a_width() {
+fn every_network_has_a_width_and_residual_ones_a_depth() {
     let of = |name: &str, settings: &[(&str, serde_json::Value)]| {
         let settings = settings.iter().map(|(key, value)| (key.to_string(), value.clone()));
         find(name).unwrap().graph(&Settings::from_iter(settings))
@@ -134,6 +134,20 @@ fn every_network_has_a_width() {
     let classes = ("classes", 1000.into());
     let mobilenet = of("mobilenet-v2", &[classes, ("width_mult", 0.5.into())]).unwrap();
     assert_eq!(mobilenet.parameter_count(), 1_968_680);
+    // torchvision's ResNet(BasicBlock, [2, 2, 2, 1]) has 6,968,872 parameters for 1000 classes.
+    let resnet = of("resnet18", &[("classes", 1000.into()), ("without_blocks", 1.into())]).unwrap();
+    assert_eq!(resnet.parameter_count(), 6_968_872);
+    let blocks = |name: &str| of(name, &[]).unwrap().identity_blocks();
+    let found =
+        ["resnet8-lite-1d", "hybrid-resnet", "resnet50", "mobilenet-v2", "vgg16", "tactnet3d"].map(blocks);
+    assert_eq!(found, [2, 4, 12, 10, 0, 0]);
+    let params = |graph: taxel_graph::Graph| graph.params().cloned().collect::<Vec<_>>();
+    assert_eq!(
+        params(of("dilated-resnet-1d", &[("without_blocks", 1.into())]).unwrap()),
+        params(of("dilated-resnet-1d", &[("blocks", 1.into())]).unwrap())
+    );
+    let refusal = of("resnet8-lite-1d", &[("without_blocks", (-1).into())]).unwrap_err().to_string();
+    assert_eq!(refusal, "resnet8-lite-1d: without_blocks = -1: must be a whole number");
     let refusal = of("tactnet6", &[("width_mult", "half".into())]).unwrap_err().to_string();
     assert_eq!(refusal, "tactnet6: width_mult = \"half\": must be a number");
     let refusal = of("tactnet6", &[("width_mult", 0.into())]).unwrap_err().to_string();
