@@ -4,8 +4,10 @@
     taxel report runs/hardness runs/strength-004-table-2 [...] --out reports
     python3 scripts/claims_page.py reports
 
-Needs Python 3 alone. Outcomes, effects and intervals come from tables/claims.csv of `taxel report`; what was found out
-about a claim that does not hold, in words, from docs/results/why.toml, whose claims must be those of the program.
+Needs Python 3 alone. Outcomes, effects and intervals come from tables/claims.csv of `taxel report`. What they say of a run takes
+the place of what docs/results/reference/claims.csv said of it and is kept there, so that runs may be told one after another,
+on any machine; without a folder the page is drawn anew. What was found out about a claim that does not hold, in words, comes
+from docs/results/why.toml, whose claims must be those of the program.
 """
 
 import argparse
@@ -15,6 +17,7 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"
+KEPT = RESULTS / "reference" / "claims.csv"
 UNTESTED = "cannot be tested here"
 TITLES = {
     "000": "hardness of grasped objects from fingertips (Hybrid-CNN)",
@@ -89,12 +92,39 @@ def page(rows, why):
     return "\n".join(lines).rstrip() + "\n"
 
 
+def read(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def merged(kept, new):
+    """Kept rows with those of the same runs replaced, in the program's order of claims; of a claim that no run of a kind can
+    test, one reason is enough."""
+    told = {row["run"] for row in new}
+    rows = [row for row in kept if row["run"] not in told] + new
+    order = {claim: at for at, claim in enumerate(dict.fromkeys(row["claim"] for row in new or kept))}
+    unknown = sorted({row["claim"] for row in rows if row["claim"] not in order})
+    if unknown:
+        raise SystemExit(f"{KEPT}: no claim of the program reads {unknown}")
+    rows.sort(key=lambda row: order[row["claim"]])
+    tested = {(row["claim"], row["kind"]) for row in rows if row["outcome"] != UNTESTED}
+    reasons = {}
+    for row in rows:
+        reasons.setdefault((row["claim"], row["kind"]), []).append(row)
+    shortest = [min(own, key=lambda row: len(row["effect"])) for key, own in reasons.items() if key not in tested]
+    return [row for row in rows if row["outcome"] != UNTESTED or any(row is own for own in shortest)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("reports", type=pathlib.Path, help="folder that `taxel report .. --out` wrote")
+    parser.add_argument("reports", type=pathlib.Path, nargs="?", help="folder that `taxel report .. --out` wrote")
     args = parser.parse_args()
-    with open(args.reports / "tables" / "claims.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+    kept = read(KEPT) if KEPT.exists() else []
+    rows = merged(kept, read(args.reports / "tables" / "claims.csv") if args.reports else [])
+    with open(KEPT, "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
     notes = RESULTS / "why.toml"
     why = tomllib.loads(notes.read_text())["claims"] if notes.exists() else []
     (RESULTS / "claims.md").write_text(page(rows, why))
