@@ -124,22 +124,13 @@ impl Entry {
     {
         let values = serde_json::to_value(&own).ok().and_then(|value| value.as_object().cloned());
         let entry = Entry::new(name, family, paper, inputs, move |settings| {
-            let mut merged: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
-            let beside = [WIDTH_MULT, WITHOUT_BLOCKS].map(|key| !merged.contains_key(key));
+            let known: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
+            let mut merged = known.clone();
             merged.extend(settings.clone());
-            let mut taken = |at: usize, key| if beside[at] { merged.remove(key) } else { None };
-            let (width_mult, without) = (taken(0, WIDTH_MULT), taken(1, WITHOUT_BLOCKS));
-            let mut graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
-            if let Some(value) = without {
-                let count = value.as_u64().and_then(|count| usize::try_from(count).ok());
-                let wrong = || taxel_graph::Error::config(WITHOUT_BLOCKS, &value, "must be a whole number");
-                graph = graph.without_blocks(count.ok_or_else(wrong)?)?;
-            }
-            if let Some(value) = width_mult {
-                let wrong = || taxel_graph::Error::config(WIDTH_MULT, &value, "must be a number");
-                graph = graph.with_width(value.as_f64().ok_or_else(wrong)?)?;
-            }
-            Ok(graph)
+            let mut beside = |key: &str| if known.contains_key(key) { None } else { merged.remove(key) };
+            let (width_mult, without_blocks) = (beside(WIDTH_MULT), beside(WITHOUT_BLOCKS));
+            let graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
+            Ok(resized(graph, width_mult, without_blocks)?)
         });
         Entry { own: values.unwrap_or_default(), ..entry }
     }
@@ -207,4 +198,22 @@ impl Entry {
         }
         Ok(settings)
     }
+}
+
+/// A graph narrower or wider, and shallower, where that is asked for.
+fn resized(
+    mut graph: Graph,
+    width_mult: Option<Value>,
+    without_blocks: Option<Value>,
+) -> taxel_graph::Result<Graph> {
+    if let Some(value) = without_blocks {
+        let count = value.as_u64().and_then(|count| usize::try_from(count).ok());
+        let wrong = || taxel_graph::Error::config(WITHOUT_BLOCKS, &value, "must be a whole number");
+        graph = graph.without_blocks(count.ok_or_else(wrong)?)?;
+    }
+    if let Some(value) = width_mult {
+        let wrong = || taxel_graph::Error::config(WIDTH_MULT, &value, "must be a number");
+        graph = graph.with_width(value.as_f64().ok_or_else(wrong)?)?;
+    }
+    Ok(graph)
 }
