@@ -51,7 +51,7 @@ pub use flow::{BATCH_NORM_EPS, BATCH_NORM_MOMENTUM, Flow};
 pub use graph::{Graph, Init, Kind, Node, NodeId, Param};
 pub use loss::{Loss, Targets};
 pub use op::{Activation, Op};
-pub use settings::{Architecture, at_least, share, within};
+pub use settings::{Architecture, at_least, check_width_mult, share, within};
 pub use shape::{axis_names, describe};
 pub use spec::{Conv, Extent, Padding, Pool};
 pub use weights::{Scheme, Tensor, Weights};

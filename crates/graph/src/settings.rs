@@ -56,6 +56,17 @@ pub fn share(key: &str, value: f32) -> Result<()> {
     Err(Error::config(key, value, "must be at least 0 and below 1"))
 }
 
+/// Refuses what cannot multiply the channels of a network.
+///
+/// # Errors
+/// `width_mult = value: must be above 0 and at most 4`.
+pub fn check_width_mult(value: f64) -> Result<()> {
+    if value > 0.0 && value <= 4.0 {
+        return Ok(());
+    }
+    Err(Error::config("width_mult", value, "must be above 0 and at most 4"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 
 use crate::error::{Error, Result};
 use crate::fill::Fill;
-use crate::graph::{Graph, Node, NodeId, Param};
+use crate::graph::{Graph, Node, NodeId};
 use crate::op::Op;
+use crate::settings::check_width_mult;
 use crate::shape::describe;
 
-/// The most that [`Graph::with_width`] takes.
-const MOST: f64 = 4.0;
 /// Rules whose numbers follow from the size of a weight; the number of any other stays as it is.
 const BY_SIZE: [Fill; 4] =
     [Fill::Pytorch, Fill::KaimingNormalFanIn, Fill::KaimingNormalFanOut, Fill::KaimingUniformFanOut];
@@ -24,9 +23,7 @@ impl Graph {
     /// A multiplier that is not above 0 and at most 4; channels that do not fit together any more, such as a slice that
     /// would not end between two of them.
     pub fn with_width(&self, width_mult: f64) -> Result<Graph> {
-        if !(width_mult > 0.0 && width_mult <= MOST) {
-            return Err(Error::config("width_mult", width_mult, "must be above 0 and at most 4"));
-        }
+        check_width_mult(width_mult)?;
         let scaled = |channels: usize| ((channels as f64 * width_mult).round() as usize).max(1);
         let heads = self.heads();
         let mut nodes: Vec<Node> = vec![];
@@ -61,11 +58,8 @@ impl Graph {
                 }
                 _ => {}
             }
-            let mut made = match op {
-                Op::Input => node.clone(),
-                op => Node::computed(node.name.clone(), op, node.inputs.clone(), &nodes)?,
-            };
-            draw_alike(node, &mut made)?;
+            let mut made = node.again(op, node.inputs.clone(), &nodes)?;
+            draw_by_size(node, &mut made)?;
             nodes.push(made);
         }
         Graph::new(self.name.clone(), nodes, self.outputs.clone(), self.loss_weights.clone())
@@ -89,31 +83,19 @@ impl Graph {
     }
 }
 
-/// Has the tensors of `made`, a layer of another size, drawn by the rules of `own`.
-fn draw_alike(own: &Node, made: &mut Node) -> Result<()> {
-    let weights = own.params.first().cloned().zip(made.params.first().cloned());
-    let Some((old, new)) = weights.filter(|_| matches!(own.op, Op::Conv { .. } | Op::Linear { .. })) else {
-        let by_size = matches!(own.op, Op::Lstm { .. });
-        made.params
-            .iter_mut()
-            .zip(&own.params)
-            .filter(|_| !by_size)
-            .for_each(|(param, own)| param.init = own.init);
-        return Ok(());
-    };
-    for (param, own) in made.params.iter_mut().zip(&own.params) {
-        param.init = match rule(own, &old) {
-            Some(rule) => rule.resolve(&param.name, &new.shape)?,
-            None => own.init,
-        };
+/// Has those tensors of `made` drawn for its size that are drawn for the size of `own`: as a rule says of the last matrix,
+/// which in an LSTM is that of its hidden units.
+fn draw_by_size(own: &Node, made: &mut Node) -> Result<()> {
+    let matrix =
+        |node: &Node| node.params.iter().map(|param| param.shape.clone()).rfind(|shape| shape.len() > 1);
+    let (Some(old), Some(new)) = (matrix(own), matrix(made)) else { return Ok(()) };
+    for param in &mut made.params {
+        let says = |rule: &Fill| rule.resolve(&param.name, &old).is_ok_and(|init| init == param.init);
+        if let Some(rule) = BY_SIZE.into_iter().find(says) {
+            param.init = rule.resolve(&param.name, &new)?;
+        }
     }
     Ok(())
-}
-
-/// The rule whose number `param` of a layer with this `weight` is drawn by, if it is one that goes by size.
-fn rule(param: &Param, weight: &Param) -> Option<Fill> {
-    let says = |rule: &Fill| rule.resolve(&param.name, &weight.shape).is_ok_and(|init| init == param.init);
-    BY_SIZE.into_iter().find(says)
 }
 
 #[cfg(test)]

@@ -165,14 +165,11 @@ mod tests {
         let mut asked = [0, 0];
         let found = search(tried, 2.0, &mut |is_inner, cuts| {
             asked[usize::from(!is_inner)] += 1;
-            let at: Vec<usize> = cuts
-                .iter()
-                .map(
-                    |cut| {
-                        if let Cut::Set(_, at) = cut { at.as_integer().unwrap() as usize } else { panic!() }
-                    },
-                )
-                .collect();
+            let place = |cut: &&Cut| match cut {
+                Cut::Set(_, toml::Value::Integer(at)) => *at as usize,
+                _ => panic!(),
+            };
+            let at: Vec<usize> = cuts.iter().map(place).collect();
             let lost = if is_inner { inner(&at) } else { outer(&at) };
             Ok(lost.map(|lost| (vec![], Some(contrast(-lost)))))
         });

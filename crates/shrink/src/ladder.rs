@@ -218,41 +218,35 @@ fn pools(rows: usize, columns: usize) -> Vec<Step> {
     [2, 3, 4, 6, 8, 12, 16].into_iter().filter(fits).map(step).collect()
 }
 
+/// A setting of the network.
+fn set(key: &'static str, value: Value, short: impl ToString, label: String) -> Step {
+    Step { label, short: short.to_string(), cut: Cut::Set(key, value) }
+}
+
 fn widths(all: usize) -> Vec<Step> {
-    let step = |own: usize| Step {
-        label: format!("width {own} of {all}"),
-        short: own.to_string(),
-        cut: Cut::Set("width", number_of(own)),
-    };
-    let halves = (1..).map(|power| all >> power);
-    halves.take_while(|own| *own >= 2).take(5).map(step).collect()
+    let halves = (1..).map(|power| all >> power).take_while(|own| *own >= 2).take(5);
+    halves.map(|own| set("width", number_of(own), own, format!("width {own} of {all}"))).collect()
 }
 
 /// A half to a sixteenth of the channels that a network has `width_mult` times of.
 fn narrower(width_mult: f64) -> Vec<Step> {
-    let step = |part: u32| Step {
-        label: format!("1/{part} of the channels"),
-        short: format!("1/{part}"),
-        cut: Cut::Set(WIDTH_MULT, Value::Float(width_mult / f64::from(part))),
+    let step = |part: u32| {
+        let value = Value::Float(width_mult / f64::from(part));
+        set(WIDTH_MULT, value, format!("1/{part}"), format!("1/{part} of the channels"))
     };
     [2, 4, 8, 16].map(step).to_vec()
 }
 
 fn blocks(all: usize) -> Vec<Step> {
-    let step = |own: usize| Step {
-        label: format!("{own} of {all} blocks"),
-        short: own.to_string(),
-        cut: Cut::Set("blocks", number_of(own)),
-    };
-    (1..all).rev().map(step).collect()
+    let fewer = (1..all).rev();
+    fewer.map(|own| set("blocks", number_of(own), own, format!("{own} of {all} blocks"))).collect()
 }
 
-/// Without the last, the last two, … residual blocks with an identity shortcut.
+/// Without the last, the last two, … residual blocks with an identity shortcut; `out` of them are out already.
 fn shallower(out: usize, all: usize) -> Vec<Step> {
-    let step = |without: usize| Step {
-        label: format!("{} of {all} identity blocks", all - without),
-        short: (all - without).to_string(),
-        cut: Cut::Set(WITHOUT_BLOCKS, number_of(out + without)),
+    let step = |without: usize| {
+        let left = all - without;
+        set(WITHOUT_BLOCKS, number_of(out + without), left, format!("{left} of {all} identity blocks"))
     };
     (1..=all).map(step).collect()
 }

@@ -9,7 +9,9 @@
 //! Dropout of 0.2 before the classifier is torchvision's; paper 001's MATLAB network has none (`dropout = 0`).
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Activation, Architecture, Conv, Error, Fill, Flow, Graph, Network, Result, share};
+use taxel_graph::{
+    Activation, Architecture, Conv, Fill, Flow, Graph, Network, Result, check_width_mult, share,
+};
 
 use crate::check_image;
 
@@ -63,9 +65,7 @@ impl Architecture for MobileNetV2Config {
         let shape = [in_channels, height, width];
         check_image(classes, shape, 1)?;
         share("dropout", dropout)?;
-        if !(width_mult > 0.0 && width_mult <= 4.0) {
-            return Err(Error::config("width_mult", width_mult, "must be above 0 and at most 4"));
-        }
+        check_width_mult(width_mult)?;
         let net = Network::new("mobilenet-v2");
         initial_weights(&net);
         let image = net.input("image", &shape);

@@ -35,8 +35,8 @@ pub(super) fn with_axes<'a, D: Dimension>(
     input: &'static str,
     source: &str,
 ) -> Result<ArrayView<'a, f32, D>> {
-    let wrong = wrong_axes(of_sample(x.shape()), input, source);
-    x.into_dimensionality().map_err(|_| wrong)
+    let shape = x.raw_dim();
+    x.into_dimensionality().map_err(|_| wrong_axes(of_sample(shape.slice()), input, source))
 }
 
 /// Shape of one of the samples of an array.
