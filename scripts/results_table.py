@@ -3,6 +3,7 @@
 
     python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme] [--partial] [--check]
 
+A page has the name of its run folder: the same config with other values (--set, --out) is another page.
 With each page goes docs/results/reference/<name>.json: scores and costs of every row, digests of data and config.
 --check compares a run with that file, row by row, and writes nothing. --partial makes a page of a run that is not
 finished, and says what is missing.
@@ -233,7 +234,7 @@ def reference(folder):
     rows = {n["network"]: {"folds": len(n["folds"]), **n["costs"], **{key: [n["mean"][key], (n["sd"] or {}).get(key)] for key in n["mean"]}}
             for n in results["networks"] if n["mean"]}
     config = hashlib.sha256((folder / "config.toml").read_bytes()).hexdigest()
-    return {"name": results["name"], "source": results["source"], "commit": commit(environment), "config_sha256": config,
+    return {"name": folder.resolve().name, "source": results["source"], "commit": commit(environment), "config_sha256": config,
             "data_digest": results["data_digest"], "rows": rows}
 
 
@@ -265,7 +266,7 @@ def page(folder, partial=False):
     )
     caption += hardening(folder)
     caption += shortcut(results) + chosen(folder, results) + other_statistics(results) + changes(results) + attributes(results)
-    return results["name"], missing(results) + views(folder, results), caption, (folder / "config.toml").read_text()
+    return folder.resolve().name, missing(results) + views(folder, results), caption, (folder / "config.toml").read_text()
 
 
 def check(runs, references):

@@ -67,7 +67,7 @@ fn start(compiled: &Compiled, state: &State, workspace: &Workspace, gradients: &
         }
     });
     for (number, gradient) in gradients.norms.iter_mut().enumerate() {
-        if compiled.norms[number].frozen {
+        if compiled.norms[number].keeps {
             gradient.see_running(&workspace.norms[number]);
         }
     }

@@ -101,7 +101,7 @@ impl Compiled {
             return Err(Error::Batch { model: graph.name().into(), reason });
         }
         let frozen = graph.covered(&options.frozen)?;
-        let plan = Plan::new(graph, &frozen);
+        let plan = Plan::new(graph, &frozen, options.frozen_statistics);
         let is_small = graph.cost().macs * batch as u64 <= SMALL;
         let threads = Threads::new(options.threads, is_small)?;
         let (nodes, sizes) = lay_out(graph, &frozen);
@@ -232,7 +232,7 @@ fn norm_layout(norm: &NormPlan, node: &NodeLayout) -> NormLayout {
         positions: node.positions,
         eps: f64::from(norm.eps),
         momentum: f64::from(norm.momentum),
-        frozen: norm.frozen,
+        keeps: norm.keeps,
         params: node.params.clone(),
         buffers: node.buffers.clone(),
     }

@@ -47,7 +47,7 @@ pub(crate) fn train(
     draw_masks(compiled, state, workspace);
     workspace.parts.iter_mut().flat_map(|part| &mut part.moments).for_each(Moments::clear);
     for (norm, layout) in workspace.norms.iter_mut().zip(&compiled.norms) {
-        if layout.frozen {
+        if layout.keeps {
             norm.see_running(layout, &state.params, &state.buffers);
         }
     }

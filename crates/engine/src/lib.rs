@@ -71,6 +71,6 @@ pub use engine::{Engine, Mode};
 pub use error::{Error, Result};
 pub use evaluator::Evaluator;
 pub use optimizer::{OptimizerState, Sgdm};
-pub use options::{Decay, Options};
+pub use options::{Decay, FrozenStatistics, Options};
 pub use taxel_kernels::optim::Adam;
 pub use workspace::Workspace;

@@ -88,10 +88,11 @@ fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::options::FrozenStatistics;
 
     fn plan(name: &str) -> Plan {
         let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-        Plan::new(&graph, &vec![false; graph.nodes().len()])
+        Plan::new(&graph, &vec![false; graph.nodes().len()], FrozenStatistics::Kept)
     }
 
     #[test]

@@ -50,8 +50,8 @@ pub(crate) struct NormLayout {
     pub positions: usize,
     pub eps: f64,
     pub momentum: f64,
-    /// Running statistics in training too.
-    pub frozen: bool,
+    /// Running statistics in training too, which keeps them.
+    pub keeps: bool,
     /// Weight and bias among the parameters.
     pub params: Range<usize>,
     /// Running mean and variance among the buffers.
@@ -158,8 +158,8 @@ impl NormGradient {
         self.again.dy.copy_from_slice(&norm.scale);
     }
 
-    /// From the sums over a batch of `samples`: the gradients of weight and bias, and the coefficients of the
-    /// input's.
+    /// From the sums over a batch of `samples`: the gradients of weight and bias, unless these are frozen, and the
+    /// coefficients of the input's.
     pub fn see_batch(
         &mut self,
         layout: &NormLayout,
@@ -170,13 +170,18 @@ impl NormGradient {
     ) {
         let count = (samples * layout.positions) as f64;
         let weight = &params[layout.params.clone()];
-        let (dweight, dbias) = dparams[layout.params.clone()].split_at_mut(layout.channels);
         let (plain, weighted) = self.sums.split_at(layout.channels);
+        // Frozen ones lie after all that has gradients.
+        if let Some(dparams) = dparams.get_mut(layout.params.clone()) {
+            let (dweight, dbias) = dparams.split_at_mut(layout.channels);
+            for c in 0..layout.channels {
+                dweight[c] = (weighted[c] * norm.inverse_sd[c]) as f32;
+                dbias[c] = plain[c] as f32;
+            }
+        }
         for c in 0..layout.channels {
             let inverse = norm.inverse_sd[c];
             let normalised = weighted[c] * inverse;
-            dweight[c] = normalised as f32;
-            dbias[c] = plain[c] as f32;
             // dx = γ/σ · (dy − mean(dy) − x̂ · mean(dy · x̂)), with x̂ = (x − μ)/σ.
             let scale = f64::from(weight[c]) * inverse;
             self.first.dy[c] = scale as f32;

@@ -9,9 +9,10 @@ pub struct Options {
     /// not depend on it.
     pub threads: usize,
     /// Nodes that training leaves as they are, by name or by a name's first parts (`stem` is every node
-    /// `stem.…`). Their parameters get no gradient and no step, their batch norms use the running statistics
-    /// and keep them (PyTorch: `requires_grad_(False)` and `eval()`).
+    /// `stem.…`). Their parameters get no gradient and no step.
     pub frozen: Vec<String>,
+    /// What becomes of the statistics of batch norms among them.
+    pub frozen_statistics: FrozenStatistics,
     /// Which parameters the weight decay of optimisers touches.
     pub decay: Decay,
 }
@@ -27,9 +28,26 @@ pub enum Decay {
     Matrices,
 }
 
+/// What becomes of the running statistics of frozen batch norms; their weight and bias stay.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum FrozenStatistics {
+    /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).
+    #[default]
+    Kept,
+    /// As of all other batch norms: training uses a batch's, and moves them (PyTorch: `requires_grad_(False)`
+    /// alone; MATLAB, which freezes by a learning rate of zero).
+    Renewed,
+}
+
 impl Default for Options {
     /// One sample, one thread, nothing frozen, decay of everything.
     fn default() -> Self {
-        Options { batch: 1, threads: 1, frozen: vec![], decay: Decay::All }
+        Options {
+            batch: 1,
+            threads: 1,
+            frozen: vec![],
+            frozen_statistics: FrozenStatistics::Kept,
+            decay: Decay::All,
+        }
     }
 }

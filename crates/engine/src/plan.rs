@@ -10,6 +10,8 @@ use std::collections::HashMap;
 use taxel_graph::{Activation, Graph, Kind, NodeId, Op};
 use taxel_kernels::Rectifier;
 
+use crate::options::FrozenStatistics;
+
 /// How a reader sees a stored value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Seen {
@@ -38,8 +40,8 @@ pub(crate) struct Slot {
 pub(crate) struct NormPlan {
     pub node: NodeId,
     pub stored: NodeId,
-    /// Running statistics in training too.
-    pub frozen: bool,
+    /// Running statistics in training too, which keeps them.
+    pub keeps: bool,
     pub eps: f32,
     pub momentum: f32,
 }
@@ -55,7 +57,7 @@ pub(crate) struct NodePlan {
     pub slots: Vec<Option<(usize, bool)>>,
     /// Slots of its own output, from which its gradient is collected.
     pub own: Vec<usize>,
-    /// Batch norms that need statistics of its output, frozen ones left out.
+    /// Batch norms that need statistics of its output: those that do not keep theirs.
     pub norms: Vec<usize>,
 }
 
@@ -91,8 +93,9 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// `frozen` says of every node whether its parameters stay as they are.
-    pub fn new(graph: &Graph, frozen: &[bool]) -> Self {
+    /// `frozen` says of every node whether its parameters stay as they are, and `statistics` whether those of
+    /// frozen batch norms do.
+    pub fn new(graph: &Graph, frozen: &[bool], statistics: FrozenStatistics) -> Self {
         let stored = stored(graph);
         let mut norms = vec![];
         let mut seen: Vec<Seen> = vec![];
@@ -102,7 +105,8 @@ impl Plan {
             let lazy = match node.op {
                 Op::BatchNorm { eps, momentum } => {
                     let stored = inputs[0].stored;
-                    norms.push(NormPlan { node: id, stored, frozen: frozen[id], eps, momentum });
+                    let keeps = frozen[id] && statistics == FrozenStatistics::Kept;
+                    norms.push(NormPlan { node: id, stored, keeps, eps, momentum });
                     Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
                 }
                 _ => rectifier(&node.op).map(|rectifier| Seen { rectifier, ..inputs[0] }),
@@ -112,7 +116,7 @@ impl Plan {
             let inputs = if stored[id] { lazy.map_or(inputs, |seen| vec![seen]) } else { vec![] };
             nodes.push(NodePlan { stored: stored[id], inputs, ..NodePlan::default() });
         }
-        for (number, norm) in norms.iter().enumerate().filter(|(_, norm)| !norm.frozen) {
+        for (number, norm) in norms.iter().enumerate().filter(|(_, norm)| !norm.keeps) {
             nodes[norm.stored].norms.push(number);
         }
         let mut slots: Vec<Slot> = vec![];
@@ -135,7 +139,7 @@ impl Plan {
     fn forward(&self, graph: &Graph, train: bool) -> Vec<Phase<NodeId>> {
         let mut phases = vec![];
         let mut steps = vec![];
-        let mut ready: Vec<bool> = self.norms.iter().map(|norm| !train || norm.frozen).collect();
+        let mut ready: Vec<bool> = self.norms.iter().map(|norm| !train || norm.keeps).collect();
         for (id, node) in self.nodes.iter().enumerate().filter(|(_, n)| n.stored) {
             if node.inputs.iter().any(|seen| seen.norm.is_some_and(|n| !ready[n])) {
                 // All that can be known by now: every later wait is one less.
@@ -230,8 +234,8 @@ impl Plan {
     ) -> Vec<Phase<Step>> {
         let mut phases = vec![];
         let mut steps = vec![];
-        let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.frozen).collect();
-        let sums = |seen: &Seen| seen.norm.is_some_and(|n| !self.norms[n].frozen);
+        let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.keeps).collect();
+        let sums = |seen: &Seen| seen.norm.is_some_and(|n| !self.norms[n].keeps);
         for slot in (0..outputs).filter(|&slot| readers[slot] == 0 && sums(&self.slots[slot].seen)) {
             steps.push(Step::Sums(slot));
         }

@@ -146,8 +146,8 @@ impl State {
         }
     }
 
-    /// From now on, training passes gather statistics over everything they see. Frozen batch norms see
-    /// nothing, and so keep what they have.
+    /// From now on, training passes gather statistics over everything they see. Batch norms that keep theirs
+    /// see nothing.
     pub fn begin_population(&mut self, compiled: &Compiled) {
         for (population, norm) in self.populations.iter_mut().zip(&compiled.norms) {
             *population = Some(Moments::new(norm.channels));

@@ -7,8 +7,8 @@ mod common;
 mod twin;
 
 use common::{batch, engine, mixed, pass, weights};
-use taxel_engine::{Adam, Decay, Engine, Mode, OptimizerState, Options, Sgdm};
-use taxel_graph::{Graph, Loss, Targets, Weights};
+use taxel_engine::{Adam, Decay, Engine, FrozenStatistics, Mode, OptimizerState, Options, Sgdm};
+use taxel_graph::{Graph, Kind, Loss, Targets, Weights};
 use taxel_kernels::optim;
 use twin::Twin;
 
@@ -197,6 +197,49 @@ fn frozen_nodes_stay_and_the_others_have_the_same_gradients() {
             for group in [&state.momentum_buffer, &state.exp_avg, &state.exp_avg_sq] {
                 assert!(group.iter().all(|(param, _)| !covered(param)), "{names:?}");
             }
+        }
+    }
+}
+
+/// With renewed statistics frozen nodes, batch norms among them, change nothing but that they stay.
+#[test]
+fn frozen_batch_norms_with_renewed_statistics_are_as_all_others() {
+    let graph = mixed();
+    for names in [&["left.bn"][..], &["stem.bn"], &["stem", "left"], &["left.conv", "left.bn", "fc1"]] {
+        let renewed = || Options {
+            batch: 5,
+            threads: 2,
+            frozen: names.iter().map(ToString::to_string).collect(),
+            frozen_statistics: FrozenStatistics::Renewed,
+            ..Options::default()
+        };
+        let mut all = engine(5, 1, &[]);
+        let mut some = Engine::new(&graph, &weights(&graph), renewed()).unwrap();
+        let covered = |name: &str| names.iter().any(|n| name.starts_with(&format!("{n}.")));
+        let learned = |param: &str| graph.params().any(|p| p.name == param && p.kind == Kind::Parameter);
+        assert_eq!(pass(&mut all, 5, 0), pass(&mut some, 5, 0), "{names:?}");
+        let (gradients, fewer) = (all.gradients(), some.gradients());
+        for (param, gradient) in gradients.iter() {
+            let want = if covered(param) { None } else { Some(gradient) };
+            assert_eq!(fewer.get(param), want, "{names:?}: {param}");
+        }
+        for begins in [false, true] {
+            if begins {
+                all.begin_population();
+                some.begin_population();
+                pass(&mut all, 5, 1);
+                pass(&mut some, 5, 1);
+                all.end_population();
+                some.end_population();
+            }
+            // Running averages first, then the whole population.
+            assert_eq!(all.weights(), some.weights(), "{names:?}");
+        }
+        assert!(some.weights().get("left.bn.running_mean") != weights(&graph).get("left.bn.running_mean"));
+        some.sgdm(&SGDM);
+        for (name, tensor) in all.weights().iter().filter(|(name, _)| *name != "stem.conv.bias") {
+            let stays = covered(name) || !learned(name);
+            assert_eq!(some.weights().get(name) == Some(tensor), stays, "{names:?}: {name}");
         }
     }
 }

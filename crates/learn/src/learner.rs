@@ -75,8 +75,13 @@ impl<'d> Learner<'d> {
             weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
         }
         let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
-        let (frozen, decay) = (recipe.frozen.clone(), recipe.optimizer.decay());
-        let options = Options { batch, threads: task.threads, frozen, decay };
+        let options = Options {
+            batch,
+            threads: task.threads,
+            frozen: recipe.frozen.clone(),
+            frozen_statistics: recipe.frozen_statistics.of_engine(),
+            decay: recipe.optimizer.decay(),
+        };
         let breaker = match &recipe.faults {
             Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, inputs), part)?,
             None => None,

@@ -35,6 +35,27 @@ impl BatchNorm {
     }
 }
 
+/// What becomes of the running statistics of frozen batch norms.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrozenStatistics {
+    /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).
+    #[default]
+    Kept,
+    /// As of all other batch norms: a batch's in training, those of [`Recipe::batch_norm`] afterwards. So does a
+    /// learning rate of zero in MATLAB R2019a, with which paper 001 freezes (sections 1 and 4).
+    Renewed,
+}
+
+impl FrozenStatistics {
+    pub(crate) fn of_engine(self) -> taxel_engine::FrozenStatistics {
+        match self {
+            FrozenStatistics::Kept => taxel_engine::FrozenStatistics::Kept,
+            FrozenStatistics::Renewed => taxel_engine::FrozenStatistics::Renewed,
+        }
+    }
+}
+
 /// How much the mistakes on a class count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -132,6 +153,9 @@ pub struct Recipe {
     pub early_stopping: Option<EarlyStopping>,
     /// Nodes that training leaves as they are, by name or a name's first parts: `["features"]`.
     pub frozen: Vec<String>,
+    /// What becomes of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
+    pub frozen_statistics: FrozenStatistics,
     /// What happens to training images and tensors at random, anew in every epoch. Default nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augment: Option<Augment>,
@@ -158,6 +182,7 @@ impl Default for Recipe {
             clip: None,
             early_stopping: None,
             frozen: vec![],
+            frozen_statistics: FrozenStatistics::default(),
             augment: None,
             faults: None,
         }

@@ -304,6 +304,32 @@ fn augmentation_moves_training_images_alone() {
     assert_eq!(still.probabilities, turned.probabilities);
 }
 
+/// Kept or renewed as asked; weight and bias of frozen batch norms stay either way.
+#[test]
+fn frozen_statistics_are_kept_or_renewed() {
+    let dataset = imprints(36, 14);
+    let encoding: Encoding = serde_json::from_value(json!({ "image": { "kind": "raw" } })).unwrap();
+    let stem = |changes: Value| {
+        let mut own = json!({ "epochs": 2, "frozen": ["stem"] });
+        own.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+        let mut validation =
+            CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).encoding(encoding.clone());
+        let candidate = network("resnet8-lite-2d", json!({}), recipe(own), validation.encoder());
+        let (_keep, folder) = run(validation.candidate(candidate));
+        let model = model(&folder, &key("resnet8-lite-2d", 0, 0));
+        ["weight", "bias", "running_mean", "running_var"]
+            .map(|name| model.weights().get(&format!("stem.bn.{name}")).unwrap().data.clone())
+    };
+    let [weight, bias, mean, var] = stem(json!({}));
+    assert!(mean.iter().all(|&v| v == 0.0) && var.iter().all(|&v| v == 1.0), "as at the start");
+    let renewed = ["population", "moving"].map(|kind| {
+        let own = stem(json!({ "frozen_statistics": "renewed", "batch_norm": kind }));
+        assert_eq!([&own[0], &own[1]], [&weight, &bias]);
+        own[2].clone()
+    });
+    assert!(renewed[0] != mean && renewed[1] != mean && renewed[0] != renewed[1], "{renewed:?}");
+}
+
 #[test]
 fn baselines_follow_the_seed_and_say_what_they_cost() {
     let dataset = presses(45, 20);
