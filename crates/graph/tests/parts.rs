@@ -49,6 +49,55 @@ fn a_name_covers_its_node_or_its_block() {
 }
 
 #[test]
+fn a_network_is_halved_behind_what_stays() {
+    let net = branched(3);
+    let halves = |names: &[&str]| {
+        let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+        net.halves(&net.covered(&names).unwrap())
+    };
+    // One of two inputs, dropout right behind the other, nothing, everything.
+    assert_eq!(halves(&["stem", "body", "stemless"]), None);
+    assert_eq!(halves(&[]), None);
+    assert_eq!(halves(&["stem", "body", "stemless", "head"]), None);
+    let line = |width: usize| {
+        let net = Network::new("line");
+        let x = net.input("image", &[2, 6, 6]);
+        let stem = x.conv("stem.conv", Conv::new(4, 3).pad(1).no_bias()).batch_norm("stem.bn").relu();
+        let x = stem.conv("body", Conv::new(4, 3).pad(1)).add(&stem).global_average_pool();
+        let x = x.linear("fc1", width).relu().dropout(0.5).linear("fc2", 3);
+        net.finish(&[("a", x.clone()), ("b", x.linear("fc3", 2))]).unwrap()
+    };
+    let at = |width: usize, still: &[&str]| {
+        let (net, names) = (line(width), still.iter().map(ToString::to_string).collect::<Vec<_>>());
+        let halves = net.halves(&net.covered(&names).unwrap())?;
+        assert_eq!(halves.head.inputs().len(), 1);
+        let outputs: Vec<&str> = halves.head.outputs().iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(outputs, ["a", "b"]);
+        let both = [layers(&halves.body), layers(&halves.head)].concat();
+        assert_eq!(both, layers(&net), "every tensor is in one of the two");
+        Some((halves.body.outputs()[0].0.clone(), layers(&halves.head).len()))
+    };
+    let some = |name: &str, left| Some((name.to_string(), left));
+    assert_eq!(at(5, &["stem.conv"]), some("stem.conv", 5));
+    assert_eq!(at(5, &["stem"]), some("stem.bn/relu", 4));
+    // Not before the addition, which reads the stem as well; the mean has the fewest values.
+    assert_eq!(at(5, &["stem", "body"]), some("body/add/global_average_pool", 3));
+    // The last of those with as many values that is before the dropout.
+    assert_eq!(at(5, &["stem", "body", "fc1", "fc2"]), some("fc1/relu", 2));
+    // A batch norm whose statistics move, a layer before what stays.
+    assert_eq!(at(5, &["stem.bn", "body"]), None);
+    let net = line(5);
+    let no_norm: Vec<bool> =
+        net.nodes().iter().map(|node| node.name == "stem.conv" || node.name == "body").collect();
+    assert_eq!(net.halves(&no_norm).unwrap().body.outputs()[0].0, "stem.conv");
+    // Nodes of the head have the numbers of the head.
+    let head = line(5).halves(&line(5).covered(&["stem".into()]).unwrap()).unwrap().head;
+    assert_eq!(head.nodes()[0].name, "stem.bn/relu");
+    assert!(head.nodes().iter().enumerate().all(|(id, node)| node.inputs.iter().all(|&input| input < id)));
+    assert_eq!(head.nodes()[2].inputs, [1, 0], "body plus stem");
+}
+
+#[test]
 fn a_network_is_cut_after_a_node_or_a_block() {
     let net = branched(3);
     let stem = net.cut("stem").unwrap();

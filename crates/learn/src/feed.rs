@@ -7,6 +7,7 @@ use taxel_graph::Graph;
 use crate::breaker::Breaker;
 use crate::encoding::{Encoded, Input};
 use crate::error::Result;
+use crate::still::Still;
 
 /// Gathers the rows of a batch into one slice per input of the graph.
 pub(crate) struct Feed<'a> {
@@ -16,6 +17,8 @@ pub(crate) struct Feed<'a> {
     batches: Vec<Vec<f32>>,
     /// Breaks training samples, where that is asked for.
     breaker: Option<Breaker<'a>>,
+    /// The frozen part of the network, where the engine has the rest alone.
+    still: Option<Still>,
 }
 
 /// What happens to the samples of a training pass.
@@ -45,12 +48,17 @@ impl<'a> Feed<'a> {
         }
         let rests = found.iter().map(|input| input.transform.rest()).collect();
         let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
-        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests, breaker: None })
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests, breaker: None, still: None })
     }
 
     /// The same, with training samples broken by `breaker`.
     pub fn under(self, breaker: Option<Breaker<'a>>) -> Self {
         Feed { breaker, ..self }
+    }
+
+    /// The same, for an engine that learns from what `still` makes of samples.
+    pub fn behind(self, still: Option<Still>) -> Self {
+        Feed { still, ..self }
     }
 
     fn gather(&mut self, rows: &[usize]) {
@@ -59,7 +67,7 @@ impl<'a> Feed<'a> {
         }
     }
 
-    /// The values of `rows`, one slice per input.
+    /// The values of `rows`, one slice per input of the whole network.
     pub fn rows(&mut self, rows: &[usize]) -> Vec<&[f32]> {
         self.gather(rows);
         self.batches.iter().map(Vec::as_slice).collect()
@@ -72,12 +80,18 @@ impl<'a> Feed<'a> {
 
     /// A pass over `rows`.
     pub fn forward<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], mode: Mode) -> Result<&'e [f32]> {
+        if let Some(still) = &mut self.still {
+            return Ok(engine.forward(&[still.rows(rows)?], rows.len(), mode)?);
+        }
         self.gather(rows);
         self.run(engine, rows.len(), mode)
     }
 
     /// A training pass over `rows`, or over what faults and augmentation make of them.
     pub fn train<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], pass: Pass) -> Result<&'e [f32]> {
+        if self.still.is_some() {
+            return self.forward(engine, rows, Mode::Train);
+        }
         let Pass { occasion, augment } = pass;
         self.gather(rows);
         if let Some(breaker) = &mut self.breaker {

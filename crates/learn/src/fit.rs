@@ -16,6 +16,7 @@ use crate::options::RunOptions;
 use crate::part::{Part, pool};
 use crate::protocol::Protocol;
 use crate::session::Saver;
+use crate::still::Stills;
 use crate::training::Training;
 
 /// A training on all samples of a data set.
@@ -76,6 +77,7 @@ impl Fit<'_> {
                     inputs: &inputs,
                     fold: &fold,
                     teacher: None,
+                    stills: &Stills::default(),
                 };
                 let mut saver = match &self.session {
                     Some(path) => Saver::new(path.clone(), &self.options),

@@ -1,9 +1,11 @@
 //! An engine with what it learns: epochs, batch-norm statistics, tests.
 
+use std::sync::Arc;
+
 use rand::RngExt;
 use taxel_data::{Dataset, Key, Labels};
 use taxel_engine::{Engine, Mode, Options};
-use taxel_graph::{Graph, Weights};
+use taxel_graph::{Graph, Halves, Op, Weights};
 
 use crate::breaker::Breaker;
 use crate::encoding::Input;
@@ -13,8 +15,9 @@ use crate::feed::{Feed, Pass, read_by};
 use crate::hooks::Hooks;
 use crate::objective::Objective;
 use crate::part::Part;
-use crate::recipe::{BatchNorm, Recipe};
+use crate::recipe::{BatchNorm, FrozenStatistics, Recipe};
 use crate::responder::Responder;
+use crate::still::{Still, Stills, halves};
 use crate::teacher::Teacher;
 
 /// Test samples that are gathered at a time.
@@ -30,11 +33,15 @@ pub(crate) struct Learner<'d> {
     steps: usize,
     /// Samples of a batch.
     pub batch: usize,
+    /// Whether there are batch norms whose statistics training moves.
     pub has_norms: bool,
     /// Whether the batch-norm statistics are those that the recipe wants.
     pub settled: bool,
     pub objective: Objective,
+    /// Of the whole network, or of what lies behind its frozen part.
     pub engine: Engine,
+    /// All tensors as they were at first, where the engine has not all of them.
+    first: Option<Weights>,
     graph: &'d Graph,
     threads: usize,
     teacher: Option<&'d Teacher>,
@@ -52,6 +59,8 @@ pub(crate) struct Task<'t> {
     pub threads: usize,
     /// Whose answers it learns from beside the labels.
     pub teacher: Option<&'t Teacher>,
+    /// What frozen parts have made of samples.
+    pub stills: &'t Stills,
 }
 
 impl<'d> Learner<'d> {
@@ -82,6 +91,17 @@ impl<'d> Learner<'d> {
             frozen_statistics: recipe.frozen_statistics.of_engine(),
             decay: recipe.optimizer.decay(),
         };
+        let has_norms = moves_statistics(graph, recipe)?;
+        let (engine, first, still) = match halves(graph, recipe, dataset.len()) {
+            Some(Halves { body, head }) => {
+                let answers = Options { frozen: vec![], ..options.clone() };
+                let inputs = read_by(&body, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect();
+                let still = Still::new(&body, &weights.only(&body), inputs, answers, task.stills)?;
+                let options = Options { frozen: left(&head, graph, recipe)?, ..options };
+                (Engine::new(&head, &weights.only(&head), options)?, Some(weights), Some(still))
+            }
+            None => (Engine::new(graph, &weights, options)?, None, None),
+        };
         let breaker = match &recipe.faults {
             Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, inputs), part)?,
             None => None,
@@ -98,11 +118,12 @@ impl<'d> Learner<'d> {
             labels,
             steps: rows.len().div_ceil(batch),
             batch,
-            has_norms: graph.buffer_count() > 0,
+            has_norms,
             settled: recipe.batch_norm == BatchNorm::Moving,
             objective: Objective::new(recipe, labels, rows),
-            engine: Engine::new(graph, &weights, options)?,
-            feed: Feed::new(graph, inputs)?.under(breaker),
+            engine,
+            first,
+            feed: Feed::new(graph, inputs)?.under(breaker).behind(still),
         })
     }
 
@@ -187,6 +208,14 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
+    /// All parameters and statistics as they are now.
+    pub fn weights(&self) -> Weights {
+        let Some(first) = &self.first else { return self.engine.weights() };
+        let mut weights = first.clone();
+        self.engine.weights().iter().for_each(|(name, tensor)| weights.insert(name, tensor.clone()));
+        weights
+    }
+
     /// Logits of `rows` and their mean loss, of the network as its file will answer: frozen, with `weights`.
     ///
     /// # Errors
@@ -219,7 +248,7 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// What the runtime refuses.
     pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
-        let (logits, loss) = self.test(&self.engine.weights(), rows)?;
+        let (logits, loss) = self.test(&self.weights(), rows)?;
         Ok((loss, self.accuracy(&logits, rows)))
     }
 
@@ -240,4 +269,20 @@ impl<'d> Learner<'d> {
         let last = self.recipe.epochs.saturating_sub(1);
         self.diverged(last, self.steps.saturating_sub(1), value, self.recipe.rate(last))
     }
+}
+
+/// Whether training moves the statistics of a batch norm.
+fn moves_statistics(graph: &Graph, recipe: &Recipe) -> Result<bool> {
+    let frozen = graph.covered(&recipe.frozen).map_err(taxel_engine::Error::from)?;
+    let keeps = |is_frozen: bool| is_frozen && recipe.frozen_statistics == FrozenStatistics::Kept;
+    let mut nodes = graph.nodes().iter().zip(frozen);
+    Ok(nodes.any(|(node, is_frozen)| matches!(node.op, Op::BatchNorm { .. }) && !keeps(is_frozen)))
+}
+
+/// Names of the nodes of a part of `graph` that stay as they are.
+fn left(part: &Graph, graph: &Graph, recipe: &Recipe) -> Result<Vec<String>> {
+    let frozen = graph.covered(&recipe.frozen).map_err(taxel_engine::Error::from)?;
+    let covered = graph.nodes().iter().zip(frozen).filter(|(_, is_frozen)| *is_frozen);
+    let own = |name: &str| part.nodes().iter().any(|node| node.name == name && node.op != Op::Input);
+    Ok(covered.map(|(node, _)| node.name.clone()).filter(|name| own(name)).collect())
 }

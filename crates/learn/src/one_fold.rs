@@ -17,6 +17,7 @@ use crate::plan::{check_faults, check_network};
 use crate::protocol::Protocol;
 use crate::records::{FoldKey, FoldRecord};
 use crate::session::Saver;
+use crate::still::Stills;
 use crate::teacher::Teacher;
 use crate::training::Training;
 
@@ -78,6 +79,7 @@ impl OneFold<'_> {
                     inputs: &inputs,
                     fold,
                     teacher,
+                    stills: &Stills::default(),
                 };
                 let mut saver = Saver::none();
                 let trained = training.run(&mut Hooks { tick, cancel, saver: &mut saver })?;

@@ -26,6 +26,7 @@ use crate::quantized_run::kept;
 use crate::records::{Change, FoldKey, FoldRecord, Timing};
 use crate::results::Results;
 use crate::session::Saver;
+use crate::still::Stills;
 use crate::table_latency::{of_baseline, of_network};
 use crate::tensorboard;
 use crate::training::{Trained, Training};
@@ -39,6 +40,7 @@ pub(crate) struct Run<'a> {
     timings: Vec<Timing>,
     /// Folds whose training left the finite numbers.
     stopped: Vec<FoldKey>,
+    stills: Stills,
 }
 
 /// What is kept of a finished fold.
@@ -51,7 +53,15 @@ impl<'a> Run<'a> {
     /// A run that writes to `folder`, or keeps its records in memory.
     pub fn new(mut plan: Plan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
         plan.results.shortcut = shortcut(plan.dataset);
-        Run { plan, folder, options, records: vec![], timings: vec![], stopped: vec![] }
+        Run {
+            plan,
+            folder,
+            options,
+            records: vec![],
+            timings: vec![],
+            stopped: vec![],
+            stills: Stills::default(),
+        }
     }
 
     /// Takes over what an earlier run of the folder has finished.
@@ -237,6 +247,7 @@ impl<'a> Run<'a> {
             inputs: &inputs,
             fold,
             teacher: None,
+            stills: &self.stills,
         };
         let weight = work_per_sample(&network.graph);
         let mut tick = |samples: usize| progress.step(weight * samples as u64);

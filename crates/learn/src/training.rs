@@ -18,6 +18,7 @@ use crate::recipe::{BatchNorm, Recipe};
 use crate::records::OtherStatistics;
 use crate::search::{Chosen, Trial};
 use crate::session::{Best, Session};
+use crate::still::{Stills, halves};
 use crate::teacher::Teacher;
 
 /// One network on one fold.
@@ -40,6 +41,8 @@ pub(crate) struct Training<'a> {
     pub fold: &'a Fold,
     /// Whose answers it learns from beside the labels.
     pub teacher: Option<&'a Teacher>,
+    /// What frozen parts have made of samples.
+    pub stills: &'a Stills,
 }
 
 /// A trained network and what it says about the test samples.
@@ -109,6 +112,10 @@ impl Training<'_> {
             "part": [seed, repetition as u64, fold as u64], "inputs": transforms,
             "data": self.dataset.digest, "rows": [&self.fold.train, &self.fold.validation],
         });
+        // Its session has the tensors behind the frozen part alone.
+        if halves(graph, recipe, self.dataset.len()).is_some() {
+            own["behind"] = "frozen".into();
+        }
         if let Some(teacher) = self.teacher {
             own["teacher"] = teacher.digest().into();
         }
@@ -136,7 +143,7 @@ impl Training<'_> {
             return Ok(None);
         }
         let train_seconds = hooks.saver.seconds() - aside;
-        let weights = learner.engine.weights();
+        let weights = learner.weights();
         let start = Instant::now();
         let (mut probabilities, test_loss) = learner.test(&weights, test)?;
         let test_seconds = start.elapsed().as_secs_f64();
@@ -264,6 +271,7 @@ impl Training<'_> {
             part: self.part,
             threads: self.threads,
             teacher: self.teacher,
+            stills: self.stills,
         };
         let largest = self.fold.test.len().max(self.fold.validation.len());
         let mut learner = Learner::new(&task, recipe, self.dataset, self.inputs, rows, largest)?;

@@ -330,6 +330,46 @@ fn frozen_statistics_are_kept_or_renewed() {
     assert!(renewed[0] != mean && renewed[1] != mean && renewed[0] != renewed[1], "{renewed:?}");
 }
 
+/// Features of a frozen body are made once; an augmentation that moves nothing has every pass make them anew.
+#[test]
+fn a_frozen_body_is_asked_once_and_nothing_else_changes() {
+    let dataset = imprints(36, 33);
+    let encoding: Encoding = serde_json::from_value(json!({ "image": { "kind": "raw" } })).unwrap();
+    for (name, set, frozen) in [
+        ("resnet8-lite-2d", json!({}), json!(["stem", "identity1"])),
+        ("resnet8-lite-2d", json!({}), json!(["stem", "identity1", "downsample", "identity2"])),
+        ("tactnet6", json!({}), json!(["convs"])),
+        ("mobilenet-v2", json!({ "width_mult": 0.25 }), json!(["features"])),
+    ] {
+        let go = |changes: Value| {
+            let mut own = json!({ "epochs": 2, "batch_size": 5, "frozen": frozen });
+            own.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+            let mut validation =
+                CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).encoding(encoding.clone());
+            let candidate = network(name, set.clone(), recipe(own), validation.encoder());
+            let (_keep, folder) = run(validation.candidate(candidate));
+            let models: Vec<Weights> =
+                (0..2).map(|fold| model(&folder, &key(name, 0, fold)).weights().clone()).collect();
+            let records: Vec<_> = (0..2).map(|fold| record(&folder, &key(name, 0, fold))).collect();
+            (models, records)
+        };
+        for own in [json!({}), json!({ "early_stopping": { "patience": 1 } })] {
+            let whole = {
+                let mut own = own.clone();
+                own["augment"] = json!({ "shift": 0.0 });
+                go(own)
+            };
+            let (models, records) = go(own);
+            assert!(models == whole.0, "{name}: {frozen}");
+            for (one, other) in records.iter().zip(&whole.1) {
+                assert_eq!(one.epochs, other.epochs, "{name}: {frozen}");
+                assert_eq!(one.probabilities, other.probabilities);
+                assert_eq!(one.other_statistics, other.other_statistics);
+            }
+        }
+    }
+}
+
 #[test]
 fn baselines_follow_the_seed_and_say_what_they_cost() {
     let dataset = presses(45, 20);

@@ -30,7 +30,7 @@ pub struct Encoded {
 }
 
 impl Encoded {
-    fn new(x: ArrayD<f32>) -> Self {
+    pub(crate) fn new(x: ArrayD<f32>) -> Self {
         let shape = x.shape().get(1..).unwrap_or_default().to_vec();
         let x = if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() };
         let (mut values, offset) = x.into_raw_vec_and_offset();

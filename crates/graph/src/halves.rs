@@ -1,0 +1,71 @@
+//! A network cut in two: what stays as it is, and what learns from what that makes of the inputs.
+
+use crate::graph::{Graph, Kind, Node, NodeId};
+use crate::op::Op;
+
+/// A network cut in two at a node, which is the one output of the body and the one input of the head.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Halves {
+    /// All inputs and what stays as it is.
+    pub body: Graph,
+    /// The rest, with all outputs.
+    pub head: Graph,
+}
+
+impl Graph {
+    /// Cuts the network so that the body makes the same of a sample in every pass: its nodes learn nothing, as
+    /// `still` says of every node, and have no dropout.
+    ///
+    /// The body has as many layers as it can have; of places as good it ends at the last of those with the fewest
+    /// values. None if no layer is still from the inputs on, or if none is left to the head.
+    pub fn halves(&self, still: &[bool]) -> Option<Halves> {
+        let layers = |before: &[bool]| {
+            self.nodes.iter().zip(before).filter(|(node, before)| **before && !node.params.is_empty()).count()
+        };
+        let ends = (0..self.nodes.len()).filter(|&id| self.nodes[id].op != Op::Input);
+        let places = ends.filter_map(|end| Some((end, self.body_before(end, still)?)));
+        let size = |id: NodeId| self.nodes[id].shape.iter().product::<usize>();
+        let best = places.filter(|(_, before)| layers(before) > 0);
+        let (end, before) =
+            best.max_by_key(|(end, before)| (layers(before), usize::MAX - size(*end), *end))?;
+        let place = |id: NodeId| match id == end {
+            true => 0,
+            false => 1 + before[..id].iter().filter(|before| !**before).count(),
+        };
+        let own = &self.nodes[end];
+        let (inputs, params) = (vec![], vec![]);
+        let first = Node { name: own.name.clone(), op: Op::Input, inputs, shape: own.shape.clone(), params };
+        let rest = self.nodes.iter().zip(&before).filter(|(_, before)| !**before).map(|(node, _)| Node {
+            inputs: node.inputs.iter().map(|&id| place(id)).collect(),
+            ..node.clone()
+        });
+        let nodes = std::iter::once(first).chain(rest).collect();
+        let outputs = self.outputs.iter().map(|(name, id)| (name.clone(), place(*id))).collect();
+        let head = Graph::new(self.name.clone(), nodes, outputs, self.loss_weights.clone()).ok()?;
+        Some(Halves { body: self.cut(&own.name).ok()?, head })
+    }
+
+    /// Which nodes a body that ends at `end` has; none if there is no such body.
+    fn body_before(&self, end: NodeId, still: &[bool]) -> Option<Vec<bool>> {
+        let mut before = vec![false; self.nodes.len()];
+        before[end] = true;
+        for id in (0..=end).rev() {
+            if before[id] {
+                self.nodes[id].inputs.iter().for_each(|&input| before[input] = true);
+            }
+        }
+        let own = || self.nodes.iter().enumerate().zip(&before);
+        let moves = |id: NodeId, node: &Node| match node.op {
+            Op::Dropout { .. } => true,
+            // Its statistics move even where its weight does not learn, or where it has none.
+            Op::BatchNorm { .. } => !still[id],
+            _ => !still[id] && node.params.iter().any(|param| param.kind == Kind::Parameter),
+        };
+        let is_still = own().all(|((id, node), before)| !before || !moves(id, node));
+        let closed = own().filter(|(_, before)| !**before).all(|((_, node), _)| {
+            node.op != Op::Input && node.inputs.iter().all(|&input| input == end || !before[input])
+        });
+        let answers = self.outputs.iter().any(|&(_, id)| before[id]);
+        (is_still && closed && !answers).then_some(before)
+    }
+}
