@@ -14,6 +14,8 @@ use crate::error::{Error, Result};
 const SCALE: u32 = 2;
 /// It is drawn so many times larger and then made smaller: kuva's upright text is coarse.
 const FINER: u32 = 2;
+/// Pixels of the largest drawing that is made finer.
+const MOST_PIXELS: f64 = 5e7;
 /// Widths of characters as shares of the size of their font (DejaVu Sans, wider than most), and of all others.
 const WIDTHS: [(&str, f64); 3] = [("ijlI.,:;'|!", 0.33), ("-frt()[] 1", 0.42), ("mwMWQ%@—…", 0.96)];
 const WIDTH: f64 = 0.63;
@@ -188,10 +190,15 @@ impl Canvas {
     /// # Errors
     /// A drawing that kuva cannot turn into pixels.
     pub(super) fn png(&self) -> Result<Vec<u8>> {
+        let fine = self.scene.width * self.scene.height * f64::from((SCALE * FINER).pow(2));
+        let finer = if fine > MOST_PIXELS { 1 } else { FINER };
         let large =
-            RasterBackend { scale: (SCALE * FINER) as f32 }.render_scene(&self.scene).map_err(refuse)?;
-        let large = image::load_from_memory(&large).map_err(refuse)?.to_rgb8();
-        let (width, height) = (large.width() / FINER, large.height() / FINER);
+            RasterBackend { scale: (SCALE * finer) as f32 }.render_scene(&self.scene).map_err(refuse)?;
+        let mut own = image::ImageReader::with_format(Cursor::new(large), image::ImageFormat::Png);
+        // The limits are meant for pictures of others.
+        own.no_limits();
+        let large = own.decode().map_err(refuse)?.to_rgb8();
+        let (width, height) = (large.width() / finer, large.height() / finer);
         let small = image::imageops::thumbnail(&large, width, height);
         let mut png = Cursor::new(vec![]);
         small.write_to(&mut png, image::ImageFormat::Png).map_err(refuse)?;

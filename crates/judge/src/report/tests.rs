@@ -5,7 +5,9 @@ use std::sync::LazyLock;
 
 use taxel_data::Source;
 
+use super::canvas::Canvas;
 use super::fixture::{HOSTILE, choice, claim, judgement};
+use super::palette::Paint;
 use super::tables::tables;
 use super::{Entry, Report, overview, report};
 use crate::decide::across;
@@ -369,4 +371,13 @@ fn several_runs_share_a_page_of_claims_and_ranks() {
     for name in ["charts/critical-difference.svg", "charts/critical-difference.png"] {
         assert!(folder.path().join(name).is_file(), "{name}");
     }
+}
+
+/// The layers of eleven deep networks are a chart of 12,000 units.
+#[test]
+fn a_drawing_may_be_very_tall() {
+    let canvas = Canvas::new(760.0, 12_000.0, Paint::Print);
+    let png =
+        image::ImageReader::new(std::io::Cursor::new(canvas.png().unwrap())).with_guessed_format().unwrap();
+    assert_eq!(png.into_dimensions().unwrap(), (1520, 24_000));
 }
