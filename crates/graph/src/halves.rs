@@ -1,5 +1,7 @@
 //! A network cut in two: what stays as it is, and what learns from what that makes of the inputs.
 
+use std::cmp::Reverse;
+
 use crate::graph::{Graph, Kind, Node, NodeId};
 use crate::op::Op;
 
@@ -25,9 +27,8 @@ impl Graph {
         let ends = (0..self.nodes.len()).filter(|&id| self.nodes[id].op != Op::Input);
         let places = ends.filter_map(|end| Some((end, self.body_before(end, still)?)));
         let size = |id: NodeId| self.nodes[id].shape.iter().product::<usize>();
-        let best = places.filter(|(_, before)| layers(before) > 0);
-        let (end, before) =
-            best.max_by_key(|(end, before)| (layers(before), usize::MAX - size(*end), *end))?;
+        let rank = |(end, before): &(NodeId, Vec<bool>)| (layers(before), Reverse(size(*end)), *end);
+        let (end, before) = places.max_by_key(rank).filter(|(_, before)| layers(before) > 0)?;
         let place = |id: NodeId| match id == end {
             true => 0,
             false => 1 + before[..id].iter().filter(|before| !**before).count(),
@@ -47,13 +48,7 @@ impl Graph {
 
     /// Which nodes a body that ends at `end` has; none if there is no such body.
     fn body_before(&self, end: NodeId, still: &[bool]) -> Option<Vec<bool>> {
-        let mut before = vec![false; self.nodes.len()];
-        before[end] = true;
-        for id in (0..=end).rev() {
-            if before[id] {
-                self.nodes[id].inputs.iter().for_each(|&input| before[input] = true);
-            }
-        }
+        let before = self.up_to(end);
         let own = || self.nodes.iter().enumerate().zip(&before);
         let moves = |id: NodeId, node: &Node| match node.op {
             Op::Dropout { .. } => true,

@@ -61,13 +61,8 @@ impl Graph {
         let Some(end) = exact.or_else(|| self.nodes.iter().rposition(inside)) else {
             return Err(Error::node(&self.name, format!("has no node `{node}`{}", self.meant(node))));
         };
-        let mut kept: Vec<bool> = self.nodes.iter().map(|n| n.op == Op::Input).collect();
-        kept[end] = true;
-        for id in (0..=end).rev().filter(|&id| self.nodes[id].op != Op::Input) {
-            if kept[id] {
-                self.nodes[id].inputs.iter().for_each(|&input| kept[input] = true);
-            }
-        }
+        let mut kept = self.up_to(end);
+        self.inputs.iter().for_each(|&input| kept[input] = true);
         let at = |id: NodeId| kept[..id].iter().filter(|kept| **kept).count();
         let moved = |(_, node): (&bool, &Node)| Node {
             inputs: node.inputs.iter().map(|&id| at(id)).collect(),
@@ -75,6 +70,18 @@ impl Graph {
         };
         let nodes = kept.iter().zip(&self.nodes).filter(|(kept, _)| **kept).map(moved).collect();
         Graph::new(self.name.clone(), nodes, vec![(self.nodes[end].name.clone(), at(end))], vec![1.0])
+    }
+
+    /// The node `end` and all that it is computed from.
+    pub(crate) fn up_to(&self, end: NodeId) -> Vec<bool> {
+        let mut before = vec![false; self.nodes.len()];
+        before[end] = true;
+        for id in (0..=end).rev() {
+            if before[id] {
+                self.nodes[id].inputs.iter().for_each(|&input| before[input] = true);
+            }
+        }
+        before
     }
 
     /// "; did you mean …?" with the names of nodes and blocks that are nearest to `name`, or with the first and the

@@ -15,9 +15,9 @@ use crate::feed::{Feed, Pass, read_by};
 use crate::hooks::Hooks;
 use crate::objective::Objective;
 use crate::part::Part;
-use crate::recipe::{BatchNorm, FrozenStatistics, Recipe};
+use crate::recipe::{BatchNorm, Recipe};
 use crate::responder::Responder;
-use crate::still::{Still, Stills, halves};
+use crate::still::{Still, Stills, halves, is_norm, staying};
 use crate::teacher::Teacher;
 
 /// Test samples that are gathered at a time.
@@ -91,13 +91,15 @@ impl<'d> Learner<'d> {
             frozen_statistics: recipe.frozen_statistics.of_engine(),
             decay: recipe.optimizer.decay(),
         };
-        let has_norms = moves_statistics(graph, recipe)?;
+        let staying = staying(graph, recipe).map_err(taxel_engine::Error::from)?;
+        let has_norms = graph.nodes().iter().zip(&staying).any(|(node, stays)| is_norm(node) && !stays);
         let (engine, first, still) = match halves(graph, recipe, dataset.len()) {
             Some(Halves { body, head }) => {
                 let answers = Options { frozen: vec![], ..options.clone() };
                 let inputs = read_by(&body, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect();
                 let still = Still::new(&body, &weights.only(&body), inputs, answers, task.stills)?;
-                let options = Options { frozen: left(&head, graph, recipe)?, ..options };
+                let frozen = left(&head, graph, &recipe.frozen).map_err(taxel_engine::Error::from)?;
+                let options = Options { frozen, ..options };
                 (Engine::new(&head, &weights.only(&head), options)?, Some(weights), Some(still))
             }
             None => (Engine::new(graph, &weights, options)?, None, None),
@@ -271,18 +273,9 @@ impl<'d> Learner<'d> {
     }
 }
 
-/// Whether training moves the statistics of a batch norm.
-fn moves_statistics(graph: &Graph, recipe: &Recipe) -> Result<bool> {
-    let frozen = graph.covered(&recipe.frozen).map_err(taxel_engine::Error::from)?;
-    let keeps = |is_frozen: bool| is_frozen && recipe.frozen_statistics == FrozenStatistics::Kept;
-    let mut nodes = graph.nodes().iter().zip(frozen);
-    Ok(nodes.any(|(node, is_frozen)| matches!(node.op, Op::BatchNorm { .. }) && !keeps(is_frozen)))
-}
-
-/// Names of the nodes of a part of `graph` that stay as they are.
-fn left(part: &Graph, graph: &Graph, recipe: &Recipe) -> Result<Vec<String>> {
-    let frozen = graph.covered(&recipe.frozen).map_err(taxel_engine::Error::from)?;
-    let covered = graph.nodes().iter().zip(frozen).filter(|(_, is_frozen)| *is_frozen);
+/// Names of the nodes of a part of `graph` that `frozen` covers.
+fn left(part: &Graph, graph: &Graph, frozen: &[String]) -> taxel_graph::Result<Vec<String>> {
+    let covered = graph.nodes().iter().zip(graph.covered(frozen)?).filter(|(_, covered)| *covered);
     let own = |name: &str| part.nodes().iter().any(|node| node.name == name && node.op != Op::Input);
     Ok(covered.map(|(node, _)| node.name.clone()).filter(|name| own(name)).collect())
 }

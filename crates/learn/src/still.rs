@@ -1,10 +1,10 @@
 //! The frozen part of a network that makes the same of a sample in every pass: asked once for every sample.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use taxel_engine::{Evaluator, Options, Workspace};
-use taxel_graph::{Graph, Halves, Op, Weights};
+use taxel_graph::{Graph, Halves, Node, Op, Weights};
 
 use crate::encoding::Encoded;
 use crate::error::Result;
@@ -20,14 +20,27 @@ pub(crate) fn halves(graph: &Graph, recipe: &Recipe, samples: usize) -> Option<H
     if recipe.frozen.is_empty() || recipe.augment.is_some() || recipe.faults.is_some() {
         return None;
     }
-    let mut still = graph.covered(&recipe.frozen).ok()?;
-    if recipe.frozen_statistics == FrozenStatistics::Renewed {
-        let norms = graph.nodes().iter().map(|node| matches!(node.op, Op::BatchNorm { .. }));
-        still.iter_mut().zip(norms).for_each(|(still, is_norm)| *still &= !is_norm);
-    }
+    let still = staying(graph, recipe).ok()?;
     let halves = graph.halves(&still)?;
     let features: usize = halves.head.inputs().map(|node| node.shape.iter().product::<usize>()).sum();
     (samples.saturating_mul(features * size_of::<f32>()) <= MOST_BYTES).then_some(halves)
+}
+
+/// Which nodes keep all their tensors: frozen ones, but batch norms whose statistics `recipe` renews.
+///
+/// # Errors
+/// A frozen node that the network does not have.
+pub(crate) fn staying(graph: &Graph, recipe: &Recipe) -> taxel_graph::Result<Vec<bool>> {
+    let mut staying = graph.covered(&recipe.frozen)?;
+    if recipe.frozen_statistics == FrozenStatistics::Renewed {
+        staying.iter_mut().zip(graph.nodes()).for_each(|(stays, node)| *stays &= !is_norm(node));
+    }
+    Ok(staying)
+}
+
+/// Whether a node has running statistics.
+pub(crate) fn is_norm(node: &Node) -> bool {
+    matches!(node.op, Op::BatchNorm { .. })
 }
 
 /// Features by sample.
@@ -108,7 +121,7 @@ impl Still {
     }
 
     /// Makes those that are missing.
-    fn make(&mut self, rows: &[usize], features: &mut MutexGuard<Features>) -> Result<()> {
+    fn make(&mut self, rows: &[usize], features: &mut Features) -> Result<()> {
         let missing: Vec<usize> = rows.iter().copied().filter(|row| !features.contains_key(row)).collect();
         let mut values = vec![vec![]; self.inputs.len()];
         for rows in missing.chunks(self.batch) {
