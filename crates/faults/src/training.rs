@@ -23,7 +23,9 @@ pub struct TrainingFaults {
     pub probability: f64,
     /// How often it has one more, whether or not it has the first, 0 to 1. Default 0.14.
     pub second: f64,
-    /// The kinds that are drawn. Default all that have a meaning for the samples.
+    /// The kinds that are drawn. Default all from which something can be learned: all that have a meaning for
+    /// the layout, and for a single channel without those that leave nothing of it (`dead`, `stuck`) or that
+    /// need a second one (`dead-line`, `crosstalk`, `swap`).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kinds: Vec<Fault>,
     /// Kinds that are never drawn: what is left out of training can be tested as unknown. Default none.
@@ -103,6 +105,13 @@ impl Fault {
         }
     }
 
+    /// Whether it needs several channels or taxels: a single one that is dead or stuck says nothing of the label,
+    /// and has no neighbour to be mixed or swapped with.
+    fn needs_several(self) -> bool {
+        use Fault::{Crosstalk, Dead, DeadLine, Stuck, Swap};
+        matches!(self, Dead | Stuck | DeadLine | Crosstalk | Swap)
+    }
+
     /// How often it is drawn next to the others: wrong wiring takes the most samples to learn.
     fn weight(self) -> f64 {
         if self == Fault::Swap { 1.5 } else { 1.0 }
@@ -139,12 +148,12 @@ impl TrainingFaults {
         self.probability == 0.0 && self.second == 0.0
     }
 
-    /// What is drawn for samples of `layout`.
+    /// What is drawn for samples of `layout` with axes `shape`.
     ///
     /// # Errors
     /// [`Error::Fault`] for a kind that is asked for and has no meaning, [`Error::Parameter`] where no kind is
-    /// left, and those of [`TrainingFaults::check`].
-    pub fn plan(&self, layout: Layout) -> Result<Plan> {
+    /// left or `shape` is none of `layout`, and those of [`TrainingFaults::check`].
+    pub fn plan(&self, layout: Layout, shape: &[usize]) -> Result<Plan> {
         self.check()?;
         for &fault in &self.kinds {
             if let Some(reason) = fault.refusal(layout) {
@@ -152,7 +161,15 @@ impl TrainingFaults {
                 return Err(Error::Fault { fault: fault.name(), layout, reason });
             }
         }
-        let asked = |fault: &Fault| self.kinds.is_empty() || self.kinds.contains(fault);
+        if !layout.fits(shape) {
+            let (value, expected) = (format!("{shape:?}"), format!("must be {}", layout.describe()));
+            return Err(Error::Parameter { name: "shape".into(), value, expected });
+        }
+        let (rows, columns, _) = grid(layout, shape);
+        let asked = |fault: &Fault| match self.kinds.is_empty() {
+            true => rows * columns > 1 || !fault.needs_several(),
+            false => self.kinds.contains(fault),
+        };
         let kinds: Vec<Fault> = Fault::ALL
             .into_iter()
             .filter(|fault| asked(fault) && fault.applicable(layout) && !self.without.contains(fault))

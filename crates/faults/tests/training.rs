@@ -19,7 +19,7 @@ fn sensor() -> Sensor {
 
 /// Every draw: how many faults, and what became of the grasp.
 fn draws(faults: &TrainingFaults) -> Vec<(usize, ArrayD<f32>)> {
-    let plan = faults.plan(Layout::Series).unwrap();
+    let plan = faults.plan(Layout::Series, &[5, 40]).unwrap();
     let draw = |i: usize| {
         let mut x = grasp();
         let count = plan.apply(x.view_mut(), &sensor(), 7, &format!("draw/{i}"), i).unwrap();
@@ -59,11 +59,28 @@ fn a_kind_that_is_left_out_never_comes() {
         assert!((1..=3).contains(&dead), "{dead}");
     }
     let without = TrainingFaults { without: vec![Fault::Dead, Fault::DeadLine], ..only(Fault::Stuck) };
-    assert!(without.plan(Layout::Series).unwrap().kinds().eq([Fault::Stuck]));
+    assert!(without.plan(Layout::Series, &[5, 40]).unwrap().kinds().eq([Fault::Stuck]));
     let all = TrainingFaults { without: vec![Fault::Dead], ..Default::default() };
-    let kinds: Vec<Fault> = all.plan(Layout::Series).unwrap().kinds().collect();
+    let kinds: Vec<Fault> = all.plan(Layout::Series, &[5, 40]).unwrap().kinds().collect();
     assert_eq!(kinds.len(), 12);
     assert!(!kinds.contains(&Fault::Dead) && !kinds.contains(&Fault::Rotation));
+}
+
+#[test]
+fn a_single_channel_meets_only_what_it_can_learn_from() {
+    let kinds = |faults: TrainingFaults, shape: &[usize]| -> Vec<Fault> {
+        faults.plan(Layout::Series, shape).unwrap().kinds().collect()
+    };
+    let several = [Fault::Dead, Fault::Stuck, Fault::DeadLine, Fault::Crosstalk, Fault::Swap];
+    let both = kinds(TrainingFaults::default(), &[2, 40]);
+    let single = kinds(TrainingFaults::default(), &[1, 40]);
+    assert!(several.iter().all(|kind| both.contains(kind) && !single.contains(kind)));
+    assert_eq!(both.len(), single.len() + several.len());
+    // Whoever asks for a kind gets it.
+    let asked = TrainingFaults { kinds: vec![Fault::Dead], ..Default::default() };
+    assert_eq!(kinds(asked, &[1, 40]), [Fault::Dead]);
+    let wrong = TrainingFaults::default().plan(Layout::Series, &[40]).unwrap_err().to_string();
+    assert!(wrong.starts_with("shape = [40]"), "{wrong}");
 }
 
 #[test]
@@ -86,7 +103,7 @@ fn levels_lie_where_they_are_asked_for() {
 
 #[test]
 fn settings_outside_their_range_are_refused_by_name() {
-    let refused = |faults: TrainingFaults| faults.plan(Layout::Series).unwrap_err().to_string();
+    let refused = |faults: TrainingFaults| faults.plan(Layout::Series, &[5, 40]).unwrap_err().to_string();
     let own = TrainingFaults { probability: f64::NAN, ..Default::default() };
     assert!(refused(own).starts_with("probability = NaN"));
     let own = TrainingFaults { copies: 0, ..Default::default() };
@@ -95,11 +112,11 @@ fn settings_outside_their_range_are_refused_by_name() {
     let own = TrainingFaults { levels, ..Default::default() };
     assert!(refused(own).starts_with("levels.noise = [5, 1]"));
     let own = TrainingFaults { kinds: vec![Fault::Shift], ..Default::default() };
-    assert!(matches!(own.plan(Layout::Series), Err(Error::Fault { fault: "shift", .. })));
+    assert!(matches!(own.plan(Layout::Series, &[5, 40]), Err(Error::Fault { fault: "shift", .. })));
     let own = TrainingFaults { kinds: vec![Fault::Noise], without: vec![Fault::Noise], ..Default::default() };
     assert!(refused(own).starts_with("without = "));
     let mut image = ArrayD::zeros(vec![5]);
-    let plan = TrainingFaults::default().plan(Layout::Series).unwrap();
+    let plan = TrainingFaults::default().plan(Layout::Series, &[5, 40]).unwrap();
     assert!(plan.apply(image.view_mut(), &sensor(), 0, "x", 3).is_err());
 }
 

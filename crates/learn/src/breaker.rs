@@ -40,7 +40,7 @@ impl<'a> Breaker<'a> {
         if faults.is_clean() {
             return Ok(None);
         }
-        let plan = faults.plan(dataset.reading.layout).map_err(fault_problem)?;
+        let plan = faults.plan(dataset.reading.layout, &dataset.reading.shape).map_err(fault_problem)?;
         let (shape, source) = (&dataset.reading.shape, dataset.source.to_string());
         let encoders =
             inputs.iter().map(|input| input.transform.compile(shape, &source)).collect::<Result<Vec<_>>>()?;

@@ -181,7 +181,7 @@ pub(crate) fn check_network(candidate: &Candidate, network: &Trainable, encoder:
 /// The first of them.
 pub(crate) fn check_faults(candidate: &Candidate, dataset: &Dataset) -> Result<()> {
     let Some(faults) = candidate.faults() else { return Ok(()) };
-    faults.plan(dataset.reading.layout).map_err(fault_problem)?;
+    faults.plan(dataset.reading.layout, &dataset.reading.shape).map_err(fault_problem)?;
     Ok(())
 }
 

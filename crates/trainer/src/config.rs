@@ -7,7 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
-use taxel_faults::{Fault, Layout, TrainingFaults};
+use taxel_data::Reading;
+use taxel_faults::{Fault, TrainingFaults};
 use taxel_graph::Loss;
 use taxel_learn::{
     Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Recipe, Search,
@@ -293,8 +294,8 @@ impl Harden {
     }
 
     /// The candidate trained under faults, and once more without each kind that is to be met unknown; nothing
-    /// where it is not hardened. `layout` is that of the samples.
-    pub(crate) fn hardened(&self, candidate: &Candidate, layout: Layout) -> Vec<Candidate> {
+    /// where it is not hardened. `reading` is that of the samples.
+    pub(crate) fn hardened(&self, candidate: &Candidate, reading: &Reading) -> Vec<Candidate> {
         let named = self.only.contains(&candidate.name);
         // The other baselines keep every sample that they are given, or look at none.
         let fits = match &candidate.estimator {
@@ -305,7 +306,8 @@ impl Harden {
         if candidate.faults().is_some() || !wanted {
             return vec![];
         }
-        let met: Vec<Fault> = self.faults.plan(layout).map_or(vec![], |plan| plan.kinds().collect());
+        let met: Vec<Fault> =
+            self.faults.plan(reading.layout, &reading.shape).map_or(vec![], |plan| plan.kinds().collect());
         let left_out = met.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
         let unmet = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
         std::iter::once(candidate.hardened(&self.faults, None)).chain(unmet).collect()

@@ -201,7 +201,7 @@ impl Runner<'_> {
         }
         if let (Some(harden), Some((clean, _))) = (harden, name.rsplit_once('.')) {
             let clean = self.candidate(clean, encoder)?;
-            let hardened = harden.hardened(&clean, self.dataset.reading.layout);
+            let hardened = harden.hardened(&clean, &self.dataset.reading);
             if let Some(own) = hardened.into_iter().find(|own| own.name == name) {
                 return Ok(own);
             }
@@ -240,9 +240,9 @@ impl Runner<'_> {
         }
         candidates.extend(baselines.iter().map(|Baseline(method)| Candidate::baseline(*method)));
         if let Some(harden) = &self.experiment.config().harden {
-            let layout = self.dataset.reading.layout;
+            let reading = &self.dataset.reading;
             let more: Vec<Candidate> =
-                candidates.iter().flat_map(|candidate| harden.hardened(candidate, layout)).collect();
+                candidates.iter().flat_map(|candidate| harden.hardened(candidate, reading)).collect();
             candidates.extend(more);
         }
         Ok((candidates, refused))
