@@ -24,8 +24,8 @@ pub struct TrainingFaults {
     /// How often it has one more, whether or not it has the first, 0 to 1. Default 0.14.
     pub second: f64,
     /// The kinds that are drawn. Default all from which something can be learned: all that have a meaning for
-    /// the layout, and for a single channel without those that leave nothing of it (`dead`, `stuck`) or that
-    /// need a second one (`dead-line`, `crosstalk`, `swap`).
+    /// the layout, and for a single channel (a row of features is one) without those that leave nothing of it
+    /// (`dead`, `stuck`) or that need a second one (`dead-line`, `crosstalk`, `swap`).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kinds: Vec<Fault>,
     /// Kinds that are never drawn: what is left out of training can be tested as unknown. Default none.
@@ -166,9 +166,13 @@ impl TrainingFaults {
             return Err(Error::Parameter { name: "shape".into(), value, expected });
         }
         let (rows, columns, _) = grid(layout, shape);
-        let asked = |fault: &Fault| match self.kinds.is_empty() {
-            true => rows * columns > 1 || !fault.needs_several(),
-            false => self.kinds.contains(fault),
+        let single = rows * columns == 1;
+        let asked = |fault: &Fault| {
+            if self.kinds.is_empty() {
+                !(single && fault.needs_several())
+            } else {
+                self.kinds.contains(fault)
+            }
         };
         let kinds: Vec<Fault> = Fault::ALL
             .into_iter()

@@ -76,6 +76,10 @@ fn a_single_channel_meets_only_what_it_can_learn_from() {
     let single = kinds(TrainingFaults::default(), &[1, 40]);
     assert!(several.iter().all(|kind| both.contains(kind) && !single.contains(kind)));
     assert_eq!(both.len(), single.len() + several.len());
+    // A row of features is broken as one channel.
+    let features: Vec<Fault> =
+        TrainingFaults::default().plan(Layout::Features, &[7]).unwrap().kinds().collect();
+    assert!(!features.iter().any(|kind| several.contains(kind)), "{features:?}");
     // Whoever asks for a kind gets it.
     let asked = TrainingFaults { kinds: vec![Fault::Dead], ..Default::default() };
     assert_eq!(kinds(asked, &[1, 40]), [Fault::Dead]);
