@@ -33,6 +33,7 @@ mod infer;
 mod loss;
 mod op;
 mod parts;
+mod resize;
 mod serial;
 mod settings;
 mod shape;

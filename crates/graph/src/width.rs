@@ -3,15 +3,10 @@
 use std::collections::BTreeSet;
 
 use crate::error::{Error, Result};
-use crate::fill::Fill;
 use crate::graph::{Graph, Node, NodeId};
 use crate::op::Op;
 use crate::settings::check_width_mult;
 use crate::shape::describe;
-
-/// Rules whose numbers follow from the size of a weight; the number of any other stays as it is.
-const BY_SIZE: [Fill; 4] =
-    [Fill::Pytorch, Fill::KaimingNormalFanIn, Fill::KaimingNormalFanOut, Fill::KaimingUniformFanOut];
 
 impl Graph {
     /// The same network with `width_mult` times the channels in every convolution, linear layer and LSTM, rounded to the
@@ -58,15 +53,13 @@ impl Graph {
                 }
                 _ => {}
             }
-            let mut made = node.again(op, node.inputs.clone(), &nodes)?;
-            draw_by_size(node, &mut made)?;
-            nodes.push(made);
+            nodes.push(node.resized(op, node.inputs.clone(), &nodes)?);
         }
         Graph::new(self.name.clone(), nodes, self.outputs.clone(), self.loss_weights.clone())
     }
 
     /// The layers that decide how many values the outputs have: the first on every way back from an output.
-    fn heads(&self) -> BTreeSet<NodeId> {
+    pub(crate) fn heads(&self) -> BTreeSet<NodeId> {
         let (mut heads, mut seen) = (BTreeSet::new(), BTreeSet::new());
         let mut open: Vec<NodeId> = self.outputs.iter().map(|(_, id)| *id).collect();
         while let Some(id) = open.pop() {
@@ -81,21 +74,6 @@ impl Graph {
         }
         heads
     }
-}
-
-/// Has those tensors of `made` drawn for its size that are drawn for the size of `own`: as a rule says of the last matrix,
-/// which in an LSTM is that of its hidden units.
-fn draw_by_size(own: &Node, made: &mut Node) -> Result<()> {
-    let matrix =
-        |node: &Node| node.params.iter().map(|param| param.shape.clone()).rfind(|shape| shape.len() > 1);
-    let (Some(old), Some(new)) = (matrix(own), matrix(made)) else { return Ok(()) };
-    for param in &mut made.params {
-        let says = |rule: &Fill| rule.resolve(&param.name, &old).is_ok_and(|init| init == param.init);
-        if let Some(rule) = BY_SIZE.into_iter().find(says) {
-            param.init = rule.resolve(&param.name, &new)?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use taxel_data::{Layout, Reading};
 use taxel_learn::Reduction;
+use taxel_trainer::Depth;
 use taxel_zoo::{WIDTH_MULT, WITHOUT_BLOCKS};
 use toml::Value;
 
@@ -58,8 +59,8 @@ pub struct Facts<'a> {
     pub number: &'a dyn Fn(&str) -> Option<usize>,
     /// What multiplies the network's channels, where something may.
     pub width_mult: Option<f64>,
-    /// Residual blocks that the network leaves out already, and that it could leave out besides, where there are any.
-    pub identity_blocks: Option<[usize; 2]>,
+    /// What the network could leave out, where there is anything.
+    pub depth: Option<Depth>,
     /// Whether it has to be quick.
     pub quick: bool,
 }
@@ -69,7 +70,7 @@ pub struct Facts<'a> {
 /// # Errors
 /// Why there are none.
 pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
-    let Facts { reading, number, width_mult, identity_blocks, quick } = *facts;
+    let Facts { reading, number, width_mult, depth, quick } = *facts;
     let (layout, shape) = (reading.layout, reading.shape.as_slice());
     let (_, readings, _) = reading.around_time();
     let in_time = || match layout.time_axis() {
@@ -107,12 +108,13 @@ pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
             (None, Some(all)) => ("all channels of the layers".into(), "all".into(), narrower(all)),
             (None, None) => return Err("it is no network that taxel can build narrower".into()),
         },
-        Axis::Depth => match (number("blocks"), identity_blocks) {
+        Axis::Depth => match (number("blocks"), depth) {
             (Some(all), _) => (format!("{all} blocks"), all.to_string(), blocks(all)),
-            (None, Some([out, all])) => {
-                (format!("all {all} identity blocks"), all.to_string(), shallower(out, all))
+            (None, Some(depth)) => {
+                let Depth { left, .. } = depth;
+                (format!("all {left} {}", depth_name(depth)), left.to_string(), shallower(depth))
             }
-            (None, None) => return Err("it has no residual block that could be left out".into()),
+            (None, None) => return Err("it has no block and no plain layer that could be left out".into()),
         },
     };
     if steps.is_empty() {
@@ -242,13 +244,19 @@ fn blocks(all: usize) -> Vec<Step> {
     fewer.map(|own| set("blocks", number_of(own), own, format!("{own} of {all} blocks"))).collect()
 }
 
-/// Without the last, the last two, … residual blocks with an identity shortcut; `out` of them are out already.
-fn shallower(out: usize, all: usize) -> Vec<Step> {
+/// Without the last, the last two, … of what the network could leave out.
+fn shallower(depth: Depth) -> Vec<Step> {
+    let Depth { key, out, left: all } = depth;
     let step = |without: usize| {
         let left = all - without;
-        set(WITHOUT_BLOCKS, number_of(out + without), left, format!("{left} of {all} identity blocks"))
+        let label = format!("{left} of {all} {}", depth_name(depth));
+        set(key, number_of(out + without), left, label)
     };
     (1..=all).map(step).collect()
+}
+
+fn depth_name(depth: Depth) -> &'static str {
+    if depth.key == WITHOUT_BLOCKS { "identity blocks" } else { "layers that can go" }
 }
 
 fn number_of(own: usize) -> Value {
@@ -257,13 +265,14 @@ fn number_of(own: usize) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use taxel_zoo::WITHOUT_LAYERS;
+
     use super::*;
 
     fn of(axis: Axis, layout: Layout, shape: &[usize], quick: bool) -> Result<Vec<String>, String> {
         let reading = Reading { rate: Some(100.0), ..Reading::new(layout, shape) };
         let number = |key: &str| (key == "width").then_some(64);
-        let facts =
-            Facts { reading: &reading, number: &number, width_mult: None, identity_blocks: None, quick };
+        let facts = Facts { reading: &reading, number: &number, width_mult: None, depth: None, quick };
         ladder(axis, &facts).map(|own| own.steps.into_iter().map(|step| step.short).collect())
     }
 
@@ -292,12 +301,16 @@ mod tests {
                 reading: &reading,
                 number: &|_| None,
                 width_mult,
-                identity_blocks: Some([1, 2]),
+                depth: Some(Depth { key: WITHOUT_BLOCKS, out: 1, left: 2 }),
                 quick: false,
             };
             let depth = ladder(Axis::Depth, &facts).map(|own| own.steps);
             let cuts: Vec<Cut> = depth.unwrap_or_default().into_iter().map(|step| step.cut).collect();
             assert_eq!(cuts, [2, 3].map(|own| Cut::Set("without_blocks", Value::Integer(own))));
+            let plain = Depth { key: WITHOUT_LAYERS, out: 0, left: 2 };
+            let depth = ladder(Axis::Depth, &Facts { depth: Some(plain), ..facts }).map(|own| own.steps);
+            let labels: Vec<String> = depth.unwrap_or_default().into_iter().map(|step| step.label).collect();
+            assert_eq!(labels, ["1 of 2 layers that can go", "0 of 2 layers that can go"]);
             ladder(Axis::Width, &facts).map(|own| own.steps)
         };
         let steps = of(Some(0.5)).unwrap_or_default();
@@ -315,8 +328,7 @@ mod tests {
             of(Axis::Resolution, Layout::Series, &[4, 4], false).is_err_and(|why| why.contains("no area"))
         );
         assert!(
-            of(Axis::Depth, Layout::Series, &[4, 4], false)
-                .is_err_and(|why| why.contains("no residual block"))
+            of(Axis::Depth, Layout::Series, &[4, 4], false).is_err_and(|why| why.contains("no plain layer"))
         );
         assert!(
             of(Axis::Sensors, Layout::Series, &[1, 9], false).is_err_and(|why| why.contains("nothing less"))

@@ -269,9 +269,9 @@ fn ladders(
 ) -> (Vec<Ladder>, Vec<(String, String)>) {
     let number = |key: &str| experiment.number(network, key, registry);
     let width_mult = experiment.width_mult(network, registry);
-    let identity_blocks = experiment.identity_blocks(network, registry);
+    let depth = experiment.depth(network, registry);
     let reading = &dataset.reading;
-    let facts = Facts { reading, number: &number, width_mult, identity_blocks, quick: options.quick };
+    let facts = Facts { reading, number: &number, width_mult, depth, quick: options.quick };
     let (mut found, mut left_out) = (vec![], vec![]);
     let wanted: BTreeSet<Axis> = options.axes.iter().copied().collect();
     for axis in wanted {

@@ -1,7 +1,7 @@
 //! One network of an experiment by itself, on less of every sample or in another size.
 
 use taxel_learn::{Problem, Reduction, clean};
-use taxel_zoo::{Entry, Registry, WIDTH_MULT, WITHOUT_BLOCKS};
+use taxel_zoo::{Entry, Registry, WIDTH_MULT, WITHOUT_BLOCKS, WITHOUT_LAYERS};
 use toml::{Table, Value};
 
 use crate::config::Baseline;
@@ -18,6 +18,17 @@ pub struct Alone {
     pub set: Table,
     /// Epochs in place of its own, and no least number of steps.
     pub epochs: Option<usize>,
+}
+
+/// What a network may leave out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Depth {
+    /// The setting that says how much: [`WITHOUT_BLOCKS`] or [`WITHOUT_LAYERS`].
+    pub key: &'static str,
+    /// What is left out already.
+    pub out: usize,
+    /// What could be left out besides, at least 1.
+    pub left: usize,
 }
 
 impl Experiment {
@@ -86,13 +97,15 @@ impl Experiment {
         Some(own.unwrap_or(default))
     }
 
-    /// How many residual blocks one of its networks leaves out ([`WITHOUT_BLOCKS`]), and how many it could leave out besides,
-    /// if any. None of a baseline, and of a network that is not from the registry.
-    pub fn identity_blocks(&self, name: &str, registry: &Registry) -> Option<[usize; 2]> {
+    /// How one of its networks becomes shallower: without blocks that hand on their input where it has any, else without
+    /// plain layers. None of a baseline, of a network that is not from the registry, and of one that has neither.
+    pub fn depth(&self, name: &str, registry: &Registry) -> Option<Depth> {
         let (network, entry) = self.registered(name, registry).filter(|(_, entry)| entry.is_resizable())?;
-        let left = entry.graph(&network.settings()).ok()?.identity_blocks();
-        let out = network.set.get(WITHOUT_BLOCKS).and_then(Value::as_integer).unwrap_or(0);
-        (left > 0).then_some([usize::try_from(out).ok()?, left])
+        let graph = entry.graph(&network.settings()).ok()?;
+        let (blocks, layers) = (graph.identity_blocks(), graph.plain_layers());
+        let (key, left) = if blocks > 0 { (WITHOUT_BLOCKS, blocks) } else { (WITHOUT_LAYERS, layers) };
+        let out = network.set.get(key).and_then(Value::as_integer).unwrap_or(0);
+        (left > 0).then_some(Depth { key, out: usize::try_from(out).ok()?, left })
     }
 
     /// One of its networks by the name that tables give it, trained under faults or not. None of a baseline.

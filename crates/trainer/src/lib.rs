@@ -32,7 +32,7 @@ mod read;
 mod run;
 mod samples;
 
-pub use alone::Alone;
+pub use alone::{Alone, Depth};
 pub use config::{Baseline, Choose, Config};
 pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin};
 pub use error::{Error, Result};

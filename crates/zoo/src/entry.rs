@@ -17,9 +17,13 @@ pub type Settings = serde_json::Map<String, Value>;
 /// with a setting of this name, such as MobileNetV2, gives it its own meaning.
 pub const WIDTH_MULT: &str = "width_mult";
 
-/// The setting of every network made by [`Entry::of`] that leaves out so many of its last residual blocks
+/// The setting of every network made by [`Entry::of`] that leaves out so many of its last residual blocks or dense layers
 /// ([`Graph::without_blocks`]).
 pub const WITHOUT_BLOCKS: &str = "without_blocks";
+
+/// The setting of every network made by [`Entry::of`] that leaves out so many of its last plain layers
+/// ([`Graph::without_layers`]).
+pub const WITHOUT_LAYERS: &str = "without_layers";
 
 /// One input of a network and the configuration keys that hold its axis sizes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -116,8 +120,8 @@ impl Entry {
         }
     }
 
-    /// The network that `own` is, with settings in place of its values, and [`WIDTH_MULT`] and [`WITHOUT_BLOCKS`]
-    /// beside them.
+    /// The network that `own` is, with settings in place of its values, and [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and
+    /// [`WITHOUT_LAYERS`] beside them.
     pub fn of<C>(own: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -128,9 +132,20 @@ impl Entry {
             let mut merged = known.clone();
             merged.extend(settings.clone());
             let mut beside = |key: &str| if known.contains_key(key) { None } else { merged.remove(key) };
-            let (width_mult, without_blocks) = (beside(WIDTH_MULT), beside(WITHOUT_BLOCKS));
-            let graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
-            Ok(resized(graph, width_mult, without_blocks)?)
+            let [width_mult, without_blocks, without_layers] =
+                [WIDTH_MULT, WITHOUT_BLOCKS, WITHOUT_LAYERS].map(&mut beside);
+            let mut graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
+            if let Some(value) = without_blocks {
+                graph = graph.without_blocks(whole_number(WITHOUT_BLOCKS, &value)?)?;
+            }
+            if let Some(value) = without_layers {
+                graph = graph.without_layers(whole_number(WITHOUT_LAYERS, &value)?)?;
+            }
+            if let Some(value) = width_mult {
+                let wrong = || taxel_graph::Error::config(WIDTH_MULT, &value, "must be a number");
+                graph = graph.with_width(value.as_f64().ok_or_else(wrong)?)?;
+            }
+            Ok(graph)
         });
         Entry { own: values.unwrap_or_default(), ..entry }
     }
@@ -152,7 +167,7 @@ impl Entry {
         }
     }
 
-    /// Whether it takes [`WIDTH_MULT`] and [`WITHOUT_BLOCKS`]: those that [`Entry::of`] made do.
+    /// Whether it takes [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and [`WITHOUT_LAYERS`]: those that [`Entry::of`] made do.
     pub fn is_resizable(&self) -> bool {
         !self.own.is_empty()
     }
@@ -200,20 +215,7 @@ impl Entry {
     }
 }
 
-/// A graph narrower or wider, and shallower, where that is asked for.
-fn resized(
-    mut graph: Graph,
-    width_mult: Option<Value>,
-    without_blocks: Option<Value>,
-) -> taxel_graph::Result<Graph> {
-    if let Some(value) = without_blocks {
-        let count = value.as_u64().and_then(|count| usize::try_from(count).ok());
-        let wrong = || taxel_graph::Error::config(WITHOUT_BLOCKS, &value, "must be a whole number");
-        graph = graph.without_blocks(count.ok_or_else(wrong)?)?;
-    }
-    if let Some(value) = width_mult {
-        let wrong = || taxel_graph::Error::config(WIDTH_MULT, &value, "must be a number");
-        graph = graph.with_width(value.as_f64().ok_or_else(wrong)?)?;
-    }
-    Ok(graph)
+fn whole_number(key: &str, value: &Value) -> taxel_graph::Result<usize> {
+    let count = value.as_u64().and_then(|count| usize::try_from(count).ok());
+    count.ok_or_else(|| taxel_graph::Error::config(key, value, "must be a whole number"))
 }

@@ -63,7 +63,7 @@ mod error;
 mod registry;
 
 pub use built_in::{built_in, find};
-pub use entry::{BuildError, Entry, Input, Settings, WIDTH_MULT, WITHOUT_BLOCKS};
+pub use entry::{BuildError, Entry, Input, Settings, WIDTH_MULT, WITHOUT_BLOCKS, WITHOUT_LAYERS};
 pub use error::{Error, Result};
 pub use registry::Registry;
 

@@ -131,8 +131,8 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
         nodes(of("dilated-resnet-1d", &[("width", 32.into())]).unwrap())
     );
     // torchvision rounds MobileNetV2's channels to eights and leaves the last layer: 1,968,680 parameters for 1000 classes.
-    let classes = ("classes", 1000.into());
-    let mobilenet = of("mobilenet-v2", &[classes, ("width_mult", 0.5.into())]).unwrap();
+    let classes = ("classes", serde_json::Value::from(1000));
+    let mobilenet = of("mobilenet-v2", &[classes.clone(), ("width_mult", 0.5.into())]).unwrap();
     assert_eq!(mobilenet.parameter_count(), 1_968_680);
     // torchvision's ResNet(BasicBlock, [2, 2, 2, 1]) has 6,968,872 parameters for 1000 classes.
     let resnet = of("resnet18", &[("classes", 1000.into()), ("without_blocks", 1.into())]).unwrap();
@@ -146,6 +146,20 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
         params(of("dilated-resnet-1d", &[("without_blocks", 1.into())]).unwrap()),
         params(of("dilated-resnet-1d", &[("blocks", 1.into())]).unwrap())
     );
+    // TactNet4 is TactNet6 without its last two convolutions.
+    let made = |graph: taxel_graph::Graph| {
+        let one = |node: &taxel_graph::Node| (node.op.clone(), node.shape.clone(), node.params.clone());
+        graph.nodes().iter().map(one).collect::<Vec<_>>()
+    };
+    let four = of("tactnet6", &[("without_layers", 2.into())]).unwrap();
+    assert_eq!(made(four), made(of("tactnet4", &[]).unwrap()));
+    // torchvision's AlexNet has 61,100,840 parameters for 1000 classes, classifier.4 4096 × 4096 weights and 4096 biases of them.
+    let alexnet = of("alexnet", &[classes.clone(), ("without_layers", 1.into())]).unwrap();
+    assert_eq!(alexnet.parameter_count(), 61_100_840 - 4096 * 4097);
+    let layers = |name: &str| of(name, &[]).unwrap().plain_layers();
+    let found = ["vgg6-lite-1d", "hybrid-vgg", "tactnet4", "vgg16", "tactnet3d", "mlp", "lstm"].map(layers);
+    assert_eq!(found, [4, 9, 2, 14, 2, 0, 0]);
+    assert_eq!(["densenet6-lite-1d", "densenet201"].map(blocks), [2, 98]);
     let refusal = of("resnet8-lite-1d", &[("without_blocks", (-1).into())]).unwrap_err().to_string();
     assert_eq!(refusal, "resnet8-lite-1d: without_blocks = -1: must be a whole number");
     let refusal = of("tactnet6", &[("width_mult", "half".into())]).unwrap_err().to_string();

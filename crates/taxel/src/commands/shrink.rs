@@ -24,7 +24,7 @@ use crate::{Outcome, text};
 ///   bits        bits of the converter, over the full scale
 ///   resolution  squares of taxels as one
 ///   width       channels of the layers; a narrower network learns from the best method's answers, too
-///   depth       residual blocks with an identity shortcut, the last ones first, likewise
+///   depth       residual blocks and dense layers, or else plain layers, the last ones first, likewise
 ///
 /// Each training part of the run is divided once more: which sensors go and where the knee is, these inner folds say, by the rule of
 /// `taxel choose`: the smallest setting that is not significantly worse than the whole and seems to lose no more than --margin
