@@ -53,9 +53,11 @@ pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Answer> {
     let (Some(&few), Some(&many)) = (counts.first(), counts.last().filter(|_| counts.len() > 1)) else {
         return Ok(lacks("a learning curve"));
     };
-    let (Some(a), Some(b)) = (three(run.with(few)), three(run.with(many))) else {
+    // The same network on both ends: of an unfinished run another one may have the counts that the first lacks.
+    let Some(a) = three(run.with(few).filter(|own| with_count(run, own, few, many).is_some())) else {
         return Ok(lacks(BOTH));
     };
+    let Some(b) = with_count(run, a, few, many) else { return Ok(lacks(BOTH)) };
     let margins = |all: &[Answers]| {
         let right: Vec<f64> = all.iter().map(|answers| answers.accuracy(None)).collect();
         Some((right[0] - right[1]) - (right[2] - right[3]))
@@ -72,6 +74,12 @@ pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Answer> {
         }
     }
     Ok(if effects.is_empty() { lacks(BOTH) } else { against_all(0.0, effects) })
+}
+
+/// The row of an `entry` that is trained on `few` samples per class where it is trained on `many`.
+fn with_count<'r>(run: &'r Benchmark, entry: &Entry, few: usize, many: usize) -> Option<&'r Entry> {
+    let name = format!("{}.n{many}", entry.name.strip_suffix(&format!(".n{few}"))?);
+    run.with(many).find(|own| own.name == name)
 }
 
 /// In at least one pair of counts TactNet3D trained on few samples beats every 2D network trained on many.
