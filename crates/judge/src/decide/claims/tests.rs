@@ -256,6 +256,15 @@ fn a_learning_curve_answers_for_few_grasps() {
     is(&three_beats_two(&other, 1).unwrap(), Outcome::DoesNotHold, "less");
     is(&margin_shrinks(&other).unwrap(), Outcome::DoesNotHold, "less");
     is(&few_beat_many(&other, &[1], &[10]).unwrap(), Outcome::DoesNotHold, "less");
+    // Of an unfinished run the margin is that of the network that has both counts.
+    let unfinished = curve(&[
+        ("tactnet3d-51.n1", "tactnet3d-51", 1, &[50; 5]),
+        ("tactnet3d-51-pool.n1", "tactnet3d-51", 1, FEW_3D),
+        ("tactnet6.n1", "tactnet6", 1, FEW_2D),
+        ("tactnet3d-51-pool.n10", "tactnet3d-51", 10, GOOD),
+        ("tactnet6.n10", "tactnet6", 10, MANY_2D),
+    ]);
+    assert_eq!(margin_shrinks(&unfinished).unwrap().size, margin.size);
     let plain = benchmark(&Setting::default(), vec![player("tactnet3d", 1.0, GOOD)]);
     is(&margin_shrinks(&plain).unwrap(), Outcome::CannotBeTested, "a learning curve");
 }
