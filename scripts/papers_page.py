@@ -7,18 +7,10 @@ Needs Python 3 alone. Printed numbers, and which page of docs/results has a row,
 come from those pages, which scripts wrote from run folders. A row that no page has says so, and its table says why.
 """
 
-import pathlib
 import tomllib
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-RESULTS = ROOT / "docs" / "results"
-TITLES = {
-    "000": "hardness of grasped objects from fingertips (Hybrid-CNN)",
-    "001": "vision networks for touch (visuotactile transfer)",
-    "002": "deformable objects squeezed by hand (TactNet3D)",
-    "003": "objects in an underactuated gripper (TactNet3D against 2D networks)",
-    "004": "elasticity and hardness levels from two fingers (multi-scale CNN)",
-}
+from claims_page import RESULTS, TITLES
+
 # What a table names a page for, and what is said of its column.
 HEADS = {
     "simulated": "simulated",
