@@ -43,6 +43,7 @@ def test_control_c_ends_a_training(work):
 
 
 def test_other_threads_run_while_a_network_is_trained(grasps):
+    # Long enough for hundreds of ticks: a training that kept the lock would let through one or two.
     ticks, done = [], threading.Event()
 
     def count():
@@ -52,7 +53,7 @@ def test_other_threads_run_while_a_network_is_trained(grasps):
 
     counting = threading.Thread(target=count)
     counting.start()
-    taxel.Classifier("resnet8-lite-1d", recipe={"epochs": 20}, n_jobs=1).fit(grasps)
+    taxel.Classifier("resnet8-lite-1d", recipe={"epochs": 500}, n_jobs=1).fit(grasps)
     done.set()
     counting.join()
     assert len(ticks) > 20
