@@ -3,7 +3,7 @@
 Run from the repository root; needs NumPy, matplotlib, Pillow, scikit-learn and PyTorch:
 
     cargo build --release          # or TAXEL=/path/to/taxel
-    TAXEL_DATA=/path/to/recordings python3 scripts/scenes.py [pictures] [looks] [statistics] [difficulty]
+    TAXEL_DATA=/path/to/recordings python3 scripts/scenes.py [pictures] [looks] [gels] [hands] [statistics] [difficulty]
 
 Pictures and tables go to docs/scenes/. Pictures of real recordings go to docs/scenes/real/, which git
 ignores: most of those data sets state no licence. Without TAXEL_DATA the real columns are left empty.
@@ -134,6 +134,8 @@ def pictures() -> None:
     plt.close(figure)
     spectrum_picture(arrays)
     looks()
+    gels()
+    hands()
 
 
 def looks() -> None:
@@ -141,6 +143,36 @@ def looks() -> None:
     arrays, _ = simulate("vision", 60, seed=1)
     tiles = arrays["x"].reshape(4, 15, 3, 64, 64).transpose(0, 3, 1, 4, 2).reshape(4 * 64, 15 * 64, 3)
     Image.fromarray((255 * tiles).round().astype(np.uint8)).quantize(128).save(OUT / "vision.png", optimize=True)
+
+
+def gels() -> None:
+    """A column per class, eight touches of each: cloths above, objects below."""
+    tiles = []
+    for touches in ("cloths", "objects"):
+        arrays, names = simulate("gel", 96, "--set", f"touches={touches}", seed=1)
+        x = np.stack([arrays["x"][arrays["y"] == c][:8] for c in range(len(names))], axis=1)
+        x = x if touches == "cloths" else np.concatenate([x[:4], x[4:]], axis=1)
+        tiles.append(x.transpose(0, 3, 1, 4, 2).reshape(len(x) * 64, x.shape[1] * 64, 3))
+    gap = np.full((8, tiles[0].shape[1], 3), 255)
+    picture = np.concatenate([tiles[0][: 4 * 64], gap, tiles[1]]).astype(np.uint8)
+    Image.fromarray(picture).quantize(128).save(OUT / "gel.png", optimize=True)
+
+
+def hands() -> None:
+    """One grasp of each object: its electrodes over time, and what they lose in the hold."""
+    arrays, names = simulate("hand", 3, seed=1)
+    figure, axes = plt.subplots(2, 3, figsize=(9, 4), height_ratios=[3, 2])
+    for c, name in enumerate(names):
+        x = arrays["x"][c].astype(float)
+        lost = x[0] - x
+        axes[0, c].plot(np.arange(700) / 100, lost.reshape(700, 21), lw=0.6)
+        axes[0, c].set_title(name, fontsize=8), axes[0, c].set_ylim(-10, 420), axes[0, c].tick_params(labelsize=6)
+        axes[1, c].imshow(lost[280].T, vmin=0, vmax=400), axes[1, c].set_xticks([]), axes[1, c].set_yticks([])
+    axes[0, 0].set_ylabel("counts below rest", fontsize=7), axes[1, 0].set_ylabel("at 2.8 s", fontsize=7)
+    figure.suptitle("simulated: hand, 7 × 3 electrodes over 7 s", fontsize=8)
+    figure.tight_layout()
+    save(figure, OUT / "hand.png")
+    plt.close(figure)
 
 
 def spectrum_picture(arrays: dict) -> None:
@@ -419,6 +451,6 @@ def cut(x: np.ndarray) -> np.ndarray:
 
 if __name__ == "__main__":
     OUT.mkdir(exist_ok=True)
-    steps = {"pictures": pictures, "looks": looks, "statistics": statistics, "difficulty": difficulty}
+    steps = {"pictures": pictures, "looks": looks, "gels": gels, "hands": hands, "statistics": statistics, "difficulty": difficulty}
     for step in sys.argv[1:] or ["pictures", "statistics", "difficulty"]:
         steps[step]()

@@ -125,6 +125,11 @@ fn electrode_images_are_numpy_s_reshape_in_either_order() {
     let electrodes: Array3<f32> = array("electrodes");
     for (order, name) in [(Order::Columns, "electrodes_columns"), (Order::Rows, "electrodes_rows")] {
         let image = ElectrodeImage { order }.encode(electrodes.view()).unwrap();
+        let frames = electrodes.view().permuted_axes([2, 0, 1]);
+        let shape = [frames.dim().0, 7, 3];
+        let (values, mut again) = (frames.iter().copied().collect::<Vec<f32>>(), vec![0.0; 3 * 70 * 70]);
+        ElectrodeImage { order }.encode_frames(shape, &values, &mut again).unwrap();
+        assert_eq!(again, image.iter().copied().collect::<Vec<f32>>(), "{name}, frame by frame");
         assert_eq!(image, array(name), "{name}");
     }
     let short = Array4::zeros((2, 7, 3, 699));

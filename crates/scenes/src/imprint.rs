@@ -27,8 +27,9 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use crate::Layout;
-use crate::shapes::mesh::{Frame, Grid};
-use crate::shapes::vector::{Vector, add, cross, length, scale};
+use crate::shapes::mesh::Grid;
+use crate::shapes::touch::{TRIES, touch};
+use crate::shapes::vector::Vector;
 use crate::shapes::{Object, by_class, load};
 use crate::{Effect, Error, Result, Scene};
 use ndarray::{Array3, Array4, ArrayViewMut2, Axis};
@@ -39,8 +40,6 @@ use taxel_seed::rng;
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "imprint";
-/// Points tried before an object is given up.
-const TRIES: usize = 1000;
 /// Lowest and highest camera, in degrees above the horizon.
 const ELEVATION: [f64; 2] = [-10.0, 50.0];
 const REMOVABLE: [&str; 1] = ["spin"];
@@ -196,28 +195,18 @@ impl Imprint {
         let mut place = rng(seed, &format!("{NAME}/{sample}/point"));
         let spin = if spin { TAU * rng(seed, &format!("{NAME}/{sample}/spin")).random::<f64>() } else { 0.0 };
         let grid = Grid { side: self.elements, pitch: self.pitch() };
-        for _ in 0..TRIES {
-            let (point, normal) = object.mesh.point(place.random());
-            // An open or badly wound surface may be meant to be felt from its other side.
-            for normal in [normal, scale(normal, -1.0)] {
-                // An array that stops above -depth feels nothing below twice that.
-                let floor = -2.0 * self.depth_mm;
-                let heights = object.mesh.heights(&tangent(point, normal, spin), grid, floor);
-                let first = heights.iter().flatten().map(|(height, _)| *height).max_by(f64::total_cmp);
-                let Some(first) = first.filter(|first| first.abs() < self.depth_mm) else { continue };
-                for (reading, height) in imprint.iter_mut().zip(heights) {
-                    let near = height.map_or(0.0, |(height, _)| 1.0 - (first - height) / self.depth_mm);
-                    *reading = near.clamp(0.0, 1.0) as f32;
-                }
-                return Ok(Probe { point, normal, spin, lift: first });
-            }
+        let Some(touch) = touch(&object.mesh, &mut place, spin, grid, self.depth_mm) else {
+            let reason = format!(
+                "no point of {TRIES} can be reached by a flat array of {:.1} mm that feels {} mm deep; use a smaller array",
+                self.pitch() * self.elements as f64,
+                self.depth_mm
+            );
+            return Err(Error::Mesh { file: object.name.clone(), reason });
+        };
+        for (reading, gap) in imprint.iter_mut().zip(touch.gaps) {
+            *reading = gap.map_or(0.0, |gap| 1.0 - gap / self.depth_mm).clamp(0.0, 1.0) as f32;
         }
-        let reason = format!(
-            "no point of {TRIES} can be reached by a flat array of {:.1} mm that feels {} mm deep; use a smaller array",
-            self.pitch() * self.elements as f64,
-            self.depth_mm
-        );
-        Err(Error::Mesh { file: object.name.clone(), reason })
+        Ok(Probe { point: touch.point, normal: touch.normal, spin, lift: touch.lift })
     }
 
     /// A picture of each sample's object from a random side, and where the camera stood.
@@ -239,26 +228,6 @@ impl Imprint {
         });
         let cameras = cameras.collect();
         (pictures, cameras)
-    }
-}
-
-/// The tangent plane at a point; without spin, up is as far up as it can be.
-fn tangent(point: Vector, normal: Vector, spin: f64) -> Frame {
-    let level = cross([0.0, 0.0, 1.0], normal);
-    let right = match length(level) {
-        flat if flat < 1e-6 => [1.0, 0.0, 0.0],
-        steep => scale(level, 1.0 / steep),
-    };
-    // On top of an object, right is not quite at a right angle to the normal: make it so.
-    let up = cross(normal, right);
-    let up = scale(up, 1.0 / length(up));
-    let right = cross(up, normal);
-    let (sin, cos) = spin.sin_cos();
-    Frame {
-        middle: point,
-        right: add(scale(right, cos), scale(up, sin)),
-        up: add(scale(up, cos), scale(right, -sin)),
-        normal,
     }
 }
 

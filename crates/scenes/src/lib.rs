@@ -10,7 +10,7 @@
 //!
 //! # Reference
 //!
-//! See each scene: [`fingertip`], [`palpation`], [`gripper`], [`imprint`], [`vision`].
+//! See each scene: [`fingertip`], [`palpation`], [`gripper`], [`imprint`], [`gel`], [`hand`], [`vision`].
 //!
 //! ```
 //! let scene = taxel_scenes::simulate("fingertip", 30, 7, &["noise".into()])?;
@@ -21,7 +21,9 @@
 
 mod error;
 pub mod fingertip;
+pub mod gel;
 pub mod gripper;
+pub mod hand;
 pub mod imprint;
 pub mod palpation;
 mod parameters;
@@ -31,7 +33,9 @@ mod world;
 
 pub use error::{Error, Result};
 pub use fingertip::Fingertip;
+pub use gel::Gel;
 pub use gripper::Gripper;
+pub use hand::Hand;
 pub use imprint::Imprint;
 pub use palpation::Palpation;
 pub use vision::Vision;
@@ -120,7 +124,7 @@ pub struct Effect {
 
 /// Names of all scenes.
 pub fn names() -> &'static [&'static str] {
-    &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME, vision::NAME]
+    &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME, gel::NAME, hand::NAME, vision::NAME]
 }
 
 /// So many samples fit into memory anyway.
@@ -152,6 +156,10 @@ pub enum Settings {
     Gripper(Gripper),
     /// See [`imprint`].
     Imprint(Imprint),
+    /// See [`gel`].
+    Gel(Gel),
+    /// See [`hand`].
+    Hand(Hand),
     /// See [`vision`].
     Vision(Vision),
 }
@@ -168,6 +176,8 @@ impl Settings {
             palpation::NAME => Palpation::deserialize(settings).map(Self::Palpation),
             gripper::NAME => Gripper::deserialize(settings).map(Self::Gripper),
             imprint::NAME => Imprint::deserialize(settings).map(Self::Imprint),
+            gel::NAME => Gel::deserialize(settings).map(Self::Gel),
+            hand::NAME => Hand::deserialize(settings).map(Self::Hand),
             vision::NAME => Vision::deserialize(settings).map(Self::Vision),
             _ => return Err(unknown(name)),
         };
@@ -185,6 +195,8 @@ impl Settings {
             palpation::NAME => Ok(Self::Palpation(Palpation::default())),
             gripper::NAME => Ok(Self::Gripper(Gripper::default())),
             imprint::NAME => Ok(Self::Imprint(Imprint::default())),
+            gel::NAME => Ok(Self::Gel(Gel::default())),
+            hand::NAME => Ok(Self::Hand(Hand::default())),
             vision::NAME => Ok(Self::Vision(Vision::default())),
             _ => Err(unknown(name)),
         }
@@ -212,6 +224,8 @@ impl Settings {
             Self::Palpation(scene) => scene.simulate(samples, seed, without),
             Self::Gripper(scene) => scene.simulate(samples, seed, without),
             Self::Imprint(scene) => scene.simulate(samples, seed, without),
+            Self::Gel(scene) => scene.simulate(samples, seed, without),
+            Self::Hand(scene) => scene.simulate(samples, seed, without),
             Self::Vision(scene) => scene.simulate(samples, seed, without),
         }
     }
@@ -237,6 +251,8 @@ pub fn explain(name: &str) -> Result<Vec<Effect>> {
         palpation::NAME => Ok(palpation::explain()),
         gripper::NAME => Ok(gripper::explain()),
         imprint::NAME => Ok(imprint::explain()),
+        gel::NAME => Ok(gel::explain()),
+        hand::NAME => Ok(hand::explain()),
         vision::NAME => Ok(vision::explain()),
         _ => Err(unknown(name)),
     }

@@ -14,6 +14,7 @@ pub(crate) mod mesh;
 pub(crate) mod objects;
 pub(crate) mod read;
 pub(crate) mod solid;
+pub(crate) mod touch;
 pub(crate) mod vector;
 
 use mesh::Mesh;

@@ -191,7 +191,7 @@ fn impossible_requests_are_refused_by_name() {
     assert!(matches!(simulate("slip", 3, 0, &[]), Err(Error::UnknownScene { .. })));
     assert_eq!(
         explain("slip").unwrap_err().to_string(),
-        "there is no scene `slip`; known: fingertip, palpation, gripper, imprint, vision"
+        "there is no scene `slip`; known: fingertip, palpation, gripper, imprint, gel, hand, vision"
     );
     assert!(names().iter().all(|name| simulate(name, 1, 0, &[]).is_ok() && explain(name).is_ok()));
 }

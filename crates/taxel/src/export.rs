@@ -182,6 +182,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
         | Transform::Field(_)
         | Transform::Picture { .. }
         | Transform::Reduced { .. }
+        | Transform::Electrodes { .. }
         | Transform::Numatac { .. } => return None,
     }
     Some(())
@@ -206,6 +207,7 @@ fn words(transform: &Transform) -> &'static str {
             "a picture, its frame chosen, coloured or resized, then scaled (encoding.image)"
         }
         Transform::Numatac { .. } => "the NumaTac series from contact on, scaled (encoding.image)",
+        Transform::Electrodes { .. } => "the electrodes over time as a colour image, scaled (encoding.image)",
         Transform::Tensor { .. } => "frames resampled, then scaled (encoding.tensor)",
         Transform::Baseline { then, .. } | Transform::Series { then, .. } => words(then),
         Transform::Reduced { .. } => "what encoding.reduce leaves of the readings, encoded",

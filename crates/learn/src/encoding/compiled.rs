@@ -1,7 +1,8 @@
 //! A transform for readings of one shape: one raw reading to one input, without allocating.
 
 use taxel_encodings::{
-    CodePlan, Frame, ImagePlan, Layout, NumaTac, ReductionPlan, ResizePlan, Scaling, TactileTensor,
+    CodePlan, ElectrodeImage, Frame, ImagePlan, Layout, NumaTac, ReductionPlan, ResizePlan, Scaling,
+    TactileTensor,
 };
 
 use super::axes::{refused, wrong_axes};
@@ -63,6 +64,10 @@ enum Work {
     },
     Numatac {
         numatac: NumaTac,
+        shape: [usize; 3],
+    },
+    Electrodes {
+        image: ElectrodeImage,
         shape: [usize; 3],
     },
 }
@@ -159,6 +164,11 @@ impl Compiled {
                 let to =
                     self.push(Work::Numatac { numatac: *numatac, shape: [fingers, features, ticks] }, to);
                 Ok(self.push(scale(scaling, fingers * features), to))
+            }
+            (Transform::Electrodes { image, scaling }, &[times, rows, columns]) => {
+                let work = Work::Electrodes { image: *image, shape: [times, rows, columns] };
+                let to = self.push(work, image.shape().to_vec());
+                Ok(self.push(scale(scaling, to[0]), to))
             }
             (Transform::Series { layout, then }, shape) => {
                 let shape = self.series(*layout, shape).ok_or_else(|| wrong(SERIES))?;
@@ -263,6 +273,7 @@ impl Work {
             Work::Resize(plan) => plan.encode(from, to)?,
             Work::Tensor { tensor, shape } => tensor.encode_into(*shape, from, to)?,
             Work::Numatac { numatac, shape } => numatac.encode_into(*shape, from, to)?,
+            Work::Electrodes { image, shape } => image.encode_frames(*shape, from, to)?,
         }
         Ok(())
     }

@@ -5,14 +5,16 @@ use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
-use taxel_encodings::{Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor};
+use taxel_encodings::{
+    ElectrodeImage, Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
+};
 use taxel_guard::Guard;
 
 use super::guarding::{fitted_guard, mended};
 use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
 use super::rocket::{Features, Rocket};
 use super::scale::{Scale, Scaled};
-use super::settings::{Encoding, Image, Picture, SqueezeFrame, reduction_problem};
+use super::settings::{Electrodes, Encoding, Image, Picture, SqueezeFrame, reduction_problem};
 use super::signal::{Code, Signal};
 use super::transform::Transform;
 
@@ -174,6 +176,9 @@ impl<'a> Encoder<'a> {
                 let numatac = NumaTac { window: bits.window, ..NumaTac::default() };
                 self.plan(Scale::ZScore, baseline, |scaling| Transform::Numatac { numatac, scaling })
             }
+            Image::Electrodes(Electrodes { order, scale }) => self.plan(scale, baseline, |scaling| {
+                Transform::Electrodes { image: ElectrodeImage { order }, scaling }
+            }),
             Image::Gadf(own) => {
                 self.encode_now(IMAGE, Transform::Field(own.image(Method::Difference)?).less(baseline))
             }

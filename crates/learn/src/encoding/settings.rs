@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Reading;
-use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Layout, Method, Reduction};
+use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Layout, Method, Order, Reduction};
 
 use super::names::{IMAGE, ROCKET, TENSOR};
 use super::range::Range;
@@ -57,6 +57,8 @@ pub enum Image {
     Rows(Scaled),
     /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
     Numatac(Bits),
+    /// Frames of 7 × 3 electrodes [N, at least 700, 7, 3] as colour images [N, 3, 70, 70] (paper 001, section 3.4).
+    Electrodes(Electrodes),
 }
 
 /// A field is always made from raw readings, whatever the `signal` input says.
@@ -135,6 +137,22 @@ impl Default for Bits {
     }
 }
 
+/// Frames of electrodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Electrodes {
+    /// In which order values are read and written: `columns` (default), as in MATLAB, or `rows`.
+    pub order: Order,
+    /// As of [`Picture`].
+    pub scale: Scale,
+}
+
+impl Default for Electrodes {
+    fn default() -> Self {
+        Electrodes { order: Order::default(), scale: Picture::default().scale }
+    }
+}
+
 /// Squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (paper 003).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -206,6 +224,7 @@ impl Encoding {
     pub fn layout(&self, shape: &[usize]) -> Option<Layout> {
         match (self.image.as_ref()?, shape) {
             (Image::Numatac(_), [_, _, _]) => Some(Layout::Fingers),
+            (Image::Electrodes(_), [_, _, _]) => Some(Layout::Sequence),
             (Image::Raw(_), [3, _, _]) => Some(Layout::Colour),
             (Image::Raw(_), [_, _]) => Some(Layout::Image),
             _ => None,
@@ -232,6 +251,7 @@ impl Image {
             }
             Image::Rows(rows) => no_colours("scale", rows.scale),
             Image::Numatac(bits) => within("window", bits.window, 1, 1_000_000),
+            Image::Electrodes(_) => Ok(()),
         }
     }
 }

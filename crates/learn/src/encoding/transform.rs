@@ -4,8 +4,8 @@ use ndarray::{Array4, ArrayD, ArrayView4, ArrayViewD, Axis};
 use serde::{Deserialize, Serialize};
 use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{
-    Frame, HardnessImage, Layout, NumaTac, QuantileCode, Reduction, Resize, Scaling, TactileTensor,
-    red_channel,
+    ElectrodeImage, Frame, HardnessImage, Layout, NumaTac, QuantileCode, Reduction, Resize, Scaling,
+    TactileTensor, red_channel,
 };
 
 use super::axes::{
@@ -54,6 +54,13 @@ pub enum Transform {
         /// Scale of the pressures.
         scaling: Scaling,
     },
+    /// `[N, T, 7, 3]` electrodes as `[N, 3, 70, 70]`, scaled per colour.
+    Electrodes {
+        /// Order of the values.
+        image: ElectrodeImage,
+        /// Scale of the readings.
+        scaling: Scaling,
+    },
     /// `[N, C, T]` as `[N, 1, C, T]`, scaled per row.
     Rows(Scaling),
     /// Samples of any layout as `[N, C, T]`, and then something else: what baselines read.
@@ -95,6 +102,7 @@ impl Transform {
         let scaling = match self {
             Transform::Image(scaling)
             | Transform::Picture { scaling, .. }
+            | Transform::Electrodes { scaling, .. }
             | Transform::Tensor { scaling, .. } => scaling,
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
@@ -229,6 +237,12 @@ impl Transform {
             Transform::Numatac { numatac, .. } => {
                 Ok(numatac.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn())
             }
+            Transform::Electrodes { image, .. } => {
+                let frames: ArrayView4<f32> = with_axes(x.view(), input, source)?;
+                // [N, T, 7, 3] as [N, 7, 3, T].
+                let series = frames.permuted_axes([0, 2, 3, 1]);
+                Ok(image.encode_batch(series).map_err(refuse)?.into_dyn())
+            }
         }
     }
 
@@ -254,6 +268,7 @@ impl Transform {
             Transform::Signal(scaling)
             | Transform::Image(scaling)
             | Transform::Picture { scaling, .. }
+            | Transform::Electrodes { scaling, .. }
             | Transform::Tensor { scaling, .. } => scaling.apply(&mut x).map_err(refuse)?,
         }
         Ok(x)
@@ -278,6 +293,7 @@ impl Transform {
                 Transform::Picture { frame, red, resize, scaling: fitted()? }
             }
             Transform::Tensor { tensor, .. } => Transform::Tensor { tensor, scaling: fitted()? },
+            Transform::Electrodes { image, .. } => Transform::Electrodes { image, scaling: fitted()? },
             Transform::Numatac { numatac, .. } => {
                 Transform::Numatac { numatac, scaling: self.fitted_rows(train, source)? }
             }

@@ -3,8 +3,8 @@
 use ndarray::ArrayD;
 use taxel_encodings::numatac::Offset;
 use taxel_encodings::{
-    Colormap, Converter, Filter, Frame, Gaf, HardnessImage, Layout, NumaTac, QuantileCode, Range, Reduction,
-    Resize, Scaling, TactileTensor,
+    Colormap, Converter, ElectrodeImage, Filter, Frame, Gaf, HardnessImage, Layout, NumaTac, QuantileCode,
+    Range, Reduction, Resize, Scaling, TactileTensor,
 };
 use taxel_learn::Transform;
 use taxel_learn::encoding::Rocket;
@@ -93,6 +93,7 @@ pub fn transforms() -> Vec<(Transform, Vec<usize>)> {
             },
             vec![2, 3, 40],
         ),
+        (Transform::Electrodes { image: ElectrodeImage::default(), scaling: z_score(3) }, vec![705, 7, 3]),
         (series(Layout::Features), vec![7]),
         (series(Layout::Image), vec![6, 7]),
         (series(Layout::Colour), vec![3, 6, 7]),

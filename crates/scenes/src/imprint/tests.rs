@@ -1,9 +1,9 @@
 //! Rays, surfaces and bodies inside the scene.
 
-use super::tangent;
 use crate::shapes::mesh::{Frame, Grid, Mesh};
 use crate::shapes::objects;
 use crate::shapes::solid::Solid;
+use crate::shapes::touch::tangent;
 use crate::shapes::vector::{Vector, add, cross, dot, length, scale, sub};
 use rand::RngExt;
 use std::collections::BTreeMap;

@@ -1,0 +1,216 @@
+//! A fingertip with impedance electrodes in a hand that grasps a box, a ball or a cylinder.
+//!
+//! # Reference
+//!
+//! Paper 001 (visuo-tactile transfer), section 3.4: grasps of three objects by a Barrett hand (BiGS) whose fingertips
+//! have electrodes under a skin filled with fluid; electrodes at 100 Hz are mapped to 7 × 3, and the first 700 frames
+//! are read. Contact: the gap between two curved bodies near their first touch, of second order in the distance from
+//! it, as in Hertz's theory.
+//!
+//! # Departures
+//!
+//! - The recordings are not at hand. One of the hand's three fingers is recorded.
+//! - Skin and fluid give way exactly where the object goes: no bulge beside it. The object is rigid.
+//! - Every grasp succeeds, as those that the paper chose.
+//!
+//! # What tells the object
+//!
+//! How far from the first touch electrodes are pressed: on the box along the whole finger, on the cylinder across it,
+//! on the ball neither. Grip and place scale and shift the same readings.
+
+mod parameters;
+
+use ndarray::{Array3, Array4, ArrayViewMut3, Axis};
+use rand::RngExt;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use self::parameters::*;
+use crate::parameters::{Parameter, rows};
+use crate::world::{World, columns, normal};
+use crate::{Effect, Error, Layout, Result, Scene};
+
+/// Name of the scene.
+pub(crate) const NAME: &str = "hand";
+const REMOVABLE: [&str; 6] = ["placement", "grip", "relaxation", "lift", "session", "noise"];
+const OBJECTS: [&str; 3] = ["box", "ball", "cylinder"];
+const ROWS: usize = 7;
+const COLUMNS: usize = 3;
+/// Frames and their rate in Hz (paper 001, section 3.4).
+const FRAMES: usize = 700;
+const RATE: f64 = 100.0;
+/// Duration of the slip when the object is lifted, s.
+const SLIPPING: f64 = 0.3;
+/// 12-bit converter.
+const FULL_SCALE: f64 = 4095.0;
+const TRUTH: [&str; 7] =
+    ["depth_mm", "contact_s", "hold_s", "lift_s", "slip_mm", "shift_along_mm", "shift_across_mm"];
+
+/// Settings of the scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Hand {
+    /// Sessions, at least 1. They take turns: sample i is of session `(i / 3) % sessions`.
+    pub sessions: u32,
+}
+
+impl Default for Hand {
+    /// Ten sessions, which the paper does not report.
+    fn default() -> Self {
+        Self { sessions: 10 }
+    }
+}
+
+/// What differs from grasp to grasp besides the object.
+struct Grasp {
+    depth: f64,
+    contact: f64,
+    hold: f64,
+    lift: f64,
+    slip: f64,
+    /// Middle of contact on the finger, along and across, in mm.
+    shift: [f64; 2],
+    /// Turn of the cylinder, in radians.
+    turn: f64,
+}
+
+impl Hand {
+    /// Rejects impossible settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        match self.sessions {
+            0 => {
+                Err(Error::Parameter { name: "sessions", value: "0".into(), expected: "must be at least 1" })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Simulates grasps `[samples, 700 frames, 7 along the finger, 3 across]` in whole counts, 0..=4095, at 100 Hz.
+    ///
+    /// Sample i is of object `i % 3`; groups are sessions. Truth: `depth_mm` of the hold, `contact_s`, `hold_s` (its
+    /// begin), `lift_s`, `slip_mm`, `shift_along_mm` and `shift_across_mm` of the contact before the lift.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Hand::check`]; [`Error::Parameter`] for zero samples; [`Error::UnknownEffect`] for a name in
+    /// `without` that is not a removable effect.
+    pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
+        self.check()?;
+        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let session = |i: usize| i / OBJECTS.len() % self.sessions as usize;
+        let mut x = Array4::zeros((samples, FRAMES, ROWS, COLUMNS));
+        let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
+        let truth: Vec<Vec<f64>> = each
+            .par_iter_mut()
+            .enumerate()
+            .map(|(i, recording)| {
+                let grasp = Grasp::draw(&world, i);
+                record(&world, i, session(i), &grasp, recording.view_mut());
+                grasp.truth()
+            })
+            .collect();
+        drop(each);
+        Ok(Scene {
+            x: x.into_dyn(),
+            streams: Vec::new(),
+            layout: Layout::Sequence,
+            y: (0..samples).map(|i| (i % OBJECTS.len()) as u32).collect(),
+            group: (0..samples).map(|i| session(i) as u32).collect(),
+            class_names: OBJECTS.map(String::from).to_vec(),
+            channel_names: Vec::new(),
+            unit: "12-bit counts",
+            full_scale: FULL_SCALE as f32,
+            rest: vec![middle(&REST).round() as f32],
+            truth: columns(&TRUTH, &truth),
+            attributes: None,
+        })
+    }
+}
+
+impl Grasp {
+    fn draw(world: &World, i: usize) -> Self {
+        let shares = |effect: &str| {
+            let mut rng = world.rng(&format!("{i}/{effect}"));
+            std::array::from_fn::<f64, 3, _>(|_| rng.random::<f64>())
+        };
+        let (grip, lift) = (shares("grip"), shares("lift"));
+        let between =
+            |range: &Parameter, share: f64| range.value[0] + (range.value[1] - range.value[0]) * share;
+        let gripped = |range: &Parameter, share| world.unless("grip", between(range, share), middle(range));
+        let firm = DEPTH.value[0] * (DEPTH.value[1] / DEPTH.value[0]).powf(grip[0]);
+        let mut place = world.rng(&format!("{i}/placement"));
+        let mut placed = |sd: f64| world.unless("placement", sd * normal(&mut place), 0.0);
+        let shift = [SHIFT.value[0], SHIFT.value[1]].map(&mut placed);
+        let turn = placed(TURN.get()).to_radians();
+        let contact = gripped(&CONTACT, grip[1]);
+        Grasp {
+            depth: world.unless("grip", firm, middle(&DEPTH)),
+            contact,
+            hold: contact + gripped(&CLOSING, grip[2]),
+            lift: world.unless("lift", between(&LIFT, lift[0]), f64::from(FRAMES as u32) / RATE),
+            slip: world.unless("lift", between(&SLIP, lift[1]), 0.0),
+            shift,
+            turn,
+        }
+    }
+
+    fn truth(&self) -> Vec<f64> {
+        vec![self.depth, self.contact, self.hold, self.lift, self.slip, self.shift[0], self.shift[1]]
+    }
+
+    /// How deep the first touch is pressed in at a time in s, in mm; below 0 before contact.
+    fn depth_at(&self, time: f64, relaxed: f64) -> f64 {
+        let closed = ((time - self.contact) / (self.hold - self.contact)).min(1.0);
+        let held = (time - self.hold).max(0.0);
+        self.depth * closed * (1.0 - relaxed * (1.0 - (-held / RELAXATION_TIME.get()).exp()))
+    }
+}
+
+/// Curvatures of an object on the finger in 1/mm: along, across, and of both together.
+fn curvatures(object: usize, turn: f64) -> [f64; 3] {
+    let (sin, cos) = turn.sin_cos();
+    match OBJECTS[object] {
+        "ball" => [1.0 / BALL.get(), 1.0 / BALL.get(), 0.0],
+        "cylinder" => [cos * cos, sin * sin, cos * sin].map(|share| share / CYLINDER.get()),
+        _ => [0.0; 3],
+    }
+}
+
+fn record(world: &World, i: usize, session: usize, grasp: &Grasp, mut recording: ArrayViewMut3<f32>) {
+    let [along, across, both] = curvatures(i % OBJECTS.len(), grasp.turn);
+    let (along, across) = (along + 1.0 / FINGER.value[0], across + 1.0 / FINGER.value[1]);
+    let (mut sensor, mut day) = (world.rng("electrodes"), world.rng(&format!("session/{session}")));
+    let rest = Array3::from_shape_simple_fn((1, ROWS, COLUMNS), || {
+        let own = REST.value[0] + (REST.value[1] - REST.value[0]) * sensor.random::<f64>();
+        own + world.unless("session", SESSION.get() * normal(&mut day), 0.0)
+    });
+    let relaxed = world.unless("relaxation", RELAXED.get(), 0.0);
+    let mut noise = world.rng(&format!("{i}/noise"));
+    for (frame, mut readings) in recording.outer_iter_mut().enumerate() {
+        let time = frame as f64 / RATE;
+        let depth = grasp.depth_at(time, relaxed);
+        let slip = grasp.slip * ((time - grasp.lift) / SLIPPING).clamp(0.0, 1.0);
+        for ((row, column), reading) in readings.indexed_iter_mut() {
+            let x = (row as f64 - 3.0) * ALONG.get() - grasp.shift[0] - slip;
+            let y = (column as f64 - 1.0) * ACROSS.get() - grasp.shift[1];
+            let gap = (along * x * x + across * y * y) / 2.0 + both * x * y;
+            let pressed = (depth - gap).max(0.0);
+            let noise = world.unless("noise", NOISE.get() * normal(&mut noise), 0.0);
+            let value = rest[[0, row, column]] - GAIN.get() * pressed + noise;
+            *reading = value.round().clamp(0.0, FULL_SCALE) as f32;
+        }
+    }
+}
+
+fn middle(range: &Parameter) -> f64 {
+    (range.value[0] + range.value[1]) / 2.0
+}
+
+/// All parameters, as `taxel simulate hand --explain` prints them.
+pub(crate) fn explain() -> Vec<Effect> {
+    rows(table(), &REMOVABLE)
+}
