@@ -2,7 +2,7 @@
 """What each effect of a scene does to the ranking of methods: writes docs/scenes/ablations.md.
 
     cargo build --release          # or TAXEL=/path/to/taxel
-    python3 scripts/ablations.py [fingertip gripper palpation imprint] [--seeds 0,1,2,3] [--threads 1]
+    python3 scripts/ablations.py [fingertip gripper palpation imprint gel hand] [--seeds 0,1,2,3] [--threads 1]
 
 For every removable effect the scene is simulated without it and the same methods are trained and tested
 again by `taxel run`, on the same protocol and seeds. A row says how each method changes against the whole
@@ -42,6 +42,14 @@ SCENES = {
     "imprint": (
         "visuotactile/imprint.toml",
         ["data.samples=300", "data.set.elements=32", "train.epochs=10", 'networks=[{name="resnet8-lite-2d"}]', 'baselines=["k-nn","svm-linear"]'],
+    ),
+    "gel": (
+        "visuotactile/gel.toml",
+        ["data.samples=576", "train.epochs=15", 'networks=[{name="resnet8-lite-2d"}]', 'baselines=["k-nn","mini-rocket"]'],
+    ),
+    "hand": (
+        "visuotactile/hand.toml",
+        ["data.samples=300", "train.epochs=15", 'networks=[{name="resnet8-lite-2d"}]', 'baselines=["k-nn","mini-rocket"]'],
     ),
 }
 

@@ -19,7 +19,10 @@ use crate::text;
 /// fingertip: shore=[0,10,20]; between=[0,30] (any hardness in the range); sessions=10.
 /// palpation: paper=002|003; subset=all|rigid|deformable|in-bag; frames=51; sessions=5.
 /// gripper: objects=["tennis","mask"] (default all 30); sessions=5. y is [N, 2]: elasticity, hardness.
-/// imprint: see `taxel simulate imprint --explain`.
+/// imprint: elements=128; view=0 (pixels of pictures that go with it); meshes=FOLDER.
+/// gel: touches=cloths|objects; pixels=64; meshes=FOLDER.
+/// hand: sessions=10.
+/// vision: pixels=64; classes=object|family; meshes=FOLDER.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel simulate fingertip --samples 1500 --seed 0 --output grasps.npz
            taxel simulate palpation --set paper=002 --samples 540 --output squeezes.npz
