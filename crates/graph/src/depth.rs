@@ -29,16 +29,12 @@ impl Graph {
     /// # Errors
     /// More blocks than there are.
     pub fn without_blocks(&self, count: usize) -> Result<Graph> {
-        let mut graph = self.clone();
-        for _ in 0..count {
-            let Some(block) = (0..graph.nodes.len()).rev().find_map(|id| graph.block(id)) else {
-                let reason =
-                    format!("the network has {} blocks with an identity shortcut", self.identity_blocks());
-                return Err(Error::config("without_blocks", count, &reason));
-            };
-            graph = graph.without(&block)?;
-        }
-        Ok(graph)
+        let last = |graph: &Graph| (0..graph.nodes.len()).rev().find_map(|id| graph.block(id));
+        self.without_last(count, last)?.ok_or_else(|| {
+            let reason =
+                format!("the network has {} blocks with an identity shortcut", self.identity_blocks());
+            Error::config("without_blocks", count, &reason)
+        })
     }
 
     /// How many plain layers could be left out one after another ([`Graph::without_layers`]).
@@ -55,15 +51,20 @@ impl Graph {
     /// # Errors
     /// More layers than there are; shapes that do not fit together any more.
     pub fn without_layers(&self, count: usize) -> Result<Graph> {
+        self.without_last(count, Graph::last_layer)?.ok_or_else(|| {
+            let reason = format!("the network has {} plain layers that can go", self.plain_layers());
+            Error::config("without_layers", count, &reason)
+        })
+    }
+
+    /// The same network without what `last` finds in it, `count` times over; none where it finds nothing any more.
+    fn without_last(&self, count: usize, last: impl Fn(&Graph) -> Option<Block>) -> Result<Option<Graph>> {
         let mut graph = self.clone();
         for _ in 0..count {
-            let Some(layer) = graph.last_layer() else {
-                let reason = format!("the network has {} plain layers that can go", self.plain_layers());
-                return Err(Error::config("without_layers", count, &reason));
-            };
-            graph = graph.without(&layer)?;
+            let Some(block) = last(&graph) else { return Ok(None) };
+            graph = graph.without(&block)?;
         }
-        Ok(graph)
+        Ok(Some(graph))
     }
 
     fn last_layer(&self) -> Option<Block> {

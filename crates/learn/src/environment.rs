@@ -1,9 +1,12 @@
 //! `environment.json`: on what machine and with which code a run was made.
 
 use std::fs;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Source;
+
+use crate::error::{Error, Result};
 
 /// Git commit that this program was built from, with `-dirty` behind it if sources had been changed since.
 pub(crate) const COMMIT: Option<&str> = option_env!("TAXEL_COMMIT");
@@ -60,6 +63,24 @@ impl Environment {
             source: source.clone(),
             data_digest: data_digest.into(),
         }
+    }
+
+    /// Whether times of this machine may stand beside those of the run in `folder`.
+    ///
+    /// # Errors
+    /// A run of another processor.
+    pub(crate) fn same_machine(&self, folder: &Path) -> Result<()> {
+        let now = cpu();
+        if self.cpu == now {
+            return Ok(());
+        }
+        let name = |cpu: &Option<String>| cpu.clone().unwrap_or("an unknown processor".into());
+        let reason = format!(
+            "was run on {}, this is {}: a table has the times of one machine; run the experiment here into another folder",
+            name(&self.cpu),
+            name(&now)
+        );
+        Err(Error::folder(folder, reason))
     }
 }
 

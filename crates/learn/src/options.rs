@@ -9,12 +9,15 @@ use crate::records::FoldKey;
 /// Seconds between two savings of a fold in training, where nothing else is said.
 const SAVE_EVERY: f64 = 10.0;
 
-/// How a run is made; none of it changes a result.
+/// How a run is made; none of it changes a score.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
     /// Whether the folder may hold the same run already: its finished folds are kept, and a fold in training
     /// goes on where it was saved.
     pub resume: bool,
+    /// Whether the answers of what is finished are timed once more, on this machine as it is now, such as one that was
+    /// busy before.
+    pub time_again: bool,
     /// Worker threads, at most one per core, however many are asked for. Default one per core.
     pub threads: Option<usize>,
     /// Seconds between two savings of a fold in training. Default 10; never more than a twentieth of the

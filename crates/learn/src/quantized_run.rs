@@ -10,14 +10,11 @@ use crate::candidate::Hardening;
 use crate::error::{Error, Result};
 use crate::folder::RunFolder;
 use crate::json_file::write_json;
-use crate::latency::{Latency, Stopwatch, milliseconds};
 use crate::metrics::mean_log_loss;
-use crate::model::{Model, Predictor, TrainedOn};
+use crate::model::{Model, TrainedOn};
 use crate::records::{Costs, FoldKey, FoldRecord, Timing};
 use crate::results::{FoldScores, Frame, NetworkResults, Results};
-
-/// As the table of a run: it costs two seconds at most.
-const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
+use crate::table_latency::of_model;
 
 /// Puts every network of a finished run beside itself in eight bits, as `<name>.int8`: each fold's model, calibrated on
 /// training samples of that fold and tested on its test samples. Rows that were there before are measured again. Gives
@@ -186,23 +183,11 @@ fn one(
         test_seconds,
         threads: 1,
         encoding_ms_per_sample: folder.timing(&float.key)?.map_or(0.0, |own| own.encoding_ms_per_sample),
-        latency: if is_first { Some(latency(&predictor, dataset, float.index[0])?) } else { None },
+        latency: if is_first { Some(of_model(&predictor, dataset, float.index[0])?) } else { None },
     };
     write_json(&folder.timing_path(&key), &timing, false)?;
     write_json(&folder.record_path(&key), &record, false)?;
     Ok((record, costs(&model, row.costs)))
-}
-
-/// Time of one sample through the network.
-fn latency(predictor: &Predictor, dataset: &Dataset, row: usize) -> Result<Latency> {
-    let reading: Vec<f32> = dataset.x.index_axis(Axis(0), row).iter().copied().collect();
-    let mut workspace = predictor.workspace()?;
-    predictor.read(&mut workspace, &reading)?;
-    let run = |_| {
-        let (ms, done) = milliseconds(|| predictor.decide(&mut workspace).map(|_| ()));
-        done.map(|()| ms)
-    };
-    Ok(Latency::of(TABLE.time(run)?))
 }
 
 /// What the network costs in floats, less three of four bytes of each weight in eight bits.

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use taxel_data::Dataset;
 use taxel_faults::TrainingFaults;
 use taxel_graph::Graph;
 
@@ -27,7 +28,7 @@ use crate::records::{Change, FoldKey, FoldRecord, Timing};
 use crate::results::Results;
 use crate::session::Saver;
 use crate::still::Stills;
-use crate::table_latency::{of_baseline, of_network};
+use crate::table_latency::{of_baseline, of_model, of_network};
 use crate::tensorboard;
 use crate::training::{Trained, Training};
 
@@ -93,11 +94,14 @@ impl<'a> Run<'a> {
                 return Err(Error::damaged(&folder.record_path(key), reason));
             }
             folder.check(&record, key, dataset)?;
-            self.timings.extend(folder.timing(key)?);
+            self.timings.extend(timed(&folder, &record, dataset, self.options.time_again)?);
             self.records.push(self.completed(&folder, record)?);
         }
         if let Some(before) = before {
             self.keep_eight_bits(&folder, before)?;
+        }
+        if let Some(before) = environment.as_ref().filter(|_| self.options.time_again) {
+            before.same_machine(folder.path())?;
         }
         if environment.is_none() {
             let threads = self.options.threads();
@@ -109,7 +113,8 @@ impl<'a> Run<'a> {
 
     /// Takes over the rows that `taxel quantize` has put beside finished networks.
     fn keep_eight_bits(&mut self, folder: &RunFolder, before: Results) -> Result<()> {
-        for (row, records) in kept(folder, before, &self.records, self.plan.dataset)? {
+        let (dataset, again) = (self.plan.dataset, self.options.time_again);
+        for (row, records) in kept(folder, before, &self.records, dataset)? {
             let Plan { results, keys, .. } = &mut self.plan;
             let float = row.quantized.as_deref();
             let beside = results.networks.iter().position(|own| Some(own.network.as_str()) == float);
@@ -118,7 +123,7 @@ impl<'a> Run<'a> {
             results.networks.insert(beside + 1, row);
             for (place, record) in (after + 1..).zip(records) {
                 keys.insert(place, record.key.clone());
-                self.timings.extend(folder.timing(&record.key)?);
+                self.timings.extend(timed(folder, &record, dataset, again)?);
                 self.records.push(record);
             }
         }
@@ -414,4 +419,14 @@ impl<'a> Run<'a> {
 /// Multiply-accumulates, and something for what a small network spends besides them.
 fn work_per_sample(graph: &Graph) -> u64 {
     graph.cost().macs + 200_000
+}
+
+/// What is known of the time of a finished fold; the latency of the table anew if it is to be timed again.
+fn timed(folder: &RunFolder, record: &FoldRecord, dataset: &Dataset, again: bool) -> Result<Option<Timing>> {
+    let known = folder.timing(&record.key)?;
+    let Some(before) = known.as_ref().filter(|own| again && own.latency.is_some()) else { return Ok(known) };
+    let model = folder.model(record)?;
+    let predictor = model.predictor(model.card().batch(), 1)?;
+    let latency = Some(of_model(&predictor, dataset, record.index[0])?);
+    write_json(&folder.timing_path(&record.key), &Timing { latency, ..before.clone() }, false).map(Some)
 }

@@ -1,5 +1,7 @@
 //! The latency that stands in the table of a run: one encoded sample, batch 1, one thread.
 
+use ndarray::Axis;
+use taxel_data::Dataset;
 use taxel_graph::{Graph, Weights};
 use taxel_runtime::Frozen;
 
@@ -8,6 +10,7 @@ use crate::encoding::Input;
 use crate::error::Result;
 use crate::feed::Feed;
 use crate::latency::{Latency, Stopwatch, milliseconds};
+use crate::model::Predictor;
 
 /// It costs two seconds at most.
 const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
@@ -26,6 +29,15 @@ pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row
 pub(crate) fn of_baseline(fitted: &FittedBaseline, sample: &[f32]) -> Result<Latency> {
     let (mut workspaces, mut scores) = (fitted.workspaces(), vec![0.0; fitted.outputs()]);
     let run = |_| timed(|| fitted.answer(sample, &mut workspaces, &mut scores));
+    Ok(Latency::of(TABLE.time(run)?))
+}
+
+/// Time of the sample `row` through a model, after it is encoded.
+pub(crate) fn of_model(predictor: &Predictor, dataset: &Dataset, row: usize) -> Result<Latency> {
+    let reading: Vec<f32> = dataset.x.index_axis(Axis(0), row).iter().copied().collect();
+    let mut workspace = predictor.workspace()?;
+    predictor.read(&mut workspace, &reading)?;
+    let run = |_| timed(|| predictor.decide(&mut workspace).map(|_| ()));
     Ok(Latency::of(TABLE.time(run)?))
 }
 

@@ -14,8 +14,8 @@ use support::{key, mlp, model, network, presses, recipe, record, run_at, three_f
 use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_learn::{
-    Candidate, Combination, Criterion, CrossValidation, Encoder, Encoding, Error, Fit, Model, Protocol,
-    RunOptions, Search, Silent, TrainingPart, fit,
+    Candidate, Combination, Criterion, CrossValidation, Encoder, Encoding, Error, Fit, FoldKey, Model,
+    Protocol, RunOptions, Search, Silent, TrainingPart, fit,
 };
 
 /// An MLP that stops early, a network with batch norms, a baseline.
@@ -243,7 +243,7 @@ fn a_fold_in_training_goes_on_where_it_was_saved() {
     struct Stop<'a>(&'a AtomicBool, std::sync::atomic::AtomicUsize);
     impl taxel_learn::Progress for Stop<'_> {
         fn start(&self, _work: u64) {}
-        fn fold(&self, _key: &taxel_learn::FoldKey, _number: usize, _total: usize) {}
+        fn fold(&self, _key: &FoldKey, _number: usize, _total: usize) {}
         fn step(&self, _work: u64) {
             self.0.store(self.1.fetch_add(1, Ordering::Relaxed) >= 15, Ordering::Relaxed);
         }
@@ -292,4 +292,41 @@ fn a_stopped_run_says_where_it_stands() {
     let error = own.run_in(&out, &RunOptions::default(), &Silent, &cancel).unwrap_err().to_string();
     let want = format!("stopped after 0 of 9 folds; {} holds them", out.display());
     assert_eq!(error, want);
+}
+
+/// Of a machine that was busy: its latencies are taken again, and nothing else changes.
+#[test]
+fn latencies_are_timed_again_and_scores_stay() {
+    let dataset = presses(45, 20);
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run");
+    let folder = run_at(three_folds(&dataset, candidates(&dataset)), &out).unwrap();
+    let results = || std::fs::read(out.join("results.json")).unwrap();
+    let (before, keys) = (results(), folder.keys().unwrap());
+    let timing = |key: &FoldKey| out.join(format!("folds/{key}.timing.json"));
+    let read = |path: &Path| -> Value { serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap() };
+    let first: Vec<&FoldKey> = keys.iter().filter(|key| !read(&timing(key))["latency"].is_null()).collect();
+    assert_eq!(first.len(), 3, "one of each row");
+    for key in &first {
+        let mut busy = read(&timing(key));
+        busy["latency"]["p50_ms"] = 1e6.into();
+        std::fs::write(timing(key), busy.to_string()).unwrap();
+    }
+    let again = |time_again| {
+        let options = RunOptions { resume: true, threads: Some(1), time_again, ..RunOptions::default() };
+        let own = three_folds(&dataset, candidates(&dataset));
+        own.run_in(&out, &options, &Silent, &AtomicBool::new(false))
+    };
+    let p50 = || {
+        first.iter().map(|key| read(&timing(key))["latency"]["p50_ms"].as_f64().unwrap()).fold(0.0, f64::max)
+    };
+    again(false).unwrap();
+    assert_eq!(p50(), 1e6);
+    again(true).unwrap();
+    assert!(p50() < 1e6 && results() == before);
+    let mut machine = read(&out.join("environment.json"));
+    machine["cpu"] = "abacus".into();
+    std::fs::write(out.join("environment.json"), machine.to_string()).unwrap();
+    let error = again(true).unwrap_err().to_string();
+    assert!(error.contains("was run on abacus") && error.contains("another folder"), "{error}");
 }

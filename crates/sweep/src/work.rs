@@ -152,6 +152,7 @@ impl Worker<'_> {
             save_every: self.options.save_every,
             only: trial.fold.as_ref().map(|piece| vec![piece.key.clone()]),
             stop: Some(Arc::clone(&self.options.stop)),
+            ..RunOptions::default()
         };
         let runner = Runner { experiment, registry: self.registry, dataset };
         runner.run(Some(work), &run, &Silent, &self.options.cancel)?;

@@ -47,6 +47,9 @@ pub struct Run {
     /// goes on where it was saved.
     #[arg(long)]
     resume: bool,
+    /// Times the answers of what is finished once more, such as on a machine that was busy before.
+    #[arg(long, requires = "resume")]
+    time_again: bool,
     /// Trains these alone and leaves the rest to --resume: rows of the table (mlp), repetitions (r0), or both (mlp.r0),
     /// separated by commas.
     #[arg(long, value_name = "PARTS", value_delimiter = ',')]
@@ -76,8 +79,8 @@ impl Run {
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
         let threads = Some(super::threads(self.threads));
-        let (resume, save_every) = (self.resume, self.save_every);
-        let options = RunOptions { resume, threads, save_every, ..RunOptions::default() };
+        let (resume, save_every, time_again) = (self.resume, self.save_every, self.time_again);
+        let options = RunOptions { resume, threads, save_every, time_again, ..RunOptions::default() };
         let mut finished = true;
         for experiment in &experiments {
             let out = match &self.out {
