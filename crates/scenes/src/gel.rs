@@ -3,7 +3,10 @@
 //! # Reference
 //!
 //! Paper 001 (visuo-tactile transfer), sections 3.1 and 3.2: twelve clothes under a GelSight (ViTac) and ten objects
-//! under a BathTip (VT-60). How such a sensor sees: [`camera`]; what cloths look like: [`cloth`].
+//! under a BathTip (VT-60). How such a sensor sees: M. K. Johnson and E. H. Adelson, "Retrographic sensing for the
+//! measurement of surface texture and shape", CVPR 2009; D. F. Gomes, P. Paoletti and S. Luo, "Generation of GelSight
+//! tactile images for sim2real learning", 2021. What cloths look like: F. T. Peirce, "The geometry of cloth structure",
+//! Journal of the Textile Institute 28, 1937.
 //!
 //! # Departures
 //!
