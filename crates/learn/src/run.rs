@@ -75,6 +75,9 @@ impl<'a> Run<'a> {
         let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
         if let Some(before) = &environment {
             folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
+            if self.options.time_again {
+                before.same_machine(folder.path())?;
+            }
         }
         let before = match folder.file("results.json").is_file() {
             true => Some(folder.results()?),
@@ -99,9 +102,6 @@ impl<'a> Run<'a> {
         }
         if let Some(before) = before {
             self.keep_eight_bits(&folder, before)?;
-        }
-        if let Some(before) = environment.as_ref().filter(|_| self.options.time_again) {
-            before.same_machine(folder.path())?;
         }
         if environment.is_none() {
             let threads = self.options.threads();

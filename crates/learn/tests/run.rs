@@ -324,9 +324,11 @@ fn latencies_are_timed_again_and_scores_stay() {
     assert_eq!(p50(), 1e6);
     again(true).unwrap();
     assert!(p50() < 1e6 && results() == before);
+    let here = p50();
     let mut machine = read(&out.join("environment.json"));
     machine["cpu"] = "abacus".into();
     std::fs::write(out.join("environment.json"), machine.to_string()).unwrap();
     let error = again(true).unwrap_err().to_string();
     assert!(error.contains("was run on abacus") && error.contains("another folder"), "{error}");
+    assert_eq!(p50(), here, "what is refused is not timed either");
 }
