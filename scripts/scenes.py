@@ -138,23 +138,26 @@ def pictures() -> None:
     hands()
 
 
+def tiled(x: np.ndarray, rows: int) -> np.ndarray:
+    """Colour pictures [N, 3, H, W] as one, row by row."""
+    n, _, height, width = x.shape
+    return x.reshape(rows, n // rows, 3, height, width).transpose(0, 3, 1, 4, 2).reshape(rows * height, -1, 3)
+
+
 def looks() -> None:
     """Each object twice: another light, texture, background and pose."""
     arrays, _ = simulate("vision", 60, seed=1)
-    tiles = arrays["x"].reshape(4, 15, 3, 64, 64).transpose(0, 3, 1, 4, 2).reshape(4 * 64, 15 * 64, 3)
+    tiles = tiled(arrays["x"], 4)
     Image.fromarray((255 * tiles).round().astype(np.uint8)).quantize(128).save(OUT / "vision.png", optimize=True)
 
 
 def gels() -> None:
-    """A column per class, eight touches of each: cloths above, objects below."""
-    tiles = []
-    for touches in ("cloths", "objects"):
-        arrays, names = simulate("gel", 96, "--set", f"touches={touches}", seed=1)
-        x = np.stack([arrays["x"][arrays["y"] == c][:8] for c in range(len(names))], axis=1)
-        x = x if touches == "cloths" else np.concatenate([x[:4], x[4:]], axis=1)
-        tiles.append(x.transpose(0, 3, 1, 4, 2).reshape(len(x) * 64, x.shape[1] * 64, 3))
-    gap = np.full((8, tiles[0].shape[1], 3), 255)
-    picture = np.concatenate([tiles[0][: 4 * 64], gap, tiles[1]]).astype(np.uint8)
+    """Four touches of each cloth, a column per cloth; below eight of each class of objects, two in a row."""
+    cloths, objects = (
+        tiled(simulate("gel", 48, "--set", f"touches={touches}", seed=1)[0]["x"], 4) for touches in ("cloths", "objects")
+    )
+    gap = np.full((8, cloths.shape[1], 3), 255)
+    picture = np.concatenate([cloths, gap, objects]).astype(np.uint8)
     Image.fromarray(picture).quantize(128).save(OUT / "gel.png", optimize=True)
 
 

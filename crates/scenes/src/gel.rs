@@ -28,9 +28,8 @@ mod parameters;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
-use ndarray::{Array4, ArrayViewMut3, Axis};
+use ndarray::{Array3, Array4, ArrayViewMut3};
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use self::camera::{Dent, FULL_SCALE, rest};
@@ -39,8 +38,8 @@ use self::parameters::{DEPTH, NOISE, PIECES, PITCH, SIDE_CLOTHS, SIDE_OBJECTS};
 use crate::parameters::rows;
 use crate::shapes::mesh::Grid;
 use crate::shapes::touch::{TRIES, touch};
-use crate::shapes::{Object, by_class, load};
-use crate::world::{World, columns, normal};
+use crate::shapes::{Object, by_class, in_turn, load};
+use crate::world::{World, columns, each_sample, normal};
 use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
@@ -130,10 +129,7 @@ impl Gel {
     fn objects(&self, world: &World, samples: usize) -> Result<Scene> {
         let (names, objects) = load(self.meshes.as_deref(), SIZE)?;
         let by_class = by_class(names.len(), &objects);
-        let object = |i: usize| {
-            let own = &by_class[i % by_class.len()];
-            own[i / by_class.len() % own.len()]
-        };
+        let object = |i: usize| in_turn(&by_class, i);
         let grid = self.grid(SIDE_OBJECTS.get());
         let one = |i: usize, picture: ArrayViewMut3<f32>| {
             let press = press(world, i);
@@ -151,8 +147,7 @@ impl Gel {
         let one = |i: usize, picture: ArrayViewMut3<f32>| {
             let press = press(world, i);
             let share = world.rng(&format!("piece/{}", piece(i))).random::<f64>();
-            let pitch = PITCH.value[0] * (PITCH.value[1] / PITCH.value[0]).powf(share);
-            let pitch = world.unless("piece", pitch, 1.0);
+            let pitch = world.unless("piece", PITCH.log_between(share), 1.0);
             let depth = laid(CLOTHS[i % CLOTHS.len()].1, world, i, &press, grid, pitch);
             self.look(world, i, Dent { depth, side: grid.side, pitch: grid.pitch }, picture);
             Ok(vec![press.depth, press.spin.to_degrees(), pitch])
@@ -169,10 +164,10 @@ impl Gel {
     fn look(&self, world: &World, i: usize, dent: Dent, mut picture: ArrayViewMut3<f32>) {
         let side = dent.side;
         let dent = if world.has("membrane") { dent.smoothed() } else { dent };
-        let mut sum = Array4::<f64>::zeros((1, 3, self.pixels, self.pixels));
+        let mut sum = Array3::<f64>::zeros((3, self.pixels, self.pixels));
         for (own, colours) in dent.lit().enumerate() {
             for (colour, value) in colours.into_iter().enumerate() {
-                sum[[0, colour, own / side / FINER, own % side / FINER]] += value;
+                sum[[colour, own / side / FINER, own % side / FINER]] += value;
             }
         }
         let mut noise = world.rng(&format!("{i}/noise"));
@@ -191,13 +186,7 @@ impl Gel {
         one: &Look,
     ) -> Result<Scene> {
         let mut x = Array4::zeros((samples, 3, self.pixels, self.pixels));
-        let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
-        let truth: Vec<Vec<f64>> = each
-            .par_iter_mut()
-            .enumerate()
-            .map(|(i, picture)| one(i, picture.view_mut()))
-            .collect::<Result<_>>()?;
-        drop(each);
+        let truth: Vec<Vec<f64>> = each_sample(&mut x, one).into_iter().collect::<Result<_>>()?;
         Ok(Scene {
             x: x.into_dyn(),
             streams: Vec::new(),
@@ -217,9 +206,8 @@ impl Gel {
 
 fn press(world: &World, i: usize) -> Press {
     let share = world.rng(&format!("{i}/depth")).random::<f64>();
-    let depth = DEPTH.value[0] + (DEPTH.value[1] - DEPTH.value[0]) * share;
     let spin = TAU * world.rng(&format!("{i}/spin")).random::<f64>();
-    Press { depth: world.unless("depth", depth, 1.0), spin: world.unless("spin", spin, 0.0) }
+    Press { depth: world.unless("depth", DEPTH.between(share), 1.0), spin: world.unless("spin", spin, 0.0) }
 }
 
 /// How deep an object dents the gel, place by place, in mm.

@@ -20,14 +20,13 @@
 
 mod parameters;
 
-use ndarray::{Array3, Array4, ArrayViewMut3, Axis};
+use ndarray::{Array2, Array4, ArrayViewMut3};
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use self::parameters::*;
 use crate::parameters::{Parameter, rows};
-use crate::world::{World, columns, normal};
+use crate::world::{World, columns, each_sample, normal};
 use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
@@ -103,17 +102,11 @@ impl Hand {
         let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
         let session = |i: usize| i / OBJECTS.len() % self.sessions as usize;
         let mut x = Array4::zeros((samples, FRAMES, ROWS, COLUMNS));
-        let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
-        let truth: Vec<Vec<f64>> = each
-            .par_iter_mut()
-            .enumerate()
-            .map(|(i, recording)| {
-                let grasp = Grasp::draw(&world, i);
-                record(&world, i, session(i), &grasp, recording.view_mut());
-                grasp.truth()
-            })
-            .collect();
-        drop(each);
+        let truth = each_sample(&mut x, |i, recording| {
+            let grasp = Grasp::draw(&world, i);
+            record(&world, i, session(i), &grasp, recording);
+            grasp.truth()
+        });
         Ok(Scene {
             x: x.into_dyn(),
             streams: Vec::new(),
@@ -138,21 +131,18 @@ impl Grasp {
             std::array::from_fn::<f64, 3, _>(|_| rng.random::<f64>())
         };
         let (grip, lift) = (shares("grip"), shares("lift"));
-        let between =
-            |range: &Parameter, share: f64| range.value[0] + (range.value[1] - range.value[0]) * share;
-        let gripped = |range: &Parameter, share| world.unless("grip", between(range, share), middle(range));
-        let firm = DEPTH.value[0] * (DEPTH.value[1] / DEPTH.value[0]).powf(grip[0]);
+        let gripped = |range: &Parameter, share| world.unless("grip", range.between(share), middle(range));
         let mut place = world.rng(&format!("{i}/placement"));
         let mut placed = |sd: f64| world.unless("placement", sd * normal(&mut place), 0.0);
         let shift = [SHIFT.value[0], SHIFT.value[1]].map(&mut placed);
         let turn = placed(TURN.get()).to_radians();
         let contact = gripped(&CONTACT, grip[1]);
         Grasp {
-            depth: world.unless("grip", firm, middle(&DEPTH)),
+            depth: world.unless("grip", DEPTH.log_between(grip[0]), middle(&DEPTH)),
             contact,
             hold: contact + gripped(&CLOSING, grip[2]),
-            lift: world.unless("lift", between(&LIFT, lift[0]), f64::from(FRAMES as u32) / RATE),
-            slip: world.unless("lift", between(&SLIP, lift[1]), 0.0),
+            lift: world.unless("lift", LIFT.between(lift[0]), FRAMES as f64 / RATE),
+            slip: world.unless("lift", SLIP.between(lift[1]), 0.0),
             shift,
             turn,
         }
@@ -184,8 +174,8 @@ fn record(world: &World, i: usize, session: usize, grasp: &Grasp, mut recording:
     let [along, across, both] = curvatures(i % OBJECTS.len(), grasp.turn);
     let (along, across) = (along + 1.0 / FINGER.value[0], across + 1.0 / FINGER.value[1]);
     let (mut sensor, mut day) = (world.rng("electrodes"), world.rng(&format!("session/{session}")));
-    let rest = Array3::from_shape_simple_fn((1, ROWS, COLUMNS), || {
-        let own = REST.value[0] + (REST.value[1] - REST.value[0]) * sensor.random::<f64>();
+    let rest = Array2::from_shape_simple_fn((ROWS, COLUMNS), || {
+        let own = REST.between(sensor.random::<f64>());
         own + world.unless("session", SESSION.get() * normal(&mut day), 0.0)
     });
     let relaxed = world.unless("relaxation", RELAXED.get(), 0.0);
@@ -200,7 +190,7 @@ fn record(world: &World, i: usize, session: usize, grasp: &Grasp, mut recording:
             let gap = (along * x * x + across * y * y) / 2.0 + both * x * y;
             let pressed = (depth - gap).max(0.0);
             let noise = world.unless("noise", NOISE.get() * normal(&mut noise), 0.0);
-            let value = rest[[0, row, column]] - GAIN.get() * pressed + noise;
+            let value = rest[[row, column]] - GAIN.get() * pressed + noise;
             *reading = value.round().clamp(0.0, FULL_SCALE) as f32;
         }
     }

@@ -30,11 +30,11 @@ use crate::Layout;
 use crate::shapes::mesh::Grid;
 use crate::shapes::touch::{TRIES, touch};
 use crate::shapes::vector::Vector;
-use crate::shapes::{Object, by_class, load};
+use crate::shapes::{Object, by_class, in_turn, load};
+use crate::world::each_sample;
 use crate::{Effect, Error, Result, Scene};
-use ndarray::{Array3, Array4, ArrayViewMut2, Axis};
+use ndarray::{Array3, Array4, ArrayViewMut2};
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use taxel_seed::rng;
 
@@ -133,19 +133,12 @@ impl Imprint {
         }
         let (class_names, objects) = load(self.meshes.as_deref(), self.size_mm)?;
         let by_class = by_class(class_names.len(), &objects);
-        let object = |i: usize| {
-            let mine = &by_class[i % by_class.len()];
-            mine[i / by_class.len() % mine.len()]
-        };
+        let object = |i: usize| in_turn(&by_class, i);
 
         let mut x = Array3::zeros((samples, self.elements, self.elements));
         let spin = !without.iter().any(|name| name == "spin");
-        let mut imprints: Vec<ArrayViewMut2<f32>> = x.axis_iter_mut(Axis(0)).collect();
-        let probes: Vec<Probe> = imprints
-            .par_iter_mut()
-            .enumerate()
-            .map(|(i, imprint)| self.press(&objects[object(i)], seed, i, spin, imprint))
-            .collect::<Result<_>>()?;
+        let press = |i, imprint: ArrayViewMut2<f32>| self.press(&objects[object(i)], seed, i, spin, imprint);
+        let probes: Vec<Probe> = each_sample(&mut x, press).into_iter().collect::<Result<_>>()?;
         let mut truth: Vec<(String, Vec<f32>)> = Vec::new();
         let mut add = |name: &str, value: &dyn Fn(&Probe) -> f64| {
             truth.push((name.into(), probes.iter().map(|probe| value(probe) as f32).collect()));
@@ -190,7 +183,7 @@ impl Imprint {
         seed: u64,
         sample: usize,
         spin: bool,
-        imprint: &mut ArrayViewMut2<f32>,
+        mut imprint: ArrayViewMut2<f32>,
     ) -> Result<Probe> {
         let mut place = rng(seed, &format!("{NAME}/{sample}/point"));
         let spin = if spin { TAU * rng(seed, &format!("{NAME}/{sample}/spin")).random::<f64>() } else { 0.0 };
@@ -218,15 +211,13 @@ impl Imprint {
         object: &(dyn Fn(usize) -> usize + Sync),
     ) -> (Array4<f32>, Vec<[f64; 2]>) {
         let mut pictures = Array4::zeros((samples, 3, self.view, self.view));
-        let mut each: Vec<_> = pictures.axis_iter_mut(Axis(0)).collect();
-        let cameras = each.par_iter_mut().enumerate().map(|(i, picture)| {
+        let cameras = each_sample(&mut pictures, |i, picture| {
             let mut rng = rng(seed, &format!("{NAME}/{i}/camera"));
             let [low, high] = ELEVATION.map(f64::to_radians);
             let (azimuth, elevation) = (TAU * rng.random::<f64>(), low + (high - low) * rng.random::<f64>());
-            view::render(&objects[object(i)].mesh, self.size_mm, azimuth, elevation, picture.view_mut());
+            view::render(&objects[object(i)].mesh, self.size_mm, azimuth, elevation, picture);
             [azimuth, elevation]
         });
-        let cameras = cameras.collect();
         (pictures, cameras)
     }
 }

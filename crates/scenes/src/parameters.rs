@@ -22,6 +22,16 @@ impl Parameter {
     pub(crate) fn get(&self) -> f64 {
         self.value[0]
     }
+
+    /// So far from the lowest to the highest value, a share in 0..1.
+    pub(crate) fn between(&self, share: f64) -> f64 {
+        self.value[0] + (self.value[1] - self.value[0]) * share
+    }
+
+    /// Likewise, with equal steps of the logarithm.
+    pub(crate) fn log_between(&self, share: f64) -> f64 {
+        self.value[0] * (self.value[1] / self.value[0]).powf(share)
+    }
 }
 
 /// The source of a value that nobody published.

@@ -60,6 +60,12 @@ pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec
     Ok((classes.into_iter().map(|(name, _)| name).collect(), objects))
 }
 
+/// The object of sample `i`: classes take turns, and in a class its objects.
+pub(crate) fn in_turn(by_class: &[Vec<usize>], i: usize) -> usize {
+    let own = &by_class[i % by_class.len()];
+    own[i / by_class.len() % own.len()]
+}
+
 /// For each class the numbers of its objects, in their order.
 pub(crate) fn by_class(classes: usize, objects: &[Object]) -> Vec<Vec<usize>> {
     let of =

@@ -23,16 +23,15 @@ mod parameters;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
-use ndarray::{Array4, Axis};
+use ndarray::Array4;
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use self::paint::{Look, picture};
 use self::parameters::{AMBIENT, AZIMUTH, ELEVATION, LAMP, ROLL, SHIFT, ZOOM};
 use crate::parameters::rows;
-use crate::shapes::{by_class, load};
-use crate::world::{World, columns};
+use crate::shapes::{by_class, in_turn, load};
+use crate::world::{World, columns, each_sample};
 use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
@@ -107,23 +106,14 @@ impl Vision {
         };
         let object = |i: usize| match self.classes {
             Classes::Object => i % count,
-            Classes::Family => {
-                let own = &by_family[i % count];
-                own[i / count % own.len()]
-            }
+            Classes::Family => in_turn(&by_family, i),
         };
         let mut x = Array4::zeros((samples, 3, self.pixels, self.pixels));
-        let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
-        let truth: Vec<Vec<f64>> = each
-            .par_iter_mut()
-            .enumerate()
-            .map(|(i, own)| {
-                let look = look(&world, i);
-                picture(&objects[object(i)].mesh, SIZE, &look, own.view_mut());
-                look.truth()
-            })
-            .collect();
-        drop(each);
+        let truth = each_sample(&mut x, |i, own| {
+            let look = look(&world, i);
+            picture(&objects[object(i)].mesh, SIZE, &look, own);
+            look.truth()
+        });
         Ok(Scene {
             x: x.into_dyn(),
             streams: Vec::new(),
@@ -147,21 +137,20 @@ fn look(world: &World, i: usize) -> Look {
         let mut rng = world.rng(&format!("{i}/{effect}"));
         std::array::from_fn::<f64, 12, _>(|_| rng.random::<f64>())
     };
-    let between = |range: &[f64], share: f64| range[0] + (range[1] - range[0]) * share;
     let (pose, light) = (draw("pose"), draw("light"));
     let posed = world.has("pose");
-    let roll = if posed { between(ROLL.value, pose[2]).to_radians() } else { 0.0 };
-    let shift = [pose[4], pose[5]].map(|share| if posed { between(SHIFT.value, share) } else { 0.0 });
+    let roll = if posed { ROLL.between(pose[2]).to_radians() } else { 0.0 };
+    let shift = [pose[4], pose[5]].map(|share| if posed { SHIFT.between(share) } else { 0.0 });
     let lit = world.has("light");
     Look {
-        azimuth: if posed { between(AZIMUTH.value, pose[0]) } else { 30.0 }.to_radians(),
-        elevation: if posed { between(ELEVATION.value, pose[1]) } else { 20.0 }.to_radians(),
+        azimuth: if posed { AZIMUTH.between(pose[0]) } else { 30.0 }.to_radians(),
+        elevation: if posed { ELEVATION.between(pose[1]) } else { 20.0 }.to_radians(),
         roll,
-        zoom: if posed { between(ZOOM.value, pose[3]) } else { 0.9 },
+        zoom: if posed { ZOOM.between(pose[3]) } else { 0.9 },
         shift,
         // Turn about the line of sight, and how far the lamp stands from it.
-        lamp: if lit { [TAU * light[0], between(LAMP.value, light[1]).to_radians()] } else { [0.9, 0.7] },
-        ambient: if lit { between(AMBIENT.value, light[2]) } else { 0.3 },
+        lamp: if lit { [TAU * light[0], LAMP.between(light[1]).to_radians()] } else { [0.9, 0.7] },
+        ambient: if lit { AMBIENT.between(light[2]) } else { 0.3 },
         texture: world.has("texture").then(|| draw("texture")),
         background: world.has("background").then(|| draw("background")),
     }

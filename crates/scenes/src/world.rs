@@ -5,8 +5,10 @@
 //! None.
 
 use crate::{Error, Result};
+use ndarray::{Array, ArrayViewMut, Axis, RemoveAxis};
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use rayon::prelude::*;
 use taxel_seed::{Rng, rng};
 
 /// One request to simulate, checked.
@@ -50,6 +52,17 @@ impl<'a> World<'a> {
     pub(crate) fn unless(&self, effect: &str, with: f64, otherwise: f64) -> f64 {
         if self.has(effect) { with } else { otherwise }
     }
+}
+
+/// Makes the samples of `x` [N, ..] side by side; what `make` says of each, in their order.
+pub(crate) fn each_sample<D, T, F>(x: &mut Array<f32, D>, make: F) -> Vec<T>
+where
+    D: RemoveAxis,
+    T: Send,
+    F: Fn(usize, ArrayViewMut<f32, D::Smaller>) -> T + Sync,
+{
+    let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
+    each.par_iter_mut().enumerate().map(|(i, own)| make(i, own.view_mut())).collect()
 }
 
 /// A draw from the normal distribution, mean 0, SD 1.

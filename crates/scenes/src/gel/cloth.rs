@@ -34,7 +34,7 @@ pub(super) const CLOTHS: [(&str, Face); 12] = [
         )
     }),
     ("corduroy", corduroy),
-    ("jersey", |x, y| jersey(x, y)),
+    ("jersey", jersey),
     ("rib-knit", rib_knit),
 ];
 
