@@ -167,7 +167,7 @@ fn folds_apart_come_back_as_the_run_that_was_never_divided() {
 #[cfg(unix)]
 #[test]
 fn a_scheduler_s_signal_saves_and_ends_with_75() {
-    let bench = Bench::new("set = { train.epochs = 1500 }\n");
+    let bench = Bench::new("set = { train.epochs = 8000 }\n");
     let (alone, stopped) = (bench.plan("alone"), bench.plan("stopped"));
     run(&alone);
     for signal in ["-USR1", "-TERM"] {
@@ -175,9 +175,12 @@ fn a_scheduler_s_signal_saves_and_ends_with_75() {
         let more = ["--index", "0", "--save-every", "1000"];
         let mut command = command(&["run-one"], &stopped, &more);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let own = format!("\"pid\":{},", child.id());
         let begun = |_| {
             std::thread::sleep(Duration::from_millis(5));
-            entries(&stopped.join("work")) > 0
+            let claims = std::fs::read_dir(stopped.join("claims")).into_iter().flatten();
+            let mut said = claims.filter_map(|entry| std::fs::read_to_string(entry.unwrap().path()).ok());
+            said.any(|text| text.contains(&own)) && entries(&stopped.join("work")) > 0
         };
         assert!((0..4000).any(begun), "it never began");
         std::thread::sleep(Duration::from_millis(150));
