@@ -60,6 +60,14 @@ impl Reading {
         }
     }
 
+    /// The reading without contact, in `unit`; of many the mean, 0 where nobody says it.
+    pub fn mean_at_rest(&self) -> f32 {
+        match self.rest.as_deref() {
+            Some(rest @ [_, ..]) => rest.iter().sum::<f32>() / rest.len() as f32,
+            _ => 0.0,
+        }
+    }
+
     /// Readings per second (Hz) of recordings before `length`, where that is known: those with time stamps are brought
     /// to it.
     pub fn recorded_rate(&self) -> Option<f64> {

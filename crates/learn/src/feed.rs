@@ -12,8 +12,8 @@ use crate::still::Still;
 /// Gathers the rows of a batch into one slice per input of the graph.
 pub(crate) struct Feed<'a> {
     inputs: Vec<&'a Encoded>,
-    /// What lies beyond the edges of an input's images, per channel.
-    rests: Vec<Option<Vec<f32>>>,
+    /// What lies beyond the edges of an input's images.
+    outside: Vec<Option<&'a [f32]>>,
     batches: Vec<Vec<f32>>,
     /// Breaks training samples, where that is asked for.
     breaker: Option<Breaker<'a>>,
@@ -46,9 +46,9 @@ impl<'a> Feed<'a> {
             let reason = "an input of the network is not encoded".to_string();
             return Err(taxel_engine::Error::Batch { model, reason }.into());
         }
-        let rests = found.iter().map(|input| input.transform.rest()).collect();
+        let outside = found.iter().map(|input| input.outside.as_deref()).collect();
         let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
-        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, rests, breaker: None, still: None })
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, outside, breaker: None, still: None })
     }
 
     /// The same, with training samples broken by `breaker`.
@@ -97,8 +97,8 @@ impl<'a> Feed<'a> {
         if let Some(breaker) = &mut self.breaker {
             breaker.fill(rows, occasion, &mut self.batches)?;
         }
-        for ((input, rest), batch) in self.inputs.iter().zip(&self.rests).zip(&mut self.batches) {
-            let (Some((augment, key)), Some(rest)) = (augment, rest) else { continue };
+        for ((input, outside), batch) in self.inputs.iter().zip(&self.outside).zip(&mut self.batches) {
+            let (Some((augment, key)), Some(outside)) = (augment, outside) else { continue };
             let (&[channels, height, width, ref frames @ ..], len) = (input.shape(), input.len()) else {
                 continue;
             };
@@ -107,8 +107,8 @@ impl<'a> Feed<'a> {
                 let warp = augment.draw(&Key { sample, ..key });
                 // Each channel has its own value at rest.
                 for (channel, plane) in values.chunks_exact_mut(len / channels).enumerate() {
-                    let outside = rest.get(channel).or(rest.first()).copied().unwrap_or(0.0);
-                    warp.apply(plane, [1, height, width, frames], outside);
+                    let value = outside.get(channel).or(outside.first()).copied().unwrap_or(0.0);
+                    warp.apply(plane, [1, height, width, frames], value);
                 }
             }
         }

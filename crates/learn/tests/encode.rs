@@ -364,6 +364,11 @@ fn colours_are_scaled_as_imagenet_was() {
     for (got, want) in images[0].encoded.sample(5).iter().zip(want) {
         assert!((got - want).abs() < 1e-5, "{got} {want}");
     }
+    // Beyond the edges lies the sensor at rest: what a sample of such readings becomes.
+    let edges = images[0].outside.as_deref().unwrap();
+    assert!((edges[1] + 0.456 / 0.224).abs() < 1e-5);
+    let resting = inputs(imagenet(), &colours.with_rest(vec![51.0]), &[IMAGE], &[0]).unwrap();
+    assert_eq!(resting[0].outside.as_deref().unwrap()[1], resting[0].encoded.sample(0)[2]);
     let grey = with(Layout::Image, ArrayD::zeros(vec![8, 2, 6])).with_full_scale(255.0).unwrap();
     assert!(inputs(imagenet(), &grey, &[IMAGE], &[0]).is_err());
     let red = json!({ "image": { "kind": "raw", "scale": "imagenet", "red": true } });

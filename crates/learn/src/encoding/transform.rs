@@ -97,16 +97,16 @@ impl Transform {
         self.scale(self.shape(x, source)?, source)
     }
 
-    /// What a reading of 0 becomes, per channel of images and tensors: what lies beyond their edges.
-    pub(crate) fn rest(&self) -> Option<Vec<f32>> {
-        let scaling = match self {
+    /// What a reading without contact becomes, per channel of images and tensors (one value: of all alike): what lies
+    /// beyond their edges. None where the input has no edges.
+    pub(crate) fn at_rest(&self, rest: f32) -> Option<Vec<f32>> {
+        let (scaling, is_red) = match self {
+            Transform::Picture { scaling, red, .. } => (scaling, *red),
             Transform::Image(scaling)
-            | Transform::Picture { scaling, .. }
             | Transform::Electrodes { scaling, .. }
-            | Transform::Tensor { scaling, .. } => scaling,
-            Transform::Baseline { then, .. }
-            | Transform::Series { then, .. }
-            | Transform::Reduced { then, .. } => return then.rest(),
+            | Transform::Tensor { scaling, .. } => (scaling, false),
+            Transform::Baseline { then, .. } => return then.at_rest(0.0),
+            Transform::Series { then, .. } | Transform::Reduced { then, .. } => return then.at_rest(rest),
             Transform::Signal(_)
             | Transform::QuantileCode(_)
             | Transform::Rocket(_)
@@ -116,9 +116,18 @@ impl Transform {
                 return None;
             }
         };
+        // Green and blue of a grey image that became red are 0 everywhere.
+        let readings = |channels| (0..channels).map(|channel| if is_red && channel > 0 { 0.0 } else { rest });
+        let alike = if is_red { 3 } else { 1 };
         Some(match scaling {
-            Scaling::ZScore { mean, sd } => mean.iter().zip(sd).map(|(mean, sd)| -mean / sd).collect(),
-            Scaling::Raw | Scaling::FullScale { .. } => vec![0.0],
+            Scaling::ZScore { mean, sd } => {
+                let scales = mean.iter().zip(sd);
+                readings(mean.len()).zip(scales).map(|(reading, (mean, sd))| (reading - mean) / sd).collect()
+            }
+            Scaling::Raw => readings(alike).collect(),
+            Scaling::FullScale { full_scale } => {
+                readings(alike).map(|reading| reading / full_scale).collect()
+            }
         })
     }
 
@@ -331,12 +340,38 @@ mod tests {
 
     use super::*;
 
+    /// Each is held against what the transform makes of a whole sample at rest.
     #[test]
-    fn what_lies_beyond_an_image_is_a_reading_of_zero() {
-        let scaling = Scaling::ZScore { mean: vec![2.0, -1.0], sd: vec![4.0, 0.5] };
-        let transform = Transform::Image(scaling);
-        let zeros = transform.apply(&ArrayD::zeros(vec![1, 2, 1, 1]), "zeros").unwrap();
-        assert_eq!(transform.rest().unwrap(), zeros.into_iter().collect::<Vec<f32>>());
-        assert_eq!(Transform::Signal(Scaling::Raw).rest(), None);
+    fn what_lies_beyond_an_image_is_the_sensor_at_rest() {
+        let scales = |channels: usize| {
+            let fitted = Scaling::ZScore {
+                mean: [2.0, -1.0, 0.5][..channels].to_vec(),
+                sd: [4.0, 0.5, 2.0][..channels].to_vec(),
+            };
+            [Scaling::Raw, Scaling::FullScale { full_scale: 255.0 }, fitted]
+        };
+        let agree = |transform: Transform, shape: Vec<usize>, rest: f32| {
+            let own = transform.at_rest(rest).unwrap();
+            let whole = transform.apply(&ArrayD::from_elem(shape, rest), "samples").unwrap();
+            for (channel, plane) in whole.index_axis(Axis(0), 0).outer_iter().enumerate() {
+                let value = *own.get(channel).unwrap_or(&own[0]);
+                assert!(plane.iter().all(|v| *v == value), "{transform:?}: {value} against {plane}");
+            }
+        };
+        for rest in [0.0, 166.0] {
+            for scaling in scales(2) {
+                agree(Transform::Image(scaling), vec![1, 2, 4, 4], rest);
+            }
+            for (red, channels) in [(true, 3), (false, 1)] {
+                for scaling in scales(channels) {
+                    agree(
+                        Transform::Picture { frame: Some(Frame::Peak), red, resize: None, scaling },
+                        vec![1, 5, 4, 4],
+                        rest,
+                    );
+                }
+            }
+        }
+        assert_eq!(Transform::Signal(Scaling::Raw).at_rest(1.0), None);
     }
 }
