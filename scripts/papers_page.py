@@ -16,6 +16,7 @@ HEADS = {
     "simulated": "simulated",
     "sessions": "simulated, unseen sessions",
     "imagenet": "simulated, from ImageNet at 96 × 96 pixels",
+    "small": "simulated, 50 × 50 pixels and 20 epochs",
     "real": "real",
 }
 
@@ -81,8 +82,8 @@ def of_scores(table):
     for row in table["rows"]:
         cells = [row["is"], f"*{row['published']}*"]
         for kind in kinds:
-            # What starts from ImageNet has rows of other names, and the stitched network another column.
-            own = row.get("imagenet_row") if kind == "imagenet" else row.get(f"{kind}_row", row.get("row"))
+            # What starts from ImageNet or is reduced has rows of other names, and the stitched network another column.
+            own = row.get(f"{kind}_row", None if kind in ("imagenet", "small") else row.get("row"))
             column = table.get("column", "accuracy % [") if kind == "simulated" else "accuracy % ["
             cells.append(cell(own and score(table[kind], own, "real" if kind == "real" else "simulated", column)))
         lines.append("| " + " | ".join(cells) + " |")
