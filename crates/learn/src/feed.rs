@@ -105,10 +105,8 @@ impl<'a> Feed<'a> {
             let frames: usize = frames.iter().product();
             for (&sample, values) in rows.iter().zip(batch.chunks_exact_mut(len)) {
                 let warp = augment.draw(&Key { sample, ..key });
-                // Each channel has its own value at rest.
-                for (channel, plane) in values.chunks_exact_mut(len / channels).enumerate() {
-                    let value = outside.get(channel).or(outside.first()).copied().unwrap_or(0.0);
-                    warp.apply(plane, [1, height, width, frames], value);
+                for (plane, value) in values.chunks_exact_mut(len / channels).zip(*outside) {
+                    warp.apply(plane, [1, height, width, frames], *value);
                 }
             }
         }

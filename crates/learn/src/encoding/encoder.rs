@@ -74,8 +74,7 @@ pub struct Input {
     pub encoded: Arc<Encoded>,
     /// Time to encode one sample, in ms, averaged over all.
     pub ms_per_sample: f64,
-    /// What lies beyond the edges of its images, per channel or one value for all: the sensor at rest. None where it
-    /// has no edges.
+    /// What lies beyond the edges of its images, per channel: the sensor at rest. None where it has no edges.
     pub outside: Option<Vec<f32>>,
     /// What stands before it, where the encoding asks for it.
     pub guard: Option<Arc<Guard>>,
@@ -222,7 +221,7 @@ impl<'a> Encoder<'a> {
         let transform = self.reduced(transform)?;
         let start = Instant::now();
         let x = transform.apply(&self.dataset.x, &self.source)?;
-        let input = self.input(name, transform, x, start);
+        let input = self.input(name, transform, x, start)?;
         self.plans.push(Plan::Done(input));
         Ok(())
     }
@@ -235,10 +234,17 @@ impl<'a> Encoder<'a> {
     }
 
     /// What `transform` made of all samples since `start`.
-    fn input(&self, name: &'static str, transform: Transform, x: ArrayD<f32>, start: Instant) -> Input {
+    fn input(
+        &self,
+        name: &'static str,
+        transform: Transform,
+        x: ArrayD<f32>,
+        start: Instant,
+    ) -> Result<Input> {
         let ms_per_sample = 1e3 * start.elapsed().as_secs_f64() / x.shape()[0].max(1) as f64;
-        let outside = transform.at_rest(self.dataset.reading.mean_at_rest());
-        Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample, outside, guard: None }
+        let sample = &self.dataset.x.shape()[1..];
+        let outside = transform.at_rest(sample, self.dataset.reading.mean_at_rest(), &self.source)?;
+        Ok(Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample, outside, guard: None })
     }
 
     /// `None` for a scale that is fitted per fold.
@@ -281,7 +287,7 @@ impl<'a> Encoder<'a> {
                 let transform = transform.fitted(x.select(Axis(0), train).view(), &self.source)?;
                 let start = Instant::now();
                 let x = transform.scale(x.clone(), &self.source)?;
-                Ok(self.input(name, transform, x, start))
+                self.input(name, transform, x, start)
             }
         };
         let wanted = self.plans.iter().filter(|plan| names.contains(&plan.name()));

@@ -97,38 +97,37 @@ impl Transform {
         self.scale(self.shape(x, source)?, source)
     }
 
-    /// What a reading without contact becomes, per channel of images and tensors (one value: of all alike): what lies
-    /// beyond their edges. None where the input has no edges.
-    pub(crate) fn at_rest(&self, rest: f32) -> Option<Vec<f32>> {
-        let (scaling, is_red) = match self {
-            Transform::Picture { scaling, red, .. } => (scaling, *red),
-            Transform::Image(scaling)
-            | Transform::Electrodes { scaling, .. }
-            | Transform::Tensor { scaling, .. } => (scaling, false),
-            Transform::Baseline { then, .. } => return then.at_rest(0.0),
-            Transform::Series { then, .. } | Transform::Reduced { then, .. } => return then.at_rest(rest),
+    /// What the first pixel of each channel becomes in a raw sample of this shape that reads `rest` all over: what lies
+    /// beyond the edges of images and tensors. None where the input has no edges.
+    ///
+    /// # Errors
+    /// As [`Transform::apply`].
+    pub(super) fn at_rest(&self, sample: &[usize], rest: f32, source: &str) -> Result<Option<Vec<f32>>> {
+        if !self.has_edges() {
+            return Ok(None);
+        }
+        let whole = self.apply(&ArrayD::from_elem([&[1], sample].concat(), rest), source)?;
+        Ok(Some(
+            whole.index_axis(Axis(0), 0).outer_iter().filter_map(|plane| plane.first().copied()).collect(),
+        ))
+    }
+
+    fn has_edges(&self) -> bool {
+        match self {
+            Transform::Image(_)
+            | Transform::Picture { .. }
+            | Transform::Electrodes { .. }
+            | Transform::Tensor { .. } => true,
+            Transform::Baseline { then, .. }
+            | Transform::Series { then, .. }
+            | Transform::Reduced { then, .. } => then.has_edges(),
             Transform::Signal(_)
             | Transform::QuantileCode(_)
             | Transform::Rocket(_)
             | Transform::Field(_)
             | Transform::Numatac { .. }
-            | Transform::Rows(_) => {
-                return None;
-            }
-        };
-        // Green and blue of a grey image that became red are 0 everywhere.
-        let readings = |channels| (0..channels).map(|channel| if is_red && channel > 0 { 0.0 } else { rest });
-        let alike = if is_red { 3 } else { 1 };
-        Some(match scaling {
-            Scaling::ZScore { mean, sd } => {
-                let scales = mean.iter().zip(sd);
-                readings(mean.len()).zip(scales).map(|(reading, (mean, sd))| (reading - mean) / sd).collect()
-            }
-            Scaling::Raw => readings(alike).collect(),
-            Scaling::FullScale { full_scale } => {
-                readings(alike).map(|reading| reading / full_scale).collect()
-            }
-        })
+            | Transform::Rows(_) => false,
+        }
     }
 
     /// Whether every sample is scaled by its own range: twice the readings give the same input.
@@ -351,10 +350,10 @@ mod tests {
             [Scaling::Raw, Scaling::FullScale { full_scale: 255.0 }, fitted]
         };
         let agree = |transform: Transform, shape: Vec<usize>, rest: f32| {
-            let own = transform.at_rest(rest).unwrap();
+            let own = transform.at_rest(&shape[1..], rest, "samples").unwrap().unwrap();
             let whole = transform.apply(&ArrayD::from_elem(shape, rest), "samples").unwrap();
-            for (channel, plane) in whole.index_axis(Axis(0), 0).outer_iter().enumerate() {
-                let value = *own.get(channel).unwrap_or(&own[0]);
+            assert_eq!(own.len(), whole.shape()[1]);
+            for (value, plane) in own.into_iter().zip(whole.index_axis(Axis(0), 0).outer_iter()) {
                 assert!(plane.iter().all(|v| *v == value), "{transform:?}: {value} against {plane}");
             }
         };
@@ -372,6 +371,12 @@ mod tests {
                 }
             }
         }
-        assert_eq!(Transform::Signal(Scaling::Raw).at_rest(1.0), None);
+        // Colours that are there already are not made red.
+        for red in [true, false] {
+            let scaling = Scaling::FullScale { full_scale: 255.0 };
+            let picture = Transform::Picture { frame: None, red, resize: None, scaling };
+            assert_eq!(picture.at_rest(&[3, 4, 4], 51.0, "samples").unwrap(), Some(vec![0.2; 3]));
+        }
+        assert_eq!(Transform::Signal(Scaling::Raw).at_rest(&[2, 4], 1.0, "samples").unwrap(), None);
     }
 }
