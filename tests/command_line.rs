@@ -485,6 +485,18 @@ fn equal_runs_write_equal_bytes_for_any_number_of_threads() {
 }
 
 #[test]
+fn a_printed_config_is_the_one_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, saved) = (folder.path().join("run"), folder.path().join("whole.toml"));
+    let asked = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1"];
+    let printed = good(&[&asked[..], &["--print-config"]].concat());
+    fs::write(&saved, &printed).unwrap();
+    assert_eq!(printed, good(&["run", text(&saved), "--print-config"]));
+    good(&[&asked[..], &["--out", text(&out)]].concat());
+    assert_eq!(printed, fs::read_to_string(out.join("config.toml")).unwrap());
+}
+
+#[test]
 fn a_part_of_a_run_and_the_rest_later_make_the_bytes_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));

@@ -24,7 +24,8 @@ use crate::commands::reading::{Reading, with_option_hint};
            taxel run configs/quickstart.toml --quick --set train.epochs=5 --out runs/try
            taxel run configs/quickstart.toml --data presses/ --length resample:300
            TAXEL_DATA=/data taxel run configs/real/fsr-glove28.toml --resume
-           taxel run configs/hardness/hardness.toml --only mlp,lstm --resume")]
+           taxel run configs/hardness/hardness.toml --only mlp,lstm --resume
+           taxel run configs/quickstart.toml --set train.epochs=5 --print-config > mine.toml")]
 pub struct Run {
     /// Experiment files.
     #[arg(required = true)]
@@ -54,6 +55,9 @@ pub struct Run {
     /// separated by commas.
     #[arg(long, value_name = "PARTS", value_delimiter = ',')]
     only: Vec<String>,
+    /// Prints the whole config, with every default and what --quick, --set and others change, and trains nothing.
+    #[arg(long, conflicts_with_all = ["resume", "only", "json"])]
+    print_config: bool,
     /// Seconds between two savings of a fold in training [default: 10].
     #[arg(long, value_name = "SECONDS")]
     save_every: Option<f64>,
@@ -78,6 +82,10 @@ impl Run {
         // All configs are read before the first runs: a typo in the last one costs no hours.
         let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
+        if self.print_config {
+            experiments.iter().for_each(|experiment| print!("{}", experiment.to_toml()));
+            return Ok(ExitCode::SUCCESS);
+        }
         let threads = Some(super::threads(self.threads));
         let (resume, save_every, time_again) = (self.resume, self.save_every, self.time_again);
         let options = RunOptions { resume, threads, save_every, time_again, ..RunOptions::default() };
