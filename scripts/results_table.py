@@ -2,13 +2,17 @@
 """Writes docs/results/<name>.md from run folders, and the README's table from the first of them.
 
     python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme] [--partial] [--check]
+    python3 scripts/results_table.py --commands
 
-A page has the name of its run folder: the same config with other values (--set, --out) is another page.
+A page has the name of its run folder: the same config with other values (--set, --out) is another page. It says by which
+commands it is made again: those of the file under configs/ that has its name, with --set for what differs, once the
+program (target/release/taxel, or TAXEL=/path/to/taxel) prints that config for them. --commands writes this part of all
+pages anew, such as after a config has changed.
 With each page goes docs/results/reference/<name>.json: scores and costs of every row, digests of data and config.
 --check compares a run with that file, row by row, and writes nothing. --partial makes a page of a run that is not
 finished, and says what is missing.
 
-Needs Python 3 alone. Every number comes from the run folder: scores and costs from results.json, latency
+Needs Python 3 and taxel. Every number comes from the run folder: scores and costs from results.json, latency
 from timings.jsonl, what hardening changes from the tables of `taxel report`, provenance from environment.json, a
 twin's accuracies from twin.jsonl where
 scripts/twin/train.py wrote one. Published numbers keep their own column.
@@ -17,12 +21,18 @@ scripts/twin/train.py wrote one. Published numbers keep their own column.
 import argparse
 import hashlib
 import json
+import os
 import pathlib
 import re
+import shlex
+import subprocess
 import sys
 import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
+# Samples that `taxel report` asks under faults, where --samples does not say otherwise.
+UNDER_FAULTS = 1000
 
 
 def spread(scores, sd, key):
@@ -252,6 +262,82 @@ def differences(own, before):
     return said
 
 
+def printed(config, sets):
+    """The whole config of a file with some values set, as the program prints it; None if it refuses them."""
+    command = [TAXEL, "run", config, "--print-config", *(word for own in sets for word in ("--set", own))]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    return done.stdout if done.returncode == 0 else None
+
+
+def inline(value):
+    """A value as TOML on one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {inline(own)}" for key, own in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(inline, value)) + "]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def settings(want, have, prefix=""):
+    """What --set has to say for `have` to become `want`, by dotted keys."""
+    said = []
+    for key in want:
+        if isinstance(want[key], dict) and isinstance(have.get(key), dict):
+            said += settings(want[key], have[key], f"{prefix}{key}.")
+        elif want[key] != have.get(key):
+            said.append(f"{prefix}{key}={inline(want[key])}")
+    return said
+
+
+def bare(config):
+    """A config without the words about it, which change no result."""
+    return {key: own for key, own in tomllib.loads(config).items() if key not in ("title", "expect")}
+
+
+def commands(name, config, stressed=None):
+    """How to make a page again: `taxel run`, `taxel report` where faults are on it, and this script."""
+    want = bare(config)
+    out = "" if name == want["name"] else f" --out runs/{name}"
+    # The config file that the run was made from, and as many values set as it takes.
+    for path in sorted((ROOT / "configs").rglob("*.toml")):
+        if tomllib.loads(path.read_text()).get("name") != want["name"]:
+            continue
+        path = path.relative_to(ROOT)
+        whole = printed(path, [])
+        # Rows take what is set for all of them; where they differ by more, the config below says it better.
+        sets = [own for own in settings(want, bare(whole)) if not own.startswith(("networks=", "baselines="))] if whole else []
+        if whole and bare(printed(path, sets) or "") == want:
+            lines = ["taxel run " + shlex.join([str(path), *(word for own in sets for word in ("--set", own))]) + out]
+            break
+    else:
+        lines = [f"taxel run {name}.toml{out}  # the config at the end of this page, saved under this name"]
+    if stressed is not None:
+        lines.append(f"taxel report runs/{name}" + (f" --samples {stressed}" if stressed > UNDER_FAULTS else ""))
+    lines.append(f"python3 scripts/results_table.py runs/{name}")
+    return "Made again by:\n\n```sh\n" + "\n".join(lines) + "\n```"
+
+
+def commands_anew():
+    """Writes the commands of all pages anew, from the configs that stand on them."""
+    for path in sorted((ROOT / "docs" / "results").glob("*.md")):
+        text = path.read_text()
+        found = re.search(r"```toml\n(.*)```\n$", text, re.S)
+        if not (found and text.startswith(f"# {path.stem}\n\nGenerated by `scripts/results_table.py`.")):
+            continue
+        before = re.search(r"taxel report \S+(?: --samples (\d+))?\n", text)
+        stressed = (int(before[1] or 0) if before else 0) if "lost under faults" in text else None
+        own = commands(path.stem, found[1], stressed)
+        head = re.compile(r"(Generated by `scripts/results_table.py`\.\n\n)(Made again by:\n\n```sh\n.*?```\n\n)?", re.S)
+        path.write_text(head.sub(lambda m: f"{m[1]}{own}\n\n", text, count=1))
+
+
+def stressed(folder):
+    """Test samples that were asked under faults, or None."""
+    path = folder / "judgement.json"
+    own = json.loads(path.read_text()).get("stress") if path.exists() else None
+    return own["samples"] if own else None
+
+
 def page(folder, partial=False):
     results = json.loads((folder / "results.json").read_text())
     environment = json.loads((folder / "environment.json").read_text())
@@ -282,11 +368,16 @@ def check(runs, references):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("run", type=pathlib.Path, nargs="+")
+    parser.add_argument("run", type=pathlib.Path, nargs="*")
     parser.add_argument("--readme", action="store_true", help="also put the first run's table into README.md")
     parser.add_argument("--partial", action="store_true", help="take runs that are not finished")
     parser.add_argument("--check", action="store_true", help="compare with the references, write nothing")
+    parser.add_argument("--commands", action="store_true", help="write the commands of all pages anew")
     args = parser.parse_args()
+    if bool(args.run) == args.commands:
+        parser.error("name run folders, or --commands alone")
+    if args.commands:
+        sys.exit(commands_anew())
     references = ROOT / "docs" / "results" / "reference"
     if args.check:
         sys.exit(check(args.run, references))
@@ -294,7 +385,8 @@ def main():
     for number, folder in enumerate(args.run):
         name, rows, caption, config = page(folder, args.partial)
         (references / f"{name}.json").write_text(json.dumps(reference(folder), indent=1) + "\n")
-        text = f"# {name}\n\nGenerated by `scripts/results_table.py`.\n\n{rows}\n\n{caption}\n\n```toml\n{config}```\n"
+        again = commands(name, config, stressed(folder))
+        text = f"# {name}\n\nGenerated by `scripts/results_table.py`.\n\n{again}\n\n{rows}\n\n{caption}\n\n```toml\n{config}```\n"
         (ROOT / "docs" / "results" / f"{name}.md").write_text(text)
         if args.readme and number == 0:
             readme = ROOT / "README.md"
