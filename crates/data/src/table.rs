@@ -30,15 +30,16 @@ pub(crate) fn is_table(path: &Path, options: &Options, rank: usize) -> bool {
     };
     // A model's columns alone do not make a table of a file.
     let is_told = options.table.form.is_some()
+        || !options.table.shape.is_empty()
         || options.table.columns.is_empty() && options.table != TableOptions::default();
     is_named(path) && (rank == 1 || parquet_file::is_named(path) || is_told || says())
 }
 
 /// Reads a table with labels.
 ///
-/// - wide: a row is a sample `[F]`.
-/// - long: rows of the same recording are its readings over time, `[C, T]`; recordings may differ in length, and
-///   their rows may be mixed.
+/// - wide: a row is a sample `[F]`, or of the shape that is said.
+/// - long: rows of the same recording are its readings over time, `[C, T]`, or `[T, H, W]` where a row has that shape;
+///   recordings may differ in length, and their rows may be mixed.
 ///
 /// Columns of texts without a role are passed over and named in the card.
 pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
@@ -76,6 +77,7 @@ pub(crate) fn taken(
         let held = table.header.join(", ");
         return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
     }
+    refuse_shape(table, columns.form, channels.len(), &options.table.shape)?;
     let (names, mut facts) = beside;
     let (mut all, x, timing) = match columns.form {
         TableForm::Wide => wide(table, &columns, &channels, options)?,
@@ -96,11 +98,15 @@ pub(crate) fn taken(
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let labels = labels(&all, &y_name, &file, names)?;
-    let kind = match columns.form {
-        TableForm::Wide => Layout::Features,
-        TableForm::Long => Layout::Series,
+    let kind = match (columns.form, options.table.shape.len()) {
+        (TableForm::Wide, 0 | 1) => Some(Layout::Features),
+        (TableForm::Wide, 2) => Some(Layout::Image),
+        // Colours, frames or fingers.
+        (TableForm::Wide, _) => None,
+        (TableForm::Long, 0) => Some(Layout::Series),
+        (TableForm::Long, _) => Some(Layout::Sequence),
     };
-    let mut read_as = vec![described(table, &columns, channels.len())];
+    let mut read_as = vec![described(table, &columns, channels.len(), &options.table.shape)];
     read_as.extend(timing.map(|timing| timing.to_string()));
     let used: Vec<usize> = columns.used().collect();
     let is_text = |at: &usize| texts.contains(at);
@@ -108,7 +114,7 @@ pub(crate) fn taken(
     Ok(Raw {
         name: set,
         dtype: table.dtype().into(),
-        format: Some(kind),
+        format: kind,
         row_hash: x.hashes(),
         x,
         x_name: "the table".into(),
@@ -127,14 +133,19 @@ pub(crate) fn taken(
             .collect(),
         read_as,
         topics: vec![],
-        table: Some(remembered(table, &columns, &channels)),
+        table: Some(remembered(table, &columns, &channels, &options.table.shape)),
         is_folder: false,
         file,
     })
 }
 
 /// What another table must hold to be read alike; a row there is what it is here by its columns.
-fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> TableOptions {
+fn remembered(
+    table: &TableText,
+    columns: &TableColumns,
+    channels: &[usize],
+    shape: &[usize],
+) -> TableOptions {
     let name = |at: usize| table.header[at].clone();
     let is_long = columns.form == TableForm::Long;
     let time = columns.time.filter(|_| is_long);
@@ -145,15 +156,43 @@ fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> 
         clock: time.map(|(_, clock)| clock),
         ignore: vec![],
         columns: channels.iter().copied().map(name).collect(),
+        shape: shape.to_vec(),
+    }
+}
+
+/// Refuses a shape that the channels of a row do not have.
+fn refuse_shape(table: &TableText, form: TableForm, channels: usize, shape: &[usize]) -> Result<()> {
+    if shape.is_empty() {
+        return Ok(());
+    }
+    let (axes, wanted) = match form {
+        TableForm::Wide => (1..=3, "one to three axes"),
+        TableForm::Long => (2..=2, "two axes, rows and columns of taxels"),
+    };
+    if !axes.contains(&shape.len()) {
+        return Err(
+            table.refuse(format!("is {form}, whose rows have {wanted}, and table.shape is {shape:?}"))
+        );
+    }
+    let takes = shape.iter().fold(1usize, |all, axis| all.saturating_mul(*axis));
+    match takes == channels {
+        true => Ok(()),
+        false => Err(table.refuse(format!(
+            "has {channels} channels in a row, and table.shape {shape:?} takes {takes}; say which with table.columns, or \
+             which are none with table.ignore"
+        ))),
     }
 }
 
 /// How the table was taken, for the card.
-fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
+fn described(table: &TableText, columns: &TableColumns, channels: usize, shape: &[usize]) -> String {
     let name = |at: usize| &table.header[at];
-    let mut parts = vec![match columns.form {
-        TableForm::Wide => format!("a wide table: a row is a sample of {channels} features"),
-        TableForm::Long => format!("a long table: a row is a reading of {channels} channels"),
+    let axes = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+    let mut parts = vec![match (columns.form, shape) {
+        (TableForm::Wide, []) => format!("a wide table: a row is a sample of {channels} features"),
+        (TableForm::Wide, _) => format!("a wide table: a row is a sample of {axes} readings"),
+        (TableForm::Long, []) => format!("a long table: a row is a reading of {channels} channels"),
+        (TableForm::Long, _) => format!("a long table: a row is a frame of {axes} readings"),
     }];
     let role = |role: &str, at: Option<usize>| at.map(|at| format!("{role} by {:?}", name(at)));
     parts.extend(role("recordings", columns.recording));
@@ -175,6 +214,8 @@ fn wide(
         Collected::new(&table.file, options.limits).of_about(table.likely_rows(channels.len()));
     let mut all = vec![];
     let mut values = vec![0.0; channels.len()];
+    let list = [channels.len()];
+    let shape = if options.table.shape.is_empty() { &list[..] } else { &options.table.shape };
     table.rows(|row: Row| {
         let name = match columns.recording {
             Some(at) => row.named(at)?,
@@ -185,7 +226,7 @@ fn wide(
         }
         let own = Recording::of(&row, name, columns)?;
         table_long::refuse_many(table, all.len(), options)?;
-        collected.push(&own.name, &[channels.len()], &values, None, "")?;
+        collected.push(&own.name, shape, &values, None, "")?;
         all.push(own);
         Ok(true)
     })?;

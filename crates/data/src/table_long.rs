@@ -36,7 +36,8 @@ impl Recording {
     }
 }
 
-/// Reads all recordings, in the order in which they begin, as `[C, T]`: where stamps are irregular, at equal steps.
+/// Reads all recordings, in the order in which they begin, as `[C, T]`, or as `[T, H, W]` where a row has a shape: where
+/// stamps are irregular, at equal steps.
 pub(crate) fn read(
     table: &TableText,
     columns: &TableColumns,
@@ -63,7 +64,10 @@ pub(crate) fn read(
         let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
         refuse_values(table, readings * channels.len() as f64, options)?;
     }
-    let x = (!all.is_empty()).then(|| timed.into_series(uneven.as_ref()));
+    let x = (!all.is_empty()).then(|| match options.table.shape.as_slice() {
+        [] => timed.into_series(uneven.as_ref()),
+        shape => timed.into_sequences(uneven.as_ref(), shape),
+    });
     Ok((all, x, timing))
 }
 

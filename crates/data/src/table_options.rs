@@ -12,7 +12,7 @@ const TIME: [&str; 3] = ["time", "timestamp", "t"];
 /// The columns of labels, groups and test marks are named by [`Options::y`](crate::Options::y),
 /// [`Options::group`](crate::Options::group) and [`Options::test`](crate::Options::test).
 ///
-/// As text, on a command line: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`.
+/// As text, on a command line: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`, `wide,shape=16x16`.
 ///
 /// ```
 /// use taxel_data::{Clock, TableForm, TableOptions};
@@ -44,6 +44,11 @@ pub struct TableOptions {
     /// Columns that are the channels, in this order. Default all that hold numbers and have no other part.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<String>,
+    /// Axes that the channels of a row have, the last one fastest: `[16, 16]` of 256 taxels. A row of a wide table is
+    /// then an image `[H, W]`, or with three axes what the layout says (`[3, H, W]` with `colour`); the rows of a
+    /// recording are a sequence `[T, H, W]`. Default none: a row is a list.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shape: Vec<usize>,
 }
 
 /// What a row of a table is.
@@ -76,8 +81,8 @@ pub enum Clock {
 /// A text that does not say how a table is read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{text:?} is neither long nor wide, nor recording=NAME, time=NAME, clock=s, ms, us or ns, ignore=NAME or column=NAME; part several \
-     with commas"
+    "{text:?} is neither long nor wide, nor recording=NAME, time=NAME, clock=s, ms, us or ns, ignore=NAME, column=NAME or \
+     shape=16x16; part several with commas"
 )]
 pub struct NotATable {
     text: String,
@@ -144,9 +149,15 @@ impl TableOptions {
             word("clock", self.clock.map(Clock::name)),
             list("ignore", &self.ignore),
             list("columns", &self.columns),
+            (!self.shape.is_empty()).then(|| format!("shape = {:?}", self.shape)),
         ];
         format!("table = {{ {} }}", keys.into_iter().flatten().collect::<Vec<_>>().join(", "))
     }
+}
+
+/// `16x16`
+fn axes_of(text: &str) -> Option<Vec<usize>> {
+    text.split('x').map(|axis| axis.parse().ok().filter(|axis| *axis > 0)).collect()
 }
 
 impl Display for TableForm {
@@ -169,6 +180,9 @@ impl FromStr for TableOptions {
                 Some(("clock", name)) if Clock::named(name).is_some() => table.clock = Clock::named(name),
                 Some(("ignore", name)) if !name.is_empty() => table.ignore.push(name.into()),
                 Some(("column", name)) if !name.is_empty() => table.columns.push(name.into()),
+                Some(("shape", axes)) if axes_of(axes).is_some() => {
+                    table.shape = axes_of(axes).unwrap_or_default()
+                }
                 _ => return Err(NotATable { text: word.into() }),
             }
         }

@@ -171,6 +171,43 @@ fn recordings_for_a_model_are_brought_to_its_rate() {
 }
 
 #[test]
+fn a_row_of_taxels_has_the_shape_that_is_said() {
+    let skin = "a,b,c,d,e,f,label\n1,2,3,4,5,6,up\n7,8,9,10,11,12,down\n";
+    let image = read(skin, &table("shape=2x3"));
+    assert_eq!((image.x.shape(), image.reading.layout), ([2, 2, 3].as_slice(), Layout::Image));
+    assert_eq!(image.x.as_slice().unwrap()[6..], [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
+    let card = card(skin, &table("shape=2x3"));
+    assert_eq!(card.read_as, ["a wide table: a row is a sample of 2 × 3 readings, labels by \"label\""]);
+    // Taxels in another order, axes that the layout names.
+    let turned = table("shape=1x3,column=c,column=b,column=a");
+    assert_eq!(read(skin, &turned).x.as_slice().unwrap()[..3], [3.0, 2.0, 1.0]);
+    let told = |text: &str, layout| Options { layout: Some(layout), ..table(text) };
+    let colour = read(skin, &told("shape=3x1x2", Layout::Colour));
+    assert_eq!((colour.x.shape(), colour.reading.layout), ([2, 3, 1, 2].as_slice(), Layout::Colour));
+    assert_eq!(read(skin, &told("shape=2x3", Layout::Series)).reading.layout, Layout::Series);
+    // Frames of a recording, one of them between those of another.
+    let squeezes = "recording,t,a,b,c,d,label\nx,0,1,2,3,4,up\ny,0,-1,-2,-3,-4,down\nx,1,5,6,7,8,up\ny,1,-5,-6,-7,-8,down\n";
+    let frames = read(squeezes, &table("shape=2x2"));
+    assert_eq!((frames.x.shape(), frames.reading.layout), ([2, 2, 2, 2].as_slice(), Layout::Sequence));
+    assert_eq!(frames.x.as_slice().unwrap()[..8], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    assert_eq!(frames.reading.rate, Some(1.0));
+    // What a model of images knows of its table reads another one, columns by their names.
+    let known = Options { table: image.reading.table.clone().unwrap(), ..Options::default() };
+    let asked = "f,e,d,c,b,a\n6,5,4,3,2,1\n";
+    let own = with(asked, |path| recordings(path, &known, 2).unwrap());
+    assert_eq!(own.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    // What does not fit.
+    let why = message(skin, &table("shape=2x4"));
+    assert!(why.contains("has 6 channels in a row, and table.shape [2, 4] takes 8"), "{why}");
+    let why = message(skin, &table("shape=1x1x2x3"));
+    assert!(why.contains("is wide, whose rows have one to three axes"), "{why}");
+    let why = message(squeezes, &table("shape=4"));
+    assert!(why.contains("is long, whose rows have two axes"), "{why}");
+    let huge = format!("shape={}x{}", usize::MAX, usize::MAX);
+    assert!(message(skin, &table(&huge)).contains("takes"));
+}
+
+#[test]
 fn what_is_said_beside_a_table_counts() {
     let folder = tempdir().unwrap();
     let facts = r#"{"classes": ["stable", "slip"], "unit": "counts", "full_scale": 4095}"#;
@@ -287,7 +324,7 @@ fn a_broken_long_table_names_recording_and_lines() {
         let stamps = format!("recording,time,a,label\nx,{first},1,u\nx,{last},1,u\ny,0,1,d\n");
         assert!(long(&stamps).contains("its time stamps give no rate, being"), "{}", long(&stamps));
     }
-    for wrong in ["tall", "form=long", "clock=h", "ignore="] {
+    for wrong in ["tall", "form=long", "clock=h", "ignore=", "shape=0x3", "shape=4x"] {
         assert!(wrong.parse::<taxel_data::TableOptions>().is_err(), "{wrong}");
     }
 }
@@ -306,6 +343,7 @@ proptest! {
             let _ = load(path, &options);
             let _ = check(path);
             let _ = recordings(path, &options, 2);
+            let _ = load(path, &Options { table: "shape=1x1".parse().unwrap(), ..options });
         });
     }
 }
@@ -318,6 +356,12 @@ fn biotac_sp_grasps_are_one_table() {
     let data = load(&root.join("biotac-palmdown-grasps.csv"), &options).unwrap();
     assert_eq!((data.x.shape(), data.class_counts()), ([1276, 72].as_slice(), vec![667, 609]));
     assert_eq!(data.groups.unwrap().into_iter().collect::<std::collections::HashSet<_>>().len(), 41);
+    // The 24 electrodes of each finger as a colour of its own.
+    let shaped =
+        Options { layout: Some(Layout::Colour), table: "shape=3x6x4".parse().unwrap(), ..options.clone() };
+    let colour = load(&root.join("biotac-palmdown-grasps.csv"), &shaped).unwrap();
+    assert_eq!(colour.x.shape(), [1276, 3, 6, 4]);
+    assert_eq!(colour.x.as_slice().unwrap(), data.x.as_slice().unwrap());
     let error = load(&root, &options).unwrap_err().to_string();
     assert!(error.ends_with("give one of biotac-palmdown-grasps.csv, biotac-palmside-grasps.csv"), "{error}");
 }

@@ -47,16 +47,15 @@ impl Asked<'_> {
     fn table(&self, reading: &taxel::Reading) -> TableOptions {
         let own = reading.table.clone().unwrap_or_default();
         let Some(given) = self.reading.table.clone() else { return own };
-        let form = match reading.layout {
-            taxel::Layout::Features => TableForm::Wide,
-            _ => TableForm::Long,
-        };
+        let is_wide = reading.layout.rank() == own.shape.len().max(1);
+        let form = if is_wide { TableForm::Wide } else { TableForm::Long };
         TableOptions {
             form: given.form.or(Some(form)),
             recording: given.recording.or(own.recording),
             time: given.time.or(own.time),
             clock: given.clock.or(own.clock),
             columns: if given.columns.is_empty() { own.columns } else { given.columns },
+            shape: if given.shape.is_empty() { own.shape } else { given.shape },
             ..given
         }
     }

@@ -24,7 +24,7 @@ pub struct Reading {
     pub length: Option<Length>,
     /// Of a CSV table: long or wide, and the columns whose names do not say what they are, such as
     /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns); column=NAME for each
-    /// channel where not all numbers are.
+    /// channel where not all numbers are; shape=16x16 where a row is an image of 16 × 16 taxels, or a frame.
     #[arg(long, value_name = "COLUMNS")]
     pub table: Option<TableOptions>,
     /// A topic of ROS 2 bags, or a field of one (/joint_states.effort); several are joined at the times of the first
