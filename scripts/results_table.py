@@ -306,6 +306,12 @@ def bare(config):
     return {key: own for key, own in tomllib.loads(config).items() if key not in ("title", "expect")}
 
 
+def named(config):
+    """The same with names alone for rows."""
+    rows = {key: [{"name": own["name"]} for own in config[key]] for key in ("networks", "baselines") if key in config}
+    return {**config, **rows}
+
+
 def commands(name, config, asked=None):
     """How to make a page again: `taxel run`, `taxel report` where faults are on it, and this script."""
     want = bare(config)
@@ -317,7 +323,7 @@ def commands(name, config, asked=None):
         path = path.relative_to(ROOT)
         whole = printed(path, [])
         # Rows take what is set for all of them; where they differ by more, the config below says it better.
-        sets = [own for own in settings(want, bare(whole)) if not own.startswith(("networks=", "baselines="))] if whole else []
+        sets = settings(named(want), named(bare(whole))) if whole else []
         if whole and bare(printed(path, sets) or "") == want:
             lines = ["taxel run " + shlex.join([str(path), *(word for own in sets for word in ("--set", own))]) + out]
             break
