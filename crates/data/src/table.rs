@@ -77,7 +77,7 @@ pub(crate) fn taken(
         let held = table.header.join(", ");
         return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
     }
-    refuse_shape(table, columns.form, channels.len(), &options.table.shape)?;
+    refuse_shape(table, &columns, channels.len())?;
     let (names, mut facts) = beside;
     let (mut all, x, timing) = match columns.form {
         TableForm::Wide => wide(table, &columns, &channels, options)?,
@@ -98,7 +98,7 @@ pub(crate) fn taken(
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let labels = labels(&all, &y_name, &file, names)?;
-    let kind = match (columns.form, options.table.shape.len()) {
+    let kind = match (columns.form, columns.shape.len()) {
         (TableForm::Wide, 0 | 1) => Some(Layout::Features),
         (TableForm::Wide, 2) => Some(Layout::Image),
         // Colours, frames or fingers.
@@ -106,7 +106,7 @@ pub(crate) fn taken(
         (TableForm::Long, 0) => Some(Layout::Series),
         (TableForm::Long, _) => Some(Layout::Sequence),
     };
-    let mut read_as = vec![described(table, &columns, channels.len(), &options.table.shape)];
+    let mut read_as = vec![described(table, &columns, channels.len())];
     read_as.extend(timing.map(|timing| timing.to_string()));
     let used: Vec<usize> = columns.used().collect();
     let is_text = |at: &usize| texts.contains(at);
@@ -133,19 +133,14 @@ pub(crate) fn taken(
             .collect(),
         read_as,
         topics: vec![],
-        table: Some(remembered(table, &columns, &channels, &options.table.shape)),
+        table: Some(remembered(table, &columns, &channels)),
         is_folder: false,
         file,
     })
 }
 
 /// What another table must hold to be read alike; a row there is what it is here by its columns.
-fn remembered(
-    table: &TableText,
-    columns: &TableColumns,
-    channels: &[usize],
-    shape: &[usize],
-) -> TableOptions {
+fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> TableOptions {
     let name = |at: usize| table.header[at].clone();
     let is_long = columns.form == TableForm::Long;
     let time = columns.time.filter(|_| is_long);
@@ -156,12 +151,13 @@ fn remembered(
         clock: time.map(|(_, clock)| clock),
         ignore: vec![],
         columns: channels.iter().copied().map(name).collect(),
-        shape: shape.to_vec(),
+        shape: columns.shape.clone(),
     }
 }
 
 /// Refuses a shape that the channels of a row do not have.
-fn refuse_shape(table: &TableText, form: TableForm, channels: usize, shape: &[usize]) -> Result<()> {
+fn refuse_shape(table: &TableText, columns: &TableColumns, channels: usize) -> Result<()> {
+    let TableColumns { form, shape, .. } = columns;
     if shape.is_empty() {
         return Ok(());
     }
@@ -185,10 +181,10 @@ fn refuse_shape(table: &TableText, form: TableForm, channels: usize, shape: &[us
 }
 
 /// How the table was taken, for the card.
-fn described(table: &TableText, columns: &TableColumns, channels: usize, shape: &[usize]) -> String {
+fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
     let name = |at: usize| &table.header[at];
-    let axes = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
-    let mut parts = vec![match (columns.form, shape) {
+    let axes = columns.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+    let mut parts = vec![match (columns.form, columns.shape.as_slice()) {
         (TableForm::Wide, []) => format!("a wide table: a row is a sample of {channels} features"),
         (TableForm::Wide, _) => format!("a wide table: a row is a sample of {axes} readings"),
         (TableForm::Long, []) => format!("a long table: a row is a reading of {channels} channels"),
@@ -215,7 +211,7 @@ fn wide(
     let mut all = vec![];
     let mut values = vec![0.0; channels.len()];
     let list = [channels.len()];
-    let shape = if options.table.shape.is_empty() { &list[..] } else { &options.table.shape };
+    let shape = if columns.shape.is_empty() { &list[..] } else { &columns.shape };
     table.rows(|row: Row| {
         let name = match columns.recording {
             Some(at) => row.named(at)?,

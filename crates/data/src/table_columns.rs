@@ -23,6 +23,8 @@ pub(crate) struct TableColumns {
     pub test: Option<usize>,
     /// Columns that may be channels: those that are named, or all others but those to be ignored.
     pub rest: Vec<usize>,
+    /// Axes of the channels of a row; none where they are a list.
+    pub shape: Vec<usize>,
 }
 
 impl TableColumns {
@@ -78,7 +80,7 @@ impl TableColumns {
             true => (0..header.names.len()).filter(is_free).collect(),
             false => table.columns.iter().map(told).collect::<Result<_>>()?,
         };
-        Ok(Self { form, recording, time, label, group, test, rest })
+        Ok(Self { form, recording, time, label, group, test, rest, shape: table.shape.clone() })
     }
 
     /// Every column that is used beside the channels; the time of a sample is no feature of it.

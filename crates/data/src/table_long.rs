@@ -64,7 +64,7 @@ pub(crate) fn read(
         let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
         refuse_values(table, readings * channels.len() as f64, options)?;
     }
-    let x = (!all.is_empty()).then(|| match options.table.shape.as_slice() {
+    let x = (!all.is_empty()).then(|| match columns.shape.as_slice() {
         [] => timed.into_series(uneven.as_ref()),
         shape => timed.into_sequences(uneven.as_ref(), shape),
     });

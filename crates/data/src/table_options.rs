@@ -155,7 +155,7 @@ impl TableOptions {
     }
 }
 
-/// `16x16`
+/// Axes as they are written: `16x16`; none of them is 0.
 fn axes_of(text: &str) -> Option<Vec<usize>> {
     text.split('x').map(|axis| axis.parse().ok().filter(|axis| *axis > 0)).collect()
 }
@@ -172,6 +172,7 @@ impl FromStr for TableOptions {
     fn from_str(text: &str) -> Result<Self, NotATable> {
         let mut table = Self::default();
         for word in text.split(',').map(str::trim) {
+            let refused = || NotATable { text: word.into() };
             match word.split_once('=').map(|(key, name)| (key.trim(), name.trim())) {
                 None if word == "long" => table.form = Some(TableForm::Long),
                 None if word == "wide" => table.form = Some(TableForm::Wide),
@@ -180,10 +181,8 @@ impl FromStr for TableOptions {
                 Some(("clock", name)) if Clock::named(name).is_some() => table.clock = Clock::named(name),
                 Some(("ignore", name)) if !name.is_empty() => table.ignore.push(name.into()),
                 Some(("column", name)) if !name.is_empty() => table.columns.push(name.into()),
-                Some(("shape", axes)) if axes_of(axes).is_some() => {
-                    table.shape = axes_of(axes).unwrap_or_default()
-                }
-                _ => return Err(NotATable { text: word.into() }),
+                Some(("shape", axes)) => table.shape = axes_of(axes).ok_or_else(refused)?,
+                _ => return Err(refused()),
             }
         }
         Ok(table)
