@@ -3,7 +3,8 @@
 
     TAXEL_DATA=... python3 scripts/ucr_twins.py [--seeds 0,1,2] [--threads 1]
 
-Needs torch, numpy and a built target/release/taxel (or TAXEL=...). Every config configs/real/ucr-*.toml is run
+Needs a built target/release/taxel (or TAXEL=...), and torch and numpy, without which the twins' accuracies of the page are
+kept: they do not depend on the program. Every config configs/real/ucr-*.toml is run
 once per seed by `taxel run` and its networks are trained again by scripts/twin/train.py on the same official
 split. Nothing is shared but recordings, recipe and split, so a single seed of so few test series may differ by
 several points: the mean over seeds counts, over ten where there are fewer than a hundred test series. The baselines'
@@ -11,6 +12,7 @@ accuracies stand beside them; they have no seed to speak of.
 """
 
 import argparse
+import importlib.util
 import json
 import os
 import pathlib
@@ -20,6 +22,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "results" / "ucr-twins.md"
 TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
 # What MiniRocket with ridge should reach on these splits, in %, give or take one.
 EXPECTED = {"ucr-gunpoint": 99.3, "ucr-italy-power-demand": 96.5, "ucr-coffee": 100.0, "ucr-basic-motions": 100.0}
@@ -28,11 +31,28 @@ EXPECTED = {"ucr-gunpoint": 99.3, "ucr-italy-power-demand": 96.5, "ucr-coffee": 
 def run(config, seed, threads, folder):
     out = folder / f"{config.stem}-{seed}"
     subprocess.run([TAXEL, "run", config, "--out", out, "--seed", str(seed), "--threads", str(threads)], check=True, stdout=subprocess.DEVNULL)
-    twin = ROOT / "scripts" / "twin" / "train.py"
-    done = subprocess.run([sys.executable, twin, out, "--seed", str(seed), "--threads", str(threads)], check=True, capture_output=True, text=True)
     results = json.loads((out / "results.json").read_text())
     environment = json.loads((out / "environment.json").read_text())
-    return results, [json.loads(line) for line in done.stdout.splitlines()], environment
+    return results, environment, twins(out, seed, threads)
+
+
+def twins(out, seed, threads):
+    """Accuracy of each network's twin with this seed; None without PyTorch."""
+    if not importlib.util.find_spec("torch"):
+        return None
+    twin = ROOT / "scripts" / "twin" / "train.py"
+    done = subprocess.run([sys.executable, twin, out, "--seed", str(seed), "--threads", str(threads)], check=True, capture_output=True, text=True)
+    return {line["network"]: line["twin"] for line in map(json.loads, done.stdout.splitlines())}
+
+
+def kept():
+    """The twins' accuracies of the page as it is, seed after seed, by set and network."""
+    rows = [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in PAGE.read_text().splitlines() if "/" in line and line.startswith("|")]
+    return {(row[0], row[2]): [float(pair.split("/")[1]) for pair in row[-1].split(", ")] for row in rows if len(row) == 7 and row[1].isdigit()}
+
+
+def accuracy(results, network):
+    return next(own["mean"]["accuracy"] for own in results["networks"] if own["network"] == network)
 
 
 def main():
@@ -43,17 +63,22 @@ def main():
     usual = [int(seed) for seed in args.seeds.split(",")]
     rows, baselines = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for config in sorted((ROOT / "configs" / "real").glob("ucr-*.toml")):
+        configs = (ROOT / "configs" / "real").glob("ucr-*.toml")
+        for config in sorted(path for path in configs if not path.stem.endswith("-hardened")):
             runs = [run(config, usual[0], args.threads, pathlib.Path(folder))]
-            results, _, environment = runs[0]
+            results, environment, first = runs[0]
             tested = results["networks"][0]["folds"][0]["test_samples"]
             seeds = usual if tested >= 100 else list(range(usual[0], usual[0] + 10))
             runs += [run(config, seed, args.threads, pathlib.Path(folder)) for seed in seeds[1:]]
-            for name in [line["network"] for line in runs[0][1]]:
-                lines = [next(line for line in lines if line["network"] == name) for _, lines, _ in runs]
-                ours, theirs = (statistics.mean(line[key] for line in lines) for key in ("taxel", "twin"))
-                each = ", ".join(f"{line['taxel']:.1f}/{line['twin']:.1f}" for line in lines)
-                rows.append(f"| {config.stem} | {tested} | `{name}` | {ours:.2f} | {theirs:.2f} | {ours - theirs:+.2f} | {each} |")
+            before = kept() if first is None else {}
+            for name in first or [name for own, name in before if own == config.stem]:
+                ours = [accuracy(results, name) for results, _, _ in runs]
+                theirs = [own[name] for _, _, own in runs] if first else before[config.stem, name]
+                if len(ours) != len(theirs):
+                    sys.exit(f"{PAGE.name} has {len(theirs)} twins of {config.stem} {name}, and {len(ours)} seeds were run: install torch")
+                each = ", ".join(f"{a:.1f}/{b:.1f}" for a, b in zip(ours, theirs))
+                a, b = statistics.mean(ours), statistics.mean(theirs)
+                rows.append(f"| {config.stem} | {tested} | `{name}` | {a:.2f} | {b:.2f} | {a - b:+.2f} | {each} |")
                 print(rows[-1], flush=True)
             scores = {n["network"]: n["mean"]["accuracy"] for n in results["networks"]}
             known = [f"{scores[name]:.2f}" if name in scores else "–" for name in ("mini-rocket", "svm-linear", "svm-rbf", "k-nn", "majority")]
@@ -62,6 +87,12 @@ def main():
 
 Generated by `scripts/ucr_twins.py`: real series, no touch, on the archives' official splits; seeds {', '.join(map(str, usual))},
 ten where there are fewer than a hundred test series; accuracy in %. taxel {environment['taxel']} at {environment['commit'][:9]}, {environment['cpu']}.
+
+Made again by:
+
+```sh
+python3 scripts/ucr_twins.py
+```
 
 | set | test series | network | taxel | PyTorch twin | difference | each seed, taxel/twin |
 |---|---:|---|---:|---:|---:|---|
@@ -73,10 +104,9 @@ Baselines on the same splits; the last column is what MiniRocket with ridge shou
 |---|---:|---:|---:|---:|---:|---:|
 {chr(10).join(baselines)}
 """
-    path = ROOT / "docs" / "results" / "ucr-twins.md"
-    part = path.with_suffix(".part")
+    part = PAGE.with_suffix(".part")
     part.write_text(text)
-    part.replace(path)
+    part.replace(PAGE)
 
 
 if __name__ == "__main__":
