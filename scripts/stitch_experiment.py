@@ -34,7 +34,7 @@ def train(args, data, stream) -> pathlib.Path:
     """The run folder of one parent; taken as it is where it is there."""
     run = args.work / stream
     if not (run / "results.json").exists():
-        own = ["data.x=view", "encoding.image.red=false"] if stream == "visual" else []
+        own = ["data.x=view", "data.layout=colour", "encoding.image.red=false"] if stream == "visual" else []
         sets = ["data.full_scale=1", f"encoding.image.resize=[{args.size}, {args.size}]", *own, *args.set]
         options = [part for value in sets for part in ("--set", value)]
         config = ROOT / "configs" / "visuotactile" / f"{NAME}.toml"
