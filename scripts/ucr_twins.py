@@ -46,9 +46,9 @@ def twins(out, seed, threads):
 
 
 def kept():
-    """The twins' accuracies of the page as it is, seed after seed, by set and network."""
+    """The twins' accuracies of the page as it is, in the mean and seed after seed, by set and network."""
     rows = [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in PAGE.read_text().splitlines() if "/" in line and line.startswith("|")]
-    return {(row[0], row[2]): [float(pair.split("/")[1]) for pair in row[-1].split(", ")] for row in rows if len(row) == 7 and row[1].isdigit()}
+    return {(row[0], row[2]): (float(row[4]), [float(pair.split("/")[1]) for pair in row[-1].split(", ")]) for row in rows if len(row) == 7 and row[1].isdigit()}
 
 
 def accuracy(results, network):
@@ -73,11 +73,11 @@ def main():
             before = kept() if first is None else {}
             for name in first or [name for own, name in before if own == config.stem]:
                 ours = [accuracy(results, name) for results, _, _ in runs]
-                theirs = [own[name] for _, _, own in runs] if first else before[config.stem, name]
+                theirs = [own[name] for _, _, own in runs] if first else before[config.stem, name][1]
                 if len(ours) != len(theirs):
                     sys.exit(f"{PAGE.name} has {len(theirs)} twins of {config.stem} {name}, and {len(ours)} seeds were run: install torch")
                 each = ", ".join(f"{a:.1f}/{b:.1f}" for a, b in zip(ours, theirs))
-                a, b = statistics.mean(ours), statistics.mean(theirs)
+                a, b = statistics.mean(ours), statistics.mean(theirs) if first else before[config.stem, name][0]
                 rows.append(f"| {config.stem} | {tested} | `{name}` | {a:.2f} | {b:.2f} | {a - b:+.2f} | {each} |")
                 print(rows[-1], flush=True)
             scores = {n["network"]: n["mean"]["accuracy"] for n in results["networks"]}
