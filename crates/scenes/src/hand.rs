@@ -11,7 +11,8 @@
 //!
 //! - The recordings are not at hand. One of the hand's three fingers is recorded.
 //! - Skin and fluid give way exactly where the object goes: no bulge beside it. The object is rigid.
-//! - Every grasp succeeds, as those that the paper chose.
+//! - Every grasp succeeds, as those that the paper chose. The hold is still: no skin that gives way with time, no slip
+//!   when the object is lifted. No source gives their values, and assumed ones changed no method.
 //!
 //! # What tells the object
 //!
@@ -31,19 +32,16 @@ use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "hand";
-const REMOVABLE: [&str; 6] = ["placement", "grip", "relaxation", "lift", "session", "noise"];
+const REMOVABLE: [&str; 4] = ["placement", "grip", "session", "noise"];
 const OBJECTS: [&str; 3] = ["box", "ball", "cylinder"];
 const ROWS: usize = 7;
 const COLUMNS: usize = 3;
 /// Frames and their rate in Hz (paper 001, section 3.4).
 const FRAMES: usize = 700;
 const RATE: f64 = 100.0;
-/// Duration of the slip when the object is lifted, s.
-const SLIPPING: f64 = 0.3;
 /// 12-bit converter.
 const FULL_SCALE: f64 = 4095.0;
-const TRUTH: [&str; 7] =
-    ["depth_mm", "contact_s", "hold_s", "lift_s", "slip_mm", "shift_along_mm", "shift_across_mm"];
+const TRUTH: [&str; 5] = ["depth_mm", "contact_s", "hold_s", "shift_along_mm", "shift_across_mm"];
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,8 +63,6 @@ struct Grasp {
     depth: f64,
     contact: f64,
     hold: f64,
-    lift: f64,
-    slip: f64,
     /// Middle of contact on the finger, along and across, in mm.
     shift: [f64; 2],
     /// Turn of the cylinder, in radians.
@@ -91,7 +87,7 @@ impl Hand {
     /// Simulates grasps `[samples, 700 frames, 7 along the finger, 3 across]` in whole counts, 0..=4095, at 100 Hz.
     ///
     /// Sample i is of object `i % 3`; groups are sessions. Truth: `depth_mm` of the hold, `contact_s`, `hold_s` (its
-    /// begin), `lift_s`, `slip_mm`, `shift_along_mm` and `shift_across_mm` of the contact before the lift.
+    /// begin), `shift_along_mm` and `shift_across_mm` of the contact.
     ///
     /// # Errors
     ///
@@ -126,37 +122,30 @@ impl Hand {
 
 impl Grasp {
     fn draw(world: &World, i: usize) -> Self {
-        let shares = |effect: &str| {
-            let mut rng = world.rng(&format!("{i}/{effect}"));
-            std::array::from_fn::<f64, 3, _>(|_| rng.random::<f64>())
-        };
-        let (grip, lift) = (shares("grip"), shares("lift"));
+        let mut grip = world.rng(&format!("{i}/grip"));
+        let [depth, contact, closing] = std::array::from_fn(|_| grip.random::<f64>());
         let gripped = |range: &Parameter, share| world.unless("grip", range.between(share), middle(range));
         let mut place = world.rng(&format!("{i}/placement"));
         let mut placed = |sd: f64| world.unless("placement", sd * normal(&mut place), 0.0);
         let shift = [SHIFT.value[0], SHIFT.value[1]].map(&mut placed);
         let turn = placed(TURN.get()).to_radians();
-        let contact = gripped(&CONTACT, grip[1]);
+        let contact = gripped(&CONTACT, contact);
         Grasp {
-            depth: world.unless("grip", DEPTH.log_between(grip[0]), middle(&DEPTH)),
+            depth: world.unless("grip", DEPTH.log_between(depth), middle(&DEPTH)),
             contact,
-            hold: contact + gripped(&CLOSING, grip[2]),
-            lift: world.unless("lift", LIFT.between(lift[0]), FRAMES as f64 / RATE),
-            slip: world.unless("lift", SLIP.between(lift[1]), 0.0),
+            hold: contact + gripped(&CLOSING, closing),
             shift,
             turn,
         }
     }
 
     fn truth(&self) -> Vec<f64> {
-        vec![self.depth, self.contact, self.hold, self.lift, self.slip, self.shift[0], self.shift[1]]
+        vec![self.depth, self.contact, self.hold, self.shift[0], self.shift[1]]
     }
 
     /// How deep the first touch is pressed in at a time in s, in mm; below 0 before contact.
-    fn depth_at(&self, time: f64, relaxed: f64) -> f64 {
-        let closed = ((time - self.contact) / (self.hold - self.contact)).min(1.0);
-        let held = (time - self.hold).max(0.0);
-        self.depth * closed * (1.0 - relaxed * (1.0 - (-held / RELAXATION_TIME.get()).exp()))
+    fn depth_at(&self, time: f64) -> f64 {
+        self.depth * ((time - self.contact) / (self.hold - self.contact)).min(1.0)
     }
 }
 
@@ -178,14 +167,11 @@ fn record(world: &World, i: usize, session: usize, grasp: &Grasp, mut recording:
         let own = REST.between(sensor.random::<f64>());
         own + world.unless("session", SESSION.get() * normal(&mut day), 0.0)
     });
-    let relaxed = world.unless("relaxation", RELAXED.get(), 0.0);
     let mut noise = world.rng(&format!("{i}/noise"));
     for (frame, mut readings) in recording.outer_iter_mut().enumerate() {
-        let time = frame as f64 / RATE;
-        let depth = grasp.depth_at(time, relaxed);
-        let slip = grasp.slip * ((time - grasp.lift) / SLIPPING).clamp(0.0, 1.0);
+        let depth = grasp.depth_at(frame as f64 / RATE);
         for ((row, column), reading) in readings.indexed_iter_mut() {
-            let x = (row as f64 - 3.0) * ALONG.get() - grasp.shift[0] - slip;
+            let x = (row as f64 - 3.0) * ALONG.get() - grasp.shift[0];
             let y = (column as f64 - 1.0) * ACROSS.get() - grasp.shift[1];
             let gap = (along * x * x + across * y * y) / 2.0 + both * x * y;
             let pressed = (depth - gap).max(0.0);

@@ -5,7 +5,7 @@
 use ndarray::{Array3, Axis, Slice};
 use taxel_scenes::{Hand, Scene};
 
-const ALL: [&str; 6] = ["placement", "grip", "relaxation", "lift", "session", "noise"];
+const ALL: [&str; 4] = ["placement", "grip", "session", "noise"];
 
 fn grasps(samples: usize, without: &[&str]) -> Scene {
     let without: Vec<String> = without.iter().map(ToString::to_string).collect();
@@ -63,7 +63,6 @@ fn every_effect_changes_a_grasp_and_leaves_the_random_numbers_of_the_others_alon
         assert!(apart > 0.1, "{effect}: {apart}");
         let changes = |name: &str| match name {
             "depth_mm" | "contact_s" | "hold_s" => "grip",
-            "lift_s" | "slip_mm" => "lift",
             _ => "placement",
         };
         for (own, without) in all.truth.iter().zip(&less.truth) {
@@ -74,12 +73,13 @@ fn every_effect_changes_a_grasp_and_leaves_the_random_numbers_of_the_others_alon
 }
 
 #[test]
-fn before_contact_there_is_rest_and_in_the_hold_it_fades() {
-    let scene = grasps(3, &["noise", "lift", "placement"]);
+fn before_contact_there_is_rest_and_the_hold_holds() {
+    let scene = grasps(3, &["noise", "placement"]);
     let own = grasp(&scene, 0);
-    let contact = (scene.truth[1].1[0] * 100.0) as usize;
+    let [contact, hold] = [1, 2].map(|column| (scene.truth[column].1[0] * 100.0) as usize);
     assert!((0..contact).all(|frame| own.index_axis(Axis(0), frame) == own.index_axis(Axis(0), 0)));
-    assert!(own[[650, 3, 1]] > own[[210, 3, 1]] + 5.0, "relaxation gives readings back");
+    assert!(own[[0, 3, 1]] > own[[hold, 3, 1]] + 100.0);
+    assert!((hold + 1..700).all(|frame| own.index_axis(Axis(0), frame) == own.index_axis(Axis(0), 699)));
 }
 
 #[test]

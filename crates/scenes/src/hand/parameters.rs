@@ -28,11 +28,6 @@ parameters! {
         "a firmer grip presses every electrode more, whatever the object";
     CONTACT: "grip", "first contact", [0.3, 1.0], "s, uniform; without it their mean", ASSUMED, "fingers close at their own time";
     CLOSING: "grip", "from contact to hold", [0.4, 1.0], "s, uniform; without it their mean", ASSUMED, "and at their own pace";
-    RELAXED: "relaxation", "share of the depth that fades", [0.1], "", ASSUMED, "skin and fluid give way in the hold";
-    RELAXATION_TIME: "relaxation", "how fast", [1.5], "s", ASSUMED, "within the seconds that are recorded";
-    LIFT: "lift", "begin of the lift", [3.0, 4.5], "s, uniform", ASSUMED, "the object's weight comes onto the fingers";
-    SLIP: "lift", "shift of the contact along the finger", [0.0, 1.5], "mm within 0.3 s, uniform", ASSUMED,
-        "the object settles in the grip";
     SESSION: "session", "SD of an electrode's rest from session to session", [20.0], "counts", ASSUMED,
         "warmth and filling drift: what is learned is not the rest of a day";
     NOISE: "noise", "SD of a reading", [0.5], "counts", CALIBRATED, "before it is rounded";
