@@ -98,15 +98,15 @@ def read(path):
 
 
 def merged(kept, new):
-    """Kept rows with those of the same runs replaced, in the program's order of claims; of a claim that no run of a kind can
-    test, one reason is enough."""
+    """Kept rows with those of the same runs replaced, in the program's order of claims and of names of runs; of a claim that
+    no run of a kind can test, one reason is enough."""
     told = {row["run"] for row in new}
     rows = [row for row in kept if row["run"] not in told] + new
     order = {claim: at for at, claim in enumerate(dict.fromkeys(row["claim"] for row in new or kept))}
     unknown = sorted({row["claim"] for row in rows if row["claim"] not in order})
     if unknown:
         raise SystemExit(f"{KEPT}: no claim of the program reads {unknown}")
-    rows.sort(key=lambda row: order[row["claim"]])
+    rows.sort(key=lambda row: (order[row["claim"]], row["run"]))
     tested = {(row["claim"], row["kind"]) for row in rows if row["outcome"] != UNTESTED}
     reasons = {}
     for row in rows:
