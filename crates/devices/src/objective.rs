@@ -14,18 +14,26 @@ pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Resul
         }
         Targets::Values(values) => {
             let targets = Tensor::from_slice(values, outputs.shape(), device)?;
-            if loss == Loss::MeanSquaredError {
-                return (outputs - targets)?.sqr()?.mean_all();
+            match loss {
+                Loss::SoftmaxCrossEntropy => {
+                    (targets * log_softmax(outputs, D::Minus1)?)?.sum(D::Minus1)?.mean_all()?.neg()
+                }
+                Loss::MultiLabelSoftMargin => multi_label_soft_margin(outputs, &targets),
+                Loss::Hinge => {
+                    let sides = targets.affine(2.0, -1.0)?;
+                    (outputs * sides)?.affine(-1.0, 1.0)?.relu()?.mean_all()
+                }
+                Loss::MeanSquaredError => (outputs - targets)?.sqr()?.mean_all(),
             }
-            if loss == Loss::SoftmaxCrossEntropy {
-                return (targets * log_softmax(outputs, D::Minus1)?)?.sum(D::Minus1)?.mean_all()?.neg();
-            }
-            // log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that
-            // candle gets right, which those of |x| and max(x, 0) at 0 are not.
-            let pair = Tensor::stack(&[outputs, &outputs.zeros_like()?], D::Minus1)?;
-            let pair = log_softmax(&pair, D::Minus1)?;
-            let likelihood = (pair * Tensor::stack(&[&targets, &(1.0 - &targets)?], D::Minus1)?)?;
-            likelihood.sum(D::Minus1)?.mean_all()?.neg()
         }
     }
+}
+
+/// log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that candle gets right, which
+/// those of |x| and max(x, 0) at 0 are not.
+fn multi_label_soft_margin(outputs: &Tensor, targets: &Tensor) -> Result<Tensor> {
+    let pair = Tensor::stack(&[outputs, &outputs.zeros_like()?], D::Minus1)?;
+    let pair = log_softmax(&pair, D::Minus1)?;
+    let likelihood = (pair * Tensor::stack(&[targets, &(1.0 - targets)?], D::Minus1)?)?;
+    likelihood.sum(D::Minus1)?.mean_all()?.neg()
 }

@@ -90,7 +90,7 @@ fn targets_that_do_not_fit_are_refused() {
     assert_eq!(refuse(entropy, Targets::Labels(&[0, 3, 1])), ": label 3 of sample 1 is not one of 3 classes");
     assert_eq!(refuse(entropy, Targets::Labels(&[0, 1])), ": 2 labels for a batch of 3 samples");
     assert_eq!(refuse(entropy, Targets::Values(&[0.0; 8])), ": 8 target values for 3 samples of 3 outputs");
-    for loss in [Loss::MultiLabelSoftMargin, Loss::MeanSquaredError] {
+    for loss in [Loss::MultiLabelSoftMargin, Loss::Hinge, Loss::MeanSquaredError] {
         assert_eq!(refuse(loss, Targets::Labels(&[0, 1, 2])), ": this loss needs target values, not labels");
         assert_eq!(refuse(loss, Targets::Values(&[0.0; 8])), ": 8 target values for 3 samples of 3 outputs");
     }

@@ -68,13 +68,14 @@ impl Head {
     pub fn loss(&self, loss: Loss, values: &[f32], targets: Targets, gradient: &mut [f32]) -> f32 {
         let loss = match targets {
             Targets::Labels(labels) => loss::softmax_cross_entropy(values, self.len(), labels, gradient),
-            Targets::Values(targets) if loss == Loss::MeanSquaredError => {
-                loss::mean_squared_error(values, targets, gradient)
-            }
-            Targets::Values(targets) if loss == Loss::SoftmaxCrossEntropy => {
-                loss::softmax_cross_entropy_soft(values, self.len(), targets, gradient)
-            }
-            Targets::Values(targets) => loss::multi_label_soft_margin(values, targets, gradient),
+            Targets::Values(targets) => match loss {
+                Loss::SoftmaxCrossEntropy => {
+                    loss::softmax_cross_entropy_soft(values, self.len(), targets, gradient)
+                }
+                Loss::MultiLabelSoftMargin => loss::multi_label_soft_margin(values, targets, gradient),
+                Loss::Hinge => loss::hinge(values, targets, gradient),
+                Loss::MeanSquaredError => loss::mean_squared_error(values, targets, gradient),
+            },
         };
         gradient.iter_mut().for_each(|g| *g *= self.weight);
         self.weight * loss

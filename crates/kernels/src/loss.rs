@@ -77,6 +77,16 @@ pub fn multi_label_soft_margin(logits: &[f32], targets: &[f32], gradient: &mut [
     })
 }
 
+/// Mean of max(0, 1 − s·output) over all `outputs` and its gradient, with s = 2·target − 1; `targets` are 0 to 1.
+pub fn hinge(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
+    mean(outputs, targets, gradient, |x, t| {
+        let side = 2.0 * t - 1.0;
+        let missing = 1.0 - side * x;
+        // NaN stays NaN.
+        if missing <= 0.0 { (0.0, 0.0) } else { (missing, -side) }
+    })
+}
+
 /// Mean of (output − target)² over all `outputs` and its gradient.
 pub fn mean_squared_error(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
     mean(outputs, targets, gradient, |x, t| ((x - t) * (x - t), 2.0 * (x - t)))

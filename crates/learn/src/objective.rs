@@ -98,6 +98,11 @@ impl Objective {
                 Loss::MultiLabelSoftMargin => {
                     pairs().map(|(x, t)| softplus(x) - x * t).sum::<f64>() / outputs as f64
                 }
+                Loss::Hinge => {
+                    let missing = pairs().map(|(x, t)| 1.0 - (2.0 * t - 1.0) * x);
+                    // Not `max`, which would hide NaN.
+                    missing.map(|v| if v <= 0.0 { 0.0 } else { v }).sum::<f64>() / outputs as f64
+                }
                 Loss::MeanSquaredError => pairs().map(|(x, t)| (x - t).powi(2)).sum::<f64>() / outputs as f64,
             }
         };
@@ -125,11 +130,13 @@ impl Objective {
 }
 
 /// Logits `[n, outputs]` to probabilities, in place: softmax of one class, a sigmoid per output for several
-/// attributes, and for the squared error the outputs themselves, cut at 0 and 1.
+/// attributes and for the hinge loss, and for the squared error the outputs themselves, cut at 0 and 1.
 pub(crate) fn probabilities(loss: Loss, outputs: usize, logits: &mut [f32]) {
     match loss {
         Loss::SoftmaxCrossEntropy => softmax(logits, outputs),
-        Loss::MultiLabelSoftMargin => logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp())),
+        Loss::MultiLabelSoftMargin | Loss::Hinge => {
+            logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp()))
+        }
         // NaN stays NaN.
         Loss::MeanSquaredError => logits.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0)),
     }
@@ -218,6 +225,65 @@ mod tests {
         assert_twin(&objective, case);
         let value = objective.value(&singles(&case["logits"]), &numbers(&case["labels"]));
         assert!((value - case["loss"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
+    }
+
+    fn hinge() -> (Objective, Value) {
+        let case: Value = serde_json::from_str(include_str!("../tests/data/hinge.json")).unwrap();
+        let recipe = Recipe { loss: Loss::Hinge, ..Recipe::default() };
+        let classes = case["classes"].as_u64().unwrap() as usize;
+        (Objective::of(&recipe, Levels::new(&[classes]), &[]), case)
+    }
+
+    #[test]
+    fn hinge_loss_agrees_with_scikit_learn_and_its_gradient_with_differences() {
+        let (objective, case) = hinge();
+        let (scores, labels) = (singles(&case["scores"]), numbers(&case["labels"]));
+        let want = case["loss"].as_f64().unwrap();
+        let (loss, gradient) = by_engine(&objective, &scores, &labels);
+        assert!((f64::from(loss) - want).abs() <= 1e-6, "{loss} and {want}");
+        assert!((objective.value(&scores, &labels) - want).abs() <= 1e-6);
+        for (class, got) in gradient.iter().enumerate() {
+            let moved = |by: f32| {
+                let mut own = scores.clone();
+                own.iter_mut().skip(class).step_by(gradient.len()).for_each(|score| *score += by);
+                objective.value(&own, &labels)
+            };
+            let want = (moved(1e-4) - moved(-1e-4)) / 2e-4;
+            assert!((f64::from(*got) - want).abs() <= 1e-4, "class {class}: {got} and {want}");
+        }
+    }
+
+    #[test]
+    fn a_last_layer_with_hinge_loss_and_a_penalty_becomes_a_linear_support_vector_machine() {
+        let (objective, case) = hinge();
+        let (x, labels) = (singles(&case["x"]), numbers(&case["labels"]));
+        let (n, classes) = (labels.len(), objective.levels.outputs());
+        let features = x.len() / n;
+        let net = Network::new("machine");
+        let flow = net.input("features", &[1, features]).flatten().linear("fc", classes);
+        let graph = net.finish(&[("logits", flow)]).unwrap();
+        let weights = Weights::init(&graph, Scheme::Pytorch, 0, "machine");
+        let mut engine = Engine::new(&graph, &weights, Options { batch: n, ..Options::default() }).unwrap();
+        let weight_decay = case["l2"].as_f64().unwrap() as f32;
+        let mut loss = 0.0;
+        for step in 0..4000 {
+            engine.forward(&[&x], n, Mode::Train).unwrap();
+            loss = objective
+                .backward(&labels, None, |loss, targets| engine.backward_with(loss, targets))
+                .unwrap();
+            // 1 over penalty and step, as Pegasos has it.
+            let lr = 1.0 / (weight_decay * (200 + step) as f32);
+            engine.sgdm(&taxel_engine::Sgdm { lr, momentum: 0.0, weight_decay });
+        }
+        let trained = engine.weights();
+        let all = ["fc.weight", "fc.bias"].map(|name| trained.get(name).unwrap().data.clone()).concat();
+        let squares: f64 = all.iter().map(|v| f64::from(*v).powi(2)).sum();
+        let (got, least) =
+            (f64::from(loss) + f64::from(weight_decay) / 2.0 * squares, case["least"].as_f64().unwrap());
+        assert!(got >= least - 1e-6 && got <= least * 1.001, "{got} and {least}");
+        let best = [singles(&case["weights"]), singles(&case["biases"])].concat();
+        let apart: f32 = all.iter().zip(&best).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(apart <= 0.03, "{all:?} and {best:?}");
     }
 
     #[test]

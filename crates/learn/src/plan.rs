@@ -166,7 +166,8 @@ pub(crate) fn check_network(candidate: &Candidate, network: &Trainable, encoder:
     let several = encoder.dataset().labels.attributes().len() > 1;
     let tried = network.search.iter().flat_map(|search| &search.grid).map(|own| &own.recipe);
     for recipe in tried.chain([&network.recipe]) {
-        let reason = "several attributes need \"multi-label-soft-margin\" or \"mean-squared-error\"";
+        let reason =
+            "several attributes need \"multi-label-soft-margin\", \"hinge\" or \"mean-squared-error\"";
         let fits = !several || recipe.loss != Loss::SoftmaxCrossEntropy;
         require(fits, "loss", "\"softmax-cross-entropy\"", reason)?;
         let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";

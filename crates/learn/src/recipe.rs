@@ -127,7 +127,7 @@ pub struct Recipe {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_batches: Option<usize>,
     /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (paper 004,
-    /// Eq. 7) or `mean-squared-error`.
+    /// Eq. 7) or `mean-squared-error`. `hinge` with an L2 penalty makes the last layer a linear support vector machine.
     pub loss: Loss,
     /// What moves the weights.
     pub optimizer: Optimizer,

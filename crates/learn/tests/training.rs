@@ -45,6 +45,7 @@ fn every_option_changes_the_training_and_nothing_is_left_unread() {
         json!({ "label_smoothing": 0.2 }),
         json!({ "early_stopping": { "patience": 2 } }),
         json!({ "loss": "mean-squared-error" }),
+        json!({ "loss": "hinge" }),
         json!({ "init": "he" }),
         json!({ "frozen": ["fc1"] }),
     ] {

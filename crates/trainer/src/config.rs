@@ -245,7 +245,7 @@ impl Config {
         let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
         require(moves, "augment", "{ .. }", reason)?;
         let several = !self.data.attributes.is_empty() && recipe.loss == Loss::SoftmaxCrossEntropy;
-        let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\" or \
+        let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\", \"hinge\" or \
                       \"mean-squared-error\"";
         require(!several, "loss", "\"softmax-cross-entropy\"", reason)
     }

@@ -165,7 +165,7 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     }
     match loss {
         Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], PROBABILITIES, vec![int("axis", 1)]),
-        Loss::MultiLabelSoftMargin => sink.put("Sigmoid", &[logits], PROBABILITIES, vec![]),
+        Loss::MultiLabelSoftMargin | Loss::Hinge => sink.put("Sigmoid", &[logits], PROBABILITIES, vec![]),
         Loss::MeanSquaredError => {
             let [low, high] = [0.0, 1.0].map(|end| sink.floats("probabilities/end", &[], &[end]));
             sink.put("Clip", &[logits, &low, &high], PROBABILITIES, vec![]);
