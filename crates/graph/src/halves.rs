@@ -16,7 +16,7 @@ pub struct Halves {
 
 impl Graph {
     /// Cuts the network so that the body makes the same of a sample in every pass: its nodes learn nothing, as
-    /// `still` says of every node, and have no dropout.
+    /// `still` says of every node, and drop nothing.
     ///
     /// The body has as many layers as it can have; of places as good it ends at the last of those with the fewest
     /// values. None if no layer is still from the inputs on, or if none is left to the head.
@@ -51,7 +51,7 @@ impl Graph {
         let before = self.up_to(end);
         let own = || self.nodes.iter().enumerate().zip(&before);
         let moves = |id: NodeId, node: &Node| match node.op {
-            Op::Dropout { .. } => true,
+            Op::Dropout { probability } => probability > 0.0,
             // Its statistics move even where its weight does not learn, or where it has none.
             Op::BatchNorm { .. } => !still[id],
             _ => !still[id] && node.params.iter().any(|param| param.kind == Kind::Parameter),

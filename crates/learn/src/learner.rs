@@ -8,7 +8,7 @@ use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Graph, Halves, Op, Weights};
 
 use crate::breaker::Breaker;
-use crate::encoding::Input;
+use crate::encoding::{Encoded, Input};
 use crate::epoch::Epoch;
 use crate::error::{Error, Result};
 use crate::feed::{Feed, Pass, read_by};
@@ -17,7 +17,7 @@ use crate::objective::Objective;
 use crate::part::Part;
 use crate::recipe::{BatchNorm, Recipe};
 use crate::responder::Responder;
-use crate::still::{Still, Stills, halves, is_norm, staying};
+use crate::still::{Still, Stills, answer_alike, halves, is_norm, staying};
 use crate::teacher::Teacher;
 
 /// Test samples that are gathered at a time.
@@ -42,9 +42,13 @@ pub(crate) struct Learner<'d> {
     pub engine: Engine,
     /// All tensors as they were at first, where the engine has not all of them.
     first: Option<Weights>,
+    /// The network in two, where tests may ask them one after the other.
+    halves: Option<Halves>,
+    stills: &'d Stills,
     graph: &'d Graph,
     threads: usize,
     teacher: Option<&'d Teacher>,
+    inputs: &'d [Input],
     feed: Feed<'d>,
 }
 
@@ -93,14 +97,15 @@ impl<'d> Learner<'d> {
         };
         let staying = staying(graph, recipe).map_err(taxel_engine::Error::from)?;
         let has_norms = graph.nodes().iter().zip(&staying).any(|(node, stays)| is_norm(node) && !stays);
-        let (engine, first, still) = match halves(graph, recipe, dataset.len()) {
+        let halves = halves(graph, recipe, dataset.len());
+        let (engine, first, still) = match &halves {
             Some(Halves { body, head }) => {
                 let answers = Options { frozen: vec![], ..options.clone() };
-                let inputs = read_by(&body, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect();
-                let still = Still::new(&body, &weights.only(&body), inputs, answers, task.stills)?;
-                let frozen = left(&head, graph, &recipe.frozen).map_err(taxel_engine::Error::from)?;
+                let inputs = encoded(body, inputs);
+                let still = Still::learned(body, &weights.only(body), inputs, answers, task.stills)?;
+                let frozen = left(head, graph, &recipe.frozen).map_err(taxel_engine::Error::from)?;
                 let options = Options { frozen, ..options };
-                (Engine::new(&head, &weights.only(&head), options)?, Some(weights), Some(still))
+                (Engine::new(head, &weights.only(head), options)?, Some(weights), Some(still))
             }
             None => (Engine::new(graph, &weights, options)?, None, None),
         };
@@ -125,6 +130,9 @@ impl<'d> Learner<'d> {
             objective: Objective::new(recipe, labels, rows),
             engine,
             first,
+            halves: halves.filter(answer_alike),
+            stills: task.stills,
+            inputs,
             feed: Feed::new(graph, inputs)?.under(breaker).behind(still),
         })
     }
@@ -223,13 +231,36 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// What the runtime refuses.
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
+        let logits = match &self.halves {
+            Some(halves) => self.answers_behind(halves, weights, rows)?,
+            None => self.answers(weights, rows)?,
+        };
+        let loss = self.objective.value(&logits, &self.labels.of(rows));
+        Ok((logits, loss))
+    }
+
+    fn answers(&mut self, weights: &Weights, rows: &[usize]) -> Result<Vec<f32>> {
         let responder = Responder::new(self.graph, weights, None, self.batch, self.threads)?;
         let mut logits = vec![];
         for rows in rows.chunks(self.batch.max(AT_ONCE)) {
             logits.extend(responder.answer(&self.feed.rows(rows), rows.len())?);
         }
-        let loss = self.objective.value(&logits, &self.labels.of(rows));
-        Ok((logits, loss))
+        Ok(logits)
+    }
+
+    /// The same by what the frozen part has made of samples before.
+    fn answers_behind(&self, halves: &Halves, weights: &Weights, rows: &[usize]) -> Result<Vec<f32>> {
+        let Halves { body, head } = halves;
+        let each = self.batch.max(AT_ONCE);
+        let by = (each, self.threads);
+        let mut still =
+            Still::tested(body, &weights.only(body), encoded(body, self.inputs), by, self.stills)?;
+        let responder = Responder::new(head, &weights.only(head), None, self.batch, self.threads)?;
+        let mut logits = vec![];
+        for rows in rows.chunks(each) {
+            logits.extend(responder.answer(&[still.rows(rows)?], rows.len())?);
+        }
+        Ok(logits)
     }
 
     /// Mean loss of `rows`, and the share that is right in %.
@@ -271,6 +302,11 @@ impl<'d> Learner<'d> {
         let last = self.recipe.epochs.saturating_sub(1);
         self.diverged(last, self.steps.saturating_sub(1), value, self.recipe.rate(last))
     }
+}
+
+/// What `graph` reads of `inputs`, in its order.
+fn encoded(graph: &Graph, inputs: &[Input]) -> Vec<Arc<Encoded>> {
+    read_by(graph, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect()
 }
 
 /// Names of the nodes of a part of `graph` that `frozen` covers.

@@ -1,4 +1,5 @@
-//! The frozen part of a network that makes the same of a sample in every pass: asked once for every sample.
+//! The frozen part of a network that makes the same of a sample in every pass: asked once for every sample, by the
+//! engine for what is learned from and by the runtime for what is tested.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,9 +11,10 @@ use crate::encoding::Encoded;
 use crate::error::Result;
 use crate::model::digest;
 use crate::recipe::{FrozenStatistics, Recipe};
+use crate::responder::Responder;
 
 /// Bytes of the features of all samples, above which every pass makes them anew.
-const MOST_BYTES: usize = 1 << 30;
+const MOST_BYTES: usize = 2 << 30;
 
 /// The network cut behind what `recipe` leaves as it is for every sample; none where a sample differs from pass to
 /// pass, or where the features of `samples` samples would be too many.
@@ -38,6 +40,16 @@ pub(crate) fn staying(graph: &Graph, recipe: &Recipe) -> taxel_graph::Result<Vec
     Ok(staying)
 }
 
+/// Whether the runtime answers halves one after the other as it answers the whole network, to the last digit: the
+/// head folds nothing into the body, and reads features in the order in which it has them alone.
+pub(crate) fn answer_alike(halves: &Halves) -> bool {
+    let folds_nothing = |node: &Node| {
+        matches!(node.op, Op::Input | Op::Linear { .. } | Op::Relu | Op::Activation(_) | Op::Dropout { .. })
+    };
+    let end = &halves.body.nodes()[halves.body.outputs()[0].1];
+    end.shape.len() == 1 && end.op != Op::Flatten && halves.head.nodes().iter().all(folds_nothing)
+}
+
 /// Whether a node has running statistics.
 pub(crate) fn is_norm(node: &Node) -> bool {
     matches!(node.op, Op::BatchNorm { .. })
@@ -48,7 +60,14 @@ type Features = HashMap<usize, Vec<f32>>;
 
 /// The features that were made last, for trainings that begin with the same body and the same inputs.
 #[derive(Debug, Default)]
-pub(crate) struct Stills(Mutex<Option<Made>>);
+pub(crate) struct Stills {
+    learned: Last,
+    tested: Last,
+}
+
+/// The features that were made last in one way.
+#[derive(Debug, Default)]
+struct Last(Mutex<Option<Made>>);
 
 /// What features depend on, and they themselves.
 #[derive(Debug)]
@@ -59,7 +78,7 @@ struct Made {
     features: Arc<Mutex<Features>>,
 }
 
-impl Stills {
+impl Last {
     fn features(&self, body: &Graph, weights: &Weights, inputs: &[Arc<Encoded>]) -> Arc<Mutex<Features>> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let weights = digest(weights);
@@ -79,8 +98,7 @@ impl Stills {
 
 /// A body that is asked once for every sample.
 pub(crate) struct Still {
-    evaluator: Evaluator,
-    workspace: Workspace,
+    asked: Asked,
     batch: usize,
     inputs: Vec<Arc<Encoded>>,
     features: Arc<Mutex<Features>>,
@@ -88,23 +106,46 @@ pub(crate) struct Still {
     gathered: Vec<f32>,
 }
 
+/// Who makes the features.
+enum Asked {
+    Engine(Box<Evaluator>, Workspace),
+    Runtime(Box<Responder>),
+}
+
 impl Still {
-    /// `body` with its `weights`, for the `inputs` of all samples in its order.
+    /// `body` with its `weights` as training asks it, for the `inputs` of all samples in its order.
     ///
     /// # Errors
     /// Weights that do not fit, or threads that cannot be started.
-    pub fn new(
+    pub fn learned(
         body: &Graph,
         weights: &Weights,
         inputs: Vec<Arc<Encoded>>,
         options: Options,
         stills: &Stills,
     ) -> Result<Still> {
-        let features = stills.features(body, weights, &inputs);
+        let features = stills.learned.features(body, weights, &inputs);
         let batch = options.batch;
         let evaluator = Evaluator::new(body, weights, options)?;
         let workspace = evaluator.workspace();
-        Ok(Still { evaluator, workspace, batch, inputs, features, gathered: vec![] })
+        let asked = Asked::Engine(Box::new(evaluator), workspace);
+        Ok(Still { asked, batch, inputs, features, gathered: vec![] })
+    }
+
+    /// The same as a model file answers: frozen.
+    ///
+    /// # Errors
+    /// As [`Still::learned`].
+    pub fn tested(
+        body: &Graph,
+        weights: &Weights,
+        inputs: Vec<Arc<Encoded>>,
+        (batch, threads): (usize, usize),
+        stills: &Stills,
+    ) -> Result<Still> {
+        let features = stills.tested.features(body, weights, &inputs);
+        let asked = Asked::Runtime(Box::new(Responder::new(body, weights, None, batch, threads)?));
+        Ok(Still { asked, batch, inputs, features, gathered: vec![] })
     }
 
     /// Features of `rows`, one after the other.
@@ -127,7 +168,14 @@ impl Still {
         for rows in missing.chunks(self.batch) {
             self.inputs.iter().zip(&mut values).for_each(|(input, values)| input.gather(rows, values));
             let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
-            let made = self.evaluator.answer(&mut self.workspace, &slices, rows.len())?;
+            let answered;
+            let made = match &mut self.asked {
+                Asked::Engine(evaluator, workspace) => evaluator.answer(workspace, &slices, rows.len())?,
+                Asked::Runtime(responder) => {
+                    answered = responder.answer(&slices, rows.len())?;
+                    &answered
+                }
+            };
             let each = made.chunks_exact(made.len() / rows.len());
             features.extend(rows.iter().copied().zip(each.map(<[f32]>::to_vec)));
         }
@@ -184,7 +232,7 @@ mod tests {
         let (stills, x) = (Stills::default(), encoded());
         let still = |weights: &Weights, x: &Arc<Encoded>| {
             let options = Options { batch: 2, ..Options::default() };
-            Still::new(&graph, weights, vec![Arc::clone(x)], options, &stills).unwrap()
+            Still::learned(&graph, weights, vec![Arc::clone(x)], options, &stills).unwrap()
         };
         let known = |still: &Still| still.features.lock().unwrap().len();
         let mut one = still(&weights(1), &x);
@@ -201,5 +249,37 @@ mod tests {
         assert_eq!(known(&other), 0, "other weights");
         other.rows(&[3]).unwrap();
         assert_eq!(known(&still(&weights(2), &encoded())), 0, "other inputs");
+        // What is tested is made by another program, and kept beside what is learned from.
+        let tested = || Still::tested(&graph, &weights(2), vec![Arc::clone(&x)], (2, 1), &stills).unwrap();
+        let (mut one, mut learned) = (tested(), still(&weights(2), &x));
+        assert_eq!(known(&one), 0);
+        let own = one.rows(&[1, 5]).unwrap().to_vec();
+        assert_eq!((known(&one), known(&tested())), (2, 2));
+        for (own, learned) in own.iter().zip(learned.rows(&[1, 5]).unwrap()) {
+            assert!((own - learned).abs() < 1e-5, "{own} {learned}");
+        }
+    }
+
+    #[test]
+    fn halves_that_answer_to_the_last_digit() {
+        let at = |names: &[&str], graph: &Graph| {
+            let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+            answer_alike(&graph.halves(&graph.covered(&names).unwrap()).unwrap())
+        };
+        let net = |end: &str| {
+            let net = Network::new("net");
+            let x = net.input("image", &[1, 4, 4]).conv("stem", Conv::new(3, 3)).relu();
+            let x = match end {
+                "mean" => x.global_average_pool(),
+                "flatten" => x.flatten(),
+                _ => x.flatten().linear("hidden", 4).batch_norm("bn"),
+            };
+            net.finish(&[("logits", x.dropout(0.5).linear("fc", 2))]).unwrap()
+        };
+        assert!(at(&["stem"], &net("mean")));
+        // A linear layer reads an image in the order of the runtime; a norm becomes part of the layer before it.
+        assert!(!at(&["stem"], &net("flatten")));
+        assert!(!at(&["stem", "hidden"], &net("norm")));
+        assert!(at(&["stem", "hidden", "bn"], &net("norm")));
     }
 }

@@ -113,8 +113,8 @@ impl Training<'_> {
             "data": self.dataset.digest, "rows": [&self.fold.train, &self.fold.validation],
         });
         // Its session has the tensors behind the frozen part alone.
-        if halves(graph, recipe, self.dataset.len()).is_some() {
-            own["behind"] = "frozen".into();
+        if let Some(halves) = halves(graph, recipe, self.dataset.len()) {
+            own["behind"] = halves.body.outputs()[0].0.as_str().into();
         }
         if let Some(teacher) = self.teacher {
             own["teacher"] = teacher.digest().into();

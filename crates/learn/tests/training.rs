@@ -334,14 +334,15 @@ fn frozen_statistics_are_kept_or_renewed() {
 /// Features of a frozen body are made once; an augmentation that moves nothing has every pass make them anew.
 #[test]
 fn a_frozen_body_is_asked_once_and_nothing_else_changes() {
-    let dataset = imprints(36, 33);
     let encoding: Encoding = serde_json::from_value(json!({ "image": { "kind": "raw" } })).unwrap();
     for (name, set, frozen) in [
         ("resnet8-lite-2d", json!({}), json!(["stem", "identity1"])),
         ("resnet8-lite-2d", json!({}), json!(["stem", "identity1", "downsample", "identity2"])),
         ("tactnet6", json!({}), json!(["convs"])),
         ("mobilenet-v2", json!({ "width_mult": 0.25 }), json!(["features"])),
+        ("alexnet", json!({ "hidden": 8, "dropout": 0.0 }), json!(["features", "classifier.1"])),
     ] {
+        let dataset = imprints(36, if name == "alexnet" { 63 } else { 33 });
         let go = |changes: Value| {
             let mut own = json!({ "epochs": 2, "batch_size": 5, "frozen": frozen });
             own.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
