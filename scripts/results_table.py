@@ -220,6 +220,11 @@ def commit(environment):
     return known[:9] + ("-dirty" if known.endswith("-dirty") else "")
 
 
+def processor(environment):
+    """The processor with the width of its vectors, where the run has written it."""
+    return environment["cpu"] + (f" ({environment['vectors']})" if environment.get("vectors") else "")
+
+
 def words(protocol):
     """The protocol as the program's own table says it."""
     split = {"stratified": "stratified", "group": "grouped"}[protocol["split"]]
@@ -259,7 +264,7 @@ def reference(folder):
             for n in results["networks"] if n["mean"]}
     config = hashlib.sha256((folder / "config.toml").read_bytes()).hexdigest()
     return {"name": folder.resolve().name, "source": results["source"], "commit": commit(environment), "config_sha256": config,
-            "data_digest": results["data_digest"], "rows": rows}
+            "data_digest": results["data_digest"], "vectors": environment.get("vectors"), "rows": rows}
 
 
 def differences(own, before):
@@ -273,6 +278,9 @@ def differences(own, before):
         for key in new:
             a, b = ([round(value, 2) for value in each if value is not None] if isinstance(each, list) else each for each in (new[key], old[key]))
             said += [f"{name} {key}: {a}, was {b}"] if a != b else []
+    if said and own["vectors"] != before.get("vectors"):
+        said.append(f"computed with {own['vectors']}, the reference with {before.get('vectors') or 'vectors of unknown width'}: "
+                    "sums of another width are rounded elsewhere, so that trainings end a little elsewhere")
     return said
 
 
@@ -361,7 +369,7 @@ def page(folder, partial=False):
         f"Measured on {results['source']}: {results['samples']} samples, {len(results['classes'])} classes, "
         f"{words(protocol)}, seed {results['seed']}; mean ± SD over folds. "
         f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
-        f"{commit(environment)}, {environment['cpu']}, {environment['cores']} cores."
+        f"{commit(environment)}, {processor(environment)}, {environment['cores']} cores."
     )
     under = stress(folder)
     caption += f" Faults were asked of {under['samples']:,} of {under['of']:,} test samples." if under else ""

@@ -74,3 +74,8 @@ pub use optimizer::{OptimizerState, Sgdm};
 pub use options::{Decay, FrozenStatistics, Options};
 pub use taxel_kernels::optim::Adam;
 pub use workspace::Workspace;
+
+/// Width of the vectors that kernels compute with on this processor: `AVX-512`, `AVX2` or `portable`.
+pub fn vectors() -> &'static str {
+    taxel_kernels::simd::level().name()
+}

@@ -29,6 +29,10 @@ pub struct Environment {
     /// Processor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu: Option<String>,
+    /// Width of its vectors that the engine computes with: `AVX-512`, `AVX2` or `portable`. Sums of another width are
+    /// rounded elsewhere, so that the same training ends a little elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vectors: Option<String>,
     /// Hardware threads that the process may use.
     pub cores: usize,
     /// Worker threads of the run.
@@ -57,6 +61,7 @@ impl Environment {
             optimised: !cfg!(debug_assertions),
             platform: format!("{}-{}", std::env::consts::OS, std::env::consts::ARCH),
             cpu: cpu(),
+            vectors: Some(taxel_engine::vectors().into()),
             cores: cores(),
             threads,
             seed,
@@ -65,20 +70,26 @@ impl Environment {
         }
     }
 
+    /// The processor with the width of its vectors, where they are known: `AMD EPYC (AVX2)`.
+    pub fn processor(&self) -> String {
+        let cpu = self.cpu.as_deref().unwrap_or("an unknown processor");
+        self.vectors.as_ref().map_or(cpu.into(), |vectors| format!("{cpu} ({vectors})"))
+    }
+
     /// Whether times of this machine may stand beside those of the run in `folder`.
     ///
     /// # Errors
-    /// A run of another processor.
+    /// A run of another processor, or of vectors of another width.
     pub(crate) fn same_machine(&self, folder: &Path) -> Result<()> {
-        let now = cpu();
-        if self.cpu == now {
+        let now = Environment { cpu: cpu(), vectors: Some(taxel_engine::vectors().into()), ..self.clone() };
+        // A run of a version that did not write the width says nothing against it.
+        if self.cpu == now.cpu && (self.vectors.is_none() || self.vectors == now.vectors) {
             return Ok(());
         }
-        let name = |cpu: &Option<String>| cpu.clone().unwrap_or("an unknown processor".into());
+        let (then, now) = (self.processor(), now.processor());
         let reason = format!(
-            "was run on {}, this is {}: a table has the times of one machine; run the experiment here into another folder",
-            name(&self.cpu),
-            name(&now)
+            "was run on {then}, this is {now}: a table has the times of one machine; run the experiment here into \
+             another folder"
         );
         Err(Error::folder(folder, reason))
     }

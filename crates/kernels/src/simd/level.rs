@@ -13,6 +13,17 @@ pub enum Level {
     Avx512,
 }
 
+impl Level {
+    /// What it is called: `AVX-512`, `AVX2` or `portable`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Portable => "portable",
+            Level::Avx2 => "AVX2",
+            Level::Avx512 => "AVX-512",
+        }
+    }
+}
+
 /// The widest level of this CPU. `TAXEL_SIMD=portable` or `avx2` asks for a narrower one;
 /// no other value changes anything.
 pub fn level() -> Level {
