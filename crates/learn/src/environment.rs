@@ -70,26 +70,26 @@ impl Environment {
         }
     }
 
-    /// The processor with the width of its vectors, where they are known: `AMD EPYC (AVX2)`.
-    pub fn processor(&self) -> String {
-        let cpu = self.cpu.as_deref().unwrap_or("an unknown processor");
-        self.vectors.as_ref().map_or(cpu.into(), |vectors| format!("{cpu} ({vectors})"))
+    /// The processor, with the width of its vectors where the run has written it: `AMD EPYC (AVX2)`.
+    pub fn processor(&self) -> Option<String> {
+        let cpu = self.cpu.as_deref()?;
+        Some(self.vectors.as_ref().map_or(cpu.into(), |vectors| format!("{cpu} ({vectors})")))
     }
 
-    /// Whether times of this machine may stand beside those of the run in `folder`.
+    /// Whether times of the machine of `now` may stand beside those of this run, which is in `folder`.
     ///
     /// # Errors
     /// A run of another processor, or of vectors of another width.
-    pub(crate) fn same_machine(&self, folder: &Path) -> Result<()> {
-        let now = Environment { cpu: cpu(), vectors: Some(taxel_engine::vectors().into()), ..self.clone() };
+    pub(crate) fn same_machine(&self, now: &Environment, folder: &Path) -> Result<()> {
         // A run of a version that did not write the width says nothing against it.
         if self.cpu == now.cpu && (self.vectors.is_none() || self.vectors == now.vectors) {
             return Ok(());
         }
-        let (then, now) = (self.processor(), now.processor());
+        let name = |own: &Environment| own.processor().unwrap_or("an unknown processor".into());
         let reason = format!(
-            "was run on {then}, this is {now}: a table has the times of one machine; run the experiment here into \
-             another folder"
+            "was run on {}, this is {}: a table has the times of one machine; run the experiment here into another folder",
+            name(self),
+            name(now)
         );
         Err(Error::folder(folder, reason))
     }

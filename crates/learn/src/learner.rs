@@ -231,36 +231,25 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// What the runtime refuses.
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
-        let logits = match &self.halves {
-            Some(halves) => self.answers_behind(halves, weights, rows)?,
-            None => self.answers(weights, rows)?,
-        };
-        let loss = self.objective.value(&logits, &self.labels.of(rows));
-        Ok((logits, loss))
-    }
-
-    fn answers(&mut self, weights: &Weights, rows: &[usize]) -> Result<Vec<f32>> {
-        let responder = Responder::new(self.graph, weights, None, self.batch, self.threads)?;
-        let mut logits = vec![];
-        for rows in rows.chunks(self.batch.max(AT_ONCE)) {
-            logits.extend(responder.answer(&self.feed.rows(rows), rows.len())?);
-        }
-        Ok(logits)
-    }
-
-    /// The same by what the frozen part has made of samples before.
-    fn answers_behind(&self, halves: &Halves, weights: &Weights, rows: &[usize]) -> Result<Vec<f32>> {
-        let Halves { body, head } = halves;
+        let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.threads);
         let each = self.batch.max(AT_ONCE);
-        let by = (each, self.threads);
-        let mut still =
-            Still::tested(body, &weights.only(body), encoded(body, self.inputs), by, self.stills)?;
-        let responder = Responder::new(head, &weights.only(head), None, self.batch, self.threads)?;
+        let (responder, mut still) = match &self.halves {
+            Some(Halves { body, head }) => {
+                let (inputs, by) = (encoded(body, self.inputs), (each, self.threads));
+                let still = Still::tested(body, &weights.only(body), inputs, by, self.stills)?;
+                (responder(head, &weights.only(head))?, Some(still))
+            }
+            None => (responder(self.graph, weights)?, None),
+        };
         let mut logits = vec![];
         for rows in rows.chunks(each) {
-            logits.extend(responder.answer(&[still.rows(rows)?], rows.len())?);
+            logits.extend(match &mut still {
+                Some(still) => responder.answer(&[still.rows(rows)?], rows.len())?,
+                None => responder.answer(&self.feed.rows(rows), rows.len())?,
+            });
         }
-        Ok(logits)
+        let loss = self.objective.value(&logits, &self.labels.of(rows));
+        Ok((logits, loss))
     }
 
     /// Mean loss of `rows`, and the share that is right in %.

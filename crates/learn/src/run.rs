@@ -72,11 +72,13 @@ impl<'a> Run<'a> {
     pub fn begin(&mut self) -> Result<()> {
         let Some(folder) = self.folder.clone() else { return Ok(()) };
         let dataset = self.plan.dataset;
+        let threads = self.options.threads();
+        let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
         let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
         if let Some(before) = &environment {
             folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
             if self.options.time_again {
-                before.same_machine(folder.path())?;
+                before.same_machine(&now, folder.path())?;
             }
         }
         let before = match folder.file("results.json").is_file() {
@@ -104,8 +106,6 @@ impl<'a> Run<'a> {
             self.keep_eight_bits(&folder, before)?;
         }
         if environment.is_none() {
-            let threads = self.options.threads();
-            let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
             write_json(&folder.file(ENVIRONMENT), &now, true)?;
         }
         self.assemble()

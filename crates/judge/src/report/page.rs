@@ -309,7 +309,7 @@ impl Parts<'_> {
 fn facts(judgement: &Judgement) -> Vec<(&'static str, String)> {
     let (then, now) = (&judgement.environment, &judgement.judged_on);
     let machine = |own: &Environment| {
-        let cpu = own.processor();
+        let cpu = own.processor().unwrap_or("unknown processor".into());
         let build = if own.optimised { "release build" } else { "debug build" };
         let commit = own.commit.as_deref().unwrap_or("unknown commit");
         format!("{cpu}, {}, taxel {} ({commit}, {build})", own.platform, own.taxel)

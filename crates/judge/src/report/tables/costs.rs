@@ -34,7 +34,7 @@ pub(super) fn speed(judgement: &Judgement) -> Table {
         }),
     ];
     let on = &judgement.judged_on;
-    let machine = on.processor();
+    let machine = on.processor().unwrap_or(on.platform.clone());
     let then = judgement.environment.threads;
     let caption = format!(
         "Measured on {machine}, one thread; training was timed when the run was made ({then} threads)"
