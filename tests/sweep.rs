@@ -12,7 +12,7 @@ use clock::set_back;
 use run_folder::contents;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 const CONFIG: &str = r#"
@@ -99,30 +99,55 @@ fn finished(sweep: &Path) -> usize {
     entries.filter(|e| !e.as_ref().unwrap().path().to_str().unwrap().ends_with(".timing.json")).count()
 }
 
+/// Whether `process` has claimed a trial and works on it.
+fn works(process: &Child, sweep: &Path) -> bool {
+    let own = format!("\"pid\":{},", process.id());
+    let claims = std::fs::read_dir(sweep.join("claims")).into_iter().flatten();
+    claims.map(|claim| claim.unwrap().path()).any(|claim| {
+        let its = std::fs::read_to_string(&claim).is_ok_and(|text| text.contains(&own));
+        its && sweep.join("work").join(claim.file_name().unwrap()).exists()
+    })
+}
+
+/// Kills it at work: held still first, for a trial that was seen may have ended since. False where it has.
+fn kill_at_work(process: &mut Child, sweep: &Path) -> bool {
+    let id = process.id().to_string();
+    let send = |signal| Command::new("kill").args([signal, id.as_str()]).status().unwrap().success();
+    let held = cfg!(unix) && send("-STOP");
+    let at_work = works(process, sweep);
+    if at_work {
+        process.kill().unwrap();
+        process.wait().unwrap();
+    } else if held {
+        assert!(send("-CONT"));
+    }
+    at_work
+}
+
 #[test]
 fn a_killed_sweep_ends_like_one_left_alone() {
     let bench = Bench::new("[grid]\nseed = [0, 1, 2, 3, 4, 5]\ntrain.optimizer.lr = [1e-2, 1e-3]\n");
     let (alone, killed) = (bench.plan("alone"), bench.plan("killed"));
     run(&alone);
     assert_eq!(finished(&alone), 12);
-    let mut within = 0;
-    for kill in 0..5 {
+    let mut kills = 0;
+    for pause in [3, 5, 7, 9, 11] {
         let more = ["--jobs", "2", "--save-every", "0"];
         let mut command = command(&["run"], &killed, &more);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let (before, begin) = (finished(&killed), std::time::Instant::now());
+        let before = finished(&killed);
         // In the middle of trials, some further on each time.
-        while finished(&killed) < before + 2 && begin.elapsed() < Duration::from_secs(20) {
-            std::thread::sleep(Duration::from_millis(3 + 2 * kill));
+        while child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(pause));
+            if finished(&killed) > before && works(&child, &killed) && kill_at_work(&mut child, &killed) {
+                kills += 1;
+            }
         }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        within += usize::from(entries(&killed.join("work")) > 0);
-        if kill == 2 {
+        if kills == 3 {
             set_back(&killed);
         }
     }
-    assert!(within > 0, "no kill met a trial under way");
+    assert!(kills > 0, "no kill met a trial under way");
     run(&killed);
     assert_equal(&results(&alone), &results(&killed));
     let collected = taxel(&["collect"], &killed, &[]);
@@ -175,12 +200,9 @@ fn a_scheduler_s_signal_saves_and_ends_with_75() {
         let more = ["--index", "0", "--save-every", "1000"];
         let mut command = command(&["run-one"], &stopped, &more);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let own = format!("\"pid\":{},", child.id());
         let begun = |_| {
             std::thread::sleep(Duration::from_millis(5));
-            let claims = std::fs::read_dir(stopped.join("claims")).into_iter().flatten();
-            let mut said = claims.filter_map(|entry| std::fs::read_to_string(entry.unwrap().path()).ok());
-            said.any(|text| text.contains(&own)) && entries(&stopped.join("work")) > 0
+            works(&child, &stopped)
         };
         assert!((0..4000).any(begun), "it never began");
         std::thread::sleep(Duration::from_millis(150));
