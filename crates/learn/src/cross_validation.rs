@@ -166,7 +166,7 @@ impl<'a> CrossValidation<'a> {
         plan.say(progress);
         let (folder, lock) = RunFolder::prepare(out, identity, options.resume)?;
         let mut run = Run::new(plan, options, Some(folder.clone()));
-        run.begin()?;
+        run.begin(progress)?;
         let outcome = run.all(progress, cancel);
         progress.finish();
         // Also after an error: what was finished must be readable.

@@ -1,12 +1,9 @@
 //! `environment.json`: on what machine and with which code a run was made.
 
 use std::fs;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Source;
-
-use crate::error::{Error, Result};
 
 /// Git commit that this program was built from, with `-dirty` behind it if sources had been changed since.
 pub(crate) const COMMIT: Option<&str> = option_env!("TAXEL_COMMIT");
@@ -29,8 +26,8 @@ pub struct Environment {
     /// Processor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu: Option<String>,
-    /// Width of its vectors that the engine computes with: `AVX-512`, `AVX2` or `portable`. Sums of another width are
-    /// rounded elsewhere, so that the same training ends a little elsewhere.
+    /// Width of its vectors that the engine computes with: `AVX-512`, `AVX2` or `portable`. With AVX-512
+    /// matrix products are rounded elsewhere than without, so that the same training ends a little elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vectors: Option<String>,
     /// Hardware threads that the process may use.
@@ -76,22 +73,14 @@ impl Environment {
         Some(self.vectors.as_ref().map_or(cpu.into(), |vectors| format!("{cpu} ({vectors})")))
     }
 
-    /// Whether times of the machine of `now` may stand beside those of this run, which is in `folder`.
-    ///
-    /// # Errors
-    /// A run of another processor, or of vectors of another width.
-    pub(crate) fn same_machine(&self, now: &Environment, folder: &Path) -> Result<()> {
+    /// That this run and `now` are of two processors, or of vectors of two widths; `None` where they are not.
+    pub(crate) fn another_machine(&self, now: &Environment) -> Option<String> {
         // A run of a version that did not write the width says nothing against it.
         if self.cpu == now.cpu && (self.vectors.is_none() || self.vectors == now.vectors) {
-            return Ok(());
+            return None;
         }
         let name = |own: &Environment| own.processor().unwrap_or("an unknown processor".into());
-        let reason = format!(
-            "was run on {}, this is {}: a table has the times of one machine; run the experiment here into another folder",
-            name(self),
-            name(now)
-        );
-        Err(Error::folder(folder, reason))
+        Some(format!("was run on {}, this is {}", name(self), name(now)))
     }
 }
 

@@ -68,8 +68,9 @@ impl<'a> Run<'a> {
     /// Takes over what an earlier run of the folder has finished.
     ///
     /// # Errors
-    /// A folder that was run on other data, or a fold of another split.
-    pub fn begin(&mut self) -> Result<()> {
+    /// A folder that was run on other data, or a fold of another split; times that would stand beside those of another
+    /// machine.
+    pub fn begin(&mut self, progress: &dyn Progress) -> Result<()> {
         let Some(folder) = self.folder.clone() else { return Ok(()) };
         let dataset = self.plan.dataset;
         let threads = self.options.threads();
@@ -77,9 +78,11 @@ impl<'a> Run<'a> {
         let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
         if let Some(before) = &environment {
             folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
-            if self.options.time_again {
-                before.same_machine(&now, folder.path())?;
-            }
+        }
+        let moved = environment.as_ref().and_then(|before| before.another_machine(&now));
+        if let (Some(moved), true) = (&moved, self.options.time_again) {
+            let way = "a table has the times of one machine; run the experiment here into another folder";
+            return Err(Error::folder(folder.path(), format!("{moved}: {way}")));
         }
         let before = match folder.file("results.json").is_file() {
             true => Some(folder.results()?),
@@ -101,6 +104,12 @@ impl<'a> Run<'a> {
             folder.check(&record, key, dataset)?;
             self.timings.extend(timed(&folder, &record, dataset, self.options.time_again)?);
             self.records.push(self.completed(&folder, record)?);
+        }
+        let finished = |key: &FoldKey| self.records.iter().any(|record| record.key == *key);
+        let trains = self.plan.keys.iter().any(|key| self.options.wants(key) && !finished(key));
+        if let (Some(moved), true) = (&moved, trains) {
+            let folder = folder.path().display();
+            progress.say(&format!("{folder}: {moved}: what is trained now may end a little elsewhere"));
         }
         if let Some(before) = before {
             self.keep_eight_bits(&folder, before)?;

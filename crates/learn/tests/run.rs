@@ -4,6 +4,7 @@
 
 mod support;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_learn::{
     Candidate, Combination, Criterion, CrossValidation, Encoder, Encoding, Error, Fit, FoldKey, Model,
-    Protocol, RunOptions, Search, Silent, TrainingPart, fit,
+    Progress, Protocol, RunOptions, Search, Silent, TrainingPart, fit,
 };
 
 /// An MLP that stops early, a network with batch norms, a baseline.
@@ -27,6 +28,20 @@ fn candidates(dataset: &Dataset) -> Vec<Candidate> {
         network("resnet8-lite-1d", json!({}), recipe(json!({ "epochs": 5 })), &mut encoder),
         Candidate::baseline(Method::MiniRocket { features: 84 }),
     ]
+}
+
+/// Keeps what it is told.
+#[derive(Default)]
+struct Told(RefCell<Vec<String>>);
+
+impl Progress for Told {
+    fn start(&self, _work: u64) {}
+    fn fold(&self, _key: &FoldKey, _number: usize, _total: usize) {}
+    fn step(&self, _work: u64) {}
+    fn finish(&self) {}
+    fn say(&self, line: &str) {
+        self.0.borrow_mut().push(line.into());
+    }
 }
 
 #[test]
@@ -241,7 +256,7 @@ fn a_fit_without_a_session_is_the_same_for_any_threads() {
 #[test]
 fn a_fold_in_training_goes_on_where_it_was_saved() {
     struct Stop<'a>(&'a AtomicBool, std::sync::atomic::AtomicUsize);
-    impl taxel_learn::Progress for Stop<'_> {
+    impl Progress for Stop<'_> {
         fn start(&self, _work: u64) {}
         fn fold(&self, _key: &FoldKey, _number: usize, _total: usize) {}
         fn step(&self, _work: u64) {
@@ -338,4 +353,30 @@ fn latencies_are_timed_again_and_scores_stay() {
         std::fs::write(out.join("environment.json"), machine.to_string()).unwrap();
         assert_eq!(again(true).is_ok(), same, "{machine}");
     }
+}
+
+/// Folds of two machines in one folder: it is said where some are still to be trained, and only there.
+#[test]
+fn a_run_that_goes_on_elsewhere_is_told_so() {
+    let dataset = presses(45, 20);
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run");
+    let go_on = |only| {
+        let told = Told::default();
+        let options = RunOptions { resume: true, threads: Some(1), only, ..RunOptions::default() };
+        let own = three_folds(&dataset, candidates(&dataset));
+        own.run_in(&out, &options, &told, &AtomicBool::new(false)).unwrap();
+        told.0.into_inner()
+    };
+    let first = key("mlp", 0, 0);
+    assert_eq!(go_on(Some(vec![first.clone()])), [""; 0]);
+    let mut machine: Value =
+        serde_json::from_slice(&std::fs::read(out.join("environment.json")).unwrap()).unwrap();
+    machine["vectors"] = "beads".into();
+    std::fs::write(out.join("environment.json"), machine.to_string()).unwrap();
+    assert_eq!(go_on(Some(vec![first])), [""; 0], "nothing is trained");
+    let said = go_on(None);
+    assert!(said.len() == 1 && said[0].contains("(beads), this is"), "{said:?}");
+    assert!(said[0].ends_with("what is trained now may end a little elsewhere"), "{said:?}");
+    assert_eq!(go_on(None), [""; 0], "nothing is left to train");
 }
