@@ -280,7 +280,7 @@ def differences(own, before):
             said += [f"{name} {key}: {a}, was {b}"] if a != b else []
     if said and own["vectors"] != before.get("vectors"):
         said.append(f"computed with {own['vectors']}, the reference with {before.get('vectors') or 'vectors of unknown width'}: "
-                    "sums of another width are rounded elsewhere, so that trainings end a little elsewhere")
+                    "matrix products are rounded elsewhere then, so that trainings end a little elsewhere")
     return said
 
 
