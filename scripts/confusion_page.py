@@ -45,12 +45,13 @@ def page_of(kind, subset):
 
 def matrices(folder):
     """Confusion matrices of a run with two grasps by row, with what they were measured on."""
+    own = {row for _, kind, row in METHODS for subset in SUBSETS if page_of(kind, subset) == folder.resolve().name}
     results = json.loads((folder / "results.json").read_text())
     environment = json.loads((folder / "environment.json").read_text())
     rows = {}
     for network in results["networks"]:
         name, _, grasps = network["network"].rpartition(".n")
-        if network["confusion"] and grasps == str(GRASPS) and any(name == row for *_, row in METHODS):
+        if network["confusion"] and grasps == str(GRASPS) and name in own:
             rows[name] = {"repetitions": len(network["folds"]), "confusion": network["confusion"]}
     if not rows:
         raise SystemExit(f"{folder}: no network of the page with {GRASPS} grasps")
@@ -74,7 +75,7 @@ def inside(confusion, classes, group):
                 mistakes += count
                 within += count * (group[answer] == group[truth])
                 chance += count * alike / (len(classes) - 1)
-    return (100 * within / mistakes, 100 * chance / mistakes) if mistakes else None
+    return 100 * within / max(mistakes, 1), 100 * chance / max(mistakes, 1)
 
 
 def share(confusion):
