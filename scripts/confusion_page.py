@@ -22,46 +22,60 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from claims_page import RESULTS, ROOT
+from results_table import commit, markdown, processor
 
 NAME = "palpation-003-fig-7-8"
 KEPT = RESULTS / "reference" / f"{NAME}.json"
 PICTURES = ROOT / "docs" / "pictures"
+FIGURE_7 = PICTURES / "palpation-003-fig-7.png"
+FIGURE_8 = PICTURES / "palpation-003-fig-8.png"
+ALL = "all objects"
 GRASPS = 2
-SUBSETS = {"rigid": "rigid objects", "deformable": "deformable objects", "in-bag": "bags", "all": "all objects"}
-# Methods in the order of the figures: name, page, and row there without the number of grasps.
+# Rows of Fig. 6 in papers.toml, in the order of the figures.
 METHODS = [
-    ("TactNet3D", "fig-6", "tactnet3d-51"),
-    ("TactNet3D with pools of 2", "fig-6", "tactnet3d-51-pool"),
-    ("TactNet6", "frames", "tactnet6"),
-    ("VGG16_SVM on eyes of our own", "frames-eyes", "vgg16-svm"),
-    ("ResNet50_NN on eyes of our own", "frames-eyes", "resnet50-nn"),
+    "TactNet3D",
+    "TactNet3D with pools of 2",
+    "TactNet6, every frame",
+    "VGG16_SVM on eyes of our own, every frame",
+    "ResNet50_NN on eyes of our own, every frame",
 ]
 
 
-def page_of(kind, subset):
-    """The page of a method on a subset; single frames of rigid objects have their config's own name."""
-    return f"palpation-003-{kind}" + ("" if subset == "rigid" and kind != "fig-6" else f"-{subset}")
+def figure_6():
+    """The tables of Fig. 6 by their objects, each as the page of its whole squeezes and page and row of each method."""
+    found = {}
+    for table in tomllib.loads((RESULTS / "papers.toml").read_text())["tables"]:
+        part, _, objects = table["table"].partition(", ")
+        if table["paper"] == "003" and part == "Fig. 6":
+            rows = {row["is"]: (row.get("page", table["simulated"]), row["row"]) for row in table["rows"]}
+            found[objects] = table["simulated"], {method: rows[method] for method in METHODS}
+    return found
+
+
+def rows_of(page):
+    return [row for _, methods in figure_6().values() for own, row in methods.values() if own == page]
 
 
 def matrices(folder):
     """Confusion matrices of a run with two grasps by row, with what they were measured on."""
-    own = {row for _, kind, row in METHODS for subset in SUBSETS if page_of(kind, subset) == folder.resolve().name}
     results = json.loads((folder / "results.json").read_text())
     environment = json.loads((folder / "environment.json").read_text())
+    networks = {network["network"]: network for network in results["networks"]}
     rows = {}
-    for network in results["networks"]:
-        name, _, grasps = network["network"].rpartition(".n")
-        if network["confusion"] and grasps == str(GRASPS) and name in own:
-            rows[name] = {"repetitions": len(network["folds"]), "confusion": network["confusion"]}
+    for row in rows_of(folder.resolve().name):
+        network = networks.get(f"{row}.n{GRASPS}")
+        if not (network and network["confusion"]):
+            raise SystemExit(f"{folder}: {row} was not trained on {GRASPS} grasps: taxel run ... --resume --only {row}.n{GRASPS}")
+        rows[row] = {"repetitions": len(network["folds"]), "confusion": network["confusion"]}
     if not rows:
-        raise SystemExit(f"{folder}: no network of the page with {GRASPS} grasps")
-    return {"commit": environment.get("commit", "")[:9], "data_digest": results["data_digest"], "source": results["source"],
-            "classes": results["classes"], "rows": rows}
+        raise SystemExit(f"{folder}: the page has no row of a run of this name")
+    return {"commit": commit(environment), "processor": processor(environment), "seed": results["seed"],
+            "data_digest": results["data_digest"], "source": results["source"], "classes": results["classes"], "rows": rows}
 
 
-def groups(subset):
-    """Look-alikes by object."""
-    config = tomllib.loads((ROOT / "configs" / "palpation" / f"palpation-003-fig-6-{subset}.toml").read_text())
+def groups(page):
+    """Look-alikes by object, from the config of whole squeezes."""
+    config = tomllib.loads((ROOT / "configs" / "palpation" / f"{page}.toml").read_text())
     return {name: group for group, names in config["data"]["look_alikes"].items() for name in names}
 
 
@@ -109,23 +123,15 @@ def draw(axes, confusion, classes, group, title, names):
     return image
 
 
-def picture(path, kept, subsets, size):
-    """A row of matrices for each subset, a column for each method that any of them has."""
-    columns = [method for method in METHODS if any(found(kept, method, subset) for subset in subsets)]
-    figure, grid = plt.subplots(len(subsets), len(columns), figsize=(size * len(columns) + 2, 1.08 * size * len(subsets)),
+def picture(path, parts, size):
+    """A row of matrices for some objects, a column for each method."""
+    figure, grid = plt.subplots(len(parts), len(METHODS), figsize=(size * len(METHODS) + 2, 1.08 * size * len(parts)),
                                 squeeze=False, layout="constrained")
-    for subset, line in zip(subsets, grid):
-        names = True
-        for method, axes in zip(columns, line):
-            own = found(kept, method, subset)
-            if not own:
-                axes.set_axis_off()
-                continue
-            run, row = own
-            image = draw(axes, row["confusion"], run["classes"], groups(subset), method[0].replace(" on eyes of our own", ""), names)
-            names = False
-        first = next(axes for axes in line if axes.axison)
-        first.set_ylabel(f"{SUBSETS[subset]}: grasped", fontsize=9)
+    for (objects, (group, methods)), line in zip(parts.items(), grid):
+        line[0].set_ylabel(f"{objects}: grasped", fontsize=9)
+        for (method, (classes, confusion)), axes in zip(methods.items(), line):
+            image = draw(axes, confusion, classes, group, method.removesuffix(", every frame").removesuffix(" on eyes of our own"),
+                         axes is line[0])
     bar = figure.colorbar(image, ax=grid, shrink=0.4, pad=0.01)
     bar.set_label("% of its answers", fontsize=8)
     bar.ax.tick_params(labelsize=7)
@@ -133,62 +139,61 @@ def picture(path, kept, subsets, size):
     plt.close(figure)
 
 
-def found(kept, method, subset):
-    """A method's run and row on a subset, where it was run."""
-    _, kind, row = method
-    run = kept.get(page_of(kind, subset))
-    return (run, run["rows"][row]) if run and row in run["rows"] else None
-
-
-def markdown(kept):
-    lines = [f"# {NAME}", "", "Generated by `scripts/confusion_page.py` from run folders.", "",
-             "Paper 003, Figs. 7 and 8: which objects are taken for which by methods that were trained on two grasps of each. All of "
-             "it is *simulated*; the figures print no numbers. The paper says of them (section 5) that mistakes of TactNet3D stay among "
-             "objects that feel alike, and those of 2D networks do not. Look-alikes are those that it names: kinds of bottles, "
-             "cans, mice, balls, sponges, nuts. Whether the claim holds, with its interval, is on [claims](claims.md).", "",
-             f"| mistakes among look-alikes, % (by chance, of as many mistakes); accuracy % | {' | '.join(SUBSETS.values())} |",
-             "| --- |" + " ---: |" * len(SUBSETS)]
+def page(parts, kept):
+    cells = []
     for method in METHODS:
-        cells = []
-        for subset in SUBSETS:
-            own = found(kept, method, subset)
-            if not own:
-                cells.append("–")
-                continue
-            run, row = own
-            within, chance = inside(row["confusion"], run["classes"], groups(subset))
-            cells.append(f"**{within:.0f}** ({chance:.0f}); {share(row['confusion']):.1f}")
-        lines.append(f"| {method[0]} | {' | '.join(cells)} |")
-    lines += ["", "By chance: had each mistake gone to every other object equally often. Matrices are sums over repetitions; "
-              "whole squeezes are counted for TactNet3D, single frames for the others.", "",
-              "Each row of a matrix is an object that was grasped, each column an answer, in the order of the rows; frames hold look-alikes.", "",
-              f"![confusion matrices on rigid objects, deformable objects and bags](../pictures/{NAME[:-2]}.png)", "",
-              f"![confusion matrices on all objects](../pictures/{NAME.replace('7-8', '8')}.png)", "",
-              "## Runs", "", "| page | of taxel at | repetitions |", "| --- | --- | ---: |"]
-    for name, run in sorted(kept.items()):
-        repetitions = ", ".join(f"`{row}` {own['repetitions']}" for row, own in run["rows"].items())
-        lines.append(f"| [{name}]({name}.md) | {run['commit']} | {repetitions} |")
-    lines += ["", "Each is made again by the command of its page, where `--only tactnet6.n2` and the like leave out other rows, "
-              "and then told by `python3 scripts/confusion_page.py RUN`.", ""]
-    return "\n".join(lines)
+        cells.append([method])
+        for group, methods in parts.values():
+            classes, confusion = methods[method]
+            within, chance = inside(confusion, classes, group)
+            cells[-1].append(f"**{within:.0f}** ({chance:.0f}); {share(confusion):.1f}")
+    scores = markdown(["mistakes among look-alikes, % (by chance, of as many mistakes); accuracy %", *parts], cells)
+    runs = markdown(["page", "repetitions", "seed", "of taxel at", "processor"],
+                    [[f"[{name}]({name}.md)", ", ".join(f"`{row}` {own['repetitions']}" for row, own in run["rows"].items()),
+                      str(run["seed"]), run["commit"], run["processor"]] for name, run in sorted(kept.items())])
+    return f"""# {NAME}
+
+Generated by `scripts/confusion_page.py` from run folders.
+
+Paper 003, Figs. 7 and 8: which objects are taken for which by methods that were trained on two grasps of each. All of it is \
+*simulated*; the figures print no numbers. The paper says of them (section 5) that mistakes of TactNet3D stay among objects that \
+feel alike, and those of 2D networks do not. Look-alikes are those that it names: kinds of bottles, cans, mice, balls, sponges, \
+nuts. Whether the claim holds, with its interval, is on [claims](claims.md).
+
+{scores}
+
+By chance: had each mistake gone to every other object equally often. Matrices are sums over repetitions; whole squeezes are \
+counted for TactNet3D, single frames for the others.
+
+Each row of a matrix is an object that was grasped, each column an answer, in the order of the rows; frames hold look-alikes.
+
+![confusion matrices on rigid objects, deformable objects and bags](../pictures/{FIGURE_7.name})
+
+![confusion matrices on all objects](../pictures/{FIGURE_8.name})
+
+## Runs
+
+{runs}
+
+Each is made again by the command of its page, where `--only tactnet6.n2` and the like leave out other rows, and then told by \
+`python3 scripts/confusion_page.py RUN`.
+"""
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="*", type=pathlib.Path)
-    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    pages = {page_of(kind, subset) for _, kind, _ in METHODS for subset in SUBSETS}
+    kept = json.loads(KEPT.read_text())
     for folder in parser.parse_args().runs:
-        name = folder.resolve().name
-        if name not in pages:
-            raise SystemExit(f"{folder}: none of {', '.join(sorted(pages))}")
-        kept[name] = matrices(folder)
-    if not kept:
-        raise SystemExit("no run was ever told: name run folders")
-    picture(PICTURES / f"{NAME[:-2]}.png", kept, ["rigid", "deformable", "in-bag"], 2.6)
-    picture(PICTURES / f"{NAME.replace('7-8', '8')}.png", kept, ["all"], 4.4)
+        kept[folder.resolve().name] = matrices(folder)
+    parts = {}
+    for objects, (squeezes, methods) in figure_6().items():
+        parts[objects] = groups(squeezes), {method: (kept[own]["classes"], kept[own]["rows"][row]["confusion"])
+                                            for method, (own, row) in methods.items()}
+    picture(FIGURE_7, {objects: part for objects, part in parts.items() if objects != ALL}, 2.6)
+    picture(FIGURE_8, {ALL: parts[ALL]}, 4.4)
     KEPT.write_text(re.sub(r"\[[\d,\s]*\]", lambda row: " ".join(row[0].split()), json.dumps(kept, indent=1)) + "\n")
-    (RESULTS / f"{NAME}.md").write_text(markdown(kept))
+    (RESULTS / f"{NAME}.md").write_text(page(parts, kept))
 
 
 if __name__ == "__main__":

@@ -109,19 +109,25 @@ fn works(process: &Child, sweep: &Path) -> bool {
     })
 }
 
+/// Sends `signal`, such as `-TERM`.
+#[cfg(unix)]
+fn send(process: &Child, signal: &str) {
+    let id = process.id().to_string();
+    assert!(Command::new("kill").args([signal, id.as_str()]).status().unwrap().success());
+}
+
 /// Kills it at work: held still first, for a trial that was seen may have ended since. False where it has.
 fn kill_at_work(process: &mut Child, sweep: &Path) -> bool {
-    let id = process.id().to_string();
-    let send = |signal| Command::new("kill").args([signal, id.as_str()]).status().unwrap().success();
-    let held = cfg!(unix) && send("-STOP");
-    let at_work = works(process, sweep);
-    if at_work {
+    #[cfg(unix)]
+    send(process, "-STOP");
+    if works(process, sweep) {
         process.kill().unwrap();
         process.wait().unwrap();
-    } else if held {
-        assert!(send("-CONT"));
+        return true;
     }
-    at_work
+    #[cfg(unix)]
+    send(process, "-CONT");
+    false
 }
 
 #[test]
@@ -131,19 +137,19 @@ fn a_killed_sweep_ends_like_one_left_alone() {
     run(&alone);
     assert_eq!(finished(&alone), 12);
     let mut kills = 0;
-    for pause in [3, 5, 7, 9, 11] {
+    for round in 0..5 {
         let more = ["--jobs", "2", "--save-every", "0"];
         let mut command = command(&["run"], &killed, &more);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let before = finished(&killed);
         // In the middle of trials, some further on each time.
         while child.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(pause));
+            std::thread::sleep(Duration::from_millis(3 + 2 * round));
             if finished(&killed) > before && works(&child, &killed) && kill_at_work(&mut child, &killed) {
                 kills += 1;
             }
         }
-        if kills == 3 {
+        if round == 2 {
             set_back(&killed);
         }
     }
@@ -206,10 +212,9 @@ fn a_scheduler_s_signal_saves_and_ends_with_75() {
         };
         assert!((0..4000).any(begun), "it never began");
         std::thread::sleep(Duration::from_millis(150));
-        let id = child.id().to_string();
         // Twice: a scheduler sends it to a script and to its child, and the script passes it on.
         for _ in 0..2 {
-            assert!(Command::new("kill").args([signal, id.as_str()]).status().unwrap().success());
+            send(&child, signal);
         }
         assert_eq!(child.wait().unwrap().code(), Some(75), "{signal}");
         let work = std::fs::read_dir(stopped.join("work")).unwrap().next().unwrap().unwrap().path();

@@ -105,10 +105,8 @@ impl<'a> Run<'a> {
             self.timings.extend(timed(&folder, &record, dataset, self.options.time_again)?);
             self.records.push(self.completed(&folder, record)?);
         }
-        let finished = |key: &FoldKey| self.records.iter().any(|record| record.key == *key);
-        let trains = self.plan.keys.iter().any(|key| self.options.wants(key) && !finished(key));
-        if let (Some(moved), true) = (&moved, trains) {
-            let folder = folder.path().display();
+        if let (Some(moved), Some(_)) = (&moved, self.open().next()) {
+            let folder = self.folder_name();
             progress.say(&format!("{folder}: {moved}: what is trained now may end a little elsewhere"));
         }
         if let Some(before) = before {
@@ -151,15 +149,19 @@ impl<'a> Run<'a> {
         write_json(&path, &FoldRecord { data: Some(data.clone()), model, ..record }, false)
     }
 
+    /// Folds that are to be trained and are not finished yet.
+    fn open(&self) -> impl Iterator<Item = &FoldKey> {
+        let is_finished = |key: &FoldKey| self.records.iter().any(|record| record.key == *key);
+        self.plan.keys.iter().filter(move |key| self.options.wants(key) && !is_finished(key))
+    }
+
     /// Trains and tests what is not finished yet. In a folder a training that diverges is left aside, and the
     /// others go on.
     ///
     /// # Errors
     /// What a training refuses; [`Error::Unfinished`] if some diverged, [`Error::Cancelled`] if `cancel` was set.
     pub fn all(&mut self, progress: &dyn Progress, cancel: &AtomicBool) -> Result<()> {
-        let is_open =
-            |key: &&FoldKey| self.options.wants(key) && !self.records.iter().any(|r| r.key == **key);
-        let open: Vec<FoldKey> = self.plan.keys.iter().filter(is_open).cloned().collect();
+        let open: Vec<FoldKey> = self.open().cloned().collect();
         progress.start(open.iter().map(|key| self.work(key)).sum());
         let (begin, mut assembling) = (Instant::now(), 0.0);
         let (before, count, mut errors) = (self.records.len(), open.len(), vec![]);
