@@ -49,7 +49,7 @@ fn number(bytes: &[u8], at: usize) -> Option<std::ops::Range<usize>> {
 }
 
 /// A damaged copy of a seed: bytes changed, cut out, doubled, put in from elsewhere, sizes made impossible.
-fn damaged(rng: &mut taxel_seed::Rng, seeds: &[Vec<u8>]) -> Vec<u8> {
+fn damaged(rng: &mut taxel_base::seed::Rng, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = seeds[rng.random_range(0..seeds.len())].clone();
     for _ in 0..rng.random_range(1..5) {
         let at = rng.random_range(0..=bytes.len());
@@ -128,7 +128,7 @@ fn damaged_files_are_read_or_refused() {
             read(reader, folder.path(), &bytes);
             seeds.push(bytes);
         }
-        let mut rng = taxel_seed::rng(0, &format!("damaged {}", reader.name));
+        let mut rng = taxel_base::seed::rng(0, &format!("damaged {}", reader.name));
         let accepted = (0..rounds)
             .filter(|_| {
                 let bytes = damaged(&mut rng, &seeds);

@@ -126,7 +126,7 @@ impl MiniRocket {
     pub fn fit(train: &Series, features: usize, seed: u64, purpose: &str) -> Result<Self> {
         let [channels, length] = train.shape();
         let kernels = Self::kernels(length, features)?;
-        let mut rng = taxel_seed::rng(seed, &format!("mini-rocket/{purpose}"));
+        let mut rng = taxel_base::seed::rng(seed, &format!("mini-rocket/{purpose}"));
         let most = channels.min(CHANNELS);
         let mut all: Vec<usize> = (0..channels).collect();
         let mut draws = Draws { examples: vec![], channels: vec![] };

@@ -89,7 +89,7 @@ pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
 /// # Errors
 /// That of `bytes`, and a folder that is missing or cannot be written.
 pub fn write_bytes(path: &Path, bytes: std::result::Result<Vec<u8>, Cause>) -> Result<()> {
-    let write = |bytes: Vec<u8>| taxel_files::write_whole(path, &bytes).map_err(Cause::Write);
+    let write = |bytes: Vec<u8>| taxel_base::files::write_whole(path, &bytes).map_err(Cause::Write);
     bytes.and_then(write).map_err(|cause| Error::new(path, cause))
 }
 

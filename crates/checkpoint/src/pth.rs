@@ -10,7 +10,7 @@ use taxel_graph::{Tensor, Weights};
 
 use crate::error::Cause;
 use crate::pickle;
-use taxel_quiet::caught;
+use taxel_base::quiet::caught;
 
 /// The number 0x1950a86a20f9469cfc6c, of which PyTorch's old format has a pickle first, of any protocol.
 const LEGACY: [u8; 10] = *b"\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";

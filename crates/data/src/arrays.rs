@@ -125,7 +125,7 @@ fn read_samples(
     archive: &mut Archive,
     file: &str,
     samples: &Samples,
-    layout: Option<taxel_encodings::Layout>,
+    layout: Option<taxel_base::Layout>,
     options: &Options,
 ) -> Result<Read> {
     let numbered = |name: &str, x: &Ragged| (0..x.len()).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();

@@ -93,7 +93,7 @@ impl Augment {
     /// Draws what happens to one image. Switching one kind on leaves the draws of the others alone.
     pub fn draw(&self, key: &Key) -> Warp {
         let Key { seed, repetition, fold, epoch, sample } = key;
-        let mut rng = taxel_seed::rng(*seed, &format!("augment/{repetition}/{fold}/{epoch}/{sample}"));
+        let mut rng = taxel_base::seed::rng(*seed, &format!("augment/{repetition}/{fold}/{epoch}/{sample}"));
         let [low, high] = self.scale;
         let flips: [bool; 2] = rng.random();
         let mut upto = |amount: f64| amount * (2.0 * rng.random::<f64>() - 1.0);

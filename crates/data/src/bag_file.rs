@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
-use taxel_quiet::caught;
+use taxel_base::quiet::caught;
 
 /// A record of so many bytes may come out of a smaller file: chunks are compressed.
 const RECORD: u64 = 4 << 20;

@@ -10,7 +10,7 @@ use crate::ragged::Ragged;
 use crate::timed::Timed;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// What was recorded.
 pub(crate) struct Recorded {

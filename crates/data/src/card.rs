@@ -4,7 +4,7 @@ use crate::lengths::Lengths;
 use crate::shortcut::Shortcut;
 use crate::values::ChannelRange;
 use serde::{Serialize, Serializer};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// One class and its size.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -6,7 +6,7 @@ use crate::reading::Reading;
 use crate::source::Source;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Labelled samples, all of one shape, as read: nothing is scaled.
 ///

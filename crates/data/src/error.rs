@@ -1,7 +1,7 @@
 //! Everything that can be wrong with a data set, in words a user can act on.
 
 use crate::length::Length;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// The result of this crate's functions.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

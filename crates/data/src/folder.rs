@@ -10,7 +10,7 @@ use crate::reading_of::time_axis;
 use crate::sample::{Kind, image_shape, read_sample};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Most pixels along one side of a resampled image.
 const MAX_SIDE: usize = 1 << 14;

@@ -1,7 +1,7 @@
 //! Every frame of a recording as a sample of its own.
 
 use ndarray::{ArrayD, IxDyn};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 use crate::dataset::Dataset;
 use crate::{Error, Result};

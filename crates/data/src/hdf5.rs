@@ -15,7 +15,7 @@ use hdf5_reader::{
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
-use taxel_quiet::caught;
+use taxel_base::quiet::caught;
 
 /// The first bytes of HDF5, and of MATLAB's own before it.
 const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";

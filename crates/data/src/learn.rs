@@ -65,7 +65,7 @@ impl Dataset {
                 Some(old) if new[old].is_none() => new[old] = Some(label as u32),
                 Some(_) => return refuse(format!("{name:?}"), "is there twice".into()),
                 None => {
-                    let hint = taxel_names::hint(name, self.classes.iter().map(String::as_str));
+                    let hint = taxel_base::names::hint(name, self.classes.iter().map(String::as_str));
                     return refuse(format!("{name:?}"), format!("no class has this name; {hint}"));
                 }
             }

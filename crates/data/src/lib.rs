@@ -137,7 +137,7 @@ pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };
 pub use table_options::{Clock, NotATable, TableForm, TableOptions};
-pub use taxel_encodings::Layout;
-pub use taxel_files::{PART, write_whole};
+pub use taxel_base::Layout;
+pub use taxel_base::files::{PART, write_whole};
 pub use values::ChannelRange;
 pub use write::{Npz, npy_bytes};

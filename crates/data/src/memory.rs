@@ -9,7 +9,7 @@ use crate::reading::Reading;
 use crate::source::Source;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Dimension};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 impl Dataset {
     /// Samples in memory: `x` `[N, ..]`, its further axes those of `layout`, and one class name per sample.

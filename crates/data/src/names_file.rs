@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Name of the file that speaks of everything in its folder.
 pub(crate) const NAMES: &str = "labels.json";

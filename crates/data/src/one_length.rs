@@ -12,7 +12,7 @@ use crate::reading_of::{layout_of, reading};
 use crate::validate::not_finite;
 use crate::{Error, Result};
 use ndarray::ArrayD;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Samples of one length.
 pub(crate) struct Samples {

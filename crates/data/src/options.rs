@@ -1,7 +1,7 @@
 //! What to read from a data set and what to leave out.
 
 use serde::{Deserialize, Serialize};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 use crate::length::Length;
 use crate::table_options::TableOptions;

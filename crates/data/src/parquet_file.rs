@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use taxel_quiet::caught;
+use taxel_base::quiet::caught;
 
 /// Most bytes of the head of a page; smallest and largest values may be in it.
 const MAX_HEAD: usize = 1 << 18;

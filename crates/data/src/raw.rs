@@ -4,7 +4,7 @@ use crate::hash::RowHash;
 use crate::ragged::Ragged;
 use crate::source::Source;
 use crate::table_options::TableOptions;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// A data set as stored: structurally sound, content unchecked.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use crate::length::{Length, Padding};
 use crate::table_options::TableOptions;
 use serde::{Deserialize, Serialize};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// What one raw sample is: everything that a model must know to read another one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::raw::Raw;
 use crate::reading::Reading;
 use crate::{Error, Result};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// What the axes of a sample of `shape` are, the channels that are used. Of two words the first of these
 /// counts:

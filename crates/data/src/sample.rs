@@ -10,7 +10,7 @@ use crate::{Error, Result, csv_file, image_file};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// What a recording may be stored as; a data set holds one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
-use taxel_files::write_whole;
+use taxel_base::files::write_whole;
 
 use crate::dataset::Dataset;
 use crate::labels::Labels;

@@ -67,7 +67,7 @@ pub fn stratified_k_fold(
     if let Some((class, units)) = per_class.into_iter().find(|(_, units)| *units < k) {
         return Err(Error::ClassTooSmall { class: class.into(), units, k });
     }
-    let mut rng = taxel_seed::rng(seed, &format!("split/stratified/{repetition}"));
+    let mut rng = taxel_base::seed::rng(seed, &format!("split/stratified/{repetition}"));
     units.shuffle(&mut rng);
     // Large units first, as they fit only while folds are empty; then class by class.
     units.sort_by_key(|unit| {
@@ -125,7 +125,7 @@ pub fn group_k_fold(groups: &[u32], y: &[u32], k: usize, seed: u64, repetition: 
     }
     let mut sizes: BTreeMap<u32, f64> = BTreeMap::new();
     y.iter().for_each(|label| *sizes.entry(*label).or_default() += 1.0);
-    let mut rng = taxel_seed::rng(seed, &format!("split/group/{repetition}"));
+    let mut rng = taxel_base::seed::rng(seed, &format!("split/group/{repetition}"));
     units.shuffle(&mut rng);
     units.sort_by_key(|unit| std::cmp::Reverse(unit.samples.len()));
     let mut order: Vec<usize> = (0..k).collect();
@@ -244,7 +244,7 @@ pub fn few_per_class(
     repetition: u32,
     units: Option<&[u32]>,
 ) -> Result<Vec<usize>> {
-    let mut rng = taxel_seed::rng(seed, &format!("split/few/{repetition}"));
+    let mut rng = taxel_base::seed::rng(seed, &format!("split/few/{repetition}"));
     let mut order = pool.to_vec();
     order.shuffle(&mut rng);
     let unit = |row: usize| units.map_or(row as u32, |units| units[row]);
@@ -295,7 +295,7 @@ fn deal(y: &[u32], units: &[u32], shares: [f64; 3], seed: u64, purpose: &str) ->
     let mut totals: BTreeMap<u32, f64> = BTreeMap::new();
     y.iter().for_each(|label| *totals.entry(*label).or_default() += 1.0);
     let mut units = gather(y, units);
-    units.shuffle(&mut taxel_seed::rng(seed, purpose));
+    units.shuffle(&mut taxel_base::seed::rng(seed, purpose));
     units.sort_by_key(|unit| std::cmp::Reverse(unit.samples.len()));
     let mut held: [BTreeMap<u32, f64>; 3] = Default::default();
     let mut parts: [Vec<usize>; 3] = Default::default();

@@ -12,7 +12,7 @@ use crate::table_text::{Row, TableText};
 use crate::{Error, Result, arrays, names_file, parquet_file};
 use std::collections::HashMap;
 use std::path::Path;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Whether a path is named as a table.
 pub(crate) fn is_named(path: &Path) -> bool {

@@ -9,7 +9,7 @@ use crate::raw::{Names, Raw};
 use crate::text::read_text;
 use crate::{Error, Result, names_file};
 use std::path::{Path, PathBuf};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// The endings that are tried, in this order.
 const ENDINGS: [&str; 5] = ["ts", "tsv", "txt", "arff", ""];

@@ -3,7 +3,7 @@
 use crate::dataset::Dataset;
 use ndarray::Axis;
 use serde::Serialize;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Range of one channel over all samples and times.
 #[derive(Debug, Clone, PartialEq, Serialize)]

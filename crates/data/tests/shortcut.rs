@@ -15,7 +15,7 @@ const EACH: usize = 30;
 /// Images 6 × 6 of noise with a bright row: the class says which row, and how much brighter the light is in
 /// steps of `light`. A session of ten images has its own light, up to `session`.
 fn images(light: f32, session: f32) -> (ArrayD<f32>, Vec<u32>, Vec<u32>) {
-    let mut rng = taxel_seed::rng(3, "test/shortcut");
+    let mut rng = taxel_base::seed::rng(3, "test/shortcut");
     let y: Vec<u32> = (0..CLASSES * EACH).map(|i| (i / EACH) as u32).collect();
     let groups: Vec<u32> = (0..CLASSES * EACH).map(|i| (i / 10) as u32).collect();
     let of_session: Vec<f32> = (0..CLASSES * EACH / 10).map(|_| session * rng.random::<f32>()).collect();
@@ -59,7 +59,7 @@ fn what_a_session_tells_is_no_reason_where_groups_are_known() {
 #[test]
 fn copies_do_not_vote_for_each_other() {
     // Every sample six times under one label: only its copies agree with it.
-    let mut rng = taxel_seed::rng(4, "test/shortcut");
+    let mut rng = taxel_base::seed::rng(4, "test/shortcut");
     let base: Vec<[f32; 4]> = (0..60).map(|_| rng.random()).collect();
     let copies: Vec<u32> = (0..360).map(|i| i / 6).collect();
     let x = ndarray::Array2::from_shape_fn((360, 4), |(i, j)| base[i / 6][j]).into_dyn();

@@ -77,14 +77,6 @@ pub enum Error {
     /// A reduction that is none, or has no meaning for the samples.
     #[error(transparent)]
     Reduction(Box<RefusedReduction>),
-    /// No layout has this name.
-    #[error("there is no layout `{name}`; {hint}")]
-    Layout {
-        /// The name asked for.
-        name: String,
-        /// The nearest names, and all of them.
-        hint: String,
-    },
     /// The contact judge never fired.
     #[error(
         "no AC value is more than {above} or less than {below} times the one before: nothing was touched, or the thresholds do not fit the sensor"

@@ -1,5 +1,5 @@
 //! Readings to tensors: Gramian angular fields, colour maps, frame sequences, dual-channel series,
-//! quantile codes, sizes, scaling; less of a raw sample ([`Reduction`]); and what the axes of a raw sample are ([`Layout`]).
+//! quantile codes, sizes, scaling; less of a raw sample ([`Reduction`]).
 //!
 //! Everything here is a function of one sample, or is fitted on training data and carries what it
 //! has fitted ([`Scaling::ZScore`]). Bad readings are errors that name them, never NaN pixels.
@@ -24,7 +24,6 @@ mod error;
 mod finite;
 mod gaf;
 mod hardness;
-mod layout;
 pub mod numatac;
 mod quantile_code;
 mod reduction;
@@ -38,7 +37,6 @@ pub use colormap::Colormap;
 pub use error::{Error, RefusedReduction, Result};
 pub use gaf::{Constant, Gaf, Method, Range};
 pub use hardness::{HardnessImage, ImagePlan};
-pub use layout::Layout;
 pub use numatac::NumaTac;
 pub use quantile_code::{CodePlan, QuantileCode};
 pub use reduction::{Converter, Reduction, ReductionPlan};

@@ -9,7 +9,9 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Layout, Result};
+use taxel_base::Layout;
+
+use crate::{Error, Result};
 
 /// What is left of a raw sample, as a sensor with less of everything would have read it. Default all of it.
 ///

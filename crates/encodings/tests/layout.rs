@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Each layout with its name, a shape that it has, and its axes in words.
 const TABLE: [(Layout, &str, &[usize], &str); 6] = [

@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use npyz::npz::NpzArchive;
-use taxel_encodings::{Converter, Error, Layout, Reduction};
+use taxel_base::Layout;
+use taxel_encodings::{Converter, Error, Reduction};
 
 fn array(name: &str) -> (Vec<usize>, Vec<f32>) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/reduction.npz");

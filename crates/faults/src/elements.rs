@@ -5,7 +5,7 @@
 //! None; the definitions are ours.
 
 use crate::work::Work;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// `share` of all elements, on average over samples, in random places.
 fn some(work: &mut Work, share: f64) -> Vec<usize> {

@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use ndarray::ArrayViewMutD;
 use serde::{Deserialize, Serialize};
-use taxel_seed::Rng;
+use taxel_base::seed::Rng;
 
 use crate::sensor::Sensor;
 use crate::work::Work;
@@ -169,7 +169,7 @@ impl Fault {
         sample: usize,
     ) -> Result<()> {
         let level = self.level(severity)?;
-        let rng = taxel_seed::rng(seed, &format!("fault/{self}/{sample}"));
+        let rng = taxel_base::seed::rng(seed, &format!("fault/{self}/{sample}"));
         self.apply_level(x, sensor, level, rng, sample)
     }
 
@@ -224,7 +224,7 @@ impl std::str::FromStr for Fault {
 
     fn from_str(name: &str) -> Result<Self> {
         Self::ALL.into_iter().find(|fault| fault.name() == name).ok_or_else(|| {
-            let hint = taxel_names::hint(name, Self::ALL.map(Self::name));
+            let hint = taxel_base::names::hint(name, Self::ALL.map(Self::name));
             Error::UnknownFault { name: name.into(), hint }
         })
     }

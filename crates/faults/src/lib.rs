@@ -34,5 +34,5 @@ mod work;
 pub use error::{Error, Result};
 pub use fault::Fault;
 pub use sensor::Sensor;
-pub use taxel_encodings::Layout;
+pub use taxel_base::Layout;
 pub use training::{Plan, TrainingFaults};

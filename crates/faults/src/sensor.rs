@@ -5,7 +5,7 @@
 //! None.
 
 use crate::{Error, Result};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Axes and range of raw readings.
 #[derive(Debug, Clone, PartialEq)]

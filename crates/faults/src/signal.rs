@@ -7,7 +7,7 @@
 use crate::work::Work;
 use rand::RngExt;
 use rand_distr::StandardNormal;
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Adds white noise of `share` of full scale (SD) to every reading.
 pub(crate) fn noise(work: &mut Work, share: f64) {

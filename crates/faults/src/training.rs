@@ -221,14 +221,14 @@ impl Plan {
             let reason = format!("shape {:?} is not {}", x.shape(), sensor.layout.describe());
             return Err(Error::Sample { sample, reason });
         }
-        let mut rng = taxel_seed::rng(seed, purpose);
+        let mut rng = taxel_base::seed::rng(seed, purpose);
         let mut count = 0;
         for probability in [self.probability, self.second] {
             if rng.random::<f64>() >= probability {
                 continue;
             }
             let Some((fault, level)) = self.draw(&mut rng, sensor, x.shape()) else { continue };
-            let own = taxel_seed::rng(seed, &format!("{purpose}/{count}"));
+            let own = taxel_base::seed::rng(seed, &format!("{purpose}/{count}"));
             fault.apply_level(x.view_mut(), sensor, level, own, sample)?;
             count += 1;
         }
@@ -236,7 +236,12 @@ impl Plan {
     }
 
     /// A kind and its level.
-    fn draw(&self, rng: &mut taxel_seed::Rng, sensor: &Sensor, shape: &[usize]) -> Option<(Fault, f32)> {
+    fn draw(
+        &self,
+        rng: &mut taxel_base::seed::Rng,
+        sensor: &Sensor,
+        shape: &[usize],
+    ) -> Option<(Fault, f32)> {
         let whole: f64 = self.kinds.iter().map(|(fault, _)| fault.weight()).sum();
         let mut left = rng.random::<f64>() * whole;
         let within = |(fault, _): &&(Fault, [f32; 2])| {

@@ -8,8 +8,8 @@ use crate::sensor::Sensor;
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayViewD, ArrayViewMutD, Axis, Dimension};
 use rand::RngExt;
-use taxel_encodings::Layout;
-use taxel_seed::Rng;
+use taxel_base::Layout;
+use taxel_base::seed::Rng;
 
 /// A sample on the workbench.
 pub(crate) struct Work<'a> {

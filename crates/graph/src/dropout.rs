@@ -6,7 +6,7 @@ use rand::Rng;
 ///
 /// Whether a value is kept is a pure function of (seed, node, step, sample, element): no state moves, so
 /// the forward and the backward pass, and all threads, ask in any order and agree. A key is drawn from
-/// [`taxel_seed::rng`] with the purpose `dropout/<node>/<step>`; SplitMix64's finaliser turns key, sample
+/// [`taxel_base::seed::rng`] with the purpose `dropout/<node>/<step>`; SplitMix64's finaliser turns key, sample
 /// and element into 24 bits that are held against the probability.
 ///
 /// ```
@@ -28,7 +28,7 @@ const BITS: u32 = 24;
 impl DropoutMask {
     /// The mask of `node` in training step `step` (counted from 0) of a run with `seed`.
     pub fn new(seed: u64, node: &str, step: u64, probability: f32) -> Self {
-        let key = taxel_seed::rng(seed, &format!("dropout/{node}/{step}")).next_u64();
+        let key = taxel_base::seed::rng(seed, &format!("dropout/{node}/{step}")).next_u64();
         let dropped = (f64::from(probability) * f64::from(1u32 << BITS)).round() as u64;
         DropoutMask { key, dropped }
     }

@@ -1,6 +1,6 @@
 //! Parts of a network: which nodes a name means, and the network up to a node.
 
-use taxel_names::nearest;
+use taxel_base::names::nearest;
 
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Node, NodeId};

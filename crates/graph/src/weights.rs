@@ -137,7 +137,7 @@ fn draw(param: &Param, scheme: Scheme, seed: u64, purpose: &str) -> Vec<f32> {
         (Scheme::He, Some((fan_in, _)), _) => Init::Normal { sd: (2.0 / fan_in as f32).sqrt() },
         (_, None, _) => Init::Constant(0.0),
     };
-    let mut rng = taxel_seed::rng(seed, &format!("{purpose}/{}", param.name));
+    let mut rng = taxel_base::seed::rng(seed, &format!("{purpose}/{}", param.name));
     let count = param.len();
     match init {
         Init::Constant(value) => vec![value; count],

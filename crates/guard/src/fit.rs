@@ -1,7 +1,7 @@
 //! A guard fitted on clean training samples.
 
 use ndarray::{ArrayViewD, CowArray, IxDyn};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 use crate::channels;
 use crate::error::{Error, Result};

@@ -1,7 +1,7 @@
 //! What a guard has learned, as it stands in a model's card.
 
 use serde::{Deserialize, Serialize};
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 use crate::limits::NEIGHBOURS;
 use crate::places::Places;

@@ -40,5 +40,5 @@ mod window;
 pub use error::{Error, Result};
 pub use fit::Facts;
 pub use guard::{Guard, Kind, Link};
-pub use taxel_encodings::Layout;
+pub use taxel_base::Layout;
 pub use watch::{Found, Watch};

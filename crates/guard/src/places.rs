@@ -1,6 +1,6 @@
 //! Where the elements of a sample lie in memory, and which lie side by side.
 
-use taxel_encodings::Layout;
+use taxel_base::Layout;
 
 /// Elements and times of a row-major sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

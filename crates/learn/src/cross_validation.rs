@@ -26,7 +26,7 @@ use crate::run::Run;
 /// ```
 /// use taxel_baselines::Method;
 /// use taxel_data::Dataset;
-/// use taxel_encodings::Layout;
+/// use taxel_base::Layout;
 /// use taxel_learn::{Candidate, CrossValidation, Protocol};
 /// # let value = |at: ndarray::IxDyn| (at[0] % 2) as f32 + 0.001 * (at[0] + 10 * at[2]) as f32;
 /// # let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], value);

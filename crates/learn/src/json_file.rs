@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use taxel_files::write_whole;
+use taxel_base::files::write_whole;
 
 use crate::error::{Error, Result};
 

@@ -120,7 +120,7 @@ impl<'d> Learner<'d> {
             graph,
             threads: task.threads,
             teacher: task.teacher,
-            dropout: taxel_seed::rng(part.seed, &purpose).random(),
+            dropout: taxel_base::seed::rng(part.seed, &purpose).random(),
             recipe: recipe.clone(),
             labels,
             steps: rows.len().div_ceil(batch),

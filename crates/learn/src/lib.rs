@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use taxel_data::Dataset;
-//! use taxel_encodings::Layout;
+//! use taxel_base::Layout;
 //! use taxel_graph::Network;
 //! use taxel_learn::{Candidate, Encoding, Model, Recipe, fit};
 //!

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::Path;
 
-use taxel_files::PART;
+use taxel_base::files::PART;
 
 use crate::error::{Error, Result};
 

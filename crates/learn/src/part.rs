@@ -34,7 +34,7 @@ impl Part {
     /// `rows` in an order drawn for `purpose`.
     pub fn shuffle(&self, rows: &[usize], purpose: &str) -> Vec<usize> {
         let mut order = rows.to_vec();
-        order.shuffle(&mut taxel_seed::rng(self.seed, purpose));
+        order.shuffle(&mut taxel_base::seed::rng(self.seed, purpose));
         order
     }
 }

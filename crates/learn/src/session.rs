@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
+use taxel_base::files::part_of;
 use taxel_checkpoint as checkpoint;
 use taxel_engine::{Engine, OptimizerState};
-use taxel_files::part_of;
 use taxel_graph::Weights;
 
 use crate::epoch::Epoch;

@@ -4,9 +4,10 @@
 
 use ndarray::{Array3, ArrayD, Axis};
 use serde_json::{Value, json};
+use taxel_base::Layout;
 use taxel_baselines::{MiniRocket, Series};
 use taxel_data::Dataset;
-use taxel_encodings::{Layout, Scaling};
+use taxel_encodings::Scaling;
 use taxel_learn::encoding::{IMAGE, Input, ROCKET, SERIES, SIGNAL};
 use taxel_learn::{Encoder, Encoding, Error, Transform};
 

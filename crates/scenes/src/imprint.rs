@@ -36,7 +36,7 @@ use crate::{Effect, Error, Result, Scene};
 use ndarray::{Array3, Array4, ArrayViewMut2};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use taxel_seed::rng;
+use taxel_base::seed::rng;
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "imprint";
@@ -128,7 +128,7 @@ impl Imprint {
             return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
         }
         if let Some(name) = without.iter().find(|name| !REMOVABLE.contains(&name.as_str())) {
-            let hint = taxel_names::hint(name, REMOVABLE.iter().copied());
+            let hint = taxel_base::names::hint(name, REMOVABLE.iter().copied());
             return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), hint });
         }
         let (class_names, objects) = load(self.meshes.as_deref(), self.size_mm)?;

@@ -4,7 +4,7 @@
 //! [`explain`] lists them with their sources, and `without` takes an effect out again. Numbers
 //! measured on a scene are measured on simulated data and never a paper's own.
 //!
-//! Every random number comes from [`taxel_seed`] under a purpose that names scene, sample and
+//! Every random number comes from [`taxel_base::seed`] under a purpose that names scene, sample and
 //! effect: sample i is the same however many are asked for, and removing one effect leaves the
 //! random numbers of the others alone.
 //!
@@ -42,9 +42,9 @@ pub use vision::Vision;
 
 use ndarray::{Array2, ArrayD, Axis};
 use serde::{Deserialize, Deserializer, Serialize};
-pub use taxel_encodings::Layout;
+pub use taxel_base::Layout;
+use taxel_base::names::{hint, with_meant};
 use taxel_faults::{Fault, Sensor};
-use taxel_names::{hint, with_meant};
 
 /// A simulated data set of N samples.
 #[derive(Debug, Clone, PartialEq)]

@@ -42,7 +42,7 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use surface::{Heap, Place, TAXELS, Taxels};
-use taxel_seed::Rng;
+use taxel_base::seed::Rng;
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "palpation";

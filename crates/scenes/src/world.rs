@@ -9,7 +9,7 @@ use ndarray::{Array, ArrayViewMut, Axis, RemoveAxis};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use taxel_seed::{Rng, rng};
+use taxel_base::seed::{Rng, rng};
 
 /// One request to simulate, checked.
 pub(crate) struct World<'a> {
@@ -32,7 +32,7 @@ impl<'a> World<'a> {
             return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
         }
         if let Some(name) = without.iter().find(|name| !removable.contains(&name.as_str())) {
-            let hint = taxel_names::hint(name, removable.iter().copied());
+            let hint = taxel_base::names::hint(name, removable.iter().copied());
             return Err(Error::UnknownEffect { scene, name: name.clone(), hint });
         }
         Ok(World { scene, seed, without })

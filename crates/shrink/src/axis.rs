@@ -68,7 +68,7 @@ impl FromStr for Axis {
     fn from_str(name: &str) -> Result<Self, Error> {
         let known = Self::ALL.into_iter().find(|axis| axis.name() == name);
         known.ok_or_else(|| {
-            let hint = taxel_names::hint(name, Self::ALL.map(Self::name));
+            let hint = taxel_base::names::hint(name, Self::ALL.map(Self::name));
             Error::value("axes", name, format!("is nothing that can become less; {hint}"))
         })
     }

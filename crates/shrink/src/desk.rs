@@ -190,7 +190,7 @@ impl<'a> Desk<'a> {
         let path = self.path(of);
         let kept = Kept { of: of.into(), value };
         let text = serde_json::to_string(&kept).map_err(|error| Error::file(&path, error))?;
-        taxel_files::write_whole(&path, text.as_bytes()).map_err(|error| Error::file(&path, error))
+        taxel_base::files::write_whole(&path, text.as_bytes()).map_err(|error| Error::file(&path, error))
     }
 
     fn path(&self, of: &str) -> PathBuf {

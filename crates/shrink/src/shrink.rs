@@ -188,7 +188,7 @@ fn remove(path: &Path) -> Result<()> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    taxel_files::write_whole(path, bytes).map_err(|error| Error::file(path, error))
+    taxel_base::files::write_whole(path, bytes).map_err(|error| Error::file(path, error))
 }
 
 fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options) -> Result<()> {
@@ -214,7 +214,7 @@ fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options)
     }
     let known = || case.results.networks.iter().map(|own| own.network.as_str());
     if case.records(network).next().is_none() {
-        let hint = taxel_names::hint(network, known());
+        let hint = taxel_base::names::hint(network, known());
         return Err(Error::value("network", network, format!("has no finished fold in this run; {hint}")));
     }
     Ok(())

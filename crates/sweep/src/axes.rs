@@ -95,7 +95,7 @@ impl Axes {
 
 /// The value of a key in draw number `draw`: keys that are added do not change the others.
 fn drawn(how: &Draw, seed: u64, draw: usize, key: &str) -> Value {
-    let mut rng = taxel_seed::rng(seed, &format!("sweep/{draw}/{key}"));
+    let mut rng = taxel_base::seed::rng(seed, &format!("sweep/{draw}/{key}"));
     match how {
         Draw::Uniform([low, high]) => Value::Float(low + (high - low) * rng.random::<f64>()),
         Draw::LogUniform([low, high]) => {

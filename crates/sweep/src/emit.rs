@@ -124,5 +124,5 @@ fn shell(word: &str) -> Result<String> {
 }
 
 fn write(path: &Path, text: &str) -> Result<()> {
-    taxel_files::write_whole(path, text.as_bytes()).map_err(|e| Error::io(path, "written", e))
+    taxel_base::files::write_whole(path, text.as_bytes()).map_err(|e| Error::io(path, "written", e))
 }

@@ -10,12 +10,12 @@ use crate::error::{Error, Result};
 
 /// Flushed to disk before it gets its name.
 pub(crate) fn write(path: &Path, value: &impl Serialize) -> Result<()> {
-    put(path, value, taxel_files::write_whole)
+    put(path, value, taxel_base::files::write_whole)
 }
 
 /// A power cut may leave it empty.
 pub(crate) fn write_unflushed(path: &Path, value: &impl Serialize) -> Result<()> {
-    put(path, value, taxel_files::write_unflushed)
+    put(path, value, taxel_base::files::write_unflushed)
 }
 
 fn put(path: &Path, value: &impl Serialize, write: fn(&Path, &[u8]) -> io::Result<()>) -> Result<()> {

@@ -46,7 +46,7 @@ pub fn plan(study: &Study, folder: &SweepFolder, registry: &Registry) -> Result<
         seen: HashSet::new(),
         planned: Planned::default(),
     };
-    taxel_files::write_piecewise(&path, |out| {
+    taxel_base::files::write_piecewise(&path, |out| {
         for config in study.configs() {
             for at in 0..axes.len() {
                 planner.point(&config, axes.point(at), out).map_err(Stop::Own)?;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel_files::Part;
+use taxel_base::files::Part;
 
 use crate::error::{Error, Result};
 use crate::record::{TrialResult, TrialTiming};

@@ -193,7 +193,7 @@ pub(crate) fn resolved(trial: &Trial, registry: &Registry) -> Result<Experiment>
 /// Gives a finished run folder its name; one that somebody else has finished first stays.
 pub(crate) fn publish(work: &Path, out: &Path) -> Result<()> {
     match fs::rename(work, out) {
-        Ok(()) => taxel_files::sync_folder(out).map_err(|e| Error::io(out, "written", e)),
+        Ok(()) => taxel_base::files::sync_folder(out).map_err(|e| Error::io(out, "written", e)),
         Err(_) if out.join("results.json").is_file() => Ok(()),
         Err(e) => Err(Error::io(out, "written", e)),
     }

@@ -49,8 +49,10 @@ impl Experiment {
         } else {
             let labels = config.networks.iter().map(|own| own.label.as_str());
             let labels = labels.chain(config.baselines.iter().map(|Baseline(own)| own.name()));
-            let reason =
-                format!("is no network or baseline of this experiment; {}", taxel_names::hint(name, labels));
+            let reason = format!(
+                "is no network or baseline of this experiment; {}",
+                taxel_base::names::hint(name, labels)
+            );
             return Err(self.refuse(Problem::new("network", format!("{name:?}"), reason)));
         }
         match &mut config.harden {

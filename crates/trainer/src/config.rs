@@ -131,7 +131,7 @@ impl<'de> Deserialize<'de> for Baseline {
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
         let known = Method::all();
         if !known.iter().any(|method| method.name() == name) {
-            let hint = taxel_names::hint(name, known.iter().map(Method::name));
+            let hint = taxel_base::names::hint(name, known.iter().map(Method::name));
             let message = format!("no baseline is called `{name}`; {hint}");
             return Err(D::Error::custom(message));
         }
@@ -267,7 +267,7 @@ impl Config {
 /// Every name is one of the experiment's.
 fn known(key: &str, names: &[String], labels: &BTreeSet<&str>) -> Check {
     for (i, name) in names.iter().enumerate() {
-        let hint = taxel_names::hint(name, labels.iter().copied());
+        let hint = taxel_base::names::hint(name, labels.iter().copied());
         let reason = format!("is no network or baseline of this experiment; {hint}");
         require(labels.contains(name.as_str()), &format!("{key}.{i}"), format!("{name:?}"), reason)?;
     }
@@ -362,7 +362,7 @@ impl Choose {
             let known = set.keys().find(|key| misread.key == **key).or(set.keys().next());
             let key = known.map_or(String::new(), |key| format!(".{key}"));
             let value = known.map(|key| set[key].to_string()).unwrap_or_default();
-            Problem::new(format!("choose.grid{key}"), value, taxel_names::with_meant(&misread.message))
+            Problem::new(format!("choose.grid{key}"), value, taxel_base::names::with_meant(&misread.message))
         })
     }
 }

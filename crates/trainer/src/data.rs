@@ -203,7 +203,7 @@ impl Data {
 impl SceneOrigin {
     fn check(&self) -> Check {
         let known = taxel_scenes::names();
-        let hint = taxel_names::hint(&self.scene, known.iter().copied());
+        let hint = taxel_base::names::hint(&self.scene, known.iter().copied());
         let reason = format!("no scene has this name; {hint}");
         require(known.contains(&self.scene.as_str()), "scene", format!("{:?}", self.scene), reason)?;
         if let Err(error) = taxel_scenes::Settings::read(&self.scene, Value::Table(self.set.clone())) {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use taxel_base::names::with_meant;
 use taxel_learn::Problem;
-use taxel_names::with_meant;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::Error;

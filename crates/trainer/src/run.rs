@@ -139,7 +139,7 @@ impl Runner<'_> {
             let reason = format!(
                 "is neither a row nor a part of the name of a fold, such as {}; {}",
                 keys[0],
-                taxel_names::hint(part, rows)
+                taxel_base::names::hint(part, rows)
             );
             return Err(self.experiment.refuse(Problem::new("only", format!("{part:?}"), reason)));
         }
@@ -208,7 +208,7 @@ impl Runner<'_> {
         }
         let known = networks.iter().map(|network| network.label.as_str());
         let known = known.chain(baselines.iter().map(|own| own.0.name()));
-        let hint = taxel_names::hint(name, known);
+        let hint = taxel_base::names::hint(name, known);
         let reason = format!("is no network or baseline of this experiment; {hint}");
         Err(taxel_learn::Error::from(Problem::new("network", format!("{name:?}"), reason)).into())
     }

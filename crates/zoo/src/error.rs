@@ -18,7 +18,7 @@ pub enum Error {
         name: String,
     },
     /// A setting has an unknown key or a value of the wrong type.
-    #[error("{model}: {}", taxel_names::with_meant(&source.to_string()))]
+    #[error("{model}: {}", taxel_base::names::with_meant(&source.to_string()))]
     Settings {
         /// Network name.
         model: String,

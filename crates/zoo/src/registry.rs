@@ -1,6 +1,6 @@
 //! Networks by name.
 
-use taxel_names::hint;
+use taxel_base::names::hint;
 
 use crate::entry::Entry;
 use crate::error::{Error, Result};

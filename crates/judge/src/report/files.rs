@@ -35,7 +35,7 @@ pub(super) fn of_chart(chart: &Chart) -> Result<[File; 2]> {
 /// A file that cannot be written.
 pub(super) fn write(folder: &Path, (name, bytes): &File) -> Result<()> {
     let path = folder.join(name);
-    taxel_files::write_whole(&path, bytes).map_err(|e| Error::write(&path, e))
+    taxel_base::files::write_whole(&path, bytes).map_err(|e| Error::write(&path, e))
 }
 
 /// Makes a folder, if it is not there.

@@ -1,7 +1,8 @@
 //! The axes that each input takes, and what is said of others.
 
 use ndarray::{ArrayD, ArrayView, ArrayViewD, Axis, Dimension};
-use taxel_encodings::{Layout, Reduction};
+use taxel_base::Layout;
+use taxel_encodings::Reduction;
 
 use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
 use crate::error::{Error, Result};

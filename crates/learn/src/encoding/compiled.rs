@@ -1,7 +1,8 @@
 //! A transform for readings of one shape: one raw reading to one input, without allocating.
 
+use taxel_base::Layout;
 use taxel_encodings::{
-    CodePlan, ElectrodeImage, Frame, ImagePlan, Layout, NumaTac, ReductionPlan, ResizePlan, Scaling,
+    CodePlan, ElectrodeImage, Frame, ImagePlan, NumaTac, ReductionPlan, ResizePlan, Scaling,
     TactileTensor,
 };
 

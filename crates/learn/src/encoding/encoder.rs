@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
+use taxel_base::Layout;
 use taxel_encodings::{
-    ElectrodeImage, Layout, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
+    ElectrodeImage, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
 };
 use taxel_guard::Guard;
 

@@ -1,8 +1,9 @@
 //! What an encoding is asked to do; nothing of it is fitted.
 
 use serde::{Deserialize, Serialize};
+use taxel_base::Layout;
 use taxel_data::Reading;
-use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Layout, Method, Order, Reduction};
+use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Method, Order, Reduction};
 
 use super::names::{IMAGE, ROCKET, TENSOR};
 use super::range::Range;

@@ -3,8 +3,9 @@
 use ndarray::{Array4, ArrayD, ArrayView4, ArrayViewD, Axis};
 use serde::{Deserialize, Serialize};
 use taxel_encodings::numatac::{fit_features, scale_features};
+use taxel_base::Layout;
 use taxel_encodings::{
-    ElectrodeImage, Frame, HardnessImage, Layout, NumaTac, QuantileCode, Reduction, Resize, Scaling,
+    ElectrodeImage, Frame, HardnessImage, NumaTac, QuantileCode, Reduction, Resize, Scaling,
     TactileTensor, red_channel,
 };
 

@@ -81,7 +81,7 @@ pub fn bootstrap(
     purpose: &str,
     mut statistic: impl FnMut(&[usize]) -> Option<f64>,
 ) -> Vec<f64> {
-    let mut rng = taxel_seed::rng(seed, &format!("bootstrap/{purpose}"));
+    let mut rng = taxel_base::seed::rng(seed, &format!("bootstrap/{purpose}"));
     let mut drawn = vec![0; clusters];
     let mut values = vec![];
     for _ in 0..draws {
@@ -116,7 +116,7 @@ mod tests {
     fn intervals_of_results_that_are_there_stay_what_they_are() {
         let (values, groups) = ([1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], [5, 5, 2, 2, 2, 9, 11]);
         let members = [vec![2, 3, 4], vec![0, 1], vec![5], vec![6]];
-        let mut rng = taxel_seed::rng(7, "bootstrap/small-1d");
+        let mut rng = taxel_base::seed::rng(7, "bootstrap/small-1d");
         let mut means = vec![];
         for _ in 0..500 {
             let drawn: Vec<usize> = (0..4).flat_map(|_| members[rng.random_range(0..4)].clone()).collect();

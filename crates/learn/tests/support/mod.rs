@@ -7,9 +7,9 @@ use std::sync::atomic::AtomicBool;
 
 use ndarray::ArrayD;
 use serde_json::{Value, json};
+use taxel_base::Layout;
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Labels};
-use taxel_encodings::Layout;
 use taxel_learn::{
     Candidate, CrossValidation, Encoder, Encoding, Error, Estimator, FoldKey, FoldRecord, Model, Protocol,
     Recipe, RunFolder, RunOptions, Silent, Trainable,

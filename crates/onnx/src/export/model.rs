@@ -52,7 +52,7 @@ impl<'a> Export<'a> {
 /// # Errors
 /// As [`to_bytes`], and a folder that is missing or cannot be written.
 pub fn write(path: &Path, export: &Export) -> Result<()> {
-    let write = || taxel_files::write_whole(path, &to_bytes(export)?).map_err(Cause::Write);
+    let write = || taxel_base::files::write_whole(path, &to_bytes(export)?).map_err(Cause::Write);
     write().map_err(|cause| Error::new(path, cause))
 }
 

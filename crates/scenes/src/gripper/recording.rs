@@ -8,7 +8,7 @@ use super::parameters::*;
 use crate::world::{World, normal};
 use rand::RngExt;
 use std::f64::consts::TAU;
-use taxel_seed::Rng;
+use taxel_base::seed::Rng;
 
 /// What an object is made of.
 pub(super) struct Material {

@@ -32,7 +32,7 @@ fn dog() -> Mesh {
 #[test]
 fn heights_are_those_of_ray_casting() {
     let mesh = dog();
-    let mut rng = taxel_seed::rng(3, "test");
+    let mut rng = taxel_base::seed::rng(3, "test");
     let mut met = 0;
     for _ in 0..12 {
         let (point, normal) = mesh.point(rng.random());
@@ -57,7 +57,7 @@ fn heights_are_those_of_ray_casting() {
 #[test]
 fn a_floor_leaves_out_only_what_lies_below() {
     let mesh = dog();
-    let mut rng = taxel_seed::rng(4, "test");
+    let mut rng = taxel_base::seed::rng(4, "test");
     let (point, normal) = mesh.point(rng.random());
     let frame = tangent(point, normal, 1.0);
     let grid = Grid { side: 40, pitch: 3.0 };
@@ -95,7 +95,7 @@ fn points_are_uniform_over_the_surface() {
     let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
     let diagonal = 11f64.sqrt();
     let mesh = Mesh::new("strips", vertices, triangles, diagonal).unwrap();
-    let mut rng = taxel_seed::rng(5, "test");
+    let mut rng = taxel_base::seed::rng(5, "test");
     let points: Vec<(Vector, Vector)> = (0..8000).map(|_| mesh.point(rng.random())).collect();
     let share = |of: &dyn Fn(Vector) -> bool| points.iter().filter(|(p, _)| of(*p)).count() as f64 / 8000.0;
     assert!((share(&|p| p[2] > 0.0) - 0.75).abs() < 0.02);

@@ -9,7 +9,7 @@ use super::parameters::*;
 use crate::world::{World, normal};
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
-use taxel_seed::Rng;
+use taxel_base::seed::Rng;
 
 /// Taxels of a frame.
 pub(super) const TAXELS: usize = 28 * 50;

@@ -7,7 +7,7 @@
 use super::mesh::{Frame, Grid, Mesh};
 use super::vector::{Vector, add, cross, length, scale};
 use rand::RngExt;
-use taxel_seed::Rng;
+use taxel_base::seed::Rng;
 
 /// Points tried before an object is given up.
 pub(crate) const TRIES: usize = 1000;

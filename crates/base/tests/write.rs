@@ -5,7 +5,7 @@
 use std::fs;
 use std::io::Write;
 
-use taxel_files::{Part, part_of, write_piecewise, write_unflushed, write_whole};
+use taxel_base::files::{Part, part_of, write_piecewise, write_unflushed, write_whole};
 
 fn names(folder: &std::path::Path) -> Vec<String> {
     let mut names: Vec<String> =

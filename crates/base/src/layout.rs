@@ -9,17 +9,17 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result};
+use crate::names;
 
 /// The axes of one raw sample, by kebab-case name in files and settings.
 ///
 /// ```
-/// use taxel_encodings::Layout;
+/// use taxel_base::Layout;
 ///
 /// let layout: Layout = "sequence".parse()?;
 /// assert_eq!((layout.rank(), layout.axes()), (3, "time × rows × columns"));
 /// assert!(layout.fits(&[10, 14, 25]) && !layout.fits(&[14, 25]));
-/// # Ok::<(), taxel_encodings::Error>(())
+/// # Ok::<(), taxel_base::UnknownLayout>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -120,13 +120,22 @@ impl fmt::Display for Layout {
     }
 }
 
-impl FromStr for Layout {
-    type Err = Error;
+/// A name that no layout has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("there is no layout `{name}`; {hint}")]
+pub struct UnknownLayout {
+    name: String,
+    hint: String,
+}
 
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL.into_iter().find(|layout| layout.name() == name).ok_or_else(|| Error::Layout {
+impl FromStr for Layout {
+    type Err = UnknownLayout;
+
+    fn from_str(name: &str) -> Result<Self, UnknownLayout> {
+        let named = Self::ALL.into_iter().find(|layout| layout.name() == name);
+        named.ok_or_else(|| UnknownLayout {
             name: name.into(),
-            hint: taxel_names::hint(name, Self::ALL.map(Self::name)),
+            hint: names::hint(name, Self::ALL.map(Self::name)),
         })
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use std::io::Write;
-//! use taxel_files::{Part, part_of, write_whole};
+//! use taxel_base::files::{Part, part_of, write_whole};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("results.json");

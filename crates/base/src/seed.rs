@@ -6,9 +6,9 @@
 //!
 //! ```
 //! use rand::RngExt;
-//! let mut a = taxel_seed::rng(7, "init/fc.weight");
-//! let mut b = taxel_seed::rng(7, "init/fc.weight");
-//! let mut c = taxel_seed::rng(7, "init/fc.bias");
+//! let mut a = taxel_base::seed::rng(7, "init/fc.weight");
+//! let mut b = taxel_base::seed::rng(7, "init/fc.weight");
+//! let mut c = taxel_base::seed::rng(7, "init/fc.bias");
 //! let first: u64 = a.random();
 //! assert_eq!(first, b.random::<u64>());
 //! assert_ne!(first, c.random::<u64>());

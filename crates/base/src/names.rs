@@ -1,7 +1,7 @@
 //! The name that was meant, for messages about one that is not known.
 //!
 //! ```
-//! let hint = taxel_names::hint("resnet18-lite", ["mlp", "resnet8-lite"]);
+//! let hint = taxel_base::names::hint("resnet18-lite", ["mlp", "resnet8-lite"]);
 //! assert_eq!(hint, "did you mean `resnet8-lite`? known: mlp, resnet8-lite");
 //! ```
 
@@ -17,9 +17,9 @@ const LIST: usize = 20;
 /// not count.
 ///
 /// ```
-/// assert_eq!(taxel_names::nearest("resnet81d", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
-/// assert_eq!(taxel_names::nearest("net", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
-/// assert!(taxel_names::nearest("svm", ["mlp", "resnet8-1d"]).is_empty());
+/// assert_eq!(taxel_base::names::nearest("resnet81d", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
+/// assert_eq!(taxel_base::names::nearest("net", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
+/// assert!(taxel_base::names::nearest("svm", ["mlp", "resnet8-1d"]).is_empty());
 /// ```
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let name = name.to_lowercase();
@@ -53,9 +53,9 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
 /// What to say of a name that is not known: those that may be meant, then, of a list short enough, all of them.
 ///
 /// ```
-/// let hint = taxel_names::hint("mpl", ["mlp", "lstm"]);
+/// let hint = taxel_base::names::hint("mpl", ["mlp", "lstm"]);
 /// assert_eq!(hint, "did you mean `mlp`? known: mlp, lstm");
-/// assert_eq!(taxel_names::hint("transformer", ["mlp", "lstm"]), "known: mlp, lstm");
+/// assert_eq!(taxel_base::names::hint("transformer", ["mlp", "lstm"]), "known: mlp, lstm");
 /// ```
 pub fn hint<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
@@ -78,7 +78,7 @@ fn meant<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<Str
 /// other messages as they are.
 ///
 /// ```
-/// let told = taxel_names::with_meant("unknown field `epoch`, expected one of `epochs`, `loss`");
+/// let told = taxel_base::names::with_meant("unknown field `epoch`, expected one of `epochs`, `loss`");
 /// assert_eq!(told, "unknown field `epoch`: did you mean `epochs`? expected one of `epochs`, `loss`");
 /// ```
 pub fn with_meant(message: &str) -> String {

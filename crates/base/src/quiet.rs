@@ -2,8 +2,8 @@
 //!
 //! ```
 //! let read = |bytes: &[u8]| bytes[0];
-//! assert_eq!(taxel_quiet::caught(|| read(&[7])), Some(7));
-//! assert_eq!(taxel_quiet::caught(|| read(&[])), None);
+//! assert_eq!(taxel_base::quiet::caught(|| read(&[7])), Some(7));
+//! assert_eq!(taxel_base::quiet::caught(|| read(&[])), None);
 //! ```
 
 use std::cell::Cell;

@@ -1,0 +1,25 @@
+//! What every crate shares: nearest names, whole files, seeded generators, layouts of samples.
+//!
+//! - [`names`] finds the name that was meant, for messages about an unknown one.
+//! - [`files`] writes files that are whole or not there.
+//! - [`seed`] gives one generator for each seed and purpose.
+//! - [`quiet`] catches panics of foreign readers.
+//! - [`Layout`] says what the axes of one raw sample are.
+//!
+//! ```
+//! use taxel_base::{Layout, names, seed};
+//!
+//! let layout: Layout = "series".parse()?;
+//! assert_eq!(layout.axes(), "channels × time");
+//! assert_eq!(names::nearest("resnet81d", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
+//! assert_eq!(seed::rng(7, "init/fc.weight"), seed::rng(7, "init/fc.weight"));
+//! # Ok::<(), taxel_base::UnknownLayout>(())
+//! ```
+
+pub mod files;
+mod layout;
+pub mod names;
+pub mod quiet;
+pub mod seed;
+
+pub use layout::{Layout, UnknownLayout};
