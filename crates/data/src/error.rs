@@ -1,6 +1,6 @@
 //! Everything that can be wrong with a data set, in words a user can act on.
 
-use crate::length::Length;
+use crate::length::length::Length;
 use taxel_base::Layout;
 
 /// The result of this crate's functions.

@@ -1,17 +1,27 @@
 //! From a path to a data set, or to a card of what is wrong with it.
 
-use crate::archive::DATA;
-use crate::assemble::assemble;
-use crate::bag_path::is_bag;
-use crate::card::Card;
-use crate::dataset::Dataset;
-use crate::label_table::LABELS;
-use crate::listing::{Found, Listing, list};
-use crate::names_file::{self, NAMES};
-use crate::one_hot::Columns;
+use crate::check::card::Card;
+use crate::dataset::assemble::assemble;
+use crate::dataset::dataset::Dataset;
+use crate::dataset::one_hot::Columns;
+use crate::dataset::raw::Raw;
+use crate::formats::archive::DATA;
+use crate::formats::bag::names;
+use crate::formats::bag::path::is_bag;
+use crate::formats::hdf5;
+use crate::formats::mat;
+use crate::formats::table::table;
+use crate::formats::ucr;
+use crate::layout::arrays;
+use crate::layout::folder;
+use crate::layout::label_table;
+use crate::layout::label_table::LABELS;
+use crate::layout::lerobot;
+use crate::layout::listing;
+use crate::layout::listing::{Found, Listing, list};
+use crate::layout::names_file::{self, NAMES};
 use crate::options::Options;
-use crate::raw::Raw;
-use crate::{Error, Result, arrays, bag_names, folder, hdf5, label_table, lerobot, listing, mat, table, ucr};
+use crate::{Error, Result};
 use std::io;
 use std::path::Path;
 
@@ -172,7 +182,7 @@ fn find(path: &Path, options: &Options) -> Result<Raw> {
 pub(crate) fn labelled(path: &Path, top: &Listing, options: &Options) -> Result<Option<Found>> {
     let found = if path.join(LABELS).is_file() {
         Some(label_table::read(path, top, options)?)
-    } else if let Some(found) = bag_names::per_name(path, top)? {
+    } else if let Some(found) = names::per_name(path, top)? {
         Some(found)
     } else if top.folders.is_empty() {
         None

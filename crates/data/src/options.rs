@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 
-use crate::length::Length;
-use crate::table_options::TableOptions;
+use crate::formats::table::options::TableOptions;
+use crate::length::length::Length;
 use crate::{Error, Result};
 
 /// Rows to leave out of a data set, decided on the full recorded sample.

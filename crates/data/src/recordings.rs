@@ -1,22 +1,30 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
-use crate::archive::{Archive, DATA};
-use crate::bag_path::is_bag;
-use crate::cut::cut;
-use crate::length::Length;
-use crate::lengths::Lengths;
-use crate::listing::{Listing, list, unsorted};
+use crate::dataset::one_hot::settle;
+use crate::dataset::raw::{Raw, name_of};
+use crate::dataset::reading_of::time_axis;
+use crate::dataset::validate::channels;
+use crate::formats::archive::{Archive, DATA};
+use crate::formats::array;
+use crate::formats::bag::path::is_bag;
+use crate::formats::hdf5;
+use crate::formats::mat;
+use crate::formats::table::table;
+use crate::formats::ucr;
+use crate::layout::arrays;
+use crate::layout::folder;
+use crate::layout::lerobot;
+use crate::layout::listing::{Listing, list, unsorted};
+use crate::layout::roles::{self, Roles};
+use crate::layout::sample::Kind;
+use crate::length::cut::cut;
+use crate::length::length::Length;
+use crate::length::lengths::Lengths;
+use crate::length::one_length::refuse_channels;
+use crate::length::ragged::Ragged;
 use crate::load::{is_archive, labelled, refuse_topics};
-use crate::one_hot::settle;
-use crate::one_length::refuse_channels;
 use crate::options::Options;
-use crate::ragged::Ragged;
-use crate::raw::{Raw, name_of};
-use crate::reading_of::time_axis;
-use crate::roles::{self, Roles};
-use crate::sample::Kind;
-use crate::validate::channels;
-use crate::{Error, Result, array, arrays, folder, hdf5, lerobot, mat, table, ucr};
+use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::records::FoldKey;
+use crate::run::records::FoldKey;
 
 /// Hears how a run gets on. Work is counted in multiply-accumulates, so that a bar over networks of
 /// different size moves evenly.

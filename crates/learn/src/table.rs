@@ -7,12 +7,12 @@ use std::fmt;
 use serde_json::{Value, json};
 
 use crate::error::Result;
-use crate::folder::RunFolder;
 use crate::grid::Grid;
 use crate::latency::Latency;
 use crate::numbers::thousands;
-use crate::recipe::BatchNorm;
-use crate::results::{NetworkResults, Results};
+use crate::run::folder::RunFolder;
+use crate::run::results::{NetworkResults, Results};
+use crate::training::recipe::BatchNorm;
 
 /// The table of one run.
 #[derive(Debug, Clone, PartialEq)]

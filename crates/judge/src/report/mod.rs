@@ -17,7 +17,6 @@ mod page;
 mod palette;
 mod pictures;
 mod ranked;
-#[expect(clippy::module_inception, reason = "the report of one run beside the overview of several")]
 mod report;
 mod shrunk;
 mod survey;

@@ -2,8 +2,7 @@
 
 use taxel_base::Layout;
 use taxel_encodings::{
-    CodePlan, ElectrodeImage, Frame, ImagePlan, NumaTac, ReductionPlan, ResizePlan, Scaling,
-    TactileTensor,
+    CodePlan, ElectrodeImage, Frame, ImagePlan, NumaTac, ReductionPlan, ResizePlan, Scaling, TactileTensor,
 };
 
 use super::axes::{refused, wrong_axes};

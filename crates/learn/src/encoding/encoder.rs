@@ -4,11 +4,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ndarray::{ArrayD, Axis};
-use taxel_data::Dataset;
 use taxel_base::Layout;
-use taxel_encodings::{
-    ElectrodeImage, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor,
-};
+use taxel_data::Dataset;
+use taxel_encodings::{ElectrodeImage, Method, NumaTac, QuantileCode, Resize, Scaling, TactileTensor};
 use taxel_guard::Guard;
 
 use super::guarding::{fitted_guard, mended};

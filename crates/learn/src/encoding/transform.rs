@@ -2,11 +2,11 @@
 
 use ndarray::{Array4, ArrayD, ArrayView4, ArrayViewD, Axis};
 use serde::{Deserialize, Serialize};
-use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_base::Layout;
+use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{
-    ElectrodeImage, Frame, HardnessImage, NumaTac, QuantileCode, Reduction, Resize, Scaling,
-    TactileTensor, red_channel,
+    ElectrodeImage, Frame, HardnessImage, NumaTac, QuantileCode, Reduction, Resize, Scaling, TactileTensor,
+    red_channel,
 };
 
 use super::axes::{

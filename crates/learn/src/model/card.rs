@@ -15,8 +15,8 @@ use taxel_guard::Guard;
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Scores};
 use crate::numbers::thousands;
-use crate::protocol::Protocol;
-use crate::recipe::Recipe;
+use crate::run::protocol::Protocol;
+use crate::training::recipe::Recipe;
 
 /// Number of the format of model files that this version writes.
 pub const FORMAT: u32 = 1;

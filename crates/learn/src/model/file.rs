@@ -12,10 +12,10 @@ use super::card::{Anatomy, Card, EIGHT_BITS, FORMAT, Quantized, TrainedOn, Train
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
-use crate::baseline::FittedBaseline;
 use crate::error::{Error, Result};
+use crate::estimator::baseline::FittedBaseline;
 use crate::problem::within;
-use crate::recipe::LARGEST_BATCH;
+use crate::training::recipe::LARGEST_BATCH;
 
 /// A trained network or baseline that says all about itself.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,6 +6,7 @@ mod multiplied;
 mod predictions;
 mod predictor;
 mod quantize;
+pub(crate) mod responder;
 mod workspace;
 
 pub use card::{Anatomy, Card, EIGHT_BITS, FORMAT, ModelInput, Quantized, Score, TrainedOn, TrainingPart};

@@ -9,11 +9,11 @@ use taxel_guard::{Found, Guard, Watch};
 use super::card::{Anatomy, Card, ModelInput};
 use super::predictions::Predictions;
 use super::workspace::{Memory, Workspace};
-use crate::baseline::FittedBaseline;
 use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
-use crate::objective::probabilities;
-use crate::responder::Responder;
+use crate::estimator::baseline::FittedBaseline;
+use crate::model::responder::Responder;
+use crate::training::objective::probabilities;
 
 /// Raw samples `[n, ..]`, whoever owns them.
 type Samples = ArrayRef<f32, IxDyn>;

@@ -1,10 +1,11 @@
 //! Every transform, with samples for it.
 
 use ndarray::ArrayD;
+use taxel_base::Layout;
 use taxel_encodings::numatac::Offset;
 use taxel_encodings::{
-    Colormap, Converter, ElectrodeImage, Filter, Frame, Gaf, HardnessImage, Layout, NumaTac, QuantileCode,
-    Range, Reduction, Resize, Scaling, TactileTensor,
+    Colormap, Converter, ElectrodeImage, Filter, Frame, Gaf, HardnessImage, NumaTac, QuantileCode, Range,
+    Reduction, Resize, Scaling, TactileTensor,
 };
 use taxel_learn::Transform;
 use taxel_learn::encoding::Rocket;

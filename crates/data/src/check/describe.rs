@@ -1,0 +1,98 @@
+//! The card of a data set: its classes, groups, values and copies.
+
+use crate::check::card::{Card, ClassCount, Contradiction, GroupSummary};
+use crate::check::duplicates::{contradictory, duplicate_sets};
+use crate::check::shortcut::Shortcut;
+use crate::check::values::Values;
+use crate::check::warnings::warnings;
+use crate::dataset::dataset::Dataset;
+use std::collections::{BTreeMap, BTreeSet};
+
+impl Card {
+    /// Describes `data`.
+    pub fn new(data: &Dataset) -> Self {
+        let counts = data.class_counts();
+        let classes: Vec<ClassCount> = data
+            .classes
+            .iter()
+            .zip(&counts)
+            .enumerate()
+            .map(|(label, (name, samples))| ClassCount {
+                label: label as u32,
+                name: name.clone(),
+                samples: *samples,
+            })
+            .collect();
+        let sets = duplicate_sets(&data.row_hash);
+        let torn = contradictory(&sets, &data.y);
+        let name = |row: usize| match data.outputs(row).as_slice() {
+            [] => "no class".into(),
+            outputs => outputs.iter().map(|&at| data.classes[at].as_str()).collect::<Vec<_>>().join(", "),
+        };
+        let contradiction = |rows: &Vec<usize>| Contradiction {
+            rows: rows.clone(),
+            sources: rows.iter().map(|row| data.origins[*row].clone()).collect(),
+            labels: rows.iter().map(|row| name(*row)).collect(),
+        };
+        let values = Values::of(data);
+        let largest = counts.iter().max().map_or(0, |count| *count);
+        let mut card = Self {
+            name: data.name.clone(),
+            digest: data.digest.clone(),
+            shape: data.x.shape().to_vec(),
+            layout: data.reading.layout,
+            lengths: None,
+            read_as: Vec::new(),
+            dtype: data.dtype.clone(),
+            classes,
+            labels: None,
+            majority_share: largest as f64 / data.len().max(1) as f64,
+            groups: groups(data),
+            other_arrays: Vec::new(),
+            ignored: Vec::new(),
+            range: values.all.range(),
+            saturation: values.all.shares(),
+            nan: values.nan,
+            infinite: values.infinite,
+            channels: values.channels(),
+            taxels: values.taxels.len(),
+            constant_taxels: values.constant_taxels(data),
+            constant_samples: values.constant_samples,
+            duplicates: sets.iter().filter(|set| !torn.contains(set)).cloned().collect(),
+            contradictions: torn.iter().map(contradiction).collect(),
+            shortcut: Shortcut::of(&data.x, &data.y, data.groups.as_deref(), data.units.as_deref()),
+            dropped: data.dropped.clone(),
+            problems: data.refuse_one_class().err().iter().map(ToString::to_string).collect(),
+            warnings: Vec::new(),
+        };
+        card.warnings = warnings(&card, data, &sets);
+        card
+    }
+}
+
+fn groups(data: &Dataset) -> Option<GroupSummary> {
+    let groups = data.groups.as_ref()?;
+    let mut of_group: BTreeMap<u32, (usize, BTreeSet<usize>)> = BTreeMap::new();
+    let mut of_class: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
+    for (row, group) in groups.iter().enumerate() {
+        let (samples, classes) = of_group.entry(*group).or_default();
+        *samples += 1;
+        for class in data.outputs(row) {
+            classes.insert(class);
+            of_class.entry(class).or_default().insert(*group);
+        }
+    }
+    let span = |sizes: Vec<usize>| {
+        let least = sizes.iter().min().map_or(0, |size| *size);
+        let most = sizes.iter().max().map_or(0, |size| *size);
+        [least, most]
+    };
+    let one = of_class.iter().filter(|(_, groups)| groups.len() == 1);
+    Some(GroupSummary {
+        name: data.group_name.clone().unwrap_or_else(|| "group".into()),
+        groups: of_group.len(),
+        samples: span(of_group.values().map(|(samples, _)| *samples).collect()),
+        classes: span(of_group.values().map(|(_, classes)| classes.len()).collect()),
+        classes_in_one_group: one.map(|(class, _)| data.classes[*class].clone()).collect(),
+    })
+}

@@ -1,0 +1,11 @@
+//! What `data check` says of a data set.
+
+pub(crate) mod card;
+pub(crate) mod card_channels;
+pub(crate) mod card_text;
+pub(crate) mod describe;
+pub(crate) mod drift;
+pub(crate) mod duplicates;
+pub(crate) mod shortcut;
+pub(crate) mod values;
+pub(crate) mod warnings;

@@ -1,0 +1,111 @@
+//! What does not keep a data set from being loaded, but distorts a score.
+
+use crate::check::card::{Card, ClassCount};
+use crate::dataset::dataset::Dataset;
+use crate::error::plural;
+
+/// Below this many samples a class cannot fill the usual five folds.
+const FEW: usize = 5;
+/// A largest class this many times the smallest is worth a warning.
+const UNEVEN: usize = 3;
+
+/// What to mind about `data`, whose card is complete but for this; `sets` are its exact copies.
+pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    of_copies(card, data, sets, &mut warnings);
+    if !card.constant_taxels.is_empty() {
+        warnings.push(format!(
+            "{} of {} taxels never change, the first is {:?}: dead, or always saturated",
+            card.constant_taxels.len(),
+            card.taxels,
+            card.constant_taxels[0]
+        ));
+    }
+    if let Some(first) = card.constant_samples.first() {
+        warnings.push(format!(
+            "{} with one value throughout, the first is {}: no contact?",
+            plural(card.constant_samples.len(), "sample"),
+            data.origins[*first]
+        ));
+    }
+    of_classes(card, &mut warnings);
+    if let Some(shortcut) = card.shortcut.as_ref().filter(|shortcut| shortcut.is_suspicious()) {
+        warnings.push(format!("{shortcut}: confounded? Part of every score may be the recording, not touch"));
+    }
+    of_groups(card, &mut warnings);
+    warnings
+}
+
+fn of_copies(card: &Card, data: &Dataset, sets: &[Vec<usize>], warnings: &mut Vec<String>) {
+    if let Some(first) = card.contradictions.first() {
+        let rows: usize = card.contradictions.iter().map(|c| c.rows.len()).sum();
+        let other = first.rows.iter().position(|row| data.y[*row] != data.y[first.rows[0]]);
+        #[expect(clippy::expect_used, reason = "what does not differ is no contradiction")]
+        let other = other.expect("another label");
+        warnings.push(format!(
+            "{rows} rows are copies of a row with another label, such as {} ({}) = {} ({}): \
+             set drop = [\"contradictory\"]",
+            first.sources[0], first.labels[0], first.sources[other], first.labels[other]
+        ));
+    }
+    if let Some(first) = card.duplicates.first() {
+        warnings.push(format!(
+            "{} of exact copies within a class, such as {} = {}: keep each set in one \
+             fold, or set drop = [\"duplicates\"]",
+            plural(card.duplicates.len(), "set"),
+            data.origins[first[0]],
+            data.origins[first[1]]
+        ));
+    }
+    if let Some(groups) = &data.groups {
+        let torn = |set: &&Vec<usize>| set.iter().any(|row| groups[*row] != groups[set[0]]);
+        let torn = sets.iter().filter(torn).count();
+        if torn > 0 {
+            warnings.push(format!(
+                "{} of exact copies across groups: a test group may hold what was trained on",
+                plural(torn, "set")
+            ));
+        }
+    }
+}
+
+fn of_groups(card: &Card, warnings: &mut Vec<String>) {
+    let Some(groups) = &card.groups else { return };
+    if groups.classes == [1, 1] && card.classes.len() > 1 {
+        warnings.push(format!(
+            "every {} holds one class only: leaving one out tests on a single class",
+            groups.name
+        ));
+    }
+    if let Some(first) = groups.classes_in_one_group.first() {
+        warnings.push(format!(
+            "classes in one {} only: {} of {}, such as {first}: left out, they \
+             are never trained, so leave-group-out is impossible",
+            groups.name,
+            groups.classes_in_one_group.len(),
+            card.classes.len()
+        ));
+    }
+}
+
+fn of_classes(card: &Card, warnings: &mut Vec<String>) {
+    let by_size = |class: &&ClassCount| class.samples;
+    let smallest = card.classes.iter().min_by_key(by_size);
+    let largest = card.classes.iter().max_by_key(by_size);
+    let (Some(smallest), Some(largest)) = (smallest, largest) else {
+        return;
+    };
+    if smallest.samples < FEW {
+        warnings.push(format!(
+            "class {} has {}: too few for {FEW} folds",
+            smallest.name,
+            plural(smallest.samples, "sample")
+        ));
+    }
+    if largest.samples > UNEVEN * smallest.samples {
+        warnings.push(format!(
+            "classes are uneven: {} has {} samples, {} has {}; read balanced accuracy",
+            largest.name, largest.samples, smallest.name, smallest.samples
+        ));
+    }
+}

@@ -1,0 +1,162 @@
+//! From stored arrays to a data set: rows and channels to leave out, labels, groups.
+
+use crate::check::duplicates::{contradictory, duplicate_sets, later_copies};
+use crate::dataset::dataset::Dataset;
+use crate::dataset::digest::digest;
+use crate::dataset::labels::Labels;
+use crate::dataset::one_hot::{Columns, settle, unsaid};
+use crate::dataset::problems::{Faults, Problem};
+use crate::dataset::raw::Raw;
+use crate::dataset::rows::Rows;
+use crate::dataset::source::Source;
+use crate::dataset::validate::{
+    channels, class_names, gaps, groups, labels, official, one_class, wrong_length,
+};
+use crate::length::lengths::Lengths;
+use crate::length::one_length::{Samples, samples};
+use crate::options::{Drop, Options};
+use crate::{Error, Result};
+
+/// A data set with everything that keeps it from being used.
+#[derive(Debug)]
+pub(crate) struct Checked {
+    pub dataset: Dataset,
+    pub problems: Vec<Problem>,
+    /// What the columns of labels are.
+    pub columns: Columns,
+    /// Where recordings are unequal or a rule is given.
+    pub lengths: Option<Lengths>,
+    /// Readings of each recording along time, where a rule has made them one length.
+    pub readings: Option<Vec<usize>>,
+}
+
+/// Builds the data set; faults of the content are collected, faults of the options end it.
+pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
+    let kind = settle(&mut raw, options);
+    let columns = raw.columns;
+    let attribute = options.attribute.unwrap_or(0);
+    if attribute >= columns {
+        let last = columns - 1;
+        return Err(Error::Attribute { file: raw.file, attribute, y: raw.y_name, columns, last });
+    }
+    let channels = channels(&raw, options)?;
+    let mut faults = Faults::default();
+    if kind == Columns::Unsaid {
+        faults.push(unsaid(&raw));
+    }
+    // Labels for fewer samples may have many columns: too many for all samples.
+    if (raw.x.len() as u64).saturating_mul(columns as u64) > options.limits.max_samples {
+        return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / columns));
+    }
+    let table = labels(&raw, &mut faults);
+    let mut classes = class_names(&raw, &table);
+    let groups = groups(&raw, options, &mut faults)?;
+    let official = official(&raw, options, &mut faults);
+    let keep = keep(&raw, &table, &classes, options, &mut faults);
+    let kept: Vec<usize> = (0..keep.len()).filter(|row| keep[*row]).collect();
+    if kept.is_empty() {
+        return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
+    }
+    let mut dropped: Vec<String> =
+        (0..keep.len()).filter(|row| !keep[*row]).map(|row| raw.origins[row].clone()).collect();
+
+    let mut of_values = Faults::default();
+    let x = std::mem::take(&mut raw.x);
+    let Samples { x, reading, windows, lengths, readings } =
+        samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
+    let rows = Rows::new(&raw, &kept, windows);
+    dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
+    gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
+    faults.0.extend(of_values.0);
+
+    let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
+    let (group_name, groups) = grouped(groups, &rows);
+    let own = classes[attribute].clone();
+    one_class(&raw, &own, &y, &mut faults);
+    let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
+    let several = (columns > 1).then(|| {
+        let values = rows.recordings.iter().flat_map(of_row).collect();
+        Labels::numbered(std::mem::take(&mut classes), values)
+    });
+    let mut dataset = Dataset {
+        reading,
+        source: source(&raw),
+        digest: digest(&x, &y, several.as_ref(), groups.as_deref()),
+        labels: Labels::of_classes(&own, &y),
+        columns: several,
+        y,
+        classes: own,
+        official: official.map(|test| rows.of(|row| test[row])),
+        groups,
+        group_name,
+        units: Some(rows.units()),
+        origins: rows.origins(&raw),
+        dropped,
+        row_hash: rows.hashes(),
+        dtype: raw.dtype,
+        name: raw.name,
+        x,
+    };
+    dataset.learn_attributes(&options.attributes)?;
+    Ok(Checked { dataset, problems: faults.0, columns: kind, lengths, readings })
+}
+
+/// What the groups are, and that of each sample. Windows without groups go by their recording: none is trained
+/// on while another of it is tested.
+fn grouped(groups: Option<(String, Vec<u32>)>, rows: &Rows) -> (Option<String>, Option<Vec<u32>>) {
+    match groups {
+        Some((name, values)) => (Some(name), Some(rows.of(|row| values[row]))),
+        None if rows.is_cut() => (Some("recording".into()), Some(rows.of(|row| row as u32))),
+        None => (None, None),
+    }
+}
+
+/// Whether each row stays; copies with different labels are dropped, refused or left, as `options` say.
+fn keep(
+    raw: &Raw,
+    table: &[u32],
+    classes: &[Vec<String>],
+    options: &Options,
+    faults: &mut Faults,
+) -> Vec<bool> {
+    let rows: Vec<&[u32]> = table.chunks(raw.columns).collect();
+    let sets = duplicate_sets(&raw.row_hash);
+    let mut keep = vec![true; rows.len()];
+    let torn = contradictory(&sets, &rows);
+    if options.drop.contains(&Drop::Contradictory) {
+        torn.iter().flatten().for_each(|row| keep[*row] = false);
+    } else if options.deny_contradictory
+        && let Some(set) = torn.first()
+    {
+        let second = set.iter().find(|row| rows[**row] != rows[set[0]]);
+        #[expect(clippy::expect_used, reason = "what does not differ is no contradiction")]
+        let second = *second.expect("another label");
+        let labelled = |row: usize| {
+            let attribute = options.attribute.unwrap_or(0);
+            let label = rows[row][attribute];
+            let name = classes[attribute].get(label as usize);
+            let name = name.cloned().unwrap_or_else(|| label.to_string());
+            format!("{} ({name})", raw.origins[row])
+        };
+        faults.push(Error::Contradiction {
+            file: raw.file.clone(),
+            first: labelled(set[0]),
+            second: labelled(second),
+            rows: torn.iter().map(Vec::len).sum(),
+        });
+    }
+    if options.drop.contains(&Drop::Duplicates) {
+        for row in later_copies(&sets, &rows) {
+            keep[row] = false;
+        }
+    }
+    keep
+}
+
+/// A scene that was saved and read again is still simulated; everything else is a recording.
+fn source(raw: &Raw) -> Source {
+    match &raw.facts.source {
+        Some(scene) if scene.is_simulated() => Source::simulated(format!("{} ({})", scene.name, raw.name)),
+        _ => Source::real(raw.name.clone()),
+    }
+}

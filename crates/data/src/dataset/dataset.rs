@@ -1,0 +1,175 @@
+//! The data set in memory.
+
+use crate::dataset::digest::{RowHash, digest};
+use crate::dataset::labels::Labels;
+use crate::dataset::sample_spec::Reading;
+use crate::dataset::source::Source;
+use crate::{Error, Result};
+use ndarray::{ArrayD, Axis};
+use taxel_base::Layout;
+
+/// Labelled samples, all of one shape, as read: nothing is scaled.
+///
+/// Every field is public; whoever fills them keeps as many entries per sample as each says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    /// The file or folder name without extension; `data.npz` goes by its folder.
+    pub name: String,
+    /// Whether samples were simulated or recorded: stands beside every score.
+    pub source: Source,
+    /// What one sample is: axes, shape, unit, rate, range.
+    pub reading: Reading,
+    /// Samples `[N, ...]` in C order, in the unit of the readings.
+    pub x: ArrayD<f32>,
+    /// What is learned: one attribute of the name `class`, or with
+    /// [`learn_attributes`](Self::learn_attributes) several.
+    pub labels: Labels,
+    /// All label columns where the file holds k > 1 of them, named `attribute-0`, `attribute-1`, ... until
+    /// [`learn_attributes`](Self::learn_attributes) names them.
+    pub columns: Option<Labels>,
+    /// What splits keep even `[N]`: the class of each sample, or the combination of its levels.
+    pub y: Vec<u32>,
+    /// Names of a network's outputs: the classes, each with a sample at least, or `attribute:level`.
+    pub classes: Vec<String>,
+    /// Which samples the data set's authors test on, where they say so.
+    pub official: Option<Vec<bool>>,
+    /// Group (object, session, block) of each sample.
+    pub groups: Option<Vec<u32>>,
+    /// What the groups are, such as `session` or `trial/12`.
+    pub group_name: Option<String>,
+    /// For each sample the index, as read, of the first sample that is an exact copy of it or, where
+    /// [frames are samples](Dataset::each_frame), the first frame of its recording: its unit, which
+    /// [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold. None where there can be no copies.
+    pub units: Option<Vec<u32>>,
+    /// Where each sample comes from: its file, `x[17]`, or `fingertip[17]`.
+    pub origins: Vec<String>,
+    /// Origins of the rows left out by [`Options::drop`](crate::Options::drop), and of recordings shorter than a
+    /// window.
+    pub dropped: Vec<String>,
+    /// Hash of each full recorded sample, before channels are selected or images resized; empty where there
+    /// can be no copies.
+    pub row_hash: Vec<RowHash>,
+    /// Type of the stored values: `<f4`, `|u1`, `csv`, `png/jpeg u8`.
+    pub dtype: String,
+    /// BLAKE3 of shape, values, labels and groups, in hexadecimal.
+    pub digest: String,
+}
+
+impl Dataset {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.y.len()
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.y.is_empty()
+    }
+
+    /// Shape of one sample: the axes of `x` after the first.
+    pub fn sample_shape(&self) -> &[usize] {
+        &self.reading.shape
+    }
+
+    /// Samples per class, in the order of `classes`; of several attributes, samples per level.
+    pub fn class_counts(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.classes.len()];
+        for output in (0..self.len()).flat_map(|row| self.outputs(row)) {
+            counts[output] += 1;
+        }
+        counts
+    }
+
+    /// Positions of a sample's labels in `classes`, one per attribute; of a label that is no class, which
+    /// only a card meets, none.
+    pub(crate) fn outputs(&self, row: usize) -> Vec<usize> {
+        let mut start = 0;
+        let attributes = self.labels.sizes().into_iter().zip(self.labels.of(&[row]));
+        let places = attributes.map(|(size, label)| {
+            start += size;
+            ((label as usize) < size).then_some(start - size + label as usize)
+        });
+        places.flatten().collect()
+    }
+
+    /// The samples `rows`, in that order; classes without a sample keep their names. The digest is that of
+    /// what is left.
+    ///
+    /// # Panics
+    ///
+    /// For a row that is not there.
+    pub fn select(&self, rows: &[usize]) -> Self {
+        let mut selected = self.rows(rows);
+        selected.update_digest();
+        selected
+    }
+
+    /// What a bootstrap draws as one, per sample: its group, else its exact copies, else itself.
+    pub fn clusters(&self) -> Vec<u32> {
+        let own = || (0..self.len() as u32).collect();
+        self.groups.clone().or_else(|| self.units.clone()).unwrap_or_else(own)
+    }
+
+    /// Refuses samples of one class, which nothing can be told apart from.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OneClass`].
+    pub fn refuse_one_class(&self) -> Result<()> {
+        match self.classes.as_slice() {
+            [class] => Err(Error::OneClass { file: self.name.clone(), class: class.clone() }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes the axes of a sample for others, where a file does not say what they are.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Layout`] where the shape of a sample does not fit.
+    pub fn set_layout(&mut self, layout: Layout) -> Result<()> {
+        refuse_layout(&self.name, layout, &self.reading.shape)?;
+        self.reading.layout = layout;
+        Ok(())
+    }
+
+    /// The samples `rows`, under the digest of all samples.
+    pub(crate) fn rows(&self, rows: &[usize]) -> Self {
+        let take = |values: &Vec<u32>| rows.iter().map(|&row| values[row]).collect::<Vec<_>>();
+        Self {
+            name: self.name.clone(),
+            source: self.source.clone(),
+            reading: self.reading.clone(),
+            x: self.x.select(Axis(0), rows),
+            labels: self.labels.select(rows),
+            columns: self.columns.as_ref().map(|columns| columns.select(rows)),
+            y: take(&self.y),
+            classes: self.classes.clone(),
+            official: self.official.as_ref().map(|test| rows.iter().map(|&row| test[row]).collect()),
+            groups: self.groups.as_ref().map(take),
+            group_name: self.group_name.clone(),
+            units: self.units.as_ref().map(take),
+            origins: rows.iter().map(|&row| self.origins[row].clone()).collect(),
+            dropped: self.dropped.clone(),
+            row_hash: match self.row_hash.as_slice() {
+                [] => vec![],
+                hashes => rows.iter().map(|&row| hashes[row]).collect(),
+            },
+            dtype: self.dtype.clone(),
+            digest: self.digest.clone(),
+        }
+    }
+
+    /// Brings the digest up to date with samples, labels and groups.
+    pub(crate) fn update_digest(&mut self) {
+        self.digest = digest(&self.x, &self.y, self.columns.as_ref(), self.groups.as_deref());
+    }
+}
+
+/// Refuses a layout that samples of this shape cannot have; `at` says who wants it.
+pub(crate) fn refuse_layout(at: &str, layout: Layout, shape: &[usize]) -> Result<()> {
+    match layout.fits(shape) {
+        true => Ok(()),
+        false => Err(Error::Layout { at: at.into(), layout, shape: shape.to_vec() }),
+    }
+}

@@ -1,0 +1,73 @@
+//! Fingerprints of samples and of data sets.
+
+use crate::dataset::labels::Labels;
+use ndarray::ArrayD;
+
+/// First 16 bytes of the BLAKE3 hash of one recorded sample.
+pub type RowHash = [u8; 16];
+
+/// Hashes one sample; -0 and 0 count as equal.
+pub(crate) fn hash_row(row: &[f32]) -> RowHash {
+    hash_values(row.iter().copied())
+}
+
+/// [`hash_row`] of values that need not lie in memory.
+pub(crate) fn hash_values(values: impl Iterator<Item = f32>) -> RowHash {
+    let mut hasher = blake3::Hasher::new();
+    hash_words(&mut hasher, values.map(|v| (v + 0.0).to_le_bytes()));
+    let mut hash = [0; 16];
+    hash.copy_from_slice(&hasher.finalize().as_bytes()[..16]);
+    hash
+}
+
+/// Hashes each sample of `x` `[N, ..]`, which is in C order and has no empty axis.
+pub(crate) fn hash_rows(x: &ArrayD<f32>) -> Vec<RowHash> {
+    #[expect(clippy::expect_used, reason = "readers give C order")]
+    let values = x.as_slice().expect("C order");
+    values.chunks_exact(values.len() / x.shape()[0]).map(hash_row).collect()
+}
+
+/// BLAKE3 of samples alone, for those that no data set holds.
+pub fn digest_of(x: &ArrayD<f32>) -> String {
+    digest(x, &[], None, None)
+}
+
+/// BLAKE3 of the content, each part preceded by its length; `columns` are all labels where a sample has
+/// several.
+pub(crate) fn digest(x: &ArrayD<f32>, y: &[u32], columns: Option<&Labels>, groups: Option<&[u32]>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let len = |hasher: &mut blake3::Hasher, n: usize| {
+        hasher.update(&(n as u64).to_le_bytes());
+    };
+    len(&mut hasher, x.ndim());
+    for axis in x.shape() {
+        len(&mut hasher, *axis);
+    }
+    hash_words(&mut hasher, x.iter().map(|v| v.to_le_bytes()));
+    len(&mut hasher, y.len());
+    hash_words(&mut hasher, y.iter().map(|v| v.to_le_bytes()));
+    // No groups count as none of them.
+    let groups = groups.unwrap_or(&[]);
+    len(&mut hasher, groups.len());
+    hash_words(&mut hasher, groups.iter().map(|v| v.to_le_bytes()));
+    if let Some(columns) = columns {
+        len(&mut hasher, columns.attributes().len());
+        hash_words(&mut hasher, columns.values().iter().map(|v| v.to_le_bytes()));
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// Feeds four-byte words to the hasher in large pieces: many small ones are slow.
+pub fn hash_words(hasher: &mut blake3::Hasher, words: impl Iterator<Item = [u8; 4]>) {
+    let mut buffer = [0; 1 << 14];
+    let mut used = 0;
+    for word in words {
+        buffer[used..used + 4].copy_from_slice(&word);
+        used += 4;
+        if used == buffer.len() {
+            hasher.update(&buffer);
+            used = 0;
+        }
+    }
+    hasher.update(&buffer[..used]);
+}

@@ -1,0 +1,148 @@
+//! A data set from arrays in memory.
+
+use crate::check::duplicates;
+use crate::dataset::dataset::{Dataset, refuse_layout};
+use crate::dataset::digest::hash_rows;
+use crate::dataset::labels::{Labels, by_name};
+use crate::dataset::sample_spec::Reading;
+use crate::dataset::source::Source;
+use crate::formats::npy::c_order;
+use crate::{Error, Result};
+use ndarray::{ArrayD, Dimension};
+use taxel_base::Layout;
+
+impl Dataset {
+    /// Samples in memory: `x` `[N, ..]`, its further axes those of `layout`, and one class name per sample.
+    /// Names that are numbers are sorted by value, words by the alphabet: their positions are the labels.
+    ///
+    /// The same samples and labels in a `.npz` have the same digest.
+    ///
+    /// # Errors
+    ///
+    /// No samples, an empty axis, a shape that does not fit the layout, another number of labels than
+    /// samples, a value that is not finite.
+    pub fn new(name: &str, layout: Layout, x: ArrayD<f32>, labels: &[impl ToString]) -> Result<Self> {
+        let at = || format!("{name}: x");
+        let long = |shape: &[usize]| shape.iter().map(|axis| *axis as u64).collect();
+        let Some((&samples, shape)) = x.shape().split_first() else {
+            return Err(Error::Layout { at: at(), layout, shape: vec![] });
+        };
+        refuse_layout(&at(), layout, shape)?;
+        match x.shape().iter().position(|axis| *axis == 0) {
+            Some(0) => return Err(Error::NoSamples { at: at() }),
+            Some(axis) => return Err(Error::EmptyAxis { at: at(), shape: long(x.shape()), axis }),
+            None => {}
+        }
+        refuse_length(name, "labels", labels.len(), samples)?;
+        if let Some((index, value)) = x.indexed_iter().find(|(_, value)| !value.is_finite()) {
+            let (sample, index) = (format!("{name}: x[{}]", index[0]), index.slice()[1..].to_vec());
+            return Err(Error::NotFinite { sample, index, value: *value });
+        }
+        let reading = Reading::new(layout, shape);
+        let x = c_order(x);
+        let (classes, y) = by_name(labels.iter().map(ToString::to_string).collect());
+        let row_hash = hash_rows(&x);
+        let mut dataset = Self {
+            name: name.into(),
+            source: Source::real(name),
+            reading,
+            labels: Labels::of_classes(&classes, &y),
+            columns: None,
+            y,
+            classes,
+            official: None,
+            groups: None,
+            group_name: None,
+            units: Some(duplicates::units(&row_hash)),
+            origins: (0..samples).map(|i| format!("x[{i}]")).collect(),
+            dropped: vec![],
+            row_hash,
+            dtype: "<f4".into(),
+            digest: String::new(),
+            x,
+        };
+        dataset.update_digest();
+        Ok(dataset)
+    }
+
+    /// Says which group (object, session) each sample belongs to. Whole numbers from 0 to 4294967295 stay
+    /// as they are; other names are numbered as class names are.
+    ///
+    /// # Errors
+    ///
+    /// Another number of groups than samples.
+    pub fn with_groups(mut self, groups: &[impl ToString]) -> Result<Self> {
+        refuse_length(&self.name, "groups", groups.len(), self.len())?;
+        let names: Vec<String> = groups.iter().map(ToString::to_string).collect();
+        let numbers: Option<Vec<u32>> = names.iter().map(|name| name.parse().ok()).collect();
+        self.groups = Some(numbers.unwrap_or_else(|| by_name(names).1));
+        self.group_name = Some("group".into());
+        self.update_digest();
+        Ok(self)
+    }
+
+    /// Says what the unit of the readings is.
+    pub fn with_unit(mut self, unit: &str) -> Self {
+        self.reading.unit = Some(unit.into());
+        self
+    }
+
+    /// Says how many readings there are per second (Hz).
+    ///
+    /// # Errors
+    ///
+    /// A rate that is not above 0 and finite.
+    pub fn with_rate(mut self, rate: f64) -> Result<Self> {
+        self.refuse_fact("rate", rate)?;
+        self.reading.rate = Some(rate);
+        Ok(self)
+    }
+
+    /// Says what the largest possible reading is.
+    ///
+    /// # Errors
+    ///
+    /// A value that is not above 0 and finite.
+    pub fn with_full_scale(mut self, full_scale: f32) -> Result<Self> {
+        self.refuse_fact("full_scale", f64::from(full_scale))?;
+        self.reading.full_scale = Some(full_scale);
+        Ok(self)
+    }
+
+    /// Says what is read without contact: one value for all, or one per channel.
+    pub fn with_rest(mut self, rest: Vec<f32>) -> Self {
+        self.reading.rest = Some(rest);
+        self
+    }
+
+    /// Says which samples the data set's authors test on.
+    ///
+    /// # Errors
+    ///
+    /// Another number of marks than samples, or all of them alike.
+    pub fn with_official(mut self, test: Vec<bool>) -> Result<Self> {
+        refuse_length(&self.name, "official", test.len(), self.len())?;
+        if test.iter().all(|mark| *mark == test[0]) {
+            return Err(Error::OneSided { file: self.name, array: "official".into() });
+        }
+        self.official = Some(test);
+        Ok(self)
+    }
+
+    fn refuse_fact(&self, key: &'static str, value: f64) -> Result<()> {
+        match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => {
+                let (at, wanted) = (self.name.clone(), "not a number above 0".into());
+                Err(Error::Fact { at, key, value: value.to_string(), wanted })
+            }
+        }
+    }
+}
+
+fn refuse_length(name: &str, array: &str, len: usize, samples: usize) -> Result<()> {
+    if len == samples {
+        return Ok(());
+    }
+    Err(Error::Length { file: name.into(), array: array.into(), len, x: "x".into(), samples })
+}

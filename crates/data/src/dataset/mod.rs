@@ -1,0 +1,17 @@
+//! The data set in memory, and how stored arrays become one.
+
+pub(crate) mod assemble;
+pub(crate) mod dataset;
+pub(crate) mod digest;
+pub(crate) mod frames;
+pub(crate) mod labels;
+pub(crate) mod learn;
+pub(crate) mod memory;
+pub(crate) mod one_hot;
+pub(crate) mod problems;
+pub(crate) mod raw;
+pub(crate) mod reading_of;
+pub(crate) mod rows;
+pub(crate) mod sample_spec;
+pub(crate) mod source;
+pub(crate) mod validate;

@@ -1,0 +1,171 @@
+//! What is measured in a message: numbers, or an image.
+
+use crate::formats::bag::cdr::{Broken, Cdr};
+use crate::formats::bag::file::Topic;
+use crate::formats::bag::json_numbers;
+use crate::formats::bag::ros_type::{Kind, Message};
+use crate::formats::image_file;
+use std::borrow::Cow;
+
+/// Types whose numbers are no readings of a sensor.
+const NO_SENSOR: [&str; 8] = [
+    "rcl_interfaces/",
+    "diagnostic_msgs/",
+    "rosgraph_msgs/",
+    "tf2_msgs/",
+    "lifecycle_msgs/",
+    "rosbag2_interfaces/",
+    "statistics_msgs/",
+    "sensor_msgs/msg/CameraInfo",
+];
+const IMAGE: &str = "sensor_msgs/msg/Image";
+
+/// Reads the messages of a topic.
+#[derive(Debug)]
+pub(crate) enum Decoder {
+    /// Of a type of numbers; below which of its fields.
+    Cdr {
+        message: Message,
+        fields: Vec<String>,
+    },
+    Json {
+        fields: Vec<String>,
+    },
+    /// Grey, brought to `[height, width]` where that is asked for.
+    Image {
+        size: Option<[usize; 2]>,
+    },
+}
+
+impl Decoder {
+    /// For the messages of a topic, those numbers that lie below `fields`; why there is none otherwise.
+    pub fn of(topic: &Topic, fields: &[&str], size: Option<[usize; 2]>) -> Result<Self, String> {
+        let own: Vec<String> = fields.iter().map(ToString::to_string).collect();
+        match (topic.encoding.as_str(), topic.language.as_str()) {
+            ("json", _) => Ok(Self::Json { fields: own }),
+            ("cdr", "ros2msg") if topic.kind == IMAGE && fields.is_empty() => Ok(Self::Image { size }),
+            ("cdr", "ros2msg") => {
+                let message = Message::parse(&topic.kind, &topic.definition)?;
+                Ok(Self::Cdr { message, fields: own })
+            }
+            (encoding, language) => Err(format!(
+                "has messages in {encoding:?} defined in {language:?}; those in cdr with ros2msg, and in json, are read"
+            )),
+        }
+    }
+
+    pub fn is_image(&self) -> bool {
+        matches!(self, Self::Image { .. })
+    }
+
+    /// Adds the numbers of a message to `out`, or the rows of an image. Answers the shape of what came.
+    pub fn read(&self, data: &[u8], out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
+        let before = out.len();
+        match self {
+            Self::Cdr { message, fields } => {
+                let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
+                Cdr::new(data)?.numbers(message, &fields, out)?;
+            }
+            Self::Json { fields } => json_numbers::read(data, fields, out)?,
+            Self::Image { size } => return image(data, *size, out),
+        }
+        Ok(vec![out.len() - before])
+    }
+}
+
+/// Whether readings of a sensor can be in messages of this topic.
+pub(crate) fn is_measured(topic: &Topic) -> bool {
+    if NO_SENSOR.iter().any(|name| topic.kind.starts_with(name)) {
+        return false;
+    }
+    match Decoder::of(topic, &[], None) {
+        Ok(Decoder::Cdr { message, .. }) => {
+            let is_number = |own: &crate::formats::bag::ros_type::Type| {
+                !own.is_about && own.fields.iter().any(|field| matches!(field.kind, Kind::Number(_)))
+            };
+            message.types.iter().any(is_number)
+        }
+        Ok(_) => true,
+        Err(_) => false,
+    }
+}
+
+/// The numbers of a pixel.
+#[derive(Clone, Copy)]
+enum Pixel {
+    U8,
+    U16,
+    F32,
+}
+
+/// `sensor_msgs/Image`: header, height, width, encoding, order of bytes, bytes of a row, rows. In colour, what the
+/// eye sees of it (ITU-R BT.601).
+fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
+    let mut cdr = Cdr::new(data)?;
+    cdr.word()?;
+    cdr.word()?;
+    cdr.text()?;
+    let [height, width] = [cdr.word()? as usize, cdr.word()? as usize];
+    let encoding = String::from_utf8_lossy(cdr.text()?).into_owned();
+    let is_big = cdr.byte()? != 0;
+    let step = cdr.word()? as usize;
+    let rows = cdr.bytes()?;
+    let (pixel, channels, red) = match encoding.as_str() {
+        "mono8" | "8UC1" => (Pixel::U8, 1, 0),
+        "mono16" | "16UC1" => (Pixel::U16, 1, 0),
+        "32FC1" => (Pixel::F32, 1, 0),
+        "rgb8" | "8UC3" => (Pixel::U8, 3, 0),
+        "bgr8" => (Pixel::U8, 3, 2),
+        "rgba8" => (Pixel::U8, 4, 0),
+        "bgra8" => (Pixel::U8, 4, 2),
+        other => {
+            let other: String = other.chars().take(20).collect();
+            return Err(format!(
+                "is an image in {other:?}; mono8, mono16, 32FC1, rgb8, bgr8 and those with alpha are read"
+            )
+            .into());
+        }
+    };
+    let bytes = match pixel {
+        Pixel::U8 => 1,
+        Pixel::U16 => 2,
+        Pixel::F32 => 4,
+    };
+    let row = width.saturating_mul(channels * bytes);
+    if height == 0 || width == 0 || row > step || step.saturating_mul(height) > rows.len() {
+        return Err(Cow::Borrowed(SMALL));
+    }
+    let before = out.len();
+    for row in rows.chunks_exact(step).take(height).map(|own| &own[..row]) {
+        match (pixel, channels) {
+            (Pixel::U8, 1) => out.extend(row.iter().copied().map(f32::from)),
+            (Pixel::U8, _) => out.extend(row.chunks_exact(channels).map(|own| grey(own, red))),
+            (Pixel::U16, _) => out.extend(row.as_chunks().0.iter().map(|own| match is_big {
+                true => f32::from(u16::from_be_bytes(*own)),
+                false => f32::from(u16::from_le_bytes(*own)),
+            })),
+            (Pixel::F32, _) => out.extend(row.as_chunks().0.iter().map(|own| match is_big {
+                true => f32::from_be_bytes(*own),
+                false => f32::from_le_bytes(*own),
+            })),
+        }
+    }
+    let Some(size) = size else { return Ok(vec![height, width]) };
+    let white = match pixel {
+        Pixel::U8 => 255.0,
+        Pixel::U16 => 65535.0,
+        Pixel::F32 => return Err("is an image of floats, which resize does not shrink; leave it out".into()),
+    };
+    let small = image_file::shrunk(&out[before..], [height, width], size, white);
+    out.truncate(before);
+    out.extend(small);
+    Ok(size.to_vec())
+}
+
+const SMALL: Broken = "is an image of more pixels than it has bytes for";
+
+/// A pixel of red, green and blue, or of blue, green and red where `red` is 2.
+fn grey(pixel: &[u8], red: usize) -> f32 {
+    let [red, green, blue] = [red, 1, 2 - red].map(|at| f32::from(pixel[at]));
+    0.299 * red + 0.587 * green + 0.114 * blue
+}

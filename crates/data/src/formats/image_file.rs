@@ -1,0 +1,177 @@
+//! One PNG or JPEG recording.
+
+use crate::dataset::digest::{RowHash, hash_row, hash_values};
+use crate::options::Limits;
+use crate::{Error, Result};
+use image::{
+    DynamicImage, GenericImageView, ImageDecoder, ImageFormat, ImageReader, Luma, Pixel, Rgb, imageops,
+};
+use std::marker::PhantomData;
+use std::path::Path;
+
+/// A decoded image: `[H, W]` or `[3, H, W]`, resampled where a size was asked for.
+pub(crate) struct Picture {
+    pub shape: Vec<usize>,
+    /// In their stored range: 0..255 or 0..65535.
+    pub values: Vec<f32>,
+    /// Of the values as stored, before resampling.
+    pub hash: RowHash,
+    /// Bits per value.
+    pub bits: u8,
+}
+
+/// The shape that the image will have, from the head of the file; one too large to decode is refused.
+pub(crate) fn shape(
+    path: &Path,
+    file: &str,
+    resize: Option<[usize; 2]>,
+    limits: &Limits,
+) -> Result<Vec<usize>> {
+    let stored = stored_shape(&open(path, file, limits)?, file, resize, limits)?;
+    Ok(resized(&stored, resize))
+}
+
+/// Decodes one image.
+pub(crate) fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Picture> {
+    let decoder = open(path, file, limits)?;
+    let stored = stored_shape(&decoder, file, resize, limits)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(file, &e.to_string()))?;
+    if image.color().has_alpha() && image.pixels().any(|(_, _, pixel)| pixel.0[3] != 255) {
+        return Err(Error::Transparent { file: file.into() });
+    }
+    let bits = 8 * (image.color().bytes_per_pixel() / image.color().channel_count().max(1));
+    let (values, hash) = match (stored.len(), bits) {
+        (3, 8) => planes::<Rgb<f32>, u8>(&image.into_rgb8(), &stored, resize, 255.0),
+        (3, _) => planes::<Rgb<f32>, u16>(&image.into_rgb16(), &stored, resize, 65535.0),
+        (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
+        (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
+    };
+    Ok(Picture { shape: resized(&stored, resize), values, hash, bits })
+}
+
+fn broken(file: &str, why: &str) -> Error {
+    Error::Image { file: file.into(), why: why.to_lowercase() }
+}
+
+/// Reads the head of the file.
+fn open(path: &Path, file: &str, limits: &Limits) -> Result<impl ImageDecoder> {
+    let io = |e: std::io::Error| Error::Io { file: file.into(), kind: e.kind() };
+    let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(io)?;
+    let mut ceiling = image::Limits::default();
+    ceiling.max_alloc = Some(limits.max_values.saturating_mul(4));
+    reader.limits(ceiling);
+    let format = reader.format();
+    let decoder = reader.into_decoder().map_err(|e| broken(file, &e.to_string()))?;
+    let bytes = path.metadata().map_err(io)?.len();
+    let ((width, height), most) = (decoder.dimensions(), most_pixels(&decoder, format, bytes));
+    if u64::from(width) * u64::from(height) > most {
+        return Err(Error::ImageDamaged { file: file.into(), height, width, bytes });
+    }
+    Ok(decoder)
+}
+
+/// Most pixels that so many bytes can hold: PNG packs 1032 bytes into one at best, and JPEG spends a bit at least
+/// on a block of 8 × 8.
+fn most_pixels(decoder: &impl ImageDecoder, format: Option<ImageFormat>, bytes: u64) -> u64 {
+    match format {
+        Some(ImageFormat::Png) => {
+            bytes.saturating_mul(1032 * 8) / u64::from(decoder.original_color_type().bits_per_pixel())
+        }
+        _ => bytes.saturating_mul(8 * 64),
+    }
+}
+
+/// `[H, W]` or `[3, H, W]` as the head says, refused where it is too large.
+fn stored_shape(
+    decoder: &impl ImageDecoder,
+    file: &str,
+    resize: Option<[usize; 2]>,
+    limits: &Limits,
+) -> Result<Vec<usize>> {
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    if resize.is_none() && pixels > limits.max_pixels {
+        return Err(Error::ImageTooLarge { file: file.into(), height, width, limit: limits.max_pixels });
+    }
+    let colours = if decoder.color_type().has_color() { 3 } else { 1 };
+    if pixels * colours > limits.max_values {
+        return Err(Error::TooLarge {
+            at: file.into(),
+            shape: vec![colours, height.into(), width.into()],
+            limit: limits.max_values,
+            hint: "save it smaller or raise limits.max-values",
+        });
+    }
+    let size = [height as usize, width as usize];
+    Ok(if colours == 3 { [vec![3], size.to_vec()].concat() } else { size.to_vec() })
+}
+
+/// A shape whose last two axes are those asked for.
+fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
+    match resize {
+        None => shape.to_vec(),
+        Some(size) => [&shape[..shape.len() - 2], &size].concat(),
+    }
+}
+
+/// One plane per colour, resampled by a triangle filter where a size is asked for, and the hash of the planes
+/// as stored. `white` is the largest value.
+fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
+    stored: &[T],
+    shape: &[usize],
+    resize: Option<[usize; 2]>,
+    white: f32,
+) -> (Vec<f32>, RowHash) {
+    let colours = usize::from(P::CHANNEL_COUNT);
+    let Some([height, width]) = resize else {
+        let values: Vec<f32> = by_plane(stored, colours).map(Into::into).collect();
+        let hash = hash_row(&values);
+        return (values, hash);
+    };
+    let hash = hash_values(by_plane(stored, colours).map(Into::into));
+    let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
+    let image = Unit::<P, T> { stored, size: from, white, pixel: PhantomData };
+    let small =
+        imageops::resize(&image, width as u32, height as u32, imageops::FilterType::Triangle).into_raw();
+    (by_plane(&small, colours).map(|value| value * white).collect(), hash)
+}
+
+/// A grey image `[H, W]` of values from 0 to `white`, resampled as image files are.
+pub(crate) fn shrunk(values: &[f32], stored: [usize; 2], size: [usize; 2], white: f32) -> Vec<f32> {
+    planes::<Luma<f32>, f32>(values, &stored, Some(size), white).0
+}
+
+/// The values of pixel after pixel as one plane per colour.
+fn by_plane<T: Copy>(values: &[T], colours: usize) -> impl Iterator<Item = T> {
+    (0..colours).flat_map(move |colour| values.iter().skip(colour).step_by(colours).copied())
+}
+
+/// A decoded image whose pixels are scaled to 0..1 as they are asked for: the image crate clamps to that range,
+/// and a copy of a large image would take four times its memory.
+struct Unit<'a, P, T> {
+    /// Pixel after pixel.
+    stored: &'a [T],
+    /// Height, width.
+    size: [usize; 2],
+    white: f32,
+    pixel: PhantomData<P>,
+}
+
+impl<P: Pixel<Subpixel = f32>, T: Copy + Into<f32>> GenericImageView for Unit<'_, P, T> {
+    type Pixel = P;
+
+    fn dimensions(&self) -> (u32, u32) {
+        let [height, width] = self.size;
+        (width as u32, height as u32)
+    }
+
+    fn get_pixel(&self, x: u32, y: u32) -> P {
+        let colours = usize::from(P::CHANNEL_COUNT);
+        let at = (y as usize * self.size[1] + x as usize) * colours;
+        let mut unit = [0.0; 4];
+        for (unit, stored) in unit.iter_mut().zip(&self.stored[at..at + colours]) {
+            *unit = (*stored).into() / self.white;
+        }
+        *P::from_slice(&unit[..colours])
+    }
+}

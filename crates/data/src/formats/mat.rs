@@ -1,0 +1,336 @@
+//! A MATLAB file of version 5, 6 or 7: one element per variable, each compressed on its own since 7.
+//!
+//! After MathWorks, "MAT-File Format", chapter 1. Only what a data set needs: dense real arrays of numbers.
+//! Nothing of a file is held but the names and shapes of its variables; values are streamed.
+
+use crate::formats::npy::{Header, Kind, read_up_to};
+use crate::{Error, Result};
+use flate2::read::ZlibDecoder;
+use std::fs::File;
+use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// Bytes before the first element.
+const START: u64 = 128;
+/// Elements of a file, and axes of an array, beyond which it is damaged.
+const MAX_ELEMENTS: usize = 100_000;
+const MAX_AXES: usize = 32;
+/// MATLAB allows 63 letters.
+const MAX_NAME: usize = 1024;
+
+/// Types of elements.
+pub(crate) const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+
+/// Whether a path is named like a MATLAB file.
+pub(crate) fn is_named(path: &Path) -> bool {
+    path.extension().is_some_and(|x| x.eq_ignore_ascii_case("mat"))
+}
+
+/// An open file.
+pub(crate) struct Archive {
+    file: String,
+    reader: BufReader<File>,
+    big: bool,
+    variables: Vec<Variable>,
+    /// Names of the variables, sorted.
+    pub arrays: Vec<String>,
+}
+
+struct Variable {
+    name: String,
+    /// Where its element starts.
+    at: u64,
+    header: Header,
+}
+
+impl Archive {
+    /// Opens a file and reads what its variables are called.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = path.display().to_string();
+        let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
+        let handle = File::open(path).map_err(io)?;
+        let len = handle.metadata().map_err(io)?.len();
+        if len == 0 {
+            return Err(Error::EmptyFile { file });
+        }
+        let mut reader = BufReader::new(handle);
+        let big = is_big_endian(&mut reader, &file)?;
+        let place = file.clone();
+        let mut archive = Archive { file, reader, big, variables: vec![], arrays: vec![] };
+        let mut at = START;
+        while at < len {
+            if archive.variables.len() == MAX_ELEMENTS {
+                return Err(damaged(&place, format!("holds more than {MAX_ELEMENTS} variables")));
+            }
+            let (end, element) = archive.element(at)?;
+            let found = element.variable().map_err(|why| why.at(&place, at))?;
+            let found = found.map(|(name, header, _)| Variable { name, at, header });
+            if end > len {
+                return Err(damaged(&place, format!("is cut short: it has {len} of at least {end} bytes")));
+            }
+            archive.variables.extend(found);
+            at = end;
+        }
+        archive.arrays = archive.variables.iter().map(|v| v.name.clone()).collect();
+        archive.arrays.sort();
+        archive.arrays.dedup();
+        Ok(archive)
+    }
+
+    /// Variables that could be one recording: numbers, and more than one.
+    pub fn recordings(&self) -> Vec<String> {
+        let is_one = |h: &Header| h.kind.is_some() && h.shape.iter().any(|axis| *axis > 1);
+        let mut names: Vec<_> =
+            self.variables.iter().filter(|v| is_one(&v.header)).map(|v| v.name.clone()).collect();
+        names.sort();
+        names
+    }
+
+    /// Name, type and shape of each variable.
+    pub fn described(&self) -> Vec<String> {
+        let mut all: Vec<_> =
+            self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect();
+        all.sort();
+        all
+    }
+
+    /// Names of the variables in the order in which they were saved.
+    pub fn saved(&self) -> Vec<String> {
+        self.variables.iter().map(|v| v.name.clone()).collect()
+    }
+
+    /// Where a variable starts, and its element.
+    pub fn element_of(&mut self, name: &str) -> Result<Option<(u64, Element<'_>)>> {
+        match self.variables.iter().find(|v| v.name == name).map(|v| v.at) {
+            None => Ok(None),
+            Some(at) => self.element(at).map(|(_, element)| Some((at, element))),
+        }
+    }
+
+    /// Opens one variable and hands its header and the stream of its values to `read`.
+    pub fn with<T>(
+        &mut self,
+        name: &str,
+        place: &str,
+        read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
+    ) -> Result<T> {
+        let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
+            return Err(Error::missing(&self.file, name, &self.described(), "x"));
+        };
+        let at = variable.at;
+        let (_, element) = self.element(at)?;
+        match element.variable().map_err(|why| why.at(place, at))? {
+            Some((_, header, mut values)) => read(&header, &mut values, place),
+            None => Err(damaged(place, "has changed while it was read")),
+        }
+    }
+
+    /// The element at a position, uncompressed, and where it ends.
+    fn element(&mut self, at: u64) -> Result<(u64, Element<'_>)> {
+        let (file, big) = (self.file.clone(), self.big);
+        let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
+        self.reader.seek(SeekFrom::Start(at)).map_err(io)?;
+        let mut stream: Box<dyn Read + '_> = Box::new(&mut self.reader);
+        let cut = |why: Broken| why.at(&file, at);
+        let (kind, bytes) = tag(&mut stream, big).map_err(cut)?;
+        let end = at + 8 + u64::from(bytes);
+        stream = Box::new(stream.take(bytes.into()));
+        match kind {
+            MATRIX => {}
+            COMPRESSED => {
+                stream = Box::new(ZlibDecoder::new(stream));
+                let (kind, bytes) = tag(&mut stream, big).map_err(cut)?;
+                if kind != MATRIX {
+                    return Err(Broken::Is(format!("compressed type {kind}")).at(&file, at));
+                }
+                stream = Box::new(stream.take(bytes.into()));
+            }
+            other => return Err(Broken::Is(format!("type {other}")).at(&file, at)),
+        }
+        Ok((end, Element { stream, big }))
+    }
+}
+
+fn damaged(file: &str, why: impl Into<String>) -> Error {
+    Error::DamagedMatlab { file: file.into(), why: why.into() }
+}
+
+/// Reads the first 128 bytes: the kind of file and the order of its bytes.
+fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
+    let not = |why| Error::NotMatlab { file: file.into(), why };
+    let mut start = [0; START as usize];
+    let got = read_up_to(reader, &mut start).map_err(|e| Error::Io { file: file.into(), kind: e.kind() })?;
+    if got < start.len() {
+        return Err(not("it ends before its header does"));
+    }
+    match (&start[126..], &start[124..126]) {
+        (b"IM", [0, 1]) => Ok(false),
+        (b"MI", [1, 0]) => Ok(true),
+        (b"IM" | b"MI", _) => Err(not("its version is another one")),
+        _ => Err(not("it has no such header; version 4 is not read")),
+    }
+}
+
+/// What is wrong with an element.
+pub(crate) enum Broken {
+    Read(io::Error),
+    Is(String),
+}
+
+impl Broken {
+    pub fn at(self, place: &str, at: u64) -> Error {
+        let why = match self {
+            Broken::Read(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+                format!("is cut short in the element at byte {at}")
+            }
+            Broken::Read(e) => {
+                format!("is damaged in the element at byte {at} ({})", e.to_string().to_lowercase())
+            }
+            Broken::Is(what) => format!("has at byte {at} {what}, which is no variable of numbers or text"),
+        };
+        damaged(place, why)
+    }
+}
+
+impl From<io::Error> for Broken {
+    fn from(e: io::Error) -> Self {
+        Broken::Read(e)
+    }
+}
+
+fn word(stream: &mut dyn Read, big: bool) -> io::Result<u32> {
+    let mut bytes = [0; 4];
+    stream.read_exact(&mut bytes)?;
+    Ok(if big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+}
+
+/// Type and length in bytes.
+fn tag(stream: &mut dyn Read, big: bool) -> Result<(u32, u32), Broken> {
+    Ok((word(stream, big)?, word(stream, big)?))
+}
+
+/// Name, form and values of a variable.
+type Content<'a> = (String, Header, Box<dyn Read + 'a>);
+
+/// The content of a variable's element.
+pub(crate) struct Element<'a> {
+    pub stream: Box<dyn Read + 'a>,
+    pub big: bool,
+}
+
+impl<'a> Element<'a> {
+    /// The variable; of what is no number the values are empty. None for what MATLAB keeps for itself.
+    fn variable(mut self) -> Result<Option<Content<'a>>, Broken> {
+        let flags = word(&mut self.part(16)?.as_slice(), self.big)?;
+        let (class, complex) = (flags & 0xFF, flags & 0x800 != 0);
+        // Objects such as `categorical` and `table` have no shape.
+        let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)? };
+        let axes = shape.chunks_exact(4).map(|mut axis| word(&mut axis, self.big).map(u64::from));
+        let shape = axes.collect::<io::Result<_>>()?;
+        let name = String::from_utf8_lossy(&self.part(MAX_NAME)?).into_owned();
+        if name.is_empty() {
+            return Ok(None);
+        }
+        let mut header = Header {
+            dtype: dtype(class, complex),
+            shape,
+            fortran: true,
+            big: self.big,
+            kind: None,
+            size: 0,
+            matlab: true,
+        };
+        if !(6..=15).contains(&class) || complex {
+            return Ok(Some((name, header, Box::new(io::empty()))));
+        }
+        let (stored, small, bytes) = self.start()?;
+        let Some((kind, size)) = number(stored) else {
+            return Err(Broken::Is(format!("numbers stored as type {stored}")));
+        };
+        (header.kind, header.size) = (Some(kind), size);
+        Ok(Some((name, header, Box::new(Cursor::new(small).chain(self.stream.take(bytes))))))
+    }
+
+    /// Class and shape; the stream goes on behind the name.
+    pub fn form(&mut self) -> Result<(u32, Vec<u64>), Broken> {
+        let class = word(&mut self.part(16)?.as_slice(), self.big)? & 0xFF;
+        let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)? };
+        let axes = shape.chunks_exact(4).map(|mut axis| word(&mut axis, self.big).map(u64::from));
+        let shape = axes.collect::<io::Result<_>>()?;
+        self.part(MAX_NAME)?;
+        Ok((class, shape))
+    }
+
+    /// Type and length in bytes of what comes next.
+    pub fn tag(&mut self) -> Result<(u32, u32), Broken> {
+        tag(&mut self.stream, self.big)
+    }
+
+    /// Type of the next part, the bytes within its tag, and how many follow.
+    pub fn start(&mut self) -> Result<(u32, Vec<u8>, u64), Broken> {
+        let first = word(&mut self.stream, self.big)?;
+        if first >> 16 == 0 {
+            return Ok((first, vec![], word(&mut self.stream, self.big)?.into()));
+        }
+        let mut bytes = vec![0; 4];
+        self.stream.read_exact(&mut bytes)?;
+        bytes.truncate((first >> 16) as usize);
+        Ok((first & 0xFFFF, bytes, 0))
+    }
+
+    /// The next part whole, with what fills it up to eight bytes.
+    fn part(&mut self, most: usize) -> Result<Vec<u8>, Broken> {
+        let (_, mut bytes, follow) = self.start()?;
+        if follow > most as u64 {
+            return Err(Broken::Is(format!("a header part of {follow} bytes")));
+        }
+        let len = follow as usize;
+        if len > 0 {
+            bytes = vec![0; len.next_multiple_of(8)];
+            self.stream.read_exact(&mut bytes)?;
+            bytes.truncate(len);
+        }
+        Ok(bytes)
+    }
+}
+
+/// How NumPy names what MATLAB keeps; other classes by MATLAB's names.
+fn dtype(class: u32, complex: bool) -> String {
+    let name = match class {
+        1 => "cell",
+        2 => "struct",
+        4 => "char",
+        5 => "sparse",
+        6 => "<f8",
+        7 => "<f4",
+        8 => "|i1",
+        9 => "|u1",
+        10 => "<i2",
+        11 => "<u2",
+        12 => "<i4",
+        13 => "<u4",
+        14 => "<i8",
+        15 => "<u8",
+        16 => "function",
+        _ => "object",
+    };
+    if complex { format!("complex {name}") } else { name.into() }
+}
+
+/// Kind and size of stored numbers: whole doubles are stored in as few bytes as they need.
+fn number(stored: u32) -> Option<(Kind, usize)> {
+    Some(match stored {
+        1 => (Kind::Int, 1),
+        2 => (Kind::Uint, 1),
+        3 => (Kind::Int, 2),
+        4 => (Kind::Uint, 2),
+        5 => (Kind::Int, 4),
+        6 => (Kind::Uint, 4),
+        7 => (Kind::Float, 4),
+        9 => (Kind::Float, 8),
+        12 => (Kind::Int, 8),
+        13 => (Kind::Uint, 8),
+        _ => return None,
+    })
+}

@@ -1,0 +1,103 @@
+//! Texts in a MATLAB file: a char matrix, one text a row, or a cell array of them.
+
+use crate::formats::mat::{Archive, Broken, Element, MATRIX};
+use crate::formats::npy::Cap;
+use crate::{Error, Result};
+use std::io::{Cursor, Read};
+
+/// Classes of variables.
+const CELL: u32 = 1;
+const CHAR: u32 = 4;
+/// Most bytes of a text in a cell, its header included, and of a char matrix.
+const MAX_CELL: u32 = 1 << 16;
+const MAX_MATRIX: u64 = 1 << 26;
+/// Most bytes of all cells, about 170 for a word.
+const MAX_ALL: u64 = 1 << 30;
+
+/// Texts, one after the other in rows `[N]` or `[N, k]`.
+pub(crate) struct Texts {
+    pub shape: Vec<u64>,
+    pub values: Vec<String>,
+}
+
+/// The texts of a variable; none of one that holds something else.
+pub(crate) fn read(archive: &mut Archive, name: &str, place: &str, cap: Cap) -> Result<Option<Texts>> {
+    let Some((at, mut element)) = archive.element_of(name)? else { return Ok(None) };
+    let texts = (|| {
+        let (class, shape) = element.form()?;
+        match (class, shape.as_slice()) {
+            (CHAR, &[_, _]) => {
+                let values = rows(&mut element, &shape)?;
+                Ok(Some(Texts { shape: vec![shape[0]], values }))
+            }
+            (CELL, &[rows, columns]) => cells(&mut element, rows, columns, cap),
+            _ => Ok(None),
+        }
+    })();
+    texts.map_err(|why: Broken| why.at(place, at)).and_then(|texts| match texts {
+        Some(texts) if texts.values.len() as u64 > cap.values => {
+            Err(Error::TooLarge { at: place.into(), shape: texts.shape, limit: cap.values, hint: cap.hint })
+        }
+        other => Ok(other),
+    })
+}
+
+/// The texts of a cell array, which lie column by column; none where a cell holds something else.
+fn cells(element: &mut Element, rows: u64, columns: u64, cap: Cap) -> Result<Option<Texts>, Broken> {
+    let count = rows.saturating_mul(columns);
+    if count > cap.values {
+        return Err(Broken::Is(format!("a cell array of {count} cells")));
+    }
+    let (mut stored, mut all) = (vec![], 0);
+    for _ in 0..count {
+        let (kind, bytes) = element.tag()?;
+        all += u64::from(bytes);
+        if kind != MATRIX || bytes > MAX_CELL || all > MAX_ALL {
+            return Err(Broken::Is(format!("a cell of type {kind} and {bytes} bytes")));
+        }
+        let mut own = vec![0; bytes as usize];
+        element.stream.read_exact(&mut own)?;
+        // An empty cell has no content at all.
+        if own.is_empty() {
+            return Ok(None);
+        }
+        let mut own = Element { stream: Box::new(Cursor::new(own)), big: element.big };
+        let (class, shape) = own.form()?;
+        if class != CHAR || shape.len() != 2 || shape[0] > 1 {
+            return Ok(None);
+        }
+        stored.push(self::rows(&mut own, &shape)?.pop().unwrap_or_default());
+    }
+    let (rows, columns) = (rows as usize, columns as usize);
+    let values = (0..stored.len()).map(|i| stored[(i % columns) * rows + i / columns].clone()).collect();
+    let shape = if rows.min(columns) == 1 { vec![count] } else { vec![rows as u64, columns as u64] };
+    Ok(Some(Texts { shape, values }))
+}
+
+/// The rows of a char matrix without the blanks that fill them up.
+fn rows(element: &mut Element, shape: &[u64]) -> Result<Vec<String>, Broken> {
+    let (rows, columns) = (shape[0] as usize, shape[1] as usize);
+    if shape[0].saturating_mul(shape[1]) > MAX_MATRIX {
+        return Err(Broken::Is(format!("a text of {rows} by {columns} characters")));
+    }
+    let (kind, mut bytes, follow) = element.start()?;
+    if follow > 0 {
+        (&mut element.stream).take(follow.min(4 * MAX_MATRIX)).read_to_end(&mut bytes)?;
+    }
+    let wide =
+        |pair: &[u8; 2]| if element.big { u16::from_be_bytes(*pair) } else { u16::from_le_bytes(*pair) };
+    let characters: Vec<char> = match kind {
+        // UTF-8, or bytes.
+        1 | 2 | 16 => String::from_utf8_lossy(&bytes).chars().collect(),
+        // UTF-16.
+        4 | 17 => char::decode_utf16(bytes.as_chunks::<2>().0.iter().map(wide))
+            .map(|unit| unit.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect(),
+        other => return Err(Broken::Is(format!("characters stored as type {other}"))),
+    };
+    if characters.len() != rows * columns {
+        return Err(Broken::Is(format!("{} characters of {rows} by {columns}", characters.len())));
+    }
+    let row = |r: usize| (0..columns).map(|c| characters[c * rows + r]).collect::<String>();
+    Ok((0..rows).map(|r| row(r).trim_end().to_string()).collect())
+}

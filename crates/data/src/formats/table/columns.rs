@@ -1,0 +1,149 @@
+//! What the columns of a table are, by options and header.
+
+use crate::formats::table::options::{Clock, TableForm, TableOptions};
+use crate::options::Options;
+use crate::{Error, Result};
+
+/// Names of the column that says which recording a row belongs to, also followed by `_id`.
+const RECORDING: [&str; 3] = ["recording", "series", "sequence"];
+/// Names of the column of labels; the first that is there is it. `y` is too, but not beside `x`: an axis.
+const LABEL: [&str; 3] = ["label", "class", "target"];
+
+/// Columns that a message lists.
+const NAMES: usize = 16;
+
+/// The columns of a table by what they are for, as positions.
+pub(crate) struct TableColumns {
+    pub form: TableForm,
+    pub recording: Option<usize>,
+    pub time: Option<(usize, Clock)>,
+    pub label: Option<usize>,
+    pub group: Option<usize>,
+    /// Marks of the samples to test on.
+    pub test: Option<usize>,
+    /// Columns that may be channels: those that are named, or all others but those to be ignored.
+    pub rest: Vec<usize>,
+    /// Axes of the channels of a row; none where they are a list.
+    pub shape: Vec<usize>,
+}
+
+impl TableColumns {
+    /// Reads the `header`. A label is `needed` of a set to learn from.
+    pub fn of(header: &[String], file: &str, options: &Options, needed: bool) -> Result<Self> {
+        let header = Header { names: header, file };
+        let table = &options.table;
+        for name in &table.ignore {
+            header.named(name, "table.ignore")?;
+        }
+        let recording = match &table.recording {
+            Some(name) => Some(header.named(name, "table.recording")?),
+            None => recording_in(header.names),
+        };
+        let time = header.time(table)?;
+        let form = match (table.form, recording, time) {
+            (Some(form), _, _) => form,
+            (None, Some(_), _) => TableForm::Long,
+            (None, None, None) => TableForm::Wide,
+            (None, None, Some((at, _))) => {
+                let time = &header.names[at];
+                return Err(header.refuse(format!(
+                    "has a column {time:?} but none that says which recording a row belongs to; name it with \
+                     table.recording, or set table.form = \"wide\" where each row is a sample"
+                )));
+            }
+        };
+        if form == TableForm::Long && recording.is_none() {
+            return Err(header.missing("recording", "table.recording"));
+        }
+        let default = Options::default();
+        let label = match options.y == default.y {
+            false => Some(header.named(&options.y, "y")?),
+            true => LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y()),
+        };
+        if needed && label.is_none() {
+            return Err(header.missing("label", "y"));
+        }
+        let group = match &options.group {
+            Some(name) => Some(header.named(name, "group")?),
+            None => header.find("group"),
+        };
+        let test = options.test.as_ref().map(|name| header.named(name, "test")).transpose()?;
+        let used = [recording, time.map(|(at, _)| at), label, group, test];
+        let is_ignored = |name: &String| {
+            // Spreadsheets and data frames write their row numbers in a column without a name. What says the class in
+            // other words would be learned as a reading.
+            name.is_empty() || table.ignore.contains(name) || is_no_reading(name)
+        };
+        let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(&header.names[*at]);
+        let told = |name: &String| header.named(name, "table.columns");
+        let rest = match table.columns.is_empty() {
+            true => (0..header.names.len()).filter(is_free).collect(),
+            false => table.columns.iter().map(told).collect::<Result<_>>()?,
+        };
+        Ok(Self { form, recording, time, label, group, test, rest, shape: table.shape.clone() })
+    }
+
+    /// Every column that is used beside the channels; the time of a sample is no feature of it.
+    pub fn used(&self) -> impl Iterator<Item = usize> {
+        let time = self.time.filter(|_| self.form == TableForm::Long).map(|(at, _)| at);
+        [self.recording, time, self.label, self.group, self.test].into_iter().flatten()
+    }
+}
+
+/// The column that says which recording a row belongs to, by the names it usually has.
+pub(crate) fn recording_in(names: &[String]) -> Option<usize> {
+    let is_it = |name: &String| {
+        let name = name.to_lowercase();
+        RECORDING.contains(&name.strip_suffix("_id").unwrap_or(&name))
+    };
+    names.iter().position(is_it)
+}
+
+/// Whether a column that has no role is called like one that has.
+fn is_no_reading(name: &str) -> bool {
+    let is_named = LABEL.iter().chain(&["group"]).any(|own| own.eq_ignore_ascii_case(name));
+    is_named || recording_in(&[name.into()]).is_some()
+}
+
+/// The names of the columns.
+struct Header<'h> {
+    names: &'h [String],
+    file: &'h str,
+}
+
+impl Header<'_> {
+    fn find(&self, name: &str) -> Option<usize> {
+        let exact = self.names.iter().position(|own| own == name);
+        exact.or_else(|| self.names.iter().position(|own| own.eq_ignore_ascii_case(name)))
+    }
+
+    fn lone_y(&self) -> Option<usize> {
+        self.find("y").filter(|_| self.find("x").is_none())
+    }
+
+    /// The column that an option names.
+    fn named(&self, name: &str, option: &'static str) -> Result<usize> {
+        self.find(name).ok_or_else(|| self.missing(name, option))
+    }
+
+    fn time(&self, table: &TableOptions) -> Result<Option<(usize, Clock)>> {
+        let at = match &table.time {
+            Some(name) => Some(self.named(name, "table.time")?),
+            None => self.names.iter().position(|name| Clock::of_column(name).is_some()),
+        };
+        let clock = |at: usize| table.clock.or(Clock::of_column(&self.names[at])).unwrap_or(Clock::Seconds);
+        Ok(at.map(|at| (at, clock(at))))
+    }
+
+    fn missing(&self, name: &str, option: &'static str) -> Error {
+        let held = match self.names.len().saturating_sub(NAMES) {
+            0 => self.names.join(", "),
+            more => format!("{} and {more} more", self.names[..NAMES].join(", ")),
+        };
+        self.refuse(format!("has no column {name:?}; name one with {option}. It has {held}"))
+    }
+
+    fn refuse(&self, why: String) -> Error {
+        Error::Table { file: self.file.into(), why }
+    }
+}

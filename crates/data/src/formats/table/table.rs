@@ -1,0 +1,279 @@
+//! One table of many recordings, in CSV or Parquet.
+
+use crate::dataset::labels::by_name;
+use crate::dataset::raw::{Facts, Names, Raw, name_of};
+use crate::formats::clock::Timing;
+use crate::formats::parquet_file;
+use crate::formats::table::columns::{TableColumns, recording_in};
+use crate::formats::table::long::{self, Recording};
+use crate::formats::table::options::{TableForm, TableOptions};
+use crate::formats::table::text_columns::{Row, TableText};
+use crate::layout::arrays;
+use crate::layout::names_file;
+use crate::length::ragged::{Collected, Ragged};
+use crate::options::{Options, refuse_set};
+use crate::{Error, Result};
+use std::collections::HashMap;
+use std::path::Path;
+use taxel_base::Layout;
+
+/// Whether a path is named as a table.
+pub(crate) fn is_named(path: &Path) -> bool {
+    let is_text = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("tsv");
+    path.extension().is_some_and(is_text) || parquet_file::is_named(path)
+}
+
+/// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
+pub(crate) fn is_table(path: &Path, options: &Options, rank: usize) -> bool {
+    let says = || {
+        let table = TableText::open(path, &options.limits);
+        let named =
+            |header: &[String]| options.table.recording.as_ref().is_some_and(|name| header.contains(name));
+        table.is_ok_and(|table| recording_in(&table.header).is_some() || named(&table.header))
+    };
+    // A model's columns alone do not make a table of a file.
+    let is_told = options.table.form.is_some()
+        || !options.table.shape.is_empty()
+        || options.table.columns.is_empty() && options.table != TableOptions::default();
+    is_named(path) && (rank == 1 || parquet_file::is_named(path) || is_told || says())
+}
+
+/// Reads a table with labels.
+///
+/// - wide: a row is a sample `[F]`, or of the shape that is said.
+/// - long: rows of the same recording are its readings over time, `[C, T]`, or `[T, H, W]` where a row has that shape;
+///   recordings may differ in length, and their rows may be mixed.
+///
+/// Columns of texts without a role are passed over and named in the card.
+pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
+    read_with(path, options, true)
+}
+
+/// The same of a table that may have no labels: `y` is empty then.
+pub(crate) fn read_unlabelled(path: &Path, options: &Options) -> Result<Raw> {
+    read_with(path, options, false)
+}
+
+fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> {
+    let file = path.display().to_string();
+    let why = "does not apply to a table, whose channels are its other columns; leave it out";
+    let default = Options::default();
+    refuse_set(&file, &[("x", options.x != default.x), ("resize", options.resize.is_some())], why)?;
+    let table = TableText::open(path, &options.limits)?;
+    let beside = names_file::lenient(path, &options.limits)?;
+    taken(&table, name_of(path), beside, options, needs_labels, None)
+}
+
+/// Reads a table that is open; `told` says the label of each recording in the place of a column.
+pub(crate) fn taken(
+    table: &TableText,
+    set: String,
+    beside: (Option<Names>, Facts),
+    options: &Options,
+    needs_labels: bool,
+    told: Option<&HashMap<String, String>>,
+) -> Result<Raw> {
+    let file = table.file.clone();
+    let columns = TableColumns::of(&table.header, &file, options, needs_labels && told.is_none())?;
+    let (channels, texts) = table.numeric(columns.rest.clone())?;
+    if channels.is_empty() {
+        let held = table.header.join(", ");
+        return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
+    }
+    refuse_shape(table, &columns, channels.len())?;
+    let (names, mut facts) = beside;
+    let (mut all, x, timing) = match columns.form {
+        TableForm::Wide => wide(table, &columns, &channels, options)?,
+        TableForm::Long => long::read(table, &columns, &channels, options)?,
+    };
+    if let Some(timing) = &timing {
+        facts.rate = Some(timing.rate());
+        facts.stamped = facts.rate;
+    }
+    if let Some(told) = told {
+        for own in &mut all {
+            let label = told.get(&own.name).cloned();
+            let why = || table.refuse(format!("recording {:?} has no row in labels.csv", own.name));
+            own.label = Some(label.ok_or_else(why)?);
+        }
+    }
+    let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
+    let name = |at: usize| table.header[at].clone();
+    let y_name = columns.label.map_or_else(|| "label".into(), name);
+    let labels = labels(&all, &y_name, &file, names)?;
+    let kind = match (columns.form, columns.shape.len()) {
+        (TableForm::Wide, 0 | 1) => Some(Layout::Features),
+        (TableForm::Wide, 2) => Some(Layout::Image),
+        // Colours, frames or fingers.
+        (TableForm::Wide, _) => None,
+        (TableForm::Long, 0) => Some(Layout::Series),
+        (TableForm::Long, _) => Some(Layout::Sequence),
+    };
+    let mut read_as = vec![described(table, &columns, channels.len())];
+    read_as.extend(timing.map(|timing| timing.to_string()));
+    let used: Vec<usize> = columns.used().collect();
+    let is_text = |at: &usize| texts.contains(at);
+    let is_other = |at: &usize| !used.contains(at) && !channels.contains(at) && !is_text(at);
+    Ok(Raw {
+        name: set,
+        dtype: table.dtype().into(),
+        format: kind,
+        row_hash: x.hashes(),
+        x,
+        x_name: "the table".into(),
+        y_name,
+        y: labels.0,
+        columns: 1,
+        names: labels.1,
+        facts,
+        groups: groups(&all, columns.group.map(name), &file, options)?,
+        official: columns.test.map(|at| (name(at), all.iter().filter_map(|own| own.mark).collect())),
+        origins: all.into_iter().map(|own| own.name).collect(),
+        others: texts.iter().map(|at| name(*at)).collect(),
+        ignored: (0..table.header.len())
+            .filter(is_other)
+            .map(|at| format!("column {:?}", name(at)))
+            .collect(),
+        read_as,
+        topics: vec![],
+        table: Some(remembered(table, &columns, &channels)),
+        is_folder: false,
+        file,
+    })
+}
+
+/// What another table must hold to be read alike; a row there is what it is here by its columns.
+fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> TableOptions {
+    let name = |at: usize| table.header[at].clone();
+    let is_long = columns.form == TableForm::Long;
+    let time = columns.time.filter(|_| is_long);
+    TableOptions {
+        form: None,
+        recording: columns.recording.filter(|_| is_long).map(name),
+        time: time.map(|(at, _)| name(at)),
+        clock: time.map(|(_, clock)| clock),
+        ignore: vec![],
+        columns: channels.iter().copied().map(name).collect(),
+        shape: columns.shape.clone(),
+    }
+}
+
+/// Refuses a shape that the channels of a row do not have.
+fn refuse_shape(table: &TableText, columns: &TableColumns, channels: usize) -> Result<()> {
+    let TableColumns { form, shape, .. } = columns;
+    if shape.is_empty() {
+        return Ok(());
+    }
+    let (axes, wanted) = match form {
+        TableForm::Wide => (1..=3, "one to three axes"),
+        TableForm::Long => (2..=2, "two axes, rows and columns of taxels"),
+    };
+    if !axes.contains(&shape.len()) {
+        return Err(
+            table.refuse(format!("is {form}, whose rows have {wanted}, and table.shape is {shape:?}"))
+        );
+    }
+    let takes = shape.iter().fold(1usize, |all, axis| all.saturating_mul(*axis));
+    match takes == channels {
+        true => Ok(()),
+        false => Err(table.refuse(format!(
+            "has {channels} channels in a row, and table.shape {shape:?} takes {takes}; say which with table.columns, or \
+             which are none with table.ignore"
+        ))),
+    }
+}
+
+/// How the table was taken, for the card.
+fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
+    let name = |at: usize| &table.header[at];
+    let axes = columns.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+    let mut parts = vec![match (columns.form, columns.shape.as_slice()) {
+        (TableForm::Wide, []) => format!("a wide table: a row is a sample of {channels} features"),
+        (TableForm::Wide, _) => format!("a wide table: a row is a sample of {axes} readings"),
+        (TableForm::Long, []) => format!("a long table: a row is a reading of {channels} channels"),
+        (TableForm::Long, _) => format!("a long table: a row is a frame of {axes} readings"),
+    }];
+    let role = |role: &str, at: Option<usize>| at.map(|at| format!("{role} by {:?}", name(at)));
+    parts.extend(role("recordings", columns.recording));
+    if let (TableForm::Long, Some((at, clock))) = (columns.form, columns.time) {
+        parts.push(format!("time by {:?} in {}", name(at), clock.name()));
+    }
+    parts.extend(role("labels", columns.label));
+    parts.extend(role("groups", columns.group));
+    parts.join(", ")
+}
+
+fn wide(
+    table: &TableText,
+    columns: &TableColumns,
+    channels: &[usize],
+    options: &Options,
+) -> Result<(Vec<Recording>, Option<Ragged>, Option<Timing>)> {
+    let mut collected =
+        Collected::new(&table.file, options.limits).of_about(table.likely_rows(channels.len()));
+    let mut all = vec![];
+    let mut values = vec![0.0; channels.len()];
+    let list = [channels.len()];
+    let shape = if columns.shape.is_empty() { &list[..] } else { &columns.shape };
+    table.rows(|row: Row| {
+        let name = match columns.recording {
+            Some(at) => row.named(at)?,
+            None => format!("line {}", row.line),
+        };
+        for (value, at) in values.iter_mut().zip(channels) {
+            *value = row.number(*at)?;
+        }
+        let own = Recording::of(&row, name, columns)?;
+        long::refuse_many(table, all.len(), options)?;
+        collected.push(&own.name, shape, &values, None, "")?;
+        all.push(own);
+        Ok(true)
+    })?;
+    Ok((all, collected.finish(), None))
+}
+
+/// Labels as positions among their names: those of the file beside, or those that occur.
+fn labels(all: &[Recording], y: &str, file: &str, names: Option<Names>) -> Result<(Vec<i64>, Option<Names>)> {
+    let texts: Vec<String> = all.iter().filter_map(|own| own.label.clone()).collect();
+    if texts.is_empty() {
+        return Ok((vec![], names));
+    }
+    let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
+    match (names, numbers) {
+        (Some(names), Some(numbers)) if names.columns.iter().any(|own| !own.contains(&texts[0])) => {
+            Ok((numbers, Some(names)))
+        }
+        (Some(names), _) => {
+            let read = arrays::named(texts, 1, y, file, Some(&names))?;
+            Ok((read.values, Some(names)))
+        }
+        (None, _) => {
+            let (classes, values) = by_name(texts);
+            let names = Names { file: y.into(), columns: vec![classes], is_told: true };
+            Ok((values.into_iter().map(i64::from).collect(), Some(names)))
+        }
+    }
+}
+
+/// Groups: whole numbers as they are, texts as positions among those that occur.
+fn groups(
+    all: &[Recording],
+    name: Option<String>,
+    file: &str,
+    options: &Options,
+) -> Result<Option<(String, Vec<i64>)>> {
+    let refuse = |why| Err(Error::Option { file: file.into(), option: "group-block", why });
+    let Some(name) = name else {
+        return match options.group_block {
+            None => Ok(None),
+            Some(_) => refuse("needs a column to divide into blocks; name it with group = \"trial\""),
+        };
+    };
+    let texts: Vec<String> = all.iter().filter_map(|own| own.group.clone()).collect();
+    let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
+    match (numbers, options.group_block) {
+        (Some(numbers), _) => Ok(Some((name, numbers))),
+        (None, Some(_)) => refuse("divides consecutive numbers, but the groups are texts; leave it out"),
+        (None, None) => Ok(Some((name, by_name(texts).1.into_iter().map(i64::from).collect()))),
+    }
+}

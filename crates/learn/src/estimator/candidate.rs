@@ -1,0 +1,278 @@
+//! What is compared: networks with their recipes, and baselines.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use taxel_baselines::Method;
+use taxel_faults::{Fault, TrainingFaults};
+use taxel_graph::{Graph, Weights};
+
+use crate::encoding::SERIES;
+use crate::error::{Error, Result};
+use crate::estimator::search::Search;
+use crate::problem::{Check, Problem, fault_problem, require, within};
+use crate::training::recipe::Recipe;
+
+/// Ends the name of what is trained under faults.
+const HARDENED: &str = ".hardened";
+
+/// One network or baseline of an experiment, under the name that tables and files give it.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Letters, digits, `.`, `_`, `-`, not starting with a dot: it names files.
+    pub name: String,
+    /// What is trained.
+    pub estimator: Estimator,
+    /// Name in the registry, or of the baseline.
+    pub zoo: String,
+    /// Where it is published.
+    pub paper: String,
+    /// Sizes and settings that its graph was built with, for readers of the results.
+    pub settings: Map<String, Value>,
+    /// What its authors report on their own data.
+    pub published: Option<Published>,
+    /// What it stands beside, where it was made by [`Candidate::hardened`].
+    pub twin: Option<Twin>,
+}
+
+/// The candidate that another one was made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Twin {
+    /// Name of the candidate that is trained alike, but on clean samples.
+    pub clean: String,
+    /// The fault that is left out of training to see how it is met unknown.
+    pub unmet: Option<Fault>,
+}
+
+/// How a row was trained under faults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hardening {
+    /// What its training samples met.
+    pub faults: TrainingFaults,
+    /// The row that was trained alike, but on clean samples, where the run has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clean: Option<String>,
+    /// The fault that was left out of training to see how it is met unknown: the row is there for that alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmet: Option<Fault>,
+}
+
+/// What learns from samples.
+#[derive(Debug, Clone)]
+pub enum Estimator {
+    /// A network, trained by the engine.
+    Network(Box<Trainable>),
+    /// A method that costs almost nothing.
+    Baseline {
+        /// The method with its settings.
+        method: Method,
+        /// Faults of the copies that it learns from, beside the clean samples. Default no copies.
+        faults: Option<Box<TrainingFaults>>,
+    },
+}
+
+/// A network with all that its training needs besides samples.
+#[derive(Debug, Clone)]
+pub struct Trainable {
+    /// The network; its inputs have the shapes that the encoding makes.
+    pub graph: Graph,
+    /// How it is trained.
+    pub recipe: Recipe,
+    /// Recipes among which each fold chooses; then `recipe` is not trained.
+    pub search: Option<Search>,
+    /// Tensors that it starts from; a head for another number of classes is drawn. Default fresh weights.
+    pub start: Option<Arc<Weights>>,
+}
+
+/// Published scores in %, each `[mean, SD]`, or `[mean]` where no spread is published: never measured here,
+/// never on these data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// Where they stand: `paper 000, Table 5`.
+    pub table: String,
+    /// Accuracy.
+    pub accuracy: Vec<f64>,
+    /// Macro precision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Vec<f64>>,
+    /// Macro recall.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recall: Option<Vec<f64>>,
+    /// Macro F1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f1: Option<Vec<f64>>,
+    /// "Model size" as printed, in MB; the papers' are 2^20 bytes (`docs/costs.md`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub megabytes: Option<f64>,
+    /// As printed; what a paper counts as an operation is its own (`docs/costs.md`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gflops: Option<f64>,
+    /// Seconds of one training as printed, on the authors' machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+}
+
+impl Candidate {
+    /// A network under the name of its graph.
+    pub fn network(graph: Graph, recipe: Recipe) -> Self {
+        let name = graph.name().to_string();
+        let trainable = Trainable { graph, recipe, search: None, start: None };
+        Candidate {
+            zoo: name.clone(),
+            name,
+            estimator: Estimator::Network(Box::new(trainable)),
+            paper: String::new(),
+            settings: Map::new(),
+            published: None,
+            twin: None,
+        }
+    }
+
+    /// A baseline under its own name.
+    pub fn baseline(method: Method) -> Self {
+        Candidate {
+            name: method.name().into(),
+            estimator: Estimator::Baseline { method, faults: None },
+            zoo: method.name().into(),
+            paper: method.reference().into(),
+            settings: Map::new(),
+            published: None,
+            twin: None,
+        }
+    }
+
+    /// The same trained under `faults`, as `<name>.hardened`; with a fault that is left `unmet` as
+    /// `<name>.without-<fault>`.
+    pub fn hardened(&self, faults: &TrainingFaults, unmet: Option<Fault>) -> Self {
+        let mut faults = faults.clone();
+        let name = match unmet {
+            Some(fault) => {
+                faults.without.push(fault);
+                format!("{}.without-{fault}", self.name)
+            }
+            None => format!("{}{HARDENED}", self.name),
+        };
+        let mut own = self.clone();
+        match &mut own.estimator {
+            Estimator::Baseline { faults: before, .. } => *before = Some(Box::new(faults)),
+            Estimator::Network(network) => {
+                for tried in network.search.iter_mut().flat_map(|search| &mut search.grid) {
+                    tried.recipe.faults = Some(faults.clone());
+                }
+                network.recipe.faults = Some(faults);
+            }
+        }
+        // What is published was not trained so.
+        Candidate { name, published: None, twin: Some(Twin { clean: self.name.clone(), unmet }), ..own }
+    }
+
+    /// The faults that it is trained under; none where it is trained on clean samples.
+    pub fn faults(&self) -> Option<&TrainingFaults> {
+        let faults = match &self.estimator {
+            Estimator::Network(network) => network.recipe.faults.as_ref(),
+            Estimator::Baseline { faults, .. } => faults.as_deref(),
+        };
+        faults.filter(|faults| !faults.is_clean())
+    }
+
+    /// Names of the inputs that it reads.
+    pub fn inputs(&self) -> Vec<&str> {
+        match &self.estimator {
+            Estimator::Network(network) => network.graph.inputs().map(|node| node.name.as_str()).collect(),
+            Estimator::Baseline { .. } => vec![SERIES],
+        }
+    }
+
+    /// # Errors
+    /// A name that cannot name files, a recipe out of range, published scores that are none, frozen nodes that
+    /// the network does not have.
+    pub fn check(&self) -> Result<()> {
+        file_name("name", &self.name)?;
+        if let Some(published) = &self.published {
+            published.check().map_err(|problem| problem.below("published"))?;
+        }
+        let network = match &self.estimator {
+            Estimator::Network(network) => network,
+            Estimator::Baseline { method, faults } => {
+                if let Method::MiniRocket { features } = method {
+                    within("features", *features, 1, 1_000_000)?;
+                }
+                return match faults {
+                    Some(faults) => Ok(faults.check().map_err(fault_problem)?),
+                    None => Ok(()),
+                };
+            }
+        };
+        network.recipe.check()?;
+        if let Some(search) = &network.search {
+            search.check().map_err(|problem| problem.below("search"))?;
+        }
+        network.check_frozen()
+    }
+}
+
+impl Trainable {
+    /// Names frozen nodes that the network does not have.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check_frozen(&self) -> Result<()> {
+        self.graph.covered(&self.recipe.frozen).map(|_| ()).map_err(|error| {
+            Problem::new("frozen", format!("{:?}", self.recipe.frozen), error.to_string()).into()
+        })
+    }
+
+    /// Names of the tensors that [`Trainable::start`] does not give: a head for other classes.
+    ///
+    /// # Errors
+    /// Any other tensor that is missing, extra or misshaped, by name.
+    pub fn drawn(&self) -> Result<Vec<String>> {
+        let Some(start) = self.start.as_deref() else { return Ok(vec![]) };
+        let mut fresh = Weights::init(&self.graph, self.recipe.init, 0, "checkpoint");
+        fresh.start_from(&self.graph, start, false).map_err(Error::from)
+    }
+}
+
+/// The candidate that [`Candidate::hardened`] made `name` of; any other name stands for itself.
+pub fn clean(name: &str) -> &str {
+    name.strip_suffix(HARDENED).unwrap_or(name)
+}
+
+/// Letters, digits, `.`, `_`, `-`, not starting with a dot: safe as part of a file name.
+///
+/// # Errors
+/// Any other name.
+pub fn file_name(key: &str, name: &str) -> Check {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+    let safe = !name.is_empty() && name.len() <= 100 && !name.starts_with('.') && name.chars().all(plain);
+    let reason = "must be 1 to 100 letters, digits, `.`, `_` or `-`, not starting with `.`: it names files";
+    require(safe, key, format!("{name:?}"), reason)
+}
+
+impl Published {
+    /// # Errors
+    /// Scores that are no percentages, costs that are not above 0.
+    pub fn check(&self) -> Check {
+        let scores = [
+            ("accuracy", Some(&self.accuracy)),
+            ("precision", self.precision.as_ref()),
+            ("recall", self.recall.as_ref()),
+            ("f1", self.f1.as_ref()),
+        ];
+        for (name, score) in scores.into_iter().filter_map(|(name, score)| Some((name, score?))) {
+            let percent = (1..=2).contains(&score.len()) && score.iter().all(|v| (0.0..=100.0).contains(v));
+            let reason = "must be [mean, SD] or [mean] in %, each in [0, 100]";
+            require(percent, name, format!("{score:?}"), reason)?;
+        }
+        for (name, cost) in
+            [("megabytes", self.megabytes), ("gflops", self.gflops), ("seconds", self.seconds)]
+        {
+            if let Some(cost) = cost {
+                require(cost.is_finite() && cost > 0.0, name, cost, "must be above 0")?;
+            }
+        }
+        Ok(())
+    }
+}

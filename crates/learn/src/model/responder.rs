@@ -1,0 +1,86 @@
+//! A trained network that answers: frozen, for many samples on several threads.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+use taxel_graph::{Graph, Weights};
+use taxel_runtime::{Frozen, Ranges, Workspace};
+
+use crate::error::Result;
+use crate::training::part::pool;
+
+/// Samples that a thread takes at a time.
+const SHARE: usize = 16;
+
+/// A frozen network with what several threads need to ask it.
+pub(crate) struct Responder {
+    frozen: Frozen,
+    batch: usize,
+    /// None where the caller's thread is enough.
+    pool: Option<rayon::ThreadPool>,
+    /// Workspaces that nobody is using.
+    idle: Mutex<Vec<Workspace>>,
+}
+
+impl Responder {
+    /// Freezes `graph` with `weights`, in eight bits where there are `ranges`, to answer up to `batch` samples at a
+    /// time on each of `threads` threads. Answers depend on neither.
+    ///
+    /// # Errors
+    /// Weights that do not fit the graph, or threads that cannot be started.
+    pub fn new(
+        graph: &Graph,
+        weights: &Weights,
+        ranges: Option<&Ranges>,
+        batch: usize,
+        threads: usize,
+    ) -> Result<Self> {
+        let frozen = match ranges {
+            Some(ranges) => Frozen::quantized(graph, weights, ranges)?,
+            None => Frozen::new(graph, weights)?,
+        };
+        let pool = if threads > 1 { Some(pool(threads)?) } else { None };
+        Ok(Responder { frozen, batch: batch.min(SHARE), pool, idle: Mutex::default() })
+    }
+
+    /// The network.
+    pub fn frozen(&self) -> &Frozen {
+        &self.frozen
+    }
+
+    /// Logits `[n, outputs]` of `inputs`, each `[n, ..]`.
+    ///
+    /// # Errors
+    /// Inputs of another number or length.
+    pub fn answer(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
+        if n == 0 {
+            return Ok(vec![]);
+        }
+        let width = self.frozen.logits();
+        let mut logits = vec![0.0; n * width];
+        let share = |first: usize, logits: &mut [f32]| {
+            let count = logits.len() / width;
+            let rows = |x: &&[f32]| first * (x.len() / n)..(first + count) * (x.len() / n);
+            let parts: Vec<&[f32]> = inputs.iter().map(|x| &x[rows(x)]).collect();
+            let mut workspace = self.borrow();
+            let answered = self.frozen.answers(&mut workspace, &parts, logits);
+            self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+            answered
+        };
+        match &self.pool {
+            Some(pool) if n > 1 => {
+                // As many samples for each, but few at a time.
+                let each = n.div_ceil(pool.current_num_threads()).min(SHARE);
+                let shares = logits.par_chunks_mut(each * width).enumerate();
+                pool.install(|| shares.try_for_each(|(at, logits)| share(at * each, logits)))?;
+            }
+            _ => share(0, &mut logits)?,
+        }
+        Ok(logits)
+    }
+
+    fn borrow(&self) -> Workspace {
+        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        idle.unwrap_or_else(|| self.frozen.workspace_for(self.batch))
+    }
+}

@@ -1,0 +1,242 @@
+//! Networks and baselines compared on the same folds: what is run, on what, how it is divided.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+use taxel_data::Dataset;
+
+use crate::encoding::{Encoder, Encoding};
+use crate::error::{Error, Result};
+use crate::estimator::candidate::{Candidate, Estimator, file_name};
+use crate::model::digest;
+use crate::problem::{Problem, require};
+use crate::progress::{Progress, Silent};
+use crate::run::folder::{Identity, RunFolder};
+use crate::run::options::RunOptions;
+use crate::run::plan::Plan;
+use crate::run::protocol::Protocol;
+use crate::run::records::FoldKey;
+use crate::run::results::Results;
+use crate::run::run::Run;
+
+/// Networks and baselines that are trained and tested on the same folds of one data set.
+///
+/// ```
+/// use taxel_baselines::Method;
+/// use taxel_data::Dataset;
+/// use taxel_base::Layout;
+/// use taxel_learn::{Candidate, CrossValidation, Protocol};
+/// # let value = |at: ndarray::IxDyn| (at[0] % 2) as f32 + 0.001 * (at[0] + 10 * at[2]) as f32;
+/// # let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], value);
+/// # let labels: Vec<&str> = (0..12).map(|i| ["soft", "hard"][i % 2]).collect();
+///
+/// let presses = Dataset::new("presses", Layout::Series, x, &labels)?;
+/// let results = CrossValidation::new(&presses)
+///     .protocol(Protocol::k_fold(3))
+///     .candidate(Candidate::baseline(Method::NearestNeighbours { k: 1 }))
+///     .run()?;
+/// assert_eq!(results.networks[0].mean.map(|mean| mean.accuracy), Some(100.0));
+/// # Ok::<(), taxel_learn::Error>(())
+/// ```
+pub struct CrossValidation<'a> {
+    /// Name of the run: letters, digits, `.`, `_`, `-`.
+    pub name: String,
+    /// One line for tables and reports.
+    pub title: Option<String>,
+    /// How samples are divided.
+    pub protocol: Protocol,
+    /// What is compared, in the order of the table.
+    pub candidates: Vec<Candidate>,
+    /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
+    pub look_alikes: BTreeMap<String, Vec<String>>,
+    /// Networks that cannot take such samples, and why: the results name them.
+    pub left_out: BTreeMap<String, String>,
+    /// Seed of every random choice.
+    pub seed: u64,
+    encoding: Encoding,
+    encoder: Encoder<'a>,
+}
+
+impl<'a> CrossValidation<'a> {
+    /// Stratified 5-fold cross-validation of nothing yet, on z-scored signals, with seed 0.
+    pub fn new(dataset: &'a Dataset) -> Self {
+        CrossValidation {
+            name: dataset.name.clone(),
+            title: None,
+            protocol: Protocol::default(),
+            candidates: vec![],
+            look_alikes: BTreeMap::new(),
+            left_out: BTreeMap::new(),
+            seed: 0,
+            encoding: Encoding::default(),
+            encoder: Encoder::new(&Encoding::default(), dataset),
+        }
+    }
+
+    /// Adds a network or baseline.
+    pub fn candidate(mut self, candidate: Candidate) -> Self {
+        self.candidates.push(candidate);
+        self
+    }
+
+    /// Divides samples otherwise.
+    pub fn protocol(self, protocol: Protocol) -> Self {
+        CrossValidation { protocol, ..self }
+    }
+
+    /// Encodes samples otherwise.
+    pub fn encoding(self, encoding: Encoding) -> Self {
+        let encoder = Encoder::new(&encoding, self.encoder.dataset());
+        CrossValidation { encoding, encoder, ..self }
+    }
+
+    /// Another seed.
+    pub fn seed(self, seed: u64) -> Self {
+        CrossValidation { seed, ..self }
+    }
+
+    /// What makes the inputs: asked for their shapes before networks are built for them.
+    pub fn encoder(&mut self) -> &mut Encoder<'a> {
+        &mut self.encoder
+    }
+
+    /// Every fold of every row, in the order in which they are run; baselines that the samples do not allow are
+    /// left out.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`], before anything is trained.
+    pub fn keys(self) -> Result<Vec<FoldKey>> {
+        Ok(self.plan()?.keys)
+    }
+
+    /// Trains and tests everything in memory: no file is written, no model kept.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`].
+    pub fn run(self) -> Result<Results> {
+        let (plan, options) = (self.plan()?, RunOptions::default());
+        let mut run = Run::new(plan, &options, None);
+        run.all(&Silent, &AtomicBool::new(false))?;
+        run.into_results()
+    }
+
+    /// Trains and tests everything and writes the run folder `out`; a set `cancel` ends it between two
+    /// steps. The folder remembers what was run, and a resumed run must be the same.
+    ///
+    /// # Errors
+    /// Settings out of range, data that cannot be encoded, a network that does not fit them, a folder that
+    /// holds something else, training that diverges; [`Error::Cancelled`] if `cancel` was set. Finished folds
+    /// are on disk in every case.
+    pub fn run_in(
+        self,
+        out: &Path,
+        options: &RunOptions,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<RunFolder> {
+        let own = self.identity();
+        let differs = |path: &Path, before: &str| {
+            let before: Value = serde_json::from_str(before)
+                .map_err(|e| Error::damaged(path, format!("cannot be read: {e}")))?;
+            Ok(difference("", &before, &own))
+        };
+        let identity = Identity { file: "run.json", text: format!("{own:#}\n"), difference: &differs };
+        self.run_as(out, &identity, options, progress, cancel)
+    }
+
+    /// [`CrossValidation::run_in`] with another text that makes two runs the same.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`].
+    pub fn run_as(
+        self,
+        out: &Path,
+        identity: &Identity,
+        options: &RunOptions,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<RunFolder> {
+        let plan = self.plan()?;
+        for key in options.only.iter().flatten() {
+            let reason = "is no fold of this run";
+            require(plan.keys.contains(key), "only", key, reason)?;
+        }
+        plan.say(progress);
+        let (folder, lock) = RunFolder::prepare(out, identity, options.resume)?;
+        let mut run = Run::new(plan, options, Some(folder.clone()));
+        run.begin(progress)?;
+        let outcome = run.all(progress, cancel);
+        progress.finish();
+        // Also after an error: what was finished must be readable.
+        run.assemble()?;
+        drop(lock);
+        outcome.map(|()| folder)
+    }
+
+    fn plan(mut self) -> Result<Plan<'a>> {
+        file_name("name", &self.name)?;
+        self.protocol.check().map_err(|problem| problem.below("protocol"))?;
+        self.encoding.check().map_err(|problem| problem.below("encoding"))?;
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            candidate.check()?;
+            if self.candidates[..i].iter().any(|other| other.name == candidate.name) {
+                let reason = "two candidates go by this name; give one of them another";
+                return Err(Problem::new("name", format!("{:?}", candidate.name), reason).into());
+            }
+        }
+        let names: Vec<&str> = self.candidates.iter().flat_map(Candidate::inputs).collect();
+        self.encoder.prepare(&names)?;
+        let mut plan = Plan::new(
+            self.name,
+            self.title,
+            self.protocol,
+            self.candidates,
+            &self.look_alikes,
+            self.seed,
+            self.encoder,
+        )?;
+        plan.results.left_out.extend(self.left_out);
+        Ok(plan)
+    }
+
+    /// Everything that the results depend on besides the samples.
+    fn identity(&self) -> Value {
+        let candidate = |own: &Candidate| match &own.estimator {
+            Estimator::Network(network) => json!({
+                "name": own.name, "graph": network.graph, "recipe": network.recipe,
+                "search": network.search, "start": network.start.as_deref().map(digest),
+            }),
+            Estimator::Baseline { method, faults: None } => json!({ "name": own.name, "baseline": method }),
+            Estimator::Baseline { method, faults } => {
+                json!({ "name": own.name, "baseline": method, "faults": faults })
+            }
+        };
+        json!({
+            "name": self.name, "seed": self.seed, "protocol": self.protocol, "encoding": self.encoding,
+            "look_alikes": self.look_alikes,
+            "candidates": self.candidates.iter().map(candidate).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// The first dotted key whose values differ, in words.
+fn difference(at: &str, before: &Value, now: &Value) -> Option<String> {
+    let below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
+    match (before, now) {
+        (a, b) if a == b => None,
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            a.iter().find_map(|(key, value)| difference(&below(key), value, &b[key]))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let mut pairs = a.iter().zip(b).enumerate();
+            pairs.find_map(|(i, (a, b))| difference(&below(&i.to_string()), a, b))
+        }
+        // Whole tables and lists would fill pages.
+        (Value::Object(_) | Value::Array(_), _) | (_, Value::Object(_) | Value::Array(_)) => {
+            Some(format!("{at} is another"))
+        }
+        (a, b) => Some(format!("{at} was {a}, is now {b}")),
+    }
+}

@@ -1,0 +1,111 @@
+//! A run folder opened again: its results, and behind every score the record that it follows from.
+
+use taxel_data::Dataset;
+
+use crate::error::{Error, Result};
+use crate::run::folder::RunFolder;
+use crate::run::records::{FoldKey, FoldRecord};
+use crate::run::results::{Frame, NetworkResults, Results};
+use crate::run::run_models::older;
+
+impl RunFolder {
+    /// The results, and the records of all folds that have scores in them, in the order of the run. All that
+    /// other code takes for granted is checked: the samples are those of the run, every label, sample and
+    /// probability of a record is there, and the scores are what the records give.
+    ///
+    /// # Errors
+    /// Other samples than those of the run; a file that is missing, damaged or does not fit the others.
+    pub fn finished(&self, dataset: &Dataset) -> Result<(Results, Vec<FoldRecord>)> {
+        let results = self.results()?;
+        self.same_data("results.json", &results.data_digest, dataset)?;
+        let refuse = |what: String| {
+            let reason = format!("{what}; resume the run, which writes it anew");
+            Error::damaged(&self.file("results.json"), reason)
+        };
+        self.keys_of(&results)?;
+        let attributes = dataset.labels.attributes();
+        let several = if attributes.len() > 1 { attributes } else { &[] };
+        if (results.samples, &results.classes) != (dataset.len(), &dataset.classes)
+            || (&results.sample_shape, results.attributes.as_slice()) != (&dataset.reading.shape, several)
+        {
+            return Err(refuse("names other samples or classes than the data have".into()));
+        }
+        let frame =
+            Frame::of(dataset, &results.look_alikes, results.seed).map_err(|e| refuse(e.to_string()))?;
+        let mut records = vec![];
+        for network in &results.networks {
+            let own = self.records_of(network, dataset)?;
+            let follows = network.follows_from(&own.iter().collect::<Vec<_>>(), &frame);
+            if !follows.map_err(|e| refuse(e.to_string()))? {
+                let what =
+                    format!("its scores of {} are not those of the records in folds/", network.network);
+                return Err(refuse(what));
+            }
+            records.extend(own);
+        }
+        Ok((results, records))
+    }
+
+    /// Refuses samples that are not those whose digest `file` holds.
+    pub(crate) fn same_data(&self, file: &str, then: &str, dataset: &Dataset) -> Result<()> {
+        if then == dataset.digest {
+            return Ok(());
+        }
+        let reason = format!(
+            "was run on other data than {} holds now (digest {then} in {file}, {} now); bring the data back, or \
+             run it again in another folder",
+            dataset.source, dataset.digest
+        );
+        Err(Error::folder(self.path(), reason))
+    }
+
+    /// Refuses a record that is not about this fold of these samples.
+    pub(crate) fn check(&self, record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> Result<()> {
+        let reason = |what| format!("{what}; delete it and resume the run");
+        wrong(record, key, dataset).map_err(|what| Error::damaged(&self.record_path(key), reason(what)))
+    }
+
+    /// The record of every fold of a row, checked.
+    fn records_of(&self, network: &NetworkResults, dataset: &Dataset) -> Result<Vec<FoldRecord>> {
+        let mut records = vec![];
+        for fold in &network.folds {
+            let (network, repetition) = (network.network.clone(), fold.repetition);
+            let key = FoldKey { network, repetition, fold: fold.fold };
+            let path = self.record_path(&key);
+            let record = self.record(&key)?.ok_or_else(|| {
+                Error::damaged(&path, "is not there, and results.json has its scores; resume the run")
+            })?;
+            match (&record.data, &record.model) {
+                (Some(data), Some(_)) => self.same_data(&format!("folds/{key}.json"), data, dataset)?,
+                _ => return Err(older(&path)),
+            }
+            self.check(&record, &key, dataset)?;
+            records.push(record);
+        }
+        Ok(records)
+    }
+}
+
+/// What a record says that cannot be, if anything.
+fn wrong(record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> std::result::Result<(), String> {
+    if record.key != *key {
+        return Err(format!("is the record of {}", record.key));
+    }
+    let sizes = dataset.labels.sizes();
+    let tested = record.index.len();
+    if tested == 0 || record.index.iter().any(|&row| row >= dataset.len()) {
+        return Err("tests samples that the data do not have".into());
+    }
+    let known = record.predicted.len() == tested * sizes.len()
+        && record.predicted.iter().zip(sizes.iter().cycle()).all(|(&label, &size)| (label as usize) < size);
+    if !known || record.truth != dataset.labels.of(&record.index) {
+        return Err("holds labels that the data do not have".into());
+    }
+    if record.probabilities.len() != tested * sizes.iter().sum::<usize>() {
+        return Err("does not hold one probability for each sample and class".into());
+    }
+    match record.best_epoch {
+        Some(best) if best >= record.epochs.len() => Err("names a best epoch that it does not have".into()),
+        _ => Ok(()),
+    }
+}

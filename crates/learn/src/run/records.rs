@@ -1,0 +1,250 @@
+//! What is kept of every fold: predictions, epochs, times.
+//!
+//! Everything here except [`Timing`] is a function of settings and data alone: equal runs write equal bytes.
+
+use serde::{Deserialize, Serialize};
+use taxel_data::{Dataset, Fold};
+use taxel_graph::{Cost, Graph, Weights};
+
+use crate::error::Result;
+use crate::estimator::search::Chosen;
+use crate::latency::Latency;
+use crate::metrics::{Confusion, Levels, Scores};
+use crate::training::epoch::Epoch;
+use crate::training::recipe::BatchNorm;
+
+/// Which fold of which network.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct FoldKey {
+    /// Name of the network in the experiment.
+    pub network: String,
+    /// Repetition, from 0.
+    pub repetition: usize,
+    /// Fold, from 0.
+    pub fold: usize,
+}
+
+impl FoldKey {
+    /// Every fold of every network, in the order in which they are run.
+    pub(crate) fn all<'a>(
+        networks: impl Iterator<Item = &'a str>,
+        repetitions: usize,
+        folds: usize,
+    ) -> Vec<FoldKey> {
+        let mut keys = vec![];
+        for network in networks {
+            for repetition in 0..repetitions {
+                keys.extend((0..folds).map(|fold| FoldKey { network: network.into(), repetition, fold }));
+            }
+        }
+        keys
+    }
+
+    /// Whether `part` is one or several whole parts of its name `mlp.r0.f1`: the row `mlp`, the repetition `r0`, or
+    /// `mlp.r0`.
+    pub fn is_within(&self, part: &str) -> bool {
+        format!(".{self}.").contains(&format!(".{part}."))
+    }
+}
+
+impl std::fmt::Display for FoldKey {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.r{}.f{}", self.network, self.repetition, self.fold)
+    }
+}
+
+/// How far training moved one convolution from the checkpoint that it started from (paper 001, Figs. 3 and 4).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// The convolution.
+    pub layer: String,
+    /// Mean squared difference of the two kernels, each scaled to 0..1.
+    pub change: f64,
+}
+
+impl Change {
+    /// How far training moved each convolution of `graph`.
+    pub(crate) fn all(graph: &Graph, start: &Weights, trained: &Weights) -> Result<Vec<Self>> {
+        let mut before = trained.clone();
+        before.start_from(graph, start, false)?;
+        let changes = before.changes(trained, graph)?;
+        Ok(changes.into_iter().map(|(layer, change)| Change { layer, change }).collect())
+    }
+}
+
+/// How the same weights do with the other kind of batch-norm statistics.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OtherStatistics {
+    /// The kind that the experiment does not use.
+    pub batch_norm: BatchNorm,
+    /// Share of the test samples that is right in %, with several attributes of their levels.
+    pub accuracy: f64,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+}
+
+/// A finished fold: `folds/<network>.r<repetition>.f<fold>.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoldRecord {
+    /// Which fold of which network.
+    #[serde(flatten)]
+    pub key: FoldKey,
+    /// BLAKE3 of the samples; none in folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data: Option<String>,
+    /// Digest of the model that the fold wrote, which stands last in the card of its file; none in memory and in
+    /// folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// Number of training samples.
+    pub train_samples: usize,
+    /// Test samples by position in the data set, ascending.
+    pub index: Vec<usize>,
+    /// Their classes, or with several attributes their levels `[test samples, attributes]`.
+    #[serde(rename = "true")]
+    pub truth: Vec<u32>,
+    /// The classes or levels predicted.
+    pub predicted: Vec<u32>,
+    /// Probabilities `[test samples, outputs]`, row-major.
+    pub probabilities: Vec<f32>,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+    /// Whether the training diverged: the weights that were tested had a training loss above ten times that of
+    /// outputs that are all 0 (ln(classes) for the cross-entropy).
+    #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
+    pub diverged: bool,
+    /// What the fold has chosen by its validation part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<Chosen>,
+    /// The epoch whose weights were tested, with early stopping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub best_epoch: Option<usize>,
+    /// What it costs, where that depends on the training samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub costs: Option<Costs>,
+    /// What training changed, where the network started from a checkpoint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
+    /// What the choice of batch-norm statistics does; none without batch norms, where the loss is not
+    /// finite, and after early stopping with the population's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_statistics: Option<OtherStatistics>,
+    /// What happened in training.
+    pub epochs: Vec<Epoch>,
+}
+
+impl FoldRecord {
+    /// Answers to the test part of a fold, and nothing else yet.
+    pub(crate) fn of(
+        key: &FoldKey,
+        dataset: &Dataset,
+        fold: &Fold,
+        probabilities: Vec<f32>,
+        test_loss: f64,
+    ) -> Self {
+        FoldRecord {
+            key: key.clone(),
+            data: Some(dataset.digest.clone()),
+            model: None,
+            train_samples: fold.train.len(),
+            index: fold.test.clone(),
+            truth: dataset.labels.of(&fold.test),
+            predicted: Levels::new(&dataset.labels.sizes()).predicted(&probabilities),
+            probabilities,
+            test_loss,
+            diverged: false,
+            chosen: None,
+            best_epoch: None,
+            costs: None,
+            changes: vec![],
+            other_statistics: None,
+            epochs: vec![],
+        }
+    }
+
+    /// Counts `[true][predicted]` of each attribute.
+    ///
+    /// # Errors
+    /// A damaged record.
+    pub fn confusions(&self, levels: &Levels) -> Result<Vec<Confusion>> {
+        Ok(levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.confusion).collect())
+    }
+
+    /// Accuracy and macro means; with several attributes their means over them.
+    ///
+    /// # Errors
+    /// A damaged record.
+    pub fn scores(&self, levels: &Levels) -> Result<Scores> {
+        let each: Vec<Scores> =
+            levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.scores).collect();
+        Ok(mean_scores(&each))
+    }
+}
+
+fn mean_scores(each: &[Scores]) -> Scores {
+    let mean = |i: usize| each.iter().map(|s| s.values()[i]).sum::<f64>() / each.len().max(1) as f64;
+    Scores::from_values([0, 1, 2, 3].map(mean))
+}
+
+/// How long a fold took; `folds/<..>.timing.json` and a line of `timings.jsonl`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Which fold of which network.
+    #[serde(flatten)]
+    pub key: FoldKey,
+    /// Seconds of training, batch-norm statistics included.
+    pub train_seconds: f64,
+    /// Training samples times epochs.
+    pub samples: u64,
+    /// Seconds of testing.
+    pub test_seconds: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// Time to encode one sample for this network, in ms.
+    pub encoding_ms_per_sample: f64,
+    /// Batch 1, one thread; measured once per network, on its first fold.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
+}
+
+/// What a network costs for one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Costs {
+    /// Trained values.
+    pub parameters: u64,
+    /// Bytes of parameters and batch-norm statistics in f32.
+    pub bytes: u64,
+    /// Multiply-accumulates.
+    pub macs: u64,
+    /// 2 per multiply-accumulate, 1 per bias addition.
+    pub flops: u64,
+}
+
+impl From<Cost> for Costs {
+    fn from(cost: Cost) -> Self {
+        Costs { parameters: cost.parameters, bytes: cost.bytes(), macs: cost.macs, flops: cost.flops }
+    }
+}
+
+impl Timing {
+    /// Training samples times epochs per second.
+    pub fn samples_per_second(&self) -> f64 {
+        self.samples as f64 / self.train_seconds.max(1e-9)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fold_is_within_whole_parts_of_its_name() {
+        let key = FoldKey { network: "mlp.n10".into(), repetition: 1, fold: 12 };
+        for part in ["mlp", "mlp.n10", "n10", "r1", "f12", "mlp.n10.r1", "mlp.n10.r1.f12"] {
+            assert!(key.is_within(part), "{part}");
+        }
+        for part in ["", "m", "n1", "r", "f1", "mlp.r1", "r12", "mlp.n10.r1.f12.x"] {
+            assert!(!key.is_within(part), "{part}");
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! `results.json`: scores of every network and baseline, with their spread.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use taxel_data::{Attribute, Dataset, Shortcut, Source};
+
+use crate::error::Result;
+use crate::estimator::candidate::{Hardening, Published};
+use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd_scores};
+use crate::model::Score;
+use crate::problem::Problem;
+use crate::run::protocol::Protocol;
+use crate::run::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics};
+
+/// Resamples of a bootstrap interval.
+const DRAWS: usize = 2000;
+
+/// Scores of one fold, in %.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoldScores {
+    /// Repetition, from 0.
+    pub repetition: usize,
+    /// Fold, from 0.
+    pub fold: usize,
+    /// Number of training samples.
+    pub train_samples: usize,
+    /// Number of test samples.
+    pub test_samples: usize,
+    /// In %.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// Mean loss over the test samples.
+    pub test_loss: f64,
+    /// Expected calibration error in 15 bins, 0 to 1; with several attributes the mean over them.
+    pub calibration_error: f64,
+    /// Brier score, 0 to 2; with several attributes the mean over them.
+    pub brier: f64,
+    /// Whether the training diverged ([`FoldRecord::diverged`]): then the scores say nothing about the network.
+    #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
+    pub diverged: bool,
+}
+
+/// One network of `results.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NetworkResults {
+    /// Name of the row.
+    pub network: String,
+    /// The network or baseline whose row it is; in a learning curve several rows are of one.
+    #[serde(default)]
+    pub candidate: String,
+    /// Name in the registry, or of the baseline.
+    pub zoo: String,
+    /// Training samples per class, in a learning curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_class: Option<usize>,
+    /// Where it is published.
+    pub paper: String,
+    /// Its sizes and settings; what is left out has the default of the zoo.
+    pub settings: Map<String, Value>,
+    /// Tensors that did not come from the checkpoint that it started from.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drawn: Vec<String>,
+    /// Mean over finished folds of what training changed, where the network started from a checkpoint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
+    /// Mean over finished folds of what the other kind of batch-norm statistics does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_statistics: Option<OtherStatistics>,
+    /// Folds whose training diverged: finished ones ([`FoldScores::diverged`]), and in the run that wrote this
+    /// those that were stopped because their loss was not finite.
+    #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
+    pub diverged: usize,
+    /// What it costs.
+    pub costs: Costs,
+    /// Finished folds, in %.
+    pub folds: Vec<FoldScores>,
+    /// Mean over finished folds, in %.
+    pub mean: Option<Scores>,
+    /// Sample standard deviation (n - 1) over finished folds, in percentage points.
+    pub sd: Option<Scores>,
+    /// 95 % bootstrap interval of the accuracy in %: groups are drawn where there are some, samples
+    /// elsewhere. None for a single group.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    /// Counts `[true][predicted]` summed over finished folds; none with several attributes.
+    pub confusion: Option<Confusion>,
+    /// Where mistakes go between the groups of look-alikes that the config names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub look_alikes: Option<LookAlikes>,
+    /// Scores of each of several attributes over all finished folds together, shares in `[0, 1]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<LevelScores>,
+    /// What its authors report on their own data, in %.
+    pub published: Option<Published>,
+    /// How it was trained under faults; none where it was trained on clean samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardening: Option<Hardening>,
+    /// The row whose models these are in eight bits; none of models in floats.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantized: Option<String>,
+}
+
+/// `results.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// Name of the experiment.
+    pub name: String,
+    /// One line for tables and reports.
+    pub title: Option<String>,
+    /// Whether every fold is in it.
+    pub complete: bool,
+    /// The folds that are not.
+    pub missing: Vec<FoldKey>,
+    /// What the scores were measured on: `simulated: ..` or `real: ..`.
+    pub source: Source,
+    /// BLAKE3 of the samples.
+    pub data_digest: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Shape of one sample.
+    pub sample_shape: Vec<usize>,
+    /// Class names by label.
+    pub classes: Vec<String>,
+    /// The attributes and their levels, where there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<Attribute>,
+    /// Classes that look alike, by the name of their group.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub look_alikes: BTreeMap<String, Vec<String>>,
+    /// How samples were divided.
+    pub protocol: Protocol,
+    /// Folds of one repetition.
+    pub folds: usize,
+    /// Baselines and networks that were left out, and why.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub left_out: BTreeMap<String, String>,
+    /// Real recordings that a few global statistics tell apart: part of every score may not be touch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortcut: Option<Shortcut>,
+    /// Seed of the experiment.
+    pub seed: u64,
+    /// Always `percent`: of `folds`, `mean`, `sd` and `published`.
+    pub unit: String,
+    /// In the order of the config.
+    pub networks: Vec<NetworkResults>,
+}
+
+impl Results {
+    /// No networks, no folds.
+    pub(crate) fn empty(dataset: &Dataset, protocol: &Protocol, seed: u64) -> Self {
+        let attributes = dataset.labels.attributes();
+        Results {
+            name: String::new(),
+            title: None,
+            complete: false,
+            missing: vec![],
+            source: dataset.source.clone(),
+            data_digest: dataset.digest.clone(),
+            samples: dataset.len(),
+            sample_shape: dataset.reading.shape.clone(),
+            classes: dataset.classes.clone(),
+            attributes: if attributes.len() > 1 { attributes.to_vec() } else { vec![] },
+            look_alikes: BTreeMap::new(),
+            protocol: protocol.clone(),
+            folds: 0,
+            left_out: BTreeMap::new(),
+            shortcut: None,
+            seed,
+            unit: "percent".into(),
+            networks: vec![],
+        }
+    }
+
+    /// The row in floats whose models the row `network` holds in eight bits; any other row stands for itself.
+    pub fn in_floats<'n>(&'n self, network: &'n str) -> &'n str {
+        let row = self.networks.iter().find(|own| own.network == network);
+        row.and_then(|own| own.quantized.as_deref()).unwrap_or(network)
+    }
+
+    /// The cross-validated score of a row, for the card of a model; none without a finished fold.
+    pub fn score(&self, network: &str) -> Option<Score> {
+        let own = self.networks.iter().find(|own| own.network == network)?;
+        Some(Score {
+            protocol: self.protocol.clone(),
+            folds: own.folds.len(),
+            mean: own.mean?,
+            sd: own.sd,
+            interval: own.interval,
+        })
+    }
+}
+
+/// What scores need to know about the data besides the predictions.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
+    /// Outputs of each attribute.
+    pub levels: Levels,
+    /// What is drawn as one by the bootstrap, per sample of the data set.
+    pub clusters: Vec<u32>,
+    /// Groups of look-alikes with their classes.
+    pub look_alikes: Vec<(String, Vec<usize>)>,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
+impl Frame {
+    /// What scores need to know about these samples.
+    ///
+    /// # Errors
+    /// A class that is in no or in two groups of look-alikes.
+    pub(crate) fn of(
+        dataset: &Dataset,
+        look_alikes: &BTreeMap<String, Vec<String>>,
+        seed: u64,
+    ) -> Result<Self> {
+        let mut groups: Vec<(String, Vec<usize>)> = vec![];
+        for (name, classes) in look_alikes {
+            // Of the classes that were kept, so that one list serves every subset.
+            let own = |class: &String| dataset.classes.iter().position(|known| known == class);
+            let own: Vec<usize> = classes.iter().filter_map(own).collect();
+            if !own.is_empty() {
+                groups.push((name.clone(), own));
+            }
+        }
+        let named: Vec<usize> = groups.iter().flat_map(|(_, classes)| classes).copied().collect();
+        let torn = (0..dataset.classes.len()).find(|c| named.iter().filter(|n| *n == c).count() != 1);
+        if let Some(class) = torn.filter(|_| !look_alikes.is_empty()) {
+            let reason = "must be in exactly one group; every class needs one";
+            let value = format!("{:?}", dataset.classes[class]);
+            return Err(Problem::new("data.look_alikes", value, reason).into());
+        }
+        let levels = Levels::new(&dataset.labels.sizes());
+        Ok(Frame { levels, clusters: dataset.clusters(), look_alikes: groups, seed })
+    }
+}
+
+fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
+    let Some(first) = records.first() else { return vec![] };
+    let mean = |(i, change): (usize, &Change)| {
+        let sum: f64 = records.iter().filter_map(|r| r.changes.get(i)).map(|own| own.change).sum();
+        Change { layer: change.layer.clone(), change: sum / records.len() as f64 }
+    };
+    first.changes.iter().enumerate().map(mean).collect()
+}
+
+/// None unless every fold has it.
+fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
+    let own: Vec<OtherStatistics> = records.iter().map(|r| r.other_statistics).collect::<Option<_>>()?;
+    let mean = |value: fn(&OtherStatistics) -> f64| own.iter().map(value).sum::<f64>() / own.len() as f64;
+    let batch_norm = own.first()?.batch_norm;
+    Some(OtherStatistics { batch_norm, accuracy: mean(|o| o.accuracy), test_loss: mean(|o| o.test_loss) })
+}
+
+impl NetworkResults {
+    /// Puts the finished folds and all that follows from them in.
+    pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
+        self.tally(records, frame)?;
+        self.diverged = self.folds.iter().filter(|fold| fold.diverged).count();
+        self.interval = interval(&self.network, records, frame);
+        Ok(())
+    }
+
+    /// `2 of 5 folds`: those whose training diverged, of those that were trained.
+    pub fn diverged_folds(&self) -> String {
+        format!("{} of {} folds", self.diverged, self.folds.len() + self.stopped())
+    }
+
+    /// Folds whose loss was not finite: they have no scores, and training them again would end in the same way.
+    pub fn stopped(&self) -> usize {
+        self.diverged.saturating_sub(self.folds.iter().filter(|fold| fold.diverged).count())
+    }
+
+    /// Whether the row is what follows from the records of its folds; the interval is not drawn again.
+    pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &Frame) -> Result<bool> {
+        let mut again = self.clone();
+        again.tally(records, frame)?;
+        Ok(again == *self)
+    }
+
+    /// Everything but the interval and the count of diverged folds.
+    fn tally(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
+        let levels = &frame.levels;
+        self.folds.clear();
+        let mut sums: Vec<Confusion> = vec![];
+        for record in records {
+            let confusions = record.confusions(levels)?;
+            let (calibration_error, brier) = levels.calibration(&record.probabilities, &record.truth)?;
+            self.folds.push(FoldScores {
+                repetition: record.key.repetition,
+                fold: record.key.fold,
+                train_samples: record.train_samples,
+                test_samples: record.index.len(),
+                scores: record.scores(levels)?.percent(),
+                test_loss: record.test_loss,
+                calibration_error,
+                brier,
+                diverged: record.diverged,
+            });
+            match sums.is_empty() {
+                true => sums = confusions,
+                false => sums.iter_mut().zip(&confusions).for_each(|(sum, own)| sum.add(own)),
+            }
+        }
+        // The most that any fold needs.
+        let costs = records.iter().filter_map(|record| record.costs);
+        if let Some(most) = costs.max_by_key(|costs| (costs.macs, costs.parameters)) {
+            self.costs = most;
+        }
+        self.changes = mean_changes(records);
+        self.other_statistics = mean_other(records);
+        (self.confusion, self.look_alikes, self.attributes) = (None, None, vec![]);
+        match sums.as_slice() {
+            [] => {}
+            [one] => {
+                if !frame.look_alikes.is_empty() {
+                    self.look_alikes = Some(one.look_alikes(&frame.look_alikes)?);
+                }
+                self.confusion = Some(one.clone());
+            }
+            _ => self.attributes = sums.into_iter().map(LevelScores::of).collect(),
+        }
+        let each: Vec<Scores> = self.folds.iter().map(|fold| fold.scores).collect();
+        let (mean, sd) = mean_sd_scores(&each);
+        (self.mean, self.sd) = ((!each.is_empty()).then_some(mean), sd);
+        Ok(())
+    }
+}
+
+/// 95 % bootstrap interval of the accuracy over the folds' samples, in %; none for a single cluster.
+fn interval(network: &str, records: &[&FoldRecord], frame: &Frame) -> Option<[f64; 2]> {
+    let width = frame.levels.sizes().len().max(1);
+    let (mut right, mut clusters) = (vec![], vec![]);
+    for record in records {
+        for (i, (truth, predicted)) in record.truth.iter().zip(&record.predicted).enumerate() {
+            right.push(f64::from(u8::from(truth == predicted)));
+            clusters.push(record.index.get(i / width).and_then(|&row| frame.clusters.get(row)).copied());
+        }
+    }
+    let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
+    let drawn = Clusters::new(&right, &clusters);
+    (drawn.len() > 1 && right.len() == clusters.len()).then(|| {
+        let (low, high) = drawn.interval(0.95, DRAWS, frame.seed, network);
+        [100.0 * low, 100.0 * high]
+    })
+}

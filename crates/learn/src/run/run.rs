@@ -1,0 +1,443 @@
+//! A run from start to end: every row on every fold, into a run folder or into memory.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use taxel_data::Dataset;
+use taxel_faults::TrainingFaults;
+use taxel_graph::Graph;
+
+use crate::encoding::SERIES;
+use crate::error::{Error, Result};
+use crate::estimator::baseline::{FittedBaseline, Lesson};
+use crate::estimator::candidate::{Candidate, Estimator, Trainable};
+use crate::estimator::making::{Origin, baseline_model, network_model};
+use crate::json_file::{write_atomic, write_json};
+use crate::metrics::mean_log_loss;
+use crate::model::Model;
+use crate::progress::Progress;
+use crate::run::assemble::{assemble, fill};
+use crate::run::environment::Environment;
+use crate::run::folder::{ENVIRONMENT, RunFolder};
+use crate::run::options::RunOptions;
+use crate::run::plan::{Plan, shortcut};
+use crate::run::quantized_run::kept;
+use crate::run::records::{Change, FoldKey, FoldRecord, Timing};
+use crate::run::results::Results;
+use crate::run::table_latency::{of_baseline, of_model, of_network};
+use crate::run::tensorboard;
+use crate::training::feature_cache::Stills;
+use crate::training::hooks::Hooks;
+use crate::training::network::{Trained, Training};
+use crate::training::part::{Part, pool};
+use crate::training::session::Saver;
+
+/// A run that is under way.
+pub(crate) struct Run<'a> {
+    plan: Plan<'a>,
+    folder: Option<RunFolder>,
+    options: &'a RunOptions,
+    records: Vec<FoldRecord>,
+    timings: Vec<Timing>,
+    /// Folds whose training left the finite numbers.
+    stopped: Vec<FoldKey>,
+    stills: Stills,
+}
+
+/// What is kept of a finished fold.
+struct Finished {
+    record: FoldRecord,
+    timing: Timing,
+}
+
+impl<'a> Run<'a> {
+    /// A run that writes to `folder`, or keeps its records in memory.
+    pub fn new(mut plan: Plan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
+        plan.results.shortcut = shortcut(plan.dataset);
+        Run {
+            plan,
+            folder,
+            options,
+            records: vec![],
+            timings: vec![],
+            stopped: vec![],
+            stills: Stills::default(),
+        }
+    }
+
+    /// Takes over what an earlier run of the folder has finished.
+    ///
+    /// # Errors
+    /// A folder that was run on other data, or a fold of another split; times that would stand beside those of another
+    /// machine.
+    pub fn begin(&mut self, progress: &dyn Progress) -> Result<()> {
+        let Some(folder) = self.folder.clone() else { return Ok(()) };
+        let dataset = self.plan.dataset;
+        let threads = self.options.threads();
+        let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
+        let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
+        if let Some(before) = &environment {
+            folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
+        }
+        let moved = environment.as_ref().and_then(|before| before.another_machine(&now));
+        if let (Some(moved), true) = (&moved, self.options.time_again) {
+            let way = "a table has the times of one machine; run the experiment here into another folder";
+            return Err(Error::folder(folder.path(), format!("{moved}: {way}")));
+        }
+        let before = match folder.file("results.json").is_file() {
+            true => Some(folder.results()?),
+            false => None,
+        };
+        if let Some(before) = &before {
+            folder.same_data("results.json", &before.data_digest, dataset)?;
+        }
+        for key in &self.plan.keys {
+            let Some(record) = folder.record(key)? else { continue };
+            if let Some(data) = &record.data {
+                folder.same_data(&format!("folds/{key}.json"), data, dataset)?;
+            }
+            Saver::remove(&folder.session_path(key))?;
+            if record.key != *key || Some(&record.index) != self.plan.fold(key).map(|fold| &fold.test) {
+                let reason = "belongs to another split; give another folder, or delete the run folder";
+                return Err(Error::damaged(&folder.record_path(key), reason));
+            }
+            folder.check(&record, key, dataset)?;
+            self.timings.extend(timed(&folder, &record, dataset, self.options.time_again)?);
+            self.records.push(self.completed(&folder, record)?);
+        }
+        if let (Some(moved), Some(_)) = (&moved, self.open().next()) {
+            let folder = self.folder_name();
+            progress.say(&format!("{folder}: {moved}: what is trained now may end a little elsewhere"));
+        }
+        if let Some(before) = before {
+            self.keep_eight_bits(&folder, before)?;
+        }
+        if environment.is_none() {
+            write_json(&folder.file(ENVIRONMENT), &now, true)?;
+        }
+        self.assemble()
+    }
+
+    /// Takes over the rows that `taxel quantize` has put beside finished networks.
+    fn keep_eight_bits(&mut self, folder: &RunFolder, before: Results) -> Result<()> {
+        let (dataset, again) = (self.plan.dataset, self.options.time_again);
+        for (row, records) in kept(folder, before, &self.records, dataset)? {
+            let Plan { results, keys, .. } = &mut self.plan;
+            let float = row.quantized.as_deref();
+            let beside = results.networks.iter().position(|own| Some(own.network.as_str()) == float);
+            let after = keys.iter().rposition(|key| Some(key.network.as_str()) == float);
+            let (Some(beside), Some(after)) = (beside, after) else { continue };
+            results.networks.insert(beside + 1, row);
+            for (place, record) in (after + 1..).zip(records) {
+                keys.insert(place, record.key.clone());
+                self.timings.extend(timed(folder, &record, dataset, again)?);
+                self.records.push(record);
+            }
+        }
+        Ok(())
+    }
+
+    /// A record with its digests; those of an older version are added, if its model file is that of the fold.
+    fn completed(&self, folder: &RunFolder, record: FoldRecord) -> Result<FoldRecord> {
+        if record.data.is_some() && record.model.is_some() {
+            return Ok(record);
+        }
+        let (key, data, seed) = (&record.key, &self.plan.dataset.digest, self.plan.seed);
+        let network = self.candidate(key).map_or("", |own| own.name.as_str());
+        let model = Some(folder.older_model(key, network, data, seed)?);
+        let path = folder.record_path(key);
+        write_json(&path, &FoldRecord { data: Some(data.clone()), model, ..record }, false)
+    }
+
+    /// Folds that are to be trained and are not finished yet.
+    fn open(&self) -> impl Iterator<Item = &FoldKey> {
+        let is_finished = |key: &FoldKey| self.records.iter().any(|record| record.key == *key);
+        self.plan.keys.iter().filter(move |key| self.options.wants(key) && !is_finished(key))
+    }
+
+    /// Trains and tests what is not finished yet. In a folder a training that diverges is left aside, and the
+    /// others go on.
+    ///
+    /// # Errors
+    /// What a training refuses; [`Error::Unfinished`] if some diverged, [`Error::Cancelled`] if `cancel` was set.
+    pub fn all(&mut self, progress: &dyn Progress, cancel: &AtomicBool) -> Result<()> {
+        let open: Vec<FoldKey> = self.open().cloned().collect();
+        progress.start(open.iter().map(|key| self.work(key)).sum());
+        let (begin, mut assembling) = (Instant::now(), 0.0);
+        let (before, count, mut errors) = (self.records.len(), open.len(), vec![]);
+        for (done, key) in open.into_iter().enumerate() {
+            progress.fold(&key, before + done + 1, self.plan.keys.len());
+            let finished =
+                if self.options.is_stopping() { Ok(None) } else { self.one(&key, progress, cancel) };
+            match finished {
+                Ok(Some(Finished { record, timing })) => self.keep(record, timing)?,
+                Ok(None) => {
+                    let (done, total) = (self.records.len(), self.plan.keys.len());
+                    return Err(Error::Cancelled { done, total, folder: self.folder_name() });
+                }
+                Err(error) if error.is_divergence() && self.folder.is_some() => {
+                    progress.say(&format!("{error}; the other folds go on"));
+                    self.set_aside(key)?;
+                    errors.push(error);
+                }
+                Err(error) => return Err(error),
+            }
+            // After every fold but the last, whose caller assembles in any case, unless that would take a share of
+            // the time worth mentioning.
+            if self.folder.is_some() && done + 1 < count && assembling * 20.0 <= begin.elapsed().as_secs_f64()
+            {
+                let start = Instant::now();
+                self.assemble()?;
+                assembling += start.elapsed().as_secs_f64();
+            }
+        }
+        match errors.is_empty() {
+            true => Ok(()),
+            false => {
+                let (total, folder) = (self.plan.keys.len(), self.folder_name());
+                Err(Error::Unfinished { folds: errors, total, folder })
+            }
+        }
+    }
+
+    /// Empty where nothing is written.
+    fn folder_name(&self) -> String {
+        self.folder.as_ref().map_or(String::new(), |folder| folder.path().display().to_string())
+    }
+
+    /// Leaves a fold unfinished; what was saved of it would only diverge again.
+    fn set_aside(&mut self, key: FoldKey) -> Result<()> {
+        if let Some(folder) = &self.folder {
+            Saver::remove(&folder.session_path(&key))?;
+        }
+        self.stopped.push(key);
+        Ok(())
+    }
+
+    /// Multiply-accumulates of a fold's training; baselines cost next to nothing.
+    fn work(&self, key: &FoldKey) -> u64 {
+        let (Some(candidate), Some(fold)) = (self.candidate(key), self.plan.fold(key)) else { return 0 };
+        match &candidate.estimator {
+            Estimator::Network(network) => {
+                work_per_sample(&network.graph) * Training::samples(network, fold) as u64
+            }
+            Estimator::Baseline { .. } => 0,
+        }
+    }
+
+    fn candidate(&self, key: &FoldKey) -> Option<&Candidate> {
+        Some(&self.plan.candidates[self.plan.row(key)?.candidate])
+    }
+
+    /// Trains and tests one fold; none if it was cancelled.
+    fn one(&self, key: &FoldKey, progress: &dyn Progress, cancel: &AtomicBool) -> Result<Option<Finished>> {
+        #[expect(clippy::expect_used, reason = "keys are made of the plan's rows")]
+        let candidate = self.candidate(key).expect("a row of the plan");
+        match &candidate.estimator {
+            Estimator::Network(network) => self.network(key, candidate, network, progress, cancel),
+            Estimator::Baseline { .. } if cancel.load(Ordering::Relaxed) => Ok(None),
+            Estimator::Baseline { method, faults } => {
+                self.baseline(key, candidate, *method, faults.as_deref()).map(Some)
+            }
+        }
+    }
+
+    fn network(
+        &self,
+        key: &FoldKey,
+        candidate: &Candidate,
+        network: &Trainable,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Finished>> {
+        let Plan { dataset, encoder, protocol, .. } = &self.plan;
+        let fold = self.fold(key);
+        let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
+        let training = Training {
+            name: &candidate.name,
+            network,
+            part: self.part(key),
+            threads: self.options.threads(),
+            dataset,
+            units: protocol.inseparable(dataset)?,
+            inputs: &inputs,
+            fold,
+            teacher: None,
+            stills: &self.stills,
+        };
+        let weight = work_per_sample(&network.graph);
+        let mut tick = |samples: usize| progress.step(weight * samples as u64);
+        let mut saver = match &self.folder {
+            Some(folder) => Saver::new(folder.session_path(key), self.options),
+            None => Saver::none(),
+        };
+        let mut hooks = Hooks { tick: &mut tick, cancel, saver: &mut saver };
+        let Some(trained) = training.run(&mut hooks)? else { return Ok(None) };
+        let model = || network_model(candidate, network, &inputs, &trained, &self.origin(key));
+        let written = self.write_model(key, model)?;
+        let latency = match fold.test.first().filter(|_| self.is_first(key)) {
+            Some(&row) => Some(of_network(&network.graph, &trained.weights, &inputs, row)?),
+            None => None,
+        };
+        let timing = Timing {
+            encoding_ms_per_sample: inputs.iter().map(|i| i.ms_per_sample).sum(),
+            samples: (trained.epochs.len() * fold.train.len()) as u64,
+            latency,
+            ..self.timing(key, trained.train_seconds, trained.test_seconds)
+        };
+        let changes = match network.start.as_deref() {
+            Some(start) => Change::all(&network.graph, start, &trained.weights)?,
+            None => vec![],
+        };
+        let Trained {
+            epochs, chosen, best_epoch, diverged, probabilities, test_loss, other_statistics, ..
+        } = trained;
+        let record = self.record(key, written, probabilities, test_loss);
+        let record = FoldRecord { chosen, best_epoch, diverged, epochs, changes, other_statistics, ..record };
+        Ok(Some(Finished { record, timing }))
+    }
+
+    fn baseline(
+        &self,
+        key: &FoldKey,
+        candidate: &Candidate,
+        method: taxel_baselines::Method,
+        faults: Option<&TrainingFaults>,
+    ) -> Result<Finished> {
+        let (dataset, fold, part) = (self.plan.dataset, self.fold(key), self.part(key));
+        let start = Instant::now();
+        let inputs = self.plan.encoder.fit(&[SERIES], &fold.train)?;
+        let (series, labels) = (&inputs[0].encoded, &dataset.labels);
+        let threads = pool(self.options.threads())?;
+        let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
+        let fitted = threads.install(|| FittedBaseline::fit(method, &lesson))?;
+        let train_seconds = start.elapsed().as_secs_f64();
+        let mut test = vec![];
+        series.gather(&fold.test, &mut test);
+        let start = Instant::now();
+        let probabilities = threads.install(|| fitted.scores(&test))?;
+        let test_seconds = start.elapsed().as_secs_f64();
+        let test_loss = mean_log_loss(&probabilities, &labels.of(&fold.test), &labels.sizes())?;
+        let latency = match self.is_first(key) {
+            true => Some(of_baseline(&fitted, series.sample(fold.test[0]))?),
+            false => None,
+        };
+        let model = || baseline_model(candidate, &fitted, &inputs, &self.origin(key));
+        let written = self.write_model(key, model)?;
+        let timing = Timing { latency, ..self.timing(key, train_seconds, test_seconds) };
+        let record = self.record(key, written, probabilities, test_loss);
+        Ok(Finished { record: FoldRecord { costs: Some(fitted.costs()), ..record }, timing })
+    }
+
+    /// Writes the model of a fold, where there is a folder; gives its digest.
+    fn write_model(&self, key: &FoldKey, model: impl FnOnce() -> Model) -> Result<Option<String>> {
+        self.folder.as_ref().map(|folder| model().write(&folder.model_path(key))).transpose()
+    }
+
+    fn fold(&self, key: &FoldKey) -> &taxel_data::Fold {
+        #[expect(clippy::expect_used, reason = "keys are made of the plan's folds")]
+        self.plan.fold(key).expect("a fold of the plan")
+    }
+
+    fn part(&self, key: &FoldKey) -> Part {
+        Part { seed: self.plan.seed, repetition: key.repetition, fold: key.fold }
+    }
+
+    fn origin(&self, key: &FoldKey) -> Origin<'_> {
+        Origin {
+            dataset: self.plan.dataset,
+            samples: self.fold(key).train.len(),
+            fold: Some((key.repetition, key.fold)),
+            seed: self.plan.seed,
+        }
+    }
+
+    /// Whether this fold is the one of its row whose answers are timed.
+    fn is_first(&self, key: &FoldKey) -> bool {
+        self.plan.keys.iter().find(|other| other.network == key.network) == Some(key)
+    }
+
+    fn timing(&self, key: &FoldKey, train_seconds: f64, test_seconds: f64) -> Timing {
+        Timing {
+            key: key.clone(),
+            train_seconds,
+            samples: self.fold(key).train.len() as u64,
+            test_seconds,
+            threads: self.options.threads(),
+            encoding_ms_per_sample: 0.0,
+            latency: None,
+        }
+    }
+
+    /// `model` is the digest of the file that was written.
+    fn record(
+        &self,
+        key: &FoldKey,
+        model: Option<String>,
+        probabilities: Vec<f32>,
+        test_loss: f64,
+    ) -> FoldRecord {
+        let record = FoldRecord::of(key, self.plan.dataset, self.fold(key), probabilities, test_loss);
+        FoldRecord { model, ..record }
+    }
+
+    fn keep(&mut self, record: FoldRecord, timing: Timing) -> Result<()> {
+        let Some(folder) = &self.folder else {
+            self.timings.push(timing);
+            self.records.push(record);
+            return Ok(());
+        };
+        self.timings.push(write_json(&folder.timing_path(&timing.key), &timing, true)?);
+        if !record.epochs.is_empty() {
+            let events = folder.events_path(&record.key);
+            std::fs::create_dir_all(&events).map_err(|e| Error::io(&events, "created", e))?;
+            write_atomic(&events.join("events.out.tfevents.0"), &tensorboard::events(&record))?;
+        }
+        // Last: a fold with a record is a finished fold.
+        self.records.push(write_json(&folder.record_path(&record.key), &record, false)?);
+        Saver::remove(&folder.session_path(&record.key))
+    }
+
+    /// Writes everything that follows from the finished folds.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn assemble(&mut self) -> Result<()> {
+        let place = |key: &FoldKey| self.plan.keys.iter().position(|k| k == key);
+        self.records.sort_by_key(|r| place(&r.key));
+        self.timings.sort_by_key(|t| place(&t.key));
+        let plan = &mut self.plan;
+        fill(&mut plan.results, &plan.keys, &self.records, &plan.frame)?;
+        for network in &mut plan.results.networks {
+            network.diverged += self.stopped.iter().filter(|key| key.network == network.network).count();
+        }
+        match &self.folder {
+            Some(folder) => assemble(folder, &plan.results, &self.records, &self.timings, &plan.frame.levels),
+            None => Ok(()),
+        }
+    }
+
+    /// The scores of all that is finished.
+    ///
+    /// # Errors
+    /// Records that do not fit the data.
+    pub fn into_results(mut self) -> Result<Results> {
+        self.assemble()?;
+        Ok(self.plan.results)
+    }
+}
+
+/// Multiply-accumulates, and something for what a small network spends besides them.
+fn work_per_sample(graph: &Graph) -> u64 {
+    graph.cost().macs + 200_000
+}
+
+/// What is known of the time of a finished fold; the latency of the table anew if it is to be timed again.
+fn timed(folder: &RunFolder, record: &FoldRecord, dataset: &Dataset, again: bool) -> Result<Option<Timing>> {
+    let known = folder.timing(&record.key)?;
+    let Some(before) = known.as_ref().filter(|own| again && own.latency.is_some()) else { return Ok(known) };
+    let model = folder.model(record)?;
+    let predictor = model.predictor(model.card().batch(), 1)?;
+    let latency = Some(of_model(&predictor, dataset, record.index[0])?);
+    write_json(&folder.timing_path(&record.key), &Timing { latency, ..before.clone() }, false).map(Some)
+}

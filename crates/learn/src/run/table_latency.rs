@@ -1,0 +1,48 @@
+//! The latency that stands in the table of a run: one encoded sample, batch 1, one thread.
+
+use ndarray::Axis;
+use taxel_data::Dataset;
+use taxel_graph::{Graph, Weights};
+use taxel_runtime::Frozen;
+
+use crate::encoding::Input;
+use crate::error::Result;
+use crate::estimator::baseline::FittedBaseline;
+use crate::latency::{Latency, Stopwatch, milliseconds};
+use crate::model::Predictor;
+use crate::training::feed::Feed;
+
+/// It costs two seconds at most.
+const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
+
+/// Time of the sample `row` through a network.
+pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row: usize) -> Result<Latency> {
+    let frozen = Frozen::new(graph, weights)?;
+    let mut workspace = frozen.workspace();
+    let mut feed = Feed::new(graph, inputs)?;
+    let sample = feed.rows(&[row]);
+    let run = |_| timed(|| Ok(frozen.answer(&mut workspace, &sample)?[0]));
+    Ok(Latency::of(TABLE.time(run)?))
+}
+
+/// Time of one sample through a baseline.
+pub(crate) fn of_baseline(fitted: &FittedBaseline, sample: &[f32]) -> Result<Latency> {
+    let (mut workspaces, mut scores) = (fitted.workspaces(), vec![0.0; fitted.outputs()]);
+    let run = |_| timed(|| fitted.answer(sample, &mut workspaces, &mut scores));
+    Ok(Latency::of(TABLE.time(run)?))
+}
+
+/// Time of the sample `row` through a model, after it is encoded.
+pub(crate) fn of_model(predictor: &Predictor, dataset: &Dataset, row: usize) -> Result<Latency> {
+    let reading: Vec<f32> = dataset.x.index_axis(Axis(0), row).iter().copied().collect();
+    let mut workspace = predictor.workspace()?;
+    predictor.read(&mut workspace, &reading)?;
+    let run = |_| timed(|| predictor.decide(&mut workspace).map(|_| ()));
+    Ok(Latency::of(TABLE.time(run)?))
+}
+
+/// Milliseconds of something that may fail.
+fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<f64> {
+    let (ms, done) = milliseconds(work);
+    done.map(|_| ms)
+}

@@ -1,0 +1,22 @@
+//! What a training hears and says while it runs.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::training::session::Saver;
+
+/// What a training hears and says while it runs.
+pub(crate) struct Hooks<'a> {
+    /// Hears how many samples each step took.
+    pub tick: &'a mut dyn FnMut(usize),
+    /// Set from outside to end the training between two steps.
+    pub cancel: &'a AtomicBool,
+    /// Where it is saved from time to time.
+    pub saver: &'a mut Saver,
+}
+
+impl Hooks<'_> {
+    /// Whether the training is to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,306 @@
+//! An engine with what it learns: epochs, batch-norm statistics, tests.
+
+use std::sync::Arc;
+
+use rand::RngExt;
+use taxel_data::{Dataset, Key, Labels};
+use taxel_engine::{Engine, Mode, Options};
+use taxel_graph::{Graph, Halves, Op, Weights};
+
+use crate::encoding::{Encoded, Input};
+use crate::error::{Error, Result};
+use crate::model::responder::Responder;
+use crate::training::breaker::Breaker;
+use crate::training::epoch::Epoch;
+use crate::training::feature_cache::{Still, Stills, answer_alike, halves, is_norm, staying};
+use crate::training::feed::{Feed, Pass, read_by};
+use crate::training::hooks::Hooks;
+use crate::training::objective::Objective;
+use crate::training::part::Part;
+use crate::training::recipe::{BatchNorm, Recipe};
+use crate::training::teacher::Teacher;
+
+/// Test samples that are gathered at a time.
+const AT_ONCE: usize = 64;
+
+/// An engine with what it learns.
+pub(crate) struct Learner<'d> {
+    name: String,
+    part: Part,
+    dropout: u64,
+    recipe: Recipe,
+    labels: &'d Labels,
+    steps: usize,
+    /// Samples of a batch.
+    pub batch: usize,
+    /// Whether there are batch norms whose statistics training moves.
+    pub has_norms: bool,
+    /// Whether the batch-norm statistics are those that the recipe wants.
+    pub settled: bool,
+    pub objective: Objective,
+    /// Of the whole network, or of what lies behind its frozen part.
+    pub engine: Engine,
+    /// All tensors as they were at first, where the engine has not all of them.
+    first: Option<Weights>,
+    /// The network in two, where tests may ask them one after the other.
+    halves: Option<Halves>,
+    stills: &'d Stills,
+    graph: &'d Graph,
+    threads: usize,
+    teacher: Option<&'d Teacher>,
+    inputs: &'d [Input],
+    feed: Feed<'d>,
+}
+
+/// What a learner is made of.
+pub(crate) struct Task<'t> {
+    pub name: &'t str,
+    pub graph: &'t Graph,
+    /// Tensors that it starts from; a head for another number of classes is drawn.
+    pub start: Option<&'t Weights>,
+    pub part: Part,
+    /// Worker threads; results do not depend on them.
+    pub threads: usize,
+    /// Whose answers it learns from beside the labels.
+    pub teacher: Option<&'t Teacher>,
+    /// What frozen parts have made of samples.
+    pub stills: &'t Stills,
+}
+
+impl<'d> Learner<'d> {
+    /// A network with its first weights; `largest` is the most samples that it meets in one part.
+    ///
+    /// # Errors
+    /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
+    pub fn new(
+        task: &Task<'d>,
+        recipe: &Recipe,
+        dataset: &'d Dataset,
+        inputs: &'d [Input],
+        rows: &[usize],
+        largest: usize,
+    ) -> Result<Self> {
+        let Task { graph, part, .. } = *task;
+        let labels = &dataset.labels;
+        let purpose = part.purpose(&format!("init/{}", graph.name()));
+        let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
+        if let Some(start) = task.start {
+            weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
+        }
+        let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
+        let options = Options {
+            batch,
+            threads: task.threads,
+            frozen: recipe.frozen.clone(),
+            frozen_statistics: recipe.frozen_statistics.of_engine(),
+            decay: recipe.optimizer.decay(),
+        };
+        let staying = staying(graph, recipe).map_err(taxel_engine::Error::from)?;
+        let has_norms = graph.nodes().iter().zip(&staying).any(|(node, stays)| is_norm(node) && !stays);
+        let halves = halves(graph, recipe, dataset.len());
+        let (engine, first, still) = match &halves {
+            Some(Halves { body, head }) => {
+                let answers = Options { frozen: vec![], ..options.clone() };
+                let inputs = encoded(body, inputs);
+                let still = Still::learned(body, &weights.only(body), inputs, answers, task.stills)?;
+                let frozen = left(head, graph, &recipe.frozen).map_err(taxel_engine::Error::from)?;
+                let options = Options { frozen, ..options };
+                (Engine::new(head, &weights.only(head), options)?, Some(weights), Some(still))
+            }
+            None => (Engine::new(graph, &weights, options)?, None, None),
+        };
+        let breaker = match &recipe.faults {
+            Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, inputs), part)?,
+            None => None,
+        };
+        let purpose = part.purpose(&format!("dropout/{}", graph.name()));
+        Ok(Learner {
+            name: task.name.into(),
+            part,
+            graph,
+            threads: task.threads,
+            teacher: task.teacher,
+            dropout: taxel_base::seed::rng(part.seed, &purpose).random(),
+            recipe: recipe.clone(),
+            labels,
+            steps: rows.len().div_ceil(batch),
+            batch,
+            has_norms,
+            settled: recipe.batch_norm == BatchNorm::Moving,
+            objective: Objective::new(recipe, labels, rows),
+            engine,
+            first,
+            halves: halves.filter(answer_alike),
+            stills: task.stills,
+            inputs,
+            feed: Feed::new(graph, inputs)?.under(breaker).behind(still),
+        })
+    }
+
+    /// One pass over `rows`; `None` if cancelled. A function of weights, part and epoch.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] for a loss that is not finite.
+    pub fn epoch(&mut self, epoch: usize, rows: &[usize], hooks: &mut Hooks) -> Result<Option<Epoch>> {
+        let Part { seed, repetition, fold } = self.part;
+        let order = self.part.shuffled(rows, epoch);
+        let lr = self.recipe.rate(epoch);
+        let occasion = format!("e{epoch}");
+        let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
+        for (number, rows) in order.chunks(self.batch).enumerate() {
+            if hooks.is_cancelled() {
+                return Ok(None);
+            }
+            let labels = self.labels.of(rows);
+            self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
+            let key = Key { seed, repetition, fold, epoch, sample: 0 };
+            let augment = self.recipe.augment.as_ref().map(|augment| (augment, key));
+            let pass = Pass { occasion: &occasion, augment };
+            let logits = self.feed.train(&mut self.engine, rows, pass)?;
+            correct += self.objective.correct(logits, &labels);
+            seen += labels.len();
+            let engine = &mut self.engine;
+            let taught = self.teacher.map(|teacher| (teacher, rows));
+            let loss = self
+                .objective
+                .backward(&labels, taught, |loss, targets| engine.backward_with(loss, targets))?;
+            if !loss.is_finite() {
+                return Err(self.diverged(epoch, number, loss, lr));
+            }
+            if let Some(clip) = self.recipe.clip {
+                self.engine.clip_gradients(clip as f32);
+            }
+            self.recipe.optimizer.step(&mut self.engine, lr);
+            loss_sum += f64::from(loss) * rows.len() as f64;
+            (hooks.tick)(rows.len());
+        }
+        Ok(Some(Epoch {
+            epoch,
+            lr,
+            train_loss: loss_sum / order.len().max(1) as f64,
+            train_accuracy: 100.0 * correct as f64 / seen.max(1) as f64,
+            validation_loss: None,
+            validation_accuracy: None,
+        }))
+    }
+
+    /// Batch-norm statistics as the recipe wants them; false if cancelled.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn settle(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
+        if !self.settled && !self.population(rows, hooks)? {
+            return Ok(false);
+        }
+        self.settled = true;
+        Ok(true)
+    }
+
+    /// Batch-norm statistics over the whole training part, under its faults if it has some; false if cancelled.
+    /// Training does not see them.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn population(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
+        if !self.has_norms {
+            return Ok(true);
+        }
+        self.engine.begin_population();
+        self.engine.set_dropout(self.dropout, 1 << 32);
+        for rows in self.part.shuffle(rows, &self.part.purpose("population")).chunks(self.batch) {
+            if hooks.is_cancelled() {
+                return Ok(false);
+            }
+            let pass = Pass { occasion: "population", augment: None };
+            self.feed.train(&mut self.engine, rows, pass)?;
+        }
+        self.engine.end_population();
+        Ok(true)
+    }
+
+    /// All parameters and statistics as they are now.
+    pub fn weights(&self) -> Weights {
+        let Some(first) = &self.first else { return self.engine.weights() };
+        let mut weights = first.clone();
+        self.engine.weights().iter().for_each(|(name, tensor)| weights.insert(name, tensor.clone()));
+        weights
+    }
+
+    /// Logits of `rows` and their mean loss, of the network as its file will answer: frozen, with `weights`.
+    ///
+    /// # Errors
+    /// What the runtime refuses.
+    pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
+        let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.threads);
+        let each = self.batch.max(AT_ONCE);
+        let (responder, mut still) = match &self.halves {
+            Some(Halves { body, head }) => {
+                let (inputs, by) = (encoded(body, self.inputs), (each, self.threads));
+                let still = Still::tested(body, &weights.only(body), inputs, by, self.stills)?;
+                (responder(head, &weights.only(head))?, Some(still))
+            }
+            None => (responder(self.graph, weights)?, None),
+        };
+        let mut logits = vec![];
+        for rows in rows.chunks(each) {
+            logits.extend(match &mut still {
+                Some(still) => responder.answer(&[still.rows(rows)?], rows.len())?,
+                None => responder.answer(&self.feed.rows(rows), rows.len())?,
+            });
+        }
+        let loss = self.objective.value(&logits, &self.labels.of(rows));
+        Ok((logits, loss))
+    }
+
+    /// Mean loss of `rows`, and the share that is right in %.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub fn validate(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
+        let mut logits = vec![];
+        for rows in rows.chunks(self.batch) {
+            logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
+        }
+        let loss = self.objective.value(&logits, &self.labels.of(rows));
+        Ok((loss, self.accuracy(&logits, rows)))
+    }
+
+    /// The same of the network as its file would answer now.
+    ///
+    /// # Errors
+    /// What the runtime refuses.
+    pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
+        let (logits, loss) = self.test(&self.weights(), rows)?;
+        Ok((loss, self.accuracy(&logits, rows)))
+    }
+
+    /// In percent.
+    fn accuracy(&self, logits: &[f32], rows: &[usize]) -> f64 {
+        let labels = self.labels.of(rows);
+        100.0 * self.objective.correct(logits, &labels) as f64 / labels.len().max(1) as f64
+    }
+
+    fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {
+        let Part { repetition, fold, .. } = self.part;
+        let network = self.name.clone();
+        Error::Diverged { network, repetition, fold, epoch, batch, loss, lr: lr as f32 }
+    }
+
+    /// The last epoch left the finite numbers.
+    pub fn diverged_at_the_end(&self, value: f32) -> Error {
+        let last = self.recipe.epochs.saturating_sub(1);
+        self.diverged(last, self.steps.saturating_sub(1), value, self.recipe.rate(last))
+    }
+}
+
+/// What `graph` reads of `inputs`, in its order.
+fn encoded(graph: &Graph, inputs: &[Input]) -> Vec<Arc<Encoded>> {
+    read_by(graph, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect()
+}
+
+/// Names of the nodes of a part of `graph` that `frozen` covers.
+fn left(part: &Graph, graph: &Graph, frozen: &[String]) -> taxel_graph::Result<Vec<String>> {
+    let covered = graph.nodes().iter().zip(graph.covered(frozen)?).filter(|(_, covered)| *covered);
+    let own = |name: &str| part.nodes().iter().any(|node| node.name == name && node.op != Op::Input);
+    Ok(covered.map(|(node, _)| node.name.clone()).filter(|name| own(name)).collect())
+}

@@ -1,0 +1,264 @@
+//! How a network is trained: loss, optimiser, schedule, batch norm, when to stop.
+//!
+//! The defaults are the recipe of paper 000 (Hybrid-CNN hardness recognition), Table 1 and section 5.1.
+
+use serde::{Deserialize, Serialize};
+use taxel_data::Augment;
+use taxel_faults::TrainingFaults;
+use taxel_graph::{Loss, Scheme};
+
+use crate::problem::{Check, Problem, fault_problem, require, share, within};
+use crate::training::optimizer::Optimizer;
+use crate::training::schedule::Schedule;
+
+/// Samples of the largest batch.
+pub(crate) const LARGEST_BATCH: usize = 65_536;
+
+/// Which statistics batch norm uses once training has ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BatchNorm {
+    /// Mean and variance over the whole training set (MATLAB's; the reading for papers 000 to 003).
+    #[default]
+    Population,
+    /// The running averages of training (PyTorch's; the reading for paper 004).
+    Moving,
+}
+
+impl BatchNorm {
+    /// The name in a config.
+    pub fn name(self) -> &'static str {
+        match self {
+            BatchNorm::Population => "population",
+            BatchNorm::Moving => "moving",
+        }
+    }
+}
+
+/// What becomes of the running statistics of frozen batch norms.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrozenStatistics {
+    /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).
+    #[default]
+    Kept,
+    /// As of all other batch norms: a batch's in training, those of [`Recipe::batch_norm`] afterwards. So does a
+    /// learning rate of zero in MATLAB R2019a, with which paper 001 freezes (sections 1 and 4).
+    Renewed,
+}
+
+impl FrozenStatistics {
+    pub(crate) fn of_engine(self) -> taxel_engine::FrozenStatistics {
+        match self {
+            FrozenStatistics::Kept => taxel_engine::FrozenStatistics::Kept,
+            FrozenStatistics::Renewed => taxel_engine::FrozenStatistics::Renewed,
+        }
+    }
+}
+
+/// How much the mistakes on a class count.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClassWeights {
+    /// Every sample the same.
+    #[default]
+    None,
+    /// Every class the same: n / (classes × samples of the class) in the training part, as
+    /// scikit-learn's `class_weight="balanced"`.
+    Balanced,
+}
+
+/// What a validation part is judged by.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Criterion {
+    /// The lowest loss.
+    #[default]
+    Loss,
+    /// The highest accuracy; of equals the lower loss.
+    Accuracy,
+}
+
+impl Criterion {
+    /// Whether a validation's (loss, accuracy) are better than another's.
+    pub fn prefers(self, (loss, accuracy): (f64, f64), (other_loss, other_accuracy): (f64, f64)) -> bool {
+        match self {
+            Criterion::Loss => loss < other_loss,
+            Criterion::Accuracy => {
+                accuracy > other_accuracy || accuracy == other_accuracy && loss < other_loss
+            }
+        }
+    }
+}
+
+/// Keeps the weights of the best epoch and stops once they have been the best for long. The validation part
+/// is the protocol's, or held back from the training part of each fold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EarlyStopping {
+    /// Epochs without a better one before training stops, 1 to 100,000. Default 10.
+    pub patience: usize,
+    /// Share of the training part that is held back where the protocol has no validation part, (0, 1).
+    /// Default 0.1.
+    pub validation: f64,
+    /// `loss` (default) or `accuracy`.
+    pub by: Criterion,
+}
+
+impl Default for EarlyStopping {
+    fn default() -> Self {
+        EarlyStopping { patience: 10, validation: 0.1, by: Criterion::Loss }
+    }
+}
+
+/// How a network is trained; [`Recipe::default`] is paper 000's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Recipe {
+    /// Passes over the training set, 1 to 100,000. Default 100.
+    pub epochs: usize,
+    /// Samples per step, 1 to 65,536; a smaller rest is a step too. Default 64.
+    pub batch_size: usize,
+    /// Steps that a training takes at least, 1 to 10,000,000: few samples get more epochs. Default no such number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_steps: Option<usize>,
+    /// Batches that few samples are still cut into, 1 to 65,536, each of at least 8 samples. Default no such
+    /// number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_batches: Option<usize>,
+    /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (paper 004,
+    /// Eq. 7) or `mean-squared-error`. `hinge` with an L2 penalty makes the last layer a linear support vector machine.
+    pub loss: Loss,
+    /// What moves the weights.
+    pub optimizer: Optimizer,
+    /// How the learning rate changes over the epochs.
+    pub schedule: Schedule,
+    /// Share of the epochs, `[0, 1)`, over which the rate rises evenly to the first of the schedule, which takes
+    /// the rest. Default 0.
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
+    pub warm_up: f64,
+    /// Which statistics batch norm uses once training has ended.
+    pub batch_norm: BatchNorm,
+    /// How fresh weights are drawn: `pytorch` (default), `glorot`, `he`.
+    pub init: Scheme,
+    /// Share of every target that is spread evenly over all classes, `[0, 1)`. Default 0.
+    pub label_smoothing: f64,
+    /// How much the mistakes on a class count. Default all samples the same.
+    pub class_weights: ClassWeights,
+    /// Largest norm of all gradients together; longer ones are shortened. Default no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clip: Option<f64>,
+    /// When to stop before the last epoch. Default never.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub early_stopping: Option<EarlyStopping>,
+    /// Nodes that training leaves as they are, by name or a name's first parts: `["features"]`.
+    pub frozen: Vec<String>,
+    /// What becomes of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
+    pub frozen_statistics: FrozenStatistics,
+    /// What happens to training images and tensors at random, anew in every epoch. Default nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub augment: Option<Augment>,
+    /// Faults that training samples meet, drawn anew in every epoch, before any encoding. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faults: Option<TrainingFaults>,
+}
+
+impl Default for Recipe {
+    fn default() -> Self {
+        Recipe {
+            epochs: 100,
+            batch_size: 64,
+            least_steps: None,
+            least_batches: None,
+            loss: Loss::default(),
+            optimizer: Optimizer::default(),
+            schedule: Schedule::default(),
+            warm_up: 0.0,
+            batch_norm: BatchNorm::default(),
+            init: Scheme::default(),
+            label_smoothing: 0.0,
+            class_weights: ClassWeights::default(),
+            clip: None,
+            early_stopping: None,
+            frozen: vec![],
+            frozen_statistics: FrozenStatistics::default(),
+            augment: None,
+            faults: None,
+        }
+    }
+}
+
+/// Samples of the smallest batch that [`Recipe::least_batches`] makes.
+const SMALLEST_BATCH: usize = 8;
+
+impl Recipe {
+    /// The recipe for so many training samples: epochs and batches as the least numbers of steps and batches ask.
+    pub fn for_samples(&self, samples: usize) -> Recipe {
+        let mut own = self.clone();
+        if let Some(batches) = own.least_batches.take() {
+            own.batch_size = own.batch_size.min((samples / batches.max(1)).max(SMALLEST_BATCH));
+        }
+        if let Some(steps) = own.least_steps.take() {
+            let per_epoch = samples.div_ceil(own.batch_size.max(1)).max(1);
+            own.epochs = own.epochs.max(steps.div_ceil(per_epoch));
+        }
+        own
+    }
+
+    /// The learning rate of `epoch`, from 0.
+    pub fn rate(&self, epoch: usize) -> f64 {
+        let lr = self.optimizer.lr();
+        let rising = (self.warm_up * self.epochs as f64).ceil() as usize;
+        match epoch.checked_sub(rising) {
+            None => lr * (epoch + 1) as f64 / rising as f64,
+            Some(epoch) => self.schedule.rate(lr, epoch, self.epochs.saturating_sub(rising)),
+        }
+    }
+
+    /// # Errors
+    /// The first setting outside its range.
+    pub fn check(&self) -> Check {
+        within("epochs", self.epochs, 1, 100_000)?;
+        within("batch_size", self.batch_size, 1, LARGEST_BATCH)?;
+        if let Some(steps) = self.least_steps {
+            within("least_steps", steps, 1, 10_000_000)?;
+        }
+        if let Some(batches) = self.least_batches {
+            within("least_batches", batches, 1, LARGEST_BATCH)?;
+        }
+        let reason = "must be a share of the epochs, in [0, 1)";
+        require((0.0..1.0).contains(&self.warm_up), "warm_up", self.warm_up, reason)?;
+        self.optimizer.check().map_err(|problem| problem.below("optimizer"))?;
+        self.schedule.check().map_err(|problem| problem.below("schedule"))?;
+        self.check_targets()?;
+        if let Some(taxel_data::Error::Augment { key, value, expected }) =
+            self.augment.and_then(|augment| augment.check().err())
+        {
+            return Err(Problem::new(format!("augment.{key}"), value, expected));
+        }
+        if let Some(faults) = &self.faults {
+            faults.check().map_err(fault_problem)?;
+        }
+        if let Some(clip) = self.clip {
+            let positive = (clip as f32) > 0.0 && clip.is_finite();
+            require(positive, "clip", clip, "must be positive and finite, usually 0.1 to 10")?;
+        }
+        if let Some(stopping) = &self.early_stopping {
+            within("early_stopping.patience", stopping.patience, 1, 100_000)?;
+            share("early_stopping.validation", stopping.validation)?;
+        }
+        Ok(())
+    }
+
+    fn check_targets(&self) -> Check {
+        let smoothing = self.label_smoothing;
+        require((0.0..1.0).contains(&smoothing), "label_smoothing", smoothing, "must be in [0, 1)")?;
+        if self.loss == Loss::SoftmaxCrossEntropy {
+            return Ok(());
+        }
+        let reason = "works with loss = \"softmax-cross-entropy\" only; leave it out";
+        require(smoothing == 0.0, "label_smoothing", smoothing, reason)?;
+        require(self.class_weights == ClassWeights::None, "class_weights", "\"balanced\"", reason)
+    }
+}
