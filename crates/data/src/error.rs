@@ -177,6 +177,10 @@ pub enum Error {
     ClassNamedTwice { file: String, name: String, first: usize, second: usize },
 
     // What is learned.
+    #[error(
+        "{source_name}: the targets are values, and classes or levels are needed here; give a data set with labels"
+    )]
+    NoLabels { source_name: String },
     #[error("{reason}")]
     LearnAttributes { reason: String },
     #[error("{value}: {reason}")]

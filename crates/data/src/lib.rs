@@ -22,10 +22,10 @@
 //!     .with_unit("N")
 //!     .with_rate(100.0)?
 //!     .with_full_scale(20.0)?;
-//! assert_eq!((data.classes.as_slice(), data.y[0]), (["apple".to_string(), "pear".into()].as_slice(), 1));
+//! assert_eq!((data.output_names(), data.strata()[0]), (vec!["apple".to_string(), "pear".into()], 1));
 //! assert_eq!(data.source.to_string(), "real: glove");
 //! assert_eq!((data.reading.shape.as_slice(), data.reading.rate), ([5, 50].as_slice(), Some(100.0)));
-//! let folds = stratified_k_fold(&data.y, 3, 0, 0, data.units.as_deref())?;
+//! let folds = stratified_k_fold(&data.strata(), 3, 0, 0, data.units.as_deref())?;
 //! assert_eq!(data.select(&folds[0].test).class_counts(), [1, 1]);
 //! # Ok::<(), taxel_data::Error>(())
 //! ```
@@ -56,6 +56,7 @@ pub use dataset::digest::{RowHash, digest_of, hash_words};
 pub use dataset::labels::{Attribute, Labels};
 pub use dataset::sample_spec::Reading;
 pub use dataset::source::{Source, SourceKind};
+pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};
 pub use formats::array::read_npy;
 pub use formats::table::options::{Clock, NotATable, TableForm, TableOptions};

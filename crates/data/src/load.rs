@@ -110,9 +110,11 @@ pub fn survey(path: &Path, options: &Options) -> Result<Survey> {
     (card.other_arrays, card.ignored, card.read_as) = (others, ignored, read_as);
     card.lengths = checked.lengths;
     card.labels = match checked.columns {
-        Columns::One | Columns::Unsaid => None,
-        Columns::OneHot => Some(format!("labels are one-hot: {} classes", checked.dataset.classes.len())),
-        Columns::Attributes => checked.dataset.columns.as_ref().map(|columns| {
+        Columns::One | Columns::Unsaid => card.labels,
+        Columns::OneHot => {
+            Some(format!("labels are one-hot: {} classes", checked.dataset.output_names().len()))
+        }
+        Columns::Attributes => checked.dataset.targets.columns().map(|columns| {
             let count = columns.attributes().len();
             match (options.attributes.is_empty(), options.attribute.unwrap_or(0)) {
                 (true, own) => format!("labels are {count} attributes, of which column {own} is the class"),

@@ -28,15 +28,15 @@ fn is_whole(data: &Dataset, what: &str) {
 fn every_way_to_store_an_array_gives_the_same() {
     let plain = load(&fixture("plain.h5"), &Options::default()).unwrap();
     is_whole(&plain, "plain");
-    assert_eq!((plain.y, plain.groups), (vec![0, 1, 0, 2], Some(vec![7, 7, 8, 8])));
+    assert_eq!((plain.strata().to_vec(), plain.groups), (vec![0, 1, 0, 2], Some(vec![7, 7, 8, 8])));
     for x in ["x", "grows", "both", "whole"] {
         let data = load(&fixture("packed.h5"), &arrays(x, "y")).unwrap();
         is_whole(&data, x);
-        assert_eq!((data.classes.join(" "), data.y), ("fig pear äpfel".into(), vec![1, 2, 1, 0]));
+        assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("fig pear äpfel".into(), vec![1, 2, 1, 0]));
         assert_eq!(data.groups, Some(vec![0, 0, 2, 1]));
     }
     let fixed = load(&fixture("packed.h5"), &arrays("contact", "fixed")).unwrap();
-    assert_eq!((fixed.dtype.as_str(), fixed.y.as_slice()), ("|b1", &[1, 2, 1, 0][..]));
+    assert_eq!((fixed.dtype.as_str(), fixed.strata().to_vec().as_slice()), ("|b1", &[1, 2, 1, 0][..]));
     assert_eq!(fixed.x.iter().sum::<f32>(), 15.0);
 }
 
@@ -45,10 +45,10 @@ fn matlab_7_3_has_its_axes_and_texts_as_matlab_says_them() {
     let path = fixture("grasps-v73.mat");
     let data = load(&path, &Options::default()).unwrap();
     is_whole(&data, "double");
-    assert_eq!((data.classes.join(" "), data.y), ("1 2 3".into(), vec![0, 1, 0, 2]));
+    assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("1 2 3".into(), vec![0, 1, 0, 2]));
     for y in ["names", "rows"] {
         let data = load(&path, &arrays("contact", y)).unwrap();
-        assert_eq!((data.classes.join(" "), data.y), ("fig pear äpfel".into(), vec![1, 2, 1, 0]), "{y}");
+        assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("fig pear äpfel".into(), vec![1, 2, 1, 0]), "{y}");
         assert_eq!(data.x.iter().sum::<f32>(), 15.0, "{y}");
     }
     let message = load(&path, &arrays("x", "z")).unwrap_err().to_string();
@@ -60,7 +60,7 @@ fn matlab_7_3_has_its_axes_and_texts_as_matlab_says_them() {
 fn a_file_may_be_one_recording_or_hold_one_per_array() {
     let options = Options { length: Some("crop:3".parse().unwrap()), ..Options::default() };
     let each = load(&fixture("each.h5"), &options).unwrap();
-    assert_eq!((each.origins.join(" "), each.y), ("grasp1 grasp2 grasp10".into(), vec![1, 0, 1]));
+    assert_eq!((each.origins.join(" "), each.strata().to_vec()), ("grasp1 grasp2 grasp10".into(), vec![1, 0, 1]));
     assert_eq!(each.x.iter().step_by(6).copied().collect::<Vec<_>>(), [1000.0, 2000.0, 10000.0]);
 
     let root = tempdir().unwrap();
@@ -70,7 +70,7 @@ fn a_file_may_be_one_recording_or_hold_one_per_array() {
     }
     let data = load(root.path(), &Options::default()).unwrap();
     assert_eq!(
-        (data.x.shape(), data.y, data.classes.join(" ")),
+        (data.x.shape(), data.strata().to_vec(), data.output_names().join(" ")),
         (&[2, 2, 3][..], vec![0, 1], "soft stiff".into())
     );
     let one = recordings(&fixture("one.h5"), &Options::default(), 2).unwrap();

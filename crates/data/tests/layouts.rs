@@ -33,7 +33,7 @@ fn a_ts_pair_of_unequal_lengths_is_read_by_its_folder() {
     let data = load(&folder, &options).unwrap();
     assert_eq!((data.name.as_str(), data.x.shape()), ("Vowels", &[3, 2, 2][..]));
     assert_eq!(data.x.as_slice().unwrap()[..4], [2.5, 3.5, 5.0, 6.0]);
-    assert_eq!((data.y, data.official), (vec![0, 1, 1], Some(vec![false, false, true])));
+    assert_eq!((data.strata().to_vec(), data.official), (vec![0, 1, 1], Some(vec![false, false, true])));
     // By the path without ending as well, and from a folder of another name.
     let same = load(&folder.join("Vowels"), &options).unwrap();
     assert_eq!(same.digest, data.digest);
@@ -59,7 +59,7 @@ fn arff_is_flat_or_relational() {
                 1.5,2.5,1\n-3,4e1,2\n";
     let root = with(&[("Flat/Flat_TRAIN.arff", flat), ("Flat/Flat_TEST.arff", "@data\n5,6,'2'\n")]);
     let data = load(&root.path().join("Flat"), &Options::default()).unwrap();
-    assert_eq!((data.x.shape(), data.y.as_slice()), (&[3, 1, 2][..], &[0, 1, 1][..]));
+    assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), (&[3, 1, 2][..], &[0, 1, 1][..]));
     assert_eq!(data.x.as_slice().unwrap(), [1.5, 2.5, -3.0, 40.0, 5.0, 6.0]);
 
     let relational = "@relation R\n@attribute R relational\n@attribute att0 numeric\n@attribute att1 numeric\n@end R\n\
@@ -69,7 +69,7 @@ fn arff_is_flat_or_relational() {
     let options = Options { length: Some("crop:2".parse().unwrap()), ..Options::default() };
     let data = load(root.path(), &options).unwrap();
     assert_eq!(data.x.as_slice().unwrap(), [1., 2., 4., 5., 7., 8., 9., 10., 1., 1., 2., 2.]);
-    assert_eq!((data.classes, data.y), (vec!["run".into(), "walk".into()], vec![0, 1, 1]));
+    assert_eq!((data.output_names(), data.strata().to_vec()), (vec!["run".into(), "walk".into()], vec![0, 1, 1]));
 
     let message = |train: &str| {
         let root = with(&[("B_TRAIN.arff", train), ("B_TEST.arff", "@data\n1,2,a\n")]);
@@ -99,7 +99,7 @@ fn a_table_says_label_and_group_of_each_file() {
     ]);
     let data = load(root.path(), &Options::default()).unwrap();
     assert_eq!(
-        (data.classes.as_slice(), data.y.as_slice()),
+        (data.output_names().as_slice(), data.strata().to_vec().as_slice()),
         (&["soft", "stiff"].map(String::from)[..], &[0, 1, 0][..])
     );
     assert_eq!((data.groups.as_deref(), data.group_name.as_deref()), (Some(&[0, 1, 0][..]), Some("group")));
@@ -110,7 +110,7 @@ fn a_table_says_label_and_group_of_each_file() {
     // The order of the classes, and facts; the table's order of recordings stays.
     files(root.path(), &[("labels.json", r#"{"classes": ["stiff", "soft"], "rate": 50}"#)]);
     let ordered = load(root.path(), &Options::default()).unwrap();
-    assert_eq!((ordered.classes.join(" "), ordered.y), ("stiff soft".to_string(), vec![1, 0, 1]));
+    assert_eq!((ordered.output_names().join(" "), ordered.strata().to_vec()), ("stiff soft".to_string(), vec![1, 0, 1]));
     assert_eq!((ordered.reading.rate, ordered.origins), (Some(50.0), data.origins));
     assert_eq!(check(root.path()).unwrap().ignored, [".DS_Store", "t4.csv"], "it is read");
     std::fs::remove_file(root.path().join("labels.json")).unwrap();
@@ -162,7 +162,7 @@ fn folders_in_class_folders_are_sessions() {
     assert_eq!(data.origins, origins);
     // The second day of one class is that of the other.
     assert_eq!((data.groups, data.group_name.as_deref()), (Some(vec![0, 0, 1, 1]), Some("session")));
-    assert_eq!(data.classes, ["soft", "stiff"]);
+    assert_eq!(data.output_names(), ["soft", "stiff"]);
     let mut ignored = check(root.path()).unwrap().ignored;
     ignored.sort();
     assert_eq!(ignored, ["README.md", "__MACOSX", "soft/take~", "stiff/.hidden", "stiff/day2/Thumbs.db"]);

@@ -33,16 +33,16 @@ fn every_column_is_learned_under_its_name() {
     assert_eq!(data, before, "without names the class alone");
     data.learn_attributes(&names(&["elasticity", "hardness"])).unwrap();
     assert_eq!(
-        data.classes,
+        data.output_names(),
         ["elasticity:soft", "elasticity:stiff", "hardness:low", "hardness:mid", "hardness:high"]
     );
-    assert_eq!(data.y, [0, 1, 2, 0], "combinations (0, 2), (1, 0), (1, 1)");
-    assert_eq!(data.labels.values(), [0, 2, 1, 0, 1, 1, 0, 2]);
-    assert_eq!((data.labels.sizes(), data.labels.of(&[2, 0])), (vec![2, 3], vec![1, 1, 0, 2]));
-    assert_eq!(data.columns.as_ref(), Some(&data.labels));
+    assert_eq!(data.strata().to_vec(), [0, 1, 2, 0], "combinations (0, 2), (1, 0), (1, 1)");
+    assert_eq!(data.targets.labels().unwrap().values(), [0, 2, 1, 0, 1, 1, 0, 2]);
+    assert_eq!((data.targets.labels().unwrap().sizes(), data.targets.labels().unwrap().of(&[2, 0])), (vec![2, 3], vec![1, 1, 0, 2]));
+    assert_eq!(data.targets.columns().as_ref(), Some(&data.targets.labels().unwrap()));
     assert_eq!((data.class_counts(), data.digest.as_str()), (vec![2, 2, 1, 1, 2], before.digest.as_str()));
     let part = data.select(&[2, 3]);
-    assert_eq!((part.labels.values(), part.y.as_slice()), ([1, 1, 0, 2].as_slice(), [2, 0].as_slice()));
+    assert_eq!((part.targets.labels().unwrap().values(), part.strata().to_vec().as_slice()), ([1, 1, 0, 2].as_slice(), [2, 0].as_slice()));
     let card = Card::new(&data);
     assert_eq!(card.classes.iter().map(|class| class.samples).collect::<Vec<_>>(), [2, 2, 1, 1, 2]);
 }
@@ -71,11 +71,11 @@ fn classes_are_kept_in_the_order_asked_for() {
     let before = data.clone();
     data.keep_classes(&names(&["pear", "apple"])).unwrap();
     assert_eq!(
-        (data.classes.as_slice(), data.y.as_slice()),
+        (data.output_names().as_slice(), data.strata().to_vec().as_slice()),
         (&names(&["pear", "apple"])[..], &[0, 1, 0, 1][..])
     );
-    assert_eq!(data.labels.attributes()[0].classes, ["pear", "apple"]);
-    assert_eq!(data.labels.values(), data.y);
+    assert_eq!(data.targets.labels().unwrap().attributes()[0].classes, ["pear", "apple"]);
+    assert_eq!(data.targets.labels().unwrap().values(), data.strata().to_vec());
     assert_eq!(data.origins, ["x[0]", "x[2]", "x[3]", "x[5]"]);
     assert_eq!(
         (data.groups.as_deref(), data.units.as_deref()),
@@ -115,7 +115,7 @@ fn classes_of_one_column_of_several_are_kept_with_all_columns() {
     let mut data = two_columns();
     data.keep_classes(&names(&["stiff", "soft"])).unwrap();
     assert_eq!(
-        (data.y.as_slice(), data.columns.unwrap().values()),
+        (data.strata().to_vec().as_slice(), data.targets.columns().unwrap().values()),
         (&[1, 0, 0, 1][..], &[0, 2, 1, 0, 1, 1, 0, 2][..])
     );
 }

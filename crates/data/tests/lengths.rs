@@ -126,8 +126,8 @@ fn windows_stay_with_their_recording() {
     assert_eq!(groups, [0, 0, 0, 2, 2, 2, 3, 3, 3, 3, 4, 4, 5, 5, 5, 5]);
     let units = data.units.clone().unwrap();
     let folds = [
-        group_k_fold(&groups, &data.y, 3, 0, 0).unwrap(),
-        stratified_k_fold(&data.y, 2, 0, 0, Some(&units)).unwrap(),
+        group_k_fold(&groups, &data.strata().to_vec(), 3, 0, 0).unwrap(),
+        stratified_k_fold(&data.strata().to_vec(), 2, 0, 0, Some(&units)).unwrap(),
     ];
     for fold in folds.iter().flatten() {
         let torn = fold.test.iter().any(|row| fold.train.iter().any(|other| groups[*row] == groups[*other]));
@@ -193,7 +193,7 @@ fn steps_of_nan_at_the_end_are_padding() {
     let padded = fixture("padded.npz");
     assert!(load(&padded, &Options::default()).unwrap_err().to_string().contains("2 to 7 readings"));
     let data = load(&padded, &with("crop:2,end")).unwrap();
-    assert_eq!((data.x.shape(), data.classes.len()), ([3, 2, 2].as_slice(), 2));
+    assert_eq!((data.x.shape(), data.output_names().len()), ([3, 2, 2].as_slice(), 2));
     let whole = load(&padded, &with("pad:7")).unwrap();
     // (t * t) mod 11 - 3 of the second channel, and zeros behind the two readings of the last recording.
     assert_eq!(rows(&whole)[1][7..], [-3., -2., 1., 6., 2., 0., 0.]);

@@ -29,9 +29,9 @@ fn versions_6_and_7_are_read_alike() {
     let [old, new] =
         ["grasps-v6.mat", "grasps-v7.mat"].map(|f| load(&fixture(f), &Options::default()).unwrap());
     is_counted(&new);
-    assert_eq!((&old.x, &old.y, &old.classes), (&new.x, &new.y, &new.classes));
-    assert_eq!(new.y, [0, 1, 1, 0]);
-    assert_eq!(new.classes, ["1", "2"]);
+    assert_eq!((&old.x, &old.strata().to_vec(), &old.output_names()), (&new.x, &new.strata().to_vec(), &new.output_names()));
+    assert_eq!(new.strata().to_vec(), [0, 1, 1, 0]);
+    assert_eq!(new.output_names(), ["1", "2"]);
     let card = check(&fixture("grasps-v7.mat")).unwrap();
     assert!(card.problems.is_empty(), "{:?}", card.problems);
     assert!(card.other_arrays.contains(&"session".to_string()), "{:?}", card.other_arrays);
@@ -45,8 +45,8 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
     assert_eq!(dataset.groups, Some(vec![7, 7, 8, 8]));
     assert_eq!(dataset.official, Some(vec![false, false, true, true]));
     let levels = with(Options { y: "levels".into(), attribute: Some(1), ..Options::default() });
-    assert_eq!(levels.y, [2, 1, 0, 2]);
-    let table = levels.columns.unwrap();
+    assert_eq!(levels.strata().to_vec(), [2, 1, 0, 2]);
+    let table = levels.targets.columns().unwrap();
     assert_eq!(table.of(&[1]), [1, 1]);
     assert_eq!(table.attributes()[1].classes, ["1", "2", "3"]);
     // 300 + 2 as a byte.
@@ -57,7 +57,7 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
 #[test]
 fn one_hot_labels_are_class_numbers() {
     let data = load(&fixture("one-hot.mat"), &Options::default()).unwrap();
-    assert_eq!((data.y, data.columns), (vec![0, 2, 1, 0], None));
+    assert_eq!((data.strata().to_vec(), data.targets.columns()), (vec![0, 2, 1, 0], None));
     let card = check(&fixture("one-hot.mat")).unwrap();
     assert_eq!(card.labels.as_deref(), Some("labels are one-hot: 3 classes"));
     // Levels that count from 1 are not named by anybody.
@@ -72,7 +72,7 @@ fn names_beside_it_count_from_1_as_well() {
     std::fs::copy(fixture("grasps-v7.mat"), folder.path().join("grasps.mat")).unwrap();
     std::fs::write(folder.path().join("labels.json"), r#"["sponge", "can"]"#).unwrap();
     let dataset = load(&folder.path().join("grasps.mat"), &Options::default()).unwrap();
-    assert_eq!((dataset.classes, dataset.y), (vec!["sponge".into(), "can".into()], vec![0, 1, 1, 0]));
+    assert_eq!((dataset.output_names(), dataset.strata().to_vec()), (vec!["sponge".into(), "can".into()], vec![0, 1, 1, 0]));
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_folder_per_class_holds_one_array_per_file() {
     }
     let dataset = load(folder.path(), &Options::default()).unwrap();
     assert_eq!((dataset.x.shape(), dataset.x[[3, 1, 2]]), (&[4, 2, 3][..], 112.0));
-    assert_eq!(dataset.classes, ["can", "sponge"]);
+    assert_eq!(dataset.output_names(), ["can", "sponge"]);
 
     let several = folder.path().join("can/take3.mat");
     std::fs::copy(fixture("grasps-v7.mat"), &several).unwrap();
@@ -162,5 +162,5 @@ fn another_order_of_bytes() {
     std::fs::write(&path, file).unwrap();
     let dataset = load(&path, &Options::default()).unwrap();
     assert_eq!(dataset.x.iter().copied().collect::<Vec<_>>(), [0.5, 3.5, 1.5, 4.5, 2.5, 5.5]);
-    assert_eq!(dataset.y, [0, 1, 0]);
+    assert_eq!(dataset.strata().to_vec(), [0, 1, 0]);
 }

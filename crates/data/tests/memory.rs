@@ -23,17 +23,17 @@ fn set() -> Dataset {
 #[test]
 fn arrays_in_memory_become_a_data_set() {
     let data = set();
-    assert_eq!(data.classes, ["9", "10", "apple", "pear"], "numbers by value, then words");
-    assert_eq!(data.y, [3, 2, 1, 0, 2, 3]);
+    assert_eq!(data.output_names(), ["9", "10", "apple", "pear"], "numbers by value, then words");
+    assert_eq!(data.strata().to_vec(), [3, 2, 1, 0, 2, 3]);
     assert_eq!((data.len(), data.is_empty(), data.class_counts()), (6, false, vec![1, 1, 2, 2]));
     assert_eq!((data.name.as_str(), data.source.clone()), ("glove", Source::real("glove")));
     assert_eq!((data.sample_shape(), data.reading.layout), ([2, 3].as_slice(), Layout::Series));
-    assert_eq!((data.labels.attributes()[0].name.as_str(), data.labels.values()), ("class", &data.y[..]));
+    assert_eq!((data.targets.labels().unwrap().attributes()[0].name.as_str(), data.targets.labels().unwrap().values()), ("class", &data.strata().to_vec()[..]));
     assert_eq!((data.units.as_deref(), data.origins[5].as_str()), (Some(&[0, 1, 2, 3, 1, 5][..]), "x[5]"));
-    assert_eq!((data.columns.as_ref(), data.groups.as_ref(), data.official.as_ref()), (None, None, None));
+    assert_eq!((data.targets.columns().as_ref(), data.groups.as_ref(), data.official.as_ref()), (None, None, None));
     let numbers = Dataset::new("glove", Layout::Series, grasps(), &[1, 0, 1, 0, 1, 0]).unwrap();
     assert_eq!(
-        (numbers.classes.as_slice(), numbers.y),
+        (numbers.output_names().as_slice(), numbers.strata().to_vec()),
         (["0".into(), "1".into()].as_slice(), vec![1, 0, 1, 0, 1, 0])
     );
     assert!(Card::new(&data).warnings.iter().any(|w| w.contains("x[1] = x[4]")));
@@ -43,7 +43,7 @@ fn arrays_in_memory_become_a_data_set() {
 fn a_file_and_memory_give_the_same_digest_hashes_and_units() {
     let folder = tempdir().unwrap();
     let x = grasps();
-    let y: Vec<i64> = set().y.iter().map(|label| i64::from(*label)).collect();
+    let y: Vec<i64> = set().strata().to_vec().iter().map(|label| i64::from(*label)).collect();
     let arrays = [
         ("x", f32s(&[6, 2, 3], x.as_slice().unwrap())),
         ("y", i64s(&[6], &y)),
@@ -172,14 +172,14 @@ fn selected_rows_bring_everything_along() {
     let data = data.with_official(vec![true, false, false, false, true, false]).unwrap();
     let part = data.select(&[4, 0, 1]);
     assert_eq!(part.x.as_slice().unwrap()[..7], [100., 101., 102., 110., 111., 112., 0.]);
-    assert_eq!((part.y.as_slice(), part.labels.values()), ([2, 3, 2].as_slice(), [2, 3, 2].as_slice()));
+    assert_eq!((part.strata().to_vec().as_slice(), part.targets.labels().unwrap().values()), ([2, 3, 2].as_slice(), [2, 3, 2].as_slice()));
     assert_eq!((part.groups.as_deref(), part.units.as_deref()), (Some(&[5, 5, 6][..]), Some(&[1, 0, 1][..])));
     assert_eq!((part.official.as_deref(), part.len()), (Some(&[true, true, false][..]), 3));
     assert_eq!(part.origins, ["x[4]", "x[0]", "x[1]"]);
     assert_eq!((part.row_hash[0], part.row_hash[2]), (data.row_hash[1], data.row_hash[1]));
     assert_eq!(
-        (&part.classes, &part.reading, part.class_counts()),
-        (&data.classes, &data.reading, vec![0, 0, 2, 1])
+        (&part.output_names(), &part.reading, part.class_counts()),
+        (&data.output_names(), &data.reading, vec![0, 0, 2, 1])
     );
     let anew = Dataset::new("glove", Layout::Series, part.x.clone(), &[2, 3, 2]).unwrap();
     assert_ne!(part.digest, data.digest);
@@ -244,5 +244,5 @@ fn a_data_set_of_several_attributes_is_read_back_with_all_of_them() {
     std::fs::create_dir(again.parent().unwrap()).unwrap();
     own.save(&again).unwrap();
     let read = load(&again, &several).unwrap();
-    assert_eq!((&read.labels, &read.y, &read.digest), (&own.labels, &own.y, &own.digest));
+    assert_eq!((&read.targets.labels().unwrap(), &read.strata().to_vec(), &read.digest), (&own.targets.labels().unwrap(), &own.strata().to_vec(), &own.digest));
 }

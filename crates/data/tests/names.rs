@@ -40,7 +40,7 @@ fn labels_groups_and_marks_are_texts() {
     let data =
         texts(Options { group: Some("session".into()), test: Some("held".into()), ..Options::default() });
     assert_eq!(
-        (data.classes.as_slice(), data.y.as_slice()),
+        (data.output_names().as_slice(), data.strata().to_vec().as_slice()),
         (&["fig", "pear", "äpfel"].map(String::from)[..], &[1, 2, 1, 0][..])
     );
     // In the order of the alphabet, as class names are.
@@ -50,12 +50,12 @@ fn labels_groups_and_marks_are_texts() {
     );
     assert_eq!(data.official, Some(vec![false, true, false, true]));
     let bytes = texts(y("raw"));
-    assert_eq!((bytes.classes, bytes.y), (["9", "10", "word"].map(String::from).to_vec(), vec![1, 0, 1, 2]));
+    assert_eq!((bytes.output_names(), bytes.strata().to_vec()), (["9", "10", "word"].map(String::from).to_vec(), vec![1, 0, 1, 2]));
     let unsaid = load(&fixture("texts.npz"), &y("two")).unwrap_err().to_string();
     assert!(unsaid.contains("two has 2 columns that are not one-hot; choose one with attribute"), "{unsaid}");
     let named = ["hand", "thing"].map(String::from).to_vec();
-    assert_eq!(texts(Options { attributes: named, ..y("two") }).classes.len(), 5);
-    let two = texts(Options { attribute: Some(0), ..y("two") }).columns.unwrap();
+    assert_eq!(texts(Options { attributes: named, ..y("two") }).output_names().len(), 5);
+    let two = texts(Options { attribute: Some(0), ..y("two") }).targets.columns().unwrap();
     assert_eq!(two.attributes()[1].classes, ["a", "b", "c"]);
     assert_eq!(two.values(), [1, 0, 0, 1, 1, 2, 0, 1]);
     // A file beside gives the order.
@@ -63,7 +63,7 @@ fn labels_groups_and_marks_are_texts() {
     std::fs::copy(fixture("texts.npz"), folder.path().join("t.npz")).unwrap();
     files(folder.path(), &[("labels.json", r#"{"classes": ["pear", "fig", "äpfel"], "rate": 5}"#)]);
     let data = load(&folder.path().join("t.npz"), &Options::default()).unwrap();
-    assert_eq!((data.y, data.reading.rate), (vec![0, 2, 0, 1], Some(5.0)));
+    assert_eq!((data.strata().to_vec(), data.reading.rate), (vec![0, 2, 0, 1], Some(5.0)));
     files(folder.path(), &[("labels.json", r#"["pear", "fig"]"#)]);
     let message = load(&folder.path().join("t.npz"), &Options::default()).unwrap_err().to_string();
     assert!(message.contains("labels.json: does not name \"äpfel\", which"), "{message}");
@@ -87,12 +87,12 @@ fn texts_of_matlab_are_cells_and_characters() {
     let data = load(&fixture("texts.mat"), &Options { group: Some("session".into()), ..Options::default() })
         .unwrap();
     assert_eq!(
-        (data.classes, data.y),
+        (data.output_names(), data.strata().to_vec()),
         (["fig", "pear", "äpfel"].map(String::from).to_vec(), vec![1, 2, 1, 0])
     );
     assert_eq!(data.groups, Some(vec![0, 0, 1, 1]));
     let rows = load(&fixture("texts.mat"), &y("char_y")).unwrap();
-    assert_eq!((rows.classes, rows.y), (["soft", "stiff"].map(String::from).to_vec(), vec![1, 0, 1, 0]));
+    assert_eq!((rows.output_names(), rows.strata().to_vec()), (["soft", "stiff"].map(String::from).to_vec(), vec![1, 0, 1, 0]));
     let message = load(&fixture("texts.mat"), &y("mixed")).unwrap_err().to_string();
     assert!(message.contains("mixed: has dtype cell; labels are"), "{message}");
 }
@@ -102,7 +102,7 @@ fn a_split_of_arrays_is_the_official_one() {
     let data = load(&fixture("split.npz"), &Options::default()).unwrap();
     assert_eq!((data.x.shape(), data.x[[3, 1, 2]]), (&[4, 2, 3][..], 312.0));
     assert_eq!(
-        (data.y.as_slice(), data.official.as_deref()),
+        (data.strata().to_vec().as_slice(), data.official.as_deref()),
         (&[1, 2, 1, 0][..], Some(&[false, false, false, true][..]))
     );
     assert_eq!(data.origins[2..], ["X_train[2]", "X_test[0]"]);
@@ -168,7 +168,7 @@ fn one_array_per_recording_beside_labels() {
     assert!(refused(&path, &Options::default()).contains("recordings have 5 to 12 readings"));
     let options = Options { length: Some("crop:5".parse().unwrap()), ..Options::default() };
     let data = load(&path, &options).unwrap();
-    assert_eq!((data.x.shape(), data.y.as_slice()), (&[3, 2, 5][..], &[1, 0, 1][..]));
+    assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), (&[3, 2, 5][..], &[1, 0, 1][..]));
     assert_eq!(data.origins, ["grasp5", "grasp12", "grasp7"], "in the order in which they were saved");
     let read = recordings(&path, &options, 2).unwrap();
     assert_eq!((read.x, read.truth.unwrap()[1].clone()), (data.x, vec!["0".to_string()]));

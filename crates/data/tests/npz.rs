@@ -14,8 +14,8 @@ fn an_archive_is_read_deflated_and_stored() {
     let deflated = load(&npz(folder.path(), &arrays), &Options::default()).unwrap();
     assert_eq!(deflated.x.shape(), [4, 2, 3]);
     assert_eq!(deflated.x[[3, 1, 2]], 23.0);
-    assert_eq!(deflated.y, [0, 1, 1, 0]);
-    assert_eq!(deflated.classes, ["0", "1"]);
+    assert_eq!(deflated.strata().to_vec(), [0, 1, 1, 0]);
+    assert_eq!(deflated.output_names(), ["0", "1"]);
     assert_eq!(deflated.groups, Some(vec![7, 7, 9, 9]));
     assert_eq!(deflated.group_name.as_deref(), Some("group"));
     assert_eq!((deflated.name.as_str(), deflated.origins[3].as_str()), ("grasps", "x[3]"));
@@ -84,9 +84,9 @@ fn class_names_come_from_the_nearer_file() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
     files(folder.path(), &[("labels.json", r#"{"classes": ["apple", "pear"]}"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().classes, ["apple", "pear"]);
+    assert_eq!(load(&path, &Options::default()).unwrap().output_names(), ["apple", "pear"]);
     files(folder.path(), &[("grasps.classes.json", r#"["soft", "stiff"]"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().classes, ["soft", "stiff"]);
+    assert_eq!(load(&path, &Options::default()).unwrap().output_names(), ["soft", "stiff"]);
 }
 
 #[test]
@@ -154,18 +154,18 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y.clone())]);
     let first = Options { attribute: Some(0), ..Options::default() };
     let data = load(&path, &first).unwrap();
-    assert_eq!(data.y, [0, 1, 1, 0]);
-    let columns = data.columns.unwrap();
+    assert_eq!(data.strata().to_vec(), [0, 1, 1, 0]);
+    let columns = data.targets.columns().unwrap();
     assert_eq!(columns.values(), [0, 2, 1, 0, 1, 1, 0, 2]);
     assert_eq!(columns.attributes()[1].classes, ["0", "1", "2"]);
     assert_eq!((columns.sizes(), columns.len()), (vec![2, 3], 4));
     let names: Vec<&str> = columns.attributes().iter().map(|a| a.name.as_str()).collect();
     assert_eq!(names, ["attribute-0", "attribute-1"]);
-    assert_eq!((data.labels.attributes()[0].name.as_str(), data.labels.values()), ("class", &data.y[..]));
+    assert_eq!((data.targets.labels().unwrap().attributes()[0].name.as_str(), data.targets.labels().unwrap().values()), ("class", &data.strata().to_vec()[..]));
     files(folder.path(), &[("labels.json", r#"{"classes": [["soft", "stiff"], ["a", "b", "c"]]}"#)]);
     let mut options = Options { attribute: Some(1), ..Options::default() };
     let data = load(&path, &options).unwrap();
-    assert_eq!((data.y, data.classes), (vec![2, 0, 1, 2], vec!["a".into(), "b".into(), "c".into()]));
+    assert_eq!((data.strata().to_vec(), data.output_names()), (vec![2, 0, 1, 2], vec!["a".into(), "b".into(), "c".into()]));
     options.attribute = Some(2);
     assert_eq!(refused(&path, &options), "grasps.npz: attribute = 2 is out of range: y has 2 columns (0..1)");
     let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 3, 0, 1]);
@@ -177,10 +177,10 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     // In Fortran order columns follow each other.
     let bytes: Vec<u8> = [0i64, 1, 1, 0, 2, 0, 1, 2].iter().flat_map(|v| v.to_le_bytes()).collect();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", npy("<i8", true, &[4, 2], &bytes))]);
-    assert_eq!(load(&path, &Options::default()).unwrap().columns.unwrap().of(&[2]), [1, 1]);
+    assert_eq!(load(&path, &Options::default()).unwrap().targets.columns().unwrap().of(&[2]), [1, 1]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 1], &[0, 1, 1, 0]))]);
     std::fs::remove_file(folder.path().join("labels.json")).unwrap();
-    assert_eq!(load(&path, &Options::default()).unwrap().columns, None);
+    assert_eq!(load(&path, &Options::default()).unwrap().targets.columns(), None);
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn copies_are_dropped_on_request() {
     assert_eq!(data.origins, ["x[1]", "x[4]", "x[5]"]);
     assert_eq!(data.dropped, ["x[0]", "x[2]", "x[3]", "x[6]"]);
     assert_eq!(data.x.as_slice().unwrap(), [2.0, 2.0, -0.0]);
-    assert_eq!((data.y.len(), data.row_hash.len()), (3, 3));
+    assert_eq!((data.strata().to_vec().len(), data.row_hash.len()), (3, 3));
 
     let deny = Options { deny_contradictory: true, ..Options::default() };
     assert_eq!(

@@ -18,8 +18,8 @@ fn one_hot_rows_become_class_numbers_of_the_same_digest() {
     for y in [i64s(&[4, 3], &ONE_HOT), f32s(&[4, 3], &floats)] {
         let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
         let data = load(&path, &Options::default()).unwrap();
-        assert_eq!((&data.y, &data.classes), (&wanted.y, &wanted.classes));
-        assert_eq!((data.columns, &data.digest), (None, &wanted.digest));
+        assert_eq!((&data.strata().to_vec(), &data.output_names()), (&wanted.strata().to_vec(), &wanted.output_names()));
+        assert_eq!((data.targets.columns(), &data.digest), (None, &wanted.digest));
         let card = check(&path).unwrap();
         assert_eq!((card.labels.as_deref(), card.problems.len()), (Some("labels are one-hot: 3 classes"), 0));
         assert!(card.to_string().contains("\n            labels are one-hot: 3 classes\n"), "{card}");
@@ -37,18 +37,18 @@ fn unequal_recordings_have_one_hot_labels_or_attributes() {
     let path = all(i64s(&[4, 3], &ONE_HOT));
     let options = Options { length, ..Options::default() };
     let data = load(&path, &options).unwrap();
-    assert_eq!((data.x.shape(), data.y), (&[4, 2, 3][..], vec![2, 0, 1, 0]));
+    assert_eq!((data.x.shape(), data.strata().to_vec()), (&[4, 2, 3][..], vec![2, 0, 1, 0]));
     let truth = recordings(&path, &options, 2).unwrap().truth.unwrap();
     assert_eq!(truth, [["2"], ["0"], ["1"], ["0"]]);
     let cut = Options { length: Some("window:2,1".parse().unwrap()), ..Options::default() };
-    assert_eq!(load(&path, &cut).unwrap().y, [2, 2, 2, 2, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
+    assert_eq!(load(&path, &cut).unwrap().strata().to_vec(), [2, 2, 2, 2, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
     let path = all(i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]));
     assert!(refused(&path, &options).contains("y has 2 columns that are not one-hot"));
     let named = Options { attributes: vec!["wet".into(), "hot".into()], ..cut };
     let data = load(&path, &named).unwrap();
-    let values = data.columns.unwrap().values().to_vec();
+    let values = data.targets.columns().unwrap().values().to_vec();
     assert_eq!(
-        (data.y.len(), values[..4].to_vec(), values[26..].to_vec()),
+        (data.strata().to_vec().len(), values[..4].to_vec(), values[26..].to_vec()),
         (14, vec![0, 2, 0, 2], vec![0, 2])
     );
 }
@@ -64,7 +64,7 @@ fn texts_and_numbers_from_one_are_never_one_hot() {
     let message = refused(&path, &Options::default());
     assert!(message.starts_with("grasps.npz: y has 2 columns that are not one-hot"), "{message}");
     let first = Options { attribute: Some(0), ..Options::default() };
-    assert_eq!(load(&path, &first).unwrap().classes, ["a", "b"]);
+    assert_eq!(load(&path, &first).unwrap().output_names(), ["a", "b"]);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn one_list_of_names_is_that_of_the_columns() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 3], &ONE_HOT))]);
     files(folder.path(), &[("labels.json", r#"["can", "rope", "ball"]"#)]);
     let data = load(&path, &Options::default()).unwrap();
-    assert_eq!((data.y, data.classes.join(" ")), (vec![2, 0, 1, 0], "can rope ball".to_string()));
+    assert_eq!((data.strata().to_vec(), data.output_names().join(" ")), (vec![2, 0, 1, 0], "can rope ball".to_string()));
     let path = npz(folder.path(), &[("x", samples(2)), ("y", i64s(&[2, 3], &ONE_HOT[..6]))]);
     let message = refused(&path, &Options::default());
     assert_eq!(message, "grasps.npz: no sample in y has label 1 (rope); record some or remove its name");
@@ -91,18 +91,18 @@ fn attributes_are_learned_only_where_somebody_asks() {
     // Rows that could be one-hot are what their reader says they are.
     let y = i64s(&[4, 2], &[0, 1, 1, 0, 1, 0, 0, 1]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().y, [1, 0, 0, 1]);
+    assert_eq!(load(&path, &Options::default()).unwrap().strata().to_vec(), [1, 0, 0, 1]);
     let names = ["wet".to_string(), "hot".to_string()];
     let named = Options { attributes: names.to_vec(), ..Options::default() };
     let data = load(&path, &named).unwrap();
-    assert_eq!(data.classes, ["wet:0", "wet:1", "hot:0", "hot:1"]);
+    assert_eq!(data.output_names(), ["wet:0", "wet:1", "hot:0", "hot:1"]);
     assert_eq!(check_with(&path, &named).unwrap().labels.as_deref(), Some("labels are 2 attributes"));
     let three = Options { attributes: ["a", "b", "c"].map(String::from).to_vec(), ..Options::default() };
     assert!(matches!(load(&path, &three), Err(Error::LearnAttributes { .. })));
     let first = Options { attribute: Some(0), ..Options::default() };
-    assert_eq!(load(&path, &first).unwrap().y, [0, 1, 1, 0]);
+    assert_eq!(load(&path, &first).unwrap().strata().to_vec(), [0, 1, 1, 0]);
     files(folder.path(), &[("labels.json", r#"{"classes": [["dry", "wet"], ["cold", "hot"]]}"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().classes, ["dry", "wet"]);
+    assert_eq!(load(&path, &Options::default()).unwrap().output_names(), ["dry", "wet"]);
     let told = check(&path).unwrap().labels;
     assert_eq!(told.as_deref(), Some("labels are 2 attributes, of which column 0 is the class"));
 }

@@ -32,7 +32,7 @@ fn lists_are_columns_of_a_wide_table() {
     let data = load(&fixture("wide.parquet"), &Options::default()).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), (&[12, 6][..], Layout::Features));
     assert_eq!(data.x.as_slice().unwrap()[6..12], [1.0, 1.5, 2.0, 2.5, 1.0, 0.0], "taxels, count, contact");
-    assert_eq!((data.classes.join(" "), data.y[..2].to_vec()), ("fig pear".into(), vec![1, 0]));
+    assert_eq!((data.output_names().join(" "), data.strata().to_vec()[..2].to_vec()), ("fig pear".into(), vec![1, 0]));
     assert_eq!(data.groups.unwrap()[3..5], [0, 1]);
     let card = check(&fixture("wide.parquet")).unwrap();
     assert_eq!(card.other_arrays, ["note"]);
@@ -46,7 +46,7 @@ fn lerobot_episodes_are_recordings() {
     let data = load(&root, &rule()).unwrap();
     assert_eq!((data.x.shape(), data.reading.rate), (&[3, 5, 5][..], Some(10.0)));
     assert_eq!(
-        (data.classes.join(", "), data.y.clone()),
+        (data.output_names().join(", "), data.strata().to_vec().clone()),
         ("press the sponge, press the can".into(), vec![0, 1, 0])
     );
     assert_eq!(data.origins, ["0", "1", "2"]);
@@ -72,10 +72,10 @@ fn lerobot_episodes_are_recordings() {
         std::fs::create_dir_all(copy.join(name).parent().unwrap()).unwrap();
         std::fs::copy(root.join(name), copy.join(name)).unwrap();
     }
-    assert_eq!(load(&copy, &rule()).unwrap().classes, ["0", "1"], "tasks without names");
+    assert_eq!(load(&copy, &rule()).unwrap().output_names(), ["0", "1"], "tasks without names");
     std::fs::write(copy.join("labels.csv"), "episode,label\n0,soft\n1,soft\n2,stiff\n").unwrap();
     let told = load(&copy, &rule()).unwrap();
-    assert_eq!((told.classes.join(" "), told.y), ("soft stiff".into(), vec![0, 0, 1]));
+    assert_eq!((told.output_names().join(" "), told.strata().to_vec()), ("soft stiff".into(), vec![0, 0, 1]));
     let refused = |table: &str| {
         std::fs::write(copy.join("labels.csv"), table).unwrap();
         load(&copy, &rule()).unwrap_err().to_string()

@@ -19,8 +19,8 @@ fn fsr_glove28() {
     let seconds = start.elapsed().as_secs_f64();
     assert!(cfg!(debug_assertions) || seconds < 0.5, "{seconds} s");
     assert_eq!(all.x.shape(), [1467, 35, 50]);
-    assert_eq!(all.classes.len(), 28);
-    assert_eq!(all.classes[27], "keyboard");
+    assert_eq!(all.output_names().len(), 28);
+    assert_eq!(all.output_names()[27], "keyboard");
     assert_eq!(all.class_counts()[0], 59);
     assert_eq!(all.groups, None);
     assert_eq!(all.name, "fsr-glove28");
@@ -39,9 +39,9 @@ fn fsr_glove28() {
     // 168 and 169 are one recording, six dropped rows before them.
     assert_eq!(data.units.as_ref().unwrap()[163], 162);
     let groups = data.groups.as_ref().unwrap();
-    let folds = group_k_fold(groups, &data.y, 5, 0, 0).unwrap();
+    let folds = group_k_fold(groups, &data.strata().to_vec(), 5, 0, 0).unwrap();
     assert!(folds.iter().all(|fold| fold.test.iter().all(|i| groups[*i] == groups[fold.test[0]])));
-    let folds = stratified_k_fold(&data.y, 5, 0, 0, data.units.as_deref()).unwrap();
+    let folds = stratified_k_fold(&data.strata().to_vec(), 5, 0, 0, data.units.as_deref()).unwrap();
     assert!(folds.iter().all(|fold| fold.test.contains(&162) == fold.test.contains(&163)));
 
     let both = Options { drop: vec![Drop::Contradictory, Drop::Duplicates], ..fsr };
@@ -74,20 +74,20 @@ fn fsr_glove28_card() {
 fn tekscan22_images() {
     let data = load(&path("tekscan22-images"), &Options::default()).unwrap();
     assert_eq!(data.x.shape(), [1100, 28, 50]);
-    assert_eq!(data.classes.len(), 22);
+    assert_eq!(data.output_names().len(), 22);
     assert_eq!(data.class_counts(), [50; 22]);
     let card = check(&path("tekscan22-images")).unwrap();
     println!("{card}");
     assert_eq!(card.layout, Layout::Image);
     assert_eq!((card.contradictions.len(), card.duplicates.len()), (0, 5));
-    let class = |set: &Vec<usize>| data.classes[data.y[set[0]] as usize].as_str();
+    let class = |set: &Vec<usize>| data.output_names()[data.strata().to_vec()[set[0]] as usize].as_str();
     let classes: Vec<_> = card.duplicates.iter().map(class).collect();
     assert_eq!(classes, ["bottle", "bottle", "bottle", "bottle", "caliper"]);
 
     // The same images as files: grey JPEGs, one folder per class.
     let files = load(&path("tekscan22-images/Images"), &Options::default()).unwrap();
     assert_eq!(files.x.shape(), [1100, 28, 50]);
-    assert_eq!(files.classes, data.classes);
+    assert_eq!(files.output_names(), data.output_names());
     assert_eq!(files.origins[1], "adhesive/adhesive2.jpg");
     // The archive has them in plain text order; decoders may round differently.
     let mut order: Vec<usize> = (0..1100).collect();
@@ -112,7 +112,7 @@ fn gelsight_materials10() {
     assert_eq!(data.reading.layout, Layout::Colour);
     let mean = data.x.mean().unwrap();
     assert!((60.0..200.0).contains(&mean), "{mean}");
-    assert_eq!(data.classes[9], "material_10");
+    assert_eq!(data.output_names()[9], "material_10");
     assert_eq!(data.class_counts(), [100; 10]);
     let groups = data.groups.as_ref().unwrap();
     assert_eq!((groups[19], groups[20], groups[99], groups[100]), (0, 1, 4, 0));
@@ -125,8 +125,8 @@ fn neutouch_softness() {
     let options = Options { group: Some("session".into()), ..Options::default() };
     let data = load(&path("neutouch-softness/class_test.npz"), &options).unwrap();
     assert_eq!(data.x.shape(), [160, 2, 80, 50]);
-    assert_eq!(data.classes, ["carton_box", "soft_block", "sponge", "stiff_block"]);
-    let folds = group_k_fold(data.groups.as_ref().unwrap(), &data.y, 2, 0, 0).unwrap();
+    assert_eq!(data.output_names(), ["carton_box", "soft_block", "sponge", "stiff_block"]);
+    let folds = group_k_fold(data.groups.as_ref().unwrap(), &data.strata().to_vec(), 2, 0, 0).unwrap();
     assert_eq!(folds[0].test.len(), 80);
     let message = load(&path("neutouch-softness"), &options).unwrap_err().to_string();
     assert!(message.ends_with("class_test.npz, softness_test.npz, softness_test_bare.npz"), "{message}");

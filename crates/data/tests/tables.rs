@@ -49,7 +49,7 @@ fn a_row_of_a_wide_table_is_a_sample() {
     let data = read(WIDE, &options);
     assert_eq!((data.x.shape(), data.reading.layout), ([3, 2].as_slice(), Layout::Features));
     assert_eq!(data.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.5]);
-    assert_eq!((data.classes.join(" "), data.y.as_slice()), ("0 1".into(), [0, 1, 0].as_slice()));
+    assert_eq!((data.output_names().join(" "), data.strata().to_vec().as_slice()), ("0 1".into(), [0, 1, 0].as_slice()));
     assert_eq!((data.groups.as_ref(), data.origins[1].as_str()), (None, "line 3"));
     let card = card(WIDE, &options);
     assert_eq!(card.read_as, ["a wide table: a row is a sample of 2 features, labels by \"slipped\""]);
@@ -70,8 +70,8 @@ fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
     let axes = "x,y,z,kind\n1,2,3,a\n4,5,6,b\n";
     assert!(message(axes, &Options::default()).contains("has no column \"label\""), "y is an axis beside x");
     let data = read(axes, &Options { y: "kind".into(), ..Options::default() });
-    assert_eq!((data.x.shape(), data.classes.join(" ")), ([2, 3].as_slice(), "a b".into()));
-    assert_eq!(read("f,y\n1,a\n2,b\n", &Options::default()).classes, ["a", "b"]);
+    assert_eq!((data.x.shape(), data.output_names().join(" ")), ([2, 3].as_slice(), "a b".into()));
+    assert_eq!(read("f,y\n1,a\n2,b\n", &Options::default()).output_names(), ["a", "b"]);
     // Numbers of classes beside their names, groups that are not used.
     let twice = "label,class,f\nsoft,0,1\nhard,1,2\n";
     let card = card(twice, &Options::default());
@@ -88,7 +88,7 @@ fn rows_of_a_long_table_are_readings_over_time() {
     assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 3].as_slice(), Layout::Series));
     assert_eq!(data.x.as_slice().unwrap()[..9], [1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 3.0, 0.0, 0.0]);
     assert_eq!((data.reading.rate, data.origins.join(" ")), (Some(100.0), "x y".into()));
-    assert_eq!((data.classes.join(" "), data.y), ("down up".into(), vec![1, 0]));
+    assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("down up".into(), vec![1, 0]));
     assert_eq!(
         card(LONG, &options).read_as,
         [
@@ -121,7 +121,7 @@ fn irregular_time_stamps_are_interpolated_as_numpy_does() {
     let data = load(&fixture("long.csv"), &options).unwrap();
     let rate = data.reading.rate.unwrap();
     assert!((rate / twin["rate"].as_f64().unwrap() - 1.0).abs() < 1e-5, "{rate}");
-    assert_eq!((data.groups.as_deref(), data.classes.join(" ")), (Some(&[0, 1, 0][..]), "hard soft".into()));
+    assert_eq!((data.groups.as_deref(), data.output_names().join(" ")), (Some(&[0, 1, 0][..]), "hard soft".into()));
     for (sample, own) in data.x.outer_iter().zip(twin["recordings"].as_array().unwrap()) {
         let length = own["length"].as_u64().unwrap() as usize;
         let values: Vec<f64> =
@@ -214,11 +214,11 @@ fn what_is_said_beside_a_table_counts() {
     files(folder.path(), &[("grasps.csv", WIDE), ("labels.json", facts)]);
     let path = folder.path().join("grasps.csv");
     let data = load(&path, &slipped("ignore=id")).unwrap();
-    assert_eq!((data.classes.join(" "), data.y), ("stable slip".into(), vec![0, 1, 0]));
+    assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("stable slip".into(), vec![0, 1, 0]));
     assert_eq!((data.reading.unit.as_deref(), data.reading.full_scale), (Some("counts"), Some(4095.0)));
     files(folder.path(), &[("labels.json", r#"{"classes": ["mug", "can"], "rate": 50}"#)]);
     let data = load(&path, &Options { y: "object".into(), ..table("ignore=id") }).unwrap();
-    assert_eq!((data.classes.join(" "), data.y), ("mug can".into(), vec![1, 1, 0]));
+    assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("mug can".into(), vec![1, 1, 0]));
     // Marks of samples to test on.
     let marked =
         WIDE.replace("id,", "held,").replace("7,", "train,").replace("8,", "test,").replace("9,", "test,");

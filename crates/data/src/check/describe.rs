@@ -6,14 +6,14 @@ use crate::check::shortcut::Shortcut;
 use crate::check::values::Values;
 use crate::check::warnings::warnings;
 use crate::dataset::dataset::Dataset;
+use crate::dataset::targets;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Card {
     /// Describes `data`.
     pub fn new(data: &Dataset) -> Self {
-        let counts = data.class_counts();
-        let classes: Vec<ClassCount> = data
-            .classes
+        let (names, counts) = (data.output_names(), data.class_counts());
+        let classes: Vec<ClassCount> = names
             .iter()
             .zip(&counts)
             .enumerate()
@@ -24,10 +24,12 @@ impl Card {
             })
             .collect();
         let sets = duplicate_sets(&data.row_hash);
-        let torn = contradictory(&sets, &data.y);
+        let has_labels = data.targets.labels().is_some();
+        let strata = data.strata();
+        let torn = if has_labels { contradictory(&sets, &strata) } else { vec![] };
         let name = |row: usize| match data.outputs(row).as_slice() {
             [] => "no class".into(),
-            outputs => outputs.iter().map(|&at| data.classes[at].as_str()).collect::<Vec<_>>().join(", "),
+            outputs => outputs.iter().map(|&at| names[at].as_str()).collect::<Vec<_>>().join(", "),
         };
         let contradiction = |rows: &Vec<usize>| Contradiction {
             rows: rows.clone(),
@@ -45,7 +47,7 @@ impl Card {
             read_as: Vec::new(),
             dtype: data.dtype.clone(),
             classes,
-            labels: None,
+            labels: data.targets.values().map(ranges),
             majority_share: largest as f64 / data.len().max(1) as f64,
             groups: groups(data),
             other_arrays: Vec::new(),
@@ -60,7 +62,8 @@ impl Card {
             constant_samples: values.constant_samples,
             duplicates: sets.iter().filter(|set| !torn.contains(set)).cloned().collect(),
             contradictions: torn.iter().map(contradiction).collect(),
-            shortcut: Shortcut::of(&data.x, &data.y, data.groups.as_deref(), data.units.as_deref()),
+            shortcut: Shortcut::of(&data.x, &strata, data.groups.as_deref(), data.units.as_deref())
+                .filter(|_| has_labels),
             dropped: data.dropped.clone(),
             problems: data.refuse_one_class().err().iter().map(ToString::to_string).collect(),
             warnings: Vec::new(),
@@ -68,6 +71,21 @@ impl Card {
         card.warnings = warnings(&card, data, &sets);
         card
     }
+}
+
+/// Says what the targets are where they are values: `targets are values: force 0.1 to 9.8 N`.
+fn ranges(values: &targets::Values) -> String {
+    let count = values.quantities().len();
+    let of_one = |(column, own): (usize, &targets::Quantity)| {
+        let own_values = values.values().iter().skip(column).step_by(count.max(1));
+        let (low, high) = own_values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        });
+        let unit = own.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+        format!("{} {low} to {high}{unit}", own.name)
+    };
+    let each: Vec<String> = values.quantities().iter().enumerate().map(of_one).collect();
+    format!("targets are values: {}", each.join(", "))
 }
 
 fn groups(data: &Dataset) -> Option<GroupSummary> {
@@ -87,12 +105,13 @@ fn groups(data: &Dataset) -> Option<GroupSummary> {
         let most = sizes.iter().max().map_or(0, |size| *size);
         [least, most]
     };
+    let names = data.output_names();
     let one = of_class.iter().filter(|(_, groups)| groups.len() == 1);
     Some(GroupSummary {
         name: data.group_name.clone().unwrap_or_else(|| "group".into()),
         groups: of_group.len(),
         samples: span(of_group.values().map(|(samples, _)| *samples).collect()),
         classes: span(of_group.values().map(|(_, classes)| classes.len()).collect()),
-        classes_in_one_group: one.map(|(class, _)| data.classes[*class].clone()).collect(),
+        classes_in_one_group: one.map(|(class, _)| names[*class].clone()).collect(),
     })
 }

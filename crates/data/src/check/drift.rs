@@ -23,7 +23,7 @@ impl Drift {
         };
         let means: Vec<f64> = data.x.outer_iter().map(mean).collect();
         let mut classes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-        for (class, mean) in data.y.iter().zip(&means).filter(|(_, mean)| mean.is_finite()) {
+        for (class, mean) in data.strata().iter().zip(&means).filter(|(_, mean)| mean.is_finite()) {
             classes.entry(*class).or_default().push(*mean);
         }
         Self { correlation: correlation(classes.into_values()), means }

@@ -39,7 +39,8 @@ pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<
 fn of_copies(card: &Card, data: &Dataset, sets: &[Vec<usize>], warnings: &mut Vec<String>) {
     if let Some(first) = card.contradictions.first() {
         let rows: usize = card.contradictions.iter().map(|c| c.rows.len()).sum();
-        let other = first.rows.iter().position(|row| data.y[*row] != data.y[first.rows[0]]);
+        let strata = data.strata();
+        let other = first.rows.iter().position(|row| strata[*row] != strata[first.rows[0]]);
         #[expect(clippy::expect_used, reason = "what does not differ is no contradiction")]
         let other = other.expect("another label");
         warnings.push(format!(

@@ -9,6 +9,7 @@ use crate::dataset::problems::{Faults, Problem};
 use crate::dataset::raw::Raw;
 use crate::dataset::rows::Rows;
 use crate::dataset::source::Source;
+use crate::dataset::targets::Targets;
 use crate::dataset::validate::{
     channels, class_names, gaps, groups, labels, official, one_class, wrong_length,
 };
@@ -78,14 +79,12 @@ pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
         let values = rows.recordings.iter().flat_map(of_row).collect();
         Labels::numbered(std::mem::take(&mut classes), values)
     });
+    let targets = Targets::Classes { labels: Labels::of_classes(&own, &y), columns: several };
     let mut dataset = Dataset {
         reading,
         source: source(&raw),
-        digest: digest(&x, &y, several.as_ref(), groups.as_deref()),
-        labels: Labels::of_classes(&own, &y),
-        columns: several,
-        y,
-        classes: own,
+        digest: digest(&x, &targets, groups.as_deref()),
+        targets,
         official: official.map(|test| rows.of(|row| test[row])),
         groups,
         group_name,

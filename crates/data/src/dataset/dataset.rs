@@ -4,8 +4,10 @@ use crate::dataset::digest::{RowHash, digest};
 use crate::dataset::labels::Labels;
 use crate::dataset::sample_spec::Reading;
 use crate::dataset::source::Source;
+use crate::dataset::targets::{Targets, Task};
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
+use std::borrow::Cow;
 use taxel_base::Layout;
 
 /// Labelled samples, all of one shape, as read: nothing is scaled.
@@ -21,16 +23,9 @@ pub struct Dataset {
     pub reading: Reading,
     /// Samples `[N, ...]` in C order, in the unit of the readings.
     pub x: ArrayD<f32>,
-    /// What is learned: one attribute of the name `class`, or with
-    /// [`learn_attributes`](Self::learn_attributes) several.
-    pub labels: Labels,
-    /// All label columns where the file holds k > 1 of them, named `attribute-0`, `attribute-1`, ... until
-    /// [`learn_attributes`](Self::learn_attributes) names them.
-    pub columns: Option<Labels>,
-    /// What splits keep even `[N]`: the class of each sample, or the combination of its levels.
-    pub y: Vec<u32>,
-    /// Names of a network's outputs: the classes, each with a sample at least, or `attribute:level`.
-    pub classes: Vec<String>,
+    /// What is learned of each sample: a class, levels of several attributes (see
+    /// [`learn_attributes`](Self::learn_attributes)), or values.
+    pub targets: Targets,
     /// Which samples the data set's authors test on, where they say so.
     pub official: Option<Vec<bool>>,
     /// Group (object, session, block) of each sample.
@@ -58,12 +53,12 @@ pub struct Dataset {
 impl Dataset {
     /// Number of samples.
     pub fn len(&self) -> usize {
-        self.y.len()
+        self.targets.len()
     }
 
     /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
-        self.y.is_empty()
+        self.targets.is_empty()
     }
 
     /// Shape of one sample: the axes of `x` after the first.
@@ -71,20 +66,46 @@ impl Dataset {
         &self.reading.shape
     }
 
-    /// Samples per class, in the order of `classes`; of several attributes, samples per level.
+    /// Returns what splits keep even `[N]`; see [`Targets::strata`].
+    pub fn strata(&self) -> Cow<'_, [u32]> {
+        self.targets.strata()
+    }
+
+    /// Returns the task that the targets pose.
+    pub fn task(&self) -> Task {
+        self.targets.task()
+    }
+
+    /// Returns the names of a model's outputs: the classes, `attribute:level`, or quantities.
+    pub fn output_names(&self) -> Vec<String> {
+        self.task().output_names()
+    }
+
+    /// Returns the labels of classes or levels.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoLabels`] for targets that are values.
+    pub fn labels(&self) -> Result<&Labels> {
+        self.targets.labels().ok_or_else(|| Error::NoLabels { source_name: self.source.to_string() })
+    }
+
+    /// Samples per class, in the order of the outputs; of several attributes, samples per level. None of values.
     pub fn class_counts(&self) -> Vec<usize> {
-        let mut counts = vec![0; self.classes.len()];
+        let Some(labels) = self.targets.labels() else { return vec![] };
+        let mut counts = vec![0; labels.sizes().iter().sum()];
         for output in (0..self.len()).flat_map(|row| self.outputs(row)) {
             counts[output] += 1;
         }
         counts
     }
 
-    /// Positions of a sample's labels in `classes`, one per attribute; of a label that is no class, which
+    /// Positions of a sample's labels among the outputs, one per attribute; of a label that is no class, which
     /// only a card meets, none.
     pub(crate) fn outputs(&self, row: usize) -> Vec<usize> {
+        let Some(labels) = self.targets.labels() else { return vec![] };
         let mut start = 0;
-        let attributes = self.labels.sizes().into_iter().zip(self.labels.of(&[row]));
+        let attributes = labels.sizes().into_iter().zip(labels.of(&[row]));
         let places = attributes.map(|(size, label)| {
             start += size;
             ((label as usize) < size).then_some(start - size + label as usize)
@@ -116,8 +137,11 @@ impl Dataset {
     ///
     /// [`Error::OneClass`].
     pub fn refuse_one_class(&self) -> Result<()> {
-        match self.classes.as_slice() {
-            [class] => Err(Error::OneClass { file: self.name.clone(), class: class.clone() }),
+        match &self.targets {
+            Targets::Classes { labels, .. } if labels.sizes() == [1] => {
+                let class = labels.attributes()[0].classes[0].clone();
+                Err(Error::OneClass { file: self.name.clone(), class })
+            }
             _ => Ok(()),
         }
     }
@@ -141,10 +165,7 @@ impl Dataset {
             source: self.source.clone(),
             reading: self.reading.clone(),
             x: self.x.select(Axis(0), rows),
-            labels: self.labels.select(rows),
-            columns: self.columns.as_ref().map(|columns| columns.select(rows)),
-            y: take(&self.y),
-            classes: self.classes.clone(),
+            targets: self.targets.select(rows),
             official: self.official.as_ref().map(|test| rows.iter().map(|&row| test[row]).collect()),
             groups: self.groups.as_ref().map(take),
             group_name: self.group_name.clone(),
@@ -162,7 +183,7 @@ impl Dataset {
 
     /// Brings the digest up to date with samples, labels and groups.
     pub(crate) fn update_digest(&mut self) {
-        self.digest = digest(&self.x, &self.y, self.columns.as_ref(), self.groups.as_deref());
+        self.digest = digest(&self.x, &self.targets, self.groups.as_deref());
     }
 }
 

@@ -1,6 +1,7 @@
 //! Fingerprints of samples and of data sets.
 
 use crate::dataset::labels::Labels;
+use crate::dataset::targets::Targets;
 use ndarray::ArrayD;
 
 /// First 16 bytes of the BLAKE3 hash of one recorded sample.
@@ -29,12 +30,25 @@ pub(crate) fn hash_rows(x: &ArrayD<f32>) -> Vec<RowHash> {
 
 /// BLAKE3 of samples alone, for those that no data set holds.
 pub fn digest_of(x: &ArrayD<f32>) -> String {
-    digest(x, &[], None, None)
+    content(x, &[], &[], None)
 }
 
-/// BLAKE3 of the content, each part preceded by its length; `columns` are all labels where a sample has
-/// several.
-pub(crate) fn digest(x: &ArrayD<f32>, y: &[u32], columns: Option<&Labels>, groups: Option<&[u32]>) -> String {
+/// BLAKE3 of samples, targets and groups.
+pub(crate) fn digest(x: &ArrayD<f32>, targets: &Targets, groups: Option<&[u32]>) -> String {
+    let words = |columns: &Labels| columns.values().iter().map(|v| v.to_le_bytes()).collect::<Vec<_>>();
+    let columns = match targets {
+        Targets::Values(values) => {
+            let words = values.values().iter().map(|v| v.to_le_bytes()).collect();
+            return content(x, &[], groups.unwrap_or(&[]), Some((values.quantities().len(), words)));
+        }
+        Targets::Classes { .. } | Targets::Levels(_) => targets.columns(),
+    };
+    let columns = columns.map(|columns| (columns.attributes().len(), words(columns)));
+    content(x, &targets.strata(), groups.unwrap_or(&[]), columns)
+}
+
+/// BLAKE3 of the content, each part preceded by its length; `columns` are all targets where a sample has several.
+fn content(x: &ArrayD<f32>, y: &[u32], groups: &[u32], columns: Option<(usize, Vec<[u8; 4]>)>) -> String {
     let mut hasher = blake3::Hasher::new();
     let len = |hasher: &mut blake3::Hasher, n: usize| {
         hasher.update(&(n as u64).to_le_bytes());
@@ -46,13 +60,11 @@ pub(crate) fn digest(x: &ArrayD<f32>, y: &[u32], columns: Option<&Labels>, group
     hash_words(&mut hasher, x.iter().map(|v| v.to_le_bytes()));
     len(&mut hasher, y.len());
     hash_words(&mut hasher, y.iter().map(|v| v.to_le_bytes()));
-    // No groups count as none of them.
-    let groups = groups.unwrap_or(&[]);
     len(&mut hasher, groups.len());
     hash_words(&mut hasher, groups.iter().map(|v| v.to_le_bytes()));
-    if let Some(columns) = columns {
-        len(&mut hasher, columns.attributes().len());
-        hash_words(&mut hasher, columns.values().iter().map(|v| v.to_le_bytes()));
+    if let Some((count, words)) = columns {
+        len(&mut hasher, count);
+        hash_words(&mut hasher, words.into_iter());
     }
     hasher.finalize().to_hex().to_string()
 }

@@ -2,13 +2,12 @@
 
 use crate::dataset::dataset::Dataset;
 use crate::dataset::labels::{Attribute, Labels};
+use crate::dataset::targets::Targets;
 use crate::{Error, Result};
-use std::collections::HashMap;
 
 impl Dataset {
     /// Learns every column of labels under these names, in the order of the columns; without names, the
-    /// class alone. `y` then numbers the combinations of levels that occur, in ascending order, and
-    /// `classes` are `attribute:level`.
+    /// class alone.
     ///
     /// # Errors
     ///
@@ -18,7 +17,7 @@ impl Dataset {
             return Ok(());
         }
         let refuse = |reason: String| Err(Error::LearnAttributes { reason });
-        let Some(columns) = &self.columns else {
+        let Some(columns) = self.targets.columns() else {
             return refuse(format!("{} has one label per sample; leave the key out", self.source));
         };
         let width = columns.attributes().len();
@@ -31,19 +30,7 @@ impl Dataset {
             .zip(names)
             .map(|(attribute, name)| Attribute { name: name.clone(), classes: attribute.classes.clone() })
             .collect();
-        self.classes = attributes
-            .iter()
-            .flat_map(|a| a.classes.iter().map(move |class| format!("{}:{class}", a.name)))
-            .collect();
-        // Splits spread the combinations of levels evenly.
-        let values = columns.values().to_vec();
-        let mut combinations: Vec<&[u32]> = values.chunks_exact(width).collect();
-        combinations.sort_unstable();
-        combinations.dedup();
-        let number: HashMap<&[u32], u32> = combinations.into_iter().zip(0..).collect();
-        self.y = values.chunks_exact(width).map(|levels| number[levels]).collect();
-        self.labels = Labels::new(attributes, values);
-        self.columns = Some(self.labels.clone());
+        self.targets = Targets::Levels(Labels::new(attributes, columns.values().to_vec()));
         Ok(())
     }
 
@@ -56,16 +43,17 @@ impl Dataset {
     /// where several attributes are learned.
     pub fn keep_classes(&mut self, names: &[String]) -> Result<()> {
         let refuse = |value: String, reason: String| Err(Error::KeepClasses { value, reason });
-        if self.labels.attributes().len() > 1 {
+        let Targets::Classes { labels, columns } = &self.targets else {
             return refuse("..".into(), "works with one class per sample; leave data.attributes out".into());
-        }
-        let mut new = vec![None; self.classes.len()];
+        };
+        let (classes, labels) = (&labels.attributes()[0].classes, labels.values());
+        let mut new = vec![None; classes.len()];
         for (label, name) in names.iter().enumerate() {
-            match self.classes.iter().position(|class| class == name) {
+            match classes.iter().position(|class| class == name) {
                 Some(old) if new[old].is_none() => new[old] = Some(label as u32),
                 Some(_) => return refuse(format!("{name:?}"), "is there twice".into()),
                 None => {
-                    let hint = taxel_base::names::hint(name, self.classes.iter().map(String::as_str));
+                    let hint = taxel_base::names::hint(name, classes.iter().map(String::as_str));
                     return refuse(format!("{name:?}"), format!("no class has this name; {hint}"));
                 }
             }
@@ -73,11 +61,11 @@ impl Dataset {
         if names.len() < 2 {
             return refuse(format!("{names:?}"), "needs two classes at least".into());
         }
-        let kept: Vec<usize> = (0..self.len()).filter(|&row| new[self.y[row] as usize].is_some()).collect();
+        let kept: Vec<usize> = (0..self.len()).filter(|&row| new[labels[row] as usize].is_some()).collect();
+        let renumbered: Vec<u32> = labels.iter().filter_map(|&label| new[label as usize]).collect();
+        let columns = columns.as_ref().map(|columns| columns.select(&kept));
         *self = self.rows(&kept);
-        self.y = self.y.iter().filter_map(|&label| new[label as usize]).collect();
-        self.classes = names.to_vec();
-        self.labels = Labels::of_classes(&self.classes, &self.y);
+        self.targets = Targets::Classes { labels: Labels::of_classes(names, &renumbered), columns };
         Ok(())
     }
 }

@@ -3,9 +3,10 @@
 use crate::check::duplicates;
 use crate::dataset::dataset::{Dataset, refuse_layout};
 use crate::dataset::digest::hash_rows;
-use crate::dataset::labels::{Labels, by_name};
+use crate::dataset::labels::by_name;
 use crate::dataset::sample_spec::Reading;
 use crate::dataset::source::Source;
+use crate::dataset::targets::Targets;
 use crate::formats::npy::c_order;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Dimension};
@@ -46,10 +47,7 @@ impl Dataset {
             name: name.into(),
             source: Source::real(name),
             reading,
-            labels: Labels::of_classes(&classes, &y),
-            columns: None,
-            y,
-            classes,
+            targets: Targets::classes(&classes, &y),
             official: None,
             groups: None,
             group_name: None,

@@ -14,4 +14,5 @@ pub(crate) mod reading_of;
 pub(crate) mod rows;
 pub(crate) mod sample_spec;
 pub(crate) mod source;
+pub(crate) mod targets;
 pub(crate) mod validate;

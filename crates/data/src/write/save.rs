@@ -50,22 +50,23 @@ fn group_array(data: &Dataset) -> Option<String> {
     Some(own.unwrap_or_else(|| "group".into()))
 }
 
-/// All columns of labels, row by row.
-fn labels(data: &Dataset) -> &Labels {
-    data.columns.as_ref().unwrap_or(&data.labels)
+/// Returns all columns of labels; none where the targets are values.
+fn labels(data: &Dataset) -> Option<&Labels> {
+    data.targets.columns().or(data.targets.labels())
 }
 
 fn arrays(data: &Dataset, group: Option<&str>) -> io::Result<Vec<u8>> {
     let mut npz = Npz::default();
     let x = data.x.as_standard_layout();
     npz.add("x", x.shape(), x.as_slice().unwrap_or_default())?;
-    let labels = labels(data);
-    let shape = match labels.attributes().len() {
-        1 => vec![data.len()],
-        columns => vec![data.len(), columns],
-    };
-    let values: Vec<i64> = labels.values().iter().copied().map(i64::from).collect();
-    npz.add("y", &shape, &values)?;
+    let shape = |columns: usize| if columns == 1 { vec![data.len()] } else { vec![data.len(), columns] };
+    if let Some(labels) = labels(data) {
+        let values: Vec<i64> = labels.values().iter().copied().map(i64::from).collect();
+        npz.add("y", &shape(labels.attributes().len()), &values)?;
+    }
+    if let Some(values) = data.targets.values() {
+        npz.add("y", &shape(values.quantities().len()), values.values())?;
+    }
     if let (Some(name), Some(groups)) = (group, &data.groups) {
         let groups: Vec<i64> = groups.iter().copied().map(i64::from).collect();
         npz.add(name, &[data.len()], &groups)?;
@@ -79,7 +80,6 @@ fn arrays(data: &Dataset, group: Option<&str>) -> io::Result<Vec<u8>> {
 
 /// What [`names_file`](crate::layout::names_file) reads.
 fn facts(data: &Dataset, group: Option<&str>) -> Value {
-    let classes: Vec<&Vec<String>> = labels(data).attributes().iter().map(|own| &own.classes).collect();
     let reading = &data.reading;
     let simulated = data.source.is_simulated().then(|| data.source.to_string());
     // As JSON has it: an f32 in as many digits as it needs.
@@ -94,11 +94,18 @@ fn facts(data: &Dataset, group: Option<&str>) -> Value {
         ("test_array", data.official.as_ref().map(|_| "test".into())),
         ("origins", Some(json!(data.origins))),
     ];
-    let classes = match classes.as_slice() {
-        [one] => json!(one),
-        all => json!(all),
-    };
-    let mut map = Map::from_iter([("classes".to_string(), classes)]);
+    let (key, names) = names(data);
+    let mut map = Map::from_iter([(key.to_string(), names)]);
     map.extend(said.into_iter().filter_map(|(key, value)| Some((key.to_string(), value?))));
     Value::Object(map)
+}
+
+/// Returns the names of classes, of each column's levels, or of quantities, with the key that they go by.
+fn names(data: &Dataset) -> (&'static str, Value) {
+    let Some(labels) = labels(data) else { return ("quantities", json!(data.task().quantities())) };
+    let names: Vec<&Vec<String>> = labels.attributes().iter().map(|own| &own.classes).collect();
+    match names.as_slice() {
+        [one] => ("classes", json!(one)),
+        all => ("classes", json!(all)),
+    }
 }
