@@ -112,6 +112,8 @@ pub enum Method {
         #[serde(default = "features")]
         features: usize,
     },
+    /// [`Ridge`] regression on the values of the series, for targets that are values.
+    Ridge,
     /// [`Svm`] with a linear kernel.
     SvmLinear {
         /// Penalty of a margin's violation. Default 1.
@@ -149,10 +151,17 @@ pub enum Fitted {
     MiniRocket(Box<MiniRocket>, Ridge),
     /// Support vectors.
     Svm(Svm),
+    /// Linear regression on the values of series of this shape (channels, length).
+    Ridge([usize; 2], Ridge),
 }
 
 impl Method {
-    /// Every method with its default settings, cheapest first.
+    /// Returns every method for values with its default settings, cheapest first.
+    pub fn of_values() -> [Method; 1] {
+        [Method::Ridge]
+    }
+
+    /// Returns every method for classes with its default settings, cheapest first.
     pub fn all() -> [Method; 5] {
         [
             Method::Majority,
@@ -171,6 +180,7 @@ impl Method {
             Method::MiniRocket { .. } => "mini-rocket",
             Method::SvmLinear { .. } => "svm-linear",
             Method::SvmRbf { .. } => "svm-rbf",
+            Method::Ridge => "ridge",
         }
     }
 
@@ -181,6 +191,7 @@ impl Method {
             Method::NearestNeighbours { .. } => "Cover & Hart 1967",
             Method::MiniRocket { .. } => "Dempster, Schmidt & Webb 2021",
             Method::SvmLinear { .. } | Method::SvmRbf { .. } => "Cortes & Vapnik 1995",
+            Method::Ridge => "Hoerl & Kennard 1970",
         }
     }
 
@@ -195,6 +206,27 @@ impl Method {
             }
             _ => None,
         }
+    }
+
+    /// Checks whether it learns values; all others learn classes.
+    pub fn learns_values(&self) -> bool {
+        matches!(self, Method::Ridge)
+    }
+
+    /// Learns from `train` and values `[n, outputs]`, row-major, all finite.
+    ///
+    /// # Errors
+    /// Values that do not pair up with the series, or a method that learns classes.
+    pub fn fit_values(&self, train: &Series, values: &[f32], outputs: usize) -> Result<Fitted> {
+        if values.len() != train.len() * outputs {
+            return Err(Error::Labels { labels: values.len() / outputs.max(1), samples: train.len() });
+        }
+        if !self.learns_values() {
+            return Err(Error::setting("method", self.name(), "learns classes, and the targets are values"));
+        }
+        let shape = train.shape();
+        let x = Features::new(train.values.to_vec(), shape[0] * shape[1]);
+        Ok(Fitted::Ridge(shape, Ridge::fit_values(&x, values, outputs, &ALPHAS)?))
     }
 
     /// Learns from `train` and its classes `y`, all below `classes`; `seed` and `purpose` key what is
@@ -224,6 +256,9 @@ impl Method {
             }
             Method::SvmLinear { c } => Fitted::Svm(Svm::fit(train, y, classes, Kernel::Linear, c)?),
             Method::SvmRbf { c } => Fitted::Svm(Svm::fit(train, y, classes, Kernel::Rbf, c)?),
+            Method::Ridge => {
+                return Err(Error::setting("method", "ridge", "learns values, and the targets are classes"));
+            }
         })
     }
 }
@@ -245,11 +280,12 @@ impl Fitted {
             }
             Method::SvmLinear { .. } => Fitted::Svm(Svm::read(Kernel::Linear, shape, classes, saved)?),
             Method::SvmRbf { .. } => Fitted::Svm(Svm::read(Kernel::Rbf, shape, classes, saved)?),
+            Method::Ridge => Fitted::Ridge(shape, Ridge::read(shape[0] * shape[1], classes, saved)?),
         })
     }
 
     /// Scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only
-    /// the majority's are probabilities.
+    /// the majority's are probabilities. Of [`Method::Ridge`] the values `[n, outputs]`.
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.
@@ -261,6 +297,10 @@ impl Fitted {
                 Ok(softened(ridge.decide(&rocket.transform(x)?), ridge.classes()))
             }
             Fitted::Svm(svm) => Ok(softened(svm.votes(x)?, svm.classes())),
+            Fitted::Ridge(shape, ridge) => {
+                x.expect(*shape)?;
+                Ok(ridge.decide(&Features::new(x.values.to_vec(), shape[0] * shape[1])))
+            }
         }
     }
 
@@ -274,6 +314,7 @@ impl Fitted {
                 Memory::MiniRocket(Box::new(rocket.work()), features, products)
             }
             Fitted::Svm(_) => Memory::Svm(svm::Work::default()),
+            Fitted::Ridge(_, ridge) => Memory::Ridge(vec![0.0; ridge.classes()]),
         })
     }
 
@@ -310,6 +351,9 @@ impl Fitted {
                 svm.answer(recording, work, scores);
                 softmax(scores, svm.classes());
             }
+            (Fitted::Ridge(_, ridge), Memory::Ridge(products)) if products.len() == ridge.classes() => {
+                ridge.decide_one(recording, products, scores);
+            }
             _ => {
                 return Err(Error::setting(
                     "workspace",
@@ -328,16 +372,18 @@ impl Fitted {
             Fitted::Nearest(nearest) => Some(nearest.shape()),
             Fitted::MiniRocket(rocket, _) => Some(rocket.shape()),
             Fitted::Svm(svm) => Some(svm.shape()),
+            Fitted::Ridge(shape, _) => Some(*shape),
         }
     }
 
-    /// Number of classes.
+    /// Number of classes, or of values.
     pub fn classes(&self) -> usize {
         match self {
             Fitted::Majority(shares) => shares.len(),
             Fitted::Nearest(nearest) => nearest.classes(),
             Fitted::MiniRocket(_, ridge) => ridge.classes(),
             Fitted::Svm(svm) => svm.classes(),
+            Fitted::Ridge(_, ridge) => ridge.classes(),
         }
     }
 
@@ -353,6 +399,7 @@ impl Fitted {
             Fitted::Nearest(nearest) => nearest.macs(),
             Fitted::MiniRocket(rocket, ridge) => rocket.macs() + ridge.macs(),
             Fitted::Svm(svm) => svm.macs(),
+            Fitted::Ridge(_, ridge) => ridge.macs(),
         }
     }
 
@@ -367,6 +414,7 @@ impl Fitted {
                 tensors
             }
             Fitted::Svm(svm) => svm.tensors(),
+            Fitted::Ridge(_, ridge) => ridge.tensors(),
         }
     }
 }
@@ -383,6 +431,8 @@ enum Memory {
     /// Of the convolutions, features, and products with the weights of each class.
     MiniRocket(Box<taxel_kernels::rocket::Work>, Vec<f32>, Vec<f64>),
     Svm(svm::Work),
+    /// Products with the weights of each value.
+    Ridge(Vec<f64>),
 }
 
 fn softened(mut values: Vec<f32>, classes: usize) -> Vec<f32> {

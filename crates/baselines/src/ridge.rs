@@ -54,7 +54,7 @@ impl Features {
     }
 }
 
-/// A linear classifier on features.
+/// A linear classifier on features, or a linear regression of values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ridge {
     /// The penalty that was chosen.
@@ -75,12 +75,26 @@ impl Ridge {
     /// # Errors
     /// No penalties, or one that is not positive.
     pub fn fit(x: &Features, y: &[u32], classes: usize, alphas: &[f64]) -> Result<Self> {
+        let targets = Mat::from_fn(y.len(), classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 });
+        Self::fit_targets(x, targets, alphas)
+    }
+
+    /// Fits values `[n, outputs]`, row-major, of samples (scikit-learn's `RidgeCV` on standardised features).
+    ///
+    /// # Errors
+    /// As [`Ridge::fit`].
+    pub fn fit_values(x: &Features, values: &[f32], outputs: usize, alphas: &[f64]) -> Result<Self> {
+        let n = values.len() / outputs.max(1);
+        let targets = Mat::from_fn(n, outputs, |i, c| f64::from(values[i * outputs + c]));
+        Self::fit_targets(x, targets, alphas)
+    }
+
+    fn fit_targets(x: &Features, mut targets: Mat<f64>, alphas: &[f64]) -> Result<Self> {
         if alphas.is_empty() || alphas.iter().any(|alpha| !(*alpha > 0.0 && alpha.is_finite())) {
             return Err(Error::setting("alphas", format!("{alphas:?}"), "must be positive numbers"));
         }
-        let (n, width) = (y.len(), x.width);
+        let (n, classes, width) = (targets.nrows(), targets.ncols(), x.width);
         let (rows, mean, sd) = standardised(x, n);
-        let mut targets = Mat::from_fn(n, classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 });
         let offsets: Vec<f64> = targets.col_iter().map(|column| column.sum() / n as f64).collect();
         for (c, offset) in offsets.iter().enumerate() {
             targets.col_as_slice_mut(c).iter_mut().for_each(|target| *target -= offset);

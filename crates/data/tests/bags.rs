@@ -71,7 +71,10 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
         (".x", ""),
     ]);
     let data = load(flat.path(), &Options::default()).unwrap();
-    assert_eq!((data.output_names().join(" "), data.strata().to_vec().as_slice()), ("ball cup".into(), &[0, 1, 1][..]));
+    assert_eq!(
+        (data.output_names().join(" "), data.strata().to_vec().as_slice()),
+        ("ball cup".into(), &[0, 1, 1][..])
+    );
     assert_eq!(data.origins, ["ball_1.mcap", "cup_1.mcap", "cup_02.mcap"]);
     assert_eq!((data.reading.layout, data.reading.rate), (Layout::Series, Some(50.0)));
     assert_eq!(data.reading.topics, ["/taxels"], "a model will ask for it");
@@ -149,7 +152,10 @@ fn rosbag2_folders_are_bags_and_a_table_cuts_them() {
     let data = load(root.path(), &Options { length: Some("crop:2".parse().unwrap()), ..Options::default() })
         .unwrap();
     assert_eq!(data.origins, ["long.mcap[0..0.06 s]", "long.mcap[0.06..0.12 s]", "long.mcap[0..0.04 s]"]);
-    assert_eq!((data.x.shape(), data.strata().to_vec(), data.groups), (&[3, 7, 2][..], vec![0, 1, 0], Some(vec![0, 1, 1])));
+    assert_eq!(
+        (data.x.shape(), data.strata().to_vec(), data.groups),
+        (&[3, 7, 2][..], vec![0, 1, 0], Some(vec![0, 1, 1]))
+    );
     assert_eq!(
         data.x.as_slice().unwrap()[14 + 4..14 + 6],
         [900.0, 1200.0],

@@ -27,10 +27,16 @@ fn round(path: &Path, options: &Options) -> [Dataset; 2] {
 fn assert_same([before, after]: [Dataset; 2]) {
     assert_eq!(before.digest, after.digest);
     assert_eq!(before.x, after.x);
-    assert_eq!((&before.output_names(), &before.strata().to_vec()), (&after.output_names(), &after.strata().to_vec()));
+    assert_eq!(
+        (&before.output_names(), &before.strata().to_vec()),
+        (&after.output_names(), &after.strata().to_vec())
+    );
     assert_eq!((&before.groups, &before.group_name), (&after.groups, &after.group_name));
     assert_eq!((&before.official, &before.origins), (&after.official, &after.origins));
-    assert_eq!((&before.targets.labels().unwrap(), &before.units), (&after.targets.labels().unwrap(), &after.units));
+    assert_eq!(
+        (&before.targets.labels().unwrap(), &before.units),
+        (&after.targets.labels().unwrap(), &after.units)
+    );
     let facts = |data: &Dataset| {
         let own = data.reading.clone();
         (own.layout, own.shape, own.unit, own.rate, own.full_scale, data.source.is_simulated())

@@ -53,7 +53,10 @@ fn csv_files_are_channels_by_time() {
     let data = load(folder.path(), &Options::default()).unwrap();
     assert_eq!(data.x.shape(), [3, 2, 3]);
     assert_eq!(data.x.as_slice().unwrap()[6..], [7., 9., 11., 8., 10., 12., 1., 3., 5., 2., 4., 6.]);
-    assert_eq!((data.output_names(), data.strata().to_vec()), (vec!["apple".into(), "pear".into()], vec![0, 1, 1]));
+    assert_eq!(
+        (data.output_names(), data.strata().to_vec()),
+        (vec!["apple".into(), "pear".into()], vec![0, 1, 1])
+    );
     assert_eq!(data.origins, ["apple/a.csv", "pear/take9.csv", "pear/take10.csv"]);
     assert_eq!((data.reading.layout, data.dtype.as_str()), (Layout::Series, "csv"));
     let blocks = Options { group_block: Some(1), channels: Some(vec![1]), ..Options::default() };
@@ -261,7 +264,10 @@ fn labels_json_speaks_of_folders_too() {
     files(folder.path(), &[("labels.json", facts)]);
     let data = load(folder.path(), &Options::default()).unwrap();
     assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("N"), Some(100.0)));
-    assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("pear apple".to_string(), vec![0, 0, 1]));
+    assert_eq!(
+        (data.output_names().join(" "), data.strata().to_vec()),
+        ("pear apple".to_string(), vec![0, 0, 1])
+    );
     assert_eq!(data.origins[2], "apple/a.csv");
     files(folder.path(), &[("labels.json", r#"{"full_scale": 1023}"#)]);
     let data = load(folder.path(), &Options::default()).unwrap();

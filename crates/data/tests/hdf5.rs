@@ -32,7 +32,10 @@ fn every_way_to_store_an_array_gives_the_same() {
     for x in ["x", "grows", "both", "whole"] {
         let data = load(&fixture("packed.h5"), &arrays(x, "y")).unwrap();
         is_whole(&data, x);
-        assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("fig pear äpfel".into(), vec![1, 2, 1, 0]));
+        assert_eq!(
+            (data.output_names().join(" "), data.strata().to_vec()),
+            ("fig pear äpfel".into(), vec![1, 2, 1, 0])
+        );
         assert_eq!(data.groups, Some(vec![0, 0, 2, 1]));
     }
     let fixed = load(&fixture("packed.h5"), &arrays("contact", "fixed")).unwrap();
@@ -48,7 +51,11 @@ fn matlab_7_3_has_its_axes_and_texts_as_matlab_says_them() {
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("1 2 3".into(), vec![0, 1, 0, 2]));
     for y in ["names", "rows"] {
         let data = load(&path, &arrays("contact", y)).unwrap();
-        assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("fig pear äpfel".into(), vec![1, 2, 1, 0]), "{y}");
+        assert_eq!(
+            (data.output_names().join(" "), data.strata().to_vec()),
+            ("fig pear äpfel".into(), vec![1, 2, 1, 0]),
+            "{y}"
+        );
         assert_eq!(data.x.iter().sum::<f32>(), 15.0, "{y}");
     }
     let message = load(&path, &arrays("x", "z")).unwrap_err().to_string();
@@ -60,7 +67,10 @@ fn matlab_7_3_has_its_axes_and_texts_as_matlab_says_them() {
 fn a_file_may_be_one_recording_or_hold_one_per_array() {
     let options = Options { length: Some("crop:3".parse().unwrap()), ..Options::default() };
     let each = load(&fixture("each.h5"), &options).unwrap();
-    assert_eq!((each.origins.join(" "), each.strata().to_vec()), ("grasp1 grasp2 grasp10".into(), vec![1, 0, 1]));
+    assert_eq!(
+        (each.origins.join(" "), each.strata().to_vec()),
+        ("grasp1 grasp2 grasp10".into(), vec![1, 0, 1])
+    );
     assert_eq!(each.x.iter().step_by(6).copied().collect::<Vec<_>>(), [1000.0, 2000.0, 10000.0]);
 
     let root = tempdir().unwrap();

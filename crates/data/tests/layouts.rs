@@ -69,7 +69,10 @@ fn arff_is_flat_or_relational() {
     let options = Options { length: Some("crop:2".parse().unwrap()), ..Options::default() };
     let data = load(root.path(), &options).unwrap();
     assert_eq!(data.x.as_slice().unwrap(), [1., 2., 4., 5., 7., 8., 9., 10., 1., 1., 2., 2.]);
-    assert_eq!((data.output_names(), data.strata().to_vec()), (vec!["run".into(), "walk".into()], vec![0, 1, 1]));
+    assert_eq!(
+        (data.output_names(), data.strata().to_vec()),
+        (vec!["run".into(), "walk".into()], vec![0, 1, 1])
+    );
 
     let message = |train: &str| {
         let root = with(&[("B_TRAIN.arff", train), ("B_TEST.arff", "@data\n1,2,a\n")]);
@@ -110,7 +113,10 @@ fn a_table_says_label_and_group_of_each_file() {
     // The order of the classes, and facts; the table's order of recordings stays.
     files(root.path(), &[("labels.json", r#"{"classes": ["stiff", "soft"], "rate": 50}"#)]);
     let ordered = load(root.path(), &Options::default()).unwrap();
-    assert_eq!((ordered.output_names().join(" "), ordered.strata().to_vec()), ("stiff soft".to_string(), vec![1, 0, 1]));
+    assert_eq!(
+        (ordered.output_names().join(" "), ordered.strata().to_vec()),
+        ("stiff soft".to_string(), vec![1, 0, 1])
+    );
     assert_eq!((ordered.reading.rate, ordered.origins), (Some(50.0), data.origins));
     assert_eq!(check(root.path()).unwrap().ignored, [".DS_Store", "t4.csv"], "it is read");
     std::fs::remove_file(root.path().join("labels.json")).unwrap();

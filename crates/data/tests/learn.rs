@@ -38,11 +38,17 @@ fn every_column_is_learned_under_its_name() {
     );
     assert_eq!(data.strata().to_vec(), [0, 1, 2, 0], "combinations (0, 2), (1, 0), (1, 1)");
     assert_eq!(data.targets.labels().unwrap().values(), [0, 2, 1, 0, 1, 1, 0, 2]);
-    assert_eq!((data.targets.labels().unwrap().sizes(), data.targets.labels().unwrap().of(&[2, 0])), (vec![2, 3], vec![1, 1, 0, 2]));
+    assert_eq!(
+        (data.targets.labels().unwrap().sizes(), data.targets.labels().unwrap().of(&[2, 0])),
+        (vec![2, 3], vec![1, 1, 0, 2])
+    );
     assert_eq!(data.targets.columns().as_ref(), Some(&data.targets.labels().unwrap()));
     assert_eq!((data.class_counts(), data.digest.as_str()), (vec![2, 2, 1, 1, 2], before.digest.as_str()));
     let part = data.select(&[2, 3]);
-    assert_eq!((part.targets.labels().unwrap().values(), part.strata().to_vec().as_slice()), ([1, 1, 0, 2].as_slice(), [2, 0].as_slice()));
+    assert_eq!(
+        (part.targets.labels().unwrap().values(), part.strata().to_vec().as_slice()),
+        ([1, 1, 0, 2].as_slice(), [2, 0].as_slice())
+    );
     let card = Card::new(&data);
     assert_eq!(card.classes.iter().map(|class| class.samples).collect::<Vec<_>>(), [2, 2, 1, 1, 2]);
 }

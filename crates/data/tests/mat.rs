@@ -29,7 +29,10 @@ fn versions_6_and_7_are_read_alike() {
     let [old, new] =
         ["grasps-v6.mat", "grasps-v7.mat"].map(|f| load(&fixture(f), &Options::default()).unwrap());
     is_counted(&new);
-    assert_eq!((&old.x, &old.strata().to_vec(), &old.output_names()), (&new.x, &new.strata().to_vec(), &new.output_names()));
+    assert_eq!(
+        (&old.x, &old.strata().to_vec(), &old.output_names()),
+        (&new.x, &new.strata().to_vec(), &new.output_names())
+    );
     assert_eq!(new.strata().to_vec(), [0, 1, 1, 0]);
     assert_eq!(new.output_names(), ["1", "2"]);
     let card = check(&fixture("grasps-v7.mat")).unwrap();
@@ -72,7 +75,10 @@ fn names_beside_it_count_from_1_as_well() {
     std::fs::copy(fixture("grasps-v7.mat"), folder.path().join("grasps.mat")).unwrap();
     std::fs::write(folder.path().join("labels.json"), r#"["sponge", "can"]"#).unwrap();
     let dataset = load(&folder.path().join("grasps.mat"), &Options::default()).unwrap();
-    assert_eq!((dataset.output_names(), dataset.strata().to_vec()), (vec!["sponge".into(), "can".into()], vec![0, 1, 1, 0]));
+    assert_eq!(
+        (dataset.output_names(), dataset.strata().to_vec()),
+        (vec!["sponge".into(), "can".into()], vec![0, 1, 1, 0])
+    );
 }
 
 #[test]

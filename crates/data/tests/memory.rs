@@ -28,9 +28,18 @@ fn arrays_in_memory_become_a_data_set() {
     assert_eq!((data.len(), data.is_empty(), data.class_counts()), (6, false, vec![1, 1, 2, 2]));
     assert_eq!((data.name.as_str(), data.source.clone()), ("glove", Source::real("glove")));
     assert_eq!((data.sample_shape(), data.reading.layout), ([2, 3].as_slice(), Layout::Series));
-    assert_eq!((data.targets.labels().unwrap().attributes()[0].name.as_str(), data.targets.labels().unwrap().values()), ("class", &data.strata().to_vec()[..]));
+    assert_eq!(
+        (
+            data.targets.labels().unwrap().attributes()[0].name.as_str(),
+            data.targets.labels().unwrap().values()
+        ),
+        ("class", &data.strata().to_vec()[..])
+    );
     assert_eq!((data.units.as_deref(), data.origins[5].as_str()), (Some(&[0, 1, 2, 3, 1, 5][..]), "x[5]"));
-    assert_eq!((data.targets.columns().as_ref(), data.groups.as_ref(), data.official.as_ref()), (None, None, None));
+    assert_eq!(
+        (data.targets.columns().as_ref(), data.groups.as_ref(), data.official.as_ref()),
+        (None, None, None)
+    );
     let numbers = Dataset::new("glove", Layout::Series, grasps(), &[1, 0, 1, 0, 1, 0]).unwrap();
     assert_eq!(
         (numbers.output_names().as_slice(), numbers.strata().to_vec()),
@@ -172,7 +181,10 @@ fn selected_rows_bring_everything_along() {
     let data = data.with_official(vec![true, false, false, false, true, false]).unwrap();
     let part = data.select(&[4, 0, 1]);
     assert_eq!(part.x.as_slice().unwrap()[..7], [100., 101., 102., 110., 111., 112., 0.]);
-    assert_eq!((part.strata().to_vec().as_slice(), part.targets.labels().unwrap().values()), ([2, 3, 2].as_slice(), [2, 3, 2].as_slice()));
+    assert_eq!(
+        (part.strata().to_vec().as_slice(), part.targets.labels().unwrap().values()),
+        ([2, 3, 2].as_slice(), [2, 3, 2].as_slice())
+    );
     assert_eq!((part.groups.as_deref(), part.units.as_deref()), (Some(&[5, 5, 6][..]), Some(&[1, 0, 1][..])));
     assert_eq!((part.official.as_deref(), part.len()), (Some(&[true, true, false][..]), 3));
     assert_eq!(part.origins, ["x[4]", "x[0]", "x[1]"]);
@@ -244,5 +256,8 @@ fn a_data_set_of_several_attributes_is_read_back_with_all_of_them() {
     std::fs::create_dir(again.parent().unwrap()).unwrap();
     own.save(&again).unwrap();
     let read = load(&again, &several).unwrap();
-    assert_eq!((&read.targets.labels().unwrap(), &read.strata().to_vec(), &read.digest), (&own.targets.labels().unwrap(), &own.strata().to_vec(), &own.digest));
+    assert_eq!(
+        (&read.targets.labels().unwrap(), &read.strata().to_vec(), &read.digest),
+        (&own.targets.labels().unwrap(), &own.strata().to_vec(), &own.digest)
+    );
 }

@@ -50,7 +50,10 @@ fn labels_groups_and_marks_are_texts() {
     );
     assert_eq!(data.official, Some(vec![false, true, false, true]));
     let bytes = texts(y("raw"));
-    assert_eq!((bytes.output_names(), bytes.strata().to_vec()), (["9", "10", "word"].map(String::from).to_vec(), vec![1, 0, 1, 2]));
+    assert_eq!(
+        (bytes.output_names(), bytes.strata().to_vec()),
+        (["9", "10", "word"].map(String::from).to_vec(), vec![1, 0, 1, 2])
+    );
     let unsaid = load(&fixture("texts.npz"), &y("two")).unwrap_err().to_string();
     assert!(unsaid.contains("two has 2 columns that are not one-hot; choose one with attribute"), "{unsaid}");
     let named = ["hand", "thing"].map(String::from).to_vec();
@@ -92,7 +95,10 @@ fn texts_of_matlab_are_cells_and_characters() {
     );
     assert_eq!(data.groups, Some(vec![0, 0, 1, 1]));
     let rows = load(&fixture("texts.mat"), &y("char_y")).unwrap();
-    assert_eq!((rows.output_names(), rows.strata().to_vec()), (["soft", "stiff"].map(String::from).to_vec(), vec![1, 0, 1, 0]));
+    assert_eq!(
+        (rows.output_names(), rows.strata().to_vec()),
+        (["soft", "stiff"].map(String::from).to_vec(), vec![1, 0, 1, 0])
+    );
     let message = load(&fixture("texts.mat"), &y("mixed")).unwrap_err().to_string();
     assert!(message.contains("mixed: has dtype cell; labels are"), "{message}");
 }

@@ -161,11 +161,20 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     assert_eq!((columns.sizes(), columns.len()), (vec![2, 3], 4));
     let names: Vec<&str> = columns.attributes().iter().map(|a| a.name.as_str()).collect();
     assert_eq!(names, ["attribute-0", "attribute-1"]);
-    assert_eq!((data.targets.labels().unwrap().attributes()[0].name.as_str(), data.targets.labels().unwrap().values()), ("class", &data.strata().to_vec()[..]));
+    assert_eq!(
+        (
+            data.targets.labels().unwrap().attributes()[0].name.as_str(),
+            data.targets.labels().unwrap().values()
+        ),
+        ("class", &data.strata().to_vec()[..])
+    );
     files(folder.path(), &[("labels.json", r#"{"classes": [["soft", "stiff"], ["a", "b", "c"]]}"#)]);
     let mut options = Options { attribute: Some(1), ..Options::default() };
     let data = load(&path, &options).unwrap();
-    assert_eq!((data.strata().to_vec(), data.output_names()), (vec![2, 0, 1, 2], vec!["a".into(), "b".into(), "c".into()]));
+    assert_eq!(
+        (data.strata().to_vec(), data.output_names()),
+        (vec![2, 0, 1, 2], vec!["a".into(), "b".into(), "c".into()])
+    );
     options.attribute = Some(2);
     assert_eq!(refused(&path, &options), "grasps.npz: attribute = 2 is out of range: y has 2 columns (0..1)");
     let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 3, 0, 1]);

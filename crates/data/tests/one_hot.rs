@@ -18,7 +18,10 @@ fn one_hot_rows_become_class_numbers_of_the_same_digest() {
     for y in [i64s(&[4, 3], &ONE_HOT), f32s(&[4, 3], &floats)] {
         let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
         let data = load(&path, &Options::default()).unwrap();
-        assert_eq!((&data.strata().to_vec(), &data.output_names()), (&wanted.strata().to_vec(), &wanted.output_names()));
+        assert_eq!(
+            (&data.strata().to_vec(), &data.output_names()),
+            (&wanted.strata().to_vec(), &wanted.output_names())
+        );
         assert_eq!((data.targets.columns(), &data.digest), (None, &wanted.digest));
         let card = check(&path).unwrap();
         assert_eq!((card.labels.as_deref(), card.problems.len()), (Some("labels are one-hot: 3 classes"), 0));
@@ -73,7 +76,10 @@ fn one_list_of_names_is_that_of_the_columns() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 3], &ONE_HOT))]);
     files(folder.path(), &[("labels.json", r#"["can", "rope", "ball"]"#)]);
     let data = load(&path, &Options::default()).unwrap();
-    assert_eq!((data.strata().to_vec(), data.output_names().join(" ")), (vec![2, 0, 1, 0], "can rope ball".to_string()));
+    assert_eq!(
+        (data.strata().to_vec(), data.output_names().join(" ")),
+        (vec![2, 0, 1, 0], "can rope ball".to_string())
+    );
     let path = npz(folder.path(), &[("x", samples(2)), ("y", i64s(&[2, 3], &ONE_HOT[..6]))]);
     let message = refused(&path, &Options::default());
     assert_eq!(message, "grasps.npz: no sample in y has label 1 (rope); record some or remove its name");

@@ -32,7 +32,10 @@ fn lists_are_columns_of_a_wide_table() {
     let data = load(&fixture("wide.parquet"), &Options::default()).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), (&[12, 6][..], Layout::Features));
     assert_eq!(data.x.as_slice().unwrap()[6..12], [1.0, 1.5, 2.0, 2.5, 1.0, 0.0], "taxels, count, contact");
-    assert_eq!((data.output_names().join(" "), data.strata().to_vec()[..2].to_vec()), ("fig pear".into(), vec![1, 0]));
+    assert_eq!(
+        (data.output_names().join(" "), data.strata().to_vec()[..2].to_vec()),
+        ("fig pear".into(), vec![1, 0])
+    );
     assert_eq!(data.groups.unwrap()[3..5], [0, 1]);
     let card = check(&fixture("wide.parquet")).unwrap();
     assert_eq!(card.other_arrays, ["note"]);

@@ -49,7 +49,10 @@ fn a_row_of_a_wide_table_is_a_sample() {
     let data = read(WIDE, &options);
     assert_eq!((data.x.shape(), data.reading.layout), ([3, 2].as_slice(), Layout::Features));
     assert_eq!(data.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.5]);
-    assert_eq!((data.output_names().join(" "), data.strata().to_vec().as_slice()), ("0 1".into(), [0, 1, 0].as_slice()));
+    assert_eq!(
+        (data.output_names().join(" "), data.strata().to_vec().as_slice()),
+        ("0 1".into(), [0, 1, 0].as_slice())
+    );
     assert_eq!((data.groups.as_ref(), data.origins[1].as_str()), (None, "line 3"));
     let card = card(WIDE, &options);
     assert_eq!(card.read_as, ["a wide table: a row is a sample of 2 features, labels by \"slipped\""]);
@@ -121,7 +124,10 @@ fn irregular_time_stamps_are_interpolated_as_numpy_does() {
     let data = load(&fixture("long.csv"), &options).unwrap();
     let rate = data.reading.rate.unwrap();
     assert!((rate / twin["rate"].as_f64().unwrap() - 1.0).abs() < 1e-5, "{rate}");
-    assert_eq!((data.groups.as_deref(), data.output_names().join(" ")), (Some(&[0, 1, 0][..]), "hard soft".into()));
+    assert_eq!(
+        (data.groups.as_deref(), data.output_names().join(" ")),
+        (Some(&[0, 1, 0][..]), "hard soft".into())
+    );
     for (sample, own) in data.x.outer_iter().zip(twin["recordings"].as_array().unwrap()) {
         let length = own["length"].as_u64().unwrap() as usize;
         let values: Vec<f64> =
@@ -214,7 +220,10 @@ fn what_is_said_beside_a_table_counts() {
     files(folder.path(), &[("grasps.csv", WIDE), ("labels.json", facts)]);
     let path = folder.path().join("grasps.csv");
     let data = load(&path, &slipped("ignore=id")).unwrap();
-    assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("stable slip".into(), vec![0, 1, 0]));
+    assert_eq!(
+        (data.output_names().join(" "), data.strata().to_vec()),
+        ("stable slip".into(), vec![0, 1, 0])
+    );
     assert_eq!((data.reading.unit.as_deref(), data.reading.full_scale), (Some("counts"), Some(4095.0)));
     files(folder.path(), &[("labels.json", r#"{"classes": ["mug", "can"], "rate": 50}"#)]);
     let data = load(&path, &Options { y: "object".into(), ..table("ignore=id") }).unwrap();

@@ -50,17 +50,17 @@ mod training;
 
 pub use encoding::{Compiled, Converter, Encoder, Encoding, Reduction, Transform, fitted_guard, mended};
 pub use error::{Error, Result};
-pub use estimator::candidate::{
-    Candidate, Estimator, Hardening, Published, Trainable, Twin, clean, file_name,
-};
+pub use estimator::candidate::{Candidate, Hardening, Published, Twin, clean, file_name};
+pub use estimator::estimator::Estimator;
 pub use estimator::fit::{Fit, fit};
+pub use estimator::network::Trainable;
 pub use estimator::one_fold::{OneFold, Tested, inner_folds};
 pub use estimator::search::{Chosen, Combination, Search, Trial};
 pub use grid::{Align, Grid, markdown_text};
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
-    Anatomy, Card, EIGHT_BITS, FORMAT, Model, ModelInput, Predictions, Predictor, Quantized, Score,
-    TrainedOn, TrainingPart, Workspace,
+    Card, FORMAT, Kind, Model, ModelInput, Predictions, Predictor, Quantized, Score, TrainedOn, TrainingPart,
+    Workspace,
 };
 pub use numbers::thousands;
 pub use problem::{Check, Problem, require, share, within};

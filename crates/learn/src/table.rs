@@ -5,10 +5,12 @@
 use std::fmt;
 
 use serde_json::{Value, json};
+use taxel_data::Task;
 
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::latency::Latency;
+use crate::metrics::{Metric, Scores, Unit, metrics};
 use crate::numbers::thousands;
 use crate::run::folder::RunFolder;
 use crate::run::results::{NetworkResults, Results};
@@ -50,7 +52,7 @@ impl Table {
             "missing_folds": results.missing.len(),
             "source": results.source,
             "samples": results.samples,
-            "classes": results.classes,
+            "classes": results.task.output_names(),
             "protocol": results.protocol,
             "left_out": results.left_out,
             "shortcut": results.shortcut,
@@ -84,10 +86,19 @@ impl fmt::Display for Table {
 /// One row per network, names to the left and numbers to the right.
 fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
     let mut grid = Grid::new().left("network");
-    for head in ["parameters", "MACs", "accuracy", "precision", "recall", "F1"] {
+    let shown: Vec<&Metric> = metrics(&results.task).iter().filter(|metric| metric.is_shown).collect();
+    let titles = shown.iter().map(|metric| match metric.unit {
+        Unit::Quantity => metric.with_unit(&results.task),
+        Unit::Percent | Unit::Number => metric.title.to_string(),
+    });
+    for head in ["parameters", "MACs"].map(String::from).into_iter().chain(titles) {
         grid = grid.right(head);
     }
-    for attribute in &results.attributes {
+    let attributes = match &results.task {
+        Task::Levels(attributes) => attributes.as_slice(),
+        Task::Classes(_) | Task::Values(_) => &[],
+    };
+    for attribute in attributes {
         grid = grid.right(&attribute.name).right(format!("{} off by", attribute.name));
     }
     grid = grid.right("latency ms");
@@ -106,8 +117,8 @@ fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
             thousands(network.costs.parameters),
             thousands(network.costs.macs),
         ];
-        row.extend((0..4).map(|i| score(network, i)));
-        for i in 0..results.attributes.len() {
+        row.extend(shown.iter().map(|metric| score(network, metric)));
+        for i in 0..attributes.len() {
             row.extend(match network.attributes.get(i) {
                 Some(own) => {
                     let accuracy = 100.0 * own.scores.accuracy;
@@ -149,6 +160,7 @@ fn object(network: &NetworkResults, latency: Option<Latency>) -> Value {
 }
 
 fn caption(results: &Results) -> Vec<String> {
+    let in_percent = if results.primary().unit == Unit::Percent { " in %" } else { "" };
     let title = results.title.as_ref().map_or(String::new(), |title| format!(": {title}"));
     let mut lines = vec![
         format!("{}{title}", results.name),
@@ -156,12 +168,14 @@ fn caption(results: &Results) -> Vec<String> {
             "measured on: {} ({} samples, {} {}), {}, seed {}",
             results.source,
             results.samples,
-            results.classes.len(),
-            if results.attributes.is_empty() { "classes" } else { "levels" },
+            results.task.outputs(),
+            results.task.noun(),
             results.protocol.words(),
             results.seed
         ),
-        "scores in %, mean ± SD over folds (n - 1); latency: median of one sample, one thread".into(),
+        format!(
+            "scores{in_percent}, mean ± SD over folds (n - 1); latency: median of one sample, one thread"
+        ),
     ];
     for (baseline, reason) in &results.left_out {
         lines.push(format!("left out: {baseline}: {reason}"));
@@ -195,14 +209,15 @@ impl Results {
 
     /// What the choice of batch-norm statistics does, a line per kind.
     pub fn batch_norm_words(&self) -> Vec<String> {
+        let name = self.primary().name;
         let line = |kind: BatchNorm| {
             let own = self.networks.iter().filter_map(|n| {
                 let other = n.other_statistics.filter(|other| other.batch_norm == kind)?;
-                let change = other.accuracy - n.mean?.accuracy;
-                Some(format!("{} {:.2} ({change:+.2})", n.network, other.accuracy))
+                let change = other.score - n.mean.as_ref()?.get(name)?;
+                Some(format!("{} {:.2} ({change:+.2})", n.network, other.score))
             });
             let own: Vec<String> = own.collect();
-            let words = || format!("accuracy with {} batch-norm statistics: {}", kind.name(), own.join(", "));
+            let words = || format!("{name} with {} batch-norm statistics: {}", kind.name(), own.join(", "));
             (!own.is_empty()).then(words)
         };
         [BatchNorm::Moving, BatchNorm::Population].into_iter().filter_map(line).collect()
@@ -221,10 +236,11 @@ fn papers(results: &Results) -> Vec<&str> {
     papers
 }
 
-fn score(network: &NetworkResults, i: usize) -> String {
-    match (network.mean, network.sd) {
-        (Some(mean), Some(sd)) => format!("{:.2} ± {:.2}", mean.values()[i], sd.values()[i]),
-        (Some(mean), None) => format!("{:.2}", mean.values()[i]),
+fn score(network: &NetworkResults, metric: &Metric) -> String {
+    let of = |scores: &Option<Scores>| scores.as_ref().and_then(|own| own.get(metric.name));
+    match (of(&network.mean), of(&network.sd)) {
+        (Some(mean), Some(sd)) => format!("{mean:.2} ± {sd:.2}"),
+        (Some(mean), None) => format!("{mean:.2}"),
         _ => "-".into(),
     }
 }

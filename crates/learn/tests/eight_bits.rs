@@ -46,16 +46,16 @@ fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
     let (before, after) = (floats.predict(&images.x).unwrap(), opened.predict(&images.x).unwrap());
     let differ = before.labels.iter().zip(&after.labels).filter(|(a, b)| a != b).count();
     assert!(differ <= 1, "{differ} of 30 answers differ");
-    assert_ne!(bits(&before.probabilities), bits(&after.probabilities), "it does answer in eight bits");
-    let most = before.probabilities.iter().zip(&after.probabilities).map(|(a, b)| (a - b).abs());
+    assert_ne!(bits(&before.outputs), bits(&after.outputs), "it does answer in eight bits");
+    let most = before.outputs.iter().zip(&after.outputs).map(|(a, b)| (a - b).abs());
     assert!(most.fold(0.0, f32::max) < 0.1);
     // One by one, and in batches of any size on any threads.
     for (batch, threads) in [(1, 1), (7, 2)] {
         let predictor = opened.predictor(batch, threads).unwrap();
-        assert_eq!(bits(&predictor.predict(&images.x).unwrap().probabilities), bits(&after.probabilities));
+        assert_eq!(bits(&predictor.predict(&images.x).unwrap().outputs), bits(&after.outputs));
         let mut workspace = predictor.workspace().unwrap();
-        let each = after.outputs();
-        for (i, want) in after.probabilities.chunks(each).enumerate() {
+        let each = after.width();
+        for (i, want) in after.outputs.chunks(each).enumerate() {
             let reading: Vec<f32> = images.x.index_axis(Axis(0), i).iter().copied().collect();
             assert_eq!(bits(predictor.ask(&mut workspace, &reading).unwrap()), bits(want), "sample {i}");
         }
@@ -122,7 +122,7 @@ fn a_run_shows_its_networks_in_eight_bits_beside_those_in_floats() {
     let quantized = model.card().quantized.as_ref().unwrap();
     assert_eq!((quantized.samples, record.train_samples), (30, 30));
     let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-    assert_eq!(bits(&answers.probabilities), bits(&record.probabilities));
+    assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()));
     // Once more: the same bytes.
     let text = std::fs::read(folder.file("results.json")).unwrap();
     assert_eq!(quantize_run(&folder, &dataset, &|_| {}).unwrap(), made);

@@ -46,14 +46,14 @@ fn a_model_answers_broken_samples_as_its_guard_mends_them() {
     let broken: Vec<usize> = (0..30).filter(|row| !found[*row].is_empty()).collect();
     assert_eq!((broken, found[4][0].element), (vec![4, 7], 0));
     assert!(without.found(&x).unwrap().iter().all(Vec::is_empty));
-    let [a, b] = [&with, &without].map(|predictor| predictor.predict(&x).unwrap().probabilities);
+    let [a, b] = [&with, &without].map(|predictor| predictor.predict(&x).unwrap().outputs);
     let differ: Vec<usize> = (0..30).filter(|row| a[row * 3..][..3] != b[row * 3..][..3]).collect();
     assert_eq!(differ, [4, 7]);
     // Switched off it is the plain model, switched on the guarded one; reading by reading the same.
     let off = own.predictor(8, 1).unwrap().guarded(None).unwrap();
-    assert_eq!(bits(&off.predict(&x).unwrap().probabilities), bits(&b));
+    assert_eq!(bits(&off.predict(&x).unwrap().outputs), bits(&b));
     let on = plain.predictor(8, 1).unwrap().guarded(Some(Arc::new(guard.clone()))).unwrap();
-    assert_eq!(bits(&on.predict(&x).unwrap().probabilities), bits(&a));
+    assert_eq!(bits(&on.predict(&x).unwrap().outputs), bits(&a));
     let mut workspace = with.workspace().unwrap();
     for (row, sample) in x.outer_iter().enumerate() {
         let sample: Vec<f32> = sample.iter().copied().collect();
@@ -102,7 +102,7 @@ fn a_run_fits_a_guard_to_each_training_part_and_tests_behind_it() {
             let train: Vec<usize> = (0..45).filter(|row| !record.index.contains(row)).collect();
             assert_eq!(model.card().guard, Some(fitted_guard(&dataset, &train).unwrap()));
             let tested = dataset.x.select(Axis(0), &record.index);
-            assert_eq!(bits(&model.predict(&tested).unwrap().probabilities), bits(&record.probabilities));
+            assert_eq!(bits(&model.predict(&tested).unwrap().outputs), bits(&record.outcome.outputs()));
             let before = self::record(&plain, &key);
             assert_eq!(before.index, record.index);
             let own = self::model(&plain, &key);

@@ -4,8 +4,8 @@
 
 use serde_json::Value;
 use taxel_learn::metrics::{
-    BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, Scores, argmax, brier, calibration_error,
-    log_loss, mean_log_loss, mean_sd, mean_sd_scores, quantile, softmax,
+    BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, MacroScores, Scores, argmax, brier,
+    calibration_error, log_loss, mean_log_loss, mean_sd, quantile, softmax,
 };
 
 fn labels(value: &Value) -> Vec<u32> {
@@ -24,8 +24,15 @@ fn close(name: &str, got: f64, want: f64) {
     assert!((got - want).abs() <= 1e-9, "{name}: got {got}, want {want}");
 }
 
-fn same_scores(name: &str, scores: &Scores, per_class: &[ClassScores], confusion: &Confusion, want: &Value) {
-    for (score, got) in Scores::NAMES.into_iter().zip(scores.values()) {
+fn same_scores(
+    name: &str,
+    scores: &MacroScores,
+    per_class: &[ClassScores],
+    confusion: &Confusion,
+    want: &Value,
+) {
+    let MacroScores { accuracy, precision, recall, f1 } = *scores;
+    for (score, got) in [("accuracy", accuracy), ("precision", precision), ("recall", recall), ("f1", f1)] {
         close(&format!("{name}: {score}"), got, want[score].as_f64().unwrap());
     }
     let each = want["per_class"].as_array().unwrap();
@@ -182,15 +189,16 @@ fn counts_add_up_and_are_read_back() {
 
 #[test]
 fn scores_have_a_mean_and_a_deviation_each() {
-    let own = Scores { accuracy: 0.5, precision: 0.25, recall: 0.75, f1: 0.375 };
-    assert_eq!(own.percent().values(), [50.0, 25.0, 75.0, 37.5]);
-    assert_eq!(mean_sd_scores(&[own]), (own, None));
-    let other = Scores { accuracy: 1.0, precision: 0.25, recall: 0.25, f1: 0.625 };
-    let (mean, sd) = mean_sd_scores(&[own, other]);
-    assert_eq!(mean.values(), [0.75, 0.25, 0.5, 0.5]);
+    let names = ["accuracy", "precision", "recall", "f1"];
+    let scores = |values: [f64; 4]| Scores::new(names.into_iter().zip(values));
+    let first = scores([0.5, 0.25, 0.75, 0.375]);
+    assert_eq!(Scores::mean_sd(&[&first]), (Some(first.clone()), None));
+    assert_eq!(Scores::mean_sd(&[]), (None, None));
+    let (mean, sd) = Scores::mean_sd(&[&first, &scores([1.0, 0.25, 0.25, 0.625])]);
+    assert_eq!(mean, Some(scores([0.75, 0.25, 0.5, 0.5])));
     // Of two values the deviation is their distance over the root of 2.
-    for (got, distance) in sd.unwrap().values().into_iter().zip([0.5, 0.0, 0.5, 0.25]) {
-        close("deviation", got, distance / 2f64.sqrt());
+    for (name, distance) in names.into_iter().zip([0.5, 0.0, 0.5, 0.25]) {
+        close("deviation", sd.as_ref().unwrap().get(name).unwrap(), distance / 2f64.sqrt());
     }
 }
 

@@ -99,13 +99,13 @@ fn every_network_and_baseline_answers_from_its_file_as_in_its_fold() {
             for threads in [1, 2] {
                 let predictor = model.predictor(model.card().batch(), threads).unwrap();
                 let answers = predictor.predict(&test).unwrap();
-                assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{key}");
-                assert_eq!(answers.labels, record.predicted, "{key}");
+                assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
+                assert_eq!(answers.labels, record.outcome.labels().1, "{key}");
             }
             let answers = model.predict(&test).unwrap();
-            assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{key}");
-            for (i, &label) in record.predicted.iter().enumerate() {
-                assert_eq!(answers.class(i), dataset.classes[label as usize]);
+            assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
+            for (i, &label) in record.outcome.labels().1.iter().enumerate() {
+                assert_eq!(answers.class(i), dataset.output_names()[label as usize]);
             }
         }
     }
@@ -130,7 +130,7 @@ fn the_quantile_code_comes_back_from_the_file() {
     for key in folder.keys().unwrap() {
         let (record, model) = (record(&folder, &key), alone(&folder, &key));
         let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-        assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{key}");
+        assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
     }
 }
 
@@ -152,14 +152,14 @@ fn an_answer_does_not_depend_on_the_company() {
             let all = model.predict(&dataset.x).unwrap();
             for batch in [1, 2, 15, 64] {
                 let answers = model.predictor(batch, 1).unwrap().predict(&dataset.x).unwrap();
-                assert_eq!(bits(&answers.probabilities), bits(&all.probabilities), "{key}, {batch}");
+                assert_eq!(bits(&answers.outputs), bits(&all.outputs), "{key}, {batch}");
                 assert_eq!(answers.labels, all.labels, "{key} in batches of {batch}");
             }
             for row in [0, 7, 14] {
                 let one = model.predict(&dataset.x.select(Axis(0), &[row])).unwrap();
-                let outputs = one.outputs();
-                let same = &all.probabilities[row * outputs..(row + 1) * outputs];
-                assert_eq!(bits(&one.probabilities), bits(same), "{key}, sample {row}");
+                let outputs = one.width();
+                let same = &all.outputs[row * outputs..(row + 1) * outputs];
+                assert_eq!(bits(&one.outputs), bits(same), "{key}, sample {row}");
             }
         }
     }
@@ -182,7 +182,7 @@ fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
         let model = alone(&folder, &key);
         assert_eq!(model.card().batch(), if key.network == "four" { 4 } else { 30 });
         let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-        assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{key}");
+        assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
     }
 }
 
@@ -193,12 +193,12 @@ fn a_model_carries_the_score_of_its_run() {
     let own = mlp(&dataset, recipe(json!({})));
     let results = three_folds(&dataset, vec![own.clone()]).run().unwrap();
     let score = results.score("mlp").unwrap();
-    assert_eq!((score.folds, Some(score.mean)), (3, results.networks[0].mean));
+    assert_eq!((score.folds, Some(&score.mean)), (3, results.networks[0].mean.as_ref()));
     assert!(results.score("none").is_none());
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("model.safetensors");
     fit(&own, &dataset, &Encoding::default()).unwrap().with_score(Some(score.clone())).save(&path).unwrap();
     let model = Model::open(&path).unwrap();
     assert_eq!(model.card().score, Some(score.clone()));
-    assert!(model.card().to_string().contains(&score.words()), "{}", model.card());
+    assert!(model.card().to_string().contains(&score.words(&model.card().task)), "{}", model.card());
 }

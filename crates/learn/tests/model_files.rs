@@ -360,7 +360,7 @@ fn equal_models_are_equal_files_and_a_file_comes_back_as_itself() {
         let card = again.card();
         assert_eq!((&card.reading, &card.trained_on.source), (&dataset.reading, &dataset.source));
         assert_eq!((&card.trained_on.digest, card.trained_on.samples), (&dataset.digest, 15));
-        assert_eq!(card.attributes, dataset.labels.attributes());
+        assert_eq!(card.task.attributes(), dataset.targets.labels().unwrap().attributes());
         let words = card.to_string();
         assert!(words.contains(&card.name) && words.contains("not measured"), "{words}");
     }
@@ -377,7 +377,7 @@ fn a_model_comes_back_from_its_bytes() {
         let back = Model::from_bytes(&bytes, "a pickle").unwrap();
         assert_eq!(back.card(), model.card());
         assert_eq!(tensors(&back), tensors(&model));
-        let [a, b] = [&back, &model].map(|own| own.predict(&dataset.x).unwrap().probabilities);
+        let [a, b] = [&back, &model].map(|own| own.predict(&dataset.x).unwrap().outputs);
         assert_eq!(bits(&a), bits(&b));
         let error = Model::from_bytes(&bytes[..bytes.len() - 4], "a pickle").unwrap_err().to_string();
         assert!(error.starts_with("a pickle: "), "{error}");
@@ -388,15 +388,15 @@ fn a_model_comes_back_from_its_bytes() {
 #[test]
 fn many_samples_are_answered_piece_by_piece() {
     for (model, dataset) in small_models() {
-        let own = model.predict(&dataset.x).unwrap().probabilities;
+        let own = model.predict(&dataset.x).unwrap().outputs;
         let times = 1500usize.div_ceil(dataset.len());
         let all: Vec<usize> = (0..times).flat_map(|_| 0..dataset.len()).collect();
         let mut many = dataset.x.select(Axis(0), &all);
-        let answers = model.predict(&many.view()).unwrap().probabilities;
+        let answers = model.predict(&many.view()).unwrap().outputs;
         assert_eq!(bits(&answers), bits(&own.repeat(times)), "{}", model.card().name);
         let mut backwards = many.view();
         backwards.invert_axis(Axis(0));
-        let turned = model.predict(&backwards).unwrap().probabilities;
+        let turned = model.predict(&backwards).unwrap().outputs;
         let outputs = own.len() / dataset.len();
         let again: Vec<f32> = answers.chunks(outputs).rev().flatten().copied().collect();
         assert_eq!(bits(&turned), bits(&again));

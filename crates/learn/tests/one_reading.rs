@@ -54,7 +54,7 @@ fn one_reading_gets_the_answer_of_many_bit_for_bit() {
         let predictor = fit(&candidate, &dataset, &encoding).unwrap().predictor(8, 1).unwrap();
         let all = predictor.predict(&dataset.x).unwrap();
         let mut workspace = predictor.workspace().unwrap();
-        for (row, want) in all.probabilities.chunks(all.outputs()).enumerate() {
+        for (row, want) in all.outputs.chunks(all.width()).enumerate() {
             let reading: Vec<f32> = dataset.x.index_axis(Axis(0), row).iter().copied().collect();
             let answer = predictor.ask(&mut workspace, &reading).unwrap();
             assert_eq!(bits(answer), bits(want), "{}, sample {row}", candidate.name);

@@ -12,7 +12,7 @@ use support::{key, mlp, model, presses, recipe, record, run, three_folds, traina
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Fold};
 use taxel_graph::Loss;
-use taxel_learn::{Anatomy, Candidate, Protocol, Split, Table, shuffled};
+use taxel_learn::{Candidate, Kind, Protocol, Split, Table, shuffled};
 
 /// The folds of repetition 0 under seed 3.
 fn folds(protocol: &Protocol, dataset: &Dataset) -> Vec<Fold> {
@@ -80,7 +80,7 @@ fn a_class_with_too_few_samples_goes_by_its_name() {
     ] {
         let error = protocol.folds(&few, 0, 0).unwrap_err().to_string();
         let is_named = |class: &String| error.starts_with(&format!("class {class} has "));
-        assert!(few.classes.iter().any(is_named), "{error}");
+        assert!(few.output_names().iter().any(is_named), "{error}");
     }
 }
 
@@ -152,13 +152,13 @@ fn a_name_that_looks_like_a_row_keeps_its_own_recipe() {
     ];
     for (protocol, suffix) in [(few(&[5], 1), ".n5"), (Protocol::k_fold(2), "")] {
         let (_keep, folder) = run(three_folds(&dataset, candidates.clone()).protocol(protocol));
-        for mut candidate in candidates.clone() {
+        for candidate in candidates.clone() {
             let row = key(&format!("{}{suffix}", candidate.name), 0, 0);
-            let own = trainable(&mut candidate).recipe.clone();
+            let own = trainable(&candidate).recipe.clone();
             assert_eq!(record(&folder, &row).epochs.len(), own.epochs, "{row}");
             let card = model(&folder, &row).card().clone();
             assert_eq!(card.name, candidate.name);
-            let Anatomy::Network { loss, recipe, .. } = card.anatomy else { panic!("a network") };
+            let Kind::Network { loss, recipe, .. } = card.kind else { panic!("a network") };
             assert_eq!((loss, *recipe), (own.loss, own), "{row}");
         }
     }

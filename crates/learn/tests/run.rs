@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value, json};
-use support::{key, mlp, model, network, presses, recipe, record, run_at, three_folds, trainable};
+use support::{change, key, mlp, model, network, presses, recipe, record, run_at, three_folds, trainable};
 use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_learn::{
@@ -99,13 +99,13 @@ fn a_resumed_run_must_be_the_same_one() {
         let mut candidate = mlp(&dataset, recipe(json!({})));
         let set = BTreeMap::from([("epochs".to_string(), json!(2))]);
         let grid = vec![Combination { set, recipe: recipe(json!({ "epochs": 2 })) }];
-        trainable(&mut candidate).search = Some(Search { grid, validation, by });
+        change(&mut candidate, |own| own.search = Some(Search { grid, validation, by }));
         three_folds(&dataset, vec![candidate])
     };
     let starting = |fold: usize| {
         let mut candidate = mlp(&dataset, recipe(json!({})));
         let weights = model(&folder, &key("mlp", 0, fold)).weights().clone();
-        trainable(&mut candidate).start = Some(Arc::new(weights));
+        change(&mut candidate, |own| own.start = Some(Arc::new(weights)));
         three_folds(&dataset, vec![candidate])
     };
     let renamed = Candidate { name: "other".into(), ..mlp(&dataset, recipe(json!({}))) };
@@ -136,7 +136,7 @@ fn a_resumed_run_must_be_the_same_one() {
     let chosen = dir.path().join("chosen");
     run_at(choosing(0.2, Criterion::Loss), &chosen).unwrap();
     resume(choosing(0.2, Criterion::Loss), &chosen).unwrap();
-    for other in [choosing(0.3, Criterion::Loss), choosing(0.2, Criterion::Accuracy)] {
+    for other in [choosing(0.3, Criterion::Loss), choosing(0.2, Criterion::Metric("accuracy".into()))] {
         assert!(resume(other, &chosen).is_err());
     }
     let started = dir.path().join("started");
@@ -175,7 +175,7 @@ fn a_stopped_fit_goes_on_to_the_same_bytes() {
         Combination { set, recipe: recipe(own) }
     };
     let grid = vec![own(1e-3), own(1e-2)];
-    trainable(&mut choosing).search = Some(Search { grid, validation: 0.2, by: Criterion::Loss });
+    change(&mut choosing, |own| own.search = Some(Search { grid, validation: 0.2, by: Criterion::Loss }));
     for candidate in candidates(&dataset).into_iter().take(2).chain([choosing]) {
         let protocol = Protocol::k_fold(3);
         let options = RunOptions { threads: Some(1), save_every: Some(0.0), ..RunOptions::default() };
@@ -188,8 +188,7 @@ fn a_stopped_fit_goes_on_to_the_same_bytes() {
             session: session(name),
         };
         let whole = stopped_after(&Fit { session: None, ..fit("whole") }, &dataset, usize::MAX).unwrap();
-        let parts =
-            fit(&format!("{}-{}", candidate.name, trainable(&mut candidate.clone()).search.is_some()));
+        let parts = fit(&format!("{}-{}", candidate.name, trainable(&candidate).search.is_some()));
         // In the middle of an epoch, each time a little further.
         let (mut stops, mut model) = (0, None);
         while model.is_none() {

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use ndarray::Axis;
 use serde_json::{Value, json};
 use support::{
-    bits, imprints, key, mlp, model, network, presses, recipe, record, run, run_at, three_folds, trainable,
-    two_attributes,
+    bits, change, imprints, key, mlp, model, network, presses, recipe, record, run, run_at, three_folds,
+    trainable, two_attributes,
 };
 use taxel_baselines::Method;
 use taxel_data::Dataset;
@@ -134,7 +134,7 @@ fn choosing(dataset: &Dataset, rates: &[f64], batches: &[usize]) -> Candidate {
             grid.push(Combination { set: BTreeMap::from(set), recipe: recipe(own) });
         }
     }
-    trainable(&mut candidate).search = Some(Search { grid, validation: 0.3, by: Criterion::Loss });
+    change(&mut candidate, |own| own.search = Some(Search { grid, validation: 0.3, by: Criterion::Loss }));
     candidate
 }
 
@@ -142,7 +142,7 @@ fn choosing(dataset: &Dataset, rates: &[f64], batches: &[usize]) -> Candidate {
 fn settings_are_chosen_per_fold_and_never_by_test_data() {
     let dataset = presses(45, 20);
     let candidate = choosing(&dataset, &[1e-6, 0.05], &[4, 8]);
-    let grid = trainable(&mut candidate.clone()).search.clone().unwrap().grid;
+    let grid = trainable(&candidate).search.clone().unwrap().grid;
     let (_a, folder) = run(three_folds(&dataset, vec![candidate.clone()]));
     for fold in 0..3 {
         let chosen = record(&folder, &key("mlp", 0, fold)).chosen.unwrap();
@@ -162,7 +162,7 @@ fn settings_are_chosen_per_fold_and_never_by_test_data() {
     let bytes = |folder: &RunFolder| std::fs::read(folder.model_path(&first)).unwrap();
     assert!(bytes(&folder) == bytes(&other));
     assert_eq!(record(&folder, &first).chosen, record(&other, &first).chosen);
-    assert_ne!(record(&folder, &first).probabilities, record(&other, &first).probabilities);
+    assert_ne!(record(&folder, &first).outcome.outputs(), record(&other, &first).outcome.outputs());
     // The chosen training is the one with its values written down, on the whole training part; the model says
     // which recipe that was.
     let chosen = record(&folder, &first).chosen.unwrap().set;
@@ -197,29 +197,29 @@ fn levels_mlp(dataset: &Dataset) -> Candidate {
 fn several_attributes_are_learned_and_scored_level_by_level() {
     let mut dataset = two_attributes();
     dataset.learn_attributes(&["elasticity".to_string(), "hardness".to_string()]).unwrap();
-    assert_eq!((dataset.classes.len(), dataset.classes[4].as_str()), (7, "hardness:1"));
+    assert_eq!((dataset.output_names().len(), dataset.output_names()[4].as_str()), (7, "hardness:1"));
     let baselines = [Method::Majority, Method::SvmLinear { c: 1.0 }].map(Candidate::baseline);
     let candidates = [vec![levels_mlp(&dataset)], baselines.to_vec()].concat();
     let (_keep, folder) = run(three_folds(&dataset, candidates));
     let results = folder.results().unwrap();
-    assert_eq!(results.attributes[1].name, "hardness");
+    assert_eq!(results.task.attributes()[1].name, "hardness");
     let mlp = &results.networks[0];
-    assert!(mlp.mean.unwrap().accuracy > 90.0, "{:?}", mlp.mean);
+    assert!(mlp.score("accuracy").unwrap() > 90.0, "{:?}", mlp.mean);
     assert_eq!((mlp.attributes.len(), mlp.attributes[1].per_level.len()), (2, 4));
     assert!(mlp.attributes[0].mean_absolute_error < 0.2 && mlp.confusion.is_none());
     let majority = &results.networks[1];
-    assert!(majority.mean.unwrap().accuracy < 50.0 && majority.attributes[0].mean_absolute_error > 0.5);
-    assert!(results.networks[2].mean.unwrap().accuracy > 90.0);
+    assert!(majority.score("accuracy").unwrap() < 50.0 && majority.attributes[0].mean_absolute_error > 0.5);
+    assert!(results.networks[2].score("accuracy").unwrap() > 90.0);
     let record = record(&folder, &key("mlp", 0, 0));
     assert_eq!(
-        (record.truth.len(), record.probabilities.len()),
+        (record.outcome.labels().0.len(), record.outcome.outputs().len()),
         (2 * record.index.len(), 7 * record.index.len())
     );
     let text = Table::of(&folder).unwrap().to_string();
     assert!(text.contains("hardness off by"), "{text}");
     // Splits are even over the combinations of levels.
     for fold in Protocol::k_fold(3).folds(&dataset, 3, 0).unwrap() {
-        let mut seen: Vec<u32> = fold.test.iter().map(|&row| dataset.y[row]).collect();
+        let mut seen: Vec<u32> = fold.test.iter().map(|&row| dataset.strata().to_vec()[row]).collect();
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen.len(), 12);
@@ -237,17 +237,17 @@ fn a_model_of_several_attributes_answers_each() {
         let record = record(&folder, &key(name, 0, 1));
         let answers = model(&folder, &key(name, 0, 1)).predict(&dataset.x.select(Axis(0), &record.index));
         let answers = answers.unwrap();
-        assert_eq!(bits(&answers.probabilities), bits(&record.probabilities), "{name}");
-        assert_eq!((answers.len(), answers.outputs()), (20, 7));
-        assert_eq!(answers.labels, record.predicted, "{name}");
+        assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{name}");
+        assert_eq!((answers.len(), answers.width()), (20, 7));
+        assert_eq!(answers.labels, record.outcome.labels().1, "{name}");
         let mut right = 0;
-        for (i, truth) in record.truth.chunks(2).enumerate() {
+        for (i, truth) in record.outcome.labels().0.chunks(2).enumerate() {
             let [elasticity, hardness] = answers.answers(i)[..] else { panic!("two answers") };
             assert_eq!((elasticity.attribute, hardness.attribute), ("elasticity", "hardness"));
             right += usize::from(elasticity.class == truth[0].to_string());
             right += usize::from(hardness.class == truth[1].to_string());
-            let at = 7 * i + 3 + record.predicted[2 * i + 1] as usize;
-            assert_eq!(hardness.probability.to_bits(), record.probabilities[at].to_bits());
+            let at = 7 * i + 3 + record.outcome.labels().1[2 * i + 1] as usize;
+            assert_eq!(hardness.probability.to_bits(), record.outcome.outputs()[at].to_bits());
         }
         assert!(right > 36, "{name}: {right} of 40");
     }
@@ -302,7 +302,7 @@ fn augmentation_moves_training_images_alone() {
     let turned = go(json!({ "optimizer": still, "augment": augment, "batch_norm": "population" }));
     let still = go(json!({ "optimizer": still }));
     assert_ne!(still.epochs[1].train_loss, turned.epochs[1].train_loss);
-    assert_eq!(still.probabilities, turned.probabilities);
+    assert_eq!(still.outcome.outputs(), turned.outcome.outputs());
 }
 
 /// Kept or renewed as asked; weight and bias of frozen batch norms stay either way.
@@ -365,7 +365,7 @@ fn a_frozen_body_is_asked_once_and_nothing_else_changes() {
             assert!(models == whole.0, "{name}: {frozen}");
             for (one, other) in records.iter().zip(&whole.1) {
                 assert_eq!(one.epochs, other.epochs, "{name}: {frozen}");
-                assert_eq!(one.probabilities, other.probabilities);
+                assert_eq!(one.outcome.outputs(), other.outcome.outputs());
                 assert_eq!(one.other_statistics, other.other_statistics);
             }
         }
@@ -386,7 +386,7 @@ fn baselines_follow_the_seed_and_say_what_they_cost() {
     let ((_a, folder), (_b, again)) = (go(), go());
     let results = folder.results().unwrap();
     let of = |name: &str| results.networks.iter().find(|n| n.network == name).unwrap();
-    let score = |name: &str| of(name).mean.unwrap().accuracy;
+    let score = |name: &str| of(name).score("accuracy").unwrap();
     assert!((score("majority") - 100.0 / 3.0).abs() <= 1e-9);
     for name in ["k-nn", "mini-rocket", "svm-linear", "svm-rbf"] {
         assert!(score(name) > 50.0, "{name}: {}", score(name));

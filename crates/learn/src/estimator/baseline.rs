@@ -1,187 +1,341 @@
-//! Baselines on labelled series: fitted, asked, saved.
+//! Baselines as estimators: fitted on labelled series, asked, saved.
 
-use taxel_baselines::{Fitted, Method, Saved, Series, Workspace};
-use taxel_data::{Attribute, Dataset};
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use taxel_baselines::{Fitted as FittedMethod, Method, Saved, Series, Workspace};
+use taxel_data::{Dataset, Targets, Task};
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Tensor, Weights};
 
-use crate::encoding::{Encoded, Input};
+use crate::encoding::{Encoded, Encoder, Input, SERIES};
 use crate::error::{Error, Result};
-use crate::run::records::Costs;
+use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
+use crate::latency::Latency;
+use crate::metrics::mean_log_loss;
+use crate::model::Kind;
+use crate::problem::{fault_problem, within};
+use crate::run::records::{Costs, FoldRecord};
+use crate::run::table_latency::of_baseline;
 use crate::training::breaker::Breaker;
-use crate::training::part::Part;
+use crate::training::hooks::Hooks;
+use crate::training::part::{Part, pool};
 
-/// A baseline that has seen its training part: one fitted method per attribute.
+/// A baseline with its settings.
+#[derive(Debug, Clone)]
+pub(crate) struct Baseline {
+    pub method: Method,
+    /// Faults of the copies that it learns from, beside the clean samples. Default no copies.
+    pub faults: Option<Box<TrainingFaults>>,
+}
+
+impl Estimator for Baseline {
+    fn inputs(&self) -> Vec<&str> {
+        vec![SERIES]
+    }
+
+    fn check(&self) -> Result<()> {
+        if let Method::MiniRocket { features } = self.method {
+            within("features", features, 1, 1_000_000)?;
+        }
+        match &self.faults {
+            Some(faults) => Ok(faults.check().map_err(fault_problem)?),
+            None => Ok(()),
+        }
+    }
+
+    fn check_samples(&self, name: &str, encoder: &Encoder) -> Result<()> {
+        match self.unfit(encoder.dataset().len(), encoder) {
+            Some(reason) => Err(Error::Input { network: name.into(), input: SERIES.into(), reason }),
+            None => Ok(()),
+        }
+    }
+
+    fn unfit(&self, samples: usize, encoder: &Encoder) -> Option<String> {
+        let of_values = encoder.dataset().targets.values().is_some();
+        if of_values != self.method.learns_values() {
+            let learns = if of_values {
+                "classes, and the targets are values"
+            } else {
+                "values, and the targets are classes"
+            };
+            return Some(format!("learns {learns}"));
+        }
+        let length = encoder.shape(SERIES).and_then(|shape| shape.last().copied()).unwrap_or(0);
+        self.method.unfit(samples, length)
+    }
+
+    fn faults(&self) -> Option<&TrainingFaults> {
+        self.faults.as_deref()
+    }
+
+    fn under(&self, faults: &TrainingFaults) -> Arc<dyn Estimator> {
+        Arc::new(Baseline { faults: Some(Box::new(faults.clone())), ..self.clone() })
+    }
+
+    /// The other baselines keep every sample that they are given, or look at none.
+    fn gains_by_faults(&self) -> bool {
+        ["mini-rocket", "svm"].contains(&self.method.name())
+    }
+
+    fn costs(&self) -> Costs {
+        Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }
+    }
+
+    fn identify(&self, identity: &mut Value) {
+        identity["baseline"] = json!(self.method);
+        if let Some(faults) = &self.faults {
+            identity["faults"] = json!(faults);
+        }
+    }
+
+    fn fit(&self, set: &TrainingSet, _hooks: &mut Hooks) -> Result<Option<Trained>> {
+        let TrainingSet { dataset, inputs, fold, .. } = *set;
+        let threads = pool(set.threads)?;
+        let start = Instant::now();
+        let fitted = threads.install(|| FittedBaseline::fit(self, set))?;
+        let train_seconds = start.elapsed().as_secs_f64();
+        let mut test = vec![];
+        inputs[0].encoded.gather(&fold.test, &mut test);
+        let start = Instant::now();
+        let (mut outputs, mut test_loss) = (vec![], 0.0);
+        if !fold.test.is_empty() {
+            outputs = threads.install(|| fitted.outputs(&test))?;
+            test_loss = loss(dataset, &fold.test, &outputs)?;
+        }
+        let test_seconds = start.elapsed().as_secs_f64();
+        let samples = fold.train.len() as u64;
+        let fitted = Box::new(fitted);
+        Ok(Some(Trained { fitted, outputs, test_loss, train_seconds, test_seconds, samples }))
+    }
+}
+
+/// Returns the mean loss of outputs `[rows, outputs]`: the log loss of labels, the squared error of values.
+pub(crate) fn loss(dataset: &Dataset, rows: &[usize], outputs: &[f32]) -> Result<f64> {
+    match &dataset.targets {
+        Targets::Classes { labels, .. } | Targets::Levels(labels) => {
+            mean_log_loss(outputs, &labels.of(rows), &labels.sizes())
+        }
+        Targets::Values(values) => {
+            let squares =
+                outputs.iter().zip(values.of(rows)).map(|(a, b)| (f64::from(*a) - f64::from(b)).powi(2));
+            Ok(squares.sum::<f64>() / outputs.len().max(1) as f64)
+        }
+    }
+}
+
+/// A baseline that has seen its training part: one fitted method per attribute, or one for all values.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FittedBaseline {
     pub method: Method,
     /// Channels and length of a recording.
     pub shape: [usize; 2],
-    own: Vec<Fitted>,
-    /// Classes of each attribute.
+    each: Vec<FittedMethod>,
+    /// Outputs of each.
     sizes: Vec<usize>,
 }
 
-/// What a baseline learns from.
-pub(crate) struct Lesson<'a> {
-    pub dataset: &'a Dataset,
-    /// The samples as baselines read them.
-    pub series: &'a Input,
-    /// The training part.
-    pub rows: &'a [usize],
-    /// Faults of the copies that it learns from too.
-    pub faults: Option<&'a TrainingFaults>,
-    /// It keys what is drawn at random.
-    pub part: Part,
+/// Targets of training samples, and the outputs of each method that is fitted to them.
+enum Goal {
+    Labels(Vec<u32>, Vec<usize>),
+    Values(Vec<f32>, usize),
 }
 
-impl Lesson<'_> {
-    /// The recordings, clean ones first and then every faulty copy, and as many labels.
-    fn samples(&self) -> Result<(Vec<f32>, Vec<u32>)> {
-        let Lesson { dataset, series, rows, faults, part } = *self;
-        let (mut values, mut truth) = (vec![], dataset.labels.of(rows));
-        series.encoded.gather(rows, &mut values);
-        let Some(faults) = faults else { return Ok((values, truth)) };
-        let Some(mut breaker) = Breaker::new(faults, dataset, rows, &[series], part)? else {
-            return Ok((values, truth));
-        };
-        let (clean, own) = (values.clone(), truth.clone());
-        for copy in 0..faults.copies {
-            let mut broken = [clean.clone()];
-            breaker.fill(rows, &format!("copy{copy}"), &mut broken)?;
-            values.extend_from_slice(&broken[0]);
-            truth.extend_from_slice(&own);
+impl Goal {
+    fn of(targets: &Targets, rows: &[usize]) -> Self {
+        match targets {
+            Targets::Classes { labels, .. } | Targets::Levels(labels) => {
+                Goal::Labels(labels.of(rows), labels.sizes())
+            }
+            Targets::Values(values) => Goal::Values(values.of(rows), values.quantities().len()),
         }
-        Ok((values, truth))
     }
+
+    /// Repeats the targets for each of so many faulty copies.
+    fn repeat(&mut self, times: usize) {
+        match self {
+            Goal::Labels(labels, _) => *labels = labels.repeat(times),
+            Goal::Values(values, _) => *values = values.repeat(times),
+        }
+    }
+}
+
+/// Returns the recordings of the training part, clean ones first and then every faulty copy, and how many times each is
+/// there.
+fn recordings(set: &TrainingSet, faults: Option<&TrainingFaults>) -> Result<(Vec<f32>, usize)> {
+    let (series, rows) = (&set.inputs[0], &set.fold.train);
+    let mut values = vec![];
+    series.encoded.gather(rows, &mut values);
+    let Some(faults) = faults else { return Ok((values, 1)) };
+    let Some(mut breaker) = Breaker::new(faults, set.dataset, rows, &[series], set.part)? else {
+        return Ok((values, 1));
+    };
+    let clean = values.clone();
+    for copy in 0..faults.copies {
+        let mut faulty = [clean.clone()];
+        breaker.fill(rows, &format!("copy{copy}"), &mut faulty)?;
+        values.extend_from_slice(&faulty[0]);
+    }
+    Ok((values, 1 + faults.copies))
 }
 
 impl FittedBaseline {
-    /// Learns its lesson.
-    ///
-    /// # Errors
-    /// What the method refuses.
-    pub fn fit(method: Method, lesson: &Lesson) -> Result<Self> {
+    fn fit(baseline: &Baseline, set: &TrainingSet) -> Result<Self> {
+        let method = baseline.method;
         let refuse = |source| Error::Baseline { baseline: method.name().into(), source };
-        let shape = shape_of(&lesson.series.encoded)?;
-        let (values, truth) = lesson.samples()?;
+        let shape = shape_of(&set.inputs[0].encoded)?;
+        let (values, times) = recordings(set, baseline.faults.as_deref())?;
         let train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
-        let sizes = lesson.dataset.labels.sizes();
-        let Part { seed, repetition, fold } = lesson.part;
-        let mut own = vec![];
-        for (i, &size) in sizes.iter().enumerate() {
-            let y: Vec<u32> = truth.iter().skip(i).step_by(sizes.len()).copied().collect();
-            let purpose = format!("r{repetition}/f{fold}/{i}");
-            own.push(method.fit(&train, &y, size, seed, &purpose).map_err(refuse)?);
-        }
-        Ok(FittedBaseline { method, shape, own, sizes })
+        let mut goal = Goal::of(&set.dataset.targets, &set.fold.train);
+        goal.repeat(times);
+        let (each, sizes) = match goal {
+            Goal::Values(values, outputs) => {
+                (vec![method.fit_values(&train, &values, outputs).map_err(refuse)?], vec![outputs])
+            }
+            Goal::Labels(labels, sizes) => {
+                let Part { seed, repetition, fold } = set.part;
+                let mut each = vec![];
+                for (i, &size) in sizes.iter().enumerate() {
+                    let y: Vec<u32> = labels.iter().skip(i).step_by(sizes.len()).copied().collect();
+                    let purpose = format!("r{repetition}/f{fold}/{i}");
+                    each.push(method.fit(&train, &y, size, seed, &purpose).map_err(refuse)?);
+                }
+                (each, sizes)
+            }
+        };
+        Ok(FittedBaseline { method, shape, each, sizes })
     }
 
-    /// Scores `[n, outputs]` of recordings `[n, channels, length]`, row-major.
+    /// Returns the outputs `[n, outputs]` for recordings `[n, channels, length]`, row-major.
     ///
     /// # Errors
     /// Recordings of another shape, or that are not finite.
-    pub fn scores(&self, values: &[f32]) -> Result<Vec<f32>> {
+    pub fn outputs(&self, recordings: &[f32]) -> Result<Vec<f32>> {
         let refuse = |source| Error::Baseline { baseline: self.method.name().into(), source };
-        let x = Series::new(values, self.shape[0], self.shape[1]).map_err(refuse)?;
+        let x = Series::new(recordings, self.shape[0], self.shape[1]).map_err(refuse)?;
         let each: Vec<Vec<f32>> =
-            self.own.iter().map(|own| own.scores(&x).map_err(refuse)).collect::<Result<_>>()?;
+            self.each.iter().map(|fitted| fitted.scores(&x).map_err(refuse)).collect::<Result<_>>()?;
         let mut rows = vec![];
         for sample in 0..x.len() {
-            for (scores, &size) in each.iter().zip(&self.sizes) {
-                rows.extend_from_slice(&scores[sample * size..(sample + 1) * size]);
+            for (outputs, &size) in each.iter().zip(&self.sizes) {
+                rows.extend_from_slice(&outputs[sample * size..(sample + 1) * size]);
             }
         }
         Ok(rows)
     }
 
-    /// Scores of one recording.
-    pub fn outputs(&self) -> usize {
+    /// Returns the number of outputs.
+    pub fn width(&self) -> usize {
         self.sizes.iter().sum()
     }
 
-    /// Memory for [`FittedBaseline::answer`], one of each attribute.
+    /// Makes memory for [`FittedBaseline::predict_one`], one of each method.
     pub fn workspaces(&self) -> Vec<Workspace> {
-        self.own.iter().map(Fitted::workspace).collect()
+        self.each.iter().map(FittedMethod::workspace).collect()
     }
 
-    /// [`FittedBaseline::scores`] of one recording; nothing is allocated after the first.
+    /// [`FittedBaseline::outputs`] of one recording; nothing is allocated after the first.
     ///
     /// # Errors
     /// A recording of another shape or that is not finite, workspaces of another baseline.
-    pub fn answer(
+    pub fn predict_one(
         &self,
         recording: &[f32],
         workspaces: &mut [Workspace],
-        mut scores: &mut [f32],
+        mut outputs: &mut [f32],
     ) -> Result<()> {
-        for ((own, workspace), &size) in self.own.iter().zip(workspaces).zip(&self.sizes) {
-            let (to, rest) = scores.split_at_mut(size);
-            scores = rest;
-            own.answer(recording, workspace, to)
+        for ((fitted, workspace), &size) in self.each.iter().zip(workspaces).zip(&self.sizes) {
+            let (to, rest) = outputs.split_at_mut(size);
+            outputs = rest;
+            fitted
+                .answer(recording, workspace, to)
                 .map_err(|source| Error::Baseline { baseline: self.method.name().into(), source })?;
         }
         Ok(())
     }
 
-    /// Everything that was fitted; of several attributes under the attribute's name.
-    pub fn tensors(&self, attributes: &[Attribute]) -> Weights {
-        let mut weights = Weights::new();
-        for (own, attribute) in self.own.iter().zip(attributes) {
-            for (name, shape, data) in own.tensors() {
-                weights.insert(&format!("{}{name}", prefix(attributes, attribute)), Tensor { shape, data });
-            }
-        }
-        weights
-    }
-
-    /// What [`FittedBaseline::tensors`] gave.
+    /// Reads what [`Fitted::tensors`] gave.
     ///
     /// # Errors
     /// A tensor that is missing or does not fit, by name.
     pub fn read(
         method: Method,
         shape: [usize; 2],
-        attributes: &[Attribute],
+        task: &Task,
         weights: &Weights,
     ) -> taxel_baselines::Result<Self> {
-        let mut own = vec![];
-        for attribute in attributes {
-            let prefix = prefix(attributes, attribute);
+        let (mut each, mut sizes) = (vec![], vec![]);
+        for (prefix, size) in parts(task) {
             let mut saved = Saved::default();
             for (name, tensor) in weights.iter() {
                 if let Some(name) = name.strip_prefix(&prefix) {
                     saved.insert(name, &tensor.data);
                 }
             }
-            own.push(Fitted::read(&method, shape, attribute.classes.len(), &saved)?);
+            each.push(FittedMethod::read(&method, shape, size, &saved)?);
+            sizes.push(size);
         }
-        let sizes = attributes.iter().map(|attribute| attribute.classes.len()).collect();
-        Ok(FittedBaseline { method, shape, own, sizes })
+        Ok(FittedBaseline { method, shape, each, sizes })
     }
 
-    /// What one answer costs.
-    pub fn costs(&self) -> Costs {
-        let sum = |cost: fn(&Fitted) -> u64| self.own.iter().map(cost).sum::<u64>();
-        let (parameters, macs) = (sum(Fitted::parameters), sum(Fitted::macs));
+    /// Returns what one prediction costs.
+    fn costs(&self) -> Costs {
+        let sum = |cost: fn(&FittedMethod) -> u64| self.each.iter().map(cost).sum::<u64>();
+        let (parameters, macs) = (sum(FittedMethod::parameters), sum(FittedMethod::macs));
         Costs { parameters, bytes: 4 * parameters, macs, flops: 2 * macs }
     }
 }
 
-/// Channels and length of encoded series.
-pub(crate) fn shape_of(series: &Encoded) -> Result<[usize; 2]> {
+impl Fitted for FittedBaseline {
+    fn kind(&self) -> Kind {
+        Kind::Baseline { method: self.method, series: self.shape }
+    }
+
+    fn tensors(&self, task: &Task) -> Weights {
+        let mut weights = Weights::new();
+        for (fitted, (prefix, _)) in self.each.iter().zip(parts(task)) {
+            for (name, shape, data) in fitted.tensors() {
+                weights.insert(&format!("{prefix}{name}"), Tensor { shape, data });
+            }
+        }
+        weights
+    }
+
+    fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input> {
+        inputs.iter().collect()
+    }
+
+    fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency> {
+        of_baseline(self, inputs[0].encoded.sample(row))
+    }
+
+    fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {
+        Ok(FoldRecord { costs: Some(self.costs()), ..record })
+    }
+}
+
+/// Returns how the tensors of each method begin, and its outputs: those of one attribute go by their own names, those of
+/// several by the attribute's before it; one method gives all values.
+fn parts(task: &Task) -> Vec<(String, usize)> {
+    match task {
+        Task::Classes(classes) => vec![(String::new(), classes.len())],
+        Task::Levels(attributes) => {
+            attributes.iter().map(|own| (format!("{}.", own.name), own.classes.len())).collect()
+        }
+        Task::Values(quantities) => vec![(String::new(), quantities.len())],
+    }
+}
+
+/// Returns channels and length of encoded series.
+fn shape_of(series: &Encoded) -> Result<[usize; 2]> {
     match *series.shape() {
         [channels, length] => Ok([channels, length]),
         ref shape => Err(Error::Axes {
             source_label: "readings".into(),
-            input: crate::encoding::SERIES,
+            input: SERIES,
             shape: shape.to_vec(),
             reason: "baselines read channels × time",
         }),
     }
-}
-
-/// Tensors of one attribute go by their own names, those of several by the attribute's before it.
-fn prefix(attributes: &[Attribute], attribute: &Attribute) -> String {
-    if attributes.len() > 1 { format!("{}.", attribute.name) } else { String::new() }
 }

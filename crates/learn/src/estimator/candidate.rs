@@ -5,13 +5,16 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use taxel_baselines::Method;
+use taxel_data::Dataset;
 use taxel_faults::{Fault, TrainingFaults};
-use taxel_graph::{Graph, Weights};
+use taxel_graph::Graph;
 
-use crate::encoding::SERIES;
-use crate::error::{Error, Result};
-use crate::estimator::search::Search;
-use crate::problem::{Check, Problem, fault_problem, require, within};
+use crate::encoding::Encoder;
+use crate::error::Result;
+use crate::estimator::baseline::Baseline;
+use crate::estimator::estimator::Estimator;
+use crate::estimator::network::Trainable;
+use crate::problem::{Check, fault_problem, require};
 use crate::training::recipe::Recipe;
 
 /// Ends the name of what is trained under faults.
@@ -23,7 +26,7 @@ pub struct Candidate {
     /// Letters, digits, `.`, `_`, `-`, not starting with a dot: it names files.
     pub name: String,
     /// What is trained.
-    pub estimator: Estimator,
+    pub estimator: Arc<dyn Estimator>,
     /// Name in the registry, or of the baseline.
     pub zoo: String,
     /// Where it is published.
@@ -56,33 +59,6 @@ pub struct Hardening {
     /// The fault that was left out of training to see how it is met unknown: the row is there for that alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unmet: Option<Fault>,
-}
-
-/// What learns from samples.
-#[derive(Debug, Clone)]
-pub enum Estimator {
-    /// A network, trained by the engine.
-    Network(Box<Trainable>),
-    /// A method that costs almost nothing.
-    Baseline {
-        /// The method with its settings.
-        method: Method,
-        /// Faults of the copies that it learns from, beside the clean samples. Default no copies.
-        faults: Option<Box<TrainingFaults>>,
-    },
-}
-
-/// A network with all that its training needs besides samples.
-#[derive(Debug, Clone)]
-pub struct Trainable {
-    /// The network; its inputs have the shapes that the encoding makes.
-    pub graph: Graph,
-    /// How it is trained.
-    pub recipe: Recipe,
-    /// Recipes among which each fold chooses; then `recipe` is not trained.
-    pub search: Option<Search>,
-    /// Tensors that it starts from; a head for another number of classes is drawn. Default fresh weights.
-    pub start: Option<Arc<Weights>>,
 }
 
 /// Published scores in %, each `[mean, SD]`, or `[mean]` where no spread is published: never measured here,
@@ -118,11 +94,11 @@ impl Candidate {
     /// A network under the name of its graph.
     pub fn network(graph: Graph, recipe: Recipe) -> Self {
         let name = graph.name().to_string();
-        let trainable = Trainable { graph, recipe, search: None, start: None };
+        let estimator = Arc::new(Trainable { graph, recipe, search: None, start: None });
         Candidate {
             zoo: name.clone(),
             name,
-            estimator: Estimator::Network(Box::new(trainable)),
+            estimator,
             paper: String::new(),
             settings: Map::new(),
             published: None,
@@ -134,7 +110,7 @@ impl Candidate {
     pub fn baseline(method: Method) -> Self {
         Candidate {
             name: method.name().into(),
-            estimator: Estimator::Baseline { method, faults: None },
+            estimator: Arc::new(Baseline { method, faults: None }),
             zoo: method.name().into(),
             paper: method.reference().into(),
             settings: Map::new(),
@@ -154,35 +130,43 @@ impl Candidate {
             }
             None => format!("{}{HARDENED}", self.name),
         };
-        let mut own = self.clone();
-        match &mut own.estimator {
-            Estimator::Baseline { faults: before, .. } => *before = Some(Box::new(faults)),
-            Estimator::Network(network) => {
-                for tried in network.search.iter_mut().flat_map(|search| &mut search.grid) {
-                    tried.recipe.faults = Some(faults.clone());
-                }
-                network.recipe.faults = Some(faults);
-            }
+        Candidate {
+            name,
+            estimator: self.estimator.under(&faults),
+            // What is published was not trained so.
+            published: None,
+            twin: Some(Twin { clean: self.name.clone(), unmet }),
+            ..self.clone()
         }
-        // What is published was not trained so.
-        Candidate { name, published: None, twin: Some(Twin { clean: self.name.clone(), unmet }), ..own }
     }
 
     /// The faults that it is trained under; none where it is trained on clean samples.
     pub fn faults(&self) -> Option<&TrainingFaults> {
-        let faults = match &self.estimator {
-            Estimator::Network(network) => network.recipe.faults.as_ref(),
-            Estimator::Baseline { faults, .. } => faults.as_deref(),
-        };
-        faults.filter(|faults| !faults.is_clean())
+        self.estimator.faults().filter(|faults| !faults.is_clean())
     }
 
     /// Names of the inputs that it reads.
     pub fn inputs(&self) -> Vec<&str> {
-        match &self.estimator {
-            Estimator::Network(network) => network.graph.inputs().map(|node| node.name.as_str()).collect(),
-            Estimator::Baseline { .. } => vec![SERIES],
-        }
+        self.estimator.inputs()
+    }
+
+    /// Refuses faults without a meaning for the samples.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub(crate) fn check_faults(&self, dataset: &Dataset) -> Result<()> {
+        let Some(faults) = self.faults() else { return Ok(()) };
+        faults.plan(dataset.reading.layout, &dataset.reading.shape).map_err(fault_problem)?;
+        Ok(())
+    }
+
+    /// Refuses samples that it cannot be trained on.
+    ///
+    /// # Errors
+    /// The first thing that does not fit.
+    pub(crate) fn check_samples(&self, encoder: &Encoder) -> Result<()> {
+        self.check_faults(encoder.dataset())?;
+        self.estimator.check_samples(&self.name, encoder)
     }
 
     /// # Errors
@@ -193,45 +177,7 @@ impl Candidate {
         if let Some(published) = &self.published {
             published.check().map_err(|problem| problem.below("published"))?;
         }
-        let network = match &self.estimator {
-            Estimator::Network(network) => network,
-            Estimator::Baseline { method, faults } => {
-                if let Method::MiniRocket { features } = method {
-                    within("features", *features, 1, 1_000_000)?;
-                }
-                return match faults {
-                    Some(faults) => Ok(faults.check().map_err(fault_problem)?),
-                    None => Ok(()),
-                };
-            }
-        };
-        network.recipe.check()?;
-        if let Some(search) = &network.search {
-            search.check().map_err(|problem| problem.below("search"))?;
-        }
-        network.check_frozen()
-    }
-}
-
-impl Trainable {
-    /// Names frozen nodes that the network does not have.
-    ///
-    /// # Errors
-    /// The first of them.
-    pub fn check_frozen(&self) -> Result<()> {
-        self.graph.covered(&self.recipe.frozen).map(|_| ()).map_err(|error| {
-            Problem::new("frozen", format!("{:?}", self.recipe.frozen), error.to_string()).into()
-        })
-    }
-
-    /// Names of the tensors that [`Trainable::start`] does not give: a head for other classes.
-    ///
-    /// # Errors
-    /// Any other tensor that is missing, extra or misshaped, by name.
-    pub fn drawn(&self) -> Result<Vec<String>> {
-        let Some(start) = self.start.as_deref() else { return Ok(vec![]) };
-        let mut fresh = Weights::init(&self.graph, self.recipe.init, 0, "checkpoint");
-        fresh.start_from(&self.graph, start, false).map_err(Error::from)
+        self.estimator.check()
     }
 }
 

@@ -6,17 +6,14 @@ use std::sync::atomic::AtomicBool;
 use taxel_data::{Dataset, Fold};
 
 use crate::encoding::{Encoder, Encoding};
-use crate::error::{Error, Result};
-use crate::estimator::baseline::{FittedBaseline, Lesson};
-use crate::estimator::candidate::{Candidate, Estimator};
-use crate::estimator::making::{Origin, baseline_model, network_model};
+use crate::error::Result;
+use crate::estimator::candidate::Candidate;
+use crate::estimator::train_fold::{Job, train_fold};
 use crate::model::Model;
 use crate::run::options::RunOptions;
 use crate::run::protocol::Protocol;
-use crate::training::feature_cache::Stills;
+use crate::training::feature_cache::FeatureCache;
 use crate::training::hooks::Hooks;
-use crate::training::network::Training;
-use crate::training::part::{Part, pool};
 use crate::training::session::Saver;
 
 /// A training on all samples of a data set.
@@ -37,10 +34,7 @@ pub struct Fit<'a> {
 impl Fit<'_> {
     /// Samples times epochs that the training sees at most; 0 for a baseline.
     pub fn samples(&self, dataset: &Dataset) -> usize {
-        match &self.candidate.estimator {
-            Estimator::Network(network) => Training::samples(network, &everything(dataset)),
-            Estimator::Baseline { .. } => 0,
-        }
+        self.candidate.estimator.samples(&everything(dataset))
     }
 
     /// Trains on all samples of the encoder's data set; `None` if `cancel` was set. `tick` hears how many
@@ -56,49 +50,31 @@ impl Fit<'_> {
     ) -> Result<Option<Model>> {
         let candidate = self.candidate;
         candidate.check()?;
-        crate::run::plan::check_faults(candidate, encoder.dataset())?;
         encoder.prepare(&candidate.inputs())?;
         let dataset = encoder.dataset();
-        let (fold, part) = (everything(dataset), Part::everything(self.seed));
-        let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
-        let origin = Origin { dataset, samples: dataset.len(), fold: None, seed: self.seed };
-        match &candidate.estimator {
-            Estimator::Network(network) => {
-                dataset.refuse_one_class()?;
-                crate::run::plan::check_network(candidate, network, encoder)?;
-                network.drawn()?;
-                let training = Training {
-                    name: &candidate.name,
-                    network,
-                    part,
-                    threads: self.options.threads(),
-                    dataset,
-                    units: self.protocol.inseparable(dataset)?,
-                    inputs: &inputs,
-                    fold: &fold,
-                    teacher: None,
-                    stills: &Stills::default(),
-                };
-                let mut saver = match &self.session {
-                    Some(path) => Saver::new(path.clone(), &self.options),
-                    None => Saver::none(),
-                };
-                let trained = training.run(&mut Hooks { tick, cancel, saver: &mut saver })?;
-                Ok(trained.map(|trained| network_model(candidate, network, &inputs, &trained, &origin)))
-            }
-            Estimator::Baseline { method, faults } => {
-                let length = inputs[0].encoded.shape().last().copied().unwrap_or(0);
-                if let Some(reason) = method.unfit(dataset.len(), length) {
-                    let (network, input) = (candidate.name.clone(), "series".into());
-                    return Err(Error::Input { network, input, reason });
-                }
-                let faults = faults.as_deref();
-                let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
-                let fitted =
-                    pool(self.options.threads())?.install(|| FittedBaseline::fit(*method, &lesson))?;
-                Ok(Some(baseline_model(candidate, &fitted, &inputs, &origin)))
-            }
+        if candidate.estimator.as_network().is_some() {
+            dataset.refuse_one_class()?;
         }
+        candidate.check_samples(encoder)?;
+        candidate.estimator.drawn()?;
+        let (fold, cache) = (everything(dataset), FeatureCache::default());
+        let job = Job {
+            candidate,
+            protocol: self.protocol,
+            seed: self.seed,
+            place: None,
+            fold: &fold,
+            threads: self.options.threads(),
+            teacher: None,
+            cache: &cache,
+            is_timed: false,
+        };
+        let mut saver = match &self.session {
+            Some(path) => Saver::new(path.clone(), &self.options),
+            None => Saver::none(),
+        };
+        let trained = train_fold(&job, encoder, &mut Hooks { tick, cancel, saver: &mut saver })?;
+        Ok(trained.map(|trained| trained.model))
     }
 }
 

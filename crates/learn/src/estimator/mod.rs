@@ -1,8 +1,10 @@
-//! Estimators: networks and baselines, and one training of one of them.
+//! Estimators: networks and baselines behind one trait, and one training of one of them.
 
 pub(crate) mod baseline;
 pub(crate) mod candidate;
+pub(crate) mod estimator;
 pub(crate) mod fit;
-pub(crate) mod making;
+pub(crate) mod network;
 pub(crate) mod one_fold;
 pub(crate) mod search;
+pub(crate) mod train_fold;

@@ -1,23 +1,18 @@
 //! One training on chosen samples, tested on others; nothing is written.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
 
 use crate::encoding::Encoder;
-use crate::error::{Error, Result};
-use crate::estimator::baseline::{FittedBaseline, Lesson};
-use crate::estimator::candidate::{Candidate, Estimator};
-use crate::estimator::making::{Origin, baseline_model, network_model};
-use crate::metrics::mean_log_loss;
+use crate::error::Result;
+use crate::estimator::candidate::Candidate;
+use crate::estimator::train_fold::{Job, train_fold};
 use crate::model::Model;
-use crate::run::plan::{check_faults, check_network};
 use crate::run::protocol::Protocol;
 use crate::run::records::{FoldKey, FoldRecord};
-use crate::training::feature_cache::Stills;
+use crate::training::feature_cache::FeatureCache;
 use crate::training::hooks::Hooks;
-use crate::training::network::Training;
-use crate::training::part::{Part, pool};
 use crate::training::session::Saver;
 use crate::training::teacher::Teacher;
 
@@ -60,65 +55,16 @@ impl OneFold<'_> {
         cancel: &AtomicBool,
     ) -> Result<Option<Tested>> {
         let OneFold { candidate, protocol, seed, ref key, fold, teacher, threads } = *self;
-        let dataset = encoder.dataset();
-        check_faults(candidate, dataset)?;
-        let part = Part { seed, repetition: key.repetition, fold: key.fold };
-        let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
+        candidate.check_samples(encoder)?;
+        let cache = FeatureCache::default();
         let place = Some((key.repetition, key.fold));
-        let origin = Origin { dataset, samples: fold.train.len(), fold: place, seed };
-        match &candidate.estimator {
-            Estimator::Network(network) => {
-                check_network(candidate, network, encoder)?;
-                let training = Training {
-                    name: &candidate.name,
-                    network,
-                    part,
-                    threads,
-                    dataset,
-                    units: protocol.inseparable(dataset)?,
-                    inputs: &inputs,
-                    fold,
-                    teacher,
-                    stills: &Stills::default(),
-                };
-                let mut saver = Saver::none();
-                let trained = training.run(&mut Hooks { tick, cancel, saver: &mut saver })?;
-                let Some(trained) = trained else { return Ok(None) };
-                let model = network_model(candidate, network, &inputs, &trained, &origin);
-                let record = FoldRecord {
-                    diverged: trained.diverged,
-                    chosen: trained.chosen,
-                    best_epoch: trained.best_epoch,
-                    epochs: trained.epochs,
-                    ..FoldRecord::of(key, dataset, fold, trained.probabilities, trained.test_loss)
-                };
-                Ok(Some(Tested { record, model }))
-            }
-            Estimator::Baseline { .. } if cancel.load(Ordering::Relaxed) => Ok(None),
-            Estimator::Baseline { method, faults } => {
-                let length = inputs[0].encoded.shape().last().copied().unwrap_or(0);
-                if let Some(reason) = method.unfit(fold.train.len(), length) {
-                    let (network, input) = (candidate.name.clone(), "series".into());
-                    return Err(Error::Input { network, input, reason });
-                }
-                let faults = faults.as_deref();
-                let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
-                let threads = pool(threads)?;
-                let fitted = threads.install(|| FittedBaseline::fit(*method, &lesson))?;
-                let mut test = vec![];
-                inputs[0].encoded.gather(&fold.test, &mut test);
-                let (mut probabilities, mut loss) = (vec![], 0.0);
-                if !fold.test.is_empty() {
-                    probabilities = threads.install(|| fitted.scores(&test))?;
-                    let labels = &dataset.labels;
-                    loss = mean_log_loss(&probabilities, &labels.of(&fold.test), &labels.sizes())?;
-                }
-                let model = baseline_model(candidate, &fitted, &inputs, &origin);
-                let record = FoldRecord::of(key, dataset, fold, probabilities, loss);
-                let record = FoldRecord { costs: Some(fitted.costs()), ..record };
-                Ok(Some(Tested { record, model }))
-            }
-        }
+        let job =
+            Job { candidate, protocol, seed, place, fold, threads, teacher, cache: &cache, is_timed: false };
+        let mut saver = Saver::none();
+        let trained = train_fold(&job, encoder, &mut Hooks { tick, cancel, saver: &mut saver })?;
+        let Some(trained) = trained else { return Ok(None) };
+        let record = trained.record(key, encoder.dataset(), fold, None)?;
+        Ok(Some(Tested { record, model: trained.model }))
     }
 }
 

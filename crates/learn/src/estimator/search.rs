@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::metrics::Metric;
 use crate::problem::{Check, require, share};
 use crate::training::recipe::{Criterion, Recipe};
 
@@ -36,8 +37,9 @@ pub struct Trial {
     pub set: BTreeMap<String, Value>,
     /// Mean loss over the validation part.
     pub loss: Option<f64>,
-    /// Share of it that was right, in %.
-    pub accuracy: Option<f64>,
+    /// The metric of the search's criterion on it, in its unit; by loss the primary one.
+    #[serde(alias = "accuracy")]
+    pub score: Option<f64>,
 }
 
 /// What a fold has chosen, and from what.
@@ -62,12 +64,12 @@ impl Search {
     }
 
     /// Position of the best trial; of equals the first. None if all diverged.
-    pub(crate) fn best(&self, trials: &[Trial]) -> Option<usize> {
+    pub(crate) fn best(&self, metric: &Metric, trials: &[Trial]) -> Option<usize> {
         let mut best: Option<(usize, (f64, f64))> = None;
         for (i, trial) in trials.iter().enumerate() {
-            let (Some(loss), Some(accuracy)) = (trial.loss, trial.accuracy) else { continue };
-            if best.is_none_or(|(_, other)| self.by.prefers((loss, accuracy), other)) {
-                best = Some((i, (loss, accuracy)));
+            let (Some(loss), Some(score)) = (trial.loss, trial.score) else { continue };
+            if best.is_none_or(|(_, other)| self.by.prefers(metric, (loss, score), other)) {
+                best = Some((i, (loss, score)));
             }
         }
         best.map(|(i, _)| i)

@@ -1,9 +1,10 @@
 //! Scores of ordered levels (paper 004, Table 2): which level, and how far off.
 
 use serde::{Deserialize, Serialize};
+use taxel_data::Task;
 
 use crate::error::Result;
-use crate::metrics::{BINS, ClassScores, Confusion, Scores, argmax, brier, calibration_error};
+use crate::metrics::{BINS, ClassScores, Confusion, MacroScores, argmax, brier, calibration_error};
 
 /// Several attributes, each one level out of its own outputs.
 ///
@@ -19,7 +20,7 @@ pub struct Levels {
 pub struct LevelScores {
     /// Accuracy and macro means.
     #[serde(flatten)]
-    pub scores: Scores,
+    pub scores: MacroScores,
     /// Mean of |predicted − true level|: a miss by one level is not a miss by nine.
     pub mean_absolute_error: f64,
     /// Precision, recall and F1 of each level.
@@ -32,6 +33,11 @@ impl Levels {
     /// Attributes with that many levels each.
     pub fn new(sizes: &[usize]) -> Self {
         Levels { sizes: sizes.to_vec() }
+    }
+
+    /// Returns the attributes of classes and levels; none of values.
+    pub fn of_task(task: &Task) -> Self {
+        Levels { sizes: task.attributes().iter().map(|own| own.classes.len()).collect() }
     }
 
     /// Levels of each attribute.

@@ -1,6 +1,7 @@
 //! Scores of predictions, with scikit-learn's meaning.
 //!
-//! [`Confusion`] counts; [`brier`], [`calibration_error`] and [`log_loss`] judge probabilities; [`Levels`]
+//! [`metrics`] is the table of each task, the primary metric first; an [`Outcome`] is what they judge, and
+//! [`Scores`] hold their values by name. [`Confusion`] counts; [`brier`], [`calibration_error`] and [`log_loss`] judge probabilities; [`Levels`]
 //! scores ordered attributes; [`Clusters`] gives bootstrap intervals. Precision, recall and F1 are macro means over the classes that occur among the true or the
 //! predicted labels, as `average="macro", zero_division=0` computes them: a class that is never
 //! predicted has precision 0, one that never occurs has recall 0.
@@ -16,7 +17,10 @@
 
 mod bootstrap;
 mod levels;
+mod outcome;
 mod probabilities;
+mod scores;
+mod table;
 
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +28,9 @@ use crate::error::{Error, Result};
 
 pub use bootstrap::{Clusters, bootstrap, central, quantile};
 pub use levels::{LevelScores, Levels};
+pub use outcome::Outcome;
+pub use scores::Scores;
+pub use table::{Direction, Metric, Unit, metrics};
 pub use taxel_baselines::softmax;
 
 pub use probabilities::{BINS, brier, calibration_error, log_loss, mean_log_loss};
@@ -84,9 +91,9 @@ impl From<Confusion> for Vec<Vec<u64>> {
     }
 }
 
-/// Accuracy and macro means, each in `[0, 1]`.
+/// Accuracy and macro means of one attribute, each in `[0, 1]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Scores {
+pub struct MacroScores {
     /// Share of correct predictions.
     pub accuracy: f64,
     /// Of the samples predicted as a class, the share that belong to it.
@@ -95,26 +102,6 @@ pub struct Scores {
     pub recall: f64,
     /// Harmonic mean of the two, per class.
     pub f1: f64,
-}
-
-impl Scores {
-    /// Names of the scores, in the order of [`Scores::values`].
-    pub const NAMES: [&'static str; 4] = ["accuracy", "precision", "recall", "f1"];
-
-    /// The four scores.
-    pub fn values(&self) -> [f64; 4] {
-        [self.accuracy, self.precision, self.recall, self.f1]
-    }
-
-    /// The scores from their values.
-    pub fn from_values([accuracy, precision, recall, f1]: [f64; 4]) -> Self {
-        Scores { accuracy, precision, recall, f1 }
-    }
-
-    /// The same in %.
-    pub fn percent(&self) -> Self {
-        Self::from_values(self.values().map(|v| 100.0 * v))
-    }
 }
 
 impl Confusion {
@@ -168,7 +155,7 @@ impl Confusion {
     }
 
     /// Accuracy and macro precision, recall and F1; all 0 without predictions.
-    pub fn scores(&self) -> Scores {
+    pub fn scores(&self) -> MacroScores {
         let total: u64 = self.counts.iter().flatten().sum();
         let correct: u64 = self.counts.iter().enumerate().map(|(class, row)| row[class]).sum();
         let occurs = |class: usize| {
@@ -181,7 +168,7 @@ impl Confusion {
             0 => 0.0,
             n => seen.iter().map(score).sum::<f64>() / n as f64,
         };
-        Scores {
+        MacroScores {
             accuracy: if total == 0 { 0.0 } else { correct as f64 / total as f64 },
             precision: mean(|s| s.precision),
             recall: mean(|s| s.recall),
@@ -238,17 +225,6 @@ pub fn mean_sd(values: &[f64]) -> (f64, Option<f64>) {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
-}
-
-/// [`mean_sd`] of each of the four scores.
-pub fn mean_sd_scores(each: &[Scores]) -> (Scores, Option<Scores>) {
-    let column = |i: usize| each.iter().map(|own| own.values()[i]).collect::<Vec<_>>();
-    let columns = [0, 1, 2, 3].map(|i| mean_sd(&column(i)));
-    let sd = match columns.map(|(_, sd)| sd) {
-        [Some(a), Some(p), Some(r), Some(f)] => Some(Scores::from_values([a, p, r, f])),
-        _ => None,
-    };
-    (Scores::from_values(columns.map(|(mean, _)| mean)), sd)
 }
 
 /// Position of the largest value of each row; the first of equals.

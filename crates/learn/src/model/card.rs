@@ -8,20 +8,19 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use taxel_baselines::Method;
-use taxel_data::{Attribute, Reading, Source};
+use taxel_data::{Reading, Source, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
 use crate::encoding::Transform;
-use crate::metrics::{Levels, Scores};
+use crate::metrics::{Levels, Metric, Scores, metrics};
 use crate::numbers::thousands;
 use crate::run::protocol::Protocol;
 use crate::training::recipe::Recipe;
 
-/// Number of the format of model files that this version writes.
-pub const FORMAT: u32 = 1;
-/// Number of the format of models in eight bits, the newest that this version reads.
-pub const EIGHT_BITS: u32 = 2;
+/// Number of the format of model files that this version writes: 3. It reads 1, and 2, which was that of models in eight
+/// bits.
+pub const FORMAT: u32 = 3;
 
 /// Everything that a model says about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,7 +39,8 @@ pub struct Card {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub paper: String,
     /// A network or a baseline.
-    pub anatomy: Anatomy,
+    #[serde(rename = "estimator", alias = "anatomy")]
+    pub kind: Kind,
     /// One raw sample: layout, shape, unit, rate, full scale.
     pub reading: Reading,
     /// What finds and replaces broken channels and taxels of raw samples, before anything else; none without one.
@@ -48,8 +48,8 @@ pub struct Card {
     pub guard: Option<Guard>,
     /// How raw samples become inputs, everything fitted included; in the order of the network's inputs.
     pub inputs: Vec<ModelInput>,
-    /// What it answers: one attribute called `class`, or several.
-    pub attributes: Vec<Attribute>,
+    /// What it predicts: a class, levels of several attributes, or values.
+    pub task: Task,
     /// How its values are written in eight bits; none in a model of 32-bit floats.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantized: Option<Quantized>,
@@ -62,10 +62,10 @@ pub struct Card {
     pub tensors: String,
 }
 
-/// What kind of method a model is.
+/// A network or a baseline, with all that opening it needs besides tensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
-pub enum Anatomy {
+pub enum Kind {
     /// A network.
     Network {
         /// The network itself.
@@ -142,7 +142,7 @@ pub enum TrainingPart {
     },
 }
 
-/// Cross-validated scores in %: of other models with the same recipe, each on samples that it had not seen.
+/// Cross-validated scores: of other models with the same recipe, each on samples that it had not seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Score {
@@ -150,35 +150,35 @@ pub struct Score {
     pub protocol: Protocol,
     /// Folds behind the mean.
     pub folds: usize,
-    /// Mean over folds, in %.
+    /// Mean over folds, by metric.
     pub mean: Scores,
-    /// Sample standard deviation (n - 1) over folds, in percentage points.
+    /// Sample standard deviation (n - 1) over folds, by metric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sd: Option<Scores>,
-    /// 95 % bootstrap interval of the accuracy, in %.
+    /// 95 % bootstrap interval of the primary metric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
 }
 
 impl Card {
-    /// Sizes of the attributes: the outputs lie one after the other.
+    /// Returns the sizes of the attributes, whose outputs lie one after the other; none of values.
     pub fn levels(&self) -> Levels {
-        Levels::new(&self.attributes.iter().map(|own| own.classes.len()).collect::<Vec<_>>())
+        Levels::of_task(&self.task)
     }
 
     /// The network; none for a baseline.
     pub fn graph(&self) -> Option<&Graph> {
-        match &self.anatomy {
-            Anatomy::Network { graph, .. } => Some(graph),
-            Anatomy::Baseline { .. } => None,
+        match &self.kind {
+            Kind::Network { graph, .. } => Some(graph),
+            Kind::Baseline { .. } => None,
         }
     }
 
     /// Samples that are answered at a time.
     pub fn batch(&self) -> usize {
-        match self.anatomy {
-            Anatomy::Network { batch, .. } => batch,
-            Anatomy::Baseline { .. } => 64,
+        match self.kind {
+            Kind::Network { batch, .. } => batch,
+            Kind::Baseline { .. } => 64,
         }
     }
 }
@@ -187,8 +187,8 @@ impl fmt::Display for Card {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = |f: &mut fmt::Formatter<'_>, what: &str, text: String| writeln!(f, "{what:<12} {text}");
         let paper = if self.paper.is_empty() { String::new() } else { format!(" ({})", self.paper) };
-        match &self.anatomy {
-            Anatomy::Network { graph, .. } => {
+        match &self.kind {
+            Kind::Network { graph, .. } => {
                 let cost = graph.cost();
                 let own =
                     if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
@@ -199,7 +199,7 @@ impl fmt::Display for Card {
                     format!("{} parameters, {} MACs", thousands(cost.parameters), thousands(cost.macs)),
                 )?;
             }
-            Anatomy::Baseline { method, .. } => {
+            Kind::Baseline { method, .. } => {
                 line(f, "baseline", format!("{}{paper}", self.name))?;
                 let settings = serde_json::to_value(method).map_err(|_| fmt::Error)?;
                 let own = settings.as_object().into_iter().flatten().filter(|(key, _)| *key != "name");
@@ -242,8 +242,12 @@ impl fmt::Display for Card {
         }
         let inputs: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
         line(f, "inputs", inputs.join(" + "))?;
-        for own in &self.attributes {
+        for own in &self.task.attributes() {
             line(f, "answers", format!("{}: {}", own.name, shortened(&own.classes)))?;
+        }
+        for own in self.task.quantities() {
+            let unit = own.unit.as_ref().map_or(String::new(), |unit| format!(", in {unit}"));
+            line(f, "answers", format!("{}: a value{unit}", own.name))?;
         }
         let TrainedOn { source, digest, samples, part, seed } = &self.trained_on;
         let part = match part {
@@ -254,7 +258,7 @@ impl fmt::Display for Card {
         line(f, "data digest", digest.clone())?;
         let score = match &self.score {
             None => "not measured".into(),
-            Some(score) => score.words(),
+            Some(score) => score.words(&self.task),
         };
         line(f, "scored", score)?;
         let commit = self.commit.as_ref().map_or(String::new(), |commit| format!(" at {commit}"));
@@ -263,18 +267,20 @@ impl fmt::Display for Card {
 }
 
 impl Score {
-    /// `accuracy 90.83 ± 2.70 %, macro-F1 90.81 ± 2.71 % (stratified 5-fold, 5 folds)`.
-    pub fn words(&self) -> String {
-        let spread = |sd: Option<f64>| sd.map_or(String::new(), |sd| format!(" ± {sd:.2}"));
-        format!(
-            "accuracy {:.2}{} %, macro-F1 {:.2}{} % ({}, {} folds of samples that were not trained on)",
-            self.mean.accuracy,
-            spread(self.sd.map(|sd| sd.accuracy)),
-            self.mean.f1,
-            spread(self.sd.map(|sd| sd.f1)),
-            self.protocol.words(),
-            self.folds
-        )
+    /// Says the metrics of a table of `task` that have a column of their own, the first and the last of them:
+    /// `accuracy 90.83 ± 2.70 %, macro-F1 90.81 ± 2.71 % (stratified 5-fold, 5 folds of samples that were not trained on)`.
+    pub fn words(&self, task: &Task) -> String {
+        let shown: Vec<&Metric> = metrics(task).iter().filter(|metric| metric.is_shown).collect();
+        let ends = [shown.first(), shown.last()];
+        let said = ends.into_iter().flatten().filter_map(|metric| {
+            let mean = self.mean.get(metric.name)?;
+            let sd = self.sd.as_ref().and_then(|sd| sd.get(metric.name));
+            let spread = sd.map_or(String::new(), |sd| format!(" ± {sd:.2}"));
+            let unit = metric.unit_of(task).map_or(String::new(), |unit| format!(" {unit}"));
+            Some(format!("{} {mean:.2}{spread}{unit}", metric.in_words()))
+        });
+        let (said, protocol) = (said.collect::<Vec<_>>().join(", "), self.protocol.words());
+        format!("{said} ({protocol}, {} folds of samples that were not trained on)", self.folds)
     }
 }
 

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use ndarray::{ArrayRef, IxDyn};
-use serde_json::Value;
+use serde_json::{Value, json};
 use taxel_checkpoint::Cause;
 use taxel_data::hash_words;
 use taxel_graph::Weights;
 
-use super::card::{Anatomy, Card, EIGHT_BITS, FORMAT, Quantized, TrainedOn, TrainingPart};
+use super::card::{Card, FORMAT, Kind, Quantized, TrainedOn, TrainingPart};
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
@@ -148,13 +148,12 @@ fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
     // The format first: a newer card may hold what this version cannot read.
     let value: Value = serde_json::from_str(text).map_err(broken)?;
     match value.get("format").and_then(Value::as_u64) {
-        Some(format) if (u64::from(FORMAT)..=u64::from(EIGHT_BITS)).contains(&format) => {}
+        Some(format) if (1..=u64::from(FORMAT)).contains(&format) => {}
         Some(format) => {
             let by = value.get("taxel").and_then(Value::as_str).unwrap_or("another version");
             let reason = format!(
                 "is a model of format {format}, written by taxel {by}; this version ({}) reads formats up to \
-                 {EIGHT_BITS}: \
-                 open it with taxel {by} or newer",
+                 {FORMAT}: open it with taxel {by} or newer",
                 env!("CARGO_PKG_VERSION")
             );
             return Err(Error::damaged(path, reason));
@@ -176,7 +175,24 @@ fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
         let reason = "its card is not the one that was written (digests differ); fit the model again";
         return Err(Error::damaged(path, reason));
     }
-    serde_json::from_str(&card).map(|card| (card, digest)).map_err(broken)
+    let card = match value.get("attributes").filter(|_| value.get("task").is_none()) {
+        Some(_) => serde_json::from_value(upgraded(value)),
+        None => serde_json::from_str(&card),
+    };
+    card.map(|card| (card, digest)).map_err(broken)
+}
+
+/// Returns a card of format 1 or 2 with its `attributes` as a `task`, and without the digest of its text.
+fn upgraded(mut card: Value) -> Value {
+    let Some(fields) = card.as_object_mut() else { return card };
+    fields.remove("digest");
+    let attributes = fields.remove("attributes").unwrap_or_default();
+    let task = match attributes.as_array().map(Vec::as_slice) {
+        Some([one]) => json!({ "classes": one.get("classes") }),
+        _ => json!({ "attributes": attributes }),
+    };
+    fields.insert("task".into(), task);
+    card
 }
 
 /// What stands between a card and the digest of its text.
@@ -191,8 +207,8 @@ fn sealed(card: &str) -> (String, String) {
 /// Whether tensors and card belong together.
 fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
     let refuse = |reason: String| Err(Error::damaged(path, reason));
-    let outputs = card.levels().outputs();
-    if card.attributes.is_empty() || card.attributes.iter().any(|own| own.classes.is_empty()) {
+    let outputs = card.task.outputs();
+    if outputs == 0 || card.levels().sizes().contains(&0) {
         return refuse("its card names no classes".into());
     }
     if !card.reading.layout.fits(&card.reading.shape) {
@@ -204,8 +220,8 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
     if let Err(reason) = guarded {
         return refuse(format!("its card does not hold together: {reason}"));
     }
-    match &card.anatomy {
-        Anatomy::Network { graph, batch, .. } => {
+    match &card.kind {
+        Kind::Network { graph, batch, .. } => {
             if let Err(error) = weights.check(graph) {
                 return refuse(format!("its tensors are not those of its network: {error}"));
             }
@@ -232,8 +248,8 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
                 return refuse(format!("its card says {problem}"));
             }
         }
-        Anatomy::Baseline { method, series } => {
-            if let Err(error) = FittedBaseline::read(*method, *series, &card.attributes, weights) {
+        Kind::Baseline { method, series } => {
+            if let Err(error) = FittedBaseline::read(*method, *series, &card.task, weights) {
                 return refuse(format!("its tensors are not those of its baseline: {error}"));
             }
             if card.inputs.len() != 1 {

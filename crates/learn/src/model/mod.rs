@@ -9,7 +9,7 @@ mod quantize;
 pub(crate) mod responder;
 mod workspace;
 
-pub use card::{Anatomy, Card, EIGHT_BITS, FORMAT, ModelInput, Quantized, Score, TrainedOn, TrainingPart};
+pub use card::{Card, FORMAT, Kind, ModelInput, Quantized, Score, TrainedOn, TrainingPart};
 pub use file::Model;
 pub(crate) use file::digest;
 pub use predictions::Predictions;

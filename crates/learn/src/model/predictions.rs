@@ -1,20 +1,21 @@
-//! What a model says about samples.
+//! What a model predicts for samples.
 
 use serde::Serialize;
-use taxel_data::Attribute;
+use taxel_data::{Attribute, Quantity, Task};
 
 use crate::metrics::Levels;
 
-/// Answers to `n` samples.
+/// Predictions for `n` samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Predictions {
-    /// What is answered: one attribute called `class`, or several.
-    pub attributes: Vec<Attribute>,
-    /// Probabilities `[n, outputs]`, row-major: the classes, or the levels of the attributes one after the
-    /// other.
-    pub probabilities: Vec<f32>,
-    /// The likeliest class or level of each attribute, `[n, attributes]`.
+    /// What is predicted: a class, levels of several attributes, or values.
+    pub task: Task,
+    /// Probabilities `[n, outputs]`, row-major: the classes, or the levels of the attributes one after the other; of
+    /// values the values themselves.
+    pub outputs: Vec<f32>,
+    /// The likeliest class or level of each attribute, `[n, attributes]`; none of values.
     pub labels: Vec<u32>,
+    samples: usize,
 }
 
 /// One attribute of one sample.
@@ -29,46 +30,80 @@ pub struct Answer<'a> {
 }
 
 impl Predictions {
-    pub(super) fn new(attributes: Vec<Attribute>, probabilities: Vec<f32>) -> Self {
-        let labels = levels(&attributes).predicted(&probabilities);
-        Predictions { attributes, probabilities, labels }
+    pub(super) fn new(task: Task, outputs: Vec<f32>) -> Self {
+        let labels = match task {
+            Task::Classes(_) | Task::Levels(_) => Levels::of_task(&task).predicted(&outputs),
+            Task::Values(_) => vec![],
+        };
+        let samples = outputs.len() / task.outputs().max(1);
+        Predictions { task, outputs, labels, samples }
     }
 
     /// Number of samples.
     pub fn len(&self) -> usize {
-        self.labels.len() / self.attributes.len().max(1)
+        self.samples
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.labels.is_empty()
+        self.samples == 0
     }
 
-    /// Number of probabilities of one sample.
-    pub fn outputs(&self) -> usize {
-        self.attributes.iter().map(|own| own.classes.len()).sum()
+    /// Number of outputs of one sample.
+    pub fn width(&self) -> usize {
+        self.task.outputs()
     }
 
-    /// The answers to sample `i`, one per attribute.
+    /// Returns the outputs of sample `i`.
+    pub fn row(&self, i: usize) -> &[f32] {
+        &self.outputs[i * self.width()..(i + 1) * self.width()]
+    }
+
+    /// Returns the values of sample `i` with what they are; none of classes and levels.
+    pub fn values(&self, i: usize) -> Vec<(&Quantity, f32)> {
+        self.task.quantities().iter().zip(self.row(i).iter().copied()).collect()
+    }
+
+    /// Returns the answers to sample `i`, one per attribute; none of values.
     pub fn answers(&self, i: usize) -> Vec<Answer<'_>> {
-        let width = self.attributes.len();
+        let class = Classes(&self.task);
+        let width = class.count();
         let labels = &self.labels[i * width..(i + 1) * width];
-        let mut first = i * self.outputs();
+        let mut outputs = self.row(i);
         let mut answers = vec![];
-        for (own, &label) in self.attributes.iter().zip(labels) {
-            let probability = self.probabilities[first + label as usize];
-            answers.push(Answer { attribute: &own.name, class: &own.classes[label as usize], probability });
-            first += own.classes.len();
+        for (at, &label) in labels.iter().enumerate() {
+            let (attribute, classes) = class.attribute(at);
+            let probability = outputs[label as usize];
+            answers.push(Answer { attribute, class: &classes[label as usize], probability });
+            outputs = &outputs[classes.len()..];
         }
         answers
     }
 
-    /// The likeliest class of sample `i`; of several attributes the first one's.
+    /// Returns the likeliest class of sample `i`, of several attributes the first one's; the empty text for values.
     pub fn class(&self, i: usize) -> &str {
-        self.answers(i)[0].class
+        self.answers(i).first().map_or("", |answer| answer.class)
     }
 }
 
-fn levels(attributes: &[Attribute]) -> Levels {
-    Levels::new(&attributes.iter().map(|own| own.classes.len()).collect::<Vec<_>>())
+/// The attributes of a task without a copy of their names.
+struct Classes<'t>(&'t Task);
+
+impl<'t> Classes<'t> {
+    fn count(&self) -> usize {
+        match self.0 {
+            Task::Classes(_) => 1,
+            Task::Levels(attributes) => attributes.len(),
+            Task::Values(_) => 0,
+        }
+    }
+
+    fn attribute(&self, at: usize) -> (&'t str, &'t [String]) {
+        let of_one = |own: &'t Attribute| (own.name.as_str(), own.classes.as_slice());
+        match self.0 {
+            Task::Classes(classes) => ("class", classes),
+            Task::Levels(attributes) => attributes.get(at).map_or(("", &[]), of_one),
+            Task::Values(_) => ("", &[]),
+        }
+    }
 }

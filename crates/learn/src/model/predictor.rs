@@ -6,7 +6,7 @@ use ndarray::{ArrayD, ArrayRef, Axis, CowArray, IxDyn, Slice};
 use taxel_graph::{Loss, Weights};
 use taxel_guard::{Found, Guard, Watch};
 
-use super::card::{Anatomy, Card, ModelInput};
+use super::card::{Card, Kind, ModelInput};
 use super::predictions::Predictions;
 use super::workspace::{Memory, Workspace};
 use crate::encoding::{Transform, mended};
@@ -40,20 +40,20 @@ enum Method {
 
 impl Predictor {
     pub(super) fn new(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
-        let method = match &card.anatomy {
-            Anatomy::Network { graph, loss, .. } => {
+        let method = match &card.kind {
+            Kind::Network { graph, loss, .. } => {
                 let ranges = card.quantized.as_ref().map(|own| &own.ranges);
                 let responder = Box::new(Responder::new(graph, weights, ranges, batch, threads)?);
                 Method::Network { responder, loss: *loss }
             }
-            Anatomy::Baseline { method, series } => {
-                let read = FittedBaseline::read(*method, *series, &card.attributes, weights);
+            Kind::Baseline { method, series } => {
+                let read = FittedBaseline::read(*method, *series, &card.task, weights);
                 let refuse = |source| Error::Baseline { baseline: card.name.clone(), source };
                 Method::Baseline(read.map_err(refuse)?)
             }
         };
         let guard = card.guard.clone().map(Arc::new);
-        Ok(Predictor { outputs: card.levels().outputs(), card: card.clone(), guard, method })
+        Ok(Predictor { outputs: card.task.outputs(), card: card.clone(), guard, method })
     }
 
     /// The same with another guard, or without one, whatever the model's card says.
@@ -191,7 +191,7 @@ impl Predictor {
                 probabilities(*loss, self.outputs, answer);
             }
             (Method::Baseline(baseline), Memory::Baseline(memory)) if inputs.len() == 1 => {
-                baseline.answer(&inputs[0], memory, answer)?;
+                baseline.predict_one(&inputs[0], memory, answer)?;
             }
             _ => return Err(self.refuse("the workspace is of another model".into())),
         }
@@ -256,7 +256,7 @@ impl Predictor {
                 Ok(outputs)
             }
             Method::Baseline(baseline) => match values[..] {
-                [series] => baseline.scores(series),
+                [series] => baseline.outputs(series),
                 _ => {
                     let (model, expected) = (self.card.name.clone(), "one input".to_string());
                     Err(Error::Samples { model, expected, given: format!("{} are given", values.len()) })
@@ -286,7 +286,7 @@ impl Predictor {
             };
             probabilities.extend(self.answer(&inputs)?);
         }
-        Ok(Predictions::new(self.card.attributes.clone(), probabilities))
+        Ok(Predictions::new(self.card.task.clone(), probabilities))
     }
 }
 

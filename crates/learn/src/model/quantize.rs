@@ -3,7 +3,7 @@
 use ndarray::{ArrayD, Axis};
 use taxel_runtime::Observer;
 
-use super::card::{Card, EIGHT_BITS, Quantized};
+use super::card::{Card, Quantized};
 use super::file::Model;
 use super::multiplied::multiplied;
 use crate::error::{Error, Result};
@@ -58,7 +58,7 @@ impl Model {
         let quantized =
             Quantized { bits: 8, digest: digest.into(), samples: rows.len(), ranges: observer.ranges() };
         // What was measured, was measured in floats.
-        let card = Card { format: EIGHT_BITS, quantized: Some(quantized), score: None, ..card.clone() };
+        let card = Card { quantized: Some(quantized), score: None, ..card.clone() };
         Ok(Model::new(card, weights))
     }
 

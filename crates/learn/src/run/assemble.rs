@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
-use taxel_data::Npz;
+use taxel_data::{Npz, Task};
 
 use crate::error::{Error, Result};
 use crate::json_file::{write_atomic, write_json};
-use crate::metrics::{Levels, Scores};
+use crate::metrics::{Metric, Outcome};
 use crate::run::folder::RunFolder;
 use crate::run::records::{FoldKey, FoldRecord, Timing};
 use crate::run::results::{Frame, Results};
@@ -40,11 +40,10 @@ pub(crate) fn assemble(
     results: &Results,
     records: &[FoldRecord],
     timings: &[Timing],
-    levels: &Levels,
 ) -> Result<()> {
     let mut lines = vec![];
     for record in records {
-        metric_lines(record, levels, &mut lines)?;
+        metric_lines(record, &results.task, &mut lines)?;
     }
     write_lines(&folder.file("metrics.jsonl"), &lines)?;
     write_lines(&folder.file("timings.jsonl"), &timing_lines(timings))?;
@@ -53,22 +52,23 @@ pub(crate) fn assemble(
     write_json(&folder.file("results.json"), results, true).map(|_| ())
 }
 
-fn metric_lines(record: &FoldRecord, levels: &Levels, lines: &mut Vec<Value>) -> Result<()> {
-    let test = record.scores(levels)?.percent();
+fn metric_lines(record: &FoldRecord, task: &Task, lines: &mut Vec<Value>) -> Result<()> {
+    let test = record.scores(task)?;
+    let primary = Metric::primary(task).name;
     for (i, epoch) in record.epochs.iter().enumerate() {
         let mut line = key_fields(&record.key);
         line.insert("epoch".into(), json!(epoch.epoch));
         line.insert("lr".into(), json!(epoch.lr));
         line.insert("train_loss".into(), json!(epoch.train_loss));
-        line.insert("train_accuracy".into(), json!(epoch.train_accuracy));
-        if let (Some(loss), Some(accuracy)) = (epoch.validation_loss, epoch.validation_accuracy) {
+        line.insert(format!("train_{primary}"), json!(epoch.train_score));
+        if let (Some(loss), Some(score)) = (epoch.validation_loss, epoch.validation_score) {
             line.insert("validation_loss".into(), json!(loss));
-            line.insert("validation_accuracy".into(), json!(accuracy));
+            line.insert(format!("validation_{primary}"), json!(score));
         }
         // Test samples are looked at once, after training: nothing can be picked by them.
         if i + 1 == record.epochs.len() {
             line.insert("test_loss".into(), json!(record.test_loss));
-            for (name, value) in Scores::NAMES.into_iter().zip(test.values()) {
+            for (name, value) in test.iter() {
                 line.insert(format!("test_{name}"), json!(value));
             }
         }
@@ -122,35 +122,68 @@ fn write_lines(path: &Path, lines: &[Value]) -> Result<()> {
     write_atomic(path, text.as_bytes())
 }
 
-/// Per network: arrays `index`, `fold`, `repetition`, `true`, `predicted` `[n]` (the last two
-/// `[n, attributes]` where there are several) and `probabilities` `[n, outputs]`, folds one after the
-/// other.
+/// Writes per network arrays `index`, `fold`, `repetition`, `true`, `predicted` `[n]` (the last two `[n, attributes]` or
+/// `[n, quantities]` where there are several), and of labels `probabilities` `[n, outputs]`, folds one after the other.
 fn write_predictions(path: &Path, results: &Results, records: &[FoldRecord]) -> Result<()> {
     let io = |e| Error::io(path, "written", e);
     let mut archive = Npz::default();
     for network in &results.networks {
-        let own: Vec<&FoldRecord> = records.iter().filter(|r| r.key.network == network.network).collect();
+        let of_row: Vec<&FoldRecord> = records.iter().filter(|r| r.key.network == network.network).collect();
         let each = |value: fn(&FoldKey) -> usize| -> Vec<u32> {
-            own.iter().flat_map(|r| std::iter::repeat_n(value(&r.key) as u32, r.index.len())).collect()
+            of_row.iter().flat_map(|r| std::iter::repeat_n(value(&r.key) as u32, r.index.len())).collect()
         };
-        let columns = [
-            ("index", own.iter().flat_map(|r| r.index.iter().map(|&i| i as u32)).collect()),
-            ("fold", each(|key| key.fold)),
-            ("repetition", each(|key| key.repetition)),
-            ("true", own.iter().flat_map(|r| r.truth.iter().copied()).collect()),
-            ("predicted", own.iter().flat_map(|r| r.predicted.iter().copied()).collect::<Vec<u32>>()),
-        ];
-        for (name, values) in &columns {
-            let name = format!("{}.{name}", network.network);
-            let samples = columns[0].1.len();
-            let shape =
-                if values.len() == samples { vec![samples] } else { vec![samples, values.len() / samples] };
-            archive.add(&name, &shape, values).map_err(io)?;
+        let index: Vec<u32> = of_row.iter().flat_map(|r| r.index.iter().map(|&i| i as u32)).collect();
+        let n = index.len();
+        let name = |array: &str| format!("{}.{array}", network.network);
+        for (array, values) in
+            [("index", index), ("fold", each(|key| key.fold)), ("repetition", each(|key| key.repetition))]
+        {
+            archive.add(&name(array), &[n], &values).map_err(io)?;
         }
-        let name = format!("{}.probabilities", network.network);
-        let values: Vec<f32> = own.iter().flat_map(|r| r.probabilities.iter().copied()).collect();
-        let shape = [columns[0].1.len(), results.classes.len()];
-        archive.add(&name, &shape, &values).map_err(io)?;
+        let shape = |values: usize| if values == n { vec![n] } else { vec![n, values / n] };
+        let Outcomes { labels, values, probabilities } = Outcomes::of(&of_row);
+        for (array, column) in ["true", "predicted"].into_iter().zip(&labels) {
+            if results.task.quantities().is_empty() {
+                archive.add(&name(array), &shape(column.len()), column).map_err(io)?;
+            }
+        }
+        for (array, column) in ["true", "predicted"].into_iter().zip(&values) {
+            if !results.task.quantities().is_empty() {
+                archive.add(&name(array), &shape(column.len()), column).map_err(io)?;
+            }
+        }
+        if results.task.quantities().is_empty() {
+            let shape = [n, results.task.outputs()];
+            archive.add(&name("probabilities"), &shape, &probabilities).map_err(io)?;
+        }
     }
     write_atomic(path, &archive.finish().map_err(io)?)
+}
+
+/// Outcomes of folds one after the other: true and predicted labels or values, and probabilities of labels.
+#[derive(Default)]
+struct Outcomes {
+    labels: [Vec<u32>; 2],
+    values: [Vec<f32>; 2],
+    probabilities: Vec<f32>,
+}
+
+impl Outcomes {
+    fn of(records: &[&FoldRecord]) -> Self {
+        let mut all = Outcomes::default();
+        for record in records {
+            match &record.outcome {
+                Outcome::Labels { truth, predicted, probabilities } => {
+                    all.labels[0].extend(truth);
+                    all.labels[1].extend(predicted);
+                    all.probabilities.extend(probabilities);
+                }
+                Outcome::Values { truth, predicted } => {
+                    all.values[0].extend(truth);
+                    all.values[1].extend(predicted);
+                }
+            }
+        }
+        all
+    }
 }

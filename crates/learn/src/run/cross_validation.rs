@@ -9,8 +9,7 @@ use taxel_data::Dataset;
 
 use crate::encoding::{Encoder, Encoding};
 use crate::error::{Error, Result};
-use crate::estimator::candidate::{Candidate, Estimator, file_name};
-use crate::model::digest;
+use crate::estimator::candidate::{Candidate, file_name};
 use crate::problem::{Problem, require};
 use crate::progress::{Progress, Silent};
 use crate::run::folder::{Identity, RunFolder};
@@ -203,15 +202,10 @@ impl<'a> CrossValidation<'a> {
 
     /// Everything that the results depend on besides the samples.
     fn identity(&self) -> Value {
-        let candidate = |own: &Candidate| match &own.estimator {
-            Estimator::Network(network) => json!({
-                "name": own.name, "graph": network.graph, "recipe": network.recipe,
-                "search": network.search, "start": network.start.as_deref().map(digest),
-            }),
-            Estimator::Baseline { method, faults: None } => json!({ "name": own.name, "baseline": method }),
-            Estimator::Baseline { method, faults } => {
-                json!({ "name": own.name, "baseline": method, "faults": faults })
-            }
+        let candidate = |candidate: &Candidate| {
+            let mut identity = json!({ "name": candidate.name });
+            candidate.estimator.identify(&mut identity);
+            identity
         };
         json!({
             "name": self.name, "seed": self.seed, "protocol": self.protocol, "encoding": self.encoding,

@@ -23,10 +23,8 @@ impl RunFolder {
             Error::damaged(&self.file("results.json"), reason)
         };
         self.keys_of(&results)?;
-        let attributes = dataset.labels.attributes();
-        let several = if attributes.len() > 1 { attributes } else { &[] };
-        if (results.samples, &results.classes) != (dataset.len(), &dataset.classes)
-            || (&results.sample_shape, results.attributes.as_slice()) != (&dataset.reading.shape, several)
+        if (results.samples, &results.task, &results.sample_shape)
+            != (dataset.len(), &dataset.task(), &dataset.reading.shape)
         {
             return Err(refuse("names other samples or classes than the data have".into()));
         }
@@ -91,18 +89,16 @@ fn wrong(record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> std::result::
     if record.key != *key {
         return Err(format!("is the record of {}", record.key));
     }
-    let sizes = dataset.labels.sizes();
     let tested = record.index.len();
     if tested == 0 || record.index.iter().any(|&row| row >= dataset.len()) {
         return Err("tests samples that the data do not have".into());
     }
-    let known = record.predicted.len() == tested * sizes.len()
-        && record.predicted.iter().zip(sizes.iter().cycle()).all(|(&label, &size)| (label as usize) < size);
-    if !known || record.truth != dataset.labels.of(&record.index) {
-        return Err("holds labels that the data do not have".into());
-    }
-    if record.probabilities.len() != tested * sizes.iter().sum::<usize>() {
+    let task = dataset.task();
+    if record.outcome.outputs().len() != tested * task.outputs() {
         return Err("does not hold one probability for each sample and class".into());
+    }
+    if !record.outcome.fits(&task, tested) || !record.outcome.is_about(&dataset.targets, &record.index) {
+        return Err("holds labels that the data do not have".into());
     }
     match record.best_epoch {
         Some(best) if best >= record.epochs.len() => Err("names a best epoch that it does not have".into()),

@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 
 use taxel_data::{Dataset, Fold, Shortcut};
-use taxel_graph::Loss;
 
-use crate::encoding::{Encoder, SERIES};
-use crate::error::{Error, Result};
-use crate::estimator::candidate::{Candidate, Estimator, Hardening, Trainable};
-use crate::problem::{Problem, fault_problem, require};
+use crate::encoding::Encoder;
+use crate::error::Result;
+use crate::estimator::candidate::{Candidate, Hardening};
+use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::run::protocol::Protocol;
-use crate::run::records::{Costs, FoldKey};
+use crate::run::records::FoldKey;
 use crate::run::results::{Frame, NetworkResults, Results};
 
 /// One row of the table: a candidate, in a learning curve with one number of samples.
@@ -63,10 +62,10 @@ impl<'a> Plan<'a> {
         dataset.refuse_one_class()?;
         let mut drawn = vec![];
         for candidate in &candidates {
-            check_faults(candidate, dataset)?;
-            if let Estimator::Network(network) = &candidate.estimator {
-                check_network(candidate, network, &encoder)?;
-                drawn.push((candidate.name.clone(), network.drawn()?));
+            candidate.check_faults(dataset)?;
+            if candidate.estimator.as_network().is_some() {
+                candidate.check_samples(&encoder)?;
+                drawn.push((candidate.name.clone(), candidate.estimator.drawn()?));
             }
         }
         let folds: Vec<Vec<Fold>> = (0..protocol.repetitions())
@@ -111,7 +110,7 @@ impl<'a> Plan<'a> {
     /// Says which tensors of a checkpoint are not used.
     pub fn say(&self, progress: &dyn Progress) {
         for (name, drawn) in self.drawn.iter().filter(|(_, drawn)| !drawn.is_empty()) {
-            let (drawn, classes) = (drawn.join(", "), self.dataset.classes.len());
+            let (drawn, classes) = (drawn.join(", "), self.dataset.task().outputs());
             progress.say(&format!("{name}: drawn fresh, for {classes} classes: {drawn}"));
         }
     }
@@ -150,64 +149,6 @@ fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Refuses a network that cannot be trained on the samples: its inputs, its outputs, its recipes.
-///
-/// # Errors
-/// The first input that the encoding does not make, another number of outputs, a loss or an augmentation
-/// that the samples do not allow.
-pub(crate) fn check_network(candidate: &Candidate, network: &Trainable, encoder: &Encoder) -> Result<()> {
-    check_inputs(candidate, network, encoder)?;
-    let classes = encoder.dataset().classes.len();
-    let shape = network.graph.outputs().first().map_or(&[][..], |(_, id)| &network.graph.nodes()[*id].shape);
-    let outputs = shape.iter().product::<usize>();
-    if outputs != classes {
-        return Err(Error::Outputs { network: candidate.name.clone(), outputs, classes });
-    }
-    let several = encoder.dataset().labels.attributes().len() > 1;
-    let tried = network.search.iter().flat_map(|search| &search.grid).map(|own| &own.recipe);
-    for recipe in tried.chain([&network.recipe]) {
-        let reason =
-            "several attributes need \"multi-label-soft-margin\", \"hinge\" or \"mean-squared-error\"";
-        let fits = !several || recipe.loss != Loss::SoftmaxCrossEntropy;
-        require(fits, "loss", "\"softmax-cross-entropy\"", reason)?;
-        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
-        require(recipe.augment.is_none() || encoder.is_warpable(), "augment", "{ .. }", reason)?;
-    }
-    Ok(())
-}
-
-/// Refuses faults without a meaning for the samples.
-///
-/// # Errors
-/// The first of them.
-pub(crate) fn check_faults(candidate: &Candidate, dataset: &Dataset) -> Result<()> {
-    let Some(faults) = candidate.faults() else { return Ok(()) };
-    faults.plan(dataset.reading.layout, &dataset.reading.shape).map_err(fault_problem)?;
-    Ok(())
-}
-
-/// Refuses a network whose inputs are not what the encoding makes.
-///
-/// # Errors
-/// The first such input.
-fn check_inputs(candidate: &Candidate, network: &Trainable, encoder: &Encoder) -> Result<()> {
-    for node in network.graph.inputs() {
-        let refuse = |reason: String| Error::Input {
-            network: candidate.name.clone(),
-            input: node.name.clone(),
-            reason,
-        };
-        let shape =
-            encoder.shape(&node.name).ok_or_else(|| refuse("the encoding makes no such input".into()))?;
-        // `[n]` and `[1, n]` take the whole sample as one row.
-        let row = matches!(*node.shape, [n] | [1, n] if n == shape.iter().product::<usize>());
-        if node.shape != shape && !row {
-            return Err(refuse(format!("it takes {:?}, the samples are {shape:?}", node.shape)));
-        }
-    }
-    Ok(())
-}
-
 /// The candidates that can be fitted to these samples, and why others cannot.
 fn able(
     candidates: Vec<Candidate>,
@@ -215,16 +156,12 @@ fn able(
     folds: &[Vec<Fold>],
 ) -> (Vec<Candidate>, BTreeMap<String, String>) {
     let most = folds.iter().flatten().map(|fold| fold.train.len()).max().unwrap_or(0);
-    let length = encoder.shape(SERIES).and_then(|shape| shape.last().copied()).unwrap_or(0);
     let mut left_out = BTreeMap::new();
-    let able = candidates.into_iter().filter(|candidate| {
-        let Estimator::Baseline { method, .. } = &candidate.estimator else { return true };
-        match method.unfit(most, length) {
-            None => true,
-            Some(reason) => {
-                left_out.insert(candidate.name.clone(), reason);
-                false
-            }
+    let able = candidates.into_iter().filter(|candidate| match candidate.estimator.unfit(most, encoder) {
+        None => true,
+        Some(reason) => {
+            left_out.insert(candidate.name.clone(), reason);
+            false
         }
     });
     let able = able.collect();
@@ -234,10 +171,11 @@ fn able(
 /// How many samples a few global statistics tell apart, where that is so many that it makes real
 /// recordings suspicious. A simulated world has no recording that could differ.
 pub(crate) fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
-    if dataset.source.is_simulated() {
+    if dataset.source.is_simulated() || dataset.targets.labels().is_none() {
         return None;
     }
-    let found = Shortcut::of(&dataset.x, &dataset.y, dataset.groups.as_deref(), dataset.units.as_deref());
+    let found =
+        Shortcut::of(&dataset.x, &dataset.strata(), dataset.groups.as_deref(), dataset.units.as_deref());
     found.filter(Shortcut::is_suspicious)
 }
 
@@ -259,10 +197,6 @@ fn few_name(name: &str, count: usize) -> String {
 }
 
 fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {
-    let costs = match &candidate.estimator {
-        Estimator::Network(network) => network.graph.cost().into(),
-        Estimator::Baseline { .. } => Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 },
-    };
     NetworkResults {
         network: row.name.clone(),
         candidate: candidate.name.clone(),
@@ -274,7 +208,7 @@ fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkRes
         changes: vec![],
         other_statistics: None,
         diverged: 0,
-        costs,
+        costs: candidate.estimator.costs(),
         folds: vec![],
         mean: None,
         sd: None,

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_data::{
-    Dataset, Fold, Shares, few_per_class, group_k_fold, random_group_split, random_split, stratified_k_fold,
+    Dataset, Fold, Shares, Targets, few_per_class, group_k_fold, random_group_split, random_split,
+    stratified_k_fold,
 };
 
 use crate::error::{Error, Result};
@@ -249,7 +250,7 @@ impl Protocol {
     /// Groups or an official split that are not there, or too few samples or groups for the protocol.
     pub fn folds(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
         self.cuts(dataset, seed, repetition).map_err(|error| match error {
-            Error::Data(data) => data.with_names(&dataset.classes).into(),
+            Error::Data(data) => data.with_names(&dataset.output_names()).into(),
             other => other,
         })
     }
@@ -257,7 +258,7 @@ impl Protocol {
     /// The same; classes go by their labels in errors.
     fn cuts(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
         let units = self.inseparable(dataset)?;
-        let (y, repetition) = (&dataset.y, repetition as u32);
+        let (y, repetition) = (&*dataset.strata(), repetition as u32);
         match self {
             Protocol::KFold { folds, split: Split::Group, .. } => {
                 Ok(group_k_fold(grouped(units), y, *folds, seed, repetition)?)
@@ -309,7 +310,7 @@ fn cut(
     seed: u64,
     repetition: u32,
 ) -> Result<Fold> {
-    let y = &dataset.y;
+    let y = &*dataset.strata();
     if let (Split::Group, Some(groups)) = (split, units) {
         return Ok(random_group_split(groups, y, shares, seed, repetition)?);
     }
@@ -336,7 +337,7 @@ fn official(dataset: &Dataset) -> Result<Fold> {
 
 /// Whether `y` counts combinations of levels: rare ones need not be in every part.
 fn has_combinations(dataset: &Dataset) -> bool {
-    dataset.labels.attributes().len() > 1
+    matches!(dataset.targets, Targets::Levels(_))
 }
 
 /// What is dealt as one where nothing else says so: exact copies, or each sample by itself.

@@ -6,9 +6,10 @@ use ndarray::Axis;
 use taxel_data::{Dataset, Fold};
 
 use crate::error::{Error, Result};
+use crate::estimator::baseline::loss;
 use crate::estimator::candidate::Hardening;
 use crate::json_file::write_json;
-use crate::metrics::mean_log_loss;
+use crate::metrics::Outcome;
 use crate::model::{Model, TrainedOn};
 use crate::run::assemble::{assemble, fill};
 use crate::run::folder::RunFolder;
@@ -50,7 +51,7 @@ pub fn quantize_run(folder: &RunFolder, dataset: &Dataset, say: &dyn Fn(&str)) -
             say(&format!("{}: {} folds", row.network, own.len()));
             let fold = |record: &FoldRecord| {
                 let train = train(folder, &results, &float, &folds, &record.key)?;
-                one(folder, dataset, &frame, &row, (record, train))
+                one(folder, dataset, &row, (record, train))
             };
             let (new, costs): (Vec<_>, Vec<_>) =
                 own.iter().map(fold).collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -66,7 +67,7 @@ pub fn quantize_run(folder: &RunFolder, dataset: &Dataset, say: &dyn Fn(&str)) -
     let keys: Vec<FoldKey> = all.iter().map(|record| record.key.clone()).collect();
     fill(&mut results, &keys, &all, &frame)?;
     let timings = keys.iter().filter_map(|key| folder.timing(key).transpose()).collect::<Result<Vec<_>>>()?;
-    assemble(folder, &results, &all, &timings, &frame.levels)?;
+    assemble(folder, &results, &all, &timings)?;
     Ok(made)
 }
 
@@ -145,7 +146,6 @@ fn train<'f>(
 fn one(
     folder: &RunFolder,
     dataset: &Dataset,
-    frame: &Frame,
     row: &NetworkResults,
     (float, train): (&FoldRecord, &[usize]),
 ) -> Result<(FoldRecord, Costs)> {
@@ -158,14 +158,13 @@ fn one(
     let predictor = model.predictor(model.card().batch(), 1)?;
     let inputs = predictor.encode(&dataset.x.select(Axis(0), &float.index))?;
     let start = Instant::now();
-    let probabilities = predictor.answer(&inputs)?;
+    let outputs = predictor.answer(&inputs)?;
     let test_seconds = start.elapsed().as_secs_f64();
     let record = FoldRecord {
         key: key.clone(),
         model: Some(model.write(&folder.model_path(&key))?),
-        predicted: frame.levels.predicted(&probabilities),
-        test_loss: mean_log_loss(&probabilities, &float.truth, &dataset.labels.sizes())?,
-        probabilities,
+        test_loss: loss(dataset, &float.index, &outputs)?,
+        outcome: Outcome::new(&dataset.targets, &float.index, outputs),
         chosen: None,
         best_epoch: None,
         costs: None,

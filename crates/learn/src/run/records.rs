@@ -3,13 +3,13 @@
 //! Everything here except [`Timing`] is a function of settings and data alone: equal runs write equal bytes.
 
 use serde::{Deserialize, Serialize};
-use taxel_data::{Dataset, Fold};
+use taxel_data::{Dataset, Fold, Task};
 use taxel_graph::{Cost, Graph, Weights};
 
 use crate::error::Result;
 use crate::estimator::search::Chosen;
 use crate::latency::Latency;
-use crate::metrics::{Confusion, Levels, Scores};
+use crate::metrics::{Confusion, Levels, Metric, Outcome, Scores, metrics};
 use crate::training::epoch::Epoch;
 use crate::training::recipe::BatchNorm;
 
@@ -77,8 +77,9 @@ impl Change {
 pub struct OtherStatistics {
     /// The kind that the experiment does not use.
     pub batch_norm: BatchNorm,
-    /// Share of the test samples that is right in %, with several attributes of their levels.
-    pub accuracy: f64,
+    /// The primary metric on the test samples, in its unit.
+    #[serde(alias = "accuracy")]
+    pub score: f64,
     /// Mean loss over the test samples.
     pub test_loss: f64,
 }
@@ -100,13 +101,9 @@ pub struct FoldRecord {
     pub train_samples: usize,
     /// Test samples by position in the data set, ascending.
     pub index: Vec<usize>,
-    /// Their classes, or with several attributes their levels `[test samples, attributes]`.
-    #[serde(rename = "true")]
-    pub truth: Vec<u32>,
-    /// The classes or levels predicted.
-    pub predicted: Vec<u32>,
-    /// Probabilities `[test samples, outputs]`, row-major.
-    pub probabilities: Vec<f32>,
+    /// Their true targets beside what was predicted.
+    #[serde(flatten)]
+    pub outcome: Outcome,
     /// Mean loss over the test samples.
     pub test_loss: f64,
     /// Whether the training diverged: the weights that were tested had a training loss above ten times that of
@@ -134,12 +131,12 @@ pub struct FoldRecord {
 }
 
 impl FoldRecord {
-    /// Answers to the test part of a fold, and nothing else yet.
+    /// Takes the outputs of a model for the test part of a fold, and nothing else yet.
     pub(crate) fn of(
         key: &FoldKey,
         dataset: &Dataset,
         fold: &Fold,
-        probabilities: Vec<f32>,
+        outputs: Vec<f32>,
         test_loss: f64,
     ) -> Self {
         FoldRecord {
@@ -148,9 +145,7 @@ impl FoldRecord {
             model: None,
             train_samples: fold.train.len(),
             index: fold.test.clone(),
-            truth: dataset.labels.of(&fold.test),
-            predicted: Levels::new(&dataset.labels.sizes()).predicted(&probabilities),
-            probabilities,
+            outcome: Outcome::new(&dataset.targets, &fold.test, outputs),
             test_loss,
             diverged: false,
             chosen: None,
@@ -162,28 +157,24 @@ impl FoldRecord {
         }
     }
 
-    /// Counts `[true][predicted]` of each attribute.
+    /// Returns the counts `[true][predicted]` of each attribute; none of values.
     ///
     /// # Errors
     /// A damaged record.
-    pub fn confusions(&self, levels: &Levels) -> Result<Vec<Confusion>> {
-        Ok(levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.confusion).collect())
+    pub fn confusions(&self, task: &Task) -> Result<Vec<Confusion>> {
+        let (truth, predicted) = self.outcome.labels();
+        let each = Levels::of_task(task).scores(truth, predicted)?;
+        Ok(each.into_iter().map(|own| own.confusion).collect())
     }
 
-    /// Accuracy and macro means; with several attributes their means over them.
+    /// Returns the metrics of the task, in their units.
     ///
     /// # Errors
     /// A damaged record.
-    pub fn scores(&self, levels: &Levels) -> Result<Scores> {
-        let each: Vec<Scores> =
-            levels.scores(&self.truth, &self.predicted)?.into_iter().map(|own| own.scores).collect();
-        Ok(mean_scores(&each))
+    pub fn scores(&self, task: &Task) -> Result<Scores> {
+        let value = |metric: &Metric| Ok((metric.name, metric.of(task, &self.outcome)?));
+        Ok(Scores::new(metrics(task).iter().map(value).collect::<Result<Vec<_>>>()?))
     }
-}
-
-fn mean_scores(each: &[Scores]) -> Scores {
-    let mean = |i: usize| each.iter().map(|s| s.values()[i]).sum::<f64>() / each.len().max(1) as f64;
-    Scores::from_values([0, 1, 2, 3].map(mean))
 }
 
 /// How long a fold took; `folds/<..>.timing.json` and a line of `timings.jsonl`.

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use taxel_data::{Attribute, Dataset, Shortcut, Source};
+use taxel_data::{Dataset, Shortcut, Source, Task};
 
 use crate::error::Result;
 use crate::estimator::candidate::{Hardening, Published};
-use crate::metrics::{Clusters, Confusion, LevelScores, Levels, LookAlikes, Scores, mean_sd_scores};
+use crate::metrics::{Clusters, Confusion, LevelScores, LookAlikes, Metric, Scores};
 use crate::model::Score;
 use crate::problem::Problem;
 use crate::run::protocol::Protocol;
@@ -17,7 +17,7 @@ use crate::run::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics};
 /// Resamples of a bootstrap interval.
 const DRAWS: usize = 2000;
 
-/// Scores of one fold, in %.
+/// Scores of one fold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FoldScores {
     /// Repetition, from 0.
@@ -28,15 +28,11 @@ pub struct FoldScores {
     pub train_samples: usize,
     /// Number of test samples.
     pub test_samples: usize,
-    /// In %.
-    #[serde(flatten)]
-    pub scores: Scores,
     /// Mean loss over the test samples.
     pub test_loss: f64,
-    /// Expected calibration error in 15 bins, 0 to 1; with several attributes the mean over them.
-    pub calibration_error: f64,
-    /// Brier score, 0 to 2; with several attributes the mean over them.
-    pub brier: f64,
+    /// The metrics of the task by name, in their units.
+    #[serde(flatten)]
+    pub scores: Scores,
     /// Whether the training diverged ([`FoldRecord::diverged`]): then the scores say nothing about the network.
     #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
     pub diverged: bool,
@@ -74,14 +70,14 @@ pub struct NetworkResults {
     pub diverged: usize,
     /// What it costs.
     pub costs: Costs,
-    /// Finished folds, in %.
+    /// Finished folds.
     pub folds: Vec<FoldScores>,
-    /// Mean over finished folds, in %.
+    /// Mean over finished folds, by metric.
     pub mean: Option<Scores>,
-    /// Sample standard deviation (n - 1) over finished folds, in percentage points.
+    /// Sample standard deviation (n - 1) over finished folds, by metric.
     pub sd: Option<Scores>,
-    /// 95 % bootstrap interval of the accuracy in %: groups are drawn where there are some, samples
-    /// elsewhere. None for a single group.
+    /// 95 % bootstrap interval of the primary metric: groups are drawn where there are some, samples elsewhere. None
+    /// for a single group.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     /// Counts `[true][predicted]` summed over finished folds; none with several attributes.
@@ -121,11 +117,9 @@ pub struct Results {
     pub samples: usize,
     /// Shape of one sample.
     pub sample_shape: Vec<usize>,
-    /// Class names by label.
-    pub classes: Vec<String>,
-    /// The attributes and their levels, where there are several.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub attributes: Vec<Attribute>,
+    /// What is learned: `classes`, with several `attributes` too, or `quantities`.
+    #[serde(flatten)]
+    pub task: Task,
     /// Classes that look alike, by the name of their group.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub look_alikes: BTreeMap<String, Vec<String>>,
@@ -141,7 +135,7 @@ pub struct Results {
     pub shortcut: Option<Shortcut>,
     /// Seed of the experiment.
     pub seed: u64,
-    /// Always `percent`: of `folds`, `mean`, `sd` and `published`.
+    /// Unit of the metrics of labels, and of `published`: `percent`; of values `quantity`.
     pub unit: String,
     /// In the order of the config.
     pub networks: Vec<NetworkResults>,
@@ -150,7 +144,7 @@ pub struct Results {
 impl Results {
     /// No networks, no folds.
     pub(crate) fn empty(dataset: &Dataset, protocol: &Protocol, seed: u64) -> Self {
-        let attributes = dataset.labels.attributes();
+        let task = dataset.task();
         Results {
             name: String::new(),
             title: None,
@@ -160,17 +154,21 @@ impl Results {
             data_digest: dataset.digest.clone(),
             samples: dataset.len(),
             sample_shape: dataset.reading.shape.clone(),
-            classes: dataset.classes.clone(),
-            attributes: if attributes.len() > 1 { attributes.to_vec() } else { vec![] },
             look_alikes: BTreeMap::new(),
             protocol: protocol.clone(),
             folds: 0,
             left_out: BTreeMap::new(),
             shortcut: None,
             seed,
-            unit: "percent".into(),
+            unit: if task.quantities().is_empty() { "percent" } else { "quantity" }.into(),
+            task,
             networks: vec![],
         }
+    }
+
+    /// Returns the metric by which rows are compared.
+    pub fn primary(&self) -> &'static Metric {
+        Metric::primary(&self.task)
     }
 
     /// The row in floats whose models the row `network` holds in eight bits; any other row stands for itself.
@@ -185,8 +183,8 @@ impl Results {
         Some(Score {
             protocol: self.protocol.clone(),
             folds: own.folds.len(),
-            mean: own.mean?,
-            sd: own.sd,
+            mean: own.mean.clone()?,
+            sd: own.sd.clone(),
             interval: own.interval,
         })
     }
@@ -195,8 +193,8 @@ impl Results {
 /// What scores need to know about the data besides the predictions.
 #[derive(Debug, Clone)]
 pub(crate) struct Frame {
-    /// Outputs of each attribute.
-    pub levels: Levels,
+    /// What is learned.
+    pub task: Task,
     /// What is drawn as one by the bootstrap, per sample of the data set.
     pub clusters: Vec<u32>,
     /// Groups of look-alikes with their classes.
@@ -215,24 +213,24 @@ impl Frame {
         look_alikes: &BTreeMap<String, Vec<String>>,
         seed: u64,
     ) -> Result<Self> {
+        let (task, names) = (dataset.task(), dataset.output_names());
         let mut groups: Vec<(String, Vec<usize>)> = vec![];
         for (name, classes) in look_alikes {
             // Of the classes that were kept, so that one list serves every subset.
-            let own = |class: &String| dataset.classes.iter().position(|known| known == class);
+            let own = |class: &String| names.iter().position(|known| known == class);
             let own: Vec<usize> = classes.iter().filter_map(own).collect();
             if !own.is_empty() {
                 groups.push((name.clone(), own));
             }
         }
         let named: Vec<usize> = groups.iter().flat_map(|(_, classes)| classes).copied().collect();
-        let torn = (0..dataset.classes.len()).find(|c| named.iter().filter(|n| *n == c).count() != 1);
+        let torn = (0..names.len()).find(|c| named.iter().filter(|n| *n == c).count() != 1);
         if let Some(class) = torn.filter(|_| !look_alikes.is_empty()) {
             let reason = "must be in exactly one group; every class needs one";
-            let value = format!("{:?}", dataset.classes[class]);
+            let value = format!("{:?}", names[class]);
             return Err(Problem::new("data.look_alikes", value, reason).into());
         }
-        let levels = Levels::new(&dataset.labels.sizes());
-        Ok(Frame { levels, clusters: dataset.clusters(), look_alikes: groups, seed })
+        Ok(Frame { task, clusters: dataset.clusters(), look_alikes: groups, seed })
     }
 }
 
@@ -250,7 +248,7 @@ fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
     let own: Vec<OtherStatistics> = records.iter().map(|r| r.other_statistics).collect::<Option<_>>()?;
     let mean = |value: fn(&OtherStatistics) -> f64| own.iter().map(value).sum::<f64>() / own.len() as f64;
     let batch_norm = own.first()?.batch_norm;
-    Some(OtherStatistics { batch_norm, accuracy: mean(|o| o.accuracy), test_loss: mean(|o| o.test_loss) })
+    Some(OtherStatistics { batch_norm, score: mean(|o| o.score), test_loss: mean(|o| o.test_loss) })
 }
 
 impl NetworkResults {
@@ -260,6 +258,16 @@ impl NetworkResults {
         self.diverged = self.folds.iter().filter(|fold| fold.diverged).count();
         self.interval = interval(&self.network, records, frame);
         Ok(())
+    }
+
+    /// Returns the mean over finished folds of the metric `name`, in its unit.
+    pub fn score(&self, name: &str) -> Option<f64> {
+        self.mean.as_ref()?.get(name)
+    }
+
+    /// Returns the standard deviation over finished folds of the metric `name`, in its unit.
+    pub fn spread(&self, name: &str) -> Option<f64> {
+        self.sd.as_ref()?.get(name)
     }
 
     /// `2 of 5 folds`: those whose training diverged, of those that were trained.
@@ -276,31 +284,35 @@ impl NetworkResults {
     pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &Frame) -> Result<bool> {
         let mut again = self.clone();
         again.tally(records, frame)?;
-        Ok(again == *self)
+        // A folder of an older version knows fewer metrics.
+        let same = |old: &Option<Scores>, new: &Option<Scores>| match (old, new) {
+            (Some(old), Some(new)) => old.is_part_of(new),
+            (old, new) => old == new,
+        };
+        let follows = same(&self.mean, &again.mean) && same(&self.sd, &again.sd);
+        (again.mean, again.sd) = (self.mean.clone(), self.sd.clone());
+        Ok(follows && again == *self)
     }
 
     /// Everything but the interval and the count of diverged folds.
     fn tally(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
-        let levels = &frame.levels;
         self.folds.clear();
         let mut sums: Vec<Confusion> = vec![];
         for record in records {
-            let confusions = record.confusions(levels)?;
-            let (calibration_error, brier) = levels.calibration(&record.probabilities, &record.truth)?;
             self.folds.push(FoldScores {
                 repetition: record.key.repetition,
                 fold: record.key.fold,
                 train_samples: record.train_samples,
                 test_samples: record.index.len(),
-                scores: record.scores(levels)?.percent(),
                 test_loss: record.test_loss,
-                calibration_error,
-                brier,
+                scores: record.scores(&frame.task)?,
                 diverged: record.diverged,
             });
-            match sums.is_empty() {
-                true => sums = confusions,
-                false => sums.iter_mut().zip(&confusions).for_each(|(sum, own)| sum.add(own)),
+            let confusions = record.confusions(&frame.task)?;
+            if sums.is_empty() {
+                sums = confusions;
+            } else {
+                sums.iter_mut().zip(&confusions).for_each(|(sum, own)| sum.add(own));
             }
         }
         // The most that any fold needs.
@@ -321,27 +333,25 @@ impl NetworkResults {
             }
             _ => self.attributes = sums.into_iter().map(LevelScores::of).collect(),
         }
-        let each: Vec<Scores> = self.folds.iter().map(|fold| fold.scores).collect();
-        let (mean, sd) = mean_sd_scores(&each);
-        (self.mean, self.sd) = ((!each.is_empty()).then_some(mean), sd);
+        (self.mean, self.sd) =
+            Scores::mean_sd(&self.folds.iter().map(|fold| &fold.scores).collect::<Vec<_>>());
         Ok(())
     }
 }
 
-/// 95 % bootstrap interval of the accuracy over the folds' samples, in %; none for a single cluster.
+/// Returns the 95 % bootstrap interval of the primary metric over the folds' samples; none for a single cluster, or for a
+/// metric that is no mean over samples.
 fn interval(network: &str, records: &[&FoldRecord], frame: &Frame) -> Option<[f64; 2]> {
-    let width = frame.levels.sizes().len().max(1);
-    let (mut right, mut clusters) = (vec![], vec![]);
+    let primary = Metric::primary(&frame.task);
+    let (mut terms, mut clusters) = (vec![], vec![]);
     for record in records {
-        for (i, (truth, predicted)) in record.truth.iter().zip(&record.predicted).enumerate() {
-            right.push(f64::from(u8::from(truth == predicted)));
-            clusters.push(record.index.get(i / width).and_then(|&row| frame.clusters.get(row)).copied());
-        }
+        terms.extend(primary.terms(&frame.task, &record.outcome)?);
+        clusters.extend(record.index.iter().map(|&row| frame.clusters.get(row).copied()));
     }
     let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
-    let drawn = Clusters::new(&right, &clusters);
-    (drawn.len() > 1 && right.len() == clusters.len()).then(|| {
+    let drawn = Clusters::new(&terms, &clusters);
+    (drawn.len() > 1 && terms.len() == clusters.len()).then(|| {
         let (low, high) = drawn.interval(0.95, DRAWS, frame.seed, network);
-        [100.0 * low, 100.0 * high]
+        [low, high].map(|bound| primary.unit.scale() * bound)
     })
 }

@@ -1,19 +1,14 @@
 //! A run from start to end: every row on every fold, into a run folder or into memory.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use taxel_data::Dataset;
-use taxel_faults::TrainingFaults;
-use taxel_graph::Graph;
 
-use crate::encoding::SERIES;
 use crate::error::{Error, Result};
-use crate::estimator::baseline::{FittedBaseline, Lesson};
-use crate::estimator::candidate::{Candidate, Estimator, Trainable};
-use crate::estimator::making::{Origin, baseline_model, network_model};
+use crate::estimator::candidate::Candidate;
+use crate::estimator::train_fold::{Job, train_fold};
 use crate::json_file::{write_atomic, write_json};
-use crate::metrics::mean_log_loss;
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::run::assemble::{assemble, fill};
@@ -22,14 +17,12 @@ use crate::run::folder::{ENVIRONMENT, RunFolder};
 use crate::run::options::RunOptions;
 use crate::run::plan::{Plan, shortcut};
 use crate::run::quantized_run::kept;
-use crate::run::records::{Change, FoldKey, FoldRecord, Timing};
+use crate::run::records::{FoldKey, FoldRecord, Timing};
 use crate::run::results::Results;
-use crate::run::table_latency::{of_baseline, of_model, of_network};
+use crate::run::table_latency::of_model;
 use crate::run::tensorboard;
-use crate::training::feature_cache::Stills;
+use crate::training::feature_cache::FeatureCache;
 use crate::training::hooks::Hooks;
-use crate::training::network::{Trained, Training};
-use crate::training::part::{Part, pool};
 use crate::training::session::Saver;
 
 /// A run that is under way.
@@ -41,7 +34,7 @@ pub(crate) struct Run<'a> {
     timings: Vec<Timing>,
     /// Folds whose training left the finite numbers.
     stopped: Vec<FoldKey>,
-    stills: Stills,
+    cache: FeatureCache,
 }
 
 /// What is kept of a finished fold.
@@ -61,7 +54,7 @@ impl<'a> Run<'a> {
             records: vec![],
             timings: vec![],
             stopped: vec![],
-            stills: Stills::default(),
+            cache: FeatureCache::default(),
         }
     }
 
@@ -217,12 +210,7 @@ impl<'a> Run<'a> {
     /// Multiply-accumulates of a fold's training; baselines cost next to nothing.
     fn work(&self, key: &FoldKey) -> u64 {
         let (Some(candidate), Some(fold)) = (self.candidate(key), self.plan.fold(key)) else { return 0 };
-        match &candidate.estimator {
-            Estimator::Network(network) => {
-                work_per_sample(&network.graph) * Training::samples(network, fold) as u64
-            }
-            Estimator::Baseline { .. } => 0,
-        }
+        candidate.estimator.work_per_sample() * candidate.estimator.samples(fold) as u64
     }
 
     fn candidate(&self, key: &FoldKey) -> Option<&Candidate> {
@@ -233,105 +221,44 @@ impl<'a> Run<'a> {
     fn one(&self, key: &FoldKey, progress: &dyn Progress, cancel: &AtomicBool) -> Result<Option<Finished>> {
         #[expect(clippy::expect_used, reason = "keys are made of the plan's rows")]
         let candidate = self.candidate(key).expect("a row of the plan");
-        match &candidate.estimator {
-            Estimator::Network(network) => self.network(key, candidate, network, progress, cancel),
-            Estimator::Baseline { .. } if cancel.load(Ordering::Relaxed) => Ok(None),
-            Estimator::Baseline { method, faults } => {
-                self.baseline(key, candidate, *method, faults.as_deref()).map(Some)
-            }
-        }
-    }
-
-    fn network(
-        &self,
-        key: &FoldKey,
-        candidate: &Candidate,
-        network: &Trainable,
-        progress: &dyn Progress,
-        cancel: &AtomicBool,
-    ) -> Result<Option<Finished>> {
-        let Plan { dataset, encoder, protocol, .. } = &self.plan;
+        let Plan { dataset, encoder, protocol, seed, .. } = &self.plan;
         let fold = self.fold(key);
-        let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
-        let training = Training {
-            name: &candidate.name,
-            network,
-            part: self.part(key),
-            threads: self.options.threads(),
-            dataset,
-            units: protocol.inseparable(dataset)?,
-            inputs: &inputs,
+        let job = Job {
+            candidate,
+            protocol,
+            seed: *seed,
+            place: Some((key.repetition, key.fold)),
             fold,
+            threads: self.options.threads(),
             teacher: None,
-            stills: &self.stills,
+            cache: &self.cache,
+            is_timed: self.is_first(key),
         };
-        let weight = work_per_sample(&network.graph);
+        let weight = candidate.estimator.work_per_sample();
         let mut tick = |samples: usize| progress.step(weight * samples as u64);
         let mut saver = match &self.folder {
             Some(folder) => Saver::new(folder.session_path(key), self.options),
             None => Saver::none(),
         };
         let mut hooks = Hooks { tick: &mut tick, cancel, saver: &mut saver };
-        let Some(trained) = training.run(&mut hooks)? else { return Ok(None) };
-        let model = || network_model(candidate, network, &inputs, &trained, &self.origin(key));
-        let written = self.write_model(key, model)?;
-        let latency = match fold.test.first().filter(|_| self.is_first(key)) {
-            Some(&row) => Some(of_network(&network.graph, &trained.weights, &inputs, row)?),
-            None => None,
-        };
+        let Some(trained) = train_fold(&job, encoder, &mut hooks)? else { return Ok(None) };
+        let model = self.write_model(key, &trained.model)?;
+        let record = trained.record(key, dataset, fold, model)?;
         let timing = Timing {
-            encoding_ms_per_sample: inputs.iter().map(|i| i.ms_per_sample).sum(),
-            samples: (trained.epochs.len() * fold.train.len()) as u64,
-            latency,
-            ..self.timing(key, trained.train_seconds, trained.test_seconds)
+            key: key.clone(),
+            train_seconds: trained.trained.train_seconds,
+            samples: trained.trained.samples,
+            test_seconds: trained.trained.test_seconds,
+            threads: self.options.threads(),
+            encoding_ms_per_sample: trained.encoding_ms_per_sample,
+            latency: trained.latency,
         };
-        let changes = match network.start.as_deref() {
-            Some(start) => Change::all(&network.graph, start, &trained.weights)?,
-            None => vec![],
-        };
-        let Trained {
-            epochs, chosen, best_epoch, diverged, probabilities, test_loss, other_statistics, ..
-        } = trained;
-        let record = self.record(key, written, probabilities, test_loss);
-        let record = FoldRecord { chosen, best_epoch, diverged, epochs, changes, other_statistics, ..record };
         Ok(Some(Finished { record, timing }))
     }
 
-    fn baseline(
-        &self,
-        key: &FoldKey,
-        candidate: &Candidate,
-        method: taxel_baselines::Method,
-        faults: Option<&TrainingFaults>,
-    ) -> Result<Finished> {
-        let (dataset, fold, part) = (self.plan.dataset, self.fold(key), self.part(key));
-        let start = Instant::now();
-        let inputs = self.plan.encoder.fit(&[SERIES], &fold.train)?;
-        let (series, labels) = (&inputs[0].encoded, &dataset.labels);
-        let threads = pool(self.options.threads())?;
-        let lesson = Lesson { dataset, series: &inputs[0], rows: &fold.train, faults, part };
-        let fitted = threads.install(|| FittedBaseline::fit(method, &lesson))?;
-        let train_seconds = start.elapsed().as_secs_f64();
-        let mut test = vec![];
-        series.gather(&fold.test, &mut test);
-        let start = Instant::now();
-        let probabilities = threads.install(|| fitted.scores(&test))?;
-        let test_seconds = start.elapsed().as_secs_f64();
-        let test_loss = mean_log_loss(&probabilities, &labels.of(&fold.test), &labels.sizes())?;
-        let latency = match self.is_first(key) {
-            true => Some(of_baseline(&fitted, series.sample(fold.test[0]))?),
-            false => None,
-        };
-        let model = || baseline_model(candidate, &fitted, &inputs, &self.origin(key));
-        let written = self.write_model(key, model)?;
-        let timing = Timing { latency, ..self.timing(key, train_seconds, test_seconds) };
-        let record = self.record(key, written, probabilities, test_loss);
-        Ok(Finished { record: FoldRecord { costs: Some(fitted.costs()), ..record }, timing })
-    }
-
     /// Writes the model of a fold, where there is a folder; gives its digest.
-    fn write_model(&self, key: &FoldKey, model: impl FnOnce() -> Model) -> Result<Option<String>> {
-        self.folder.as_ref().map(|folder| model().write(&folder.model_path(key))).transpose()
+    fn write_model(&self, key: &FoldKey, model: &Model) -> Result<Option<String>> {
+        self.folder.as_ref().map(|folder| model.write(&folder.model_path(key))).transpose()
     }
 
     fn fold(&self, key: &FoldKey) -> &taxel_data::Fold {
@@ -339,46 +266,9 @@ impl<'a> Run<'a> {
         self.plan.fold(key).expect("a fold of the plan")
     }
 
-    fn part(&self, key: &FoldKey) -> Part {
-        Part { seed: self.plan.seed, repetition: key.repetition, fold: key.fold }
-    }
-
-    fn origin(&self, key: &FoldKey) -> Origin<'_> {
-        Origin {
-            dataset: self.plan.dataset,
-            samples: self.fold(key).train.len(),
-            fold: Some((key.repetition, key.fold)),
-            seed: self.plan.seed,
-        }
-    }
-
     /// Whether this fold is the one of its row whose answers are timed.
     fn is_first(&self, key: &FoldKey) -> bool {
         self.plan.keys.iter().find(|other| other.network == key.network) == Some(key)
-    }
-
-    fn timing(&self, key: &FoldKey, train_seconds: f64, test_seconds: f64) -> Timing {
-        Timing {
-            key: key.clone(),
-            train_seconds,
-            samples: self.fold(key).train.len() as u64,
-            test_seconds,
-            threads: self.options.threads(),
-            encoding_ms_per_sample: 0.0,
-            latency: None,
-        }
-    }
-
-    /// `model` is the digest of the file that was written.
-    fn record(
-        &self,
-        key: &FoldKey,
-        model: Option<String>,
-        probabilities: Vec<f32>,
-        test_loss: f64,
-    ) -> FoldRecord {
-        let record = FoldRecord::of(key, self.plan.dataset, self.fold(key), probabilities, test_loss);
-        FoldRecord { model, ..record }
     }
 
     fn keep(&mut self, record: FoldRecord, timing: Timing) -> Result<()> {
@@ -412,7 +302,7 @@ impl<'a> Run<'a> {
             network.diverged += self.stopped.iter().filter(|key| key.network == network.network).count();
         }
         match &self.folder {
-            Some(folder) => assemble(folder, &plan.results, &self.records, &self.timings, &plan.frame.levels),
+            Some(folder) => assemble(folder, &plan.results, &self.records, &self.timings),
             None => Ok(()),
         }
     }
@@ -425,11 +315,6 @@ impl<'a> Run<'a> {
         self.assemble()?;
         Ok(self.plan.results)
     }
-}
-
-/// Multiply-accumulates, and something for what a small network spends besides them.
-fn work_per_sample(graph: &Graph) -> u64 {
-    graph.cost().macs + 200_000
 }
 
 /// What is known of the time of a finished fold; the latency of the table anew if it is to be timed again.

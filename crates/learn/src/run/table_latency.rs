@@ -27,8 +27,8 @@ pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row
 
 /// Time of one sample through a baseline.
 pub(crate) fn of_baseline(fitted: &FittedBaseline, sample: &[f32]) -> Result<Latency> {
-    let (mut workspaces, mut scores) = (fitted.workspaces(), vec![0.0; fitted.outputs()]);
-    let run = |_| timed(|| fitted.answer(sample, &mut workspaces, &mut scores));
+    let (mut workspaces, mut scores) = (fitted.workspaces(), vec![0.0; fitted.width()]);
+    let run = |_| timed(|| fitted.predict_one(sample, &mut workspaces, &mut scores));
     Ok(Latency::of(TABLE.time(run)?))
 }
 

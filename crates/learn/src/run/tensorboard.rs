@@ -20,9 +20,9 @@ pub(crate) fn events(record: &FoldRecord) -> Vec<u8> {
         let scalars = [
             ("lr", Some(epoch.lr)),
             ("loss/train", Some(epoch.train_loss)),
-            ("accuracy/train", Some(epoch.train_accuracy)),
+            ("score/train", Some(epoch.train_score)),
             ("loss/validation", epoch.validation_loss),
-            ("accuracy/validation", epoch.validation_accuracy),
+            ("score/validation", epoch.validation_score),
         ];
         let mut summary = vec![];
         for (tag, value) in scalars.into_iter().filter_map(|(tag, value)| Some((tag, value?))) {

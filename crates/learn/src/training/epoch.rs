@@ -11,13 +11,14 @@ pub struct Epoch {
     pub lr: f64,
     /// Mean loss over the training samples, each as it was seen in this epoch.
     pub train_loss: f64,
-    /// Share of them that was right, in %.
-    pub train_accuracy: f64,
+    /// The primary metric on them, in its unit.
+    #[serde(alias = "train_accuracy")]
+    pub train_score: f64,
     /// Mean loss over the validation part after this epoch, where early stopping needs it; without label
     /// smoothing and class weights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation_loss: Option<f64>,
-    /// Share of the validation part that was right, in %.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub validation_accuracy: Option<f64>,
+    /// The metric of early stopping on the validation part, in its unit: the primary one, or the one that it stops by.
+    #[serde(default, alias = "validation_accuracy", skip_serializing_if = "Option::is_none")]
+    pub validation_score: Option<f64>,
 }

@@ -64,7 +64,7 @@ type Features = HashMap<usize, Vec<f32>>;
 
 /// The features that were made last, for trainings that begin with the same body and the same inputs.
 #[derive(Debug, Default)]
-pub(crate) struct Stills {
+pub struct FeatureCache {
     learned: Last,
     tested: Last,
 }
@@ -101,7 +101,7 @@ impl Last {
 }
 
 /// A body that is asked once for every sample.
-pub(crate) struct Still {
+pub(crate) struct CachedFeatures {
     asked: Asked,
     batch: usize,
     inputs: Vec<Arc<Encoded>>,
@@ -116,7 +116,7 @@ enum Asked {
     Runtime(Box<Responder>),
 }
 
-impl Still {
+impl CachedFeatures {
     /// `body` with its `weights` as training asks it, for the `inputs` of all samples in its order.
     ///
     /// # Errors
@@ -126,30 +126,30 @@ impl Still {
         weights: &Weights,
         inputs: Vec<Arc<Encoded>>,
         options: Options,
-        stills: &Stills,
-    ) -> Result<Still> {
-        let features = stills.learned.features(body, weights, &inputs);
+        cache: &FeatureCache,
+    ) -> Result<CachedFeatures> {
+        let features = cache.learned.features(body, weights, &inputs);
         let batch = options.batch;
         let evaluator = Evaluator::new(body, weights, options)?;
         let workspace = evaluator.workspace();
         let asked = Asked::Engine(Box::new(evaluator), workspace);
-        Ok(Still { asked, batch, inputs, features, gathered: vec![] })
+        Ok(CachedFeatures { asked, batch, inputs, features, gathered: vec![] })
     }
 
     /// The same as a model file answers: frozen.
     ///
     /// # Errors
-    /// As [`Still::learned`].
+    /// As [`CachedFeatures::learned`].
     pub fn tested(
         body: &Graph,
         weights: &Weights,
         inputs: Vec<Arc<Encoded>>,
         (batch, threads): (usize, usize),
-        stills: &Stills,
-    ) -> Result<Still> {
-        let features = stills.tested.features(body, weights, &inputs);
+        cache: &FeatureCache,
+    ) -> Result<CachedFeatures> {
+        let features = cache.tested.features(body, weights, &inputs);
         let asked = Asked::Runtime(Box::new(Responder::new(body, weights, None, batch, threads)?));
-        Ok(Still { asked, batch, inputs, features, gathered: vec![] })
+        Ok(CachedFeatures { asked, batch, inputs, features, gathered: vec![] })
     }
 
     /// Features of `rows`, one after the other.
@@ -233,12 +233,12 @@ mod tests {
             let x = Array::from_shape_fn((6, 1, 4, 4), |(n, _, i, j)| (n * 16 + i * 4 + j) as f32).into_dyn();
             Arc::new(Encoded::new(x))
         };
-        let (stills, x) = (Stills::default(), encoded());
+        let (cache, x) = (FeatureCache::default(), encoded());
         let still = |weights: &Weights, x: &Arc<Encoded>| {
             let options = Options { batch: 2, ..Options::default() };
-            Still::learned(&graph, weights, vec![Arc::clone(x)], options, &stills).unwrap()
+            CachedFeatures::learned(&graph, weights, vec![Arc::clone(x)], options, &cache).unwrap()
         };
-        let known = |still: &Still| still.features.lock().unwrap().len();
+        let known = |still: &CachedFeatures| still.features.lock().unwrap().len();
         let mut one = still(&weights(1), &x);
         let first = one.rows(&[4, 0, 4, 1, 2]).unwrap().to_vec();
         assert_eq!(known(&one), 4);
@@ -254,7 +254,8 @@ mod tests {
         other.rows(&[3]).unwrap();
         assert_eq!(known(&still(&weights(2), &encoded())), 0, "other inputs");
         // What is tested is made by another program, and kept beside what is learned from.
-        let tested = || Still::tested(&graph, &weights(2), vec![Arc::clone(&x)], (2, 1), &stills).unwrap();
+        let tested =
+            || CachedFeatures::tested(&graph, &weights(2), vec![Arc::clone(&x)], (2, 1), &cache).unwrap();
         let (mut one, mut learned) = (tested(), still(&weights(2), &x));
         assert_eq!(known(&one), 0);
         let own = one.rows(&[1, 5]).unwrap().to_vec();

@@ -7,7 +7,7 @@ use taxel_graph::Graph;
 use crate::encoding::{Encoded, Input};
 use crate::error::Result;
 use crate::training::breaker::Breaker;
-use crate::training::feature_cache::Still;
+use crate::training::feature_cache::CachedFeatures;
 
 /// Gathers the rows of a batch into one slice per input of the graph.
 pub(crate) struct Feed<'a> {
@@ -18,7 +18,7 @@ pub(crate) struct Feed<'a> {
     /// Breaks training samples, where that is asked for.
     breaker: Option<Breaker<'a>>,
     /// The frozen part of the network, where the engine has the rest alone.
-    still: Option<Still>,
+    still: Option<CachedFeatures>,
 }
 
 /// What happens to the samples of a training pass.
@@ -57,7 +57,7 @@ impl<'a> Feed<'a> {
     }
 
     /// The same, for an engine that learns from what `still` makes of samples.
-    pub fn behind(self, still: Option<Still>) -> Self {
+    pub fn behind(self, still: Option<CachedFeatures>) -> Self {
         Feed { still, ..self }
     }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::training::session::Saver;
 
 /// What a training hears and says while it runs.
-pub(crate) struct Hooks<'a> {
+pub struct Hooks<'a> {
     /// Hears how many samples each step took.
     pub tick: &'a mut dyn FnMut(usize),
     /// Set from outside to end the training between two steps.

@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use rand::RngExt;
-use taxel_data::{Dataset, Key, Labels};
+use taxel_data::{Dataset, Key, Labels, Targets, Task};
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::{Graph, Halves, Op, Weights};
 
 use crate::encoding::{Encoded, Input};
 use crate::error::{Error, Result};
+use crate::metrics::{Metric, Outcome};
 use crate::model::responder::Responder;
 use crate::training::breaker::Breaker;
 use crate::training::epoch::Epoch;
-use crate::training::feature_cache::{Still, Stills, answer_alike, halves, is_norm, staying};
+use crate::training::feature_cache::{CachedFeatures, FeatureCache, answer_alike, halves, is_norm, staying};
 use crate::training::feed::{Feed, Pass, read_by};
 use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
@@ -29,6 +30,8 @@ pub(crate) struct Learner<'d> {
     part: Part,
     dropout: u64,
     recipe: Recipe,
+    targets: &'d Targets,
+    task: Task,
     labels: &'d Labels,
     steps: usize,
     /// Samples of a batch.
@@ -44,7 +47,7 @@ pub(crate) struct Learner<'d> {
     first: Option<Weights>,
     /// The network in two, where tests may ask them one after the other.
     halves: Option<Halves>,
-    stills: &'d Stills,
+    cache: &'d FeatureCache,
     graph: &'d Graph,
     threads: usize,
     teacher: Option<&'d Teacher>,
@@ -53,7 +56,7 @@ pub(crate) struct Learner<'d> {
 }
 
 /// What a learner is made of.
-pub(crate) struct Task<'t> {
+pub(crate) struct Work<'t> {
     pub name: &'t str,
     pub graph: &'t Graph,
     /// Tensors that it starts from; a head for another number of classes is drawn.
@@ -64,7 +67,7 @@ pub(crate) struct Task<'t> {
     /// Whose answers it learns from beside the labels.
     pub teacher: Option<&'t Teacher>,
     /// What frozen parts have made of samples.
-    pub stills: &'t Stills,
+    pub cache: &'t FeatureCache,
 }
 
 impl<'d> Learner<'d> {
@@ -73,24 +76,24 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
     pub fn new(
-        task: &Task<'d>,
+        work: &Work<'d>,
         recipe: &Recipe,
         dataset: &'d Dataset,
         inputs: &'d [Input],
         rows: &[usize],
         largest: usize,
     ) -> Result<Self> {
-        let Task { graph, part, .. } = *task;
-        let labels = &dataset.labels;
+        let Work { graph, part, .. } = *work;
+        let labels = dataset.labels()?;
         let purpose = part.purpose(&format!("init/{}", graph.name()));
         let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
-        if let Some(start) = task.start {
+        if let Some(start) = work.start {
             weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
         }
         let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
         let options = Options {
             batch,
-            threads: task.threads,
+            threads: work.threads,
             frozen: recipe.frozen.clone(),
             frozen_statistics: recipe.frozen_statistics.of_engine(),
             decay: recipe.optimizer.decay(),
@@ -102,7 +105,7 @@ impl<'d> Learner<'d> {
             Some(Halves { body, head }) => {
                 let answers = Options { frozen: vec![], ..options.clone() };
                 let inputs = encoded(body, inputs);
-                let still = Still::learned(body, &weights.only(body), inputs, answers, task.stills)?;
+                let still = CachedFeatures::learned(body, &weights.only(body), inputs, answers, work.cache)?;
                 let frozen = left(head, graph, &recipe.frozen).map_err(taxel_engine::Error::from)?;
                 let options = Options { frozen, ..options };
                 (Engine::new(head, &weights.only(head), options)?, Some(weights), Some(still))
@@ -115,13 +118,15 @@ impl<'d> Learner<'d> {
         };
         let purpose = part.purpose(&format!("dropout/{}", graph.name()));
         Ok(Learner {
-            name: task.name.into(),
+            name: work.name.into(),
             part,
             graph,
-            threads: task.threads,
-            teacher: task.teacher,
+            threads: work.threads,
+            teacher: work.teacher,
             dropout: taxel_base::seed::rng(part.seed, &purpose).random(),
             recipe: recipe.clone(),
+            targets: &dataset.targets,
+            task: dataset.task(),
             labels,
             steps: rows.len().div_ceil(batch),
             batch,
@@ -131,7 +136,7 @@ impl<'d> Learner<'d> {
             engine,
             first,
             halves: halves.filter(answer_alike),
-            stills: task.stills,
+            cache: work.cache,
             inputs,
             feed: Feed::new(graph, inputs)?.under(breaker).behind(still),
         })
@@ -178,9 +183,9 @@ impl<'d> Learner<'d> {
             epoch,
             lr,
             train_loss: loss_sum / order.len().max(1) as f64,
-            train_accuracy: 100.0 * correct as f64 / seen.max(1) as f64,
+            train_score: 100.0 * correct as f64 / seen.max(1) as f64,
             validation_loss: None,
-            validation_accuracy: None,
+            validation_score: None,
         }))
     }
 
@@ -236,7 +241,7 @@ impl<'d> Learner<'d> {
         let (responder, mut still) = match &self.halves {
             Some(Halves { body, head }) => {
                 let (inputs, by) = (encoded(body, self.inputs), (each, self.threads));
-                let still = Still::tested(body, &weights.only(body), inputs, by, self.stills)?;
+                let still = CachedFeatures::tested(body, &weights.only(body), inputs, by, self.cache)?;
                 (responder(head, &weights.only(head))?, Some(still))
             }
             None => (responder(self.graph, weights)?, None),
@@ -252,32 +257,38 @@ impl<'d> Learner<'d> {
         Ok((logits, loss))
     }
 
-    /// Mean loss of `rows`, and the share that is right in %.
+    /// Returns the mean loss of `rows`, and `metric` in its unit.
     ///
     /// # Errors
     /// What the engine refuses.
-    pub fn validate(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
+    pub fn validate(&mut self, rows: &[usize], metric: &Metric) -> Result<(f64, f64)> {
         let mut logits = vec![];
         for rows in rows.chunks(self.batch) {
             logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
         }
         let loss = self.objective.value(&logits, &self.labels.of(rows));
-        Ok((loss, self.accuracy(&logits, rows)))
+        Ok((loss, self.score(metric, logits, rows)?))
     }
 
-    /// The same of the network as its file would answer now.
+    /// Returns the mean loss and the primary metric of the network as its file would answer now.
     ///
     /// # Errors
     /// What the runtime refuses.
     pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
         let (logits, loss) = self.test(&self.weights(), rows)?;
-        Ok((loss, self.accuracy(&logits, rows)))
+        Ok((loss, self.score(Metric::primary(&self.task), logits, rows)?))
     }
 
-    /// In percent.
-    fn accuracy(&self, logits: &[f32], rows: &[usize]) -> f64 {
-        let labels = self.labels.of(rows);
-        100.0 * self.objective.correct(logits, &labels) as f64 / labels.len().max(1) as f64
+    fn score(&self, metric: &Metric, mut outputs: Vec<f32>, rows: &[usize]) -> Result<f64> {
+        if rows.is_empty() {
+            return Ok(0.0);
+        }
+        self.objective.probabilities(&mut outputs);
+        let outcome = Outcome::new(self.targets, rows, outputs);
+        Ok(match metric.terms(&self.task, &outcome) {
+            Some(terms) => metric.unit.scale() * terms.iter().sum::<f64>() / terms.len() as f64,
+            None => metric.of(&self.task, &outcome)?,
+        })
     }
 
     fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {

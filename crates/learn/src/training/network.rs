@@ -2,52 +2,35 @@
 
 use std::time::Instant;
 
-use taxel_data::{Dataset, Fold, hold_back};
+use taxel_data::{Fold, hold_back};
 use taxel_graph::Weights;
 
-use crate::encoding::Input;
 use crate::error::{Error, Result};
-use crate::estimator::candidate::Trainable;
+use crate::estimator::estimator::TrainingSet;
+use crate::estimator::network::Trainable;
 use crate::estimator::search::{Chosen, Trial};
 use crate::model::digest;
 use crate::problem::Problem;
 use crate::run::records::OtherStatistics;
 use crate::training::epoch::Epoch;
-use crate::training::feature_cache::{Stills, halves};
+use crate::training::feature_cache::halves;
 use crate::training::hooks::Hooks;
-use crate::training::learner::{Learner, Task};
+use crate::training::learner::{Learner, Work};
 use crate::training::part::Part;
 use crate::training::recipe::{BatchNorm, Recipe};
 use crate::training::session::{Best, Session};
-use crate::training::teacher::Teacher;
 
 /// One network on one fold.
 pub(crate) struct Training<'a> {
-    /// Name of the network in the experiment.
-    pub name: &'a str,
     /// The network and how it is trained.
     pub network: &'a Trainable,
-    /// Which training it is.
-    pub part: Part,
-    /// Worker threads; results do not depend on them.
-    pub threads: usize,
-    /// The samples.
-    pub dataset: &'a Dataset,
-    /// What no two parts may share, one number per sample.
-    pub units: Option<&'a [u32]>,
-    /// Inputs of all samples.
-    pub inputs: &'a [Input],
-    /// Which samples are for what.
-    pub fold: &'a Fold,
-    /// Whose answers it learns from beside the labels.
-    pub teacher: Option<&'a Teacher>,
-    /// What frozen parts have made of samples.
-    pub stills: &'a Stills,
+    /// What it learns from and is tested on.
+    pub set: &'a TrainingSet<'a>,
 }
 
 /// A trained network and what it says about the test samples.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Trained {
+pub(crate) struct TrainedNetwork {
     /// Parameters and batch-norm statistics.
     pub weights: Weights,
     /// The recipe; where the fold has chosen one, that one.
@@ -62,8 +45,8 @@ pub(crate) struct Trained {
     pub best_epoch: Option<usize>,
     /// Whether the training loss of that epoch, or of the last one, is far above that of knowing nothing.
     pub diverged: bool,
-    /// Probabilities `[test samples, outputs]`, in the order of the fold.
-    pub probabilities: Vec<f32>,
+    /// Outputs `[test samples, outputs]`, in the order of the fold.
+    pub outputs: Vec<f32>,
     /// Mean loss over the test samples.
     pub test_loss: f64,
     /// The same weights with the other kind of batch-norm statistics.
@@ -84,12 +67,12 @@ impl Training<'_> {
     /// # Errors
     /// [`Error::Diverged`] for a loss that is not finite, too few samples to hold some back, or what the
     /// engine refuses.
-    pub fn run(&self, hooks: &mut Hooks) -> Result<Option<Trained>> {
+    pub fn run(&self, hooks: &mut Hooks) -> Result<Option<TrainedNetwork>> {
         let mut session = hooks.saver.load(|| self.digest())?;
         let Some((recipe, chosen)) = self.choose(&mut session, hooks)? else { return Ok(None) };
         let (rows, validation) = match &recipe.early_stopping {
             Some(stopping) => self.parts(stopping.validation, "stop", "train.early_stopping.validation")?,
-            None => (self.fold.train.clone(), vec![]),
+            None => (self.set.fold.train.clone(), vec![]),
         };
         let Some(learner) = self.fit(&recipe, &rows, &validation, &mut session, hooks)? else {
             return Ok(None);
@@ -99,24 +82,24 @@ impl Training<'_> {
         let answered = best_epoch.map_or(stage.epochs.last(), |best| stage.epochs.get(best));
         let diverged = answered.is_some_and(|epoch| learner.objective.is_diverged(epoch.train_loss));
         let Some(tested) = self.test(learner, &recipe, &rows, hooks)? else { return Ok(None) };
-        Ok(Some(Trained { chosen, best_epoch, diverged, epochs: stage.epochs, ..tested }))
+        Ok(Some(TrainedNetwork { chosen, best_epoch, diverged, epochs: stage.epochs, ..tested }))
     }
 
     /// Digest of all that the weights depend on.
     fn digest(&self) -> String {
         let Trainable { graph, recipe, search, start } = self.network;
-        let Part { seed, repetition, fold } = self.part;
-        let transforms: Vec<_> = self.inputs.iter().map(|input| (input.name, &input.transform)).collect();
+        let Part { seed, repetition, fold } = self.set.part;
+        let transforms: Vec<_> = self.set.inputs.iter().map(|input| (input.name, &input.transform)).collect();
         let mut own = serde_json::json!({
             "graph": graph, "recipe": recipe, "search": search, "start": start.as_deref().map(digest),
             "part": [seed, repetition as u64, fold as u64], "inputs": transforms,
-            "data": self.dataset.digest, "rows": [&self.fold.train, &self.fold.validation],
+            "data": self.set.dataset.digest, "rows": [&self.set.fold.train, &self.set.fold.validation],
         });
         // Its session has the tensors behind the frozen part alone.
-        if let Some(halves) = halves(graph, recipe, self.dataset.len()) {
+        if let Some(halves) = halves(graph, recipe, self.set.dataset.len()) {
             own["behind"] = halves.body.outputs()[0].0.as_str().into();
         }
-        if let Some(teacher) = self.teacher {
+        if let Some(teacher) = self.set.teacher {
             own["teacher"] = teacher.digest().into();
         }
         blake3::hash(own.to_string().as_bytes()).to_hex().to_string()
@@ -129,9 +112,9 @@ impl Training<'_> {
         recipe: &Recipe,
         rows: &[usize],
         hooks: &Hooks,
-    ) -> Result<Option<Trained>> {
+    ) -> Result<Option<TrainedNetwork>> {
         let aside = Instant::now();
-        let test = &self.fold.test;
+        let test = &self.set.fold.test;
         let mut other = match recipe.batch_norm {
             BatchNorm::Population if learner.has_norms && !learner.settled => {
                 Some((BatchNorm::Moving, learner.test_scores(test)?))
@@ -159,8 +142,8 @@ impl Training<'_> {
         }
         let other_statistics = other
             .filter(|(_, (loss, _))| loss.is_finite() && !test.is_empty())
-            .map(|(batch_norm, (test_loss, accuracy))| OtherStatistics { batch_norm, accuracy, test_loss });
-        Ok(Some(Trained {
+            .map(|(batch_norm, (test_loss, score))| OtherStatistics { batch_norm, score, test_loss });
+        Ok(Some(TrainedNetwork {
             weights,
             recipe: recipe.clone(),
             batch: learner.batch,
@@ -168,7 +151,7 @@ impl Training<'_> {
             chosen: None,
             best_epoch: None,
             diverged: false,
-            probabilities,
+            outputs: probabilities,
             test_loss,
             other_statistics,
             train_seconds,
@@ -193,25 +176,32 @@ impl Training<'_> {
     /// The rows that are trained on and those that choose: the protocol's, or held back from the
     /// training part by the share that `key` gives.
     fn parts(&self, share: f64, purpose: &str, key: &str) -> Result<(Vec<usize>, Vec<usize>)> {
-        let fold = self.fold;
+        let fold = self.set.fold;
         if !fold.validation.is_empty() {
             return Ok((fold.train.clone(), fold.validation.clone()));
         }
-        let purpose = self.part.purpose(&format!("validation/{purpose}"));
-        hold_back(&fold.train, &self.dataset.y, self.units, share, self.part.seed, &purpose).map_err(
-            |error| match error {
-                taxel_data::Error::NothingToHoldBack { .. } => {
-                    let way_out = "give another share, record more samples or leave the table out";
-                    Problem::new(key, share, format!("{error}; {way_out}")).into()
-                }
-                other => other.into(),
-            },
+        let purpose = self.set.part.purpose(&format!("validation/{purpose}"));
+        hold_back(
+            &fold.train,
+            &self.set.dataset.strata(),
+            self.set.units,
+            share,
+            self.set.part.seed,
+            &purpose,
         )
+        .map_err(|error| match error {
+            taxel_data::Error::NothingToHoldBack { .. } => {
+                let way_out = "give another share, record more samples or leave the table out";
+                Problem::new(key, share, format!("{error}; {way_out}")).into()
+            }
+            other => other.into(),
+        })
     }
 
     /// Tries every recipe that is left open; the best one.
     fn choose(&self, session: &mut Session, hooks: &mut Hooks) -> Result<Option<(Recipe, Option<Chosen>)>> {
         let Some(search) = &self.network.search else { return Ok(Some((self.network.recipe.clone(), None))) };
+        let metric = search.by.metric("choose.by", &self.set.dataset.task())?;
         let (rows, validation) = self.parts(search.validation, "choose", "choose.validation")?;
         while session.state.trials.len() < search.grid.len() {
             let own = &search.grid[session.state.trials.len()];
@@ -223,7 +213,7 @@ impl Training<'_> {
                     if !learner.settle(&rows, hooks)? {
                         return Ok(None);
                     }
-                    Some(learner.validate(&validation)?)
+                    Some(learner.validate(&validation, metric)?)
                 }
                 // A rate that is too high is an answer, not a failure.
                 Err(Error::Diverged { .. }) => None,
@@ -232,7 +222,7 @@ impl Training<'_> {
             session.state.trials.push(Trial {
                 set: own.set.clone(),
                 loss: scores.map(|(loss, _)| loss).filter(|loss| loss.is_finite()),
-                accuracy: scores.map(|(_, accuracy)| accuracy),
+                score: scores.map(|(_, score)| score),
             });
             session.next_stage();
             if hooks.saver.save(session, None)? {
@@ -240,10 +230,10 @@ impl Training<'_> {
             }
         }
         let trials = session.state.trials.clone();
-        let Some(best) = search.best(&trials) else {
-            let Part { repetition, fold, .. } = self.part;
+        let Some(best) = search.best(metric, &trials) else {
+            let Part { repetition, fold, .. } = self.set.part;
             return Err(Error::NothingChosen {
-                network: self.name.into(),
+                network: self.set.name.into(),
                 repetition,
                 fold,
                 trials: trials.len(),
@@ -264,17 +254,17 @@ impl Training<'_> {
         hooks: &mut Hooks,
     ) -> Result<Option<Learner<'_>>> {
         let recipe = &recipe.for_samples(rows.len());
-        let task = Task {
-            name: self.name,
+        let work = Work {
+            name: self.set.name,
             graph: &self.network.graph,
             start: self.network.start.as_deref(),
-            part: self.part,
-            threads: self.threads,
-            teacher: self.teacher,
-            stills: self.stills,
+            part: self.set.part,
+            threads: self.set.threads,
+            teacher: self.set.teacher,
+            cache: self.set.cache,
         };
-        let largest = self.fold.test.len().max(self.fold.validation.len());
-        let mut learner = Learner::new(&task, recipe, self.dataset, self.inputs, rows, largest)?;
+        let largest = self.set.fold.test.len().max(self.set.fold.validation.len());
+        let mut learner = Learner::new(&work, recipe, self.set.dataset, self.set.inputs, rows, largest)?;
         session.restore(&mut learner.engine)?;
         let done = session.state.stage.epochs.len();
         (hooks.tick)(done * rows.len());
@@ -291,14 +281,15 @@ impl Training<'_> {
                 if recipe.batch_norm == BatchNorm::Population && !learner.population(rows, hooks)? {
                     return Ok(None);
                 }
-                let (loss, accuracy) = learner.validate(validation)?;
+                let metric = stopping.by.metric("train.early_stopping.by", &self.set.dataset.task())?;
+                let (loss, score) = learner.validate(validation, metric)?;
                 if !loss.is_finite() {
                     return Err(learner.diverged_at_the_end(loss as f32));
                 }
-                (line.validation_loss, line.validation_accuracy) = (Some(loss), Some(accuracy));
+                (line.validation_loss, line.validation_score) = (Some(loss), Some(score));
                 let stage = &mut session.state.stage;
-                if stage.best.is_none_or(|b| stopping.by.prefers((loss, accuracy), (b.loss, b.accuracy))) {
-                    stage.best = Some(Best { epoch, loss, accuracy });
+                if stage.best.is_none_or(|b| stopping.by.prefers(metric, (loss, score), (b.loss, b.score))) {
+                    stage.best = Some(Best { epoch, loss, score });
                     session.best = Some(learner.engine.weights());
                 }
             }

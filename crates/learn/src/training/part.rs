@@ -6,7 +6,7 @@ use crate::error::Result;
 
 /// Which training of an experiment: every random choice depends on it and on nothing else.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Part {
+pub struct Part {
     /// Seed of the experiment.
     pub seed: u64,
     /// Repetition, from 0.

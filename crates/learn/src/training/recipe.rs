@@ -3,10 +3,11 @@
 //! The defaults are the recipe of paper 000 (Hybrid-CNN hardness recognition), Table 1 and section 5.1.
 
 use serde::{Deserialize, Serialize};
-use taxel_data::Augment;
+use taxel_data::{Augment, Task};
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Loss, Scheme};
 
+use crate::metrics::{Metric, metrics};
 use crate::problem::{Check, Problem, fault_problem, require, share, within};
 use crate::training::optimizer::Optimizer;
 use crate::training::schedule::Schedule;
@@ -68,32 +69,70 @@ pub enum ClassWeights {
     Balanced,
 }
 
-/// What a validation part is judged by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// What a validation part is judged by: `loss`, or the name of a metric of the task, such as `accuracy`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
 pub enum Criterion {
     /// The lowest loss.
     #[default]
     Loss,
-    /// The highest accuracy; of equals the lower loss.
-    Accuracy,
+    /// The best value of the metric of that name; of equals the lower loss.
+    Metric(String),
 }
 
+impl From<String> for Criterion {
+    fn from(name: String) -> Self {
+        if name == LOSS { Criterion::Loss } else { Criterion::Metric(name) }
+    }
+}
+
+impl From<Criterion> for String {
+    fn from(criterion: Criterion) -> Self {
+        criterion.name().into()
+    }
+}
+
+/// Name of [`Criterion::Loss`].
+const LOSS: &str = "loss";
+
 impl Criterion {
-    /// Whether a validation's (loss, accuracy) are better than another's.
-    pub fn prefers(self, (loss, accuracy): (f64, f64), (other_loss, other_accuracy): (f64, f64)) -> bool {
+    /// Returns its name in a config.
+    pub fn name(&self) -> &str {
+        match self {
+            Criterion::Loss => LOSS,
+            Criterion::Metric(name) => name,
+        }
+    }
+
+    /// Returns the metric that is measured for it: the one that it names, or the primary one beside the loss.
+    ///
+    /// # Errors
+    /// A name that no metric of the task has, as the value of `key`.
+    pub fn metric(&self, key: &str, task: &Task) -> Result<&'static Metric, Problem> {
+        let Criterion::Metric(name) = self else { return Ok(Metric::primary(task)) };
+        Metric::named(task, name).ok_or_else(|| {
+            let known = std::iter::once(LOSS).chain(metrics(task).iter().map(|own| own.name));
+            Problem::new(key, format!("{name:?}"), taxel_base::names::hint(name, known))
+        })
+    }
+
+    /// Checks whether a validation's (loss, value of `metric`) are better than another's.
+    pub fn prefers(
+        &self,
+        metric: &Metric,
+        (loss, score): (f64, f64),
+        (other_loss, other): (f64, f64),
+    ) -> bool {
         match self {
             Criterion::Loss => loss < other_loss,
-            Criterion::Accuracy => {
-                accuracy > other_accuracy || accuracy == other_accuracy && loss < other_loss
-            }
+            Criterion::Metric(_) => metric.prefers(score, other) || score == other && loss < other_loss,
         }
     }
 }
 
 /// Keeps the weights of the best epoch and stops once they have been the best for long. The validation part
 /// is the protocol's, or held back from the training part of each fold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EarlyStopping {
     /// Epochs without a better one before training stops, 1 to 100,000. Default 10.
@@ -101,7 +140,7 @@ pub struct EarlyStopping {
     /// Share of the training part that is held back where the protocol has no validation part, (0, 1).
     /// Default 0.1.
     pub validation: f64,
-    /// `loss` (default) or `accuracy`.
+    /// `loss` (default), or a metric of the task: `accuracy`.
     pub by: Criterion,
 }
 

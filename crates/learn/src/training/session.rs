@@ -19,7 +19,8 @@ use crate::training::epoch::Epoch;
 pub(crate) struct Best {
     pub epoch: usize,
     pub loss: f64,
-    pub accuracy: f64,
+    #[serde(alias = "accuracy")]
+    pub score: f64,
 }
 
 /// Where one training stands, less its tensors.
@@ -77,7 +78,7 @@ impl Session {
 
 /// Saves a session from time to time.
 #[derive(Debug)]
-pub(crate) struct Saver {
+pub struct Saver {
     path: Option<PathBuf>,
     options: RunOptions,
     last: Instant,

@@ -3,16 +3,17 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use ndarray::ArrayD;
 use serde_json::{Value, json};
 use taxel_base::Layout;
 use taxel_baselines::Method;
-use taxel_data::{Dataset, Labels};
+use taxel_data::{Dataset, Labels, Targets};
 use taxel_learn::{
-    Candidate, CrossValidation, Encoder, Encoding, Error, Estimator, FoldKey, FoldRecord, Model, Protocol,
-    Recipe, RunFolder, RunOptions, Silent, Trainable,
+    Candidate, CrossValidation, Encoder, Encoding, Error, FoldKey, FoldRecord, Model, Protocol, Recipe,
+    RunFolder, RunOptions, Silent, Trainable,
 };
 
 /// A number in [-1, 1) that looks random.
@@ -71,7 +72,8 @@ pub fn two_attributes() -> Dataset {
     dataset = dataset.with_official((0..60).map(|i| i % 4 == 0).collect()).unwrap();
     let names = |count: usize| (0..count).map(|level| level.to_string()).collect();
     let values = (0..60).flat_map(|i| levels(i).map(|level| level as u32)).collect();
-    dataset.columns = Some(Labels::numbered(vec![names(3), names(4)], values));
+    let Targets::Classes { columns, .. } = &mut dataset.targets else { unreachable!("classes were given") };
+    *columns = Some(Labels::numbered(vec![names(3), names(4)], values));
     dataset
 }
 
@@ -87,7 +89,7 @@ pub fn network(name: &str, settings: Value, recipe: Recipe, encoder: &mut Encode
     let entry = taxel_zoo::find(name).unwrap();
     let inputs: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
     encoder.prepare(&inputs).unwrap();
-    let mut sized = entry.fit(encoder.dataset().classes.len(), |input| encoder.shape(input)).unwrap();
+    let mut sized = entry.fit(encoder.dataset().output_names().len(), |input| encoder.shape(input)).unwrap();
     sized.extend(settings.as_object().unwrap().clone());
     let graph = entry.graph(&sized).unwrap();
     Candidate { name: name.into(), settings: sized, ..Candidate::network(graph, recipe) }
@@ -100,11 +102,15 @@ pub fn mlp(dataset: &Dataset, recipe: Recipe) -> Candidate {
 }
 
 /// The network of a candidate.
-pub fn trainable(candidate: &mut Candidate) -> &mut Trainable {
-    match &mut candidate.estimator {
-        Estimator::Network(network) => network,
-        Estimator::Baseline { .. } => unreachable!("a network was asked for"),
-    }
+pub fn trainable(candidate: &Candidate) -> &Trainable {
+    candidate.estimator.as_network().unwrap()
+}
+
+/// Changes the network of a candidate.
+pub fn change(candidate: &mut Candidate, change: impl FnOnce(&mut Trainable)) {
+    let mut network = trainable(candidate).clone();
+    change(&mut network);
+    candidate.estimator = Arc::new(network);
 }
 
 /// 3 folds of `candidates` with seed 3.

@@ -1,0 +1,229 @@
+//! Networks as estimators.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use taxel_data::{Fold, Task};
+use taxel_faults::TrainingFaults;
+use taxel_graph::{Graph, Loss, Weights};
+
+use crate::encoding::{Encoder, Input};
+use crate::error::{Error, Result};
+use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
+use crate::estimator::search::Search;
+use crate::latency::Latency;
+use crate::model::{Kind, digest};
+use crate::problem::{Problem, require};
+use crate::run::records::{Change, Costs, FoldRecord};
+use crate::run::table_latency::of_network;
+use crate::training::hooks::Hooks;
+use crate::training::network::{TrainedNetwork, Training};
+use crate::training::recipe::Recipe;
+
+/// Multiply-accumulates that stand for what a small network spends besides them.
+const OVERHEAD: u64 = 200_000;
+
+/// A network with all that its training needs besides samples.
+#[derive(Debug, Clone)]
+pub struct Trainable {
+    /// The network; its inputs have the shapes that the encoding makes.
+    pub graph: Graph,
+    /// How it is trained.
+    pub recipe: Recipe,
+    /// Recipes among which each fold chooses; then `recipe` is not trained.
+    pub search: Option<Search>,
+    /// Tensors that it starts from; a head for another number of classes is drawn. Default fresh weights.
+    pub start: Option<Arc<Weights>>,
+}
+
+impl Trainable {
+    /// Names frozen nodes that the network does not have.
+    ///
+    /// # Errors
+    /// The first of them.
+    fn check_frozen(&self) -> Result<()> {
+        self.graph.covered(&self.recipe.frozen).map(|_| ()).map_err(|error| {
+            Problem::new("frozen", format!("{:?}", self.recipe.frozen), error.to_string()).into()
+        })
+    }
+
+    /// Returns the recipes that may be trained.
+    fn recipes(&self) -> impl Iterator<Item = &Recipe> {
+        let tried = self.search.iter().flat_map(|search| &search.grid).map(|tried| &tried.recipe);
+        tried.chain([&self.recipe])
+    }
+
+    /// Refuses inputs that are not what the encoding makes.
+    fn check_inputs(&self, name: &str, encoder: &Encoder) -> Result<()> {
+        for node in self.graph.inputs() {
+            let refuse =
+                |reason: String| Error::Input { network: name.into(), input: node.name.clone(), reason };
+            let shape =
+                encoder.shape(&node.name).ok_or_else(|| refuse("the encoding makes no such input".into()))?;
+            // `[n]` and `[1, n]` take the whole sample as one row.
+            let row = matches!(*node.shape, [n] | [1, n] if n == shape.iter().product::<usize>());
+            if node.shape != shape && !row {
+                return Err(refuse(format!("it takes {:?}, the samples are {shape:?}", node.shape)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses settings of `recipe` that the task or the encoding do not allow.
+    fn check_recipe(&self, recipe: &Recipe, task: &Task, encoder: &Encoder) -> Result<()> {
+        let reason =
+            "several attributes need \"multi-label-soft-margin\", \"hinge\" or \"mean-squared-error\"";
+        let fits = !matches!(task, Task::Levels(_)) || recipe.loss != Loss::SoftmaxCrossEntropy;
+        require(fits, "loss", "\"softmax-cross-entropy\"", reason)?;
+        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
+        require(recipe.augment.is_none() || encoder.is_warpable(), "augment", "{ .. }", reason)?;
+        if let Some(stopping) = &recipe.early_stopping {
+            stopping.by.metric("train.early_stopping.by", task)?;
+        }
+        Ok(())
+    }
+}
+
+impl Estimator for Trainable {
+    fn inputs(&self) -> Vec<&str> {
+        self.graph.inputs().map(|node| node.name.as_str()).collect()
+    }
+
+    fn check(&self) -> Result<()> {
+        self.recipe.check()?;
+        if let Some(search) = &self.search {
+            search.check().map_err(|problem| problem.below("search"))?;
+        }
+        self.check_frozen()
+    }
+
+    fn check_samples(&self, name: &str, encoder: &Encoder) -> Result<()> {
+        let task = encoder.dataset().task();
+        if let Task::Values(_) = task {
+            let reason = "it learns classes or levels, and the targets are values: run a baseline of values, such as ridge";
+            return Err(Error::Input {
+                network: name.into(),
+                input: "targets".into(),
+                reason: reason.into(),
+            });
+        }
+        self.check_inputs(name, encoder)?;
+        let classes = task.outputs();
+        let shape = self.graph.outputs().first().map_or(&[][..], |(_, id)| &self.graph.nodes()[*id].shape);
+        let outputs = shape.iter().product::<usize>();
+        if outputs != classes {
+            return Err(Error::Outputs { network: name.into(), outputs, classes });
+        }
+        if let Some(search) = &self.search {
+            search.by.metric("choose.by", &task)?;
+        }
+        self.recipes().try_for_each(|recipe| self.check_recipe(recipe, &task, encoder))
+    }
+
+    fn faults(&self) -> Option<&TrainingFaults> {
+        self.recipe.faults.as_ref()
+    }
+
+    fn under(&self, faults: &TrainingFaults) -> Arc<dyn Estimator> {
+        let mut network = self.clone();
+        for tried in network.search.iter_mut().flat_map(|search| &mut search.grid) {
+            tried.recipe.faults = Some(faults.clone());
+        }
+        network.recipe.faults = Some(faults.clone());
+        Arc::new(network)
+    }
+
+    fn costs(&self) -> Costs {
+        self.graph.cost().into()
+    }
+
+    fn samples(&self, fold: &Fold) -> usize {
+        Training::samples(self, fold)
+    }
+
+    fn work_per_sample(&self) -> u64 {
+        self.graph.cost().macs + OVERHEAD
+    }
+
+    /// Names of the tensors that [`Trainable::start`] does not give: a head for other classes.
+    ///
+    /// # Errors
+    /// Any other tensor that is missing, extra or misshaped, by name.
+    fn drawn(&self) -> Result<Vec<String>> {
+        let Some(start) = self.start.as_deref() else { return Ok(vec![]) };
+        let mut fresh = Weights::init(&self.graph, self.recipe.init, 0, "checkpoint");
+        fresh.start_from(&self.graph, start, false).map_err(Error::from)
+    }
+
+    fn identify(&self, identity: &mut Value) {
+        identity["graph"] = json!(self.graph);
+        identity["recipe"] = json!(self.recipe);
+        identity["search"] = json!(self.search);
+        identity["start"] = json!(self.start.as_deref().map(digest));
+    }
+
+    fn as_network(&self) -> Option<&Trainable> {
+        Some(self)
+    }
+
+    fn fit(&self, set: &TrainingSet, hooks: &mut Hooks) -> Result<Option<Trained>> {
+        let training = Training { network: self, set };
+        let Some(mut trained) = training.run(hooks)? else { return Ok(None) };
+        Ok(Some(Trained {
+            outputs: std::mem::take(&mut trained.outputs),
+            test_loss: trained.test_loss,
+            train_seconds: trained.train_seconds,
+            test_seconds: trained.test_seconds,
+            samples: (trained.epochs.len() * set.fold.train.len()) as u64,
+            fitted: Box::new(FittedNetwork { graph: self.graph.clone(), start: self.start.clone(), trained }),
+        }))
+    }
+}
+
+/// A trained network.
+struct FittedNetwork {
+    graph: Graph,
+    start: Option<Arc<Weights>>,
+    trained: TrainedNetwork,
+}
+
+impl Fitted for FittedNetwork {
+    fn kind(&self) -> Kind {
+        Kind::Network {
+            graph: Box::new(self.graph.clone()),
+            loss: self.trained.recipe.loss,
+            batch: self.trained.batch,
+            recipe: Box::new(self.trained.recipe.clone()),
+        }
+    }
+
+    fn tensors(&self, _task: &Task) -> Weights {
+        self.trained.weights.clone()
+    }
+
+    fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input> {
+        let names = self.graph.inputs().map(|node| &node.name);
+        names.filter_map(|name| inputs.iter().find(|input| input.name == name)).collect()
+    }
+
+    fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency> {
+        of_network(&self.graph, &self.trained.weights, inputs, row)
+    }
+
+    fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {
+        let TrainedNetwork { epochs, chosen, best_epoch, diverged, other_statistics, .. } = &self.trained;
+        let changes = match self.start.as_deref() {
+            Some(start) => Change::all(&self.graph, start, &self.trained.weights)?,
+            None => vec![],
+        };
+        Ok(FoldRecord {
+            chosen: chosen.clone(),
+            best_epoch: *best_epoch,
+            diverged: *diverged,
+            epochs: epochs.clone(),
+            other_statistics: *other_statistics,
+            changes,
+            ..record
+        })
+    }
+}

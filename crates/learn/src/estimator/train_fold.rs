@@ -1,0 +1,136 @@
+//! One training of one candidate on one fold: the only place where that is done.
+
+use taxel_data::{Dataset, Fold};
+
+use crate::encoding::{Encoder, Input};
+use crate::error::Result;
+use crate::estimator::candidate::Candidate;
+use crate::estimator::estimator::{Fitted, Trained, TrainingSet};
+use crate::latency::Latency;
+use crate::model::{Card, FORMAT, Model, ModelInput, TrainedOn, TrainingPart};
+use crate::run::environment::COMMIT;
+use crate::run::protocol::Protocol;
+use crate::run::records::{FoldKey, FoldRecord};
+use crate::training::feature_cache::FeatureCache;
+use crate::training::hooks::Hooks;
+use crate::training::part::Part;
+use crate::training::teacher::Teacher;
+
+/// One candidate, one fold.
+pub(crate) struct Job<'a> {
+    pub candidate: &'a Candidate,
+    pub protocol: &'a Protocol,
+    pub seed: u64,
+    /// Repetition and fold; none for all samples.
+    pub place: Option<(usize, usize)>,
+    pub fold: &'a Fold,
+    pub threads: usize,
+    pub teacher: Option<&'a Teacher>,
+    pub cache: &'a FeatureCache,
+    /// Whether a prediction is timed.
+    pub is_timed: bool,
+}
+
+/// What a fold ends with.
+pub(crate) struct TrainedFold {
+    pub model: Model,
+    pub latency: Option<Latency>,
+    pub encoding_ms_per_sample: f64,
+    pub trained: Trained,
+}
+
+/// Encodes, trains, predicts the test part and makes the model; none if cancelled.
+///
+/// The encoder has prepared the candidate's inputs, and the candidate is checked.
+///
+/// # Errors
+/// Samples that cannot be encoded or that the candidate does not take, training that diverges.
+pub(crate) fn train_fold(job: &Job, encoder: &Encoder, hooks: &mut Hooks) -> Result<Option<TrainedFold>> {
+    if hooks.is_cancelled() {
+        return Ok(None);
+    }
+    let Job { candidate, protocol, seed, place, fold, threads, teacher, cache, is_timed } = *job;
+    let dataset = encoder.dataset();
+    let part = match place {
+        Some((repetition, fold)) => Part { seed, repetition, fold },
+        None => Part::everything(seed),
+    };
+    let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
+    let set = TrainingSet {
+        name: &candidate.name,
+        dataset,
+        inputs: &inputs,
+        fold,
+        units: protocol.inseparable(dataset)?,
+        part,
+        threads,
+        teacher,
+        cache,
+    };
+    let Some(trained) = candidate.estimator.fit(&set, hooks)? else { return Ok(None) };
+    let fitted = trained.fitted.as_ref();
+    let latency = match fold.test.first().filter(|_| is_timed) {
+        Some(&row) => Some(fitted.latency(&inputs, row)?),
+        None => None,
+    };
+    Ok(Some(TrainedFold {
+        model: model(job, dataset, fitted, &inputs),
+        latency,
+        encoding_ms_per_sample: inputs.iter().map(|input| input.ms_per_sample).sum(),
+        trained,
+    }))
+}
+
+impl TrainedFold {
+    /// Returns the record of the fold; `model` is the digest of the file that was written.
+    ///
+    /// # Errors
+    /// A checkpoint of another network.
+    pub fn record(
+        &self,
+        key: &FoldKey,
+        dataset: &Dataset,
+        fold: &Fold,
+        model: Option<String>,
+    ) -> Result<FoldRecord> {
+        let Trained { fitted, outputs, test_loss, .. } = &self.trained;
+        let record = FoldRecord::of(key, dataset, fold, outputs.clone(), *test_loss);
+        fitted.complete(FoldRecord { model, ..record })
+    }
+}
+
+/// Returns the model with all that it says about itself.
+fn model(job: &Job, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]) -> Model {
+    let candidate = job.candidate;
+    let input = |input: &Input| ModelInput { name: input.name.into(), transform: input.transform.clone() };
+    let task = dataset.task();
+    let card = Card {
+        format: FORMAT,
+        taxel: env!("CARGO_PKG_VERSION").into(),
+        commit: COMMIT.map(String::from),
+        name: candidate.name.clone(),
+        paper: candidate.paper.clone(),
+        kind: fitted.kind(),
+        reading: dataset.reading.clone(),
+        // The same before all inputs.
+        guard: inputs.first().and_then(|input| input.guard.as_deref().cloned()),
+        inputs: fitted.inputs(inputs).into_iter().map(input).collect(),
+        trained_on: TrainedOn {
+            source: dataset.source.clone(),
+            digest: dataset.digest.clone(),
+            samples: job.fold.train.len(),
+            part: match job.place {
+                Some((repetition, fold)) => TrainingPart::Fold { repetition, fold },
+                None => TrainingPart::Everything,
+            },
+            seed: job.seed,
+        },
+        quantized: None,
+        score: None,
+        // Of the tensors: filled in with them.
+        tensors: String::new(),
+        task,
+    };
+    let weights = fitted.tensors(&card.task);
+    Model::new(card, weights)
+}

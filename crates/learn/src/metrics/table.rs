@@ -1,0 +1,300 @@
+//! The table of metrics: name, unit and direction of each, task by task.
+//!
+//! A new metric is one entry here.
+
+use taxel_data::Task;
+
+use crate::error::{Error, Result};
+use crate::metrics::{Levels, MacroScores, Outcome, mean_sd};
+
+/// What a metric is counted in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// Percent; differences are percentage points.
+    Percent,
+    /// A number without a unit.
+    Number,
+    /// The unit of the quantity.
+    Quantity,
+}
+
+impl Unit {
+    /// Returns what a share is multiplied by: 100 for percent, 1 otherwise.
+    pub fn scale(self) -> f64 {
+        if self == Unit::Percent { 100.0 } else { 1.0 }
+    }
+}
+
+/// Which of two values is the better one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// The higher one.
+    Higher,
+    /// The lower one.
+    Lower,
+}
+
+/// A measure of predictions.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric {
+    /// Name in `results.json` and configs: `accuracy`.
+    pub name: &'static str,
+    /// Name in tables and charts: `F1`.
+    pub title: &'static str,
+    /// What it is counted in.
+    pub unit: Unit,
+    /// Which of two values is the better one.
+    pub direction: Direction,
+    /// Whether it has a column in the table of a run.
+    pub is_shown: bool,
+    of: fn(&Task, &Outcome) -> Result<f64>,
+    /// What each sample adds, before [`Unit::scale`]. None where the metric is no mean over samples.
+    terms: Option<fn(&Outcome, usize) -> Vec<f64>>,
+}
+
+/// Metrics of classes and levels; of several attributes each is the mean over them.
+const OF_LABELS: &[Metric] = &[
+    Metric {
+        of: |task, outcome| macro_mean(task, outcome, |own| own.accuracy),
+        terms: Some(share_right),
+        ..Metric::of_labels("accuracy", "accuracy")
+    },
+    Metric {
+        of: |task, outcome| macro_mean(task, outcome, |own| own.precision),
+        ..Metric::of_labels("precision", "precision")
+    },
+    Metric {
+        of: |task, outcome| macro_mean(task, outcome, |own| own.recall),
+        ..Metric::of_labels("recall", "recall")
+    },
+    Metric { of: |task, outcome| macro_mean(task, outcome, |own| own.f1), ..Metric::of_labels("f1", "F1") },
+    Metric {
+        unit: Unit::Number,
+        direction: Direction::Lower,
+        is_shown: false,
+        of: |task, outcome| Ok(calibration(task, outcome)?.0),
+        ..Metric::of_labels("calibration_error", "calibration error")
+    },
+    Metric {
+        unit: Unit::Number,
+        direction: Direction::Lower,
+        is_shown: false,
+        of: |task, outcome| Ok(calibration(task, outcome)?.1),
+        ..Metric::of_labels("brier", "Brier score")
+    },
+];
+
+/// Metrics of values; of several quantities each is the mean over them.
+const OF_VALUES: &[Metric] = &[
+    Metric {
+        of: |task, outcome| mean_over(task, outcome, |errors, _| mean_sd(&absolute(errors)).0),
+        terms: Some(|outcome, width| {
+            errors(outcome, width).iter().map(|row| mean_sd(&absolute(row)).0).collect()
+        }),
+        ..Metric::of_values("mae", "MAE", Unit::Quantity, Direction::Lower)
+    },
+    Metric {
+        of: |task, outcome| mean_over(task, outcome, |errors, _| mean_sd(&squares(errors)).0.sqrt()),
+        ..Metric::of_values("rmse", "RMSE", Unit::Quantity, Direction::Lower)
+    },
+    Metric {
+        of: |task, outcome| mean_over(task, outcome, r_squared),
+        ..Metric::of_values("r2", "R²", Unit::Number, Direction::Higher)
+    },
+];
+
+/// Returns the metrics of a task; the first is its primary one, which choices go by.
+pub fn metrics(task: &Task) -> &'static [Metric] {
+    match task {
+        Task::Classes(_) | Task::Levels(_) => OF_LABELS,
+        Task::Values(_) => OF_VALUES,
+    }
+}
+
+impl Metric {
+    const fn of_labels(name: &'static str, title: &'static str) -> Self {
+        let (unit, direction) = (Unit::Percent, Direction::Higher);
+        Metric { name, title, unit, direction, is_shown: true, of: |_, _| Ok(0.0), terms: None }
+    }
+
+    const fn of_values(name: &'static str, title: &'static str, unit: Unit, direction: Direction) -> Self {
+        Metric { name, title, unit, direction, is_shown: true, of: |_, _| Ok(0.0), terms: None }
+    }
+
+    /// Returns the metric by which methods for `task` are compared and chosen.
+    pub fn primary(task: &Task) -> &'static Metric {
+        &metrics(task)[0]
+    }
+
+    /// Returns the metric of that name.
+    pub fn named(task: &Task, name: &str) -> Option<&'static Metric> {
+        metrics(task).iter().find(|own| own.name == name)
+    }
+
+    /// Returns its value for `outcome`, in its unit.
+    ///
+    /// # Errors
+    /// An outcome of another task, or of no samples.
+    pub fn of(&self, task: &Task, outcome: &Outcome) -> Result<f64> {
+        (self.of)(task, outcome)
+    }
+
+    /// Returns what each sample adds: the metric is their mean times [`Unit::scale`]. None where it is no mean over
+    /// samples.
+    pub fn terms(&self, task: &Task, outcome: &Outcome) -> Option<Vec<f64>> {
+        let width = match task {
+            Task::Classes(_) => 1,
+            Task::Levels(attributes) => attributes.len(),
+            Task::Values(quantities) => quantities.len(),
+        };
+        self.terms.map(|terms| terms(outcome, width.max(1)))
+    }
+
+    /// Returns what its values are counted in: `%`, or the unit of the first quantity; none of a plain number.
+    pub fn unit_of(&self, task: &Task) -> Option<String> {
+        match self.unit {
+            Unit::Percent => Some("%".into()),
+            Unit::Number => None,
+            Unit::Quantity => task.quantities().first()?.unit.clone(),
+        }
+    }
+
+    /// Returns its title with its unit: `MAE N`.
+    pub fn with_unit(&self, task: &Task) -> String {
+        [Some(self.title.to_string()), self.unit_of(task)].into_iter().flatten().collect::<Vec<_>>().join(" ")
+    }
+
+    /// Returns its name in a sentence: `macro-F1`.
+    pub fn in_words(&self) -> &'static str {
+        if self.name == "f1" { "macro-F1" } else { self.title }
+    }
+
+    /// Checks whether `a` is better than `b`.
+    pub fn prefers(&self, a: f64, b: f64) -> bool {
+        match self.direction {
+            Direction::Higher => a > b,
+            Direction::Lower => a < b,
+        }
+    }
+
+    /// Returns by how much `a` is worse than `b`: above 0 where it is.
+    pub fn worsening(&self, a: f64, b: f64) -> f64 {
+        match self.direction {
+            Direction::Higher => b - a,
+            Direction::Lower => a - b,
+        }
+    }
+}
+
+/// Returns the mean over the attributes in %.
+fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) -> Result<f64> {
+    let levels = Levels::of_task(task);
+    let (truth, predicted) = outcome.labels();
+    let each = levels.scores(truth, predicted)?;
+    let sum: f64 = each.iter().map(|own| score(&own.scores)).sum();
+    Ok(100.0 * (sum / each.len().max(1) as f64))
+}
+
+/// Returns the calibration error and the Brier score.
+fn calibration(task: &Task, outcome: &Outcome) -> Result<(f64, f64)> {
+    Levels::of_task(task).calibration(outcome.outputs(), outcome.labels().0)
+}
+
+/// Returns for each sample the share of its labels that is right, 0 to 1.
+fn share_right(outcome: &Outcome, width: usize) -> Vec<f64> {
+    let (truth, predicted) = outcome.labels();
+    let right = |(truth, predicted): (&[u32], &[u32])| {
+        truth.iter().zip(predicted).filter(|(a, b)| a == b).count() as f64 / width as f64
+    };
+    truth.chunks_exact(width).zip(predicted.chunks_exact(width)).map(right).collect()
+}
+
+/// Returns the errors of each sample, one per quantity.
+fn errors(outcome: &Outcome, width: usize) -> Vec<Vec<f64>> {
+    let Outcome::Values { truth, predicted } = outcome else { return vec![] };
+    let row = |(truth, predicted): (&[f32], &[f32])| {
+        predicted.iter().zip(truth).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect()
+    };
+    truth.chunks_exact(width).zip(predicted.chunks_exact(width)).map(row).collect()
+}
+
+/// Returns the mean over the quantities of a value of their errors and true values.
+fn mean_over(task: &Task, outcome: &Outcome, value: fn(&[f64], &[f64]) -> f64) -> Result<f64> {
+    let (Outcome::Values { truth, .. }, Task::Values(quantities)) = (outcome, task) else {
+        return Err(Error::Metrics {
+            what: "predictions",
+            reason: "are labels where values are needed".into(),
+        });
+    };
+    let width = quantities.len().max(1);
+    let rows = errors(outcome, width);
+    if rows.is_empty() {
+        return Err(Error::Metrics { what: "predicted values", reason: "there are none".into() });
+    }
+    let of_column = |column: usize| {
+        let errors: Vec<f64> = rows.iter().map(|row| row[column]).collect();
+        let truth: Vec<f64> = truth.iter().skip(column).step_by(width).map(|v| f64::from(*v)).collect();
+        value(&errors, &truth)
+    };
+    Ok((0..width).map(of_column).sum::<f64>() / width as f64)
+}
+
+fn absolute(errors: &[f64]) -> Vec<f64> {
+    errors.iter().map(|error| error.abs()).collect()
+}
+
+fn squares(errors: &[f64]) -> Vec<f64> {
+    errors.iter().map(|error| error * error).collect()
+}
+
+/// Returns 1 less the share of the variance that is left (scikit-learn's `r2_score`): 1 for true values that are all
+/// equal and predicted exactly, 0 for equal ones that are not.
+fn r_squared(errors: &[f64], truth: &[f64]) -> f64 {
+    let mean = mean_sd(truth).0;
+    let left: f64 = squares(errors).iter().sum();
+    let whole: f64 = truth.iter().map(|value| (value - mean).powi(2)).sum();
+    if whole > 0.0 { 1.0 - left / whole } else { f64::from(u8::from(left == 0.0)) }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use taxel_data::{Quantity, Targets, Values};
+
+    use super::*;
+
+    fn force() -> Vec<Quantity> {
+        vec![Quantity { name: "force".into(), unit: Some("N".into()) }]
+    }
+
+    #[test]
+    fn metrics_of_values_are_those_of_scikit_learn() {
+        let targets = Targets::Values(Values::new(force(), vec![3.0, -0.5, 2.0, 7.0]));
+        let outcome = Outcome::new(&targets, &[0, 1, 2, 3], vec![2.5, 0.0, 2.0, 8.0]);
+        let (task, of) = (targets.task(), |name: &str| {
+            let task = targets.task();
+            Metric::named(&task, name).unwrap().of(&task, &outcome).unwrap()
+        });
+        // sklearn.metrics: mean_absolute_error, root_mean_squared_error, r2_score of the example in their docs.
+        assert!((of("mae") - 0.5).abs() < 1e-12);
+        assert!((of("rmse") - 0.6123724356957945).abs() < 1e-12);
+        assert!((of("r2") - 0.9486081370449679).abs() < 1e-12);
+        let terms = Metric::primary(&task).terms(&task, &outcome).unwrap();
+        assert_eq!(terms, [0.5, 0.5, 0.0, 1.0]);
+        assert!(Metric::primary(&task).prefers(0.4, 0.5));
+    }
+
+    #[test]
+    fn the_primary_metric_is_the_mean_of_its_terms() {
+        let classes = ["a".to_string(), "b".into()];
+        let targets = Targets::classes(&classes, &[0, 1, 1]);
+        let outcome = Outcome::new(&targets, &[0, 1, 2], vec![0.9, 0.1, 0.2, 0.8, 0.6, 0.4]);
+        let (task, primary) = (targets.task(), Metric::primary(&targets.task()));
+        let terms = primary.terms(&task, &outcome).unwrap();
+        assert_eq!((primary.name, terms.as_slice()), ("accuracy", [1.0, 1.0, 0.0].as_slice()));
+        let mean = primary.unit.scale() * terms.iter().sum::<f64>() / 3.0;
+        assert!((primary.of(&task, &outcome).unwrap() - mean).abs() < 1e-12);
+        assert_eq!(primary.worsening(80.0, 90.0), 10.0);
+    }
+}
