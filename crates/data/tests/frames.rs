@@ -27,8 +27,8 @@ fn every_frame_is_a_sample_in_the_order_of_the_recordings() {
     assert_eq!((each.reading.layout, each.x.shape()), (Layout::Image, &[6, 1, 3][..]));
     assert_eq!(each.sample_shape(), [1, 3]);
     assert!(each.x.iter().eq(whole.x.iter()));
-    assert_eq!(each.y, [0, 0, 1, 1, 0, 0]);
-    assert_eq!(each.labels.of(&[0, 2, 4]), whole.labels.of(&[0, 1, 2]));
+    assert_eq!(each.strata().to_vec(), [0, 0, 1, 1, 0, 0]);
+    assert_eq!(each.targets.labels().unwrap().of(&[0, 2, 4]), whole.targets.labels().unwrap().of(&[0, 1, 2]));
     assert_eq!(each.groups.as_deref(), Some(&[7, 7, 7, 7, 9, 9][..]));
     assert!(each.origins[3].ends_with(", frame 1"), "{:?}", each.origins);
     assert_ne!(each.digest, whole.digest);

@@ -17,8 +17,8 @@ fn a_ts_pair_is_read_with_its_split() {
     let data = load(&dir.path().join("Two"), &Options::default()).unwrap();
     assert_eq!(data.x.shape(), [3, 2, 3]);
     assert_eq!(data.x.as_slice().unwrap()[..6], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-    assert_eq!(data.classes, ["2", "10", "run"]);
-    assert_eq!(data.y, [2, 1, 0]);
+    assert_eq!(data.output_names(), ["2", "10", "run"]);
+    assert_eq!(data.strata().to_vec(), [2, 1, 0]);
     assert_eq!(data.official, Some(vec![false, false, true]));
     assert_eq!((data.name.as_str(), data.origins[2].as_str()), ("Two", "Two_TEST.ts[0]"));
     let same = load(&dir.path().join("Two_TEST.ts"), &Options::default()).unwrap();
@@ -32,7 +32,7 @@ fn labels_json_beside_the_files_is_read() {
     write(dir.path(), "Plain_TEST.txt", "a,4,5\n");
     write(dir.path(), "labels.json", r#"{"classes": ["b", "a"], "unit": "mV", "rate": 50}"#);
     let data = load(&dir.path().join("Plain"), &Options::default()).unwrap();
-    assert_eq!((data.y, data.classes.join(" ")), (vec![1, 0, 1], "b a".to_string()));
+    assert_eq!((data.strata().to_vec(), data.output_names().join(" ")), (vec![1, 0, 1], "b a".to_string()));
     assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("mV"), Some(50.0)));
     write(dir.path(), "Plain.classes.json", r#"["b", "c"]"#);
     let text = load(&dir.path().join("Plain"), &Options::default()).unwrap_err().to_string();
@@ -45,8 +45,8 @@ fn plain_text_has_the_class_first() {
     write(dir.path(), "Plain_TRAIN.txt", "  1.0000000e+00  0.5 0.25\n -1 2 3\n\n");
     write(dir.path(), "Plain_TEST.txt", "1,4,5\n");
     let data = load(&dir.path().join("Plain"), &Options::default()).unwrap();
-    assert_eq!((data.x.shape(), data.y.as_slice()), ([3, 1, 2].as_slice(), [1, 0, 1].as_slice()));
-    assert_eq!(data.classes, ["-1", "1"]);
+    assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), ([3, 1, 2].as_slice(), [1, 0, 1].as_slice()));
+    assert_eq!(data.output_names(), ["-1", "1"]);
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn the_shared_sets_have_their_cards_sizes() {
     ] {
         let data = load(&folder.join(name), &Options::default()).unwrap();
         assert_eq!(data.x.shape(), shape, "{name}");
-        assert_eq!(data.classes.len(), classes, "{name}");
+        assert_eq!(data.output_names().len(), classes, "{name}");
         let test = data.official.unwrap();
         assert_eq!(test.iter().filter(|t| !**t).count(), train, "{name}");
     }

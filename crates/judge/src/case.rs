@@ -39,7 +39,7 @@ impl Case {
 
     /// Sizes of the attributes.
     pub fn levels(&self) -> Levels {
-        Levels::new(&self.dataset.labels.sizes())
+        Levels::new(&self.dataset.labels()?.sizes())
     }
 
     /// The saved model of a finished fold.

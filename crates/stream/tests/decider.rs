@@ -34,7 +34,7 @@ fn predicted(model: &Model, last: u64, known: usize, padding: Padding) -> Vec<f3
     }
     padding.fill(&mut sample, (CHANNELS, 1), known);
     let x = ArrayD::from_shape_vec(IxDyn(&[1, CHANNELS, TICKS]), sample).unwrap();
-    model.predict(&x).unwrap().probabilities
+    model.predict(&x).unwrap().outputs
 }
 
 fn lasts(all: &Decisions) -> Vec<u64> {

@@ -293,7 +293,7 @@ impl Runner<'_> {
             self.experiment.refuse(Problem::new(key, format!("{:?}", path.display()), reason))
         };
         let (graph, weights) = read_network(path).map_err(|e| refuse(e.to_string()))?;
-        let graph = graph.with_classes(self.dataset.classes.len()).map_err(|e| refuse(e.to_string()))?;
+        let graph = graph.with_classes(self.dataset.output_names().len()).map_err(|e| refuse(e.to_string()))?;
         let names: Vec<&str> = graph.inputs().map(|node| node.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
         for node in graph.inputs() {
@@ -325,7 +325,7 @@ impl Runner<'_> {
     fn sized(&self, network: &Network, entry: &Entry, encoder: &mut Encoder) -> Result<(Settings, Graph)> {
         let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
-        let mut settings = entry.fit(self.dataset.classes.len(), |input| encoder.shape(input))?;
+        let mut settings = entry.fit(self.dataset.output_names().len(), |input| encoder.shape(input))?;
         settings.extend(network.settings());
         let graph = entry.graph(&settings)?;
         Ok((settings, graph))

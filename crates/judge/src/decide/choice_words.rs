@@ -212,8 +212,8 @@ fn circumstances(judgement: &Judgement) -> Vec<String> {
     if let Some(most) = judgement.networks.iter().filter_map(|n| n.results.per_class).max() {
         words.push(format!("Only the rows with the most training samples per class ({most}) took part."));
     }
-    if judgement.results.attributes.len() > 1 {
-        let names: Vec<String> = judgement.results.attributes.iter().map(|a| a.name.clone()).collect();
+    if judgement.results.task.attributes().len() > 1 {
+        let names: Vec<String> = judgement.results.task.attributes().iter().map(|a| a.name.clone()).collect();
         words.push(format!("Accuracy is the mean over {}.", listed(&names)));
     }
     if judgement.unfinished() > 0 {

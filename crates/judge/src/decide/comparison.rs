@@ -38,7 +38,7 @@ impl<'a> Answers<'a> {
         let Answers { record, rows, width } = self;
         rows.iter().map(move |&row| {
             let own = row * width..(row + 1) * width;
-            (&record.truth[own.clone()], &record.predicted[own])
+            (&record.outcome.labels().0[own.clone()], &record.outcome.labels().1[own])
         })
     }
 

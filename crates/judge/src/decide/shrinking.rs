@@ -28,7 +28,7 @@ pub fn contrasts(
     let comparison = Comparison {
         networks: std::iter::once((WHOLE.to_string(), whole.to_vec())).chain(named).collect(),
         clusters: dataset.clusters(),
-        width: dataset.labels.sizes().len(),
+        width: dataset.labels()?.sizes().len(),
         protocol: protocol.clone(),
         seed,
     };

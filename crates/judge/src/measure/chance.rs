@@ -5,7 +5,7 @@ use taxel_data::Dataset;
 /// The share of samples in % that is right by always naming the commonest class; with several attributes
 /// the mean over them.
 pub(super) fn chance(dataset: &Dataset) -> f64 {
-    let (sizes, truth) = (dataset.labels.sizes(), dataset.labels.values());
+    let (sizes, truth) = (dataset.labels()?.sizes(), dataset.labels()?.values());
     let share = |attribute: usize, size: usize| {
         let mut counts = vec![0usize; size];
         let labels = truth.iter().skip(attribute).step_by(sizes.len());

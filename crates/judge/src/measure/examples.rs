@@ -35,7 +35,7 @@ pub(super) fn examples(case: &Case) -> Result<Vec<Example>> {
     let mut chosen: Vec<usize> = vec![];
     let mut classes = BTreeSet::new();
     for &at in &order {
-        if chosen.len() + 1 < MOST && classes.insert(case.dataset.y[index[at]]) {
+        if chosen.len() + 1 < MOST && classes.insert(case.dataset.strata()[index[at]]) {
             chosen.push(at);
         }
     }
@@ -48,7 +48,7 @@ pub(super) fn examples(case: &Case) -> Result<Vec<Example>> {
 /// Whether every label of the test sample number `at` is right.
 fn right(record: &FoldRecord, at: usize, width: usize) -> bool {
     let own = at * width..(at + 1) * width;
-    record.truth[own.clone()] == record.predicted[own]
+    record.outcome.labels().0[own.clone()] == record.outcome.labels().1[own]
 }
 
 /// The sample `row` of the data set, number `at` of the test part.
@@ -65,10 +65,10 @@ fn example(case: &Case, seen: &[Seen], row: usize, at: usize) -> Result<Example>
             }
         }
     }
-    let attributes = dataset.labels.attributes();
+    let attributes = dataset.labels()?.attributes();
     Ok(Example {
         origin: dataset.origins[row].clone(),
-        truth: named(attributes, &dataset.labels.of(&[row])),
+        truth: named(attributes, &dataset.labels()?.of(&[row])),
         pictures,
         verdicts: seen.iter().map(|(record, _)| verdict(attributes, record, at)).collect(),
     })
@@ -77,11 +77,11 @@ fn example(case: &Case, seen: &[Seen], row: usize, at: usize) -> Result<Example>
 fn verdict(attributes: &[Attribute], record: &FoldRecord, at: usize) -> Verdict {
     let width = attributes.len();
     let outputs: usize = attributes.iter().map(|own| own.classes.len()).sum();
-    let predicted = &record.predicted[at * width..(at + 1) * width];
+    let predicted = &record.outcome.labels().1[at * width..(at + 1) * width];
     let mut first = at * outputs;
     let mut least = 1.0f64;
     for (&label, attribute) in predicted.iter().zip(attributes) {
-        least = least.min(f64::from(record.probabilities[first + label as usize]));
+        least = least.min(f64::from(record.outcome.outputs()[first + label as usize]));
         first += attribute.classes.len();
     }
     Verdict {

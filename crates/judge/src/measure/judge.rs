@@ -116,7 +116,7 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
         speed: measured,
         train_seconds: mean(timings.iter().map(|timing| timing.train_seconds)).unwrap_or(0.0),
         epoch_seconds: per_epoch,
-        calibration_error: mean(own.folds.iter().map(|fold| fold.calibration_error)).unwrap_or(0.0),
+        calibration_error: mean(own.folds.iter().map(|fold| fold.scores.get("calibration_error")?)).unwrap_or(0.0),
         on_front: false,
         training: (0..epochs).map(|epoch| point(epoch, &records)).collect(),
         results: own.clone(),
@@ -124,7 +124,7 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
 }
 
 fn frozen(card: &Card) -> Vec<String> {
-    match &card.anatomy {
+    match &card.kind {
         Anatomy::Network { recipe, .. } => recipe.frozen.clone(),
         Anatomy::Baseline { .. } => vec![],
     }
@@ -151,9 +151,9 @@ fn point(epoch: usize, records: &[&FoldRecord]) -> EpochPoint {
     EpochPoint {
         epoch,
         train_loss: over(|line| line.train_loss),
-        train_accuracy: over(|line| line.train_accuracy),
+        train_accuracy: over(|line| line.train_score),
         validation_loss: mean(lines().filter_map(|line| line.validation_loss)),
-        validation_accuracy: mean(lines().filter_map(|line| line.validation_accuracy)),
+        validation_accuracy: mean(lines().filter_map(|line| line.validation_score)),
     }
 }
 

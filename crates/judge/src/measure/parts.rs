@@ -69,7 +69,7 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> (Vec<Part>, usi
         match parts.iter_mut().find(|part| part.fold == key.fold && part.rows == rows) {
             Some(part) => part.keys.push(key.clone()),
             None => {
-                let truth = case.dataset.labels.of(&rows);
+                let truth = case.dataset.labels()?.of(&rows);
                 parts.push(Part { fold: key.fold, rows, truth, keys: vec![key.clone()] });
             }
         }
@@ -302,5 +302,5 @@ pub(super) fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f3
             refused.push(row);
         }
     }
-    Ok((predictor.predict(&mended)?.probabilities, refused))
+    Ok((predictor.predict(&mended)?.outputs, refused))
 }

@@ -206,7 +206,7 @@ fn again(entries: &[Entry]) -> Vec<Table> {
         // Simulated readings differ with the seed; the scene and the number of samples are the same.
         let same = |group: &&mut Vec<&Judgement>| {
             let (a, b) = (&group[0].results, &own.results);
-            (&a.source, a.samples, &a.classes) == (&b.source, b.samples, &b.classes)
+            (&a.source, a.samples, &a.task.output_names()) == (&b.source, b.samples, &b.task.output_names())
         };
         match groups.iter_mut().find(same) {
             Some(group) => group.push(own),

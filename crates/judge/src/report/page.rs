@@ -96,14 +96,14 @@ impl Parts<'_> {
 
     fn header(&self) -> Markup {
         let results = &self.judgement.results;
-        let what = if results.attributes.is_empty() { "classes" } else { "levels" };
+        let what = if results.task.attributes().is_empty() { "classes" } else { "levels" };
         let unfinished = self.judgement.unfinished();
         html! {
             header {
                 p.kicker { "taxel report of " (results.name) " " (badge(self.judgement.kind())) }
                 h1 { (self.heading()) " " span.source { (results.source) } }
                 p {
-                    (results.samples) " samples, " (results.classes.len()) " " (what) ". "
+                    (results.samples) " samples, " (results.task.output_names().len()) " " (what) ". "
                     (self.judgement.protocol) ", seed " (results.seed) "."
                 }
                 @if let Some(words) = self.diverged() {
@@ -239,7 +239,7 @@ impl Parts<'_> {
         let matrices: Vec<&Chart> =
             self.charts.iter().filter(|c| c.name.starts_with(charts::CONFUSION)).collect();
         let numbers =
-            if self.judgement.results.attributes.is_empty() { tables::CONFUSION } else { tables::ATTRIBUTES };
+            if self.judgement.results.task.attributes().is_empty() { tables::CONFUSION } else { tables::ATTRIBUTES };
         html! {
             (self.chart(charts::ACCURACY_SIZE, tables::COSTS).unwrap_or_default())
             (self.chart(charts::ACCURACY_MACS, tables::COSTS).unwrap_or_default())

@@ -52,7 +52,7 @@ impl<'a> Benchmark<'a> {
             judged: judged.clone(),
         };
         let class = |name: &String| {
-            let at = results.classes.iter().position(|known| known == name);
+            let at = results.task.output_names().iter().position(|known| known == name);
             at.map(|at| at as u32)
         };
         let groups = results.look_alikes.values();

@@ -138,7 +138,7 @@ pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Answer
 
 /// TactNet3D takes an object for its twin (`name` and `name` + `suffix`) less often than 2D networks do.
 pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Answer> {
-    let classes = &run.judgement.results.classes;
+    let classes = &run.judgement.results.task.output_names();
     let label = |name: &str| classes.iter().position(|known| known == name);
     let pair = |name: &String| Some((label(name.strip_suffix(suffix)?)? as u32, label(name)? as u32));
     let pairs: Vec<(u32, u32)> = classes.iter().filter_map(pair).collect();

@@ -31,7 +31,7 @@ pub(super) fn beats(run: &Benchmark, one: &str, others: &[&str], measure: Measur
         Measure::Attribute(name) => ("accuracy", Some(name)),
         Measure::WorstPrecision(name) => ("precision of the worst level", Some(name)),
     };
-    let attributes = &run.judgement.results.attributes;
+    let attributes = &run.judgement.results.task.attributes();
     let at = attribute.map(|name| attributes.iter().position(|own| own.name == name));
     if let (Some(None), Some(name)) = (at, attribute) {
         return Ok(lacks(format!("the attribute {name}")));
@@ -82,7 +82,7 @@ pub(super) fn close(run: &Benchmark, ones: &[&str], others: &[&str], margin: f64
 
 /// Of all mistakes the one that takes the first class for the second is the commonest.
 pub(super) fn commonest_error(run: &Benchmark, zoo: &str, [from, to]: [&str; 2]) -> Result<Answer> {
-    let classes = &run.judgement.results.classes;
+    let classes = &run.judgement.results.task.output_names();
     let label = |name: &str| classes.iter().position(|known| known == name);
     let Some(own) = run.find(zoo) else { return Ok(lacks(zoo)) };
     let (Some(first), Some(second)) = (label(from), label(to)) else {

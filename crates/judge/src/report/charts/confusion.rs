@@ -28,9 +28,9 @@ pub(super) fn charts(judgement: &Judgement) -> Vec<Chart<'_>> {
         };
         if let Some(confusion) = &n.results.confusion {
             let file = format!("{}{number:02}-{}", chart::CONFUSION, slug(name));
-            add(file, name.clone(), confusion, &judgement.results.classes);
+            add(file, name.clone(), confusion, &judgement.results.task.output_names());
         }
-        for (attribute, scores) in judgement.results.attributes.iter().zip(&n.results.attributes) {
+        for (attribute, scores) in judgement.results.task.attributes().iter().zip(&n.results.attributes) {
             let file = format!("{}{number:02}-{}-{}", chart::CONFUSION, slug(name), slug(&attribute.name));
             add(file, format!("{name}: {}", attribute.name), &scores.confusion, &attribute.classes);
         }
