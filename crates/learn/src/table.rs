@@ -5,11 +5,10 @@
 use std::fmt;
 
 use serde_json::{Value, json};
+use taxel_base::{Grid, thousands};
 
 use crate::error::Result;
-use crate::grid::Grid;
 use crate::latency::Latency;
-use crate::numbers::thousands;
 use crate::run::folder::RunFolder;
 use crate::run::results::{NetworkResults, Results};
 use crate::training::recipe::BatchNorm;
