@@ -54,7 +54,9 @@ fn kind(error: &taxel::Error) -> Kind {
         taxel::Error::Data(error) => of_data(error),
         taxel::Error::Learn(error) => of_learn(error),
         taxel::Error::Judge(taxel::judge::Error::Learn(error)) => of_learn(error),
-        taxel::Error::Judge(taxel::judge::Error::Write { .. }) => Kind::File(ErrorKind::Other),
+        taxel::Error::Judge(taxel::judge::Error::Report(taxel::report::Error::Write { .. })) => {
+            Kind::File(ErrorKind::Other)
+        }
         taxel::Error::Experiment(error) => match error {
             experiment::Error::Data(error) => of_data(error),
             experiment::Error::Learn(error) => of_learn(error),

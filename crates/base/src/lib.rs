@@ -1,9 +1,10 @@
-//! What every crate shares: nearest names, whole files, seeded generators, layouts of samples.
+//! What every crate shares: nearest names, whole files, seeded generators, printed tables, layouts of samples.
 //!
 //! - [`names`] finds the name that was meant, for messages about an unknown one.
 //! - [`files`] writes files that are whole or not there.
 //! - [`seed`] gives one generator for each seed and purpose.
 //! - [`quiet`] catches panics of foreign readers.
+//! - [`Grid`] prints a table of texts, [`thousands`] a large number.
 //! - [`Layout`] says what the axes of one raw sample are.
 //!
 //! ```
@@ -17,9 +18,13 @@
 //! ```
 
 pub mod files;
+mod grid;
 mod layout;
 pub mod names;
+mod numbers;
 pub mod quiet;
 pub mod seed;
 
+pub use grid::{Align, Grid, markdown_text};
 pub use layout::{Layout, UnknownLayout};
+pub use numbers::thousands;

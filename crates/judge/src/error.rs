@@ -46,22 +46,9 @@ pub enum Error {
         /// What is wrong with them.
         reason: String,
     },
-    /// A picture of a judgement whose values are not those of its shape.
-    #[error("picture `{name}`: {reason}; measure the judgement again")]
-    Picture {
-        /// Name of the picture.
-        name: String,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A file that cannot be written.
-    #[error("{path}: cannot be written: {reason}")]
-    Write {
-        /// The file.
-        path: String,
-        /// What the system says.
-        reason: String,
-    },
+    /// A picture of a judgement that cannot be drawn, a file that cannot be written.
+    #[error(transparent)]
+    Report(#[from] taxel_report::Error),
 }
 
 /// A result whose error is [`enum@Error`].
@@ -79,6 +66,6 @@ impl Error {
     }
 
     pub(crate) fn write(path: &Path, reason: impl ToString) -> Self {
-        Error::Write { path: path.display().to_string(), reason: reason.to_string() }
+        taxel_report::Error::write(path, reason).into()
     }
 }

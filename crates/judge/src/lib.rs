@@ -44,16 +44,14 @@ mod synthetic;
 mod values;
 
 pub use case::Case;
-pub use decide::{
-    accuracy, across, choose, claims, contrasts, hardening, knee, knee_words, rank, shrunk_words, statistics,
-};
+pub use decide::{accuracy, across, choose, claims, contrasts, hardening, knee, rank, statistics};
 pub use error::{Error, Result};
 pub use measure::{EarlyOptions, Options, StressOptions, judge, speed, stress, survey};
-pub use report::{Entry, Report, Summary, overview, report, shrunk_page, survey_page, sweep_page};
+pub use report::{Entry, Ranked, Report, Summary, overview, report, survey_page};
+pub use taxel_report::pictures::{Picture, PictureKind};
 pub use values::{
-    Across, Alarms, Axis, Change, Choice, Claim, ClassPictures, Combined, Contest, Contrast, CostKind,
-    Criteria, Curve, Early, EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example,
-    FaultCurve, FaultInfo, FoldLoss, Hardened, Judged, Judgement, MAJORITY, NetworkStress, OpenTrial,
-    OtherWay, Outcome, Picture, PictureKind, Rung, Score, SensorRange, Setting, Shrunk, Small, SmallSpeed,
-    Speed, Spread, Stress, Survey, Sweep, SweepProgress, Test, Unmet, Verdict,
+    Across, Alarms, Change, Choice, Claim, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
+    EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
+    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Outcome, Score, SensorRange, Speed,
+    Stress, Survey, Test, Unmet, Verdict,
 };

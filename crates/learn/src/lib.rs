@@ -35,12 +35,10 @@
 pub mod encoding;
 mod error;
 mod estimator;
-mod grid;
 mod json_file;
 mod latency;
 pub mod metrics;
 mod model;
-mod numbers;
 mod problem;
 mod progress;
 mod run;
@@ -56,15 +54,13 @@ pub use estimator::fit::{Fit, fit};
 pub use estimator::network::Trainable;
 pub use estimator::one_fold::{OneFold, Tested, inner_folds};
 pub use estimator::search::{Chosen, Combination, Search, Trial};
-pub use grid::{Align, Grid, markdown_text};
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
     Card, FORMAT, Kind, Model, ModelInput, Predictions, Predictor, Quantized, Score, TrainedOn, TrainingPart,
     Workspace,
 };
-pub use numbers::thousands;
 pub use problem::{Check, Problem, require, share, within};
-pub use progress::{IndicatifProgress, Progress, Silent};
+pub use progress::{Progress, Silent};
 pub use run::cross_validation::CrossValidation;
 pub use run::environment::{Environment, cores, program};
 pub use run::folder::{Identity, RunFolder};

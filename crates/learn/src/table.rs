@@ -5,13 +5,12 @@
 use std::fmt;
 
 use serde_json::{Value, json};
+use taxel_base::{Grid, thousands};
 use taxel_data::Task;
 
 use crate::error::Result;
-use crate::grid::Grid;
 use crate::latency::Latency;
 use crate::metrics::{Metric, Scores, Unit, metrics};
-use crate::numbers::thousands;
 use crate::run::folder::RunFolder;
 use crate::run::results::{NetworkResults, Results};
 use crate::training::recipe::BatchNorm;

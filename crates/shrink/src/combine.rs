@@ -2,13 +2,14 @@
 
 use std::slice::from_ref;
 
-use taxel_judge::{Combined, Contrast, Curve};
+use taxel_judge::Contrast;
 use taxel_learn::FoldRecord;
 
 use crate::curves::{Outer, Shared};
 use crate::desk::Desk;
 use crate::error::Result;
 use crate::ladder::{Cut, Ladder};
+use crate::shrunk::{Combined, Curve};
 
 /// Combinations that are tried at most.
 const TRIES: usize = 6;
@@ -121,7 +122,7 @@ fn loosen(chosen: &mut Vec<(usize, usize)>, tried: &[(Ladder, Curve)]) {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
-    use taxel_judge::Rung;
+    use crate::shrunk::Rung;
 
     use super::*;
     use crate::axis::Axis;

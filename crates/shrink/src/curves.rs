@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 
 use taxel_data::{Dataset, Fold};
-use taxel_judge::{Contrast, Curve, Rung, contrasts, knee, knee_words};
+use taxel_judge::{Contrast, contrasts, knee};
 use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
 use taxel_trainer::Alone;
 use toml::Table;
@@ -12,6 +12,8 @@ use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
 use crate::ladder::{Cut, Ladder, Step};
 use crate::sensors::{Sensor, kept};
+use crate::shrunk::{Curve, Rung};
+use crate::words::knee_words;
 
 /// A loss on inner folds, in percentage points, after which nothing smaller is trained.
 const HOPELESS: f64 = 25.0;

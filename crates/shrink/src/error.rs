@@ -12,7 +12,10 @@ pub enum Error {
     /// A training, a run folder or a model.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),
-    /// Statistics, or the page.
+    /// The page cannot be drawn or written.
+    #[error(transparent)]
+    Report(#[from] taxel_report::Error),
+    /// Statistics.
     #[error(transparent)]
     Judge(#[from] taxel_judge::Error),
     /// A value that does not do.

@@ -32,20 +32,27 @@
 //! ```
 
 mod axis;
+mod chart;
 mod combine;
 mod curves;
 mod desk;
 mod error;
 mod ladder;
 mod options;
+mod page;
 mod plan;
 mod ranking;
 mod sensors;
 mod shrink;
+mod shrunk;
 mod small;
+mod words;
 
 pub use axis::Axis;
 pub use error::{Error, Result};
 pub use options::Options;
+pub use page::shrunk_page;
 pub use plan::Estimate;
 pub use shrink::{Finished, shrink};
+pub use shrunk::{Combined, Curve, Rung, Shrunk, Small, SmallSpeed};
+pub use words::{knee_words, shrunk_words};

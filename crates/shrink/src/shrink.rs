@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
-use taxel_judge::{Case, Criteria, Curve, Shrunk, SmallSpeed, accuracy, shrunk_page, shrunk_words};
+use taxel_judge::{Case, Criteria, accuracy};
 use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
 use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
@@ -17,10 +17,13 @@ use crate::desk::{Ask, Desk};
 use crate::error::{Error, Result};
 use crate::ladder::{Cut, Facts, Ladder, ladder};
 use crate::options::Options;
+use crate::page::shrunk_page;
 use crate::plan::{Estimate, Plan};
 use crate::ranking;
 use crate::sensors::sensors;
+use crate::shrunk::{Curve, Shrunk, SmallSpeed};
 use crate::small;
+use crate::words::shrunk_words;
 
 /// Name of the smaller model's file.
 const MODEL: &str = "shrunk.safetensors";

@@ -1,12 +1,13 @@
 //! The smaller model beside the whole: what each reads, is and costs.
 
 use ndarray::Axis;
-use taxel_judge::{Case, Shrunk, Small, SmallSpeed};
+use taxel_judge::Case;
 use taxel_learn::metrics::{Scores, mean_sd_scores};
 use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
 
 use crate::combine::Together;
 use crate::error::{Error, Result};
+use crate::shrunk::{Shrunk, Small, SmallSpeed};
 
 /// Seconds that timing a model takes at most.
 const BUDGET: f64 = 2.0;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Npz};
-use taxel_judge::{Case, Curve, Shrunk};
+use taxel_judge::Case;
 use taxel_learn::{Model, Protocol, RunFolder, RunOptions, Silent, inner_folds, quantize_run};
-use taxel_shrink::{Axis, Error, Finished, Options, shrink};
+use taxel_shrink::{Axis, Curve, Error, Finished, Options, Shrunk, shrink};
 use taxel_trainer::{Experiment, Overrides, Runner};
 use taxel_zoo::Registry;
 

@@ -4,15 +4,17 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use taxel_judge::{Criteria, OpenTrial, Sweep, rank, sweep_page};
+use taxel_judge::{Criteria, rank};
 use taxel_zoo::Registry;
 
 use crate::claim::{begun, tidy_all, tidy_up};
+use crate::collected::{OpenTrial, Sweep};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::gather::put_together;
 use crate::json;
 use crate::manifest::Manifest;
+use crate::page::sweep_page;
 use crate::record::{Failure, TrialResult, TrialTiming};
 use crate::samples::{Loader, Samples};
 use crate::tables::Tables;

@@ -40,7 +40,10 @@ pub enum Error {
     /// A run folder cannot be read or put together.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),
-    /// Networks cannot be ranked, a page cannot be written.
+    /// The page cannot be drawn or written.
+    #[error(transparent)]
+    Report(#[from] taxel_report::Error),
+    /// Networks cannot be ranked.
     #[error(transparent)]
     Judge(#[from] taxel_judge::Error),
 }

@@ -33,9 +33,11 @@
 //! ```
 
 mod axes;
+mod chart;
 mod chunks;
 mod claim;
 mod collect;
+mod collected;
 mod data_sets;
 pub mod emit;
 mod error;
@@ -44,6 +46,7 @@ mod gather;
 mod jobs;
 mod json;
 mod manifest;
+mod page;
 mod plan;
 mod record;
 mod samples;
@@ -56,11 +59,13 @@ mod work;
 pub use chunks::{Chunking, Task, Tasks, tasks};
 pub use claim::Holder;
 pub use collect::collect;
+pub use collected::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress};
 pub use emit::{Arrays, Emit};
 pub use error::{Error, Result};
 pub use folder::SweepFolder;
 pub use jobs::{Tally, shares, work};
 pub use manifest::Manifest;
+pub use page::sweep_page;
 pub use plan::{Planned, plan};
 pub use record::{Failure, NetworkScore, TrialResult, TrialTiming};
 pub use study::{Configs, Draw, Folds, Random, Study};

@@ -3,8 +3,9 @@
 
 use std::collections::HashMap;
 
-use taxel_judge::{Axis, Contest, MAJORITY, Setting, Spread};
+use taxel_judge::{Contest, MAJORITY};
 
+use crate::collected::{Axis, Setting, Spread};
 use crate::data_sets::DataSets;
 use crate::record::{NetworkScore, TrialResult};
 use crate::trial::{Trial, shown};

@@ -80,6 +80,8 @@ mod export;
 mod listing;
 pub mod panics;
 #[cfg(feature = "lab")]
+mod progress;
+#[cfg(feature = "lab")]
 pub mod reporting;
 
 pub use error::{Error, Result};
@@ -88,6 +90,8 @@ pub use export::{Exported, ExportedInput, export};
 #[cfg(feature = "lab")]
 pub use listing::{costs, listing};
 pub use ndarray;
+#[cfg(feature = "lab")]
+pub use progress::IndicatifProgress;
 
 pub use taxel_baselines::Method as Baseline;
 pub use taxel_data::{Attribute, Dataset, Labels, Layout, Length, Options, Reading, Source, load};
@@ -101,6 +105,8 @@ pub use taxel_trainer::{Experiment, Overrides, simulate};
 #[cfg(feature = "lab")]
 pub use taxel_zoo::{Entry, Input, Registry, Settings};
 
+/// Names, files, seeds, printed tables.
+pub use taxel_base as base;
 /// Recordings: reading, checking, cards, splits, augmentation.
 pub use taxel_data as data;
 /// Readings to tensors.
@@ -119,6 +125,9 @@ pub use taxel_learn as learn;
 /// Networks as ONNX, out and in.
 #[cfg(feature = "lab")]
 pub use taxel_onnx as onnx;
+/// Tables, charts and pages.
+#[cfg(feature = "lab")]
+pub use taxel_report as report;
 /// Networks frozen for answering.
 pub use taxel_runtime as runtime;
 /// Simulated worlds.

@@ -1,6 +1,6 @@
 //! Tables and numbers that people read.
 
-use taxel::learn::{Align, Grid};
+use taxel::base::{Align, Grid};
 
 /// Rows under a ruled header; columns in `right` are aligned to the right.
 pub fn table(header: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {

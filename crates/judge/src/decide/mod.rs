@@ -9,7 +9,6 @@ mod eight_bits;
 mod hardening;
 mod p_value;
 mod shrinking;
-mod shrunk_words;
 pub mod statistics;
 
 #[cfg(test)]
@@ -24,4 +23,3 @@ pub(crate) use comparison::Comparison;
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
 pub use shrinking::{accuracy, contrasts, knee};
-pub use shrunk_words::{knee_words, shrunk_words};

@@ -210,7 +210,6 @@ struct Sealed {
 const CHANGED: &str = "is not what was measured (digests differ); delete it, and the run is measured again";
 
 fn seal(judgement: &Judgement) -> Result<String> {
-    let text = serde_json::to_string(judgement)
-        .map_err(|e| Error::Write { path: FILE.into(), reason: e.to_string() })?;
+    let text = serde_json::to_string(judgement).map_err(|e| Error::write(FILE.as_ref(), e))?;
     Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
 }

@@ -2,8 +2,7 @@
 
 use ndarray::{ArrayD, ArrayViewD, Axis};
 use taxel_data::Layout;
-
-use crate::values::{Picture, PictureKind};
+use taxel_report::pictures::{Picture, PictureKind};
 
 /// Frames shown of a sequence.
 const FRAMES: usize = 5;

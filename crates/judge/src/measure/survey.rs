@@ -2,9 +2,10 @@
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::{Dataset, Drift, Layout, Shortcut, Survey as Surveyed};
+use taxel_report::pictures::{Picture, PictureKind};
 
 use super::pictures::{picture, reading};
-use crate::values::{ClassPictures, Picture, PictureKind, Survey};
+use crate::values::{ClassPictures, Survey};
 
 /// Recordings shown of a class.
 const EACH: usize = 3;

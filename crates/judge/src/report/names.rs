@@ -25,13 +25,10 @@ pub(super) mod table {
     pub const GUARD: &str = "guard";
     pub const HARDENING: &str = "hardening";
     pub const NETWORKS: &str = "networks";
-    pub const OPEN: &str = "open";
     pub const OVERVIEW_REAL: &str = "overview-real";
     pub const OVERVIEW_SIMULATED: &str = "overview-simulated";
     pub const PUBLISHED: &str = "published";
     pub const RANKS: &str = "ranks";
-    pub const SETTINGS: &str = "settings";
-    pub const SMALL: &str = "models";
     pub const SPEED: &str = "speed";
     pub const TRAINING: &str = "training";
     pub const UNMET: &str = "unmet-faults";

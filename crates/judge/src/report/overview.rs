@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
 use taxel_data::SourceKind;
+use taxel_report::files::{make, of_chart, of_table, write};
+use taxel_report::html::{frame, table};
+use taxel_report::numbers::{digits, tenth};
+use taxel_report::table::{Cell, Column, Table};
 
-use super::files::{make, of_chart, of_table, write};
-use super::html::{frame, table};
 use super::names::table as names;
-use super::numbers::{digits, tenth};
 use super::page::badge;
 use super::ranked::Ranked;
-use super::tables::{self, Cell, Column, Table};
+use super::tables;
 use super::words::kind;
 use crate::error::Result;
 use crate::values::{Across, Choice, Claim, Judgement, Outcome};

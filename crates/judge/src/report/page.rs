@@ -3,16 +3,16 @@
 use maud::{Markup, html};
 use taxel_data::SourceKind;
 use taxel_learn::Environment;
+use taxel_report::chart::Chart;
+use taxel_report::html::{LONG, chart, folded, frame, picture, small_chart, table};
+use taxel_report::palette::Paint;
+use taxel_report::pictures::{Picture, PictureKind, Shown, show};
+use taxel_report::table::Table;
 
-use super::charts::Chart;
-use super::html::{LONG, chart, folded, frame, picture, small_chart, table};
 use super::names::{chart as charts, table as tables};
-use super::palette::Paint;
-use super::pictures::{Shown, show};
-use super::tables::Table;
 use super::words::{kind, runs, stress_basis};
 use crate::error::Result;
-use crate::values::{Choice, Example, Judged, Judgement, Picture, PictureKind};
+use crate::values::{Choice, Example, Judged, Judgement};
 
 /// Everything that a page is made of.
 struct Parts<'a> {

@@ -1,16 +1,17 @@
 //! Networks ranked over data sets: what pages of several runs and of sweeps say of it.
 
 use maud::{Markup, html};
+use taxel_report::chart::Chart;
+use taxel_report::html::{chart, table};
+use taxel_report::numbers::digits;
+use taxel_report::table::{Cell, Column, Table};
 
-use super::charts::{Chart, ranks};
-use super::html::{chart, table};
+use super::charts::ranks;
 use super::names::table as names;
-use super::numbers::digits;
-use super::tables::{Cell, Column, Table};
 use crate::values::Across;
 
 /// Ranks over data sets.
-pub(super) struct Ranked<'a> {
+pub struct Ranked<'a> {
     /// The critical-difference diagram.
     pub drawn: Chart<'a>,
     /// Mean ranks and tests against the best.
@@ -19,10 +20,12 @@ pub(super) struct Ranked<'a> {
 }
 
 impl<'a> Ranked<'a> {
+    /// Draws the ranks and lists them.
     pub fn new(across: &'a Across) -> Self {
         Ranked { drawn: ranks(across), numbers: numbers(across), words: &across.words }
     }
 
+    /// The section of a page.
     pub fn section(&self) -> Markup {
         html! {
             section {

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde_json::{Map, Value};
-use taxel_learn::Grid;
+use taxel_base::Grid;
+use taxel_report::files::{File, make, of_chart, of_table, slug, write};
+use taxel_report::palette::Paint;
+use taxel_report::pictures::{Picture, Shown, show};
+use taxel_report::table::Table;
 
 use super::charts::charts;
-use super::files::{File, make, of_chart, of_table, write};
 use super::page::page;
-use super::palette::Paint;
-use super::pictures::{Shown, show};
-use super::tables::{Table, networks, tables};
-use super::words::slug;
+use super::tables::{networks, tables};
 use crate::error::{Error, Result};
-use crate::values::{Choice, Claim, Judgement, Picture};
+use crate::values::{Choice, Claim, Judgement};
 
 /// Files of a report by their path below the run folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +50,7 @@ pub fn report(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) 
     let html = page(judgement, choice, &tables, &charts)?.into_string();
     let mut files = vec![("report.html".to_string(), html.into_bytes())];
     files.extend(tables.iter().flat_map(of_table));
-    let drawn: Vec<[File; 2]> = charts.par_iter().map(of_chart).collect::<Result<_>>()?;
+    let drawn: Vec<[File; 2]> = charts.par_iter().map(of_chart).collect::<taxel_report::Result<_>>()?;
     files.extend(drawn.into_iter().flatten());
     for (i, example) in judgement.examples.iter().enumerate() {
         for picture in &example.pictures {

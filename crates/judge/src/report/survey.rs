@@ -3,19 +3,20 @@
 use std::path::Path;
 
 use maud::{Markup, html};
+use taxel_data::{Carrier, ChannelRange};
+use taxel_report::chart::Chart;
+use taxel_report::files::write;
+use taxel_report::html::{drawing, folded, frame, picture, scroll};
+use taxel_report::numbers::{digits, tenth};
+use taxel_report::palette::Paint;
+use taxel_report::pictures::show;
+use taxel_report::table::{Cell, Column, Table};
 
-use super::charts::{CHANNELS, Chart, carrier, drift, lengths, ranges};
-use super::files::write;
-use super::html::{drawing, folded, frame, picture, scroll};
+use super::charts::{CHANNELS, carrier, drift, lengths, ranges};
 use super::names::table as names;
-use super::numbers::{digits, tenth};
 use super::page::label;
-use super::palette::Paint;
-use super::pictures::show;
-use super::tables::{Cell, Column, Table};
 use crate::error::{Error, Result};
 use crate::values::{ClassPictures, Survey};
-use taxel_data::{Carrier, ChannelRange};
 
 /// Sets of copies that are listed.
 const SETS: usize = 30;
@@ -56,7 +57,7 @@ pub fn survey_page(survey: &Survey, path: &Path) -> Result<()> {
     let page = frame(&format!("{}: taxel data check", survey.card.name), &body).into_string();
     let folder = path.parent().unwrap_or(Path::new(""));
     let name = path.file_name().ok_or_else(|| Error::write(path, "is no file"))?;
-    write(folder, &(name.to_string_lossy().into_owned(), page.into_bytes()))
+    Ok(write(folder, &(name.to_string_lossy().into_owned(), page.into_bytes()))?)
 }
 
 /// What it is, and what to mind.

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use taxel_data::Source;
+use taxel_report::canvas::Canvas;
+use taxel_report::palette::Paint;
 
-use super::canvas::Canvas;
 use super::fixture::{HOSTILE, choice, claim, judgement};
-use super::palette::Paint;
 use super::tables::tables;
 use super::{Entry, Report, overview, report};
 use crate::decide::across;

@@ -52,7 +52,7 @@ pub(super) fn alarms(stress: &Stress) -> String {
             own.alarmed,
             own.samples,
             100.0 * own.alarmed as f64 / own.samples.max(1) as f64,
-            super::numbers::tenth(own.replaced as f64 / own.alarmed.max(1) as f64),
+            taxel_report::numbers::tenth(own.replaced as f64 / own.alarmed.max(1) as f64),
             own.elements
         ),
     }
@@ -67,10 +67,4 @@ pub(super) fn early_basis(early: &Early) -> String {
         Padding::Edge => "their last reading",
     };
     format!("the starts of {part} test samples of {ticks} readings, filled up with {filled}")
-}
-
-/// A name that is safe in a file name and an anchor.
-pub(super) fn slug(text: &str) -> String {
-    let keep = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
-    text.chars().map(keep).collect()
 }

@@ -4,32 +4,30 @@
 mod across;
 mod choice;
 mod claim;
+mod contrast;
 mod early;
 mod eight_bits;
 mod example;
 mod hardening;
 mod judgement;
-mod shrunk;
 mod speed;
 mod stress;
 mod survey;
-mod sweep;
 
 pub use across::{Across, Contest, Friedman};
 pub use choice::{Choice, CostKind, Criteria, Evidence, Test};
 pub use claim::{Claim, Outcome};
+pub use contrast::Contrast;
 pub use early::{Early, EarlyDecisions, EarlyNetwork, EarlyPoint};
 pub use eight_bits::{Changed, EightBits};
-pub use example::{Example, Picture, PictureKind, Verdict};
+pub use example::{Example, Verdict};
 pub use hardening::{Change, Hardened, Unmet};
 pub use judgement::{EpochPoint, Judged, Judgement};
-pub use shrunk::{Combined, Contrast, Curve, Rung, Shrunk, Small, SmallSpeed};
 pub use speed::Speed;
 pub use stress::{
     Alarms, FaultCurve, FaultInfo, FoldLoss, NetworkStress, OtherWay, Score, SensorRange, Stress,
 };
 pub use survey::{ClassPictures, Survey};
-pub use sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress};
 
 /// The baseline that reads nothing.
 pub const MAJORITY: &str = "majority";

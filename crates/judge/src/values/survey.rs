@@ -1,8 +1,7 @@
 //! What a page about a data set shows.
 
 use taxel_data::{Card, Carrier, Drift};
-
-use super::Picture;
+use taxel_report::pictures::Picture;
 
 /// A data set to look at.
 #[derive(Debug)]

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use taxel_base::thousands;
 use taxel_baselines::Method;
 use taxel_data::{Reading, Source, Task};
 use taxel_graph::{Graph, Loss};
@@ -14,7 +15,6 @@ use taxel_guard::Guard;
 
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Metric, Scores, metrics};
-use crate::numbers::thousands;
 use crate::run::protocol::Protocol;
 use crate::training::recipe::Recipe;
 

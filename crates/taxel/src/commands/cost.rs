@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::learn::thousands;
+use taxel::base::thousands;
 use taxel_graph::Op;
 
 use crate::Outcome;

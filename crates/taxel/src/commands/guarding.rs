@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
+use taxel::base::thousands;
 use taxel::learn::guard::{Found, Guard};
-use taxel::learn::thousands;
 
 /// Channels that a summary names.
 const NAMED: usize = 5;

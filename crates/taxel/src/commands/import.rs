@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::learn::thousands;
+use taxel::base::thousands;
 
 use crate::Outcome;
 use crate::text;

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use taxel::base::{Grid, thousands};
 use taxel::data::{Npz, Recordings};
-use taxel::learn::{Grid, thousands};
 use taxel::{Model, Options, Predictions};
 
 use crate::Outcome;

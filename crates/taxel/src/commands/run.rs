@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::experiment::{self, Runner};
-use taxel::learn::{self, IndicatifProgress};
-use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
+use taxel::learn;
+use taxel::{Experiment, IndicatifProgress, Overrides, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};

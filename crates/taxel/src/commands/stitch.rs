@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::learn::{read_weights, thousands};
+use taxel::base::thousands;
+use taxel::learn::read_weights;
 use taxel_checkpoint as checkpoint;
 use taxel_graph::{Graph, Tensor, Weights};
 

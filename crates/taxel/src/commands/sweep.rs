@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use taxel::Registry;
-use taxel::judge::Sweep as Collected;
+use taxel::sweep::Sweep as Collected;
 use taxel::sweep::{
     Arrays, Chunking, Emit, Outcome as Came, Study, SweepFolder, Trial, WorkOptions, collect, emit, plan,
     shares, tasks, work,
@@ -282,7 +282,7 @@ fn print(sweep: &Collected) {
         "{}: {} of {} trials finished, {} failed, {} begun, {} missing",
         sweep.name, progress.finished, progress.planned, progress.failed, progress.begun, progress.missing
     );
-    let row = |own: &taxel::judge::Setting| {
+    let row = |own: &taxel::sweep::Setting| {
         let accuracy = &own.accuracy;
         let sd = accuracy.sd.map_or("-".into(), |sd| format!("{sd:.2}"));
         vec![

@@ -1,12 +1,13 @@
 //! Rows of bars: where time goes, calibration clean and broken, what training changed.
 
-use super::chart::{Chart, HEADING};
+use taxel_report::axes::{Frame, Scale};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use taxel_report::chart::{Chart, HEADING};
+use taxel_report::numbers::{digits, tenth, tick};
+use taxel_report::palette::{Ink, Paint};
+
 use super::look::shown;
-use crate::report::axes::{Frame, Scale};
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
 use crate::report::names::chart;
-use crate::report::numbers::{digits, tenth, tick};
-use crate::report::palette::{Ink, Paint};
 use crate::values::{Judged, Judgement, NetworkStress};
 
 const WIDTH: f64 = 860.0;

@@ -1,13 +1,13 @@
 //! Confusion matrices.
 
 use taxel_learn::metrics::Confusion;
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Type, short, width_of};
+use taxel_report::chart::Chart;
+use taxel_report::files::slug;
+use taxel_report::palette::{Ink, Paint};
 
-use super::chart::Chart;
 use super::look::shown;
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Type, short, width_of};
 use crate::report::names::chart;
-use crate::report::palette::{Ink, Paint};
-use crate::report::words::slug;
 use crate::values::Judgement;
 
 /// Classes up to which counts are written into the cells.

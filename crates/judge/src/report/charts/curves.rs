@@ -1,12 +1,13 @@
 //! Training, and accuracy with few samples.
 
-use super::chart::{Chart, HEADING};
+use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::canvas::{Canvas, Stroke};
+use taxel_report::chart::{Chart, HEADING};
+use taxel_report::numbers::{digits, tenth, tick};
+use taxel_report::palette::{Ink, Paint};
+
 use super::look::{Look, legend, legend_height, look, shown};
-use crate::report::axes::{Frame, Scale, widened};
-use crate::report::canvas::{Canvas, Stroke};
 use crate::report::names::chart;
-use crate::report::numbers::{digits, tenth, tick};
-use crate::report::palette::{Ink, Paint};
 use crate::report::words::few_samples_of;
 use crate::values::{EpochPoint, Judged, Judgement};
 

@@ -1,12 +1,13 @@
 //! Accuracy by the share of a sample that is there.
 
-use super::chart::Chart;
+use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::canvas::{Canvas, Stroke};
+use taxel_report::chart::Chart;
+use taxel_report::numbers::{tenth, tick};
+use taxel_report::palette::{Ink, Paint};
+
 use super::look::{Look, legend, legend_height, look};
-use crate::report::axes::{Frame, Scale, widened};
-use crate::report::canvas::{Canvas, Stroke};
 use crate::report::names::chart;
-use crate::report::numbers::{tenth, tick};
-use crate::report::palette::{Ink, Paint};
 use crate::report::words::early_basis;
 use crate::values::{Early, EarlyNetwork, Judgement, MAJORITY};
 

@@ -1,12 +1,13 @@
 //! Accuracy under faults: a small chart for each fault, and one map of all losses.
 
-use super::chart::{Chart, HEADING};
+use taxel_report::axes::{Frame, Scale};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use taxel_report::chart::{Chart, HEADING};
+use taxel_report::numbers::{tenth, tick};
+use taxel_report::palette::{Ink, Paint};
+
 use super::look::{Look, legend, legend_height, look};
-use crate::report::axes::{Frame, Scale};
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
 use crate::report::names::chart;
-use crate::report::numbers::{tenth, tick};
-use crate::report::palette::{Ink, Paint};
 use crate::report::words::stress_basis;
 use crate::values::{Judgement, MAJORITY, NetworkStress, Stress};
 

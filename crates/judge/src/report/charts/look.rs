@@ -1,7 +1,8 @@
 //! How each network looks in all charts, and the legend that says so.
 
-use crate::report::canvas::{Canvas, PLAIN, Stroke, short, width_of};
-use crate::report::palette::{Ink, Paint, SERIES};
+use taxel_report::canvas::{Canvas, PLAIN, Stroke, short, width_of};
+use taxel_report::palette::{Ink, Paint, SERIES};
+
 use crate::report::words::is_shown;
 use crate::values::{Judged, Judgement};
 

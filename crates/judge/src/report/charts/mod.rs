@@ -1,24 +1,19 @@
 //! The charts of a report.
 
-mod axis;
 mod bars;
-mod chart;
 mod confusion;
 mod curves;
 mod early;
 mod faults;
-mod labels;
 mod look;
 mod ranks;
-mod shrunk;
 mod survey;
 mod tradeoff;
 
-pub(super) use axis::axis;
-pub(super) use chart::Chart;
 pub(super) use ranks::ranks;
-pub(super) use shrunk::curve;
 pub(super) use survey::{CHANNELS, carrier, drift, lengths, ranges};
+
+use taxel_report::chart::Chart;
 
 use crate::values::{Choice, Judgement};
 

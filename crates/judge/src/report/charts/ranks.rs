@@ -1,10 +1,11 @@
 //! The critical-difference diagram (Demsar 2006, section 3.2.4): mean ranks over several data sets.
 
-use super::chart::Chart;
-use crate::report::axes::Scale;
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends, width_of};
+use taxel_report::axes::Scale;
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends, width_of};
+use taxel_report::chart::Chart;
+use taxel_report::palette::{Ink, Paint};
+
 use crate::report::names::chart;
-use crate::report::palette::{Ink, Paint};
 use crate::values::Across;
 
 const WIDTH: f64 = 860.0;

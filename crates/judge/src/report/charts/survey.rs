@@ -1,13 +1,14 @@
 //! Charts of a data set: lengths, ranges of channels, means in recording order, what carries a shortcut.
 
-use super::chart::Chart;
-use crate::report::axes::{Frame, Scale, widened};
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
-use crate::report::names::chart;
-use crate::report::numbers::{digits, tick};
-use crate::report::palette::{Ink, Paint, SERIES};
-use crate::values::Survey;
 use taxel_data::{Carrier, ChannelRange};
+use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use taxel_report::chart::Chart;
+use taxel_report::numbers::{digits, tick};
+use taxel_report::palette::{Ink, Paint, SERIES};
+
+use crate::report::names::chart;
+use crate::values::Survey;
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 300.0;

@@ -1,14 +1,15 @@
 //! Accuracy against what it costs: latency, size, MACs.
 
-use super::chart::Chart;
-use super::labels::{self, place};
+use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short, width_of};
+use taxel_report::chart::Chart;
+use taxel_report::labels::{self, place};
+use taxel_report::numbers::{bytes, digits, si, tenth, tick};
+use taxel_report::palette::{Ink, Paint};
+
 use super::look::shown;
 use crate::pareto;
-use crate::report::axes::{Frame, Scale, widened};
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short, width_of};
 use crate::report::names::chart;
-use crate::report::numbers::{bytes, digits, si, tenth, tick};
-use crate::report::palette::{Ink, Paint};
 use crate::report::words::runs;
 use crate::values::{Choice, Judged, Judgement, MAJORITY};
 

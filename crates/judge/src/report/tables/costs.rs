@@ -1,9 +1,10 @@
 //! What networks cost: time, size, training; and what training changed.
 
+use taxel_report::numbers::{bytes, digits, si, tenth};
+use taxel_report::table::{Cell, Column, Table};
+
 use super::scores::name;
-use super::table::{Cell, Column, Table};
 use crate::report::names::table;
-use crate::report::numbers::{bytes, digits, si, tenth};
 use crate::values::{EpochPoint, Judged, Judgement, Speed};
 
 pub(super) fn speed(judgement: &Judgement) -> Table {

@@ -1,8 +1,9 @@
 //! Accuracy on the starts of samples.
 
-use super::table::{Cell, Column, Table};
+use taxel_report::numbers::tenth;
+use taxel_report::table::{Cell, Column, Table};
+
 use crate::report::names::table;
-use crate::report::numbers::tenth;
 use crate::report::words::early_basis;
 use crate::values::{Early, EarlyDecisions, EarlyNetwork};
 

@@ -1,8 +1,9 @@
 //! Networks in eight bits beside the same in floats.
 
-use super::table::{Cell, Column, Table};
+use taxel_report::numbers::{digits, tenth};
+use taxel_report::table::{Cell, Column, Table};
+
 use crate::report::names::table;
-use crate::report::numbers::{digits, tenth};
 use crate::values::EightBits;
 
 /// A value in floats and in eight bits.

@@ -1,8 +1,9 @@
 //! What speaks for a choice, for claims, and what networks say about examples.
 
-use super::table::{Cell, Column, Table};
+use taxel_report::numbers::{bytes, digits, si, tenth};
+use taxel_report::table::{Cell, Column, Table};
+
 use crate::report::names::table;
-use crate::report::numbers::{bytes, digits, si, tenth};
 use crate::report::words::kind;
 use crate::values::{Choice, Claim, CostKind, Evidence, Example, Judgement, Test, Verdict};
 

@@ -1,8 +1,9 @@
 //! Accuracy under faults: breaking points, losses, all curves.
 
-use super::table::{Cell, Column, Table};
+use taxel_report::numbers::tenth;
+use taxel_report::table::{Cell, Column, Table};
+
 use crate::report::names::table;
-use crate::report::numbers::tenth;
 use crate::report::words::stress_basis;
 use crate::values::{FaultInfo, NetworkStress, Score, Stress};
 

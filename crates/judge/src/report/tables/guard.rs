@@ -1,8 +1,9 @@
 //! Networks with a guard before them and without one, side by side.
 
-use super::table::{Cell, Column, Table};
+use taxel_report::numbers::tenth;
+use taxel_report::table::{Cell, Column, Table};
+
 use crate::report::names::table;
-use crate::report::numbers::tenth;
 use crate::report::words::alarms;
 use crate::values::{NetworkStress, Stress};
 

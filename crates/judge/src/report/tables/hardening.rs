@@ -1,8 +1,9 @@
 //! Training under faults beside training on clean samples; faults that training never met.
 
-use super::table::{Cell, Column, Table};
+use taxel_report::numbers::{digits, tenth};
+use taxel_report::table::{Cell, Column, Table};
+
 use crate::report::names::table;
-use crate::report::numbers::{digits, tenth};
 use crate::values::{Change, Hardened, Unmet};
 
 fn points(value: f64) -> Cell {

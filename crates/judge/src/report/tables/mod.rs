@@ -8,11 +8,11 @@ mod faults;
 mod guard;
 mod hardening;
 mod scores;
-mod table;
 
 pub(super) use evidence::claims;
 pub(super) use scores::networks;
-pub(super) use table::{Cell, Column, Table};
+
+use taxel_report::table::Table;
 
 use crate::error::Result;
 use crate::values::{Choice, Claim, Judgement};

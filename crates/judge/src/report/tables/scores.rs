@@ -2,10 +2,10 @@
 
 use taxel_learn::metrics::{ClassScores, LevelScores};
 use taxel_learn::{FoldScores, NetworkResults, Published};
+use taxel_report::numbers::{bytes, digits, si, tenth};
+use taxel_report::table::{Cell, Column, Table};
 
-use super::table::{Cell, Column, Table};
 use crate::report::names::table;
-use crate::report::numbers::{bytes, digits, si, tenth};
 use crate::report::words::{few_samples_of, is_shown, kind};
 use crate::values::{Choice, Judged, Judgement, Speed};
 

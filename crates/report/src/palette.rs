@@ -4,7 +4,7 @@ use kuva::render::color::Color;
 
 /// What a colour is for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Ink {
+pub enum Ink {
     /// Text and axes.
     Text,
     /// Text of less weight, and what is dominated.
@@ -26,11 +26,11 @@ pub(super) enum Ink {
 }
 
 /// Different colours of [`Ink::Series`].
-pub(super) const SERIES: usize = 10;
+pub const SERIES: usize = 10;
 
 /// Names of the style sheet's variables with their light and dark values. On their backgrounds, text has a
 /// contrast of at least 4.5, marks of at least 3 (a test holds that).
-pub(super) const COLOURS: [(&str, &str, &str); 7 + SERIES] = [
+pub const COLOURS: [(&str, &str, &str); 7 + SERIES] = [
     ("text", "#1b1f24", "#e8eaed"),
     ("muted", "#626a73", "#9aa3ad"),
     ("grid", "#dde1e6", "#343b43"),
@@ -52,7 +52,7 @@ pub(super) const COLOURS: [(&str, &str, &str); 7 + SERIES] = [
 
 /// Where a chart is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Paint {
+pub enum Paint {
     /// In the page: colours are the style sheet's variables.
     Page,
     /// In a file: the light colours.
@@ -60,7 +60,8 @@ pub(super) enum Paint {
 }
 
 impl Ink {
-    pub(super) fn colour(self, paint: Paint) -> Color {
+    /// Returns the colour, as a variable of the style sheet or as a value.
+    pub fn colour(self, paint: Paint) -> Color {
         let at = match self {
             Ink::Text => 0,
             Ink::Muted => 1,
@@ -81,7 +82,7 @@ impl Ink {
 }
 
 /// The variables of one theme as CSS declarations.
-pub(super) fn variables(dark: bool) -> String {
+pub fn variables(dark: bool) -> String {
     let value = |&(name, light, night): &(&str, &str, &str)| {
         format!("--{name}:{};", if dark { night } else { light })
     };

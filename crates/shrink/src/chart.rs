@@ -1,12 +1,14 @@
 //! Accuracy against what is left of one thing: on test parts, on inner folds, and where the knee is.
 
-use super::chart::Chart;
-use crate::report::axes::{Frame, Scale, widened};
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
-use crate::report::numbers::{between, tenth, tick};
-use crate::report::palette::{Ink, Paint};
-use crate::report::words::slug;
-use crate::values::{Contrast, Curve, Rung};
+use taxel_judge::Contrast;
+use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
+use taxel_report::chart::Chart;
+use taxel_report::files::slug;
+use taxel_report::numbers::{between, tenth, tick};
+use taxel_report::palette::{Ink, Paint};
+
+use crate::shrunk::{Curve, Rung};
 
 const WIDTH: f64 = 860.0;
 /// Left and right end of the settings.
@@ -15,7 +17,7 @@ const ENDS: (f64, f64) = (64.0, WIDTH - 24.0);
 const HEIGHTS: (f64, f64) = (64.0, 344.0);
 
 /// One point per setting, the whole at the left; `whole` is its accuracy on the test parts, with an interval.
-pub(in crate::report) fn curve(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64) -> Chart<'_> {
+pub(crate) fn curve(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64) -> Chart<'_> {
     let reading = format!(
         "Accuracy against what is left ({}). Full line: test parts, with 95 % intervals; dashed: inner folds of the training parts, \
          which are trained on less and find the knee. Dotted: {margin} points below the whole.",

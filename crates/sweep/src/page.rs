@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
+use taxel_judge::Ranked;
+use taxel_report::chart::Chart;
+use taxel_report::files::{make, of_chart, of_table, slug, write};
+use taxel_report::html::{chart, frame, table};
+use taxel_report::numbers::{digits, tenth};
+use taxel_report::table::{Cell, Column, Table};
 
-use super::charts::{Chart, axis};
-use super::files::{make, of_chart, of_table, write};
-use super::html::{chart, frame, table};
-use super::names::table as names;
-use super::numbers::{digits, tenth};
-use super::ranked::Ranked;
-use super::tables::{Cell, Column, Table};
-use super::words::slug;
+use crate::chart::axis;
+use crate::collected::{Axis, OpenTrial, Setting, Spread, Sweep};
 use crate::error::Result;
-use crate::values::{Axis, OpenTrial, Setting, Spread, Sweep};
 
 /// Rows of the tables of a page; the files that a sweep writes beside it have all.
 const MOST: usize = 200;
@@ -128,7 +127,7 @@ fn settings(rows: &[Setting]) -> Table {
     ];
     columns.extend(spread(|own: &Setting| &own.accuracy));
     let caption = "Mean accuracy over seeds, the best of each data set first";
-    Table::new(names::SETTINGS, caption.into(), columns, rows)
+    Table::new("settings", caption.into(), columns, rows)
 }
 
 fn effect(own: &Axis) -> Table {
@@ -153,5 +152,5 @@ fn open(rows: &[OpenTrial]) -> Table {
         Column::text("state", "state", |own: &OpenTrial| Cell::text(&own.state)),
         Column::text("because", "reason", |own: &OpenTrial| Cell::text(&own.reason)),
     ];
-    Table::new(names::OPEN, "Trials without a result".into(), columns, rows)
+    Table::new("open", "Trials without a result".into(), columns, rows)
 }

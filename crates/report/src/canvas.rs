@@ -7,8 +7,8 @@ use kuva::backend::svg::SvgBackend;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
-use super::palette::{Ink, Paint};
 use crate::error::{Error, Result};
+use crate::palette::{Ink, Paint};
 
 /// Pixels of a PNG per unit of a chart.
 const SCALE: u32 = 2;
@@ -22,52 +22,64 @@ const WIDTH: f64 = 0.63;
 
 /// Where a text begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub enum Anchor {
+    /// At its left end.
     Left,
+    /// In its middle.
     Middle,
+    /// At its right end.
     Right,
 }
 
 /// How a text looks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Type {
+pub struct Type {
+    /// Size of the font, in CSS pixels.
     pub size: u32,
+    /// Its colour.
     pub ink: Ink,
+    /// Which of its points is placed.
     pub anchor: Anchor,
+    /// Whether it is bold.
     pub bold: bool,
 }
 
 /// The usual text of a chart.
-pub(super) const PLAIN: Type = Type { size: 12, ink: Ink::Text, anchor: Anchor::Left, bold: false };
+pub const PLAIN: Type = Type { size: 12, ink: Ink::Text, anchor: Anchor::Left, bold: false };
 
 /// How a line looks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stroke {
+pub struct Stroke {
+    /// Its colour.
     pub ink: Ink,
+    /// Its width, in CSS pixels.
     pub width: f64,
     /// Lengths of a stroke and of the gap behind it; a gap of 0: one line.
     pub dash: (f64, f64),
 }
 
 impl Stroke {
-    pub(super) fn of(ink: Ink, width: f64) -> Self {
+    /// Returns an unbroken line.
+    pub fn of(ink: Ink, width: f64) -> Self {
         Stroke { ink, width, dash: (0.0, 0.0) }
     }
 
-    pub(super) fn dashed(self, dash: (f64, f64)) -> Self {
+    /// Returns the line with strokes and gaps of these lengths.
+    pub fn dashed(self, dash: (f64, f64)) -> Self {
         Stroke { dash, ..self }
     }
 }
 
 /// A drawing in units of CSS pixels, from the top left.
-pub(super) struct Canvas {
+pub struct Canvas {
     scene: Scene,
     family: &'static str,
     paint: Paint,
 }
 
 impl Canvas {
-    pub(super) fn new(width: f64, height: f64, paint: Paint) -> Self {
+    /// Returns an empty drawing.
+    pub fn new(width: f64, height: f64, paint: Paint) -> Self {
         let mut scene = Scene::new(width, height);
         let family = match paint {
             Paint::Page => "system-ui, sans-serif",
@@ -82,11 +94,13 @@ impl Canvas {
         ink.colour(self.paint)
     }
 
-    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+    /// Draws a straight line.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
         self.path(vec![from, to], stroke);
     }
 
-    pub(super) fn path(&mut self, points: Vec<(f64, f64)>, stroke: Stroke) {
+    /// Draws a line through all `points`.
+    pub fn path(&mut self, points: Vec<(f64, f64)>, stroke: Stroke) {
         // Cut here: kuva's PNG knows no dashes along a path.
         for points in dashes(points, stroke.dash) {
             let (ink, stroke_width) = (self.colour(stroke.ink), stroke.width);
@@ -95,7 +109,8 @@ impl Canvas {
         }
     }
 
-    pub(super) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: Ink, edge: Ink) {
+    /// Draws a filled circle of radius `r`.
+    pub fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: Ink, edge: Ink) {
         let (fill, stroke) = (self.colour(fill), Some(self.colour(edge)));
         let stroke_width = Some(1.6);
         self.scene.elements.push(Primitive::Circle {
@@ -110,7 +125,7 @@ impl Canvas {
     }
 
     /// A square that stands on a corner.
-    pub(super) fn diamond(&mut self, (x, y): (f64, f64), r: f64, fill: Ink, edge: Ink) {
+    pub fn diamond(&mut self, (x, y): (f64, f64), r: f64, fill: Ink, edge: Ink) {
         let d = format!("M {} {y} L {x} {} L {} {y} L {x} {} Z", x - r, y - r, x + r, y + r);
         let (fill, stroke) = (Some(self.colour(fill)), self.colour(edge));
         let path = PathData { d, fill, stroke, stroke_width: 1.6, opacity: None, stroke_dasharray: None };
@@ -118,7 +133,7 @@ impl Canvas {
     }
 
     /// A filled rectangle `(x, y, width, height)`.
-    pub(super) fn block(&mut self, (x, y, width, height): (f64, f64, f64, f64), fill: Ink, opacity: f64) {
+    pub fn block(&mut self, (x, y, width, height): (f64, f64, f64, f64), fill: Ink, opacity: f64) {
         let (fill, opacity) = (self.colour(fill), Some(opacity));
         self.scene.elements.push(Primitive::Rect {
             x,
@@ -132,12 +147,13 @@ impl Canvas {
         });
     }
 
-    pub(super) fn text(&mut self, at: (f64, f64), text: &str, look: Type) {
+    /// Writes `text`, its base line at `at`.
+    pub fn text(&mut self, at: (f64, f64), text: &str, look: Type) {
         self.write(at, text, look, None);
     }
 
     /// Text that runs from the bottom to the top.
-    pub(super) fn upright(&mut self, at: (f64, f64), text: &str, look: Type) {
+    pub fn upright(&mut self, at: (f64, f64), text: &str, look: Type) {
         self.write(at, text, look, Some(-90.0));
     }
 
@@ -157,7 +173,7 @@ impl Canvas {
     }
 
     /// What `draw` draws, with a value to hover over.
-    pub(super) fn hover(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
+    pub fn hover(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
         let title = Some(clean(title));
         self.scene.elements.push(Primitive::GroupStart { transform: None, title, extra_attrs: None });
         draw(self);
@@ -165,7 +181,7 @@ impl Canvas {
     }
 
     /// The drawing as SVG; screen readers hear `label`.
-    pub(super) fn svg(&self, label: &str) -> String {
+    pub fn svg(&self, label: &str) -> String {
         let svg = SvgBackend::new().render_scene(&self.scene);
         #[expect(clippy::expect_used, reason = "the backend writes an svg element")]
         let (_, body) = svg.split_once('>').expect("the end of the opening tag");
@@ -189,7 +205,7 @@ impl Canvas {
     ///
     /// # Errors
     /// A drawing that kuva cannot turn into pixels.
-    pub(super) fn png(&self) -> Result<Vec<u8>> {
+    pub fn png(&self) -> Result<Vec<u8>> {
         let fine = self.scene.width * self.scene.height * f64::from((SCALE * FINER).pow(2));
         let finer = if fine > MOST_PIXELS { 1 } else { FINER };
         let large =
@@ -246,13 +262,13 @@ fn dashes(points: Vec<(f64, f64)>, (stroke, gap): (f64, f64)) -> Vec<Vec<(f64, f
 }
 
 /// Width that `text` takes at most, nearly.
-pub(super) fn width_of(text: &str, size: u32) -> f64 {
+pub fn width_of(text: &str, size: u32) -> f64 {
     let width = |c: char| WIDTHS.iter().find(|(all, _)| all.contains(c)).map_or(WIDTH, |(_, width)| *width);
     f64::from(size) * text.chars().map(width).sum::<f64>()
 }
 
 /// At most `most` characters of `text`.
-pub(super) fn short(text: &str, most: usize) -> String {
+pub fn short(text: &str, most: usize) -> String {
     match text.chars().count() > most {
         true => text.chars().take(most.saturating_sub(1)).chain(['…']).collect(),
         false => text.into(),
@@ -260,7 +276,7 @@ pub(super) fn short(text: &str, most: usize) -> String {
 }
 
 /// At most `most` characters of `text`, of its beginning and of its end: of names that differ in their last word.
-pub(super) fn ends(text: &str, most: usize) -> String {
+pub fn ends(text: &str, most: usize) -> String {
     let chars: Vec<char> = text.chars().collect();
     if chars.len() <= most {
         return text.into();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::across::Across;
+use taxel_judge::Across;
 
 /// Many trials of one study.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

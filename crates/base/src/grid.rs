@@ -16,7 +16,7 @@ pub enum Align {
 /// [`fmt::Display`] prints aligned columns, two spaces apart.
 ///
 /// ```
-/// use taxel_learn::Grid;
+/// use taxel_base::Grid;
 ///
 /// let mut grid = Grid::new().left("network").right("accuracy %");
 /// grid.row(["k-nn", "91.2"]);

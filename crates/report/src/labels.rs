@@ -1,17 +1,19 @@
 //! Names beside marks, so that none covers another.
 
-use crate::report::canvas::{Anchor, width_of};
+use crate::canvas::{Anchor, width_of};
 
 /// A rectangle: left, top, right, bottom.
-pub(super) type Area = (f64, f64, f64, f64);
+pub type Area = (f64, f64, f64, f64);
 
 /// Size of the font of labels.
-pub(super) const SIZE: u32 = 12;
+pub const SIZE: u32 = 12;
 
 /// Where a label goes: the base of its text, and where that begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub struct Place {
+    /// Where the text is anchored.
     pub at: (f64, f64),
+    /// Which of its points is there.
     pub anchor: Anchor,
     /// Whether it is so far off that a line should lead to it.
     pub far: bool,
@@ -25,7 +27,7 @@ fn overlap(a: Area, b: Area) -> f64 {
 
 /// A place for each label next to its mark, inside `inside` and off `taken`; of all that were tried the one
 /// that covers least.
-pub(super) fn place(marks: &[((f64, f64), &str)], inside: Area, taken: &[Area]) -> Vec<Place> {
+pub fn place(marks: &[((f64, f64), &str)], inside: Area, taken: &[Area]) -> Vec<Place> {
     let mut taken = taken.to_vec();
     taken.extend(marks.iter().map(|((x, y), _)| (x - 7.0, y - 7.0, x + 7.0, y + 7.0)));
     let mut places = vec![];

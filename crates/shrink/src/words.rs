@@ -1,6 +1,8 @@
 //! What a curve says in a sentence, and all of them together.
 
-use crate::values::{Contrast, Curve, Shrunk};
+use taxel_judge::Contrast;
+
+use crate::shrunk::{Curve, Shrunk};
 
 /// `-0.4 points (-1.9 to +1.1)`.
 fn difference(own: &Contrast) -> String {
@@ -114,7 +116,7 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::values::{Combined, Rung};
+    use crate::shrunk::{Combined, Rung};
 
     fn contrast(difference: f64, half: f64) -> Option<Contrast> {
         Some(Contrast {

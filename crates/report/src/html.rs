@@ -4,17 +4,17 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::canvas::Canvas;
-use super::charts::Chart;
-use super::palette::{Paint, variables};
-use super::pictures::Shown;
-use super::tables::{Cell, Table};
+use crate::canvas::Canvas;
+use crate::chart::Chart;
+use crate::palette::{Paint, variables};
+use crate::pictures::Shown;
+use crate::table::{Cell, Table};
 
 /// Rows up to which a table is shown as it is.
-pub(super) const LONG: usize = 30;
+pub const LONG: usize = 30;
 
 /// A page that needs no other file.
-pub(super) fn frame(title: &str, body: &Markup) -> Markup {
+pub fn frame(title: &str, body: &Markup) -> Markup {
     let style = format!(
         ":root{{color-scheme:light dark;{}}}@media (prefers-color-scheme:dark){{:root{{{}}}}}\
          @media print{{:root{{color-scheme:light;{}}}}}{}",
@@ -44,7 +44,7 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
 }
 
 /// A table that scrolls in its own box and can be sorted by its heads.
-pub(super) fn table(table: &Table) -> Markup {
+pub fn table(table: &Table) -> Markup {
     let scroll = html! {
         (scroll(table))
         p.files { "As files: " code { "tables/" (table.name) ".csv" } ", " code { "tables/" (table.name) ".md" } }
@@ -56,7 +56,7 @@ pub(super) fn table(table: &Table) -> Markup {
 }
 
 /// The table alone, of a page that has no files beside it.
-pub(super) fn scroll(table: &Table) -> Markup {
+pub fn scroll(table: &Table) -> Markup {
     let id = format!("table-{}", table.name);
     // What is not known of any row is no column of the page.
     let known = |k: usize| table.rows.iter().any(|row| !["", "–"].contains(&row[k].shown.as_str()));
@@ -100,12 +100,12 @@ fn field(cell: &Cell, first: bool, right: bool) -> Markup {
 }
 
 /// What is shown on demand.
-pub(super) fn folded(summary: &str, content: &Markup) -> Markup {
+pub fn folded(summary: &str, content: &Markup) -> Markup {
     html! { details { summary { (summary) } (content) } }
 }
 
 /// A chart with how to read it, and its numbers as a table for those who cannot see it.
-pub(super) fn chart(chart: &Chart, numbers: &str) -> Markup {
+pub fn chart(chart: &Chart, numbers: &str) -> Markup {
     html! {
         figure {
             figcaption { h3 { (chart.title) } }
@@ -119,7 +119,7 @@ pub(super) fn chart(chart: &Chart, numbers: &str) -> Markup {
 }
 
 /// A chart beside others that are read alike.
-pub(super) fn small_chart(chart: &Chart) -> Markup {
+pub fn small_chart(chart: &Chart) -> Markup {
     html! {
         figure {
             figcaption { h4 { (chart.title) } }
@@ -129,12 +129,12 @@ pub(super) fn small_chart(chart: &Chart) -> Markup {
 }
 
 /// An SVG in a box of its own, which scrolls on a narrow screen.
-pub(super) fn drawing(canvas: &Canvas, label: &str) -> Markup {
+pub fn drawing(canvas: &Canvas, label: &str) -> Markup {
     html! { div.drawing tabindex="0" role="group" aria-label="chart" { (PreEscaped(canvas.svg(label))) } }
 }
 
 /// A picture of a reading or of an encoding.
-pub(super) fn picture(shown: &Shown, label: &str) -> Markup {
+pub fn picture(shown: &Shown, label: &str) -> Markup {
     match shown {
         Shown::Drawing(canvas) => drawing(canvas, label),
         Shown::Pixels(width, height, png) => {

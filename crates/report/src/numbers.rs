@@ -1,7 +1,7 @@
 //! Numbers as people read them.
 
 /// Three digits that count: 0.0123, 1.23, 123, 12,345.
-pub(super) fn digits(value: f64) -> String {
+pub fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "-".into();
     }
@@ -10,14 +10,14 @@ pub(super) fn digits(value: f64) -> String {
     }
     if value.abs() >= 9999.5 {
         let sign = if value < 0.0 { "-" } else { "" };
-        return format!("{sign}{}", taxel_learn::thousands(value.abs().round() as u64));
+        return format!("{sign}{}", taxel_base::thousands(value.abs().round() as u64));
     }
     let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.places$}")
 }
 
 /// With a prefix of the SI: 12.3 k, 1.23 M.
-pub(super) fn si(value: f64) -> String {
+pub fn si(value: f64) -> String {
     let (scaled, prefix) = match value.abs() {
         v if v >= 1e9 => (value / 1e9, " G"),
         v if v >= 1e6 => (value / 1e6, " M"),
@@ -31,7 +31,7 @@ pub(super) fn si(value: f64) -> String {
 }
 
 /// 12.3 kB.
-pub(super) fn bytes(value: f64) -> String {
+pub fn bytes(value: f64) -> String {
     match si(value) {
         plain if plain.ends_with(['k', 'M', 'G']) => format!("{plain}B"),
         plain => format!("{plain} B"),
@@ -39,13 +39,13 @@ pub(super) fn bytes(value: f64) -> String {
 }
 
 /// A tick of an axis without needless digits: 0.01, 1, 100.
-pub(super) fn tick(value: f64) -> String {
+pub fn tick(value: f64) -> String {
     let text = format!("{value:.9}");
     text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
 /// 3 percentage points lost: `3.0`; `-0.0` is `0.0`.
-pub(super) fn tenth(value: f64) -> String {
+pub fn tenth(value: f64) -> String {
     match format!("{value:.1}").as_str() {
         "-0.0" => "0.0".into(),
         text => text.into(),
@@ -53,7 +53,7 @@ pub(super) fn tenth(value: f64) -> String {
 }
 
 /// An interval behind its number: ` (1.0 to 3.2)`; nothing where there is none.
-pub(super) fn between(own: Option<[f64; 2]>) -> String {
+pub fn between(own: Option<[f64; 2]>) -> String {
     own.map_or(String::new(), |[low, high]| format!(" ({} to {})", tenth(low), tenth(high)))
 }
 

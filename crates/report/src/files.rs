@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use super::charts::Chart;
-use super::palette::Paint;
-use super::tables::Table;
+use crate::chart::Chart;
 use crate::error::{Error, Result};
+use crate::palette::Paint;
+use crate::table::Table;
 
 /// A path below the folder of a report, and what stands there.
-pub(super) type File = (String, Vec<u8>);
+pub type File = (String, Vec<u8>);
 
 /// A table as Markdown and as CSV.
-pub(super) fn of_table(table: &Table) -> [File; 2] {
+pub fn of_table(table: &Table) -> [File; 2] {
     let name = |ending| format!("tables/{}.{ending}", table.name);
     [(name("md"), table.markdown().into_bytes()), (name("csv"), table.csv().into_bytes())]
 }
@@ -20,7 +20,7 @@ pub(super) fn of_table(table: &Table) -> [File; 2] {
 ///
 /// # Errors
 /// A chart that cannot be drawn.
-pub(super) fn of_chart(chart: &Chart) -> Result<[File; 2]> {
+pub fn of_chart(chart: &Chart) -> Result<[File; 2]> {
     let canvas = chart.canvas(Paint::Print);
     let name = format!("charts/{}", chart.name);
     Ok([
@@ -33,7 +33,7 @@ pub(super) fn of_chart(chart: &Chart) -> Result<[File; 2]> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(super) fn write(folder: &Path, (name, bytes): &File) -> Result<()> {
+pub fn write(folder: &Path, (name, bytes): &File) -> Result<()> {
     let path = folder.join(name);
     taxel_base::files::write_whole(&path, bytes).map_err(|e| Error::write(&path, e))
 }
@@ -42,6 +42,12 @@ pub(super) fn write(folder: &Path, (name, bytes): &File) -> Result<()> {
 ///
 /// # Errors
 /// A folder that cannot be made.
-pub(super) fn make(folder: &Path) -> Result<()> {
+pub fn make(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::write(folder, e))
+}
+
+/// A name that is safe in a file name and an anchor.
+pub fn slug(text: &str) -> String {
+    let keep = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    text.chars().map(keep).collect()
 }

@@ -1,18 +1,45 @@
 //! Readings and encodings of examples as pictures.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use serde::{Deserialize, Serialize};
 
-use super::axes::{Frame, Scale, widened};
-use super::canvas::{Canvas, Stroke};
-use super::numbers::tick;
-use super::palette::{Ink, Paint};
+use crate::axes::{Frame, Scale, widened};
+use crate::canvas::{Canvas, Stroke};
 use crate::error::{Error, Result};
-use crate::values::{Picture, PictureKind};
+use crate::numbers::tick;
+use crate::palette::{Ink, Paint};
+
+/// How [`Picture::values`] are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PictureKind {
+    /// `[C, T]`: one line per channel.
+    Lines,
+    /// `[H, W]`: one grey or coloured image; scaled from its least to its largest value.
+    Grey,
+    /// `[3, H, W]`: red, green, blue.
+    Colour,
+    /// `[K, H, W]`: some frames of a sequence, from early to late.
+    Frames,
+}
+
+/// An array to be drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Picture {
+    /// `reading`, or the name of an input.
+    pub name: String,
+    /// How it is drawn.
+    pub kind: PictureKind,
+    /// As `kind` says.
+    pub shape: Vec<usize>,
+    /// Row-major.
+    pub values: Vec<f32>,
+}
 
 const SIZE: (f64, f64) = (380.0, 210.0);
 
 /// A picture ready to be shown.
-pub(super) enum Shown {
+pub enum Shown {
     /// Lines: a drawing.
     Drawing(Box<Canvas>),
     /// Pixels: width, height, PNG.
@@ -23,7 +50,7 @@ pub(super) enum Shown {
 ///
 /// # Errors
 /// An array that is not what its kind says.
-pub(super) fn show(picture: &Picture, paint: Paint) -> Result<Shown> {
+pub fn show(picture: &Picture, paint: Paint) -> Result<Shown> {
     let values = &picture.values;
     let refuse = |reason: String| Error::Picture { name: picture.name.clone(), reason };
     if values.is_empty() || values.len() != picture.shape.iter().product::<usize>() {

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use taxel_learn::{Align, Grid, markdown_text, thousands};
+use taxel_base::{Align, Grid, markdown_text, thousands};
 
 /// One field of a row.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(in crate::report) struct Cell {
+pub struct Cell {
     /// What people read.
     pub shown: String,
     /// What a column is sorted by; by what is shown where it is none.
@@ -16,22 +16,25 @@ pub(in crate::report) struct Cell {
 }
 
 impl Cell {
-    pub(in crate::report) fn text(text: impl Into<String>) -> Self {
+    /// Returns a cell of text, the same for people and programs.
+    pub fn text(text: impl Into<String>) -> Self {
         let text = text.into();
         Cell { shown: text.clone(), order: None, values: vec![text] }
     }
 
-    pub(in crate::report) fn yes(yes: bool, shown: &str) -> Self {
+    /// Returns a cell that shows `shown` where it is so, and a dash elsewhere.
+    pub fn yes(yes: bool, shown: &str) -> Self {
         let shown = if yes { shown.into() } else { "–".into() };
         Cell { shown, order: Some(f64::from(u8::from(yes))), values: vec![yes.to_string()] }
     }
 
-    pub(in crate::report) fn count(count: u64) -> Self {
+    /// Returns a cell of a whole number.
+    pub fn count(count: u64) -> Self {
         Cell::number(Some(count as f64), |_| thousands(count))
     }
 
     /// A number; `–` and an empty field where there is none.
-    pub(in crate::report) fn number(value: Option<f64>, show: impl Fn(f64) -> String) -> Self {
+    pub fn number(value: Option<f64>, show: impl Fn(f64) -> String) -> Self {
         let value = value.filter(|v| v.is_finite());
         Cell {
             shown: value.map_or("–".into(), show),
@@ -41,7 +44,7 @@ impl Cell {
     }
 
     /// More behind the number: `shown` is what people read after it, `more` what programs do.
-    pub(in crate::report) fn and(mut self, shown: String, more: &[Option<f64>]) -> Self {
+    pub fn and(mut self, shown: String, more: &[Option<f64>]) -> Self {
         self.shown += &shown;
         self.values.extend(more.iter().map(|v| v.map_or(String::new(), |v| v.to_string())));
         self
@@ -49,7 +52,7 @@ impl Cell {
 }
 
 /// A column before it has rows.
-pub(in crate::report) struct Column<'a, R> {
+pub struct Column<'a, R> {
     head: String,
     csv: Vec<String>,
     right: bool,
@@ -59,7 +62,7 @@ pub(in crate::report) struct Column<'a, R> {
 
 impl<'a, R> Column<'a, R> {
     /// A column of text; `csv` names its field.
-    pub(in crate::report) fn text(head: &str, csv: &str, cell: impl Fn(&R) -> Cell + 'a) -> Self {
+    pub fn text(head: &str, csv: &str, cell: impl Fn(&R) -> Cell + 'a) -> Self {
         Column {
             head: head.into(),
             csv: vec![csv.into()],
@@ -70,21 +73,23 @@ impl<'a, R> Column<'a, R> {
     }
 
     /// A column of numbers; `csv` names their fields, with their units.
-    pub(in crate::report) fn number(head: &str, csv: &[&str], cell: impl Fn(&R) -> Cell + 'a) -> Self {
+    pub fn number(head: &str, csv: &[&str], cell: impl Fn(&R) -> Cell + 'a) -> Self {
         let csv = csv.iter().map(|name| (*name).into()).collect();
         Column { head: head.into(), csv, right: true, in_files: false, cell: Box::new(cell) }
     }
 
     /// Left out of the page, where the same is said elsewhere.
-    pub(in crate::report) fn in_files(self) -> Self {
+    pub fn in_files(self) -> Self {
         Column { in_files: true, ..self }
     }
 }
 
 /// Head of a column.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::report) struct Head {
+pub struct Head {
+    /// Its text.
     pub shown: String,
+    /// Names of its CSV columns, with their units.
     pub csv: Vec<String>,
     /// Whether it holds numbers.
     pub right: bool,
@@ -94,19 +99,22 @@ pub(in crate::report) struct Head {
 
 /// A table with all its numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::report) struct Table {
+pub struct Table {
     /// Name of its files.
     pub name: Cow<'static, str>,
     /// What it shows, on what.
     pub caption: String,
+    /// One for each column.
     pub heads: Vec<Head>,
+    /// One cell for each column.
     pub rows: Vec<Vec<Cell>>,
     /// Rows that a reader should see first, by position.
     pub marked: Vec<usize>,
 }
 
 impl Table {
-    pub(in crate::report) fn new<R>(
+    /// Makes one row of each of `rows`.
+    pub fn new<R>(
         name: impl Into<Cow<'static, str>>,
         caption: String,
         columns: Vec<Column<R>>,
@@ -121,7 +129,7 @@ impl Table {
     }
 
     /// What people read.
-    pub(in crate::report) fn shown(&self) -> Grid {
+    pub fn shown(&self) -> Grid {
         let align = |head: &Head| if head.right { Align::Right } else { Align::Left };
         let heads = self.heads.iter();
         let mut grid = heads.fold(Grid::new(), |grid, head| grid.column(&head.shown, align(head)));
@@ -130,13 +138,13 @@ impl Table {
     }
 
     /// The table in Markdown, with its caption above.
-    pub(in crate::report) fn markdown(&self) -> String {
+    pub fn markdown(&self) -> String {
         format!("{}\n\n{}", markdown_text(&self.caption), self.shown().markdown())
     }
 
     /// What programs read, in full precision: units in the names of the columns, empty fields for what is not
     /// known.
-    pub(in crate::report) fn csv(&self) -> String {
+    pub fn csv(&self) -> String {
         let names = self.heads.iter().flat_map(|head| &head.csv);
         let mut grid = names.fold(Grid::new(), |grid, name| grid.left(name));
         self.rows.iter().for_each(|row| grid.row(row.iter().flat_map(|cell| &cell.values)));

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use taxel_judge::{Axis, Contest, OpenTrial, Setting, Spread, Sweep, SweepProgress, rank, sweep_page};
+use taxel_judge::{Contest, rank};
+use taxel_sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress, sweep_page};
 
 fn spread(mean: f64) -> Spread {
     Spread { count: 3, mean, sd: Some(1.5), least: mean - 2.0, most: mean + 2.0 }

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
+use taxel_judge::Contrast;
+use taxel_report::chart::Chart;
+use taxel_report::files::{make, of_chart, of_table, slug, write};
+use taxel_report::html::{chart, frame, table};
+use taxel_report::numbers::{between, bytes, digits, si, tenth, tick};
+use taxel_report::table::{Cell, Column, Table};
 
-use super::charts::{Chart, curve};
-use super::files::{make, of_chart, of_table, write};
-use super::html::{chart, frame, table};
-use super::names::table as names;
-use super::numbers::{between, bytes, digits, si, tenth, tick};
-use super::tables::{Cell, Column, Table};
-use super::words::slug;
+use crate::chart::curve;
 use crate::error::Result;
-use crate::values::{Contrast, Curve, Rung, Shrunk, Small, SmallSpeed};
+use crate::shrunk::{Curve, Rung, Shrunk, Small, SmallSpeed};
 
 /// Writes `index.html` below `folder`, with its tables and charts as files, the page last. The path of the page.
 ///
@@ -177,5 +177,5 @@ fn models(rows: &[Small], speed: Option<&SmallSpeed>) -> Table {
     ];
     let caption =
         "The whole and the smaller model; answers are timed on one thread, from recording to probabilities";
-    Table::new(names::SMALL, caption.into(), columns, rows)
+    Table::new("models", caption.into(), columns, rows)
 }

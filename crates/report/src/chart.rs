@@ -1,10 +1,10 @@
 //! A chart: drawn twice from one description, for the page in the colours of its theme and for files.
 
-use crate::report::canvas::{Canvas, PLAIN, Type};
-use crate::report::palette::Paint;
+use crate::canvas::{Canvas, PLAIN, Type};
+use crate::palette::Paint;
 
 /// A chart with all that is said about it.
-pub(in crate::report) struct Chart<'a> {
+pub struct Chart<'a> {
     /// Name of its files.
     pub name: String,
     /// Heading.
@@ -15,7 +15,8 @@ pub(in crate::report) struct Chart<'a> {
 }
 
 impl<'a> Chart<'a> {
-    pub(super) fn new(
+    /// Returns a chart that `draw` draws.
+    pub fn new(
         name: impl Into<String>,
         title: impl Into<String>,
         reading: impl Into<String>,
@@ -25,15 +26,15 @@ impl<'a> Chart<'a> {
     }
 
     /// What screen readers hear.
-    pub(in crate::report) fn label(&self) -> String {
+    pub fn label(&self) -> String {
         format!("{}. {}", self.title, self.reading)
     }
 
     /// The drawing.
-    pub(in crate::report) fn canvas(&self, paint: Paint) -> Canvas {
+    pub fn canvas(&self, paint: Paint) -> Canvas {
         (self.draw)(paint)
     }
 }
 
 /// A heading inside a chart.
-pub(super) const HEADING: Type = Type { size: 13, bold: true, ..PLAIN };
+pub const HEADING: Type = Type { size: 13, bold: true, ..PLAIN };

@@ -1,11 +1,11 @@
 //! Axes: from values to places, ticks with round numbers, frames with titles.
 
-use super::canvas::{Anchor, Canvas, PLAIN, Stroke, Type};
-use super::palette::Ink;
+use crate::canvas::{Anchor, Canvas, PLAIN, Stroke, Type};
+use crate::palette::Ink;
 
 /// From values to places on one axis.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scale {
+pub struct Scale {
     low: f64,
     high: f64,
     from: f64,
@@ -14,17 +14,19 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    pub(super) fn linear((low, high): (f64, f64), (from, to): (f64, f64)) -> Self {
+    /// Goes evenly from `low` to `high`, onto places `from` to `to`.
+    pub fn linear((low, high): (f64, f64), (from, to): (f64, f64)) -> Self {
         let high = if high > low { high } else { low + 1.0 };
         Scale { low, high, from, to, log: false }
     }
 
     /// For values above 0, with a little air on both sides.
-    pub(super) fn log((low, high): (f64, f64), (from, to): (f64, f64)) -> Self {
+    pub fn log((low, high): (f64, f64), (from, to): (f64, f64)) -> Self {
         Scale { low: low / 1.6, high: high * 1.6, from, to, log: true }
     }
 
-    pub(super) fn at(&self, value: f64) -> f64 {
+    /// Returns the place of `value`; beyond an end, that end.
+    pub fn at(&self, value: f64) -> f64 {
         let share = match self.log {
             true => (value / self.low).ln() / (self.high / self.low).ln(),
             false => (value - self.low) / (self.high - self.low),
@@ -33,7 +35,7 @@ impl Scale {
     }
 
     /// Round values between the ends, some four to eight.
-    pub(super) fn ticks(&self) -> Vec<f64> {
+    pub fn ticks(&self) -> Vec<f64> {
         if self.log {
             let few = (self.high / self.low).log10() < 2.5;
             let steps: &[f64] = if few { &[1.0, 2.0, 5.0] } else { &[1.0] };
@@ -49,24 +51,28 @@ impl Scale {
         (first..).map(|i| i as f64 * step).take_while(|v| *v <= self.high + 1e-9 * step).collect()
     }
 
-    pub(super) fn ends(&self) -> (f64, f64) {
+    /// Returns the places of both ends.
+    pub fn ends(&self) -> (f64, f64) {
         (self.from, self.to)
     }
 }
 
 /// Two axes around an area.
-pub(super) struct Frame {
+pub struct Frame {
+    /// From left to right.
     pub x: Scale,
+    /// From bottom to top.
     pub y: Scale,
 }
 
 impl Frame {
-    pub(super) fn at(&self, x: f64, y: f64) -> (f64, f64) {
+    /// Returns the place of a point.
+    pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
         (self.x.at(x), self.y.at(y))
     }
 
     /// Grid lines and numbers of the y axis.
-    pub(super) fn draw_y(&self, canvas: &mut Canvas, name: impl Fn(f64) -> String) {
+    pub fn draw_y(&self, canvas: &mut Canvas, name: impl Fn(f64) -> String) {
         let (left, right) = self.x.ends();
         for value in self.y.ticks() {
             let y = self.y.at(value);
@@ -77,7 +83,7 @@ impl Frame {
     }
 
     /// Marks and numbers at `values` of the x axis.
-    pub(super) fn draw_x(&self, canvas: &mut Canvas, values: &[f64], name: impl Fn(f64) -> String) {
+    pub fn draw_x(&self, canvas: &mut Canvas, values: &[f64], name: impl Fn(f64) -> String) {
         let (bottom, _) = self.y.ends();
         let (left, right) = self.x.ends();
         canvas.line((left, bottom), (right, bottom), Stroke::of(Ink::Muted, 1.0));
@@ -90,7 +96,7 @@ impl Frame {
     }
 
     /// What the axes stand for; the y axis says it above.
-    pub(super) fn titles(&self, canvas: &mut Canvas, x: &str, y: &str) {
+    pub fn titles(&self, canvas: &mut Canvas, x: &str, y: &str) {
         let ((left, right), (bottom, top)) = (self.x.ends(), self.y.ends());
         let look = Type { anchor: Anchor::Middle, ..PLAIN };
         canvas.text(((left + right) / 2.0, bottom + 36.0), x, look);
@@ -99,7 +105,7 @@ impl Frame {
 }
 
 /// The least and the largest of `values`, widened by a tenth of their distance within `limits`.
-pub(super) fn widened(values: &[f64], limits: (f64, f64)) -> (f64, f64) {
+pub fn widened(values: &[f64], limits: (f64, f64)) -> (f64, f64) {
     let finite = values.iter().copied().filter(|v| v.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {

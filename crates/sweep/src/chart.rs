@@ -1,12 +1,13 @@
 //! What one varied key of a sweep does: mean accuracy for each value, with its range.
 
-use super::chart::Chart;
-use crate::report::axes::Scale;
-use crate::report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends};
-use crate::report::numbers::{tenth, tick};
-use crate::report::palette::{Ink, Paint, SERIES};
-use crate::report::words::slug;
-use crate::values::Axis;
+use taxel_report::axes::Scale;
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends};
+use taxel_report::chart::Chart;
+use taxel_report::files::slug;
+use taxel_report::numbers::{tenth, tick};
+use taxel_report::palette::{Ink, Paint, SERIES};
+
+use crate::collected::Axis;
 
 const WIDTH: f64 = 860.0;
 /// Width of the names at the left.
@@ -15,7 +16,7 @@ const ROW: f64 = 24.0;
 const TOP: f64 = 12.0;
 
 /// One row per network and value: a dot at the mean, a line from the least to the most.
-pub(in crate::report) fn axis(axis: &Axis) -> Chart<'_> {
+pub(crate) fn axis(axis: &Axis) -> Chart<'_> {
     let reading = format!(
         "Accuracy in % by {}: dots are means over the trials that have the value, lines go from the least to the most.",
         axis.key
