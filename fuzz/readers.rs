@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
-use taxel::data::{Npz, Options, check_with, load, npy_bytes, recordings};
+use taxel::data::{Npz, ReadOptions, check_with, load, npy_bytes, recordings};
 use taxel::judge::{Case, Judgement};
 use taxel::learn::{RunOptions, Silent};
 use taxel::ndarray::ArrayD;
@@ -90,7 +90,7 @@ fn read_or_named<T>(path: &Path, read: taxel::data::Result<T>) -> bool {
 
 /// Checks and loads the data set at `path`.
 fn load_set(path: &Path) -> bool {
-    let options = Options::default();
+    let options = ReadOptions::default();
     let read = check_with(path, &options).map(|card| card.to_string()).and_then(|_| load(path, &options));
     read_or_named(path, read)
 }
@@ -100,11 +100,11 @@ fn load_set(path: &Path) -> bool {
 fn unlabelled(path: &Path, bytes: &[u8]) -> bool {
     let (rank, windows) = (1 + bytes.len() % 3, bytes.len() % 2 == 1);
     let options = match windows {
-        false => Options::default(),
-        true => Options {
+        false => ReadOptions::default(),
+        true => ReadOptions {
             layout: Some(Layout::Series),
             length: Some(Length::Window { to: 2, hop: None }),
-            ..Options::default()
+            ..ReadOptions::default()
         },
     };
     read_or_named(path, recordings(path, &options, rank))
@@ -139,8 +139,8 @@ fn names_beside(folder: &Path, bytes: &[u8]) -> bool {
     put(&folder.join("labels.json"), bytes);
     let path = folder.join("data.npz");
     // A damaged file of names is named itself.
-    check_with(&path, &Options::default()).map(|card| card.to_string()).is_ok()
-        && load(&path, &Options::default()).is_ok()
+    check_with(&path, &ReadOptions::default()).map(|card| card.to_string()).is_ok()
+        && load(&path, &ReadOptions::default()).is_ok()
 }
 
 fn mesh(folder: &Path, ending: &str, bytes: &[u8]) -> bool {

@@ -349,7 +349,7 @@ fn simulate_encode_and_check_go_together() {
     assert_eq!(card["dtype"], "|u1");
     let out = at("grasps.npz");
     good(&["simulate", "gripper", "--samples", "30", "--output", text(&out)]);
-    let grasps = taxel_data::load(&out, &taxel_data::Options::default()).unwrap();
+    let grasps = taxel_data::load(&out, &taxel_data::ReadOptions::default()).unwrap();
     assert_eq!(grasps.x.shape(), [30, 2, 23, 450]);
     let columns = grasps.columns.unwrap();
     assert_eq!(columns.of(&[6]), [8, 2]);
@@ -358,7 +358,7 @@ fn simulate_encode_and_check_go_together() {
     assert!(nope("frames=2").contains("frames = 2"));
     assert!(nope("objects=9").contains("unknown field `objects`"));
 
-    let load = |name: &str| taxel_data::load(&at(name), &taxel_data::Options::default()).unwrap();
+    let load = |name: &str| taxel_data::load(&at(name), &taxel_data::ReadOptions::default()).unwrap();
     let convert = |set: &str, kind: &str, shape: &[usize], settings: &[&str]| {
         let x = load(set).x;
         write_npy(&at("raw.npy"), x.shape(), x.as_slice().unwrap());
@@ -643,7 +643,7 @@ fn from_recordings_to_a_shipped_model() {
     fs::copy(run.join("models/mlp.r0.f0.safetensors"), alone.join("m.safetensors")).unwrap();
     let rows: Vec<usize> =
         record["index"].as_array().unwrap().iter().map(|i| i.as_u64().unwrap() as usize).collect();
-    let set = taxel_data::load(&data, &taxel_data::Options::default()).unwrap().select(&rows);
+    let set = taxel_data::load(&data, &taxel_data::ReadOptions::default()).unwrap().select(&rows);
     let mut npz = taxel_data::Npz::default();
     npz.add("x", set.x.shape(), set.x.as_slice().unwrap()).unwrap();
     fs::write(alone.join("tested.npz"), npz.finish().unwrap()).unwrap();

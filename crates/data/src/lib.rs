@@ -63,7 +63,7 @@ pub use formats::table::options::{Clock, NotATable, TableForm, TableOptions};
 pub use length::length::{Length, Longer, NotALength, Padding, Part};
 pub use length::lengths::Lengths;
 pub use load::{Survey, check, check_with, load, survey};
-pub use options::{Drop, Limits, Options};
+pub use options::{Drop, Limits, ReadOptions};
 pub use recordings::{Recording, Recordings, are_bags, are_images, recordings, whole_recordings};
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,

@@ -20,7 +20,7 @@ use crate::layout::lerobot;
 use crate::layout::listing;
 use crate::layout::listing::{Found, Listing, list};
 use crate::layout::names_file::{self, NAMES};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::io;
 use std::path::Path;
@@ -38,19 +38,19 @@ use std::path::Path;
 /// - `.h5`, `.hdf5`: the same as in a `.npz` with data sets for arrays, those of groups by their path (`day1/x`).
 /// - folder of recordings: `class/file`, `class/session/file` (the session is the group), or files with
 ///   `labels.csv` beside them (`file,label[,group]`); files in counting order; bags of ROS 2 in MCAP, a file each or
-///   the folder that rosbag2 makes, of which [`Options::topics`] are read as `[C, T]` or, of images, `[T, H, W]`,
+///   the folder that rosbag2 makes, of which [`ReadOptions::topics`] are read as `[C, T]` or, of images, `[T, H, W]`,
 ///   at equal steps of time, and whose names may say the class (`cup_03.mcap`); CSV (rows = time, columns =
 ///   channels) as `[C, T]`, NPY as stored, of a `.mat` or `.h5` its one array or the one named by
-///   [`Options::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
+///   [`ReadOptions::x`], PNG/JPEG as `[H, W]` (grey) or `[3, H, W]`.
 /// - `.csv` or `.tsv` table with a header, or `.parquet`, whose lists are columns `name.0`, `name.1`, ...: wide, a row per sample `[F]`, or long, a row per reading, rows of one
-///   recording being its readings over time `[C, T]`; [`Options::table`] says what its columns are. Long recordings
+///   recording being its readings over time `[C, T]`; [`ReadOptions::table`] says what its columns are. Long recordings
 ///   with irregular time stamps are linearly interpolated onto the median step.
 /// - folder of LeRobot, with `meta/info.json` and `data/**/*.parquet`: its episodes are the recordings `[C, T]`, its
 ///   observations the channels, tasks or `labels.csv` (`episode,label`) the classes.
 /// - pair of files of the UCR and UEA archives: `GunPoint`, or the folder with both, reads `GunPoint_TRAIN.ts`
 ///   and `GunPoint_TEST.ts` (or `.tsv`, `.txt`, `.arff`) as `[C, T]`, with their split in [`Dataset::official`].
 ///
-/// Recordings may differ in length along time; [`Options::length`] says what becomes of them. Steps at the end
+/// Recordings may differ in length along time; [`ReadOptions::length`] says what becomes of them. Steps at the end
 /// of a sample in which every value is NaN are padding and no readings.
 ///
 /// # Errors
@@ -59,7 +59,7 @@ use std::path::Path;
 /// missing, a value that is not finite, a class without samples, recordings of unequal length without a rule,
 /// options that do not fit.
 /// [`check`] lists all of them.
-pub fn load(path: &Path, options: &Options) -> Result<Dataset> {
+pub fn load(path: &Path, options: &ReadOptions) -> Result<Dataset> {
     let checked = assemble(open(path, options)?, options)?;
     match checked.problems.into_iter().next() {
         Some(problem) => Err(problem.first),
@@ -73,7 +73,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Dataset> {
 ///
 /// Only what keeps the file from being read at all; everything else is in [`Card::problems`].
 pub fn check(path: &Path) -> Result<Card> {
-    check_with(path, &Options::default())
+    check_with(path, &ReadOptions::default())
 }
 
 /// [`check`] with other than default options.
@@ -81,7 +81,7 @@ pub fn check(path: &Path) -> Result<Card> {
 /// # Errors
 ///
 /// As [`check`], and options that do not fit the file.
-pub fn check_with(path: &Path, options: &Options) -> Result<Card> {
+pub fn check_with(path: &Path, options: &ReadOptions) -> Result<Card> {
     survey(path, options).map(|survey| survey.card)
 }
 
@@ -102,7 +102,7 @@ pub struct Survey {
 /// # Errors
 ///
 /// As [`check_with`].
-pub fn survey(path: &Path, options: &Options) -> Result<Survey> {
+pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
     let raw = open(path, options)?;
     let (others, ignored, read_as) = (raw.others.clone(), raw.ignored.clone(), raw.read_as.clone());
     let checked = assemble(raw, options)?;
@@ -126,11 +126,11 @@ pub fn survey(path: &Path, options: &Options) -> Result<Survey> {
     Ok(Survey { card, dataset: checked.dataset, readings: checked.readings })
 }
 
-pub(crate) fn open(path: &Path, options: &Options) -> Result<Raw> {
+pub(crate) fn open(path: &Path, options: &ReadOptions) -> Result<Raw> {
     refuse_topics(find(path, options)?, options)
 }
 
-fn find(path: &Path, options: &Options) -> Result<Raw> {
+fn find(path: &Path, options: &ReadOptions) -> Result<Raw> {
     let file = path.display().to_string();
     if let Some(pair) = ucr::find(path) {
         return ucr::read(path, &pair, options);
@@ -181,7 +181,7 @@ fn find(path: &Path, options: &Options) -> Result<Raw> {
 
 /// The recordings of a folder that says what they are, by a table, by folders of classes or by the names of bags; none
 /// otherwise. `labels.json` in it may say what the readings are, and the order of the classes.
-pub(crate) fn labelled(path: &Path, top: &Listing, options: &Options) -> Result<Option<Found>> {
+pub(crate) fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<Found>> {
     let found = if path.join(LABELS).is_file() {
         Some(label_table::read(path, top, options)?)
     } else if let Some(found) = names::per_name(path, top)? {
@@ -203,7 +203,7 @@ pub(crate) fn labelled(path: &Path, top: &Listing, options: &Options) -> Result<
 }
 
 /// Refuses options that say nothing of what was read.
-pub(crate) fn refuse_topics(raw: Raw, options: &Options) -> Result<Raw> {
+pub(crate) fn refuse_topics(raw: Raw, options: &ReadOptions) -> Result<Raw> {
     match options.topics.is_empty() || !raw.topics.is_empty() {
         true => Ok(raw),
         false => {

@@ -27,7 +27,7 @@ pub struct Limits {
     pub max_samples: u64,
     /// Most bytes in one sample file or labels file. Default 2^28 (256 MiB).
     pub max_file_bytes: u64,
-    /// Most pixels in one image file that is not resized; with [`Options::resize`] it is `max_values`.
+    /// Most pixels in one image file that is not resized; with [`ReadOptions::resize`] it is `max_values`.
     /// Default 2^24 (4096 × 4096).
     pub max_pixels: u64,
 }
@@ -43,7 +43,7 @@ impl Default for Limits {
 /// Unknown keys are refused when deserialized; keys are kebab-case (`group-block`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
-pub struct Options {
+pub struct ReadOptions {
     /// Name of the array of samples in the `.npz` or `.mat`. Default `x`; where there is none, `X`, `data`, or
     /// `X_train` with `X_test`. In a folder of `.mat` files it may be left out where each holds one array.
     pub x: String,
@@ -93,7 +93,7 @@ pub struct Options {
     pub limits: Limits,
 }
 
-impl Default for Options {
+impl Default for ReadOptions {
     fn default() -> Self {
         Self {
             x: "x".into(),
@@ -135,13 +135,13 @@ mod tests {
     fn keys_are_kebab_case_and_unknown_ones_are_refused() {
         let text = r#"{"group": "trial", "group-block": 12, "drop": ["contradictory"], "layout": "image", "rate": 100,
                        "limits": {"max-values": 9}}"#;
-        let options: Options = serde_json::from_str(text).unwrap();
+        let options: ReadOptions = serde_json::from_str(text).unwrap();
         assert_eq!(options.group_block, Some(12));
         assert_eq!(options.drop, [Drop::Contradictory]);
         assert_eq!(options.limits.max_values, 9);
         assert_eq!((options.layout, options.rate), (Some(Layout::Image), Some(100.0)));
         assert_eq!(options.x, "x");
-        let back: Options = serde_json::from_str(&serde_json::to_string(&options).unwrap()).unwrap();
+        let back: ReadOptions = serde_json::from_str(&serde_json::to_string(&options).unwrap()).unwrap();
         assert_eq!(back, options);
         for bad in [
             r#"{"group_block": 12}"#,
@@ -149,7 +149,7 @@ mod tests {
             r#"{"layout": "Image"}"#,
             r#"{"limits": {"values": 1}}"#,
         ] {
-            let message = serde_json::from_str::<Options>(bad).unwrap_err().to_string();
+            let message = serde_json::from_str::<ReadOptions>(bad).unwrap_err().to_string();
             assert!(message.contains("expected"), "{message}");
         }
     }

@@ -23,7 +23,7 @@ use crate::length::lengths::Lengths;
 use crate::length::one_length::refuse_channels;
 use crate::length::ragged::Ragged;
 use crate::load::{is_archive, labelled, refuse_topics};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
 use std::path::Path;
@@ -33,7 +33,7 @@ use std::path::Path;
 pub struct Recordings {
     /// The file or folder name without extension.
     pub name: String,
-    /// Samples `[N, ...]` in C order, as stored, or as [`Options::length`] makes them.
+    /// Samples `[N, ...]` in C order, as stored, or as [`ReadOptions::length`] makes them.
     pub x: ArrayD<f32>,
     /// Where each sample comes from: its file, or `x[17]`.
     pub origins: Vec<String>,
@@ -55,7 +55,7 @@ pub struct Recordings {
 ///
 /// As [`load`](crate::load), labels left aside: classes may be missing, and more may be there than a model knows.
 /// A recording without a window.
-pub fn recordings(path: &Path, options: &Options, rank: usize) -> Result<Recordings> {
+pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
     let Read { raw, x, time, truth } = read(path, options, rank)?;
     let (x, windows) = one_length(&raw, x, time, options)?;
     let Some(windows) = windows else {
@@ -82,12 +82,12 @@ pub struct Recording {
     pub values: Vec<f32>,
 }
 
-/// Reads what [`recordings`] does and leaves every recording as long as it is: [`Options::length`] has no part in it.
+/// Reads what [`recordings`] does and leaves every recording as long as it is: [`ReadOptions::length`] has no part in it.
 ///
 /// # Errors
 ///
 /// As [`recordings`].
-pub fn whole_recordings(path: &Path, options: &Options, rank: usize) -> Result<Vec<Recording>> {
+pub fn whole_recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Vec<Recording>> {
     let Read { raw, x, .. } = read(path, options, rank)?;
     let one = |(at, own): (usize, &[f32])| {
         let origin = raw.origins[at].clone();
@@ -128,7 +128,7 @@ struct Read {
     truth: Option<Vec<Vec<String>>>,
 }
 
-fn read(path: &Path, options: &Options, rank: usize) -> Result<Read> {
+fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     let (mut raw, is_labelled) = match batch(path, options, rank)? {
         Some(raw) => raw,
         None => open(path, options, rank)?,
@@ -157,7 +157,7 @@ fn one_length(
     raw: &Raw,
     x: Ragged,
     time: Option<usize>,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<(ArrayD<f32>, Windows)> {
     let unequal = |axis: usize, x: &Ragged| Lengths::of(&x.lengths(axis), None).refused(&raw.file);
     let (axis, rule) = match (time, &options.length) {
@@ -187,7 +187,7 @@ fn one_length(
 }
 
 /// A `.npy` file of many samples.
-fn batch(path: &Path, options: &Options, rank: usize) -> Result<Option<(Raw, bool)>> {
+fn batch(path: &Path, options: &ReadOptions, rank: usize) -> Result<Option<(Raw, bool)>> {
     if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npy")) {
         return Ok(None);
     }
@@ -198,7 +198,7 @@ fn batch(path: &Path, options: &Options, rank: usize) -> Result<Option<(Raw, boo
 }
 
 /// What is at `path`, and whether it says anything of classes.
-fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
+fn open(path: &Path, options: &ReadOptions, rank: usize) -> Result<(Raw, bool)> {
     if let Some(pair) = ucr::find(path) {
         return Ok((ucr::read(path, &pair, options)?, true));
     }
@@ -247,7 +247,7 @@ fn open(path: &Path, options: &Options, rank: usize) -> Result<(Raw, bool)> {
 }
 
 /// Whether a MATLAB or HDF5 file holds one recording of `rank` axes and not a set of them.
-fn is_one_recording(path: &Path, options: &Options, rank: usize) -> bool {
+fn is_one_recording(path: &Path, options: &ReadOptions, rank: usize) -> bool {
     if !mat::is_named(path) && !hdf5::is_plain(path) {
         return false;
     }

@@ -6,7 +6,7 @@ mod common;
 use common::damaged;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use taxel_data::{Layout, Options, check, check_with, load, recordings};
+use taxel_data::{Layout, ReadOptions, check, check_with, load, recordings};
 use tempfile::{TempDir, tempdir};
 
 fn fixture(name: &str) -> PathBuf {
@@ -27,17 +27,17 @@ fn with(files: &[(&str, &str)]) -> TempDir {
     folder
 }
 
-fn topics(names: &[&str]) -> Options {
-    Options { topics: names.iter().map(ToString::to_string).collect(), ..Options::default() }
+fn topics(names: &[&str]) -> ReadOptions {
+    ReadOptions { topics: names.iter().map(ToString::to_string).collect(), ..ReadOptions::default() }
 }
 
-fn refused(path: &Path, options: &Options) -> String {
+fn refused(path: &Path, options: &ReadOptions) -> String {
     let message = load(path, options).unwrap_err().to_string();
     message.replace(&format!("{}/", path.display()), "").replace(&path.display().to_string(), "FOLDER")
 }
 
 /// One bag read with `options` is what the twin says.
-fn agrees(bag: &str, options: &Options, twin: &str) {
+fn agrees(bag: &str, options: &ReadOptions, twin: &str) {
     let text = std::fs::read_to_string(fixture("bags.json")).unwrap();
     let twin = serde_json::from_str::<Value>(&text).unwrap()[twin].clone();
     let floats = |v: &Value| v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect::<Vec<_>>();
@@ -58,7 +58,7 @@ fn topics_agree_with_the_reference_library() {
     agrees("press.mcap", &topics(&["/tactile.data", "/joint_states.effort"]), "joined");
     // The one topic of a bag need not be named; own types are read by their definition, all compressions alike.
     for bag in ["plain.mcap", "lz4.mcap", "text.mcap"] {
-        agrees(bag, &Options::default(), "taxels");
+        agrees(bag, &ReadOptions::default(), "taxels");
     }
 }
 
@@ -70,7 +70,7 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
         ("ball_1.mcap", "text.mcap"),
         (".x", ""),
     ]);
-    let data = load(flat.path(), &Options::default()).unwrap();
+    let data = load(flat.path(), &ReadOptions::default()).unwrap();
     assert_eq!(
         (data.output_names().join(" "), data.strata().to_vec().as_slice()),
         ("ball cup".into(), &[0, 1, 1][..])
@@ -87,7 +87,7 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
             "time stamps give 50 Hz"
         ]
     );
-    let truth = recordings(flat.path(), &Options::default(), 2).unwrap().truth.unwrap();
+    let truth = recordings(flat.path(), &ReadOptions::default(), 2).unwrap().truth.unwrap();
     assert_eq!(truth, [["ball"], ["cup"], ["cup"]]);
 
     let days: Vec<(String, &str)> = ["day1/cup_1", "day1/ball_1", "day2/cup_1", "day2/ball_1"]
@@ -95,7 +95,7 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
         .map(|name| (format!("{name}.mcap"), "plain.mcap"))
         .collect();
     let days: Vec<(&str, &str)> = days.iter().map(|(name, from)| (name.as_str(), *from)).collect();
-    let data = load(with(&days).path(), &Options::default()).unwrap();
+    let data = load(with(&days).path(), &ReadOptions::default()).unwrap();
     assert_eq!(
         (data.output_names().join(" "), data.strata().to_vec(), data.groups),
         ("ball cup".into(), vec![0, 1, 0, 1], Some(vec![0, 0, 1, 1]))
@@ -106,7 +106,7 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
         ("ball/left_1.mcap", "plain.mcap"),
         ("ball/right_1.mcap", "lz4.mcap"),
     ]);
-    let data = load(classes.path(), &Options::default()).unwrap();
+    let data = load(classes.path(), &ReadOptions::default()).unwrap();
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("ball cup".into(), vec![0, 0, 1]));
 }
 
@@ -123,7 +123,7 @@ fn the_card_says_how_much_of_joined_topics_is_left_out() {
 #[test]
 fn bags_for_a_model_are_brought_to_its_rate() {
     let read = |stamped| {
-        let options = Options { stamped, ..topics(&["/tactile"]) };
+        let options = ReadOptions { stamped, ..topics(&["/tactile"]) };
         recordings(&fixture("press.mcap"), &options, 2).unwrap().x.shape()[2]
     };
     let own = read(None) as f64;
@@ -139,18 +139,19 @@ fn rosbag2_folders_are_bags_and_a_table_cuts_them() {
         ("stiff_1/metadata.yaml", "rosbag2_bagfile_information:"),
         ("stiff_1/stiff_1_0.mcap", "lz4.mcap"),
     ]);
-    let data = load(root.path(), &Options::default()).unwrap();
+    let data = load(root.path(), &ReadOptions::default()).unwrap();
     assert_eq!(
         (data.output_names().join(" "), data.origins),
         ("soft stiff".into(), vec!["soft_1".into(), "stiff_1".into()])
     );
-    let one = recordings(&root.path().join("soft_1"), &Options::default(), 2).unwrap();
+    let one = recordings(&root.path().join("soft_1"), &ReadOptions::default(), 2).unwrap();
     assert_eq!((one.origins, one.x.shape()), (vec!["soft_1".into()], &[1, 7, 7][..]));
 
     let table = "file,start,end,label,group\nlong.mcap,0,0.06,press,1\nlong.mcap,0.06,0.12,slip,2\nlong.mcap,0.0,0.04,press,2\n";
     let root = with(&[("labels.csv", table), ("long.mcap", "plain.mcap")]);
-    let data = load(root.path(), &Options { length: Some("crop:2".parse().unwrap()), ..Options::default() })
-        .unwrap();
+    let data =
+        load(root.path(), &ReadOptions { length: Some("crop:2".parse().unwrap()), ..ReadOptions::default() })
+            .unwrap();
     assert_eq!(data.origins, ["long.mcap[0..0.06 s]", "long.mcap[0.06..0.12 s]", "long.mcap[0..0.04 s]"]);
     assert_eq!(
         (data.x.shape(), data.strata().to_vec(), data.groups),
@@ -172,23 +173,23 @@ fn rosbag2_folders_are_bags_and_a_table_cuts_them() {
             ("long.mcap", "plain.mcap"),
         ]);
         assert!(
-            refused(root.path(), &Options::default()).contains(why),
+            refused(root.path(), &ReadOptions::default()).contains(why),
             "{}",
-            refused(root.path(), &Options::default())
+            refused(root.path(), &ReadOptions::default())
         );
     }
 }
 
 #[test]
 fn images_are_shrunk_where_that_is_asked_for() {
-    let options = Options { resize: Some([2, 3]), ..topics(&["/camera"]) };
+    let options = ReadOptions { resize: Some([2, 3]), ..topics(&["/camera"]) };
     let read = recordings(&fixture("press.mcap"), &options, 3).unwrap();
     assert_eq!(read.x.shape()[2..], [2, 3]);
     let root = with(&[("a_1.mcap", "press.mcap"), ("b_1.mcap", "press.mcap")]);
     let card = check_with(root.path(), &options).unwrap();
     assert!(card.read_as[1].starts_with("bags: /camera (grey images of 2 × 3)"), "{:?}", card.read_as);
     assert_eq!(
-        refused(root.path(), &Options { resize: Some([2, 3]), ..topics(&["/ft"]) }),
+        refused(root.path(), &ReadOptions { resize: Some([2, 3]), ..topics(&["/ft"]) }),
         "a_1.mcap: topic /ft holds no images, to which resize applies; leave it out"
     );
 }
@@ -196,7 +197,7 @@ fn images_are_shrunk_where_that_is_asked_for() {
 #[test]
 fn what_is_not_clear_is_refused_with_what_the_bag_holds() {
     let root = with(&[("a_1.mcap", "press.mcap"), ("b_1.mcap", "press.mcap")]);
-    let message = refused(root.path(), &Options::default());
+    let message = refused(root.path(), &ReadOptions::default());
     let wanted = "a_1.mcap: has several topics; name one or more with topics = [\"/tactile\"]. It has /tactile \
                   (std_msgs/msg/Float32MultiArray, 20 messages, 98.7 Hz)";
     assert!(message.starts_with(wanted), "{message}");
@@ -223,9 +224,9 @@ fn what_is_not_clear_is_refused_with_what_the_bag_holds() {
     );
     let mixed = with(&[("a/1.csv", "1,2\n3,4\n"), ("b/1.mcap", "plain.mcap")]);
     assert!(
-        refused(mixed.path(), &Options::default()).contains("b/1.mcap: is a bag, but a/1.csv"),
+        refused(mixed.path(), &ReadOptions::default()).contains("b/1.mcap: is a bag, but a/1.csv"),
         "{}",
-        refused(mixed.path(), &Options::default())
+        refused(mixed.path(), &ReadOptions::default())
     );
 }
 
@@ -235,7 +236,7 @@ fn a_bag_that_is_damaged_anywhere_is_read_or_refused_by_name() {
         let whole = std::fs::read(fixture(name)).unwrap();
         let folder = tempdir().unwrap();
         let path = folder.path().join(name);
-        let options = if name == "press.mcap" { topics(&["/tactile"]) } else { Options::default() };
+        let options = if name == "press.mcap" { topics(&["/tactile"]) } else { ReadOptions::default() };
         for bytes in damaged(&whole, 53, 29) {
             std::fs::write(&path, &bytes).unwrap();
             let cut = bytes.len() < whole.len();
@@ -247,7 +248,7 @@ fn a_bag_that_is_damaged_anywhere_is_read_or_refused_by_name() {
     }
     let other = with(&[("a_1.mcap", "not a bag at all"), ("b_1.mcap", "")]);
     assert_eq!(
-        refused(other.path(), &Options::default()),
+        refused(other.path(), &ReadOptions::default()),
         "a_1.mcap: is no MCAP file; record bags with ros2 bag record --storage mcap, or convert them"
     );
 }

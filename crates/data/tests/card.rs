@@ -4,7 +4,7 @@
 mod common;
 
 use common::{f32s, files, i64s, npy, npz};
-use taxel_data::{Layout, Options, check, check_with};
+use taxel_data::{Layout, ReadOptions, check, check_with};
 use tempfile::tempdir;
 
 /// Eight samples `[2, 2]`; channel 1 is dead, row 5 copies row 1 under another label, row 6
@@ -24,7 +24,7 @@ fn a_card_counts_what_distorts_a_score() {
     let folder = tempdir().unwrap();
     files(folder.path(), &[("labels.json", r#"["stable", "slip"]"#)]);
     let path = npz(folder.path(), &arrays());
-    let options = Options { group: Some("object".into()), ..Options::default() };
+    let options = ReadOptions { group: Some("object".into()), ..ReadOptions::default() };
     let card = check_with(&path, &options).unwrap();
     assert_eq!((card.shape.as_slice(), card.layout), ([8, 2, 2].as_slice(), Layout::Series));
     assert_eq!((card.classes[1].name.as_str(), card.classes[1].samples), ("slip", 1));

@@ -6,7 +6,7 @@ mod common;
 use common::{f32s, files, i64s, npz, samples};
 use std::fs;
 use std::path::{Path, PathBuf};
-use taxel_data::{Dataset, Error, Options, check, convert, load};
+use taxel_data::{Dataset, Error, ReadOptions, check, convert, load};
 use tempfile::{TempDir, tempdir};
 
 fn fixture(name: &str) -> PathBuf {
@@ -14,13 +14,13 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 /// The set before and after.
-fn round(path: &Path, options: &Options) -> [Dataset; 2] {
+fn round(path: &Path, options: &ReadOptions) -> [Dataset; 2] {
     let folder = tempdir().unwrap();
     let output = folder.path().join("set.npz");
     convert(path, options, &output).unwrap();
     // What was read under other names has the plain ones now; rules still hold.
     let attributes = options.attributes.clone();
-    let plain = Options { attributes, ..Options::default() };
+    let plain = ReadOptions { attributes, ..ReadOptions::default() };
     [load(path, options).unwrap(), load(&output, &plain).unwrap()]
 }
 
@@ -44,8 +44,8 @@ fn assert_same([before, after]: [Dataset; 2]) {
     assert_eq!(facts(&before), facts(&after));
 }
 
-fn named(y: &str) -> Options {
-    Options { y: y.into(), ..Options::default() }
+fn named(y: &str) -> ReadOptions {
+    ReadOptions { y: y.into(), ..ReadOptions::default() }
 }
 
 #[test]
@@ -56,26 +56,26 @@ fn arrays_come_back() {
     let facts = r#"{"classes": ["soft", "hard"], "source": "simulated: pad", "layout": "image", "unit": "N", "rate": 99.5,
                     "full_scale": 0.1}"#;
     files(folder.path(), &[("labels.json", facts)]);
-    let options = Options { group: Some("trial".into()), ..Options::default() };
-    let blocks = Options { group_block: Some(2), ..options.clone() };
+    let options = ReadOptions { group: Some("trial".into()), ..ReadOptions::default() };
+    let blocks = ReadOptions { group_block: Some(2), ..options.clone() };
     assert_same(round(&path, &options));
     assert_same(round(&path, &blocks));
-    assert_same(round(&path, &Options { channels: Some(vec![1]), ..Options::default() }));
+    assert_same(round(&path, &ReadOptions { channels: Some(vec![1]), ..ReadOptions::default() }));
 
     let texts = fixture("texts.npz");
     assert_same(round(
         &texts,
-        &Options { group: Some("session".into()), test: Some("held".into()), ..Options::default() },
+        &ReadOptions { group: Some("session".into()), test: Some("held".into()), ..ReadOptions::default() },
     ));
     assert_same(round(
         &texts,
-        &Options { attributes: ["hand", "thing"].map(String::from).to_vec(), ..named("two") },
+        &ReadOptions { attributes: ["hand", "thing"].map(String::from).to_vec(), ..named("two") },
     ));
-    assert_same(round(&fixture("split.npz"), &Options::default()));
+    assert_same(round(&fixture("split.npz"), &ReadOptions::default()));
     for name in ["grasps-v6.mat", "grasps-v7.mat", "texts.mat"] {
-        assert_same(round(&fixture(name), &Options::default()));
+        assert_same(round(&fixture(name), &ReadOptions::default()));
     }
-    assert_same(round(&fixture("one-hot.mat"), &Options::default()));
+    assert_same(round(&fixture("one-hot.mat"), &ReadOptions::default()));
 }
 
 #[test]
@@ -97,11 +97,11 @@ fn folders_and_archives_come_back() {
         ],
     );
     for name in ["nested", "listed", "Two", "wide.csv"] {
-        assert_same(round(&folder.path().join(name), &Options::default()));
+        assert_same(round(&folder.path().join(name), &ReadOptions::default()));
     }
     assert_same(round(
         &folder.path().join("wide.csv"),
-        &Options { group: Some("object".into()), ..Options::default() },
+        &ReadOptions { group: Some("object".into()), ..ReadOptions::default() },
     ));
     let image = |name: &str, value: u8| {
         fs::create_dir_all(folder.path().join("images").join(name)).unwrap();
@@ -110,7 +110,7 @@ fn folders_and_archives_come_back() {
     };
     image("dark", 3);
     image("light", 200);
-    assert_same(round(&folder.path().join("images"), &Options::default()));
+    assert_same(round(&folder.path().join("images"), &ReadOptions::default()));
 }
 
 /// Recordings of one to four readings.
@@ -127,28 +127,28 @@ fn unequal() -> TempDir {
 fn unequal_recordings_end_in_nan_and_come_back_unequal() {
     let folder = unequal();
     let (set, output) = (folder.path().join("set"), folder.path().join("set.npz"));
-    let written = convert(&set, &Options::default(), &output).unwrap();
+    let written = convert(&set, &ReadOptions::default(), &output).unwrap();
     assert_eq!((written.shape, written.padded), (vec![4, 2, 4], Some([1, 4])));
     assert_eq!(check(&output).unwrap().lengths, check(&set).unwrap().lengths);
     for rule in ["resample:3", "pad:5,edge", "crop:1,end", "window:2,1"] {
-        let options = Options { length: Some(rule.parse().unwrap()), ..Options::default() };
+        let options = ReadOptions { length: Some(rule.parse().unwrap()), ..ReadOptions::default() };
         let [before, after] = [&set, &output].map(|path| load(path, &options).unwrap());
         assert_same([before, after]);
         // Or under the rule at once.
         let own = folder.path().join("ruled.npz");
         assert_eq!(convert(&set, &options, &own).unwrap().padded, None);
-        assert_eq!(load(&own, &Options::default()).unwrap().digest, load(&set, &options).unwrap().digest);
+        assert_eq!(load(&own, &ReadOptions::default()).unwrap().digest, load(&set, &options).unwrap().digest);
     }
     // One array per recording; irregular stamps of a long table; time first.
-    let options = Options { length: Some("resample:8".parse().unwrap()), ..Options::default() };
+    let options = ReadOptions { length: Some("resample:8".parse().unwrap()), ..ReadOptions::default() };
     for name in ["each.npz", "padded.npz", "long.csv"] {
         let plain = folder.path().join("plain.npz");
-        convert(&fixture(name), &Options::default(), &plain).unwrap();
+        convert(&fixture(name), &ReadOptions::default(), &plain).unwrap();
         assert_same([fixture(name), plain].map(|path| load(&path, &options).unwrap()));
     }
     let frames: Vec<f32> = (0..24).map(|v| if (8..12).contains(&v) { f32::NAN } else { v as f32 }).collect();
     let path = npz(folder.path(), &[("x", f32s(&[2, 3, 2, 2], &frames)), ("y", i64s(&[2], &[0, 1]))]);
-    convert(&path, &Options::default(), &output).unwrap();
+    convert(&path, &ReadOptions::default(), &output).unwrap();
     assert_same([path, output].map(|path| load(&path, &options).unwrap()));
 }
 
@@ -156,16 +156,16 @@ fn unequal_recordings_end_in_nan_and_come_back_unequal() {
 fn what_cannot_be_converted_leaves_nothing() {
     let folder = unequal();
     let at = |name: &str| folder.path().join(name);
-    let error = convert(&at("set"), &Options::default(), &at("set.csv")).unwrap_err().to_string();
+    let error = convert(&at("set"), &ReadOptions::default(), &at("set.csv")).unwrap_err().to_string();
     assert!(error.ends_with("set.csv: output: is the name of a .npz file to write"), "{error}");
     files(folder.path(), &[("bad/a/1.csv", "1,2\n"), ("bad/b/1.csv", "1,inf\n")]);
-    let error = convert(&at("bad"), &Options::default(), &at("bad.npz")).unwrap_err();
+    let error = convert(&at("bad"), &ReadOptions::default(), &at("bad.npz")).unwrap_err();
     assert!(matches!(error, Error::NotFinite { .. }), "{error}");
     assert!(!at("bad.npz").exists() && !at("bad.classes.json").exists());
-    let error = convert(&at("set"), &Options::default(), &at("none/set.npz")).unwrap_err().to_string();
+    let error = convert(&at("set"), &ReadOptions::default(), &at("none/set.npz")).unwrap_err().to_string();
     assert!(error.contains("none/set.classes.json: cannot be written"), "{error}");
     // Origins of another number of samples.
-    convert(&at("set"), &Options::default(), &at("set.npz")).unwrap();
+    convert(&at("set"), &ReadOptions::default(), &at("set.npz")).unwrap();
     let names = fs::read_to_string(at("set.classes.json")).unwrap();
     fs::write(at("set.classes.json"), names.replacen("\"0/2.csv\",", "", 1)).unwrap();
     let error = check(&at("set.npz")).unwrap_err().to_string();

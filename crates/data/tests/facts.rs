@@ -5,11 +5,11 @@ mod common;
 
 use common::{f32s, files, i64s, labels, npy, npz, refused, samples};
 use image::RgbImage;
-use taxel_data::{Dataset, Layout, Options, Reading, Source, load};
+use taxel_data::{Dataset, Layout, ReadOptions, Reading, Source, load};
 use tempfile::tempdir;
 
 fn read(path: &std::path::Path) -> Dataset {
-    load(path, &Options::default()).unwrap()
+    load(path, &ReadOptions::default()).unwrap()
 }
 
 #[test]
@@ -39,14 +39,14 @@ fn options_override_the_file_and_the_file_the_format() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "layout": "image", "rate": 50}"#)]);
-    let options = Options { layout: Some(Layout::Series), rate: Some(100.0), ..Options::default() };
+    let options = ReadOptions { layout: Some(Layout::Series), rate: Some(100.0), ..ReadOptions::default() };
     let reading = load(&path, &options).unwrap().reading;
     assert_eq!((reading.layout, reading.rate), (Layout::Series, Some(100.0)));
 
     let csv = tempdir().unwrap();
     files(csv.path(), &[("a/1.csv", "1,2\n3,4\n"), ("b/1.csv", "5,6\n7,8\n")]);
     assert_eq!(read(csv.path()).reading.layout, Layout::Series);
-    let image = Options { layout: Some(Layout::Image), ..Options::default() };
+    let image = ReadOptions { layout: Some(Layout::Image), ..ReadOptions::default() };
     assert_eq!(load(csv.path(), &image).unwrap().reading.layout, Layout::Image);
 }
 
@@ -77,11 +77,11 @@ fn an_image_of_which_planes_are_left_out_is_no_colour_image() {
         image.save(folder.path().join(class).join("1.png")).unwrap();
     }
     assert_eq!(read(folder.path()).reading, Reading::new(Layout::Colour, &[3, 2, 4]));
-    let red = Options { channels: Some(vec![0]), ..Options::default() };
+    let red = ReadOptions { channels: Some(vec![0]), ..ReadOptions::default() };
     let reading = load(folder.path(), &red).unwrap().reading;
     let kept = Reading { channels: Some(vec![0]), ..Reading::new(Layout::Sequence, &[1, 2, 4]) };
     assert_eq!(reading, kept);
-    let colour = Options { layout: Some(Layout::Colour), ..red };
+    let colour = ReadOptions { layout: Some(Layout::Colour), ..red };
     let message = load(folder.path(), &colour).unwrap_err().to_string();
     let end = ": layout is colour, but a sample of shape [1, 2, 4] is not a colour image [3, H, W]";
     assert!(message.ends_with(end), "{message}");
@@ -107,16 +107,16 @@ fn a_wrong_fact_is_refused_by_file_and_key() {
     ];
     for (fact, why) in cases {
         files(folder.path(), &[("labels.json", &format!(r#"{{"classes": ["a", "b"], {fact}}}"#))]);
-        assert_eq!(refused(&path, &Options::default()), format!("labels.json: {why}"));
+        assert_eq!(refused(&path, &ReadOptions::default()), format!("labels.json: {why}"));
     }
     std::fs::remove_file(folder.path().join("labels.json")).unwrap();
-    let options = Options { layout: Some(Layout::Sequence), ..Options::default() };
+    let options = ReadOptions { layout: Some(Layout::Sequence), ..ReadOptions::default() };
     assert_eq!(
         refused(&path, &options),
         "grasps.npz: layout is sequence, but a sample of shape [2, 3] is not a sequence of images [T, H, W]"
     );
     for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let options = Options { rate: Some(rate), ..Options::default() };
+        let options = ReadOptions { rate: Some(rate), ..ReadOptions::default() };
         let why = "rate: is in readings per second (Hz), above 0";
         assert_eq!(refused(&path, &options), format!("grasps.npz: {why}"));
     }

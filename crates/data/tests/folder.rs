@@ -6,10 +6,10 @@ mod common;
 use common::{f32s, files, npy};
 use image::{DynamicImage, GrayImage, Luma, Rgb, RgbImage, RgbaImage};
 use std::path::Path;
-use taxel_data::{Layout, Limits, Options, check, load};
+use taxel_data::{Layout, Limits, ReadOptions, check, load};
 use tempfile::{TempDir, tempdir};
 
-fn refused_with(root: &Path, options: &Options) -> String {
+fn refused_with(root: &Path, options: &ReadOptions) -> String {
     let message = load(root, options).unwrap_err().to_string();
     message.replace(&format!("{}/", root.display()), "").replace(&root.display().to_string(), "FOLDER")
 }
@@ -18,7 +18,7 @@ fn refused_with(root: &Path, options: &Options) -> String {
 fn refused(list: &[(&str, &str)]) -> String {
     let folder = tempdir().unwrap();
     files(folder.path(), list);
-    refused_with(folder.path(), &Options::default())
+    refused_with(folder.path(), &ReadOptions::default())
 }
 
 fn png(root: &Path, name: &str, image: impl Into<DynamicImage>) {
@@ -50,7 +50,7 @@ fn csv_set() -> TempDir {
 #[test]
 fn csv_files_are_channels_by_time() {
     let folder = csv_set();
-    let data = load(folder.path(), &Options::default()).unwrap();
+    let data = load(folder.path(), &ReadOptions::default()).unwrap();
     assert_eq!(data.x.shape(), [3, 2, 3]);
     assert_eq!(data.x.as_slice().unwrap()[6..], [7., 9., 11., 8., 10., 12., 1., 3., 5., 2., 4., 6.]);
     assert_eq!(
@@ -59,7 +59,7 @@ fn csv_files_are_channels_by_time() {
     );
     assert_eq!(data.origins, ["apple/a.csv", "pear/take9.csv", "pear/take10.csv"]);
     assert_eq!((data.reading.layout, data.dtype.as_str()), (Layout::Series, "csv"));
-    let blocks = Options { group_block: Some(1), channels: Some(vec![1]), ..Options::default() };
+    let blocks = ReadOptions { group_block: Some(1), channels: Some(vec![1]), ..ReadOptions::default() };
     let data = load(folder.path(), &blocks).unwrap();
     assert_eq!((data.groups, data.group_name.as_deref()), (Some(vec![0, 0, 1]), Some("position/1")));
     assert_eq!(data.x.shape(), [3, 1, 3]);
@@ -72,9 +72,9 @@ fn npy_files_are_taken_as_stored() {
     std::fs::write(folder.path().join("a/x.npy"), f32s(&[2, 3], &[0., 1., 2., 3., 4., 5.])).unwrap();
     let write = |bytes: Vec<u8>| std::fs::write(folder.path().join("b/y.npy"), bytes).unwrap();
     write(f32s(&[2, 3], &[9.; 6]));
-    let data = load(folder.path(), &Options::default()).unwrap();
+    let data = load(folder.path(), &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.x[[0, 1, 0]]), ([2, 2, 3].as_slice(), 3.0));
-    let message = || refused_with(folder.path(), &Options::default());
+    let message = || refused_with(folder.path(), &ReadOptions::default());
     write(f32s(&[3, 2], &[9.; 6]));
     assert_eq!(
         message(),
@@ -98,11 +98,11 @@ fn images_are_planes_of_their_stored_values() {
     let root = folder.path();
     png(root, "a/1.png", grey(4, 2, 0));
     png(root, "b/1.png", grey(4, 2, 100));
-    let data = load(root, &Options::default()).unwrap();
+    let data = load(root, &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 4].as_slice(), Layout::Image));
     assert_eq!(data.x.as_slice().unwrap()[..8], [0., 1., 2., 3., 10., 11., 12., 13.]);
     assert_ne!(data.row_hash[0], data.row_hash[1]);
-    let halved = Options { resize: Some([1, 2]), ..Options::default() };
+    let halved = ReadOptions { resize: Some([1, 2]), ..ReadOptions::default() };
     let small = load(root, &halved).unwrap();
     assert_eq!(small.x.shape(), [2, 1, 2]);
     // A triangle over the halved axis weighs 3:3:1 at the edge.
@@ -113,7 +113,7 @@ fn images_are_planes_of_their_stored_values() {
     let rgb = RgbImage::from_fn(3, 2, |x, y| Rgb([x as u8, 50 + y as u8, 200]));
     png(root, "a/1.png", rgb.clone());
     png(root, "b/1.png", DynamicImage::ImageRgb8(rgb).to_rgba8());
-    let data = load(root, &Options::default()).unwrap();
+    let data = load(root, &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), ([2, 3, 2, 3].as_slice(), Layout::Colour));
     let plane = data.x.as_slice().unwrap();
     assert_eq!(plane[..8], [0., 1., 2., 0., 1., 2., 50., 50.]);
@@ -126,7 +126,7 @@ fn a_broken_image_is_refused() {
     let folder = tempdir().unwrap();
     let root = folder.path();
     png(root, "a/1.png", grey(4, 2, 0));
-    let message = || refused_with(root, &Options::default());
+    let message = || refused_with(root, &ReadOptions::default());
     let form = "set resize = [height, width], or use grey or colour throughout";
     png(root, "b/1.png", grey(2, 4, 0));
     assert_eq!(
@@ -146,13 +146,13 @@ fn a_broken_image_is_refused() {
     }
     png(root, "b/1.png", grey(4, 2, 0));
     let limits = Limits { max_values: 15, ..Limits::default() };
-    let message = refused_with(root, &Options { limits, ..Options::default() });
+    let message = refused_with(root, &ReadOptions { limits, ..ReadOptions::default() });
     assert!(message.starts_with("FOLDER: shape [2, 2, 4] is more than the 15 values allowed; shrink"));
     let limits = Limits { max_values: 7, ..Limits::default() };
-    let message = refused_with(root, &Options { limits, ..Options::default() });
+    let message = refused_with(root, &ReadOptions { limits, ..ReadOptions::default() });
     assert!(message.starts_with("a/1.png: shape [1, 2, 4] is more than the 7 values allowed"), "{message}");
     for size in [[0, 2], [2, 1 << 40]] {
-        let message = refused_with(root, &Options { resize: Some(size), ..Options::default() });
+        let message = refused_with(root, &ReadOptions { resize: Some(size), ..ReadOptions::default() });
         assert_eq!(message, "FOLDER: resize: is [height, width] in pixels, each 1..16384");
     }
 }
@@ -168,19 +168,19 @@ fn a_large_image_is_refused_by_its_head() {
     std::fs::write(root.join("a/1.png"), &whole[..60]).unwrap();
     let limits = Limits { max_pixels: 1199, ..Limits::default() };
     assert_eq!(
-        refused_with(root, &Options { limits, ..Options::default() }),
+        refused_with(root, &ReadOptions { limits, ..ReadOptions::default() }),
         "a/1.png: is 30 × 40 pixels, more than the 1199 that one image may have; set resize = [height, width], \
          or raise limits.max-pixels"
     );
     let limits = Limits { max_values: 2399, ..Limits::default() };
-    let message = refused_with(root, &Options { limits, ..Options::default() });
+    let message = refused_with(root, &ReadOptions { limits, ..ReadOptions::default() });
     assert!(
         message.starts_with("FOLDER: shape [2, 30, 40] is more than the 2399 values allowed"),
         "{message}"
     );
     std::fs::write(root.join("a/1.png"), whole).unwrap();
     let limits = Limits { max_pixels: 1199, ..Limits::default() };
-    let small = load(root, &Options { resize: Some([3, 4]), limits, ..Options::default() }).unwrap();
+    let small = load(root, &ReadOptions { resize: Some([3, 4]), limits, ..ReadOptions::default() }).unwrap();
     assert_eq!(small.x.shape(), [2, 3, 4]);
 }
 
@@ -194,12 +194,12 @@ fn a_head_that_so_few_bytes_cannot_hold_is_damaged() {
     }
     std::fs::rename(root.join("a/1.jpg"), root.join("1.jpg")).unwrap();
     png(root, "b/1.png", GrayImage::from_pixel(2000, 2000, Luma([255])));
-    assert_eq!(load(root, &Options::default()).unwrap().x.shape(), [2, 2000, 2000]);
+    assert_eq!(load(root, &ReadOptions::default()).unwrap().x.shape(), [2, 2000, 2000]);
     std::fs::rename(root.join("1.jpg"), root.join("a/1.jpg")).unwrap();
     std::fs::remove_file(root.join("a/1.png")).unwrap();
     std::fs::remove_dir_all(root.join("b")).unwrap();
     png(root, "b/1.jpg", GrayImage::from_pixel(2000, 2000, Luma([255])));
-    assert_eq!(load(root, &Options::default()).unwrap().x.shape(), [2, 2000, 2000]);
+    assert_eq!(load(root, &ReadOptions::default()).unwrap().x.shape(), [2, 2000, 2000]);
 
     png(root, "a/1.jpg", GrayImage::new(8, 8));
     let mut jpeg = std::fs::read(root.join("a/1.jpg")).unwrap();
@@ -212,8 +212,8 @@ fn a_head_that_so_few_bytes_cannot_hold_is_damaged() {
             "{name}: is 4000 × 4000 pixels by its head, more than its {bytes} bytes can hold; it is damaged"
         )
     };
-    assert_eq!(refused_with(root, &Options::default()), damaged("a/1.jpg", jpeg.len()));
-    let small = Options { resize: Some([2, 2]), ..Options::default() };
+    assert_eq!(refused_with(root, &ReadOptions::default()), damaged("a/1.jpg", jpeg.len()));
+    let small = ReadOptions { resize: Some([2, 2]), ..ReadOptions::default() };
     assert_eq!(refused_with(root, &small), damaged("a/1.jpg", jpeg.len()));
 
     std::fs::remove_dir_all(root.join("b")).unwrap();
@@ -225,7 +225,7 @@ fn a_head_that_so_few_bytes_cannot_hold_is_damaged() {
     let sum = crc(&whole[12..29]);
     whole[29..33].copy_from_slice(&sum.to_be_bytes());
     std::fs::write(root.join("a/1.png"), &whole).unwrap();
-    assert_eq!(refused_with(root, &Options::default()), damaged("a/1.png", whole.len()));
+    assert_eq!(refused_with(root, &ReadOptions::default()), damaged("a/1.png", whole.len()));
 }
 
 /// The checksum of a part of a PNG file.
@@ -244,7 +244,7 @@ fn resampled_values_are_those_of_a_copy_in_floats() {
     png(root, "a/1.png", rgb.clone());
     png(root, "b/1.png", RgbImage::new(23, 17));
     for (height, width) in [(5, 7), (17, 23), (40, 30)] {
-        let options = Options { resize: Some([height, width]), ..Options::default() };
+        let options = ReadOptions { resize: Some([height, width]), ..ReadOptions::default() };
         let data = load(root, &options).unwrap();
         let unit =
             image::ImageBuffer::from_fn(23, 17, |x, y| Rgb(rgb.get_pixel(x, y).0.map(|v| v as f32 / 255.)));
@@ -262,7 +262,7 @@ fn labels_json_speaks_of_folders_too() {
     let folder = csv_set();
     let facts = r#"{"unit": "N", "rate": 100, "classes": ["pear", "apple"]}"#;
     files(folder.path(), &[("labels.json", facts)]);
-    let data = load(folder.path(), &Options::default()).unwrap();
+    let data = load(folder.path(), &ReadOptions::default()).unwrap();
     assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("N"), Some(100.0)));
     assert_eq!(
         (data.output_names().join(" "), data.strata().to_vec()),
@@ -270,7 +270,7 @@ fn labels_json_speaks_of_folders_too() {
     );
     assert_eq!(data.origins[2], "apple/a.csv");
     files(folder.path(), &[("labels.json", r#"{"full_scale": 1023}"#)]);
-    let data = load(folder.path(), &Options::default()).unwrap();
+    let data = load(folder.path(), &ReadOptions::default()).unwrap();
     assert_eq!((data.reading.full_scale, data.strata().to_vec()), (Some(1023.0), vec![0, 1, 1]));
     for wrong in [
         r#"["apple"]"#,
@@ -279,7 +279,7 @@ fn labels_json_speaks_of_folders_too() {
         r#"[["apple", "pear"], ["a"]]"#,
     ] {
         files(folder.path(), &[("labels.json", wrong)]);
-        let message = refused_with(folder.path(), &Options::default());
+        let message = refused_with(folder.path(), &ReadOptions::default());
         assert!(message.starts_with("labels.json: names the classes apple"), "{message}");
         assert!(message.contains("but they are apple, pear"), "{message}");
     }
@@ -324,24 +324,24 @@ fn a_broken_layout_is_refused() {
 #[test]
 fn options_for_other_layouts_are_refused() {
     let folder = csv_set();
-    let default = Options::default;
+    let default = ReadOptions::default;
     let arrays = "names an array of a .npz; a folder per class has none (group-block divides the \
                   position of each file in its class folder)";
     let cases = [
-        ("x", Options { x: "images".into(), ..default() }),
-        ("y", Options { y: "labels".into(), ..default() }),
-        ("group", Options { group: Some("session".into()), ..default() }),
+        ("x", ReadOptions { x: "images".into(), ..default() }),
+        ("y", ReadOptions { y: "labels".into(), ..default() }),
+        ("group", ReadOptions { group: Some("session".into()), ..default() }),
     ];
     for (key, options) in cases {
         assert_eq!(refused_with(folder.path(), &options), format!("FOLDER: {key}: {arrays}"));
     }
     assert_eq!(
-        refused_with(folder.path(), &Options { resize: Some([2, 2]), ..default() }),
+        refused_with(folder.path(), &ReadOptions { resize: Some([2, 2]), ..default() }),
         "FOLDER: resize: applies to PNG and JPEG files and to bags of images only; leave it out"
     );
     let limits = Limits { max_file_bytes: 11, ..Limits::default() };
     assert_eq!(
-        refused_with(folder.path(), &Options { limits, ..default() }),
+        refused_with(folder.path(), &ReadOptions { limits, ..default() }),
         "apple/a.csv: has 12 bytes, more than the 11 allowed; raise limits.max-file-bytes"
     );
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{f32s, i64s, npz};
-use taxel_data::{Dataset, Layout, Options, load};
+use taxel_data::{Dataset, Layout, ReadOptions, load};
 
 /// Three squeezes of two frames of 1 × 3 taxels, the last a copy of the first.
 fn squeezes(groups: bool) -> Dataset {
@@ -17,7 +17,7 @@ fn squeezes(groups: bool) -> Dataset {
         arrays.push(("group", group));
     }
     let file = npz(folder.path(), &arrays);
-    load(&file, &Options { layout: Some(Layout::Sequence), ..Options::default() }).unwrap()
+    load(&file, &ReadOptions { layout: Some(Layout::Sequence), ..ReadOptions::default() }).unwrap()
 }
 
 #[test]

@@ -5,15 +5,15 @@ mod common;
 
 use common::damaged;
 use std::path::{Path, PathBuf};
-use taxel_data::{Dataset, Options, check_with, load, recordings};
+use taxel_data::{Dataset, ReadOptions, check_with, load, recordings};
 use tempfile::tempdir;
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn arrays(x: &str, y: &str) -> Options {
-    Options { x: x.into(), y: y.into(), ..Options::default() }
+fn arrays(x: &str, y: &str) -> ReadOptions {
+    ReadOptions { x: x.into(), y: y.into(), ..ReadOptions::default() }
 }
 
 /// x[n, c, t] is 100 n + 10 c + t.
@@ -26,7 +26,7 @@ fn is_whole(data: &Dataset, what: &str) {
 
 #[test]
 fn every_way_to_store_an_array_gives_the_same() {
-    let plain = load(&fixture("plain.h5"), &Options::default()).unwrap();
+    let plain = load(&fixture("plain.h5"), &ReadOptions::default()).unwrap();
     is_whole(&plain, "plain");
     assert_eq!((plain.strata().to_vec(), plain.groups), (vec![0, 1, 0, 2], Some(vec![7, 7, 8, 8])));
     for x in ["x", "grows", "both", "whole"] {
@@ -46,7 +46,7 @@ fn every_way_to_store_an_array_gives_the_same() {
 #[test]
 fn matlab_7_3_has_its_axes_and_texts_as_matlab_says_them() {
     let path = fixture("grasps-v73.mat");
-    let data = load(&path, &Options::default()).unwrap();
+    let data = load(&path, &ReadOptions::default()).unwrap();
     is_whole(&data, "double");
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("1 2 3".into(), vec![0, 1, 0, 2]));
     for y in ["names", "rows"] {
@@ -65,7 +65,7 @@ fn matlab_7_3_has_its_axes_and_texts_as_matlab_says_them() {
 
 #[test]
 fn a_file_may_be_one_recording_or_hold_one_per_array() {
-    let options = Options { length: Some("crop:3".parse().unwrap()), ..Options::default() };
+    let options = ReadOptions { length: Some("crop:3".parse().unwrap()), ..ReadOptions::default() };
     let each = load(&fixture("each.h5"), &options).unwrap();
     assert_eq!(
         (each.origins.join(" "), each.strata().to_vec()),
@@ -78,12 +78,12 @@ fn a_file_may_be_one_recording_or_hold_one_per_array() {
         std::fs::create_dir(root.path().join(class)).unwrap();
         std::fs::copy(fixture("one.h5"), root.path().join(class).join("1.h5")).unwrap();
     }
-    let data = load(root.path(), &Options::default()).unwrap();
+    let data = load(root.path(), &ReadOptions::default()).unwrap();
     assert_eq!(
         (data.x.shape(), data.strata().to_vec(), data.output_names().join(" ")),
         (&[2, 2, 3][..], vec![0, 1], "soft stiff".into())
     );
-    let one = recordings(&fixture("one.h5"), &Options::default(), 2).unwrap();
+    let one = recordings(&fixture("one.h5"), &ReadOptions::default(), 2).unwrap();
     assert_eq!(one.x.as_slice().unwrap(), [0.0, 1.0, 2.0, 10.0, 11.0, 12.0]);
     let named = load(root.path(), &arrays("rate", "y")).unwrap();
     assert_eq!(named.x, data.x, "a name that no file needs changes nothing");
@@ -101,7 +101,7 @@ fn what_is_no_array_of_numbers_is_refused_by_name() {
     let path = root.path().join("data.h5");
     for (bytes, why) in [(&b""[..], "is empty"), (b"no such file", "is not readable as HDF5")] {
         std::fs::write(&path, bytes).unwrap();
-        let message = load(&path, &Options::default()).unwrap_err().to_string();
+        let message = load(&path, &ReadOptions::default()).unwrap_err().to_string();
         assert!(message.contains("data.h5: ") && message.contains(why), "{message}");
     }
 }
@@ -114,7 +114,7 @@ fn a_file_that_is_damaged_anywhere_is_read_or_refused_by_name() {
         let path = folder.path().join(name);
         for bytes in damaged(&whole, 211, 41) {
             std::fs::write(&path, &bytes).unwrap();
-            for options in [Options::default(), arrays("both", "fixed"), arrays("contact", "names")] {
+            for options in [ReadOptions::default(), arrays("both", "fixed"), arrays("contact", "names")] {
                 if let Err(error) = check_with(&path, &options) {
                     assert!(error.to_string().contains(name), "{error}");
                 }

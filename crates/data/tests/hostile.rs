@@ -6,14 +6,14 @@ mod common;
 use common::{files, i64s, npy, npz, samples, stored};
 use proptest::prelude::*;
 use std::path::Path;
-use taxel_data::{Limits, Options, check, check_with, load};
+use taxel_data::{Limits, ReadOptions, check, check_with, load};
 use tempfile::tempdir;
 
 /// Whether a read came to an end; the message must name the file.
 fn ends(path: &Path) -> bool {
     // Sizes that a test machine decodes at once.
     let limits = Limits { max_values: 1 << 16, ..Limits::default() };
-    match check_with(path, &Options { limits, ..Options::default() }) {
+    match check_with(path, &ReadOptions { limits, ..ReadOptions::default() }) {
         Ok(card) => card.to_string().contains("shape"),
         Err(error) => error.to_string().contains(&path.display().to_string()),
     }
@@ -122,7 +122,7 @@ proptest! {
         prop_assert!(ends(folder.path()));
         if let Ok(rule) = rule.parse() {
             let limits = Limits { max_values: 1 << 16, ..Limits::default() };
-            let ruled = load(folder.path(), &Options { limits, length: Some(rule), ..Options::default() });
+            let ruled = load(folder.path(), &ReadOptions { limits, length: Some(rule), ..ReadOptions::default() });
             prop_assert!(ruled.is_err() || ruled.unwrap().x.iter().all(|value| value.is_finite()));
         }
     }
@@ -152,7 +152,7 @@ proptest! {
         std::fs::write(&path, bytes).unwrap();
         prop_assert!(ends(folder.path()));
         let limits = Limits { max_values: 1 << 16, ..Limits::default() };
-        let options = Options { resize: Some([3, 2]), limits, ..Options::default() };
+        let options = ReadOptions { resize: Some([3, 2]), limits, ..ReadOptions::default() };
         let small = load(folder.path(), &options).map(|data| data.x.shape().to_vec());
         prop_assert!(small.is_err() || small == Ok(vec![1, 3, 2]) || small == Ok(vec![1, 3, 3, 2]));
     }

@@ -5,10 +5,10 @@ mod common;
 
 use common::files;
 use std::path::Path;
-use taxel_data::{Options, check, load, recordings};
+use taxel_data::{ReadOptions, check, load, recordings};
 use tempfile::{TempDir, tempdir};
 
-fn refused(root: &Path, options: &Options) -> String {
+fn refused(root: &Path, options: &ReadOptions) -> String {
     let message = load(root, options).unwrap_err().to_string();
     message.replace(&format!("{}/", root.display()), "").replace(&root.display().to_string(), "FOLDER")
 }
@@ -28,8 +28,8 @@ fn a_ts_pair_of_unequal_lengths_is_read_by_its_folder() {
     let root =
         with(&[("Vowels/Vowels_TRAIN.ts", VOWELS), ("Vowels/Vowels_TEST.ts", "@data\n1,2,3,4:5,6,7,8:2\n")]);
     let folder = root.path().join("Vowels");
-    assert!(refused(&folder, &Options::default()).contains("recordings have 2 to 4 readings"));
-    let options = Options { length: Some("crop:2,end".parse().unwrap()), ..Options::default() };
+    assert!(refused(&folder, &ReadOptions::default()).contains("recordings have 2 to 4 readings"));
+    let options = ReadOptions { length: Some("crop:2,end".parse().unwrap()), ..ReadOptions::default() };
     let data = load(&folder, &options).unwrap();
     assert_eq!((data.name.as_str(), data.x.shape()), ("Vowels", &[3, 2, 2][..]));
     assert_eq!(data.x.as_slice().unwrap()[..4], [2.5, 3.5, 5.0, 6.0]);
@@ -48,7 +48,7 @@ fn a_ts_pair_of_unequal_lengths_is_read_by_its_folder() {
 #[test]
 fn padded_tsv_is_of_unequal_length() {
     let root = with(&[("P/P_TRAIN.tsv", "1\t1\t2\tNaN\n2\t1\t2\t3\n"), ("P/P_TEST.tsv", "1\t5\tNaN\tNaN\n")]);
-    let options = Options { length: Some("pad:3,edge".parse().unwrap()), ..Options::default() };
+    let options = ReadOptions { length: Some("pad:3,edge".parse().unwrap()), ..ReadOptions::default() };
     let data = load(&root.path().join("P"), &options).unwrap();
     assert_eq!(data.x.as_slice().unwrap(), [1., 2., 2., 1., 2., 3., 5., 5., 5.]);
 }
@@ -58,15 +58,15 @@ fn arff_is_flat_or_relational() {
     let flat = "% note\n@relation Flat\n@attribute a1 numeric\n@attribute a2 numeric\n@attribute target {1,2}\n\n@DATA\n\
                 1.5,2.5,1\n-3,4e1,2\n";
     let root = with(&[("Flat/Flat_TRAIN.arff", flat), ("Flat/Flat_TEST.arff", "@data\n5,6,'2'\n")]);
-    let data = load(&root.path().join("Flat"), &Options::default()).unwrap();
+    let data = load(&root.path().join("Flat"), &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), (&[3, 1, 2][..], &[0, 1, 1][..]));
     assert_eq!(data.x.as_slice().unwrap(), [1.5, 2.5, -3.0, 40.0, 5.0, 6.0]);
 
     let relational = "@relation R\n@attribute R relational\n@attribute att0 numeric\n@attribute att1 numeric\n@end R\n\
                       @attribute class {run,walk}\n@data\n'1,2,3\\n4,5,6',run\n\"7,8,?\\n9,10,?\",walk\n";
     let root = with(&[("R_TRAIN.arff", relational), ("R_TEST.arff", "@data\n'1,1,1\\n2,2,2',walk\n")]);
-    assert!(refused(root.path(), &Options::default()).contains("recordings have 2 to 3 readings"));
-    let options = Options { length: Some("crop:2".parse().unwrap()), ..Options::default() };
+    assert!(refused(root.path(), &ReadOptions::default()).contains("recordings have 2 to 3 readings"));
+    let options = ReadOptions { length: Some("crop:2".parse().unwrap()), ..ReadOptions::default() };
     let data = load(root.path(), &options).unwrap();
     assert_eq!(data.x.as_slice().unwrap(), [1., 2., 4., 5., 7., 8., 9., 10., 1., 1., 2., 2.]);
     assert_eq!(
@@ -76,7 +76,7 @@ fn arff_is_flat_or_relational() {
 
     let message = |train: &str| {
         let root = with(&[("B_TRAIN.arff", train), ("B_TEST.arff", "@data\n1,2,a\n")]);
-        refused(root.path(), &Options::default())
+        refused(root.path(), &ReadOptions::default())
     };
     assert!(message("1,2,a\n").contains("B_TRAIN.arff: holds no samples"), "no @data");
     assert!(message("@data\n1,x,a\n").contains("B_TRAIN.arff: line 2, column 2: \"x\" is not a number"));
@@ -100,7 +100,7 @@ fn a_table_says_label_and_group_of_each_file() {
         ("t4.csv", "not listed"),
         (".DS_Store", "x"),
     ]);
-    let data = load(root.path(), &Options::default()).unwrap();
+    let data = load(root.path(), &ReadOptions::default()).unwrap();
     assert_eq!(
         (data.output_names().as_slice(), data.strata().to_vec().as_slice()),
         (&["soft", "stiff"].map(String::from)[..], &[0, 1, 0][..])
@@ -112,7 +112,7 @@ fn a_table_says_label_and_group_of_each_file() {
     assert!(card.to_string().contains("ignored     .DS_Store, t4.csv"), "{card}");
     // The order of the classes, and facts; the table's order of recordings stays.
     files(root.path(), &[("labels.json", r#"{"classes": ["stiff", "soft"], "rate": 50}"#)]);
-    let ordered = load(root.path(), &Options::default()).unwrap();
+    let ordered = load(root.path(), &ReadOptions::default()).unwrap();
     assert_eq!(
         (ordered.output_names().join(" "), ordered.strata().to_vec()),
         ("stiff soft".to_string(), vec![1, 0, 1])
@@ -121,9 +121,9 @@ fn a_table_says_label_and_group_of_each_file() {
     assert_eq!(check(root.path()).unwrap().ignored, [".DS_Store", "t4.csv"], "it is read");
     std::fs::remove_file(root.path().join("labels.json")).unwrap();
     // Other columns by name.
-    let options = Options { y: "note".into(), group: Some("label".into()), ..Options::default() };
+    let options = ReadOptions { y: "note".into(), group: Some("label".into()), ..ReadOptions::default() };
     assert!(refused(root.path(), &options).contains("labels.csv: line 2: note is empty"));
-    let read = recordings(root.path(), &Options::default(), 2).unwrap();
+    let read = recordings(root.path(), &ReadOptions::default(), 2).unwrap();
     assert_eq!(read.truth.unwrap(), [["soft"], ["stiff"], ["soft"]]);
     for (table, why) in [
         ("", "labels.csv: is empty (0 bytes)"),
@@ -142,11 +142,11 @@ fn a_table_says_label_and_group_of_each_file() {
         ("file,label\nt2.csv,a\nt4.csv,b\n", "t4.csv: holds a header but no rows"),
     ] {
         files(root.path(), &[("labels.csv", table)]);
-        let message = refused(root.path(), &Options::default());
+        let message = refused(root.path(), &ReadOptions::default());
         assert!(message.contains(why), "{table:?}: {message}");
     }
     std::fs::write(root.path().join("labels.csv"), [b'f', 0xFF]).unwrap();
-    assert!(refused(root.path(), &Options::default()).contains("labels.csv: byte 1 is not UTF-8"));
+    assert!(refused(root.path(), &ReadOptions::default()).contains("labels.csv: byte 1 is not UTF-8"));
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn folders_in_class_folders_are_sessions() {
         ("README.md", "x"),
         ("soft/take~", "x"),
     ]);
-    let data = load(root.path(), &Options::default()).unwrap();
+    let data = load(root.path(), &ReadOptions::default()).unwrap();
     let origins =
         ["soft/day1/take2.csv", "soft/day1/take10.csv", "soft/day2/take1.csv", "stiff/day2/take1.csv"];
     assert_eq!(data.origins, origins);
@@ -172,19 +172,21 @@ fn folders_in_class_folders_are_sessions() {
     let mut ignored = check(root.path()).unwrap().ignored;
     ignored.sort();
     assert_eq!(ignored, ["README.md", "__MACOSX", "soft/take~", "stiff/.hidden", "stiff/day2/Thumbs.db"]);
-    let blocks = Options { group_block: Some(2), ..Options::default() };
+    let blocks = ReadOptions { group_block: Some(2), ..ReadOptions::default() };
     assert!(refused(root.path(), &blocks).contains("group-block: divides the positions"));
     files(root.path(), &[("other/take1.csv", "1\n2\n")]);
     assert_eq!(
-        refused(root.path(), &Options::default()),
+        refused(root.path(), &ReadOptions::default()),
         "other/take1.csv: lies right in its class folder while others lie in a session; use one of the two"
     );
     files(root.path(), &[("other/day1/take1.csv", "1\n2\n")]);
-    assert!(refused(root.path(), &Options::default()).starts_with("other/day1: a folder where recordings"));
+    assert!(
+        refused(root.path(), &ReadOptions::default()).starts_with("other/day1: a folder where recordings")
+    );
     std::fs::remove_file(root.path().join("other/take1.csv")).unwrap();
     std::fs::remove_file(root.path().join("other/day1/take1.csv")).unwrap();
     assert_eq!(
-        refused(root.path(), &Options::default()),
+        refused(root.path(), &ReadOptions::default()),
         "other/day1: class folder holds no files; fill or remove it"
     );
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{files, i64s, npz, samples};
-use taxel_data::{Card, Dataset, Error, Layout, Options, load};
+use taxel_data::{Card, Dataset, Error, Layout, ReadOptions, load};
 use tempfile::tempdir;
 
 fn names(list: &[&str]) -> Vec<String> {
@@ -16,7 +16,7 @@ fn two_columns() -> Dataset {
     let folder = tempdir().unwrap();
     files(folder.path(), &[("labels.json", r#"{"classes": [["soft", "stiff"], ["low", "mid", "high"]]}"#)]);
     let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]);
-    load(&npz(folder.path(), &[("x", samples(4)), ("y", y)]), &Options::default()).unwrap()
+    load(&npz(folder.path(), &[("x", samples(4)), ("y", y)]), &ReadOptions::default()).unwrap()
 }
 
 fn fruit() -> Dataset {

@@ -7,8 +7,8 @@ use common::{f32s, files, i64s, npz, refused};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use taxel_data::{
-    Dataset, Layout, Length, Limits, Longer, Options, Padding, Part, check, check_with, group_k_fold, load,
-    recordings, stratified_k_fold,
+    Dataset, Layout, Length, Limits, Longer, Padding, Part, ReadOptions, check, check_with, group_k_fold,
+    load, recordings, stratified_k_fold,
 };
 use tempfile::{TempDir, tempdir};
 
@@ -16,8 +16,8 @@ fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn with(rule: &str) -> Options {
-    Options { length: Some(rule.parse().unwrap()), ..Options::default() }
+fn with(rule: &str) -> ReadOptions {
+    ReadOptions { length: Some(rule.parse().unwrap()), ..ReadOptions::default() }
 }
 
 /// A folder per class of CSV recordings of two channels: reading t of recording n is (n + t, 10 t).
@@ -75,7 +75,7 @@ fn resampling_agrees_with_numpy() {
 #[test]
 fn a_length_that_a_recording_has_changes_nothing() {
     let folder = folder(&[4, 4, 4, 4]);
-    let plain = load(folder.path(), &Options::default()).unwrap();
+    let plain = load(folder.path(), &ReadOptions::default()).unwrap();
     for rule in ["resample:4", "pad:4", "crop:4,end", "window:4"] {
         let ruled = load(folder.path(), &with(rule)).unwrap();
         assert_eq!(ruled.x, plain.x, "{rule}");
@@ -145,7 +145,7 @@ fn windows_stay_with_their_recording() {
     let apart = check_with(folder.path(), &with("window:2,5")).unwrap();
     assert_eq!(apart.lengths.unwrap().unused, 7 + 9 + 2 + 6 + 8 + 9 - 2 * (2 + 2 + 1 + 1 + 2 + 2));
     // Groups that are there already hold whole recordings, and stay.
-    let own = load(folder.path(), &Options { group_block: Some(2), ..with("window:3,2") }).unwrap();
+    let own = load(folder.path(), &ReadOptions { group_block: Some(2), ..with("window:3,2") }).unwrap();
     assert_eq!(own.group_name.as_deref(), Some("position/2"));
     assert_eq!(own.groups.unwrap()[..7], [0, 0, 0, 1, 1, 1, 0]);
 }
@@ -170,7 +170,7 @@ fn unequal_lengths_without_a_rule_are_refused_with_the_line_that_helps() {
     let line = "data.length = { kind = \"resample\", to = 5 }";
     let name = folder.path().file_name().unwrap().to_str().unwrap().to_string();
     assert_eq!(
-        refused(folder.path(), &Options::default()),
+        refused(folder.path(), &ReadOptions::default()),
         format!("{name}: recordings have 4 to 9 readings; say what to do, such as {line}")
     );
     let card = check(folder.path()).unwrap();
@@ -191,7 +191,7 @@ fn unequal_lengths_without_a_rule_are_refused_with_the_line_that_helps() {
 #[test]
 fn steps_of_nan_at_the_end_are_padding() {
     let padded = fixture("padded.npz");
-    assert!(load(&padded, &Options::default()).unwrap_err().to_string().contains("2 to 7 readings"));
+    assert!(load(&padded, &ReadOptions::default()).unwrap_err().to_string().contains("2 to 7 readings"));
     let data = load(&padded, &with("crop:2,end")).unwrap();
     assert_eq!((data.x.shape(), data.output_names().len()), ([3, 2, 2].as_slice(), 2));
     let whole = load(&padded, &with("pad:7")).unwrap();
@@ -220,13 +220,13 @@ fn time_is_where_the_layout_says() {
     let data = load(&sequence, &with("crop:2,end")).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 1, 2].as_slice(), Layout::Sequence));
     assert_eq!(rows(&data), [[3., 4., 5., 6.], [7., 8., 9., 10.]]);
-    let options = Options { channels: Some(vec![0]), ..with("crop:1") };
+    let options = ReadOptions { channels: Some(vec![0]), ..with("crop:1") };
     assert!(refused(&sequence, &options).contains("channels: are picked along the first axis"));
     let x: Vec<f32> = (0..24).map(|v| v as f32).collect();
     let fingers = npz(folder.path(), &[("x", f32s(&[2, 2, 2, 3], &x)), ("y", i64s(&[2], &[0, 1]))]);
-    let options = Options { layout: Some(Layout::Fingers), ..with("crop:1,end") };
+    let options = ReadOptions { layout: Some(Layout::Fingers), ..with("crop:1,end") };
     assert_eq!(rows(&load(&fingers, &options).unwrap())[1], [14., 17., 20., 23.]);
-    let options = Options { layout: Some(Layout::Colour), ..with("crop:1") };
+    let options = ReadOptions { layout: Some(Layout::Colour), ..with("crop:1") };
     assert!(refused(&fingers, &options).contains("layout is colour"));
     let images = npz(folder.path(), &[("x", f32s(&[2, 2], &[1., 2., 3., 4.])), ("y", i64s(&[2], &[0, 1]))]);
     assert_eq!(
@@ -239,7 +239,7 @@ fn time_is_where_the_layout_says() {
 #[test]
 fn resampling_changes_the_rate_where_there_is_one() {
     let rate = |lengths: &[usize], rule: &str| {
-        let options = Options { rate: Some(100.0), ..with(rule) };
+        let options = ReadOptions { rate: Some(100.0), ..with(rule) };
         load(folder(lengths).path(), &options).unwrap().reading.rate
     };
     // Eleven readings take a tenth of a second, and so do the six of a sample.
@@ -251,14 +251,14 @@ fn resampling_changes_the_rate_where_there_is_one() {
 #[test]
 fn channels_are_picked_before_the_rule() {
     let folder = folder(&[3, 5]);
-    let data = load(folder.path(), &Options { channels: Some(vec![1]), ..with("crop:2") }).unwrap();
+    let data = load(folder.path(), &ReadOptions { channels: Some(vec![1]), ..with("crop:2") }).unwrap();
     assert_eq!((data.x.shape(), rows(&data)[1].clone()), ([2, 1, 2].as_slice(), vec![0., 10.]));
 }
 
 #[test]
 fn a_model_s_recordings_have_any_length() {
     let folder = folder(&[7, 3]);
-    let options = Options { layout: Some(Layout::Series), ..with("window:3,2") };
+    let options = ReadOptions { layout: Some(Layout::Series), ..with("window:3,2") };
     let read = recordings(folder.path(), &options, 2).unwrap();
     assert_eq!(read.origins, ["a/0.csv", "a/0.csv", "a/0.csv", "b/1.csv"]);
     assert_eq!(read.starts, Some(vec![0, 2, 4, 0]));
@@ -267,7 +267,7 @@ fn a_model_s_recordings_have_any_length() {
     assert_eq!((one.x.shape(), one.starts), ([1, 2, 5].as_slice(), None));
     let short = recordings(folder.path(), &with("window:4"), 2).unwrap_err().to_string();
     assert!(short.contains("b/1.csv: has 3 readings, length.to is 4; it holds no window"), "{short}");
-    let none = recordings(folder.path(), &Options::default(), 2).unwrap_err().to_string();
+    let none = recordings(folder.path(), &ReadOptions::default(), 2).unwrap_err().to_string();
     assert!(none.contains("3 to 7 readings"), "{none}");
 }
 
@@ -316,7 +316,7 @@ fn a_rule_is_a_text_and_a_table() {
 #[test]
 fn a_rule_out_of_range_or_beyond_the_limits_is_refused() {
     let folder = folder(&[3, 5]);
-    let ruled = |rule| Options { length: Some(rule), ..Options::default() };
+    let ruled = |rule| ReadOptions { length: Some(rule), ..ReadOptions::default() };
     for (rule, why) in [
         (Length::Resample { to: 1 }, "length: is the number of readings, from 2"),
         (Length::Crop { to: 0, from: Part::Start }, "length: is the number of readings, from 1"),
@@ -328,9 +328,9 @@ fn a_rule_out_of_range_or_beyond_the_limits_is_refused() {
         assert!(message.contains(why), "{message}");
     }
     let limits = Limits { max_samples: 3, ..Limits::default() };
-    let many = Options { limits, ..ruled(Length::Window { to: 1, hop: None }) };
+    let many = ReadOptions { limits, ..ruled(Length::Window { to: 1, hop: None }) };
     assert!(refused(folder.path(), &many).contains("8 samples are more than the 3 allowed"));
     let limits = Limits { max_values: 15, ..Limits::default() };
-    let message = refused(folder.path(), &Options { limits, ..Options::default() });
+    let message = refused(folder.path(), &ReadOptions { limits, ..ReadOptions::default() });
     assert!(message.contains("more than the 15 values allowed; take fewer recordings"), "{message}");
 }

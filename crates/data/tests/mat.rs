@@ -5,14 +5,14 @@ mod common;
 
 use common::refused;
 use std::path::{Path, PathBuf};
-use taxel_data::{Dataset, Options, check, load};
+use taxel_data::{Dataset, ReadOptions, check, load};
 use tempfile::tempdir;
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn with(options: Options) -> Dataset {
+fn with(options: ReadOptions) -> Dataset {
     load(&fixture("grasps-v7.mat"), &options).unwrap()
 }
 
@@ -27,7 +27,7 @@ fn is_counted(dataset: &Dataset) {
 #[test]
 fn versions_6_and_7_are_read_alike() {
     let [old, new] =
-        ["grasps-v6.mat", "grasps-v7.mat"].map(|f| load(&fixture(f), &Options::default()).unwrap());
+        ["grasps-v6.mat", "grasps-v7.mat"].map(|f| load(&fixture(f), &ReadOptions::default()).unwrap());
     is_counted(&new);
     assert_eq!(
         (&old.x, &old.strata().to_vec(), &old.output_names()),
@@ -42,29 +42,32 @@ fn versions_6_and_7_are_read_alike() {
 
 #[test]
 fn every_role_may_be_a_row_or_a_column_of_any_class() {
-    let named =
-        Options { group: Some("session".into()), test: Some("held_out".into()), ..Options::default() };
+    let named = ReadOptions {
+        group: Some("session".into()),
+        test: Some("held_out".into()),
+        ..ReadOptions::default()
+    };
     let dataset = with(named);
     assert_eq!(dataset.groups, Some(vec![7, 7, 8, 8]));
     assert_eq!(dataset.official, Some(vec![false, false, true, true]));
-    let levels = with(Options { y: "levels".into(), attribute: Some(1), ..Options::default() });
+    let levels = with(ReadOptions { y: "levels".into(), attribute: Some(1), ..ReadOptions::default() });
     assert_eq!(levels.strata().to_vec(), [2, 1, 0, 2]);
     let table = levels.targets.columns().unwrap();
     assert_eq!(table.of(&[1]), [1, 1]);
     assert_eq!(table.attributes()[1].classes, ["1", "2", "3"]);
     // 300 + 2 as a byte.
-    let counts = with(Options { x: "counts".into(), ..Options::default() });
+    let counts = with(ReadOptions { x: "counts".into(), ..ReadOptions::default() });
     assert_eq!((counts.x.shape(), counts.x[[3, 2]]), (&[4, 3][..], 46.0));
 }
 
 #[test]
 fn one_hot_labels_are_class_numbers() {
-    let data = load(&fixture("one-hot.mat"), &Options::default()).unwrap();
+    let data = load(&fixture("one-hot.mat"), &ReadOptions::default()).unwrap();
     assert_eq!((data.strata().to_vec(), data.targets.columns()), (vec![0, 2, 1, 0], None));
     let card = check(&fixture("one-hot.mat")).unwrap();
     assert_eq!(card.labels.as_deref(), Some("labels are one-hot: 3 classes"));
     // Levels that count from 1 are not named by anybody.
-    let options = Options { y: "levels".into(), ..Options::default() };
+    let options = ReadOptions { y: "levels".into(), ..ReadOptions::default() };
     let message = load(&fixture("grasps-v7.mat"), &options).unwrap_err().to_string();
     assert!(message.contains("levels has 2 columns that are not one-hot; choose one"), "{message}");
 }
@@ -74,7 +77,7 @@ fn names_beside_it_count_from_1_as_well() {
     let folder = tempdir().unwrap();
     std::fs::copy(fixture("grasps-v7.mat"), folder.path().join("grasps.mat")).unwrap();
     std::fs::write(folder.path().join("labels.json"), r#"["sponge", "can"]"#).unwrap();
-    let dataset = load(&folder.path().join("grasps.mat"), &Options::default()).unwrap();
+    let dataset = load(&folder.path().join("grasps.mat"), &ReadOptions::default()).unwrap();
     assert_eq!(
         (dataset.output_names(), dataset.strata().to_vec()),
         (vec!["sponge".into(), "can".into()], vec![0, 1, 1, 0])
@@ -90,24 +93,25 @@ fn a_folder_per_class_holds_one_array_per_file() {
             std::fs::copy(fixture("recording.mat"), folder.path().join(class).join(take)).unwrap();
         }
     }
-    let dataset = load(folder.path(), &Options::default()).unwrap();
+    let dataset = load(folder.path(), &ReadOptions::default()).unwrap();
     assert_eq!((dataset.x.shape(), dataset.x[[3, 1, 2]]), (&[4, 2, 3][..], 112.0));
     assert_eq!(dataset.output_names(), ["can", "sponge"]);
 
     let several = folder.path().join("can/take3.mat");
     std::fs::copy(fixture("grasps-v7.mat"), &several).unwrap();
-    let message = load(folder.path(), &Options::default()).unwrap_err().to_string();
+    let message = load(folder.path(), &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("take3.mat: has shape [4, 2, 3]"), "{message}");
-    let message =
-        load(folder.path(), &Options { x: "z".into(), ..Options::default() }).unwrap_err().to_string();
+    let message = load(folder.path(), &ReadOptions { x: "z".into(), ..ReadOptions::default() })
+        .unwrap_err()
+        .to_string();
     let held = "no array z: it holds counts |u1 [4, 3], held_out |u1 [1, 4], impedance complex <f8 [1, 1], levels <f8 [4, 2]";
     assert!(message.contains(held), "{message}");
 }
 
 #[test]
 fn what_cannot_be_read_is_named() {
-    let role = |x: &str, y: &str| Options { x: x.into(), y: y.into(), ..Options::default() };
-    let data = |file: &str, options: &Options| refused(&fixture(file), options);
+    let role = |x: &str, y: &str| ReadOptions { x: x.into(), y: y.into(), ..ReadOptions::default() };
+    let data = |file: &str, options: &ReadOptions| refused(&fixture(file), options);
     for (x, y, said) in [
         (
             "z",
@@ -123,16 +127,16 @@ fn what_cannot_be_read_is_named() {
         let message = data("grasps-v7.mat", &role(x, y));
         assert!(message.contains(said), "{message}");
     }
-    let half = data("half.mat", &Options::default());
+    let half = data("half.mat", &ReadOptions::default());
     assert!(half.contains("half.mat: y[2] = 1.5 is not a whole number"), "{half}");
-    let four = data("grasps-v4.mat", &Options::default());
+    let four = data("grasps-v4.mat", &ReadOptions::default());
     assert!(four.contains("is not a MATLAB file of version 5 to 7"), "{four}");
 
     let folder = tempdir().unwrap();
     let path = folder.path().join("grasps.mat");
     let says = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        refused(&path, &Options::default())
+        refused(&path, &ReadOptions::default())
     };
     let whole = std::fs::read(fixture("grasps-v6.mat")).unwrap();
     assert_eq!(says(b""), "grasps.mat: is empty (0 bytes); copy or record it again");
@@ -166,7 +170,7 @@ fn another_order_of_bytes() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("grasps.mat");
     std::fs::write(&path, file).unwrap();
-    let dataset = load(&path, &Options::default()).unwrap();
+    let dataset = load(&path, &ReadOptions::default()).unwrap();
     assert_eq!(dataset.x.iter().copied().collect::<Vec<_>>(), [0.5, 3.5, 1.5, 4.5, 2.5, 5.5]);
     assert_eq!(dataset.strata().to_vec(), [0, 1, 0]);
 }

@@ -5,7 +5,7 @@ mod common;
 
 use common::{f32s, files, i64s, npz};
 use ndarray::{Array3, ArrayD, IxDyn};
-use taxel_data::{Card, Dataset, Layout, Options, Source, load};
+use taxel_data::{Card, Dataset, Layout, ReadOptions, Source, load};
 use tempfile::tempdir;
 
 /// Six series `[2, 3]`; row 4 is a copy of row 1.
@@ -59,7 +59,7 @@ fn a_file_and_memory_give_the_same_digest_hashes_and_units() {
         ("group", i64s(&[6], &[7, 7, 8, 8, 9, 9])),
     ];
     files(folder.path(), &[("labels.json", r#"["9", "10", "apple", "pear"]"#)]);
-    let stored = load(&npz(folder.path(), &arrays), &Options::default()).unwrap();
+    let stored = load(&npz(folder.path(), &arrays), &ReadOptions::default()).unwrap();
     let held = Dataset::new("grasps", Layout::Series, x, &CLASSES).unwrap();
     let held = held.with_groups(&[7, 7, 8, 8, 9, 9]).unwrap();
     assert_eq!(held, stored);
@@ -86,7 +86,7 @@ fn the_digest_is_blake3_of_shape_values_labels_and_groups() {
     let y = i64s(&[6, 2], &table);
     let two = load(
         &npz(folder.path(), &[("x", f32s(&[6, 2, 3], grasps().as_slice().unwrap())), ("y", y)]),
-        &Options { attribute: Some(0), ..Options::default() },
+        &ReadOptions { attribute: Some(0), ..ReadOptions::default() },
     );
     let values: Vec<u8> = grasps().iter().flat_map(|v| v.to_le_bytes()).collect();
     let all: Vec<u32> = table.iter().map(|v| *v as u32).collect();
@@ -222,7 +222,7 @@ fn a_saved_data_set_is_read_back_equal() {
     let own = set().with_groups(&[7, 7, 8, 8, 9, 9]).unwrap().with_unit("N").with_rate(12.5).unwrap();
     let own = own.with_full_scale(1023.0).unwrap();
     own.save(&path).unwrap();
-    assert_eq!(load(&path, &Options::default()).unwrap(), own);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap(), own);
     // What the axes are and what is tested is told.
     let marked = own.with_official(vec![true, false, false, true, false, false]).unwrap();
     let image = Dataset {
@@ -230,7 +230,7 @@ fn a_saved_data_set_is_read_back_equal() {
         ..marked
     };
     image.save(&path).unwrap();
-    let read = load(&path, &Options::default()).unwrap();
+    let read = load(&path, &ReadOptions::default()).unwrap();
     assert_eq!((&read.official, read.reading.layout), (&image.official, Layout::Image));
     assert!(own_folder_is_missing(&image, folder.path()));
 }
@@ -250,7 +250,8 @@ fn a_data_set_of_several_attributes_is_read_back_with_all_of_them() {
     ];
     let stored = npz(folder.path(), &arrays);
     std::fs::rename(stored, &path).unwrap();
-    let several = Options { attributes: vec!["hardness".into(), "height".into()], ..Options::default() };
+    let several =
+        ReadOptions { attributes: vec!["hardness".into(), "height".into()], ..ReadOptions::default() };
     let own = load(&path, &several).unwrap();
     let again = folder.path().join("again/levels.npz");
     std::fs::create_dir(again.parent().unwrap()).unwrap();

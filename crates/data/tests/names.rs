@@ -6,19 +6,19 @@ mod common;
 
 use common::{f32s, files, i64s, npy, npz, refused, refused_arrays, samples};
 use std::path::{Path, PathBuf};
-use taxel_data::{Dataset, Options, load, recordings};
+use taxel_data::{Dataset, ReadOptions, load, recordings};
 use tempfile::tempdir;
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn texts(options: Options) -> Dataset {
+fn texts(options: ReadOptions) -> Dataset {
     load(&fixture("texts.npz"), &options).unwrap()
 }
 
-fn y(name: &str) -> Options {
-    Options { y: name.into(), ..Options::default() }
+fn y(name: &str) -> ReadOptions {
+    ReadOptions { y: name.into(), ..ReadOptions::default() }
 }
 
 /// `<U3` or `|S3` of an array.
@@ -37,8 +37,11 @@ fn words(wide: bool, words: &[&str]) -> Vec<u8> {
 
 #[test]
 fn labels_groups_and_marks_are_texts() {
-    let data =
-        texts(Options { group: Some("session".into()), test: Some("held".into()), ..Options::default() });
+    let data = texts(ReadOptions {
+        group: Some("session".into()),
+        test: Some("held".into()),
+        ..ReadOptions::default()
+    });
     assert_eq!(
         (data.output_names().as_slice(), data.strata().to_vec().as_slice()),
         (&["fig", "pear", "äpfel"].map(String::from)[..], &[1, 2, 1, 0][..])
@@ -57,38 +60,39 @@ fn labels_groups_and_marks_are_texts() {
     let unsaid = load(&fixture("texts.npz"), &y("two")).unwrap_err().to_string();
     assert!(unsaid.contains("two has 2 columns that are not one-hot; choose one with attribute"), "{unsaid}");
     let named = ["hand", "thing"].map(String::from).to_vec();
-    assert_eq!(texts(Options { attributes: named, ..y("two") }).output_names().len(), 5);
-    let two = texts(Options { attribute: Some(0), ..y("two") }).targets.columns().unwrap();
+    assert_eq!(texts(ReadOptions { attributes: named, ..y("two") }).output_names().len(), 5);
+    let two = texts(ReadOptions { attribute: Some(0), ..y("two") }).targets.columns().unwrap();
     assert_eq!(two.attributes()[1].classes, ["a", "b", "c"]);
     assert_eq!(two.values(), [1, 0, 0, 1, 1, 2, 0, 1]);
     // A file beside gives the order.
     let folder = tempdir().unwrap();
     std::fs::copy(fixture("texts.npz"), folder.path().join("t.npz")).unwrap();
     files(folder.path(), &[("labels.json", r#"{"classes": ["pear", "fig", "äpfel"], "rate": 5}"#)]);
-    let data = load(&folder.path().join("t.npz"), &Options::default()).unwrap();
+    let data = load(&folder.path().join("t.npz"), &ReadOptions::default()).unwrap();
     assert_eq!((data.strata().to_vec(), data.reading.rate), (vec![0, 2, 0, 1], Some(5.0)));
     files(folder.path(), &[("labels.json", r#"["pear", "fig"]"#)]);
-    let message = load(&folder.path().join("t.npz"), &Options::default()).unwrap_err().to_string();
+    let message = load(&folder.path().join("t.npz"), &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("labels.json: does not name \"äpfel\", which"), "{message}");
     assert!(message.contains("t.npz: y[1] is"), "{message}");
 }
 
 #[test]
 fn half_floats_and_booleans_are_samples() {
-    let half = texts(Options::default());
+    let half = texts(ReadOptions::default());
     assert_eq!((half.dtype.as_str(), half.x.shape(), half.x[[3, 1, 2]]), ("<f2", &[4, 2, 3][..], 39.0));
-    let contact = texts(Options { x: "contact".into(), ..Options::default() });
+    let contact = texts(ReadOptions { x: "contact".into(), ..ReadOptions::default() });
     assert_eq!((contact.dtype.as_str(), contact.x.sum(), contact.x[[1, 0, 0]]), ("|b1", 15.0, 0.0));
     let folder = tempdir().unwrap();
     let big = npy(">f2", false, &[2, 1], &[0x3c, 0x00, 0xc0, 0x00]);
     let path = npz(folder.path(), &[("x", big), ("y", i64s(&[2], &[0, 1]))]);
-    assert_eq!(load(&path, &Options::default()).unwrap().x.into_iter().collect::<Vec<_>>(), [1.0, -2.0]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().x.into_iter().collect::<Vec<_>>(), [1.0, -2.0]);
 }
 
 #[test]
 fn texts_of_matlab_are_cells_and_characters() {
-    let data = load(&fixture("texts.mat"), &Options { group: Some("session".into()), ..Options::default() })
-        .unwrap();
+    let data =
+        load(&fixture("texts.mat"), &ReadOptions { group: Some("session".into()), ..ReadOptions::default() })
+            .unwrap();
     assert_eq!(
         (data.output_names(), data.strata().to_vec()),
         (["fig", "pear", "äpfel"].map(String::from).to_vec(), vec![1, 2, 1, 0])
@@ -105,14 +109,14 @@ fn texts_of_matlab_are_cells_and_characters() {
 
 #[test]
 fn a_split_of_arrays_is_the_official_one() {
-    let data = load(&fixture("split.npz"), &Options::default()).unwrap();
+    let data = load(&fixture("split.npz"), &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.x[[3, 1, 2]]), (&[4, 2, 3][..], 312.0));
     assert_eq!(
         (data.strata().to_vec().as_slice(), data.official.as_deref()),
         (&[1, 2, 1, 0][..], Some(&[false, false, false, true][..]))
     );
     assert_eq!(data.origins[2..], ["X_train[2]", "X_test[0]"]);
-    let options = Options { test: Some("y_test".into()), ..Options::default() };
+    let options = ReadOptions { test: Some("y_test".into()), ..ReadOptions::default() };
     assert!(
         refused(&fixture("split.npz"), &options).contains("test: names a split, but the file has its own")
     );
@@ -146,7 +150,7 @@ fn other_names_are_found_where_they_are_the_only_ones() {
     let folder = tempdir().unwrap();
     for (x, y) in [("X", "Y"), ("data", "labels"), ("X", "labels"), ("data", "y")] {
         let path = npz(folder.path(), &[(x, samples(4)), (y, common::labels())]);
-        let data = load(&path, &Options::default()).unwrap();
+        let data = load(&path, &ReadOptions::default()).unwrap();
         assert_eq!((data.len(), data.origins[1].clone()), (4, format!("{x}[1]")));
     }
     assert_eq!(
@@ -165,14 +169,14 @@ fn other_names_are_found_where_they_are_the_only_ones() {
     assert!(both.contains("data, X_train, X_test could each be x"), "{both}");
     // Whoever names an array gets that one.
     let path = npz(folder.path(), &[("X", samples(4)), ("data", samples(4)), ("y", common::labels())]);
-    assert!(load(&path, &Options { x: "data".into(), ..Options::default() }).is_ok());
+    assert!(load(&path, &ReadOptions { x: "data".into(), ..ReadOptions::default() }).is_ok());
 }
 
 #[test]
 fn one_array_per_recording_beside_labels() {
     let path = fixture("each.npz");
-    assert!(refused(&path, &Options::default()).contains("recordings have 5 to 12 readings"));
-    let options = Options { length: Some("crop:5".parse().unwrap()), ..Options::default() };
+    assert!(refused(&path, &ReadOptions::default()).contains("recordings have 5 to 12 readings"));
+    let options = ReadOptions { length: Some("crop:5".parse().unwrap()), ..ReadOptions::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), (&[3, 2, 5][..], &[1, 0, 1][..]));
     assert_eq!(data.origins, ["grasp5", "grasp12", "grasp7"], "in the order in which they were saved");
@@ -189,22 +193,22 @@ fn one_array_per_recording_beside_labels() {
 
 #[test]
 fn what_texts_cannot_be_is_refused() {
-    let objects = refused(&fixture("objects.npz"), &Options::default());
+    let objects = refused(&fixture("objects.npz"), &ReadOptions::default());
     assert!(objects.contains("x: has dtype |O; Python objects are pickled and not read"), "{objects}");
     assert!(objects.contains("padded with NaN at the end"), "{objects}");
     let labels = ("y", common::labels());
     let days = ("group", words(false, &["d1", "d1", "d2", "d2"]));
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), labels.clone(), days]);
-    assert_eq!(load(&path, &Options::default()).unwrap().groups, Some(vec![0, 0, 1, 1]));
-    let blocks = Options { group_block: Some(2), ..Options::default() };
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().groups, Some(vec![0, 0, 1, 1]));
+    let blocks = ReadOptions { group_block: Some(2), ..ReadOptions::default() };
     assert!(
         refused(&path, &blocks)
             .contains("group-block: divides consecutive numbers, but the groups are texts")
     );
     let path =
         npz(folder.path(), &[("x", samples(4)), labels.clone(), ("part", words(true, &["tst", "", "", ""]))]);
-    let message = refused(&path, &Options { test: Some("part".into()), ..Options::default() });
+    let message = refused(&path, &ReadOptions { test: Some("part".into()), ..ReadOptions::default() });
     assert_eq!(message, "grasps.npz: part[0]: is \"tst\"; marks are train and test, or 0 and 1");
     let y = |bytes: Vec<u8>| refused_arrays(&[("x", samples(4)), ("y", bytes)]);
     let whole = words(true, &["a", "b", "a", "b"]);

@@ -4,14 +4,14 @@
 mod common;
 
 use common::{f32s, files, i64s, labels, npy, npz, refused, samples, stored};
-use taxel_data::{Drop, Options, check, load};
+use taxel_data::{Drop, ReadOptions, check, load};
 use tempfile::tempdir;
 
 #[test]
 fn an_archive_is_read_deflated_and_stored() {
     let folder = tempdir().unwrap();
     let arrays = [("x", samples(4)), ("y", labels()), ("group", i64s(&[4], &[7, 7, 9, 9])), ("t", labels())];
-    let deflated = load(&npz(folder.path(), &arrays), &Options::default()).unwrap();
+    let deflated = load(&npz(folder.path(), &arrays), &ReadOptions::default()).unwrap();
     assert_eq!(deflated.x.shape(), [4, 2, 3]);
     assert_eq!(deflated.x[[3, 1, 2]], 23.0);
     assert_eq!(deflated.strata().to_vec(), [0, 1, 1, 0]);
@@ -20,17 +20,17 @@ fn an_archive_is_read_deflated_and_stored() {
     assert_eq!(deflated.group_name.as_deref(), Some("group"));
     assert_eq!((deflated.name.as_str(), deflated.origins[3].as_str()), ("grasps", "x[3]"));
     std::fs::write(folder.path().join("grasps.npz"), stored(&arrays)).unwrap();
-    let plain = load(&folder.path().join("grasps.npz"), &Options::default()).unwrap();
+    let plain = load(&folder.path().join("grasps.npz"), &ReadOptions::default()).unwrap();
     assert_eq!(plain, deflated);
     let card = check(&folder.path().join("grasps.npz")).unwrap();
     assert_eq!(card.other_arrays, ["t"]);
 
     // As data.npz it goes by its folder; the content and so the digest are the same.
     std::fs::rename(folder.path().join("grasps.npz"), folder.path().join("data.npz")).unwrap();
-    let named = load(folder.path(), &Options::default()).unwrap();
+    let named = load(folder.path(), &ReadOptions::default()).unwrap();
     assert_eq!(named.name, folder.path().file_name().unwrap().to_string_lossy());
     assert_eq!(named.digest, deflated.digest);
-    let group = Options { group: Some("t".into()), ..Options::default() };
+    let group = ReadOptions { group: Some("t".into()), ..ReadOptions::default() };
     assert_ne!(load(folder.path(), &group).unwrap().digest, deflated.digest);
 }
 
@@ -56,10 +56,11 @@ fn every_type_and_order_of_number_is_read() {
         (">f8", bytes!(f64, to_be_bytes)),
     ];
     let folder = tempdir().unwrap();
-    let want = load(&npz(folder.path(), &[("x", samples(4)), ("y", labels())]), &Options::default()).unwrap();
+    let want =
+        load(&npz(folder.path(), &[("x", samples(4)), ("y", labels())]), &ReadOptions::default()).unwrap();
     for (descr, data) in cases {
         let path = npz(folder.path(), &[("x", npy(descr, false, &[4, 2, 3], &data)), ("y", labels())]);
-        let got = load(&path, &Options::default()).unwrap();
+        let got = load(&path, &ReadOptions::default()).unwrap();
         assert_eq!(got.x, want.x, "{descr}");
         assert_eq!((&got.row_hash, &got.digest, got.dtype.as_str()), (&want.row_hash, &want.digest, descr));
     }
@@ -73,10 +74,10 @@ fn every_type_and_order_of_number_is_read() {
         }
     }
     let path = npz(folder.path(), &[("x", npy("<f4", true, &[4, 2, 3], &fortran)), ("y", labels())]);
-    assert_eq!(load(&path, &Options::default()).unwrap().x, want.x);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().x, want.x);
     let negative = npy("|i1", false, &[2, 2], &[0xFF, 0x80, 0, 1]);
     let path = npz(folder.path(), &[("x", negative), ("y", npy("|b1", false, &[2], &[0, 1]))]);
-    assert_eq!(load(&path, &Options::default()).unwrap().x.as_slice().unwrap()[..2], [-1.0, -128.0]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().x.as_slice().unwrap()[..2], [-1.0, -128.0]);
 }
 
 #[test]
@@ -84,20 +85,20 @@ fn class_names_come_from_the_nearer_file() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
     files(folder.path(), &[("labels.json", r#"{"classes": ["apple", "pear"]}"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().output_names(), ["apple", "pear"]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().output_names(), ["apple", "pear"]);
     files(folder.path(), &[("grasps.classes.json", r#"["soft", "stiff"]"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().output_names(), ["soft", "stiff"]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().output_names(), ["soft", "stiff"]);
 }
 
 #[test]
 fn the_file_of_names_may_say_how_high_readings_go() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
-    assert_eq!(load(&path, &Options::default()).unwrap().reading.full_scale, None);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().reading.full_scale, None);
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": 255}"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().reading.full_scale, Some(255.0));
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().reading.full_scale, Some(255.0));
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": -1}"#)]);
-    let message = refused(&path, &Options::default());
+    let message = refused(&path, &ReadOptions::default());
     assert!(message.starts_with("labels.json: full_scale is -1, not a number above 0"), "{message}");
 }
 
@@ -105,7 +106,8 @@ fn the_file_of_names_may_say_how_high_readings_go() {
 fn channels_are_selected_along_axis_1() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
-    let with = |channels: &[usize]| Options { channels: Some(channels.to_vec()), ..Options::default() };
+    let with =
+        |channels: &[usize]| ReadOptions { channels: Some(channels.to_vec()), ..ReadOptions::default() };
     let data = load(&path, &with(&[1])).unwrap();
     assert_eq!(data.x.shape(), [4, 1, 3]);
     assert_eq!(data.x[[3, 0, 2]], 23.0);
@@ -132,7 +134,8 @@ fn group_values_are_divided_into_blocks() {
     let trials = i64s(&[6], &[1, 2, 12, 13, 24, 25]);
     let path =
         npz(folder.path(), &[("x", samples(6)), ("y", i64s(&[6], &[0, 0, 0, 1, 1, 1])), ("trial", trials)]);
-    let mut options = Options { group: Some("trial".into()), group_block: Some(12), ..Options::default() };
+    let mut options =
+        ReadOptions { group: Some("trial".into()), group_block: Some(12), ..ReadOptions::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!(data.groups, Some(vec![0, 0, 0, 1, 1, 2]));
     assert_eq!(data.group_name.as_deref(), Some("trial/12"));
@@ -152,7 +155,7 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     let folder = tempdir().unwrap();
     let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y.clone())]);
-    let first = Options { attribute: Some(0), ..Options::default() };
+    let first = ReadOptions { attribute: Some(0), ..ReadOptions::default() };
     let data = load(&path, &first).unwrap();
     assert_eq!(data.strata().to_vec(), [0, 1, 1, 0]);
     let columns = data.targets.columns().unwrap();
@@ -169,7 +172,7 @@ fn several_attributes_are_kept_and_one_is_the_label() {
         ("class", &data.strata().to_vec()[..])
     );
     files(folder.path(), &[("labels.json", r#"{"classes": [["soft", "stiff"], ["a", "b", "c"]]}"#)]);
-    let mut options = Options { attribute: Some(1), ..Options::default() };
+    let mut options = ReadOptions { attribute: Some(1), ..ReadOptions::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!(
         (data.strata().to_vec(), data.output_names()),
@@ -180,16 +183,16 @@ fn several_attributes_are_kept_and_one_is_the_label() {
     let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 3, 0, 1]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
     assert_eq!(
-        refused(&path, &Options::default()),
+        refused(&path, &ReadOptions::default()),
         "grasps.npz: y[2, 1] = 3 is out of range: labels.json names 3 classes (0..2)"
     );
     // In Fortran order columns follow each other.
     let bytes: Vec<u8> = [0i64, 1, 1, 0, 2, 0, 1, 2].iter().flat_map(|v| v.to_le_bytes()).collect();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", npy("<i8", true, &[4, 2], &bytes))]);
-    assert_eq!(load(&path, &Options::default()).unwrap().targets.columns().unwrap().of(&[2]), [1, 1]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().targets.columns().unwrap().of(&[2]), [1, 1]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 1], &[0, 1, 1, 0]))]);
     std::fs::remove_file(folder.path().join("labels.json")).unwrap();
-    assert_eq!(load(&path, &Options::default()).unwrap().targets.columns(), None);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().targets.columns(), None);
 }
 
 #[test]
@@ -200,7 +203,11 @@ fn copies_are_dropped_on_request() {
     let y = [0, 1, 1, 1, 0, 1, 1];
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", x.clone()), ("y", i64s(&[7], &y))]);
-    let with = |drop: &[Drop]| Options { drop: drop.to_vec(), channels: Some(vec![0]), ..Options::default() };
+    let with = |drop: &[Drop]| ReadOptions {
+        drop: drop.to_vec(),
+        channels: Some(vec![0]),
+        ..ReadOptions::default()
+    };
     let all = load(&path, &with(&[])).unwrap();
     assert_eq!(all.units.unwrap(), [0, 1, 0, 1, 4, 5, 5]);
     let kept = |drop: &[Drop]| load(&path, &with(drop)).unwrap().origins.join(" ");
@@ -212,13 +219,13 @@ fn copies_are_dropped_on_request() {
     assert_eq!(data.x.as_slice().unwrap(), [2.0, 2.0, -0.0]);
     assert_eq!((data.strata().to_vec().len(), data.row_hash.len()), (3, 3));
 
-    let deny = Options { deny_contradictory: true, ..Options::default() };
+    let deny = ReadOptions { deny_contradictory: true, ..ReadOptions::default() };
     assert_eq!(
         refused(&path, &deny),
         "grasps.npz: x[0] (0) and x[2] (1) are the same recording, 2 such rows; set drop = \
          [\"contradictory\"]"
     );
-    let fixed = Options { drop: vec![Drop::Contradictory], ..deny };
+    let fixed = ReadOptions { drop: vec![Drop::Contradictory], ..deny };
     load(&path, &fixed).unwrap();
     let path = npz(folder.path(), &[("x", x), ("y", i64s(&[7], &[0, 1, 2, 1, 0, 1, 1]))]);
     assert_eq!(
@@ -234,10 +241,10 @@ fn samples_above_a_number_are_tested() {
     let folder = tempdir().unwrap();
     let path =
         npz(folder.path(), &[("x", samples(4)), ("y", labels()), ("trial", i64s(&[4], &[1, 15, 16, 60]))]);
-    let options = |test: Option<&str>, test_above| Options {
+    let options = |test: Option<&str>, test_above| ReadOptions {
         test: test.map(String::from),
         test_above,
-        ..Options::default()
+        ..ReadOptions::default()
     };
     let official = |test_above| load(&path, &options(Some("trial"), test_above)).unwrap().official.unwrap();
     assert_eq!(official(Some(15)), [false, false, true, true]);

@@ -4,14 +4,14 @@
 mod common;
 
 use common::{f32s, files, i64s, labels, npy, npz, refused, refused_arrays, samples, stored};
-use taxel_data::{Limits, Options, check};
+use taxel_data::{Limits, ReadOptions, check};
 use tempfile::tempdir;
 
 #[test]
 fn a_broken_path_or_archive_is_refused() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let default = Options::default();
+    let default = ReadOptions::default();
     assert_eq!(
         refused(&at("none.npz"), &default),
         "none.npz: no such file or folder; give a .npz, .mat, .h5 or .csv, a folder with data.npz, or a folder with one \
@@ -64,17 +64,17 @@ fn a_missing_array_is_named() {
     );
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
-    let options = Options { group: Some("session".into()), ..Options::default() };
+    let options = ReadOptions { group: Some("session".into()), ..ReadOptions::default() };
     assert_eq!(
         refused(&path, &options),
         "grasps.npz: no array session: it holds x <f4 [4, 2, 3], y <i8 [4]; name yours with group = \"...\""
     );
-    let options = Options { group_block: Some(12), ..Options::default() };
+    let options = ReadOptions { group_block: Some(12), ..ReadOptions::default() };
     assert_eq!(
         refused(&path, &options),
         "grasps.npz: group-block: needs an array to divide into blocks; name it with group = \"trial\""
     );
-    let options = Options { resize: Some([2, 2]), ..Options::default() };
+    let options = ReadOptions { resize: Some([2, 2]), ..ReadOptions::default() };
     assert!(refused(&path, &options).starts_with("grasps.npz: resize: applies to a folder of PNG or JPEG"));
 }
 
@@ -198,11 +198,14 @@ fn a_header_that_promises_what_is_not_there_is_refused() {
         );
     }
     let folder = tempdir().unwrap();
-    let options = Options { limits: Limits { max_values: 23, ..Limits::default() }, ..Options::default() };
+    let options =
+        ReadOptions { limits: Limits { max_values: 23, ..Limits::default() }, ..ReadOptions::default() };
     let message = refused(&npz(folder.path(), &[("x", samples(4)), y()]), &options);
     assert_eq!(message, format!("grasps.npz: x: shape [4, 2, 3] is more than the 23 values allowed; {all}"));
-    let few =
-        |max_samples| Options { limits: Limits { max_samples, ..Limits::default() }, ..Options::default() };
+    let few = |max_samples| ReadOptions {
+        limits: Limits { max_samples, ..Limits::default() },
+        ..ReadOptions::default()
+    };
     let message = refused(&npz(folder.path(), &[("x", samples(4)), y()]), &few(3));
     assert_eq!(message, "grasps.npz: x: 4 samples are more than the 3 allowed; raise limits.max-samples");
     let more = "save fewer samples or raise limits.max-samples";
@@ -224,7 +227,7 @@ fn a_value_that_is_not_finite_is_refused_by_sample_and_place() {
     assert_eq!(refused_arrays(&arrays), format!("grasps.npz: x[3]: value at [0, 2] is NaN; {out}"));
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &arrays);
-    let second = Options { channels: Some(vec![1]), ..Options::default() };
+    let second = ReadOptions { channels: Some(vec![1]), ..ReadOptions::default() };
     assert_eq!(refused(&path, &second), format!("grasps.npz: x[3]: value at [1, 2] is -inf; {out}"));
     let card = check(&path).unwrap();
     assert_eq!((card.nan, card.infinite), (1, 1));
@@ -237,7 +240,7 @@ fn labels_out_of_range_are_refused() {
     files(folder.path(), &[("labels.json", r#"{"classes": ["apple", "pear"], "counts": [2, 2]}"#)]);
     let message = |y: &[i64]| {
         let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4], y))]);
-        refused(&path, &Options::default())
+        refused(&path, &ReadOptions::default())
     };
     assert_eq!(
         message(&[0, 1, 31, 0]),
@@ -274,22 +277,23 @@ fn a_broken_file_of_names_is_refused() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
     for (text, want) in cases {
         files(folder.path(), &[("labels.json", text)]);
-        assert_eq!(refused(&path, &Options::default()), format!("{want}; {write}"));
+        assert_eq!(refused(&path, &ReadOptions::default()), format!("{want}; {write}"));
     }
     files(folder.path(), &[("labels.json", r#"["a", "b", "a"]"#)]);
     assert_eq!(
-        refused(&path, &Options::default()),
+        refused(&path, &ReadOptions::default()),
         "labels.json: classes 0 and 2 are both named \"a\"; give each its own name"
     );
     std::fs::write(folder.path().join("labels.json"), [b'[', 0xFF]).unwrap();
-    let message = refused(&path, &Options::default());
+    let message = refused(&path, &ReadOptions::default());
     assert_eq!(message, "labels.json: byte 1 is not UTF-8; save it as plain text");
-    let options = Options { limits: Limits { max_file_bytes: 1, ..Limits::default() }, ..Options::default() };
+    let options =
+        ReadOptions { limits: Limits { max_file_bytes: 1, ..Limits::default() }, ..ReadOptions::default() };
     assert_eq!(
         refused(&path, &options),
         "labels.json: has 2 bytes, more than the 1 allowed; raise limits.max-file-bytes"
     );
     files(folder.path(), &[("labels.json", "")]);
-    let message = refused(&path, &Options::default());
+    let message = refused(&path, &ReadOptions::default());
     assert_eq!(message, "labels.json: is empty (0 bytes); copy or record it again");
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{f32s, files, i64s, npz, refused, samples};
-use taxel_data::{Error, Options, check, check_with, load, recordings};
+use taxel_data::{Error, ReadOptions, check, check_with, load, recordings};
 use tempfile::tempdir;
 
 const ONE_HOT: [i64; 12] = [0, 0, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0];
@@ -13,11 +13,11 @@ const ONE_HOT: [i64; 12] = [0, 0, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0];
 fn one_hot_rows_become_class_numbers_of_the_same_digest() {
     let folder = tempdir().unwrap();
     let numbers = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4], &[2, 0, 1, 0]))]);
-    let wanted = load(&numbers, &Options::default()).unwrap();
+    let wanted = load(&numbers, &ReadOptions::default()).unwrap();
     let floats = ONE_HOT.map(|value| value as f32);
     for y in [i64s(&[4, 3], &ONE_HOT), f32s(&[4, 3], &floats)] {
         let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
-        let data = load(&path, &Options::default()).unwrap();
+        let data = load(&path, &ReadOptions::default()).unwrap();
         assert_eq!(
             (&data.strata().to_vec(), &data.output_names()),
             (&wanted.strata().to_vec(), &wanted.output_names())
@@ -26,7 +26,7 @@ fn one_hot_rows_become_class_numbers_of_the_same_digest() {
         let card = check(&path).unwrap();
         assert_eq!((card.labels.as_deref(), card.problems.len()), (Some("labels are one-hot: 3 classes"), 0));
         assert!(card.to_string().contains("\n            labels are one-hot: 3 classes\n"), "{card}");
-        let truth = recordings(&path, &Options::default(), 2).unwrap().truth.unwrap();
+        let truth = recordings(&path, &ReadOptions::default(), 2).unwrap().truth.unwrap();
         assert_eq!(truth, [["2"], ["0"], ["1"], ["0"]]);
     }
 }
@@ -38,16 +38,16 @@ fn unequal_recordings_have_one_hot_labels_or_attributes() {
     let all = |y| npz(folder.path(), &[("a", own(5)), ("b", own(3)), ("c", own(4)), ("d", own(6)), ("y", y)]);
     let length = Some("crop:3".parse().unwrap());
     let path = all(i64s(&[4, 3], &ONE_HOT));
-    let options = Options { length, ..Options::default() };
+    let options = ReadOptions { length, ..ReadOptions::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!((data.x.shape(), data.strata().to_vec()), (&[4, 2, 3][..], vec![2, 0, 1, 0]));
     let truth = recordings(&path, &options, 2).unwrap().truth.unwrap();
     assert_eq!(truth, [["2"], ["0"], ["1"], ["0"]]);
-    let cut = Options { length: Some("window:2,1".parse().unwrap()), ..Options::default() };
+    let cut = ReadOptions { length: Some("window:2,1".parse().unwrap()), ..ReadOptions::default() };
     assert_eq!(load(&path, &cut).unwrap().strata().to_vec(), [2, 2, 2, 2, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
     let path = all(i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]));
     assert!(refused(&path, &options).contains("y has 2 columns that are not one-hot"));
-    let named = Options { attributes: vec!["wet".into(), "hot".into()], ..cut };
+    let named = ReadOptions { attributes: vec!["wet".into(), "hot".into()], ..cut };
     let data = load(&path, &named).unwrap();
     let values = data.targets.columns().unwrap().values().to_vec();
     assert_eq!(
@@ -64,9 +64,9 @@ fn texts_and_numbers_from_one_are_never_one_hot() {
         common::npy("|S1", false, &[2, 2], &bytes)
     };
     let path = npz(folder.path(), &[("x", samples(2)), ("y", words(["b", "a", "a", "b"]))]);
-    let message = refused(&path, &Options::default());
+    let message = refused(&path, &ReadOptions::default());
     assert!(message.starts_with("grasps.npz: y has 2 columns that are not one-hot"), "{message}");
-    let first = Options { attribute: Some(0), ..Options::default() };
+    let first = ReadOptions { attribute: Some(0), ..ReadOptions::default() };
     assert_eq!(load(&path, &first).unwrap().output_names(), ["a", "b"]);
 }
 
@@ -75,13 +75,13 @@ fn one_list_of_names_is_that_of_the_columns() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4, 3], &ONE_HOT))]);
     files(folder.path(), &[("labels.json", r#"["can", "rope", "ball"]"#)]);
-    let data = load(&path, &Options::default()).unwrap();
+    let data = load(&path, &ReadOptions::default()).unwrap();
     assert_eq!(
         (data.strata().to_vec(), data.output_names().join(" ")),
         (vec![2, 0, 1, 0], "can rope ball".to_string())
     );
     let path = npz(folder.path(), &[("x", samples(2)), ("y", i64s(&[2, 3], &ONE_HOT[..6]))]);
-    let message = refused(&path, &Options::default());
+    let message = refused(&path, &ReadOptions::default());
     assert_eq!(message, "grasps.npz: no sample in y has label 1 (rope); record some or remove its name");
 }
 
@@ -92,23 +92,24 @@ fn attributes_are_learned_only_where_somebody_asks() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
     let wanted = "grasps.npz: y has 2 columns that are not one-hot; choose one with attribute = N (0..1), or name \
                   them all to learn several attributes: attributes = [\"...\", \"...\"]";
-    assert_eq!(refused(&path, &Options::default()), wanted);
+    assert_eq!(refused(&path, &ReadOptions::default()), wanted);
     assert_eq!(check(&path).unwrap().problems.len(), 1, "a card all the same");
     // Rows that could be one-hot are what their reader says they are.
     let y = i64s(&[4, 2], &[0, 1, 1, 0, 1, 0, 0, 1]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().strata().to_vec(), [1, 0, 0, 1]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().strata().to_vec(), [1, 0, 0, 1]);
     let names = ["wet".to_string(), "hot".to_string()];
-    let named = Options { attributes: names.to_vec(), ..Options::default() };
+    let named = ReadOptions { attributes: names.to_vec(), ..ReadOptions::default() };
     let data = load(&path, &named).unwrap();
     assert_eq!(data.output_names(), ["wet:0", "wet:1", "hot:0", "hot:1"]);
     assert_eq!(check_with(&path, &named).unwrap().labels.as_deref(), Some("labels are 2 attributes"));
-    let three = Options { attributes: ["a", "b", "c"].map(String::from).to_vec(), ..Options::default() };
+    let three =
+        ReadOptions { attributes: ["a", "b", "c"].map(String::from).to_vec(), ..ReadOptions::default() };
     assert!(matches!(load(&path, &three), Err(Error::LearnAttributes { .. })));
-    let first = Options { attribute: Some(0), ..Options::default() };
+    let first = ReadOptions { attribute: Some(0), ..ReadOptions::default() };
     assert_eq!(load(&path, &first).unwrap().strata().to_vec(), [0, 1, 1, 0]);
     files(folder.path(), &[("labels.json", r#"{"classes": [["dry", "wet"], ["cold", "hot"]]}"#)]);
-    assert_eq!(load(&path, &Options::default()).unwrap().output_names(), ["dry", "wet"]);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().output_names(), ["dry", "wet"]);
     let told = check(&path).unwrap().labels;
     assert_eq!(told.as_deref(), Some("labels are 2 attributes, of which column 0 is the class"));
 }
@@ -119,7 +120,7 @@ fn one_class_is_nothing_to_tell_apart() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", i64s(&[4], &[0; 4]))]);
     files(folder.path(), &[("labels.json", r#"["can"]"#)]);
     let wanted = "grasps.npz: all samples are of one class, can: nothing to tell apart";
-    assert_eq!(refused(&path, &Options::default()), wanted);
+    assert_eq!(refused(&path, &ReadOptions::default()), wanted);
     let problems = check(&path).unwrap().problems;
     assert!(problems.len() == 1 && problems[0].ends_with(wanted), "{problems:?}");
 }

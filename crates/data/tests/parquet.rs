@@ -5,15 +5,15 @@ mod common;
 
 use common::damaged;
 use std::path::{Path, PathBuf};
-use taxel_data::{Layout, Options, check, check_with, load, recordings};
+use taxel_data::{Layout, ReadOptions, check, check_with, load, recordings};
 use tempfile::tempdir;
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn rule() -> Options {
-    Options { length: Some("crop:5".parse().unwrap()), ..Options::default() }
+fn rule() -> ReadOptions {
+    ReadOptions { length: Some("crop:5".parse().unwrap()), ..ReadOptions::default() }
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn a_long_table_is_that_of_its_csv() {
 
 #[test]
 fn lists_are_columns_of_a_wide_table() {
-    let data = load(&fixture("wide.parquet"), &Options::default()).unwrap();
+    let data = load(&fixture("wide.parquet"), &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), (&[12, 6][..], Layout::Features));
     assert_eq!(data.x.as_slice().unwrap()[6..12], [1.0, 1.5, 2.0, 2.5, 1.0, 0.0], "taxels, count, contact");
     assert_eq!(
@@ -39,7 +39,7 @@ fn lists_are_columns_of_a_wide_table() {
     assert_eq!(data.groups.unwrap()[3..5], [0, 1]);
     let card = check(&fixture("wide.parquet")).unwrap();
     assert_eq!(card.other_arrays, ["note"]);
-    let unlabelled = recordings(&fixture("wide.parquet"), &Options::default(), 1).unwrap();
+    let unlabelled = recordings(&fixture("wide.parquet"), &ReadOptions::default(), 1).unwrap();
     assert_eq!(unlabelled.truth.unwrap()[1], ["fig"]);
 }
 

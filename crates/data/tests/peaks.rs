@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
-use taxel_data::{Options, load};
+use taxel_data::{ReadOptions, load};
 use tempfile::tempdir;
 
 #[global_allocator]
@@ -23,7 +23,7 @@ const CHANNELS: usize = 24;
 const BESIDE: usize = 2 << 20;
 
 /// Reads a set of `recordings` of so many `readings`: bytes of its samples and stamps, and the most held meanwhile.
-fn peak(path: &Path, recordings: usize, readings: usize, options: &Options) -> (usize, usize) {
+fn peak(path: &Path, recordings: usize, readings: usize, options: &ReadOptions) -> (usize, usize) {
     let before = MEMORY.current_usage();
     MEMORY.reset_peak_usage();
     let data = load(path, options).unwrap();
@@ -94,7 +94,7 @@ fn reading_takes_less_than_twice_the_samples() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let mut all = vec![];
-    let options = Options { y: "label".into(), ..Options::default() };
+    let options = ReadOptions { y: "label".into(), ..ReadOptions::default() };
     for (recordings, readings) in [(100, 1000), (2, 50_000)] {
         let path = at(&format!("{recordings}.parquet"));
         parquet(&path, recordings, readings);
@@ -109,7 +109,7 @@ fn reading_takes_less_than_twice_the_samples() {
         for i in 0..bags {
             bag(&root.join(format!("{}_{i}.mcap", ["cup", "ball"][i % 2])), readings);
         }
-        all.push((format!("{bags} bags"), peak(&root, bags, readings, &Options::default())));
+        all.push((format!("{bags} bags"), peak(&root, bags, readings, &ReadOptions::default())));
     }
     for (what, (samples, peak)) in all {
         println!("{what}: {peak} for {samples}");

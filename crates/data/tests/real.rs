@@ -4,7 +4,7 @@
 use ndarray::Axis;
 use std::path::PathBuf;
 use std::time::Instant;
-use taxel_data::{Drop, Layout, Options, check, check_with, group_k_fold, load, stratified_k_fold};
+use taxel_data::{Drop, Layout, ReadOptions, check, check_with, group_k_fold, load, stratified_k_fold};
 
 fn path(name: &str) -> PathBuf {
     PathBuf::from(std::env::var_os("TAXEL_DATA").expect("TAXEL_DATA names the data folder")).join(name)
@@ -15,7 +15,7 @@ fn path(name: &str) -> PathBuf {
 fn fsr_glove28() {
     let path = path("fsr-glove28");
     let start = Instant::now();
-    let all = load(&path, &Options::default()).unwrap();
+    let all = load(&path, &ReadOptions::default()).unwrap();
     let seconds = start.elapsed().as_secs_f64();
     assert!(cfg!(debug_assertions) || seconds < 0.5, "{seconds} s");
     assert_eq!(all.x.shape(), [1467, 35, 50]);
@@ -25,11 +25,11 @@ fn fsr_glove28() {
     assert_eq!(all.groups, None);
     assert_eq!(all.name, "fsr-glove28");
 
-    let fsr = Options {
+    let fsr = ReadOptions {
         group: Some("block".into()),
         channels: Some((30..35).collect()),
         drop: vec![Drop::Contradictory],
-        ..Options::default()
+        ..ReadOptions::default()
     };
     let data = load(&path, &fsr).unwrap();
     assert_eq!(data.x.shape(), [1449, 5, 50]);
@@ -44,9 +44,9 @@ fn fsr_glove28() {
     let folds = stratified_k_fold(&data.strata().to_vec(), 5, 0, 0, data.units.as_deref()).unwrap();
     assert!(folds.iter().all(|fold| fold.test.contains(&162) == fold.test.contains(&163)));
 
-    let both = Options { drop: vec![Drop::Contradictory, Drop::Duplicates], ..fsr };
+    let both = ReadOptions { drop: vec![Drop::Contradictory, Drop::Duplicates], ..fsr };
     assert_eq!(load(&path, &both).unwrap().x.shape(), [1448, 5, 50]);
-    let deny = Options { deny_contradictory: true, ..Options::default() };
+    let deny = ReadOptions { deny_contradictory: true, ..ReadOptions::default() };
     let message = load(&path, &deny).unwrap_err().to_string();
     assert!(message.contains("x[56] (Agrapheuse Comb) and x[113] (Battery)"), "{message}");
     assert!(message.contains("18 such rows"), "{message}");
@@ -55,7 +55,7 @@ fn fsr_glove28() {
 #[test]
 #[ignore = "needs TAXEL_DATA"]
 fn fsr_glove28_card() {
-    let options = Options { group: Some("block".into()), ..Options::default() };
+    let options = ReadOptions { group: Some("block".into()), ..ReadOptions::default() };
     let card = check_with(&path("fsr-glove28"), &options).unwrap();
     println!("{card}");
     assert_eq!(card.problems, [""; 0]);
@@ -72,7 +72,7 @@ fn fsr_glove28_card() {
 #[test]
 #[ignore = "needs TAXEL_DATA"]
 fn tekscan22_images() {
-    let data = load(&path("tekscan22-images"), &Options::default()).unwrap();
+    let data = load(&path("tekscan22-images"), &ReadOptions::default()).unwrap();
     assert_eq!(data.x.shape(), [1100, 28, 50]);
     assert_eq!(data.output_names().len(), 22);
     assert_eq!(data.class_counts(), [50; 22]);
@@ -85,7 +85,7 @@ fn tekscan22_images() {
     assert_eq!(classes, ["bottle", "bottle", "bottle", "bottle", "caliper"]);
 
     // The same images as files: grey JPEGs, one folder per class.
-    let files = load(&path("tekscan22-images/Images"), &Options::default()).unwrap();
+    let files = load(&path("tekscan22-images/Images"), &ReadOptions::default()).unwrap();
     assert_eq!(files.x.shape(), [1100, 28, 50]);
     assert_eq!(files.output_names(), data.output_names());
     assert_eq!(files.origins[1], "adhesive/adhesive2.jpg");
@@ -103,10 +103,10 @@ fn tekscan22_images() {
 #[ignore = "needs TAXEL_DATA"]
 fn gelsight_materials10() {
     let path = path("gelsight-materials10");
-    let message = load(&path, &Options::default()).unwrap_err().to_string();
+    let message = load(&path, &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("[1000, 3, 400, 300]"), "{message}");
     assert!(message.contains("resize = [height, width]"), "{message}");
-    let options = Options { resize: Some([32, 24]), group_block: Some(20), ..Options::default() };
+    let options = ReadOptions { resize: Some([32, 24]), group_block: Some(20), ..ReadOptions::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!(data.x.shape(), [1000, 3, 32, 24]);
     assert_eq!(data.reading.layout, Layout::Colour);
@@ -122,7 +122,7 @@ fn gelsight_materials10() {
 #[test]
 #[ignore = "needs TAXEL_DATA"]
 fn neutouch_softness() {
-    let options = Options { group: Some("session".into()), ..Options::default() };
+    let options = ReadOptions { group: Some("session".into()), ..ReadOptions::default() };
     let data = load(&path("neutouch-softness/class_test.npz"), &options).unwrap();
     assert_eq!(data.x.shape(), [160, 2, 80, 50]);
     assert_eq!(data.output_names(), ["carton_box", "soft_block", "sponge", "stiff_block"]);
@@ -135,7 +135,7 @@ fn neutouch_softness() {
 #[test]
 #[ignore = "needs TAXEL_DATA"]
 fn every_other_set_loads() {
-    let blocks = Options { group: Some("trial".into()), group_block: Some(12), ..Options::default() };
+    let blocks = ReadOptions { group: Some("trial".into()), group_block: Some(12), ..ReadOptions::default() };
     let data = load(&path("kinesthetic-gripper36"), &blocks).unwrap();
     assert_eq!(data.x.shape(), [2160, 4, 41]);
     assert_eq!(data.group_name.as_deref(), Some("trial/12"));

@@ -7,10 +7,10 @@ use common::{f32s, files, npy, npz};
 use image::RgbImage;
 use std::fs;
 use std::path::Path;
-use taxel_data::{Layout, Limits, Options, are_images, load, recordings};
+use taxel_data::{Layout, Limits, ReadOptions, are_images, load, recordings};
 use tempfile::tempdir;
 
-fn refused(path: &Path, options: &Options, rank: usize) -> String {
+fn refused(path: &Path, options: &ReadOptions, rank: usize) -> String {
     let message = recordings(path, options, rank).unwrap_err().to_string();
     message.replace(&format!("{}/", path.parent().unwrap().display()), "")
 }
@@ -20,7 +20,7 @@ fn a_table_without_labels_may_lie_beside_the_names_of_classes() {
     let folder = tempdir().unwrap();
     let table = "a,b\n1,2\n3,4\n";
     files(folder.path(), &[("new.csv", table), ("labels.json", r#"{"classes": ["soft", "hard"]}"#)]);
-    let read = recordings(&folder.path().join("new.csv"), &Options::default(), 1).unwrap();
+    let read = recordings(&folder.path().join("new.csv"), &ReadOptions::default(), 1).unwrap();
     assert_eq!((read.x.shape(), read.truth), (&[2, 2][..], None));
 }
 
@@ -33,12 +33,12 @@ fn the_first_array_says_which_axis_is_time() {
     let y = || common::i64s(&[2], &[0, 1]);
     let folder = tempdir().unwrap();
     let series = npz(folder.path(), &[("r1", floats(3)), ("r2", bytes(4)), ("y", y())]);
-    let options = Options { length: Some("crop:3".parse().unwrap()), ..Options::default() };
+    let options = ReadOptions { length: Some("crop:3".parse().unwrap()), ..ReadOptions::default() };
     let data = load(&series, &options).unwrap();
     assert_eq!((data.x.shape(), data.dtype.as_str()), (&[2, 2, 3][..], "<f4"));
     assert_eq!(data.x.as_slice().unwrap()[6..], [0., 1., 2., 4., 5., 6.]);
     let images = npz(folder.path(), &[("r1", bytes(3)), ("r2", floats(3)), ("y", y())]);
-    let data = load(&images, &Options::default()).unwrap();
+    let data = load(&images, &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.reading.layout), (&[2, 2, 3][..], Layout::Image));
     let images = npz(folder.path(), &[("r1", bytes(3)), ("r2", floats(4)), ("y", y())]);
     let message = load(&images, &options).unwrap_err().to_string();
@@ -54,16 +54,16 @@ fn a_batch_keeps_to_the_limits_and_has_no_empty_axis() {
         fs::write(&path, f32s(shape, &values)).unwrap();
     };
     write(&[4, 2, 3]);
-    assert_eq!(recordings(&path, &Options::default(), 2).unwrap().x.shape(), [4, 2, 3]);
+    assert_eq!(recordings(&path, &ReadOptions::default(), 2).unwrap().x.shape(), [4, 2, 3]);
     let limits = Limits { max_values: 20, ..Limits::default() };
-    let message = refused(&path, &Options { limits, ..Options::default() }, 2);
+    let message = refused(&path, &ReadOptions { limits, ..ReadOptions::default() }, 2);
     assert!(message.starts_with("new.npy: ") && message.contains("20"), "{message}");
     let limits = Limits { max_samples: 3, ..Limits::default() };
-    let message = refused(&path, &Options { limits, ..Options::default() }, 2);
+    let message = refused(&path, &ReadOptions { limits, ..ReadOptions::default() }, 2);
     assert!(message.starts_with("new.npy: ") && message.contains('3'), "{message}");
     for shape in [[0, 2, 3], [4, 0, 3], [4, 2, 0]] {
         write(&shape);
-        let message = refused(&path, &Options::default(), 2);
+        let message = refused(&path, &ReadOptions::default(), 2);
         assert!(message.starts_with("new.npy: "), "{message}");
     }
 }
@@ -76,8 +76,12 @@ fn channels_are_not_picked_along_time() {
         fs::write(folder.path().join(name), frames(time)).unwrap();
     }
     let length = Some("crop:2".parse().unwrap());
-    let options =
-        Options { layout: Some(Layout::Sequence), length, channels: Some(vec![0]), ..Options::default() };
+    let options = ReadOptions {
+        layout: Some(Layout::Sequence),
+        length,
+        channels: Some(vec![0]),
+        ..ReadOptions::default()
+    };
     let message = refused(folder.path(), &options, 3);
     assert!(
         message.contains("channels: are picked along the first axis of a sample, which is time"),
@@ -88,11 +92,11 @@ fn channels_are_not_picked_along_time() {
 #[test]
 fn a_matlab_file_is_a_set_or_one_recording() {
     let fixture = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
-    let one = recordings(&fixture("recording.mat"), &Options::default(), 2).unwrap();
+    let one = recordings(&fixture("recording.mat"), &ReadOptions::default(), 2).unwrap();
     assert_eq!(one.x.shape()[0], 1);
     // The same samples under another name of the ones that stand for x.
-    let set = recordings(&fixture("grasps-v7.mat"), &Options::default(), 2).unwrap();
-    let named = recordings(&fixture("data-v7.mat"), &Options::default(), 2).unwrap();
+    let set = recordings(&fixture("grasps-v7.mat"), &ReadOptions::default(), 2).unwrap();
+    let named = recordings(&fixture("data-v7.mat"), &ReadOptions::default(), 2).unwrap();
     assert_eq!(named.x, set.x);
 }
 

@@ -6,7 +6,7 @@ mod common;
 use common::{f32s, i64s, npz};
 use ndarray::{Array3, ArrayD};
 use rand::RngExt;
-use taxel_data::{Options, Shortcut, check_with};
+use taxel_data::{ReadOptions, Shortcut, check_with};
 use tempfile::tempdir;
 
 const CLASSES: usize = 4;
@@ -94,7 +94,8 @@ fn the_card_warns_and_says_the_numbers() {
         ];
         let path = npz(folder.path(), &arrays);
         let card =
-            check_with(&path, &Options { group: Some("session".into()), ..Options::default() }).unwrap();
+            check_with(&path, &ReadOptions { group: Some("session".into()), ..ReadOptions::default() })
+                .unwrap();
         let raised = card.warnings.iter().any(|warning| warning.contains("confounded?"));
         assert_eq!(raised, is_raised, "{:?}", card.warnings);
         let text = card.to_string().replace(['\n', ' '], "");

@@ -7,7 +7,7 @@ use common::{files, refused};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use taxel_data::{Card, Dataset, Layout, Limits, Options, check, check_with, load, recordings};
+use taxel_data::{Card, Dataset, Layout, Limits, ReadOptions, check, check_with, load, recordings};
 use tempfile::tempdir;
 
 const WIDE: &str = "id,object,f1,f2,slipped\n7,can,1,2,0\n8,can,3,4,1\n9,mug,5,6.5,0\n";
@@ -17,12 +17,12 @@ fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn table(text: &str) -> Options {
-    Options { table: text.parse().unwrap(), ..Options::default() }
+fn table(text: &str) -> ReadOptions {
+    ReadOptions { table: text.parse().unwrap(), ..ReadOptions::default() }
 }
 
-fn slipped(text: &str) -> Options {
-    Options { y: "slipped".into(), table: text.parse().unwrap(), ..Options::default() }
+fn slipped(text: &str) -> ReadOptions {
+    ReadOptions { y: "slipped".into(), table: text.parse().unwrap(), ..ReadOptions::default() }
 }
 
 fn with<T>(text: &str, use_it: impl FnOnce(&Path) -> T) -> T {
@@ -31,15 +31,15 @@ fn with<T>(text: &str, use_it: impl FnOnce(&Path) -> T) -> T {
     use_it(&folder.path().join("grasps.csv"))
 }
 
-fn read(text: &str, options: &Options) -> Dataset {
+fn read(text: &str, options: &ReadOptions) -> Dataset {
     with(text, |path| load(path, options).unwrap())
 }
 
-fn card(text: &str, options: &Options) -> Card {
+fn card(text: &str, options: &ReadOptions) -> Card {
     with(text, |path| check_with(path, options).unwrap())
 }
 
-fn message(text: &str, options: &Options) -> String {
+fn message(text: &str, options: &ReadOptions) -> String {
     with(text, |path| refused(path, options))
 }
 
@@ -58,9 +58,9 @@ fn a_row_of_a_wide_table_is_a_sample() {
     assert_eq!(card.read_as, ["a wide table: a row is a sample of 2 features, labels by \"slipped\""]);
     assert_eq!((card.other_arrays, card.ignored), (vec!["object".to_string()], vec!["column \"id\"".into()]));
     // A group of texts, tabs between columns, and row numbers without a name.
-    let grouped = Options { group: Some("object".into()), ..slipped("ignore=id") };
+    let grouped = ReadOptions { group: Some("object".into()), ..slipped("ignore=id") };
     let tabs = WIDE.replace(',', "\t").replace("id\t", "\t").replace("f1", "f 1");
-    let tabs = read(&tabs, &Options { group: Some("object".into()), ..slipped("wide") });
+    let tabs = read(&tabs, &ReadOptions { group: Some("object".into()), ..slipped("wide") });
     assert_eq!((tabs.groups.as_deref(), tabs.group_name.as_deref()), (Some(&[0, 0, 1][..]), Some("object")));
     assert_eq!(tabs.digest, read(WIDE, &grouped).digest);
     // A recording names its sample, and its time is no feature.
@@ -71,13 +71,13 @@ fn a_row_of_a_wide_table_is_a_sample() {
 #[test]
 fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
     let axes = "x,y,z,kind\n1,2,3,a\n4,5,6,b\n";
-    assert!(message(axes, &Options::default()).contains("has no column \"label\""), "y is an axis beside x");
-    let data = read(axes, &Options { y: "kind".into(), ..Options::default() });
+    assert!(message(axes, &ReadOptions::default()).contains("has no column \"label\""), "y is an axis beside x");
+    let data = read(axes, &ReadOptions { y: "kind".into(), ..ReadOptions::default() });
     assert_eq!((data.x.shape(), data.output_names().join(" ")), ([2, 3].as_slice(), "a b".into()));
-    assert_eq!(read("f,y\n1,a\n2,b\n", &Options::default()).output_names(), ["a", "b"]);
+    assert_eq!(read("f,y\n1,a\n2,b\n", &ReadOptions::default()).output_names(), ["a", "b"]);
     // Numbers of classes beside their names, groups that are not used.
     let twice = "label,class,f\nsoft,0,1\nhard,1,2\n";
-    let card = card(twice, &Options::default());
+    let card = card(twice, &ReadOptions::default());
     assert_eq!(
         (card.shape.as_slice(), card.ignored),
         ([2, 1].as_slice(), vec!["column \"class\"".to_string()])
@@ -86,7 +86,7 @@ fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
 
 #[test]
 fn rows_of_a_long_table_are_readings_over_time() {
-    let options = Options { length: Some("pad:3".parse().unwrap()), ..Options::default() };
+    let options = ReadOptions { length: Some("pad:3".parse().unwrap()), ..ReadOptions::default() };
     let data = read(LONG, &options);
     assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 3].as_slice(), Layout::Series));
     assert_eq!(data.x.as_slice().unwrap()[..9], [1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 3.0, 0.0, 0.0]);
@@ -100,16 +100,16 @@ fn rows_of_a_long_table_are_readings_over_time() {
             "time stamps give 100 Hz"
         ]
     );
-    let error = message(LONG, &Options::default());
+    let error = message(LONG, &ReadOptions::default());
     assert!(error.contains("recordings have 1 to 3 readings; say what to do"), "{error}");
     // Under other names, without time.
     let other = "grasp;kind;a\n1;up;1\n1;up;2\n2;down;3\n2;down;4\n";
-    let other = read(other, &Options { y: "kind".into(), ..table("long,recording=grasp") });
+    let other = read(other, &ReadOptions { y: "kind".into(), ..table("long,recording=grasp") });
     assert_eq!((other.x.shape(), other.reading.rate), ([2, 1, 2].as_slice(), None));
     // Rounded stamps are regular.
     let rounded: String =
         (0..24).map(|i| format!("{},{:.3},{i},{}\n", i / 12, f64::from(i % 12) / 120.0, i / 12)).collect();
-    let rounded = read(&format!("series_id,t,a,label\n{rounded}"), &Options::default());
+    let rounded = read(&format!("series_id,t,a,label\n{rounded}"), &ReadOptions::default());
     let rate = rounded.reading.rate.unwrap();
     assert!((rate - 120.0).abs() < 0.5 && rounded.x.shape() == [2, 1, 12], "{rate}");
 }
@@ -120,7 +120,7 @@ fn irregular_time_stamps_are_interpolated_as_numpy_does() {
     let longest =
         twin["recordings"].as_array().unwrap().iter().map(|own| own["length"].as_u64().unwrap()).max();
     let rule = format!("pad:{}", longest.unwrap());
-    let options = Options { length: Some(rule.parse().unwrap()), ..Options::default() };
+    let options = ReadOptions { length: Some(rule.parse().unwrap()), ..ReadOptions::default() };
     let data = load(&fixture("long.csv"), &options).unwrap();
     let rate = data.reading.rate.unwrap();
     assert!((rate / twin["rate"].as_f64().unwrap() - 1.0).abs() < 1e-5, "{rate}");
@@ -153,9 +153,9 @@ fn recordings_for_a_model_are_brought_to_its_rate() {
         let row = |time: &f64| format!("x,{time},{},up\n", 3.0 * time);
         format!("recording,time,a,label\n{}", times.iter().map(row).collect::<String>())
     };
-    let known = |text: &str| with(text, |path| recordings(path, &Options::default(), 2).unwrap().x);
+    let known = |text: &str| with(text, |path| recordings(path, &ReadOptions::default(), 2).unwrap().x);
     let for_model = |text: &str| {
-        let options = Options { stamped: Some(50.0), ..Options::default() };
+        let options = ReadOptions { stamped: Some(50.0), ..ReadOptions::default() };
         with(text, |path| recordings(path, &options, 2).unwrap().x)
     };
     let line = |step: f32, count: usize| (0..count).map(|i| 3.0 * step * i as f32).collect::<Vec<f32>>();
@@ -170,7 +170,7 @@ fn recordings_for_a_model_are_brought_to_its_rate() {
     close(for_model(&at(&[0.0, 0.01, 0.02, 0.03, 0.04])), line(0.02, 3));
     close(for_model(&at(&[0.0, 0.0201, 0.0402])), line(0.0201, 3));
     let message = with(&at(&[0.0, 1e6, 2e6]), |path| {
-        let options = Options { stamped: Some(50.0), ..Options::default() };
+        let options = ReadOptions { stamped: Some(50.0), ..ReadOptions::default() };
         recordings(path, &options, 2).unwrap_err().to_string()
     });
     assert!(message.contains("at equal steps of 20.000 ms, those of the model, its 3 readings"), "{message}");
@@ -187,7 +187,7 @@ fn a_row_of_taxels_has_the_shape_that_is_said() {
     // Taxels in another order, axes that the layout names.
     let turned = table("shape=1x3,column=c,column=b,column=a");
     assert_eq!(read(skin, &turned).x.as_slice().unwrap()[..3], [3.0, 2.0, 1.0]);
-    let told = |text: &str, layout| Options { layout: Some(layout), ..table(text) };
+    let told = |text: &str, layout| ReadOptions { layout: Some(layout), ..table(text) };
     let colour = read(skin, &told("shape=3x1x2", Layout::Colour));
     assert_eq!((colour.x.shape(), colour.reading.layout), ([2, 3, 1, 2].as_slice(), Layout::Colour));
     assert_eq!(read(skin, &told("shape=2x3", Layout::Series)).reading.layout, Layout::Series);
@@ -198,7 +198,7 @@ fn a_row_of_taxels_has_the_shape_that_is_said() {
     assert_eq!(frames.x.as_slice().unwrap()[..8], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
     assert_eq!(frames.reading.rate, Some(1.0));
     // What a model of images knows of its table reads another one, columns by their names.
-    let known = Options { table: image.reading.table.clone().unwrap(), ..Options::default() };
+    let known = ReadOptions { table: image.reading.table.clone().unwrap(), ..ReadOptions::default() };
     let asked = "f,e,d,c,b,a\n6,5,4,3,2,1\n";
     let own = with(asked, |path| recordings(path, &known, 2).unwrap());
     assert_eq!(own.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
@@ -226,27 +226,27 @@ fn what_is_said_beside_a_table_counts() {
     );
     assert_eq!((data.reading.unit.as_deref(), data.reading.full_scale), (Some("counts"), Some(4095.0)));
     files(folder.path(), &[("labels.json", r#"{"classes": ["mug", "can"], "rate": 50}"#)]);
-    let data = load(&path, &Options { y: "object".into(), ..table("ignore=id") }).unwrap();
+    let data = load(&path, &ReadOptions { y: "object".into(), ..table("ignore=id") }).unwrap();
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("mug can".into(), vec![1, 1, 0]));
     // Marks of samples to test on.
     let marked =
         WIDE.replace("id,", "held,").replace("7,", "train,").replace("8,", "test,").replace("9,", "test,");
-    let data = read(&marked, &Options { test: Some("held".into()), ..slipped("wide") });
+    let data = read(&marked, &ReadOptions { test: Some("held".into()), ..slipped("wide") });
     assert_eq!(data.official, Some(vec![false, true, true]));
 }
 
 #[test]
 fn a_table_without_labels_is_answered() {
     let unlabelled = "f1,f2\n1,2\n3,4\n";
-    let own = with(unlabelled, |path| recordings(path, &Options::default(), 1).unwrap());
+    let own = with(unlabelled, |path| recordings(path, &ReadOptions::default(), 1).unwrap());
     assert_eq!((own.x.shape(), own.truth, own.origins[0].as_str()), ([2, 2].as_slice(), None, "line 2"));
     let long = with(LONG, |path| {
-        recordings(path, &Options { length: Some("pad:3".parse().unwrap()), ..Options::default() }, 2)
+        recordings(path, &ReadOptions { length: Some("pad:3".parse().unwrap()), ..ReadOptions::default() }, 2)
             .unwrap()
     });
     assert_eq!((long.x.shape(), long.truth.unwrap()[1][0].as_str()), ([2, 2, 3].as_slice(), "down"));
     // Without a column that names recordings it is one of them.
-    let one = with(unlabelled, |path| recordings(path, &Options::default(), 2).unwrap());
+    let one = with(unlabelled, |path| recordings(path, &ReadOptions::default(), 2).unwrap());
     assert_eq!(one.x.shape(), [1, 2, 2]);
 }
 
@@ -270,28 +270,28 @@ fn a_broken_table_is_refused_by_line_and_column() {
     assert!(wide(&WIDE.replace("can,1", "can,?")).contains("line 2, column f1: \"?\" is not a number"));
     let held = "It has id, object, f1, f2, slipped";
     for (options, want) in [
-        (Options::default(), format!("has no column \"label\"; name one with y. {held}")),
+        (ReadOptions::default(), format!("has no column \"label\"; name one with y. {held}")),
         (
-            Options { y: "slip".into(), ..Options::default() },
+            ReadOptions { y: "slip".into(), ..ReadOptions::default() },
             format!("has no column \"slip\"; name one with y. {held}"),
         ),
         (slipped("long"), format!("has no column \"recording\"; name one with table.recording. {held}")),
         (slipped("time=stamp"), format!("has no column \"stamp\"; name one with table.time. {held}")),
         (slipped("ignore=x"), format!("has no column \"x\"; name one with table.ignore. {held}")),
         (
-            Options { group: Some("day".into()), ..slipped("wide") },
+            ReadOptions { group: Some("day".into()), ..slipped("wide") },
             format!("has no column \"day\"; name one with group. {held}"),
         ),
         (
-            Options { x: "f1".into(), ..slipped("wide") },
+            ReadOptions { x: "f1".into(), ..slipped("wide") },
             "x: does not apply to a table, whose channels are its other columns; leave it out".into(),
         ),
         (
-            Options { group_block: Some(2), ..slipped("wide") },
+            ReadOptions { group_block: Some(2), ..slipped("wide") },
             "group-block: needs a column to divide into blocks; name it with group = \"trial\"".into(),
         ),
         (
-            Options { limits: Limits { max_samples: 2, ..Limits::default() }, ..slipped("wide") },
+            ReadOptions { limits: Limits { max_samples: 2, ..Limits::default() }, ..slipped("wide") },
             "3 samples are more than the 2 allowed".into(),
         ),
     ] {
@@ -310,7 +310,7 @@ fn a_broken_table_is_refused_by_line_and_column() {
 
 #[test]
 fn a_broken_long_table_names_recording_and_lines() {
-    let long = |text: &str| message(text, &Options::default());
+    let long = |text: &str| message(text, &ReadOptions::default());
     assert!(long(&LONG.replace("x,20,4,40,up", "x,20,4,40,down")).contains(
         "lines 2 and 5 are both recording \"x\", but label is \"up\" and \"down\"; say one for all its rows"
     ));
@@ -348,11 +348,11 @@ proptest! {
         let header = ["recording,time,a,label", "a,label", "series_id,t_ns,a,label,group", "label"][header];
         let rows: Vec<String> = cells.chunks(header.split(',').count()).map(|row| row.join(",")).collect();
         with(&format!("{header}\n{}\n", rows.join("\n")), |path| {
-            let options = Options { length: Some("resample:5".parse().unwrap()), ..Options::default() };
+            let options = ReadOptions { length: Some("resample:5".parse().unwrap()), ..ReadOptions::default() };
             let _ = load(path, &options);
             let _ = check(path);
             let _ = recordings(path, &options, 2);
-            let _ = load(path, &Options { table: "shape=1x1".parse().unwrap(), ..options });
+            let _ = load(path, &ReadOptions { table: "shape=1x1".parse().unwrap(), ..options });
         });
     }
 }
@@ -361,13 +361,16 @@ proptest! {
 #[ignore = "needs TAXEL_DATA"]
 fn biotac_sp_grasps_are_one_table() {
     let root = PathBuf::from(std::env::var_os("TAXEL_DATA").unwrap()).join("biotacsp-bts3");
-    let options = Options { y: "slipped".into(), group: Some("object".into()), ..Options::default() };
+    let options = ReadOptions { y: "slipped".into(), group: Some("object".into()), ..ReadOptions::default() };
     let data = load(&root.join("biotac-palmdown-grasps.csv"), &options).unwrap();
     assert_eq!((data.x.shape(), data.class_counts()), ([1276, 72].as_slice(), vec![667, 609]));
     assert_eq!(data.groups.unwrap().into_iter().collect::<std::collections::HashSet<_>>().len(), 41);
     // The 24 electrodes of each finger as a colour of its own.
-    let shaped =
-        Options { layout: Some(Layout::Colour), table: "shape=3x6x4".parse().unwrap(), ..options.clone() };
+    let shaped = ReadOptions {
+        layout: Some(Layout::Colour),
+        table: "shape=3x6x4".parse().unwrap(),
+        ..options.clone()
+    };
     let colour = load(&root.join("biotac-palmdown-grasps.csv"), &shaped).unwrap();
     assert_eq!(colour.x.shape(), [1276, 3, 6, 4]);
     assert_eq!(colour.x.as_slice().unwrap(), data.x.as_slice().unwrap());
@@ -379,9 +382,9 @@ fn biotac_sp_grasps_are_one_table() {
 fn a_model_finds_its_columns_by_name() {
     let folder = tempdir().unwrap();
     files(folder.path(), &[("a.csv", "b,a,label\n1,2,u\n3,4,d\n"), ("new.csv", "id,a,c,b\n7,20,0,10\n")]);
-    let known = load(&folder.path().join("a.csv"), &Options::default()).unwrap().reading.table.unwrap();
+    let known = load(&folder.path().join("a.csv"), &ReadOptions::default()).unwrap().reading.table.unwrap();
     assert_eq!(known.key(), r#"table = { columns = ["b", "a"] }"#);
-    let options = Options { table: known, ..Options::default() };
+    let options = ReadOptions { table: known, ..ReadOptions::default() };
     let new = recordings(&folder.path().join("new.csv"), &options, 1).unwrap();
     assert_eq!(new.x.as_slice().unwrap(), [10.0, 20.0]);
     files(folder.path(), &[("less.csv", "a,c\n1,2\n")]);

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use taxel_data::{Options, load};
+use taxel_data::{ReadOptions, load};
 
 fn write(folder: &Path, name: &str, text: &str) {
     fs::write(folder.join(name), text).unwrap();
@@ -14,14 +14,14 @@ fn a_ts_pair_is_read_with_its_split() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "Two_TRAIN.ts", "#note\n@problemName Two\n@data\n1,2,3:4,5,6:run\n7,8,9:1,1,2:10\n");
     write(dir.path(), "Two_TEST.ts", "@data\n0.5,-1e1,3:4,5,6:2\n");
-    let data = load(&dir.path().join("Two"), &Options::default()).unwrap();
+    let data = load(&dir.path().join("Two"), &ReadOptions::default()).unwrap();
     assert_eq!(data.x.shape(), [3, 2, 3]);
     assert_eq!(data.x.as_slice().unwrap()[..6], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert_eq!(data.output_names(), ["2", "10", "run"]);
     assert_eq!(data.strata().to_vec(), [2, 1, 0]);
     assert_eq!(data.official, Some(vec![false, false, true]));
     assert_eq!((data.name.as_str(), data.origins[2].as_str()), ("Two", "Two_TEST.ts[0]"));
-    let same = load(&dir.path().join("Two_TEST.ts"), &Options::default()).unwrap();
+    let same = load(&dir.path().join("Two_TEST.ts"), &ReadOptions::default()).unwrap();
     assert_eq!((same.name, same.digest), (data.name, data.digest));
 }
 
@@ -31,11 +31,11 @@ fn labels_json_beside_the_files_is_read() {
     write(dir.path(), "Plain_TRAIN.txt", "a 0.5 0.25\nb 2 3\n");
     write(dir.path(), "Plain_TEST.txt", "a,4,5\n");
     write(dir.path(), "labels.json", r#"{"classes": ["b", "a"], "unit": "mV", "rate": 50}"#);
-    let data = load(&dir.path().join("Plain"), &Options::default()).unwrap();
+    let data = load(&dir.path().join("Plain"), &ReadOptions::default()).unwrap();
     assert_eq!((data.strata().to_vec(), data.output_names().join(" ")), (vec![1, 0, 1], "b a".to_string()));
     assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("mV"), Some(50.0)));
     write(dir.path(), "Plain.classes.json", r#"["b", "c"]"#);
-    let text = load(&dir.path().join("Plain"), &Options::default()).unwrap_err().to_string();
+    let text = load(&dir.path().join("Plain"), &ReadOptions::default()).unwrap_err().to_string();
     assert!(text.contains("Plain.classes.json: names the classes b, c, but they are a, b"), "{text}");
 }
 
@@ -44,7 +44,7 @@ fn plain_text_has_the_class_first() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "Plain_TRAIN.txt", "  1.0000000e+00  0.5 0.25\n -1 2 3\n\n");
     write(dir.path(), "Plain_TEST.txt", "1,4,5\n");
-    let data = load(&dir.path().join("Plain"), &Options::default()).unwrap();
+    let data = load(&dir.path().join("Plain"), &ReadOptions::default()).unwrap();
     assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), ([3, 1, 2].as_slice(), [1, 0, 1].as_slice()));
     assert_eq!(data.output_names(), ["-1", "1"]);
 }
@@ -55,7 +55,7 @@ fn what_is_wrong_is_named_with_its_line() {
     let message = |train: &str| {
         write(dir.path(), "Bad_TRAIN.ts", train);
         write(dir.path(), "Bad_TEST.ts", "@data\n1,2:a\n");
-        load(&dir.path().join("Bad"), &Options::default()).unwrap_err().to_string()
+        load(&dir.path().join("Bad"), &ReadOptions::default()).unwrap_err().to_string()
     };
     let text = message("@data\n1,2:a\n1,x:b\n");
     assert!(text.contains("Bad_TRAIN.ts: line 3, column 2: \"x\" is not a number"), "{text}");
@@ -72,10 +72,10 @@ fn what_is_wrong_is_named_with_its_line() {
     let text = message("@data\n");
     assert!(text.contains("Bad_TRAIN.ts: holds no samples"), "{text}");
     write(dir.path(), "Bad_TRAIN.ts", "@data\n1,2:a\n");
-    let options = Options { group: Some("g".into()), ..Options::default() };
+    let options = ReadOptions { group: Some("g".into()), ..ReadOptions::default() };
     let text = load(&dir.path().join("Bad"), &options).unwrap_err().to_string();
     assert!(text.contains("group: does not apply"), "{text}");
-    let options = Options { test_above: Some(3), ..Options::default() };
+    let options = ReadOptions { test_above: Some(3), ..ReadOptions::default() };
     let text = load(&dir.path().join("Bad"), &options).unwrap_err().to_string();
     assert!(text.contains("test-above: does not apply"), "{text}");
 }
@@ -90,7 +90,7 @@ fn the_shared_sets_have_their_cards_sizes() {
         ("ItalyPowerDemand", 67, [1096, 1, 24], 2),
         ("BasicMotions", 40, [80, 6, 100], 4),
     ] {
-        let data = load(&folder.join(name), &Options::default()).unwrap();
+        let data = load(&folder.join(name), &ReadOptions::default()).unwrap();
         assert_eq!(data.x.shape(), shape, "{name}");
         assert_eq!(data.output_names().len(), classes, "{name}");
         let test = data.official.unwrap();

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use taxel_data::{Options, Reading, whole_recordings};
+use taxel_data::{ReadOptions, Reading, whole_recordings};
 
 use crate::columns::Columns;
 use crate::error::{Error, Result};
@@ -45,7 +45,7 @@ pub struct Told {
     /// Readings per second of what bears no time stamps. Default what the model says.
     pub rate: Option<f64>,
     /// How recordings are read.
-    pub options: Options,
+    pub options: ReadOptions,
 }
 
 type Work = Box<dyn FnOnce(&mut Feed) -> Result<()> + Send>;

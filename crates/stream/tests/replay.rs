@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use taxel_data::{Layout, Npz, Options, Reading};
+use taxel_data::{Layout, Npz, ReadOptions, Reading};
 use taxel_stream::{Columns, Next, Pace, Source, Told, start};
 
 /// What came of a file: values and stamps of readings, beginnings, how it ended, and what was said.
@@ -20,7 +20,7 @@ struct Came {
 
 fn replayed(path: &Path, reading: &Reading, rate: Option<f64>, pace: Pace) -> Came {
     let columns = Columns::new(reading, None, None);
-    let options = Options { layout: Some(reading.layout), ..Options::default() };
+    let options = ReadOptions { layout: Some(reading.layout), ..ReadOptions::default() };
     let told = Told { reading: reading.clone(), columns, pace, rate, options };
     let said = Arc::new(Mutex::new(vec![]));
     let heard = Arc::clone(&said);

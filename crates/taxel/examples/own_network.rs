@@ -6,7 +6,7 @@ use taxel::{Candidate, Conv, CrossValidation, Encoding, Model, Network, Recipe, 
 
 fn main() -> taxel::Result<()> {
     let recordings = match std::env::args().nth(1) {
-        Some(path) => taxel::load(path.as_ref(), &taxel::Options::default())?,
+        Some(path) => taxel::load(path.as_ref(), &taxel::ReadOptions::default())?,
         None => taxel::simulate("fingertip", 300, 0, &[])?,
     };
     let net = Network::new("own");

@@ -2,13 +2,13 @@
 //!
 //! `cargo run --release --example predict -- model.safetensors recordings.npz`; without files it makes both.
 
-use taxel::{Baseline, Candidate, Encoding, Model, Options};
+use taxel::{Baseline, Candidate, Encoding, Model, ReadOptions};
 
 fn main() -> taxel::Result<()> {
     let mut files = std::env::args().skip(1);
     let (model, recordings) = match (files.next(), files.next()) {
         (Some(model), Some(recordings)) => {
-            (Model::open(model.as_ref())?, taxel::load(recordings.as_ref(), &Options::default())?)
+            (Model::open(model.as_ref())?, taxel::load(recordings.as_ref(), &ReadOptions::default())?)
         }
         _ => {
             let grasps = taxel::simulate("fingertip", 60, 0, &[])?;

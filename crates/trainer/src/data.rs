@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use taxel_data::{Drop, Layout, Length, Limits, Options, TableOptions};
+use taxel_data::{Drop, Layout, Length, Limits, ReadOptions, TableOptions};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
@@ -231,9 +231,9 @@ impl RecordingsOrigin {
         layout: Option<Layout>,
         rate: Option<f64>,
         attributes: &[String],
-    ) -> Options {
-        let default = Options::default();
-        Options {
+    ) -> ReadOptions {
+        let default = ReadOptions::default();
+        ReadOptions {
             x: self.x.clone().unwrap_or(default.x),
             y: self.y.clone().unwrap_or(default.y),
             group: self.group.clone(),

@@ -15,7 +15,7 @@ use crate::dataset::validate::{
 };
 use crate::length::lengths::Lengths;
 use crate::length::one_length::{Samples, samples};
-use crate::options::{Drop, Options};
+use crate::options::{Drop, ReadOptions};
 use crate::{Error, Result};
 
 /// A data set with everything that keeps it from being used.
@@ -32,7 +32,7 @@ pub(crate) struct Checked {
 }
 
 /// Builds the data set; faults of the content are collected, faults of the options end it.
-pub(crate) fn assemble(mut raw: Raw, options: &Options) -> Result<Checked> {
+pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let kind = settle(&mut raw, options);
     let columns = raw.columns;
     let attribute = options.attribute.unwrap_or(0);
@@ -115,7 +115,7 @@ fn keep(
     raw: &Raw,
     table: &[u32],
     classes: &[Vec<String>],
-    options: &Options,
+    options: &ReadOptions,
     faults: &mut Faults,
 ) -> Vec<bool> {
     let rows: Vec<&[u32]> = table.chunks(raw.columns).collect();

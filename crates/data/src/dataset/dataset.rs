@@ -38,7 +38,7 @@ pub struct Dataset {
     pub units: Option<Vec<u32>>,
     /// Where each sample comes from: its file, `x[17]`, or `fingertip[17]`.
     pub origins: Vec<String>,
-    /// Origins of the rows left out by [`Options::drop`](crate::Options::drop), and of recordings shorter than a
+    /// Origins of the rows left out by [`ReadOptions::drop`](crate::ReadOptions::drop), and of recordings shorter than a
     /// window.
     pub dropped: Vec<String>,
     /// Hash of each full recorded sample, before channels are selected or images resized; empty where there

@@ -2,7 +2,7 @@
 
 use crate::dataset::raw::{Names, Raw};
 use crate::error::Error;
-use crate::options::Options;
+use crate::options::ReadOptions;
 
 /// What the columns of labels are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub(crate) enum Columns {
 
 /// Says what the columns of `raw.y` are and turns one-hot rows into class numbers. Whoever speaks of attributes,
 /// in the options or by one list of names per column, has attributes.
-pub(crate) fn settle(raw: &mut Raw, options: &Options) -> Columns {
+pub(crate) fn settle(raw: &mut Raw, options: &ReadOptions) -> Columns {
     let columns = raw.columns;
     if columns == 1 {
         return Columns::One;

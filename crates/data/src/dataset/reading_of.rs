@@ -4,14 +4,14 @@ use crate::dataset::dataset::refuse_layout;
 use crate::dataset::raw::Raw;
 use crate::dataset::sample_spec::Reading;
 use crate::length::length::Length;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use taxel_base::Layout;
 
 /// What the axes of a sample of `shape` are, the channels that are used. Of two words the first of these
 /// counts:
 ///
-/// 1. [`Options::layout`];
+/// 1. [`ReadOptions::layout`];
 /// 2. the file of class names: `layout`;
 /// 3. the format: a CSV file and a file of the UCR archive hold a series, an image file an image, grey or in
 ///    colour, as long as all its planes are used;
@@ -54,7 +54,7 @@ fn likeliest(
 /// are equally long, and no one number otherwise.
 pub(crate) fn reading(
     raw: &Raw,
-    options: &Options,
+    options: &ReadOptions,
     layout: Layout,
     shape: &[usize],
     rule: Option<Length>,

@@ -3,14 +3,14 @@
 use crate::dataset::problems::Faults;
 use crate::dataset::raw::{Names, Raw};
 use crate::length::ragged::Ragged;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 
 /// Label of a row whose stored label is unusable; only inside a card.
 const NO_LABEL: u32 = u32::MAX;
 
 /// The channels to keep; none for all of them.
-pub(crate) fn channels(raw: &Raw, options: &Options) -> Result<Option<Vec<usize>>> {
+pub(crate) fn channels(raw: &Raw, options: &ReadOptions) -> Result<Option<Vec<usize>>> {
     let Some(channels) = &options.channels else {
         return Ok(None);
     };
@@ -166,7 +166,7 @@ pub(crate) fn one_class(raw: &Raw, classes: &[String], y: &[u32], faults: &mut F
 /// The group of each sample and what the groups are.
 pub(crate) fn groups(
     raw: &Raw,
-    options: &Options,
+    options: &ReadOptions,
     faults: &mut Faults,
 ) -> Result<Option<(String, Vec<u32>)>> {
     if options.group_block == Some(0) {
@@ -207,7 +207,7 @@ pub(crate) fn groups(
 }
 
 /// Which samples the authors test on.
-pub(crate) fn official(raw: &Raw, options: &Options, faults: &mut Faults) -> Option<Vec<bool>> {
+pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Faults) -> Option<Vec<bool>> {
     let (name, values) = raw.official.as_ref()?;
     if values.len() != raw.x.len() {
         faults.push(wrong_length(raw, name, values.len()));

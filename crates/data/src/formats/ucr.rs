@@ -7,7 +7,7 @@ use crate::formats::case::{Case, number};
 use crate::formats::text::read_text;
 use crate::layout::names_file;
 use crate::length::ragged::Collected;
-use crate::options::{Options, refuse_set};
+use crate::options::{ReadOptions, refuse_set};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
@@ -71,7 +71,7 @@ fn pair(folder: &Path, name: &str) -> Option<Pair> {
 ///   `:`; values by `,`.
 /// - `.arff`: see [`arff`].
 /// - other endings: one case a line, its class first, parted by blanks, tabs or commas; one channel.
-pub(crate) fn read(path: &Path, pair: &Pair, options: &Options) -> Result<Raw> {
+pub(crate) fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
     let file = path.display().to_string();
     refuse_options(&file, options)?;
     let mut collected = Collected::new(&file, options.limits);
@@ -143,8 +143,8 @@ fn position(order: &[usize], label: u32) -> u32 {
     order.iter().position(|class| *class == label as usize).map_or(label, |at| at as u32)
 }
 
-fn refuse_options(file: &str, options: &Options) -> Result<()> {
-    let default = Options::default();
+fn refuse_options(file: &str, options: &ReadOptions) -> Result<()> {
+    let default = ReadOptions::default();
     let set = [
         ("x", options.x != default.x),
         ("y", options.y != default.y),

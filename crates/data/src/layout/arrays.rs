@@ -10,21 +10,21 @@ use crate::layout::names_file;
 use crate::layout::roles::{Roles, Samples, Unclear};
 use crate::layout::sample;
 use crate::length::ragged::{Collected, Ragged};
-use crate::options::{Limits, Options};
+use crate::options::{Limits, ReadOptions};
 use crate::{Error, Result};
 use std::path::Path;
 
 /// Reads the arrays that `options` names; labels and groups stay as stored.
-pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Raw> {
     read_with(path, options, true)
 }
 
 /// The same of a file that may hold no labels: `y` is empty then.
-pub(crate) fn read_unlabelled(path: &Path, options: &Options) -> Result<Raw> {
+pub(crate) fn read_unlabelled(path: &Path, options: &ReadOptions) -> Result<Raw> {
     read_with(path, options, false)
 }
 
-fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> {
+fn read_with(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
     let file = path.display().to_string();
     let mut archive = Archive::open(path)?;
     if options.resize.is_some() {
@@ -84,10 +84,10 @@ fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> 
 }
 
 /// The options, and where they do not name the arrays of groups and marks, what the file of names says.
-fn said(options: &Options, facts: &Facts) -> Options {
+fn said(options: &ReadOptions, facts: &Facts) -> ReadOptions {
     let own = options.clone();
     let or = |told: Option<String>, fact: &Option<String>| told.or_else(|| fact.clone());
-    Options { group: or(own.group, &facts.group_array), test: or(own.test, &facts.test_array), ..own }
+    ReadOptions { group: or(own.group, &facts.group_array), test: or(own.test, &facts.test_array), ..own }
 }
 
 /// Where samples come from, as the file of names says, or else as they are numbered.
@@ -128,7 +128,7 @@ fn read_samples(
     file: &str,
     samples: &Samples,
     layout: Option<taxel_base::Layout>,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<Read> {
     let numbered = |name: &str, x: &Ragged| (0..x.len()).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
     match samples {
@@ -195,7 +195,7 @@ fn read_labels(
     file: &str,
     arrays: &[String],
     known: Option<&Names>,
-    options: &Options,
+    options: &ReadOptions,
     samples: usize,
 ) -> Result<Labels> {
     let wanted = "labels are whole numbers from 0: save y as an integer array";
@@ -269,7 +269,7 @@ fn read_groups(
     archive: &mut Archive,
     file: &str,
     roles: &Roles,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<Option<(String, Vec<i64>)>> {
     let refuse = |why| Err(Error::Option { file: file.into(), option: "group-block", why });
     let Some(arrays) = &roles.group else {
@@ -296,7 +296,11 @@ fn read_groups(
 }
 
 /// Marks of the samples that the authors test on, and the name of their array.
-fn read_official(archive: &mut Archive, file: &str, options: &Options) -> Result<Option<(String, Vec<i64>)>> {
+fn read_official(
+    archive: &mut Archive,
+    file: &str,
+    options: &ReadOptions,
+) -> Result<Option<(String, Vec<i64>)>> {
     let Some(name) = &options.test else {
         return match options.test_above {
             None => Ok(None),

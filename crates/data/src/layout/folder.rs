@@ -7,7 +7,7 @@ use crate::formats::bag::bags::{self, Recorded};
 use crate::layout::listing::Found;
 use crate::layout::sample::{Kind, image_shape, read_sample};
 use crate::length::ragged::{Collected, Ragged};
-use crate::options::{Options, refuse_set};
+use crate::options::{ReadOptions, refuse_set};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
@@ -16,7 +16,7 @@ use taxel_base::Layout;
 const MAX_SIDE: usize = 1 << 14;
 
 /// Reads the recordings that were `found` below `root`.
-pub(crate) fn read(root: &Path, found: Found, options: &Options) -> Result<Raw> {
+pub(crate) fn read(root: &Path, found: Found, options: &ReadOptions) -> Result<Raw> {
     let file = root.display().to_string();
     let (kind, first) = same_kind(&found.files, &file)?;
     refuse_array_options(&file, kind, &found, options)?;
@@ -79,14 +79,14 @@ struct OfBags {
     topics: Vec<String>,
 }
 
-fn bags(root: &Path, found: &Found, options: &Options) -> Result<Files> {
+fn bags(root: &Path, found: &Found, options: &ReadOptions) -> Result<Files> {
     let Recorded { x, layout, row_hash, origins, read_as, rate, topics } = bags::read(root, found, options)?;
     let bags = OfBags { rate, read_as, topics };
     Ok(Files { x, dtype: "mcap".into(), format: Some(layout), row_hash, origins, bags })
 }
 
 /// A sample per file.
-fn files(root: &Path, found: &Found, kind: Kind, first: &str, options: &Options) -> Result<Files> {
+fn files(root: &Path, found: &Found, kind: Kind, first: &str, options: &ReadOptions) -> Result<Files> {
     let file = root.display().to_string();
     if kind == Kind::Image {
         // Before the first is decoded.
@@ -122,7 +122,7 @@ fn files(root: &Path, found: &Found, kind: Kind, first: &str, options: &Options)
     Ok(Files { x, dtype, format, row_hash, origins, bags: OfBags::default() })
 }
 
-fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
+fn refuse_resize(file: &str, kind: Kind, options: &ReadOptions) -> Result<()> {
     let Some(size) = options.resize else { return Ok(()) };
     let why = if !matches!(kind, Kind::Image | Kind::Bag) {
         "applies to PNG and JPEG files and to bags of images only; leave it out"
@@ -134,8 +134,8 @@ fn refuse_resize(file: &str, kind: Kind, options: &Options) -> Result<()> {
     Err(Error::Option { file: file.into(), option: "resize", why })
 }
 
-fn refuse_array_options(file: &str, kind: Kind, found: &Found, options: &Options) -> Result<()> {
-    let default = Options::default();
+fn refuse_array_options(file: &str, kind: Kind, found: &Found, options: &ReadOptions) -> Result<()> {
+    let default = ReadOptions::default();
     let set = [
         ("x", options.x != default.x && !matches!(kind, Kind::Mat | Kind::Hdf5)),
         ("y", options.y != default.y && !found.is_table),
@@ -183,7 +183,7 @@ fn total_size(
     files: usize,
     shape: &[usize],
     time: Option<usize>,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<()> {
     let limit = options.limits.max_values;
     let mut equal = shape.iter().enumerate().filter(|(axis, _)| Some(*axis) != time).map(|(_, n)| n);

@@ -4,7 +4,7 @@ use crate::dataset::labels::by_name;
 use crate::formats::bag::path::is_bag;
 use crate::formats::text::read_text;
 use crate::layout::listing::{Found, Listing};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
@@ -17,8 +17,8 @@ pub(crate) const LABELS: &str = "labels.csv";
 ///
 /// Columns `start` and `end` cut bags into parts: seconds from its first message, the end not included.
 ///
-/// The columns `label` and `group` may bear other names: [`Options::y`] and [`Options::group`].
-pub(crate) fn read(root: &Path, top: &Listing, options: &Options) -> Result<Found> {
+/// The columns `label` and `group` may bear other names: [`ReadOptions::y`] and [`ReadOptions::group`].
+pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<Found> {
     let path = root.join(LABELS);
     let file = path.display().to_string();
     let refuse = |why: String| Error::LabelTable { file: file.clone(), why };
@@ -33,7 +33,7 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &Options) -> Result<Foun
             || format!("has no column {name}: its first line is {:?}", header.iter().collect::<Vec<_>>());
         place(name).ok_or_else(|| refuse(held()))
     };
-    let label_name = if options.y == Options::default().y { "label" } else { &options.y };
+    let label_name = if options.y == ReadOptions::default().y { "label" } else { &options.y };
     let (of_file, of_label) = (needed("file")?, needed(label_name)?);
     let of_group = match &options.group {
         Some(name) => Some((needed(name)?, name.clone())),

@@ -9,7 +9,7 @@ use crate::formats::text::read_text;
 use crate::layout::label_table::LABELS;
 use crate::layout::listing::list;
 use crate::layout::order::in_order;
-use crate::options::{Options, refuse_set};
+use crate::options::{ReadOptions, refuse_set};
 use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -26,13 +26,13 @@ pub(crate) fn is_set(path: &Path) -> bool {
 }
 
 /// Reads the episodes of a set as recordings `[C, T]`: observations that are numbers are the channels, the task is the
-/// class, or what `labels.csv` (`episode,label`) says. [`Options::table`] and [`Options::y`] say it otherwise.
-pub(crate) fn read(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> {
+/// class, or what `labels.csv` (`episode,label`) says. [`ReadOptions::table`] and [`ReadOptions::y`] say it otherwise.
+pub(crate) fn read(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
     let file = path.display().to_string();
     let why = "does not apply to a set of LeRobot; leave it out";
     refuse_set(
         &file,
-        &[("x", options.x != Options::default().x), ("resize", options.resize.is_some())],
+        &[("x", options.x != ReadOptions::default().x), ("resize", options.resize.is_some())],
         why,
     )?;
     let mut files = vec![];
@@ -69,7 +69,7 @@ fn data_files(folder: &Path, depth: usize, out: &mut Vec<PathBuf>) -> Result<()>
 }
 
 /// The options, and what the columns of LeRobot are where they do not say it.
-fn said(table: &TableText, options: &Options, is_told: bool) -> Options {
+fn said(table: &TableText, options: &ReadOptions, is_told: bool) -> ReadOptions {
     let has = |name: &str| table.header.iter().any(|own| own == name);
     let named =
         |own: &Option<String>, name: &str| own.clone().or_else(|| has(name).then(|| name.to_string()));
@@ -81,8 +81,8 @@ fn said(table: &TableText, options: &Options, is_told: bool) -> Options {
         true => others.cloned().collect(),
         false => own.ignore.clone(),
     };
-    let is_named = options.y != Options::default().y;
-    Options {
+    let is_named = options.y != ReadOptions::default().y;
+    ReadOptions {
         y: if is_named || is_told || !has(TASK) { options.y.clone() } else { TASK.into() },
         table: TableOptions {
             form: own.form.or(Some(TableForm::Long)),
@@ -96,7 +96,7 @@ fn said(table: &TableText, options: &Options, is_told: bool) -> Options {
 }
 
 /// What `labels.csv` says of each episode.
-fn labels(path: &Path, options: &Options) -> Result<Option<HashMap<String, String>>> {
+fn labels(path: &Path, options: &ReadOptions) -> Result<Option<HashMap<String, String>>> {
     let path = path.join(LABELS);
     if !path.is_file() {
         return Ok(None);
@@ -111,7 +111,7 @@ fn labels(path: &Path, options: &Options) -> Result<Option<HashMap<String, Strin
     let place = |names: &[&str]| {
         header.iter().position(|own| names.iter().any(|name| own.eq_ignore_ascii_case(name)))
     };
-    let label = if options.y == Options::default().y { "label" } else { &options.y };
+    let label = if options.y == ReadOptions::default().y { "label" } else { &options.y };
     let (Some(episode), Some(label)) = (place(&["episode", "episode_index"]), place(&[label])) else {
         return Err(refuse("write a first line episode,label and a line per episode".into()));
     };
@@ -127,7 +127,7 @@ fn labels(path: &Path, options: &Options) -> Result<Option<HashMap<String, Strin
 }
 
 /// The names of the tasks by their numbers, where `meta/tasks.jsonl` has them without gaps.
-fn tasks(path: &Path, options: &Options) -> Result<Option<Names>> {
+fn tasks(path: &Path, options: &ReadOptions) -> Result<Option<Names>> {
     let path = path.join("meta/tasks.jsonl");
     if !path.is_file() {
         return Ok(None);

@@ -1,6 +1,6 @@
 //! Which arrays of a file are samples, labels, groups and marks.
 
-use crate::options::Options;
+use crate::options::ReadOptions;
 
 /// Names that stand for `x` where there is no such array.
 const SAMPLES: [&str; 2] = ["X", "data"];
@@ -42,11 +42,11 @@ impl Roles {
     /// Looks among the arrays `held`, in the order in which they were saved; `labels_of` counts the labels of an array.
     pub fn of(
         held: &[String],
-        options: &Options,
+        options: &ReadOptions,
         needs_labels: bool,
         labels_of: impl FnOnce(&str) -> Option<u64>,
     ) -> Result<Self, Unclear> {
-        let default = Options::default();
+        let default = ReadOptions::default();
         let x = find(held, &options.x, options.x == default.x, &SAMPLES, "x");
         let y = |split| find_in(held, &options.y, options.y == default.y, &LABELS, "y", split);
         match x {
@@ -85,7 +85,7 @@ impl Roles {
 }
 
 /// The array of groups: the one that is named, or `group` where there is one.
-fn group(held: &[String], options: &Options, split: bool) -> Result<Option<Vec<String>>, Unclear> {
+fn group(held: &[String], options: &ReadOptions, split: bool) -> Result<Option<Vec<String>>, Unclear> {
     let name = options.group.as_deref().unwrap_or("group");
     match find_in(held, name, false, &[], "group", split) {
         Err(unclear) if options.group.is_some() => Err(unclear),

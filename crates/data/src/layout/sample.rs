@@ -7,7 +7,7 @@ use crate::formats::csv_file;
 use crate::formats::image_file;
 use crate::formats::npy;
 use crate::formats::text::read_text;
-use crate::options::{Limits, Options};
+use crate::options::{Limits, ReadOptions};
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -82,7 +82,7 @@ pub(crate) struct Sample {
 }
 
 /// The shape of an image by the head of its file; one too large to decode is refused.
-pub(crate) fn image_shape(path: &Path, options: &Options) -> Result<Vec<usize>> {
+pub(crate) fn image_shape(path: &Path, options: &ReadOptions) -> Result<Vec<usize>> {
     let file = path.display().to_string();
     refuse_empty(path, &file)?;
     image_file::shape(path, &file, options.resize, &options.limits)
@@ -97,7 +97,7 @@ fn refuse_empty(path: &Path, file: &str) -> Result<()> {
 }
 
 /// Reads one file.
-pub(crate) fn read_sample(path: &Path, kind: Kind, options: &Options) -> Result<Sample> {
+pub(crate) fn read_sample(path: &Path, kind: Kind, options: &ReadOptions) -> Result<Sample> {
     let limits = &options.limits;
     let file = path.display().to_string();
     let io = |e: std::io::Error| Error::Io { file: file.clone(), kind: e.kind() };

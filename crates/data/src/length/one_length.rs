@@ -9,7 +9,7 @@ use crate::length::cut::cut;
 use crate::length::length::Length;
 use crate::length::lengths::Lengths;
 use crate::length::ragged::Ragged;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use ndarray::ArrayD;
 use taxel_base::Layout;
@@ -31,7 +31,7 @@ pub(crate) fn samples(
     x: Ragged,
     kept: &[usize],
     channels: Option<&[usize]>,
-    options: &Options,
+    options: &ReadOptions,
     faults: &mut Faults,
 ) -> Result<Samples> {
     let mut shape = x.sample_shape().to_vec();
@@ -84,7 +84,7 @@ pub(crate) fn refuse_channels(
 }
 
 /// A rule for the length of what has no time.
-fn refuse_rule(raw: &Raw, options: &Options, layout: Layout) -> Result<()> {
+fn refuse_rule(raw: &Raw, options: &ReadOptions, layout: Layout) -> Result<()> {
     match options.length {
         None => Ok(()),
         Some(_) => Err(Error::NoTime { file: raw.file.clone(), layout }),

@@ -5,7 +5,7 @@ use crate::dataset::dataset::Dataset;
 use crate::dataset::reading_of::time_axis;
 use crate::length::length::{Length, Longer, Padding};
 use crate::load::open;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::write::save::write;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
@@ -26,13 +26,13 @@ pub struct Converted {
 /// Reads the data set at `path` and writes it to `output`, a `.npz`, with `<output>.classes.json` beside it:
 /// [`load`](crate::load) reads it back with the same digest.
 ///
-/// The files are those of [`Dataset::save`]; recordings of unequal length end in NaN, unless [`Options::length`] says
+/// The files are those of [`Dataset::save`]; recordings of unequal length end in NaN, unless [`ReadOptions::length`] says
 /// otherwise.
 ///
 /// # Errors
 ///
 /// As [`load`](crate::load), but for unequal lengths; another ending of `output` than `.npz`; what the system says.
-pub fn convert(path: &Path, options: &Options, output: &Path) -> Result<Converted> {
+pub fn convert(path: &Path, options: &ReadOptions, output: &Path) -> Result<Converted> {
     if output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("npz")) {
         let (file, why) = (output.display().to_string(), "is the name of a .npz file to write");
         return Err(Error::Option { file, option: "output", why });
@@ -55,7 +55,7 @@ pub fn convert(path: &Path, options: &Options, output: &Path) -> Result<Converte
 }
 
 /// The data set; unequal recordings without a rule are filled up to the longest, and the readings of each said.
-fn read(path: &Path, options: &Options) -> Result<(Dataset, Option<Vec<usize>>)> {
+fn read(path: &Path, options: &ReadOptions) -> Result<(Dataset, Option<Vec<usize>>)> {
     let mut raw = open(path, options)?;
     let mut options = options.clone();
     let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, raw.x.sample_shape());

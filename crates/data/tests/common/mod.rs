@@ -4,7 +4,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use taxel_data::{Options, load};
+use taxel_data::{ReadOptions, load};
 use tempfile::tempdir;
 
 /// One `.npy` file: `descr` without quotes, `data` as is.
@@ -109,7 +109,7 @@ pub fn files(root: &Path, files: &[(&str, &str)]) {
 }
 
 /// The message for `path`, without the folder it lies in.
-pub fn refused(path: &Path, options: &Options) -> String {
+pub fn refused(path: &Path, options: &ReadOptions) -> String {
     let message = load(path, options).unwrap_err().to_string();
     let folder = path.parent().unwrap().display().to_string();
     message.replace(&format!("{folder}/"), "").replace(&folder, "FOLDER")
@@ -118,7 +118,7 @@ pub fn refused(path: &Path, options: &Options) -> String {
 /// The message for an archive of `arrays`.
 pub fn refused_arrays(arrays: &[(&str, Vec<u8>)]) -> String {
     let folder = tempdir().unwrap();
-    refused(&npz(folder.path(), arrays), &Options::default())
+    refused(&npz(folder.path(), arrays), &ReadOptions::default())
 }
 
 /// Labels of four samples.

@@ -22,7 +22,7 @@ use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJ
 /// use taxel_judge::{Case, Criteria, Options, choose, judge};
 /// use taxel_learn::RunFolder;
 ///
-/// let dataset = taxel_data::load("presses.npz".as_ref(), &taxel_data::Options::default())?;
+/// let dataset = taxel_data::load("presses.npz".as_ref(), &taxel_data::ReadOptions::default())?;
 /// let case = Case::new(RunFolder::open("runs/presses".as_ref())?, dataset)?;
 /// let judgement = judge(&case, &Options::default())?;
 /// let choice = choose(&case, &judgement, &Criteria::default())?;

@@ -242,7 +242,7 @@ mod tests {
     use crate::report::fixture::HOSTILE;
     use crate::survey;
     use std::path::Path;
-    use taxel_data::{Options, Survey};
+    use taxel_data::{ReadOptions, Survey};
     use tempfile::tempdir;
 
     /// Forty recordings of two classes and three channels: one never moves, one hits its ceiling, all rise from
@@ -265,7 +265,7 @@ mod tests {
     }
 
     fn surveyed(folder: &Path) -> Survey {
-        taxel_data::survey(folder, &Options::default()).unwrap()
+        taxel_data::survey(folder, &ReadOptions::default()).unwrap()
     }
 
     fn page(surveyed: Survey) -> String {

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path;
 
 use taxel::data::{Recordings, TableForm, TableOptions, recordings};
-use taxel::{Card, Length, Options};
+use taxel::{Card, Length, ReadOptions};
 
 use crate::commands::reading::{Reading, with_option_hint};
 
@@ -16,9 +16,9 @@ pub struct Asked<'a> {
 
 impl Asked<'_> {
     /// The recordings as the model with this card reads them, and how they were read.
-    pub fn of(&self, card: &Card) -> Result<(Recordings, Options), Box<dyn Error>> {
+    pub fn of(&self, card: &Card) -> Result<(Recordings, ReadOptions), Box<dyn Error>> {
         let reading = &card.reading;
-        let options = Options {
+        let options = ReadOptions {
             resize: resize(self.data, reading),
             attributes: attributes(card),
             layout: Some(reading.layout),

@@ -84,8 +84,8 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 }
 
 impl Recordings {
-    fn options(&self) -> taxel_data::Options {
-        taxel_data::Options {
+    fn options(&self) -> taxel_data::ReadOptions {
+        taxel_data::ReadOptions {
             group_block: self.group_block,
             resize: self.resize,
             attributes: self.attributes.clone(),

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use taxel::base::{Grid, thousands};
 use taxel::data::{Npz, Recordings};
-use taxel::{Model, Options, Predictions};
+use taxel::{Model, ReadOptions, Predictions};
 
 use crate::Outcome;
 use crate::arrays::write;
@@ -111,8 +111,8 @@ impl Predict {
     }
 
     /// Whether these are the recordings that the model has learned from.
-    fn was_trained_on(&self, card: &taxel::Card, options: Options) -> bool {
-        let options = Options { channels: card.reading.channels.clone(), ..options };
+    fn was_trained_on(&self, card: &taxel::Card, options: ReadOptions) -> bool {
+        let options = ReadOptions { channels: card.reading.channels.clone(), ..options };
         taxel::load(&self.data, &options).is_ok_and(|dataset| dataset.digest == card.trained_on.digest)
     }
 

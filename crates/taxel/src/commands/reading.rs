@@ -4,7 +4,7 @@ use std::error::Error;
 
 use clap::Args;
 use taxel::data::{Limits, TableOptions};
-use taxel::{Length, Options};
+use taxel::{Length, ReadOptions};
 
 /// What stands where in a file of recordings, and how long samples are.
 #[derive(Args, Clone)]
@@ -51,10 +51,10 @@ impl Reading {
         names.into_iter().chain([rule, table, topics, most]).flatten()
     }
 
-    /// Options of the reader.
-    pub fn options(&self) -> Options {
-        let default = Options::default();
-        Options {
+    /// ReadOptions of the reader.
+    pub fn options(&self) -> ReadOptions {
+        let default = ReadOptions::default();
+        ReadOptions {
             x: self.x.clone().unwrap_or(default.x),
             y: self.y.clone().unwrap_or(default.y),
             group: self.group.clone(),
@@ -65,7 +65,7 @@ impl Reading {
                 max_values: self.max_values.unwrap_or(default.limits.max_values),
                 ..default.limits
             },
-            ..Options::default()
+            ..ReadOptions::default()
         }
     }
 }

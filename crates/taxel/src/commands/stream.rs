@@ -11,7 +11,7 @@ use taxel::data::{Clock, Padding};
 use taxel::stream::{
     Arrival, Columns, Decider, Event, Next, Pace, Source, Stamps, Stream as Readings, Time, Told, start,
 };
-use taxel::{Model, Options};
+use taxel::{Model, ReadOptions};
 
 use crate::Outcome;
 use crate::commands::asked::{attributes, resize};
@@ -206,13 +206,13 @@ impl Stream {
         let path = self.input.as_deref();
         let bags = path.is_some_and(taxel::data::are_bags);
         // As `taxel predict` reads recordings, each as long as it is.
-        let options = Options {
+        let options = ReadOptions {
             resize: path.and_then(|path| resize(path, &reading)),
             attributes: attributes(card),
             layout: Some(reading.layout),
             topics: if bags { reading.topics.clone() } else { vec![] },
             table: reading.table.clone().unwrap_or_default(),
-            ..Options::default()
+            ..ReadOptions::default()
         };
         Told {
             columns: Columns::new(&reading, self.time.clone(), self.clock),

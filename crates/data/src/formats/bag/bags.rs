@@ -7,7 +7,7 @@ use crate::formats::clock::{Timing, places};
 use crate::formats::timed::Timed;
 use crate::layout::listing::Found;
 use crate::length::ragged::Ragged;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
@@ -36,7 +36,7 @@ struct Recording {
 }
 
 /// Reads the bags that were `found` below `root`.
-pub(crate) fn read(root: &Path, found: &Found, options: &Options) -> Result<Recorded> {
+pub(crate) fn read(root: &Path, found: &Found, options: &ReadOptions) -> Result<Recorded> {
     let file = root.display().to_string();
     let first = found.files.first().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let topics = match options.topics.is_empty() {
@@ -96,7 +96,7 @@ fn refuse_shape(
     })
 }
 
-fn too_large(file: &str, values: usize, options: &Options) -> Error {
+fn too_large(file: &str, values: usize, options: &ReadOptions) -> Error {
     Error::TooLarge {
         at: file.into(),
         shape: vec![values as u64],
@@ -111,7 +111,7 @@ fn collected(
     all: Vec<Recording>,
     timed: Timed,
     topics: Vec<String>,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<Recorded> {
     let stamps = timed.stamps();
     let timing = Timing::of(&stamps, options.stamped);

@@ -4,7 +4,7 @@ use crate::formats::bag::file::{self, Topic};
 use crate::formats::bag::message::Decoder;
 use crate::formats::bag::path::parts;
 use crate::formats::bag::topics::{Count, counted, described};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -65,7 +65,7 @@ struct Reading {
 }
 
 /// Reads the messages of the `chosen` topics of a bag, each of one shape; no more than `most` values.
-pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &Options, most: u64) -> Result<Vec<Track>> {
+pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most: u64) -> Result<Vec<Track>> {
     let file = bag.display().to_string();
     let refuse = |why: String| Error::Bag { file: file.clone(), why };
     let mut all: Vec<Reading> = chosen.iter().map(|_| Reading::default()).collect();
@@ -127,7 +127,7 @@ impl Reading {
         topic: &Topic,
         chosen: &str,
         message: &file::Message,
-        options: &Options,
+        options: &ReadOptions,
     ) -> Result<(), String> {
         let decoder = match &self.decoder {
             Some((own, _)) if *own != message.topic => return Ok(()),

@@ -1,7 +1,7 @@
 //! What the columns of a table are, by options and header.
 
 use crate::formats::table::options::{Clock, TableForm, TableOptions};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 
 /// Names of the column that says which recording a row belongs to, also followed by `_id`.
@@ -29,7 +29,7 @@ pub(crate) struct TableColumns {
 
 impl TableColumns {
     /// Reads the `header`. A label is `needed` of a set to learn from.
-    pub fn of(header: &[String], file: &str, options: &Options, needed: bool) -> Result<Self> {
+    pub fn of(header: &[String], file: &str, options: &ReadOptions, needed: bool) -> Result<Self> {
         let header = Header { names: header, file };
         let table = &options.table;
         for name in &table.ignore {
@@ -55,7 +55,7 @@ impl TableColumns {
         if form == TableForm::Long && recording.is_none() {
             return Err(header.missing("recording", "table.recording"));
         }
-        let default = Options::default();
+        let default = ReadOptions::default();
         let label = match options.y == default.y {
             false => Some(header.named(&options.y, "y")?),
             true => LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y()),

@@ -5,7 +5,7 @@ use crate::formats::table::columns::TableColumns;
 use crate::formats::table::text_columns::{Row, TableText};
 use crate::formats::timed::Timed;
 use crate::length::ragged::Ragged;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::collections::HashMap;
 
@@ -42,7 +42,7 @@ pub(crate) fn read(
     table: &TableText,
     columns: &TableColumns,
     channels: &[usize],
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<(Vec<Recording>, Option<Ragged>, Option<Timing>)> {
     let (all, mut timed) = gathered(table, columns, channels, options)?;
     if let Some((_, clock)) = columns.time {
@@ -76,7 +76,7 @@ fn gathered(
     table: &TableText,
     columns: &TableColumns,
     channels: &[usize],
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<(Vec<Recording>, Timed)> {
     #[expect(clippy::expect_used, reason = "no long form is chosen without it")]
     let recording = columns.recording.expect("a column of recordings");
@@ -160,7 +160,7 @@ fn refuse_other(table: &TableText, own: &Recording, row: &Row, columns: &TableCo
 }
 
 /// Refuses one more recording than allowed.
-pub(crate) fn refuse_many(table: &TableText, recordings: usize, options: &Options) -> Result<()> {
+pub(crate) fn refuse_many(table: &TableText, recordings: usize, options: &ReadOptions) -> Result<()> {
     let (samples, limit) = (recordings as u64 + 1, options.limits.max_samples);
     match samples > limit {
         true => Err(Error::TooManySamples { at: table.file.clone(), samples, limit }),
@@ -168,7 +168,7 @@ pub(crate) fn refuse_many(table: &TableText, recordings: usize, options: &Option
     }
 }
 
-fn refuse_values(table: &TableText, values: f64, options: &Options) -> Result<()> {
+fn refuse_values(table: &TableText, values: f64, options: &ReadOptions) -> Result<()> {
     let limit = options.limits.max_values;
     match values > limit as f64 {
         true => Err(Error::TooLarge {

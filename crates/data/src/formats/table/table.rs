@@ -11,7 +11,7 @@ use crate::formats::table::text_columns::{Row, TableText};
 use crate::layout::arrays;
 use crate::layout::names_file;
 use crate::length::ragged::{Collected, Ragged};
-use crate::options::{Options, refuse_set};
+use crate::options::{ReadOptions, refuse_set};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub(crate) fn is_named(path: &Path) -> bool {
 }
 
 /// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
-pub(crate) fn is_table(path: &Path, options: &Options, rank: usize) -> bool {
+pub(crate) fn is_table(path: &Path, options: &ReadOptions, rank: usize) -> bool {
     let says = || {
         let table = TableText::open(path, &options.limits);
         let named =
@@ -45,19 +45,19 @@ pub(crate) fn is_table(path: &Path, options: &Options, rank: usize) -> bool {
 ///   recordings may differ in length, and their rows may be mixed.
 ///
 /// Columns of texts without a role are passed over and named in the card.
-pub(crate) fn read(path: &Path, options: &Options) -> Result<Raw> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Raw> {
     read_with(path, options, true)
 }
 
 /// The same of a table that may have no labels: `y` is empty then.
-pub(crate) fn read_unlabelled(path: &Path, options: &Options) -> Result<Raw> {
+pub(crate) fn read_unlabelled(path: &Path, options: &ReadOptions) -> Result<Raw> {
     read_with(path, options, false)
 }
 
-fn read_with(path: &Path, options: &Options, needs_labels: bool) -> Result<Raw> {
+fn read_with(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
     let file = path.display().to_string();
     let why = "does not apply to a table, whose channels are its other columns; leave it out";
-    let default = Options::default();
+    let default = ReadOptions::default();
     refuse_set(&file, &[("x", options.x != default.x), ("resize", options.resize.is_some())], why)?;
     let table = TableText::open(path, &options.limits)?;
     let beside = names_file::lenient(path, &options.limits)?;
@@ -69,7 +69,7 @@ pub(crate) fn taken(
     table: &TableText,
     set: String,
     beside: (Option<Names>, Facts),
-    options: &Options,
+    options: &ReadOptions,
     needs_labels: bool,
     told: Option<&HashMap<String, String>>,
 ) -> Result<Raw> {
@@ -207,7 +207,7 @@ fn wide(
     table: &TableText,
     columns: &TableColumns,
     channels: &[usize],
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<(Vec<Recording>, Option<Ragged>, Option<Timing>)> {
     let mut collected =
         Collected::new(&table.file, options.limits).of_about(table.likely_rows(channels.len()));
@@ -260,7 +260,7 @@ fn groups(
     all: &[Recording],
     name: Option<String>,
     file: &str,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<Option<(String, Vec<i64>)>> {
     let refuse = |why| Err(Error::Option { file: file.into(), option: "group-block", why });
     let Some(name) = name else {
