@@ -178,8 +178,8 @@ def other_statistics(results):
     lines = []
     for kind in ("moving", "population"):
         own = [n for n in results["networks"] if n.get("other_statistics", {}).get("batch_norm") == kind]
-        words = [f"`{n['network']}` {n['other_statistics']['accuracy']:.2f} "
-                 f"({n['other_statistics']['accuracy'] - n['mean']['accuracy']:+.2f})" for n in own]
+        score = lambda n: n["other_statistics"].get("score", n["other_statistics"].get("accuracy"))
+        words = [f"`{n['network']}` {score(n):.2f} ({score(n) - n['mean']['accuracy']:+.2f})" for n in own]
         lines += [f"\n\nAccuracy % of the same weights with *{kind}* batch-norm statistics: " + ", ".join(words) + "."] if words else []
     return "".join(lines)
 

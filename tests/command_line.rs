@@ -351,7 +351,7 @@ fn simulate_encode_and_check_go_together() {
     good(&["simulate", "gripper", "--samples", "30", "--output", text(&out)]);
     let grasps = taxel_data::load(&out, &taxel_data::ReadOptions::default()).unwrap();
     assert_eq!(grasps.x.shape(), [30, 2, 23, 450]);
-    let columns = grasps.columns.unwrap();
+    let columns = grasps.targets.columns().unwrap();
     assert_eq!(columns.of(&[6]), [8, 2]);
     assert_eq!(columns.attributes()[1].classes[2], "hardness-3");
     let nope = |set: &str| refused(&["simulate", "palpation", "--set", set, "--output", "x.npz"]);

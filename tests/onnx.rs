@@ -41,7 +41,7 @@ fn model(build: impl FnOnce(&Network, taxel::Flow) -> taxel::Flow, encoding: &En
     let grasps = taxel::simulate("fingertip", 60, 0, &[]).unwrap();
     let net = Network::new("own");
     let features = build(&net, net.input("signal", grasps.sample_shape()));
-    let graph = net.finish(&[("logits", features.linear("fc", grasps.classes.len()))]).unwrap();
+    let graph = net.finish(&[("logits", features.linear("fc", grasps.output_names().len()))]).unwrap();
     let recipe = Recipe { epochs: 2, batch_size: 16, loss, ..Recipe::default() };
     taxel::fit(&Candidate::network(graph, recipe), &grasps, encoding).unwrap()
 }
@@ -73,14 +73,14 @@ fn a_model_takes_its_z_score_along() {
         let sum: f32 = row.iter().map(|v| v.exp()).sum();
         row.iter_mut().for_each(|v| *v = v.exp() / sum);
     }
-    let want = model.predict(&fresh.x).unwrap().probabilities;
+    let want = model.predict(&fresh.x).unwrap().outputs;
     let off = got.iter().zip(&want).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(off <= 1e-5, "{off:e}");
     // Equal models give equal files, and classes and unit stand in them.
     let bytes = fs::read(&path).unwrap();
     taxel::export(&model, &path).unwrap();
     assert!(bytes == fs::read(&path).unwrap());
-    for word in ["taxel.classes", &fresh.classes[0], "softmax-cross-entropy", "raw readings"] {
+    for word in ["taxel.classes", &fresh.output_names()[0], "softmax-cross-entropy", "raw readings"] {
         assert!(bytes.windows(word.len()).any(|own| own == word.as_bytes()), "{word}");
     }
 }

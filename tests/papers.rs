@@ -63,7 +63,7 @@ fn pinned(paper: &str, more: &[&str]) -> Vec<(NetworkResults, FoldRecord)> {
         same(&name("MACs"), own.costs.macs, &want["macs"]);
         same(&name("training loss"), fold.epochs.first().map(|epoch| epoch.train_loss), &want["train_loss"]);
         same(&name("test loss"), fold.test_loss, &want["test_loss"]);
-        same(&name("accuracy"), own.mean.unwrap().accuracy, &want["accuracy"]);
+        same(&name("accuracy"), own.score("accuracy").unwrap(), &want["accuracy"]);
         same(&name("confusion"), serde_json::to_value(&own.confusion).unwrap(), &want["confusion"]);
     }
 
@@ -76,7 +76,7 @@ fn pinned(paper: &str, more: &[&str]) -> Vec<(NetworkResults, FoldRecord)> {
         let n = seeds.len() as f64;
         let mean = seeds.iter().sum::<f64>() / n;
         let sd = (seeds.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let accuracy = own.mean.unwrap().accuracy;
+        let accuracy = own.score("accuracy").unwrap();
         println!("{paper}: {} {accuracy:.2} %, {n} seeds {mean:.2} ± {sd:.2}", own.network);
         assert!(
             (accuracy - mean).abs() <= 3.0 * sd + 1e-9,
@@ -121,5 +121,5 @@ fn paper_004_levels_of_elasticity_and_hardness() {
     let [elasticity, hardness] = found[0].0.attributes.as_slice() else { panic!("two attributes") };
     assert_eq!((elasticity.per_level.len(), hardness.per_level.len()), (10, 10));
     let mean = (elasticity.scores.accuracy + hardness.scores.accuracy) / 2.0;
-    assert!((100.0 * mean - found[0].0.mean.unwrap().accuracy).abs() <= 1e-9);
+    assert!((100.0 * mean - found[0].0.score("accuracy").unwrap()).abs() <= 1e-9);
 }

@@ -126,9 +126,9 @@ impl Dataset {
         self.inner.x.clone().into_pyarray(py)
     }
 
-    /// Number of each sample's class.
+    /// Number of each sample's class; of values the part of the range that it lies in.
     fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.inner.y.clone().into_pyarray(py)
+        self.inner.strata().into_owned().into_pyarray(py)
     }
 
     /// Number of each sample's group, if there are groups.
@@ -140,7 +140,7 @@ impl Dataset {
     fn facts(&self) -> String {
         let own = &*self.inner;
         serde_json::json!({
-            "name": own.name, "source": own.source, "digest": own.digest, "classes": own.classes,
+            "name": own.name, "source": own.source, "digest": own.digest, "classes": own.output_names(),
             "reading": own.reading, "official": own.official.is_some(),
         })
         .to_string()

@@ -83,8 +83,8 @@ impl Model {
         let (labels, probabilities, outputs) = short(py, || {
             let threads = taxel::learn::threads(threads);
             let said = self.predictor(threads)?.predict(&x).map_err(raised)?;
-            let outputs = said.outputs();
-            Ok((said.labels, said.probabilities, outputs))
+            let outputs = said.width();
+            Ok((said.labels, said.outputs, outputs))
         })?;
         let n = probabilities.len() / outputs.max(1);
         Ok((labels.into_pyarray(py), probabilities.into_pyarray(py).reshape([n, outputs])?))

@@ -50,7 +50,10 @@ class Model:
     @property
     def attributes(self) -> dict[str, list[str]]:
         """What it answers, by name: one attribute called `class`, or several."""
-        return {own["name"]: own["classes"] for own in self.card["attributes"]}
+        task = self.card["task"]
+        if "attributes" in task:
+            return {own["name"]: own["classes"] for own in task["attributes"]}
+        return {"class": task["classes"]} if "classes" in task else {}
 
     @property
     def classes(self) -> list[str]:

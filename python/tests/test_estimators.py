@@ -75,7 +75,7 @@ def test_equal_seeds_give_equal_models_on_any_number_of_threads():
     assert fit() == fit(n_jobs=1)
     assert fit() != fit(random_state=1)
     own = taxel.Classifier("mlp", recipe={"epochs": np.int64(2), "optimizer": {"lr": np.float32(0.5)}}, random_state=np.int32(1))
-    assert own.fit(x, y).model_.card["anatomy"]["recipe"]["optimizer"]["lr"] == 0.5
+    assert own.fit(x, y).model_.card["estimator"]["recipe"]["optimizer"]["lr"] == 0.5
 
 
 @pytest.mark.parametrize(

@@ -167,7 +167,10 @@ fn folders_in_class_folders_are_sessions() {
         ["soft/day1/take2.csv", "soft/day1/take10.csv", "soft/day2/take1.csv", "stiff/day2/take1.csv"];
     assert_eq!(data.origins, origins);
     // The second day of one class is that of the other.
-    assert_eq!((data.groups, data.group_name.as_deref()), (Some(vec![0, 0, 1, 1]), Some("session")));
+    assert_eq!(
+        (data.groups.as_deref(), data.group_name.as_deref()),
+        (Some(&[0, 0, 1, 1][..]), Some("session"))
+    );
     assert_eq!(data.output_names(), ["soft", "stiff"]);
     let mut ignored = check(root.path()).unwrap().ignored;
     ignored.sort();

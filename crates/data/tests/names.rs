@@ -61,7 +61,8 @@ fn labels_groups_and_marks_are_texts() {
     assert!(unsaid.contains("two has 2 columns that are not one-hot; choose one with attribute"), "{unsaid}");
     let named = ["hand", "thing"].map(String::from).to_vec();
     assert_eq!(texts(ReadOptions { attributes: named, ..y("two") }).output_names().len(), 5);
-    let two = texts(ReadOptions { attribute: Some(0), ..y("two") }).targets.columns().unwrap();
+    let two = texts(ReadOptions { attribute: Some(0), ..y("two") });
+    let two = two.targets.columns().unwrap();
     assert_eq!(two.attributes()[1].classes, ["a", "b", "c"]);
     assert_eq!(two.values(), [1, 0, 0, 1, 1, 2, 0, 1]);
     // A file beside gives the order.

@@ -80,7 +80,8 @@ fn tekscan22_images() {
     println!("{card}");
     assert_eq!(card.layout, Layout::Image);
     assert_eq!((card.contradictions.len(), card.duplicates.len()), (0, 5));
-    let class = |set: &Vec<usize>| data.output_names()[data.strata().to_vec()[set[0]] as usize].as_str();
+    let names = data.output_names();
+    let class = |set: &Vec<usize>| names[data.strata()[set[0]] as usize].as_str();
     let classes: Vec<_> = card.duplicates.iter().map(class).collect();
     assert_eq!(classes, ["bottle", "bottle", "bottle", "bottle", "caliper"]);
 

@@ -71,7 +71,10 @@ fn a_row_of_a_wide_table_is_a_sample() {
 #[test]
 fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
     let axes = "x,y,z,kind\n1,2,3,a\n4,5,6,b\n";
-    assert!(message(axes, &ReadOptions::default()).contains("has no column \"label\""), "y is an axis beside x");
+    assert!(
+        message(axes, &ReadOptions::default()).contains("has no column \"label\""),
+        "y is an axis beside x"
+    );
     let data = read(axes, &ReadOptions { y: "kind".into(), ..ReadOptions::default() });
     assert_eq!((data.x.shape(), data.output_names().join(" ")), ([2, 3].as_slice(), "a b".into()));
     assert_eq!(read("f,y\n1,a\n2,b\n", &ReadOptions::default()).output_names(), ["a", "b"]);

@@ -45,7 +45,10 @@ fn plain_text_has_the_class_first() {
     write(dir.path(), "Plain_TRAIN.txt", "  1.0000000e+00  0.5 0.25\n -1 2 3\n\n");
     write(dir.path(), "Plain_TEST.txt", "1,4,5\n");
     let data = load(&dir.path().join("Plain"), &ReadOptions::default()).unwrap();
-    assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), ([3, 1, 2].as_slice(), [1, 0, 1].as_slice()));
+    assert_eq!(
+        (data.x.shape(), data.strata().to_vec().as_slice()),
+        ([3, 1, 2].as_slice(), [1, 0, 1].as_slice())
+    );
     assert_eq!(data.output_names(), ["-1", "1"]);
 }
 

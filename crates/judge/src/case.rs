@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Task};
 use taxel_faults::Fault;
 use taxel_learn::metrics::Levels;
 use taxel_learn::{Card, FoldKey, FoldRecord, Model, NetworkResults, Results, RunFolder};
@@ -37,9 +37,14 @@ impl Case {
         Ok(Case { folder, results, dataset, records, cards: Mutex::default() })
     }
 
-    /// Sizes of the attributes.
+    /// Returns what is learned.
+    pub fn task(&self) -> &Task {
+        &self.results.task
+    }
+
+    /// Returns the sizes of the attributes; none of values.
     pub fn levels(&self) -> Levels {
-        Levels::new(&self.dataset.labels()?.sizes())
+        Levels::of_task(self.task())
     }
 
     /// The saved model of a finished fold.

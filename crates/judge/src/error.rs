@@ -11,6 +11,9 @@ pub enum Error {
     /// The run folder, its data or its models.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),
+    /// Targets that the judgement has no use for.
+    #[error(transparent)]
+    Data(#[from] taxel_data::Error),
     /// A fault that has no meaning for these readings, or cannot be applied to them.
     #[error("{source_label}: {source}")]
     Fault {

@@ -1,7 +1,7 @@
 //! Runs without training: records, results and judgements as tests want them.
 
-use taxel_data::{Attribute, Source};
-use taxel_learn::metrics::{Levels, Scores};
+use taxel_data::{Attribute, Source, Task};
+use taxel_learn::metrics::{Outcome, Scores};
 use taxel_learn::{
     Costs, Environment, FoldKey, FoldRecord, FoldScores, Latency, NetworkResults, Protocol, Results, Split,
 };
@@ -70,6 +70,7 @@ pub fn player(name: &'static str, ms: f64, wrong: &'static [usize]) -> Player {
 pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgement) {
     let width = setting.attributes.len();
     let sizes: Vec<usize> = setting.attributes.iter().map(|(_, classes)| classes.len()).collect();
+    let outputs: usize = sizes.iter().sum();
     let k_fold = matches!(setting.protocol, Protocol::KFold { .. });
     let total = match k_fold {
         true => setting.parts * setting.tested,
@@ -89,9 +90,11 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
                 model: None,
                 train_samples: setting.trained,
                 index: (start..start + setting.tested).collect(),
-                predicted: predicted.collect(),
-                truth,
-                probabilities: vec![],
+                outcome: Outcome::Labels {
+                    probabilities: vec![1.0; setting.tested * outputs],
+                    predicted: predicted.collect(),
+                    truth,
+                },
                 test_loss: 0.0,
                 diverged: false,
                 chosen: None,
@@ -103,7 +106,7 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
             }
         };
         let records: Vec<FoldRecord> = (0..setting.parts).map(record).collect();
-        judged.push(judge(&player, &records, &Levels::new(&sizes)));
+        judged.push(judge(&player, &records, &task(setting)));
         networks.push((player.name.to_string(), records));
     }
     let clusters = (0..total).map(|row| (row / setting.cluster) as u32).collect();
@@ -111,20 +114,17 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
     (comparison, judgement(setting, judged))
 }
 
-fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
-    let scores: Vec<Scores> = records.iter().map(|r| r.scores(levels).unwrap().percent()).collect();
+fn judge(player: &Player, records: &[FoldRecord], task: &Task) -> Judged {
+    let scores: Vec<Scores> = records.iter().map(|r| r.scores(task).unwrap()).collect();
     let folds = records.iter().zip(&scores).map(|(record, scores)| FoldScores {
         repetition: record.key.repetition,
         fold: record.key.fold,
         train_samples: record.train_samples,
         test_samples: record.index.len(),
-        scores: *scores,
+        scores: scores.clone(),
         test_loss: 0.0,
-        calibration_error: 0.0,
-        brier: 0.0,
         diverged: false,
     });
-    let mean = |i: usize| scores.iter().map(|s| s.values()[i]).sum::<f64>() / scores.len() as f64;
     let bytes = (1000.0 * player.ms) as u64;
     let latency = |p50_ms: f64| Latency { p50_ms, p95_ms: p50_ms, runs: 1000 };
     Judged {
@@ -141,7 +141,7 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
             diverged: 0,
             costs: Costs { parameters: bytes / 4, bytes, macs: bytes, flops: 2 * bytes },
             folds: folds.collect(),
-            mean: Some(Scores::from_values([0, 1, 2, 3].map(mean))),
+            mean: Scores::mean_sd(&scores.iter().collect::<Vec<_>>()).0,
             sd: None,
             interval: None,
             confusion: None,
@@ -169,15 +169,20 @@ fn judge(player: &Player, records: &[FoldRecord], levels: &Levels) -> Judged {
     }
 }
 
-fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
+fn task(setting: &Setting) -> Task {
     let attribute = |(name, classes): &(&str, Vec<&str>)| Attribute {
         name: (*name).into(),
         classes: classes.iter().map(ToString::to_string).collect(),
     };
-    let attributes: Vec<Attribute> = setting.attributes.iter().map(attribute).collect();
+    match setting.attributes.iter().map(attribute).collect::<Vec<_>>() {
+        attributes if attributes.len() > 1 => Task::Levels(attributes),
+        attributes => Task::Classes(attributes[0].classes.clone()),
+    }
+}
+
+fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
     let source = Source::simulated("nothing");
     let environment = Environment::now(1, 0, &source, "0");
-    let several = attributes.len() > 1;
     Judgement {
         results: Results {
             name: "synthetic".into(),
@@ -188,8 +193,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
             data_digest: "0".into(),
             samples: setting.tested + setting.trained,
             sample_shape: vec![1],
-            classes: attributes[0].classes.clone(),
-            attributes: if several { attributes } else { vec![] },
+            task: task(setting),
             look_alikes: Default::default(),
             protocol: setting.protocol.clone(),
             folds: setting.parts,

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
 use taxel_baselines::Method;
-use taxel_data::{Dataset, Labels, Source, SourceKind};
+use taxel_data::{Dataset, Labels, Source, SourceKind, Targets};
 use taxel_faults::Fault;
 use taxel_judge::{
     Case, CostKind, Criteria, EarlyOptions, Judgement, Options, Outcome, StressOptions, Test, across, choose,
@@ -28,7 +28,8 @@ fn simulated(scene: &str, seed: u64, attributes: &[&str]) -> Dataset {
     dataset.units = None;
     if let Some(columns) = own.attributes {
         let values = columns.y.iter().copied().collect();
-        dataset.columns = Some(Labels::numbered(columns.class_names, values));
+        let Targets::Classes { columns: all, .. } = &mut dataset.targets else { unreachable!("classes") };
+        *all = Some(Labels::numbered(columns.class_names, values));
         dataset.learn_attributes(&attributes.iter().map(ToString::to_string).collect::<Vec<_>>()).unwrap();
     }
     dataset
@@ -49,7 +50,7 @@ fn run(
         let entry = taxel_zoo::find(name).unwrap();
         let inputs: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         cv.encoder().prepare(&inputs).unwrap();
-        let classes = cv.encoder().dataset().classes.len();
+        let classes = cv.encoder().dataset().output_names().len();
         let encoder = &*cv.encoder();
         let settings = entry.fit(classes, |input| encoder.shape(input)).unwrap();
         cv = cv.candidate(Candidate::network(entry.graph(&settings).unwrap(), recipe.clone()));
@@ -119,11 +120,11 @@ fn saved_models_answer_as_in_their_own_test() {
             for record in case.records(network) {
                 let model = case.model(&record.key).unwrap().predictor(7, 1).unwrap();
                 let got = model.predict(&case.dataset.x.select(ndarray::Axis(0), &record.index)).unwrap();
-                assert_eq!(got.probabilities.len(), record.probabilities.len(), "{}", record.key);
-                for (got, want) in got.probabilities.iter().zip(&record.probabilities) {
+                assert_eq!(got.outputs.len(), record.outcome.outputs().len(), "{}", record.key);
+                for (got, want) in got.outputs.iter().zip(record.outcome.outputs()) {
                     assert_eq!(got.to_bits(), want.to_bits(), "{}: {got} and {want}", record.key);
                 }
-                assert_eq!(got.labels, record.predicted, "{}", record.key);
+                assert_eq!(got.labels, record.outcome.labels().1, "{}", record.key);
             }
         }
     }
@@ -145,7 +146,7 @@ fn faults_are_scored_on_every_network() {
     assert_eq!(outcome.reference.as_deref(), Some("k-nn"));
     for (network, own) in outcome.networks.iter().zip(&case.results.networks) {
         // The clean accuracy is the run's own.
-        let accuracy = own.mean.unwrap().accuracy;
+        let accuracy = own.score("accuracy").unwrap();
         assert!((network.clean.accuracy - accuracy).abs() < 1e-9, "{}: {accuracy}", network.network);
         assert_eq!(network.curves.len(), 2);
         let error: f64 = network.corruption_error.unwrap();
@@ -274,7 +275,8 @@ fn whole_samples_answered_early_are_the_runs_own_answers() {
     assert_eq!(early(1).early, judgement.early, "whatever the threads");
     for (network, judged) in own.networks.iter().zip(&judgement.networks) {
         let folds = &judged.results.folds;
-        let tested = |fold: &taxel_learn::FoldScores| fold.scores.accuracy * fold.test_samples as f64;
+        let tested =
+            |fold: &taxel_learn::FoldScores| fold.scores.get("accuracy").unwrap() * fold.test_samples as f64;
         let all = folds.iter().map(tested).sum::<f64>() / 60.0;
         let whole = network.points[9];
         assert_eq!((whole.seen, whole.refused), (100, 0));

@@ -2,8 +2,9 @@
 
 use std::cell::OnceCell;
 
-use taxel_data::{Dataset, Fold};
+use taxel_data::{Dataset, Fold, Task};
 use taxel_judge::{Contrast, contrasts, knee};
+use taxel_learn::metrics::Metric;
 use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
 use taxel_trainer::Alone;
 use toml::Table;
@@ -164,9 +165,7 @@ impl Shared<'_> {
         if let Some(teacher) = outer.teacher.get() {
             return Ok(teacher);
         }
-        let labels = &self.dataset.labels;
-        let outputs = labels.sizes().iter().sum();
-        let mut teacher = Teacher::new(SHARE, self.dataset.len(), outputs);
+        let mut teacher = Teacher::new(SHARE, self.dataset.len(), self.dataset.task().outputs());
         let changes = Alone::default();
         for (at, fold) in outer.inner.iter().enumerate() {
             let record = match self.best == self.name {
@@ -177,7 +176,7 @@ impl Shared<'_> {
                     desk.answers(Ask { name, label, changes: &changes, place, fold, teacher: None })?
                 }
             };
-            teacher.tell(&record.index, &record.probabilities);
+            teacher.tell(&record.index, record.outcome.outputs());
         }
         Ok(outer.teacher.get_or_init(|| teacher))
     }
@@ -186,11 +185,9 @@ impl Shared<'_> {
 /// How much a teacher's answers count beside the labels.
 pub const SHARE: f32 = 0.5;
 
-/// Mean accuracy of records in %, for a first look.
-fn accuracy(records: &[FoldRecord]) -> f64 {
-    let right = records.iter().flat_map(|own| own.truth.iter().zip(&own.predicted));
-    let (hits, all) = right.fold((0, 0), |(hits, all), (a, b)| (hits + usize::from(a == b), all + 1));
-    100.0 * hits as f64 / all.max(1) as f64
+/// Returns the primary metric over all records together, for a first look.
+fn score(task: &Task, records: &[FoldRecord]) -> f64 {
+    Metric::primary(task).pooled(task, records.iter().map(|record| &record.outcome))
 }
 
 /// Trains every setting of a ladder; the knee is found on inner folds.
@@ -199,7 +196,8 @@ fn accuracy(records: &[FoldRecord]) -> f64 {
 /// What stops everything; a setting that cannot be trained says so in its place.
 pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder) -> Result<Curve> {
     let whole: Vec<FoldRecord> = outers.iter().flat_map(|outer| outer.inner_whole.iter().cloned()).collect();
-    let whole = accuracy(&whole);
+    let task = shared.dataset.task();
+    let whole = score(&task, &whole);
     let (mut inner, mut outer, mut refused) = (vec![], vec![], vec![]);
     let mut over: Option<String> = None;
     for step in &ladder.steps {
@@ -214,7 +212,7 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
         };
         match done {
             Ok((on_inner, on_outer)) => {
-                let lost = whole - accuracy(&on_inner);
+                let lost = Metric::primary(&task).worsening(score(&task, &on_inner), whole);
                 if lost > HOPELESS {
                     over.get_or_insert(format!(
                         "not tried: {} lost {lost:.0} points on inner folds",

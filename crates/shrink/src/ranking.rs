@@ -1,8 +1,8 @@
 //! Which sensors matter: a trained network asked while some of them say what they say on average.
 
 use ndarray::{ArrayD, Axis};
-use taxel_data::{Dataset, Fold};
-use taxel_learn::metrics::mean_log_loss;
+use taxel_data::{Dataset, Fold, Targets};
+use taxel_learn::metrics::Outcome;
 use taxel_learn::{Model, Predictor};
 
 use crate::error::Result;
@@ -17,7 +17,7 @@ const AT_ONCE: usize = 8;
 struct Witness {
     predictor: Predictor,
     x: ArrayD<f32>,
-    truth: Vec<u32>,
+    rows: Vec<usize>,
     /// The mean training sample.
     mean: Vec<f32>,
 }
@@ -41,7 +41,6 @@ pub fn ranking(
         .iter()
         .map(|(model, fold)| Witness::new(model, fold, dataset, threads))
         .collect::<Result<_>>()?;
-    let sizes = dataset.labels.sizes();
     let (mut left, mut gone): (Vec<usize>, Vec<usize>) = ((0..sensors.len()).collect(), vec![]);
     while left.len() > 1 {
         let mut losses = vec![];
@@ -50,7 +49,7 @@ pub fn ranking(
                 gone.iter().chain([&sensor]).flat_map(|&at| &places[at]).copied().collect::<Vec<_>>();
             let mut sum = 0.0;
             for witness in &witnesses {
-                sum += witness.loss(&masked, &sizes)?;
+                sum += witness.loss(&masked, &dataset.targets)?;
             }
             losses.push((sensor, sum));
         }
@@ -78,21 +77,21 @@ impl Witness {
         Ok(Witness {
             predictor: model.predictor(model.card().batch(), threads)?,
             x: dataset.x.select(Axis(0), &rows),
-            truth: dataset.labels.of(&rows),
+            rows,
             mean: sums.into_iter().map(|sum| (sum / count) as f32).collect(),
         })
     }
 
-    /// Log-loss with the readings at `masked` replaced by their mean.
-    fn loss(&self, masked: &[usize], sizes: &[usize]) -> Result<f64> {
+    /// Returns the mean loss with the readings at `masked` replaced by their mean.
+    fn loss(&self, masked: &[usize], targets: &Targets) -> Result<f64> {
         let mut x = self.x.clone();
         for mut sample in x.outer_iter_mut() {
             if let Some(sample) = sample.as_slice_mut() {
                 masked.iter().for_each(|&at| sample[at] = self.mean[at]);
             }
         }
-        let answers = self.predictor.predict(&x)?;
-        Ok(mean_log_loss(&answers.probabilities, &self.truth, sizes)?)
+        let outputs = self.predictor.predict(&x)?.outputs;
+        Ok(Outcome::new(targets, &self.rows, outputs).loss(&targets.task())?)
     }
 }
 

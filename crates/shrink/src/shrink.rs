@@ -246,7 +246,7 @@ fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options
         own.hardening.is_none() && own.quantized.is_none() && own.diverged == 0
     };
     let sound = case.results.networks.iter().filter(is_sound);
-    let most = |own: &&NetworkResults| own.mean.map_or(0.0, |mean| mean.accuracy);
+    let most = |own: &&NetworkResults| own.primary().unwrap_or(0.0);
     let best = sound.max_by(|a, b| most(a).total_cmp(&most(b))).map_or(network, |own| own.network.as_str());
     Shared {
         name: network,
@@ -303,8 +303,8 @@ fn small_model(
     let changes = shared.changes(&cuts, &part);
     // What the run's folds answered to samples that they had not seen.
     let teacher = cuts.iter().any(|cut| matches!(cut, Cut::Set(..))).then(|| {
-        let mut teacher = Teacher::new(SHARE, dataset.len(), dataset.labels.sizes().iter().sum());
-        case.records(&shared.best).for_each(|own| teacher.tell(&own.index, &own.probabilities));
+        let mut teacher = Teacher::new(SHARE, dataset.len(), dataset.task().outputs());
+        case.records(&shared.best).for_each(|own| teacher.tell(&own.index, own.outcome.outputs()));
         teacher
     });
     let fold = Fold { train: all, test: vec![], validation: vec![] };

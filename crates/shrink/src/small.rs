@@ -2,7 +2,7 @@
 
 use ndarray::Axis;
 use taxel_judge::Case;
-use taxel_learn::metrics::{Scores, mean_sd_scores};
+use taxel_learn::metrics::Scores;
 use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
 
 use crate::combine::Together;
@@ -69,13 +69,9 @@ pub fn speed(case: &Case, network: &str, small: &Model) -> Result<SmallSpeed> {
 /// # Errors
 /// Damaged records.
 pub fn score(case: &Case, records: &[FoldRecord], interval: Option<[f64; 2]>) -> Result<Option<Score>> {
-    let levels = case.levels();
     let each: Vec<Scores> =
-        records.iter().map(|own| Ok(own.scores(&levels)?.percent())).collect::<Result<_>>()?;
-    if each.is_empty() {
-        return Ok(None);
-    }
-    let (mean, sd) = mean_sd_scores(&each);
+        records.iter().map(|record| Ok(record.scores(case.task())?)).collect::<Result<_>>()?;
+    let (Some(mean), sd) = Scores::mean_sd(&each.iter().collect::<Vec<_>>()) else { return Ok(None) };
     let protocol = case.results.protocol.clone();
     Ok(Some(Score { protocol, folds: each.len(), mean, sd, interval }))
 }

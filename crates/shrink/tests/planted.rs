@@ -163,10 +163,10 @@ fn channels_that_carry_the_classes_are_kept_and_the_model_reads_no_others() {
     let answers = model.predict(&dataset.x).unwrap();
     let mut other = dataset.x.clone();
     other.indexed_iter_mut().filter(|(at, _)| ![1, 3].contains(&at[1])).for_each(|(_, v)| *v = 1e6);
-    assert_eq!(answers.probabilities, model.predict(&other).unwrap().probabilities);
+    assert_eq!(answers.outputs, model.predict(&other).unwrap().outputs);
     let card = model.card().to_string();
     assert!(card.contains("of which     channels 1, 3; "), "{card}");
-    let right = (0..SAMPLES).filter(|&i| answers.labels[i] == dataset.y[i]).count();
+    let right = (0..SAMPLES).filter(|&i| answers.labels[i] == dataset.strata().to_vec()[i]).count();
     assert!(right * 100 >= 95 * SAMPLES, "{right} of {SAMPLES}");
 
     // Its config makes it again, by itself.
@@ -348,7 +348,7 @@ fn rows_in_eight_bits_are_neither_shrunk_nor_teachers() {
     let Case { folder, dataset, .. } = &planted.case;
     quantize_run(folder, dataset, &|_| {}).unwrap();
     planted.case = Case::new(folder.clone(), dataset.clone()).unwrap();
-    let accuracy = |row: usize| planted.case.results.networks[row].mean.unwrap().accuracy;
+    let accuracy = |row: usize| planted.case.results.networks[row].score("accuracy").unwrap();
     assert_eq!(planted.case.results.networks[1].network, "dilated-resnet-1d.int8");
     assert!(accuracy(1) >= accuracy(0), "else the row would teach nobody in any case");
     planted.network = "dilated-resnet-1d.int8";

@@ -201,7 +201,8 @@ impl Decider {
     fn ask(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
         self.probabilities.copy_from_slice(self.predictor.ask(&mut self.workspace, &self.sample)?);
-        let Some(least) = self.early else { return Ok(false) };
+        // Values have no probabilities to be sure of.
+        let Some(least) = self.early.filter(|_| !self.sizes.is_empty()) else { return Ok(false) };
         let mut rest = self.probabilities.as_slice();
         for size in &self.sizes {
             let (own, after) = rest.split_at(*size);

@@ -86,16 +86,16 @@ impl TrialTiming {
 impl TrialResult {
     pub(crate) fn of(identity: &str, data: &DataOf, results: &Results) -> Self {
         let score = |own: &taxel_learn::NetworkResults| {
-            let mean = own.mean?;
+            let mean = own.mean.as_ref()?;
             Some(NetworkScore {
                 network: own.network.clone(),
                 zoo: own.zoo.clone(),
                 folds: own.folds.len(),
-                accuracy: mean.accuracy,
-                accuracy_sd: own.sd.map(|sd| sd.accuracy),
-                precision: mean.precision,
-                recall: mean.recall,
-                f1: mean.f1,
+                accuracy: mean.get("accuracy")?,
+                accuracy_sd: own.spread("accuracy"),
+                precision: mean.get("precision")?,
+                recall: mean.get("recall")?,
+                f1: mean.get("f1")?,
             })
         };
         TrialResult {

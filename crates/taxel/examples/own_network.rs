@@ -13,7 +13,7 @@ fn main() -> taxel::Result<()> {
     let signal = net.input("signal", recordings.sample_shape());
     let x =
         signal.conv_bn_relu("stem", Conv::new(32, 5).same()).conv_bn_relu("deep", Conv::new(32, 3).same());
-    let logits = x.global_average_pool().linear("fc", recordings.classes.len());
+    let logits = x.global_average_pool().linear("fc", recordings.output_names().len());
     let graph = net.finish(&[("logits", logits)])?;
 
     let own = Candidate::network(graph, Recipe { epochs: 20, ..Recipe::default() });

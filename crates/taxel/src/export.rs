@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 use taxel_data::{Layout, Reading};
 use taxel_encodings::{Scaling, TactileTensor};
-use taxel_learn::{Anatomy, Card, Model, Transform};
+use taxel_learn::{Card, Kind, Model, Transform};
 use taxel_onnx::{Export, PROBABILITIES, Step};
 
 use crate::error::{Error, Result};
@@ -44,7 +44,7 @@ pub struct ExportedInput {
 /// A baseline, a model in eight bits, and a file that cannot be written.
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
-    let Anatomy::Network { graph, loss, .. } = &card.anatomy else {
+    let Kind::Network { graph, loss, .. } = &card.kind else {
         let reason = "is a baseline; ONNX is for networks: export one, or ask the model by `taxel predict`";
         return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
     };
@@ -81,7 +81,7 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
 /// What programs may want to know, as `metadata_props`.
 fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<(String, String)> {
     let Reading { unit, rate, full_scale, .. } = &card.reading;
-    let classes = match &card.attributes[..] {
+    let classes = match &card.task.attributes()[..] {
         [one] => json!(one.classes),
         several => json!(
             several

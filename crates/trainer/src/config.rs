@@ -11,8 +11,8 @@ use taxel_data::Reading;
 use taxel_faults::{Fault, TrainingFaults};
 use taxel_graph::Loss;
 use taxel_learn::{
-    Candidate, Check, Combination, Criterion, Encoding, Estimator, Problem, Protocol, Recipe, Search,
-    file_name, require, share, within,
+    Candidate, Check, Combination, Criterion, Encoding, Problem, Protocol, Recipe, Search, file_name,
+    require, share, within,
 };
 use taxel_zoo::Registry;
 use toml::{Table, Value};
@@ -260,7 +260,7 @@ impl Config {
             let json = |(key, value): (String, Value)| (key, serde_json::json!(value));
             grid.push(Combination { set: set.into_iter().map(json).collect(), recipe: own });
         }
-        Ok(Some(Search { grid, validation: choose.validation, by: choose.by }))
+        Ok(Some(Search { grid, validation: choose.validation, by: choose.by.clone() }))
     }
 }
 
@@ -297,12 +297,7 @@ impl Harden {
     /// where it is not hardened. `reading` is that of the samples.
     pub(crate) fn hardened(&self, candidate: &Candidate, reading: &Reading) -> Vec<Candidate> {
         let named = self.only.contains(&candidate.name);
-        // The other baselines keep every sample that they are given, or look at none.
-        let fits = match &candidate.estimator {
-            Estimator::Network(_) => true,
-            Estimator::Baseline { method, .. } => ["mini-rocket", "svm"].contains(&method.name()),
-        };
-        let wanted = named || self.only.is_empty() && fits;
+        let wanted = named || self.only.is_empty() && candidate.estimator.gains_by_faults();
         if candidate.faults().is_some() || !wanted {
             return vec![];
         }

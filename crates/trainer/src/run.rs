@@ -278,7 +278,7 @@ impl Runner<'_> {
         }
         Ok(Candidate {
             name: network.label.clone(),
-            estimator: Estimator::Network(Box::new(trainable)),
+            estimator: Arc::new(trainable),
             zoo: network.name.clone(),
             paper,
             settings,
@@ -293,7 +293,8 @@ impl Runner<'_> {
             self.experiment.refuse(Problem::new(key, format!("{:?}", path.display()), reason))
         };
         let (graph, weights) = read_network(path).map_err(|e| refuse(e.to_string()))?;
-        let graph = graph.with_classes(self.dataset.output_names().len()).map_err(|e| refuse(e.to_string()))?;
+        let graph =
+            graph.with_classes(self.dataset.output_names().len()).map_err(|e| refuse(e.to_string()))?;
         let names: Vec<&str> = graph.inputs().map(|node| node.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
         for node in graph.inputs() {

@@ -1,6 +1,6 @@
 //! The samples of an experiment: simulated or recorded.
 
-use taxel_data::{Attribute, Dataset, Labels, Reading, Source, hash_words};
+use taxel_data::{Attribute, Dataset, Labels, Reading, Source, Targets, hash_words};
 use taxel_learn::Problem;
 use toml::Value;
 
@@ -82,7 +82,6 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
         [] => String::new(),
         names => format!(" without {}", names.join(", ")),
     };
-    let class = Attribute { name: "class".into(), classes: scene.class_names.clone() };
     let columns = scene.attributes.as_ref().map(|own| {
         let named = own.class_names.iter().enumerate();
         let named = named
@@ -99,15 +98,12 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
             rest: Some(scene.rest),
             ..Reading::new(scene.layout, &scene.x.shape()[1..])
         },
-        labels: Labels::new(vec![class], scene.y.clone()),
-        columns,
-        classes: scene.class_names,
+        targets: Targets::Classes { labels: Labels::of_classes(&scene.class_names, &scene.y), columns },
         official: None,
         groups: Some(scene.group),
         group_name: None,
         units: None,
         origins: (0..scene.y.len()).map(|i| format!("{name}[{i}]")).collect(),
-        y: scene.y,
         x: scene.x,
         dropped: vec![],
         row_hash: vec![],

@@ -137,8 +137,8 @@ fn a_run_folder_holds_what_it_promises() {
         assert_eq!(network.folds.len(), 2);
         let tested: u64 = network.confusion.as_ref().unwrap().counts().iter().flatten().sum();
         assert_eq!(tested, 30);
-        let accuracies: Vec<f64> = network.folds.iter().map(|f| f.scores.accuracy).collect();
-        let mean = network.mean.unwrap().accuracy;
+        let accuracies: Vec<f64> = network.folds.iter().map(|f| f.scores.get("accuracy").unwrap()).collect();
+        let mean = network.score("accuracy").unwrap();
         assert!((mean - (accuracies[0] + accuracies[1]) / 2.0).abs() <= 1e-9);
     }
     let lines = |name: &str| -> Vec<serde_json::Value> {
@@ -167,7 +167,7 @@ fn a_run_folder_holds_what_it_promises() {
     assert!(table.markdown().contains("| mlp | 32,515 | 32,384 |"), "{}", table.markdown());
     assert_eq!(
         table.json()["networks"][0]["measured"]["mean"]["accuracy"],
-        results.networks[0].mean.unwrap().accuracy
+        results.networks[0].score("accuracy").unwrap()
     );
     // The resolved config runs again, to the same bytes.
     let again = dir.path().join("again");
@@ -192,7 +192,7 @@ fn predictions_are_readable_arrays() {
     assert!(ints("mlp.repetition").iter().all(|r| *r == 0));
     let right = truth.iter().zip(&predicted).filter(|(a, b)| a == b).count();
     let results = folder.results().unwrap();
-    assert_eq!(100.0 * right as f64 / 30.0, results.networks[0].mean.unwrap().accuracy);
+    assert_eq!(100.0 * right as f64 / 30.0, results.networks[0].score("accuracy").unwrap());
     index.sort_unstable();
     assert_eq!(index, (0..30).collect::<Vec<u32>>());
     let probabilities = npz.by_name("mlp.probabilities").unwrap().unwrap();
@@ -210,7 +210,7 @@ fn models_rebuild_the_network_that_was_tested() {
     let key = FoldKey { network: "resnet8-lite-1d".into(), repetition: 0, fold: 1 };
     let model = Model::open(&folder.model_path(&key)).unwrap();
     let card = model.card();
-    assert_eq!(card.attributes[0].classes, ["shore-00", "shore-10", "shore-20"]);
+    assert_eq!(card.task.attributes()[0].classes, ["shore-00", "shore-10", "shore-20"]);
     let (_, dataset) = open(&folder, &Registry::built_in()).unwrap();
     let input = &card.inputs[0];
     assert_eq!(input.name, "signal");
@@ -221,7 +221,7 @@ fn models_rebuild_the_network_that_was_tested() {
         let x: Vec<f32> = encoded.index_axis(ndarray::Axis(0), row).iter().copied().collect();
         let mut logits = engine.forward(&[&x], 1, Mode::Eval).unwrap().to_vec();
         taxel_learn::metrics::softmax(&mut logits, 3);
-        for (got, want) in logits.iter().zip(&record.probabilities[3 * i..]) {
+        for (got, want) in logits.iter().zip(&record.outcome.outputs()[3 * i..]) {
             assert!((got - want).abs() <= 1e-5, "sample {row}: {logits:?}");
         }
     }
@@ -277,7 +277,7 @@ fn the_other_statistics_are_those_that_the_other_setting_tests_with() {
     {
         let seen = own.other_statistics.unwrap();
         assert_eq!(seen.batch_norm.name(), name);
-        assert!((seen.accuracy - other.mean.unwrap().accuracy).abs() < 1e-9);
+        assert!((seen.score - other.score("accuracy").unwrap()).abs() < 1e-9);
         let losses: Vec<f64> = other.folds.iter().map(|fold| fold.test_loss).collect();
         assert_eq!(seen.test_loss, losses.iter().sum::<f64>() / losses.len() as f64);
     }

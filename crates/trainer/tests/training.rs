@@ -164,7 +164,7 @@ fn settings_are_chosen_per_fold_and_never_by_test_data() {
     let other = go(&experiment, &spoilt, &dir.path().join("spoilt")).unwrap();
     assert!(model(&folder, 0) == model(&other, 0));
     assert_eq!(record(&folder, "mlp", 0).chosen, record(&other, "mlp", 0).chosen);
-    assert_ne!(record(&folder, "mlp", 0).probabilities, record(&other, "mlp", 0).probabilities);
+    assert_ne!(record(&folder, "mlp", 0).outcome.outputs(), record(&other, "mlp", 0).outcome.outputs());
     // The chosen training is the one with its values written down, on the whole training part.
     let chosen = record(&folder, "mlp", 0).chosen.unwrap().set;
     let sets: Vec<String> = chosen.iter().map(|(key, value)| format!("train.{key}={value}")).collect();
@@ -223,27 +223,27 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
     ];
     let experiment = two_level_experiment(&two_attributes(dir.path()), &sets);
     let dataset = experiment.dataset().unwrap();
-    assert_eq!((dataset.classes.len(), dataset.classes[4].as_str()), (7, "hardness:1"));
+    assert_eq!((dataset.output_names().len(), dataset.output_names()[4].as_str()), (7, "hardness:1"));
     let folder = go(&experiment, &dataset, &dir.path().join("run")).unwrap();
     let results = folder.results().unwrap();
-    assert_eq!(results.attributes[1].name, "hardness");
+    assert_eq!(results.task.attributes()[1].name, "hardness");
     let mlp = &results.networks[0];
-    assert!(mlp.mean.unwrap().accuracy > 90.0, "{:?}", mlp.mean);
+    assert!(mlp.score("accuracy").unwrap() > 90.0, "{:?}", mlp.mean);
     assert_eq!((mlp.attributes.len(), mlp.attributes[1].per_level.len()), (2, 4));
     assert!(mlp.attributes[0].mean_absolute_error < 0.2 && mlp.confusion.is_none());
     let majority = &results.networks[1];
-    assert!(majority.mean.unwrap().accuracy < 50.0 && majority.attributes[0].mean_absolute_error > 0.5);
-    assert!(results.networks[2].mean.unwrap().accuracy > 90.0);
+    assert!(majority.score("accuracy").unwrap() < 50.0 && majority.attributes[0].mean_absolute_error > 0.5);
+    assert!(results.networks[2].score("accuracy").unwrap() > 90.0);
     let record = record(&folder, "mlp", 0);
     assert_eq!(
-        (record.truth.len(), record.probabilities.len()),
+        (record.outcome.labels().0.len(), record.outcome.outputs().len()),
         (2 * record.index.len(), 7 * record.index.len())
     );
     let text = Table::of(&folder).unwrap().to_string();
     assert!(text.contains("hardness off by"), "{text}");
     // Splits are even over the combinations of levels.
     for fold in folds(&experiment, &dataset) {
-        let mut seen: Vec<u32> = fold.test.iter().map(|&row| dataset.y[row]).collect();
+        let mut seen: Vec<u32> = fold.test.iter().map(|&row| dataset.strata().to_vec()[row]).collect();
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen.len(), 12);
@@ -314,7 +314,7 @@ fn a_learning_curve_has_a_row_per_number_of_samples() {
         let record = folder.record(&key).unwrap().unwrap();
         assert_eq!((record.epochs.len(), record.train_samples), (epochs, samples), "{row}");
         let card = Model::open(&folder.model_path(&key)).unwrap().card().clone();
-        let anatomy = serde_json::to_value(&card.anatomy).unwrap();
+        let anatomy = serde_json::to_value(&card.kind).unwrap();
         assert_eq!(anatomy["loss"], loss, "{row}");
         assert_eq!(
             (anatomy["recipe"]["epochs"].as_u64(), card.trained_on.samples),
@@ -362,7 +362,7 @@ fn baselines_stand_in_the_table_and_follow_the_seed() {
     let folder = go(&plain, &dataset, &dir.path().join("a")).unwrap();
     let results = folder.results().unwrap();
     let score =
-        |name: &str| results.networks.iter().find(|n| n.network == name).unwrap().mean.unwrap().accuracy;
+        |name: &str| results.networks.iter().find(|n| n.network == name).unwrap().score("accuracy").unwrap();
     assert!((score("majority") - 100.0 / 3.0).abs() <= 1e-9);
     for name in ["k-nn", "mini-rocket", "svm-linear", "svm-rbf"] {
         assert!(score(name) > 50.0, "{name}: {}", score(name));
@@ -404,7 +404,7 @@ fn classes_can_be_kept_and_look_alikes_are_told_apart() {
     let keep = ["data.classes=[\"shore-20\", \"shore-00\"]", "baselines=[\"k-nn\"]"];
     let (_keep, folder) = run_tiny(&keep);
     let results = folder.results().unwrap();
-    assert_eq!(results.classes, ["shore-20", "shore-00"]);
+    assert_eq!(results.task.output_names(), ["shore-20", "shore-00"]);
     assert_eq!(results.samples, 30);
     let alike = "data.look_alikes={ hard = [\"shore-10\", \"shore-20\"], soft = [\"shore-00\"] }";
     let (_keep, folder) = run_tiny(&[alike]);
@@ -454,7 +454,7 @@ fn augmentation_moves_training_images_alone() {
     let rate = "train.optimizer.lr=1e-30";
     let (still, turned) = (go_with("still", &[rate]), go_with("turned", &[rate, augment]));
     assert_ne!(still.epochs[1].train_loss, turned.epochs[1].train_loss);
-    assert_eq!(still.probabilities, turned.probabilities);
+    assert_eq!(still.outcome.outputs(), turned.outcome.outputs());
     let set = "encoding={ image = { kind = \"gadf\" } }";
     let error = parse(IMAGES, &[set, augment]).unwrap_err().to_string();
     assert!(error.contains("train.augment") && error.contains("moves pixels"), "{error}");
@@ -476,7 +476,7 @@ fn every_scene_feeds_its_papers_networks() {
         assert_eq!(inputs[0].shape()[0], dataset.len());
         let tested = folder.record(&key).unwrap().unwrap();
         let answers = predictor.predict(&dataset.x.select(ndarray::Axis(0), &tested.index)).unwrap();
-        assert_eq!(answers.probabilities, tested.probabilities);
+        assert_eq!(answers.outputs, tested.outcome.outputs());
         (results, inputs[0].shape().to_vec())
     };
     let tensor = "networks=[{ name = \"tactnet3d-4-8\", set = { pool = 2 } }]";
@@ -491,7 +491,7 @@ fn every_scene_feeds_its_papers_networks() {
     ];
     let (results, shape) = run(IMAGES, &sets);
     assert_eq!(shape, [40, 2, 23, 300]);
-    assert_eq!((results.attributes.len(), results.networks[0].attributes.len()), (2, 2));
+    assert_eq!((results.task.attributes().len(), results.networks[0].attributes.len()), (2, 2));
     let sets = [
         "data={ scene = \"imprint\", samples = 24, set = { elements = 16 } }",
         "encoding={ image = { kind = \"raw\", red = true, resize = [32, 32] } }",
@@ -499,7 +499,7 @@ fn every_scene_feeds_its_papers_networks() {
     ];
     let (results, shape) = run(IMAGES, &sets);
     assert_eq!(shape, [24, 3, 32, 32]);
-    assert_eq!(results.classes.len(), 6);
+    assert_eq!(results.task.output_names().len(), 6);
 }
 
 #[test]

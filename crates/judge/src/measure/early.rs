@@ -55,7 +55,7 @@ pub(super) fn early(case: &Case, options: &EarlyOptions) -> Result<Option<Early>
         return Ok(None);
     }
     let names = case.compared();
-    let (parts, of) = parts(case, &names, options.samples);
+    let (parts, of) = parts(case, &names, options.samples)?;
     let padding = reading.padding();
     let mut all: Vec<Answers> = names.iter().map(|_| Answers::new()).collect();
     for part in &parts {

@@ -30,7 +30,12 @@ pub(super) fn changed(case: &Case) -> Vec<Changed> {
 
 fn count(floats: &FoldRecord, bytes: &FoldRecord, changed: &mut Changed) {
     let attributes = floats.outcome.labels().0.len() / floats.index.len().max(1);
-    let answers = floats.outcome.labels().1.chunks(attributes.max(1)).zip(bytes.outcome.labels().1.chunks(attributes.max(1)));
+    let answers = floats
+        .outcome
+        .labels()
+        .1
+        .chunks(attributes.max(1))
+        .zip(bytes.outcome.labels().1.chunks(attributes.max(1)));
     for ((before, after), truth) in answers.zip(floats.outcome.labels().0.chunks(attributes.max(1))) {
         changed.samples += 1;
         changed.differ += u64::from(before != after);

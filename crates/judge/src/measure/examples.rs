@@ -33,9 +33,9 @@ pub(super) fn examples(case: &Case) -> Result<Vec<Example>> {
     let mut order: Vec<usize> = (0..index.len()).collect();
     order.sort_by_key(|&at| (2 * votes(at)).abs_diff(records.len()));
     let mut chosen: Vec<usize> = vec![];
-    let mut classes = BTreeSet::new();
+    let (strata, mut classes) = (case.dataset.strata(), BTreeSet::new());
     for &at in &order {
-        if chosen.len() + 1 < MOST && classes.insert(case.dataset.strata()[index[at]]) {
+        if chosen.len() + 1 < MOST && classes.insert(strata[index[at]]) {
             chosen.push(at);
         }
     }

@@ -2,9 +2,7 @@
 
 use ndarray::Axis;
 use serde::{Deserialize, Serialize};
-use taxel_learn::{
-    Anatomy, Card, Environment, Epoch, FoldRecord, NetworkResults, Results, RunFolder, Timing,
-};
+use taxel_learn::{Card, Environment, Epoch, FoldRecord, Kind, NetworkResults, Results, RunFolder, Timing};
 
 use super::chance::chance;
 use super::early::{EarlyOptions, early};
@@ -82,7 +80,7 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
         protocol: results.protocol.words(),
         environment: case.folder.environment()?,
         judged_on: Environment::now(1, results.seed, &results.source, &results.data_digest),
-        chance: chance(&case.dataset),
+        chance: chance(&case.dataset)?,
         examples: examples(case)?,
         networks,
         probes: probes.into_iter().cloned().collect(),
@@ -116,7 +114,8 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
         speed: measured,
         train_seconds: mean(timings.iter().map(|timing| timing.train_seconds)).unwrap_or(0.0),
         epoch_seconds: per_epoch,
-        calibration_error: mean(own.folds.iter().map(|fold| fold.scores.get("calibration_error")?)).unwrap_or(0.0),
+        calibration_error: mean(own.folds.iter().filter_map(|fold| fold.scores.get("calibration_error")))
+            .unwrap_or(0.0),
         on_front: false,
         training: (0..epochs).map(|epoch| point(epoch, &records)).collect(),
         results: own.clone(),
@@ -125,8 +124,8 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
 
 fn frozen(card: &Card) -> Vec<String> {
     match &card.kind {
-        Anatomy::Network { recipe, .. } => recipe.frozen.clone(),
-        Anatomy::Baseline { .. } => vec![],
+        Kind::Network { recipe, .. } => recipe.frozen.clone(),
+        Kind::Baseline { .. } => vec![],
     }
 }
 

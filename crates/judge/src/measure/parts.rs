@@ -58,7 +58,7 @@ impl Answer {
 }
 
 /// The test parts of the first repetition, thinned out evenly to `most` samples; and how many there are.
-pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> (Vec<Part>, usize) {
+pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<Part>, usize)> {
     let records = || names.iter().flat_map(|name| case.first_repetition(name));
     let size = |name: &&str| case.first_repetition(name).map(|r| r.index.len()).sum::<usize>();
     let of = names.iter().map(size).max().unwrap_or(0);
@@ -74,7 +74,7 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> (Vec<Part>, usi
             }
         }
     }
-    (parts, of)
+    Ok((parts, of))
 }
 
 /// Models of a part, and the guard of its fold.

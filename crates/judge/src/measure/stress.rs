@@ -66,7 +66,7 @@ pub fn stress(
     let severities: Vec<u8> = options.severity.map_or_else(|| (1..=5).collect(), |one| vec![one]);
     let (names, probes) = (case.compared(), case.probes());
     let tested: Vec<&str> = names.iter().copied().chain(probes.iter().map(|(name, _)| *name)).collect();
-    let (parts, of) = parts(case, &tested, options.samples);
+    let (parts, of) = parts(case, &tested, options.samples)?;
     let mut jobs = vec![];
     for part in 0..parts.len() {
         jobs.push(Job { part, broken: None });
@@ -77,7 +77,7 @@ pub fn stress(
     start(jobs.len() as u64);
     let threads = taxel_learn::threads(Some(options.threads));
     let answers = answer(case, &sensor, &parts, &jobs, (options.guard, threads), tick)?;
-    let chance = chance(&case.dataset);
+    let chance = chance(&case.dataset)?;
     let mut networks = vec![];
     for name in &names {
         networks.push(network(case, name, &answers, (&faults, &severities), chance)?);

@@ -24,15 +24,16 @@ pub fn survey(surveyed: Surveyed) -> Survey {
         lengths: readings.unwrap_or_default(),
         drift: Drift::of(&dataset),
         carriers: Shortcut::carriers(&dataset.x, &dataset.strata(), groups, copies),
-        order: dataset.strata(),
+        order: dataset.strata().into_owned(),
         card,
     }
 }
 
 /// The first, the middle and the last recording of each class.
 fn classes(data: &Dataset) -> Vec<ClassPictures> {
+    let strata = data.strata();
     let of_class = |(class, name): (usize, &String)| {
-        let rows: Vec<usize> = (0..data.len()).filter(|row| data.strata()[*row] as usize == class).collect();
+        let rows: Vec<usize> = (0..data.len()).filter(|row| strata[*row] as usize == class).collect();
         let count = rows.len().min(EACH);
         let shown = (0..count).map(|i| rows[if count > 1 { i * (rows.len() - 1) / (count - 1) } else { 0 }]);
         let drawn = |row: usize| {
@@ -41,7 +42,7 @@ fn classes(data: &Dataset) -> Vec<ClassPictures> {
         ClassPictures { name: name.clone(), recordings: shown.map(drawn).collect() }
     };
     // The names of one attribute; levels of several are no classes.
-    let names = data.labels()?.attributes();
+    let names = data.task().attributes();
     let names = names.first().filter(|_| names.len() == 1).map_or(&[][..], |own| own.classes.as_slice());
     names.iter().enumerate().take(CLASSES).map(of_class).collect()
 }

@@ -238,8 +238,11 @@ impl Parts<'_> {
     fn details(&self) -> Markup {
         let matrices: Vec<&Chart> =
             self.charts.iter().filter(|c| c.name.starts_with(charts::CONFUSION)).collect();
-        let numbers =
-            if self.judgement.results.task.attributes().is_empty() { tables::CONFUSION } else { tables::ATTRIBUTES };
+        let numbers = if self.judgement.results.task.attributes().is_empty() {
+            tables::CONFUSION
+        } else {
+            tables::ATTRIBUTES
+        };
         html! {
             (self.chart(charts::ACCURACY_SIZE, tables::COSTS).unwrap_or_default())
             (self.chart(charts::ACCURACY_MACS, tables::COSTS).unwrap_or_default())

@@ -66,7 +66,7 @@ impl Judgement {
 impl Judged {
     /// Mean accuracy over folds in %; none without a finished fold.
     pub fn accuracy(&self) -> Option<f64> {
-        self.results.mean.map(|mean| mean.get("accuracy")?)
+        self.results.primary()
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use taxel_baselines::{Fitted as FittedMethod, Method, Saved, Series, Workspace};
-use taxel_data::{Dataset, Targets, Task};
+use taxel_data::{Targets, Task};
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Tensor, Weights};
 
@@ -13,7 +13,7 @@ use crate::encoding::{Encoded, Encoder, Input, SERIES};
 use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
 use crate::latency::Latency;
-use crate::metrics::mean_log_loss;
+use crate::metrics::Outcome;
 use crate::model::Kind;
 use crate::problem::{fault_problem, within};
 use crate::run::records::{Costs, FoldRecord};
@@ -102,26 +102,13 @@ impl Estimator for Baseline {
         let (mut outputs, mut test_loss) = (vec![], 0.0);
         if !fold.test.is_empty() {
             outputs = threads.install(|| fitted.outputs(&test))?;
-            test_loss = loss(dataset, &fold.test, &outputs)?;
+            let outcome = Outcome::new(&dataset.targets, &fold.test, outputs.clone());
+            test_loss = outcome.loss(&dataset.task())?;
         }
         let test_seconds = start.elapsed().as_secs_f64();
         let samples = fold.train.len() as u64;
         let fitted = Box::new(fitted);
         Ok(Some(Trained { fitted, outputs, test_loss, train_seconds, test_seconds, samples }))
-    }
-}
-
-/// Returns the mean loss of outputs `[rows, outputs]`: the log loss of labels, the squared error of values.
-pub(crate) fn loss(dataset: &Dataset, rows: &[usize], outputs: &[f32]) -> Result<f64> {
-    match &dataset.targets {
-        Targets::Classes { labels, .. } | Targets::Levels(labels) => {
-            mean_log_loss(outputs, &labels.of(rows), &labels.sizes())
-        }
-        Targets::Values(values) => {
-            let squares =
-                outputs.iter().zip(values.of(rows)).map(|(a, b)| (f64::from(*a) - f64::from(b)).powi(2));
-            Ok(squares.sum::<f64>() / outputs.len().max(1) as f64)
-        }
     }
 }
 

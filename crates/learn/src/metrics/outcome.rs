@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use taxel_data::{Targets, Task};
 
-use crate::metrics::Levels;
+use crate::error::Result;
+use crate::metrics::{Levels, mean_log_loss};
 
 /// True targets of test samples beside what was predicted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,6 +56,24 @@ impl Outcome {
         match self {
             Outcome::Labels { truth, predicted, .. } => (truth, predicted),
             Outcome::Values { .. } => (&[], &[]),
+        }
+    }
+
+    /// Returns the mean loss: the log loss of labels, of several attributes the mean over them; the squared error of
+    /// values.
+    ///
+    /// # Errors
+    /// No samples, or labels that do not fit the task.
+    pub fn loss(&self, task: &Task) -> Result<f64> {
+        match self {
+            Outcome::Labels { truth, probabilities, .. } => {
+                mean_log_loss(probabilities, truth, Levels::of_task(task).sizes())
+            }
+            Outcome::Values { truth, predicted } => {
+                let squares =
+                    predicted.iter().zip(truth).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
+                Ok(squares.sum::<f64>() / truth.len().max(1) as f64)
+            }
         }
     }
 

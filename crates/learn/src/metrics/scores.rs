@@ -21,6 +21,11 @@ impl Scores {
         self.0.iter().find(|(known, _)| known == name).map(|(_, value)| *value)
     }
 
+    /// Returns the value of the primary metric, which stands first.
+    pub fn primary(&self) -> Option<f64> {
+        self.0.first().map(|(_, value)| *value)
+    }
+
     /// Sets the value of the metric `name`.
     pub fn set(&mut self, name: &str, value: f64) {
         match self.0.iter_mut().find(|(known, _)| known == name) {

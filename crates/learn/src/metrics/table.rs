@@ -150,6 +150,14 @@ impl Metric {
         self.terms.map(|terms| terms(outcome, width.max(1)))
     }
 
+    /// Returns its value over the samples of all `outcomes` together; 0 without samples, and for a metric that is no mean
+    /// over samples.
+    pub fn pooled<'o>(&self, task: &Task, outcomes: impl IntoIterator<Item = &'o Outcome>) -> f64 {
+        let terms = outcomes.into_iter().filter_map(|outcome| self.terms(task, outcome));
+        let terms: Vec<f64> = terms.flatten().collect();
+        self.unit.scale() * terms.iter().sum::<f64>() / terms.len().max(1) as f64
+    }
+
     /// Returns what its values are counted in: `%`, or the unit of the first quantity; none of a plain number.
     pub fn unit_of(&self, task: &Task) -> Option<String> {
         match self.unit {

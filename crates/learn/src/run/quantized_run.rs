@@ -6,7 +6,6 @@ use ndarray::Axis;
 use taxel_data::{Dataset, Fold};
 
 use crate::error::{Error, Result};
-use crate::estimator::baseline::loss;
 use crate::estimator::candidate::Hardening;
 use crate::json_file::write_json;
 use crate::metrics::Outcome;
@@ -160,11 +159,12 @@ fn one(
     let start = Instant::now();
     let outputs = predictor.answer(&inputs)?;
     let test_seconds = start.elapsed().as_secs_f64();
+    let outcome = Outcome::new(&dataset.targets, &float.index, outputs);
     let record = FoldRecord {
         key: key.clone(),
         model: Some(model.write(&folder.model_path(&key))?),
-        test_loss: loss(dataset, &float.index, &outputs)?,
-        outcome: Outcome::new(&dataset.targets, &float.index, outputs),
+        test_loss: outcome.loss(&dataset.task())?,
+        outcome,
         chosen: None,
         best_epoch: None,
         costs: None,

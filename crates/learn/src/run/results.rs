@@ -265,6 +265,16 @@ impl NetworkResults {
         self.mean.as_ref()?.get(name)
     }
 
+    /// Returns the mean over finished folds of the primary metric, in its unit.
+    pub fn primary(&self) -> Option<f64> {
+        self.mean.as_ref()?.primary()
+    }
+
+    /// Returns the standard deviation over finished folds of the primary metric, in its unit.
+    pub fn primary_spread(&self) -> Option<f64> {
+        self.sd.as_ref()?.primary()
+    }
+
     /// Returns the standard deviation over finished folds of the metric `name`, in its unit.
     pub fn spread(&self, name: &str) -> Option<f64> {
         self.sd.as_ref()?.get(name)

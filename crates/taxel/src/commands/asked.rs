@@ -77,7 +77,7 @@ impl Asked<'_> {
 
 /// Names of the attributes where the model answers several.
 pub(super) fn attributes(card: &Card) -> Vec<String> {
-    match card.attributes.as_slice() {
+    match card.task.attributes().as_slice() {
         [_] => vec![],
         several => several.iter().map(|own| own.name.clone()).collect(),
     }

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use taxel::base::{Grid, thousands};
 use taxel::data::{Npz, Recordings};
-use taxel::{Model, ReadOptions, Predictions};
+use taxel::{Model, Predictions, ReadOptions};
 
 use crate::Outcome;
 use crate::arrays::write;
@@ -137,25 +137,18 @@ impl Predict {
 }
 
 impl Answered<'_> {
-    /// Names of the columns of probabilities.
-    fn outputs(&self) -> Vec<String> {
-        let attributes = &self.predictions.attributes;
-        let named = |own: &taxel::Attribute, class: &String| match attributes.len() {
-            1 => class.clone(),
-            _ => format!("{}:{class}", own.name),
-        };
-        attributes.iter().flat_map(|own| own.classes.iter().map(move |class| named(own, class))).collect()
-    }
-
     fn table(&self) -> String {
         let mut header = vec!["sample".to_string()];
         header.extend(self.starts.map(|_| "start".to_string()));
-        for own in &self.predictions.attributes {
-            header.extend([own.name.clone(), "probability".into()]);
+        for attribute in self.predictions.task.attributes() {
+            header.extend([attribute.name, "probability".into()]);
             if self.truth.is_some() {
                 header.push("true".into());
             }
         }
+        let quantities = self.predictions.task.quantities();
+        let values: Vec<String> = quantities.iter().map(with_unit).collect();
+        header.extend(values.iter().cloned());
         header.extend(self.mended.map(|_| "replaced".to_string()));
         let row = |i: usize| {
             let mut cells = vec![self.origins[i].clone()];
@@ -164,49 +157,58 @@ impl Answered<'_> {
                 cells.extend([answer.class.to_string(), format!("{:.3}", answer.probability)]);
                 cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
             }
+            cells.extend(self.predictions.values(i).into_iter().map(|(_, value)| format!("{value:.3}")));
             cells.extend(self.mended.map(|mended| mended.words(i)));
             cells
         };
         let rows: Vec<Vec<String>> = (0..self.predictions.len()).map(row).collect();
         let header: Vec<&str> = header.iter().map(String::as_str).collect();
-        let right: Vec<usize> =
-            (0..header.len()).filter(|i| ["probability", "start"].contains(&header[*i])).collect();
+        let is_number =
+            |name: &str| ["probability", "start"].contains(&name) || values.iter().any(|v| v == name);
+        let right: Vec<usize> = (0..header.len()).filter(|i| is_number(header[*i])).collect();
         text::table(&header, &rows, &right)
     }
 
     fn csv(&self) -> String {
-        let attributes = self.predictions.attributes.iter().map(|own| own.name.clone());
-        let outputs = self.outputs().into_iter().map(|name| format!("p({name})"));
+        let task = &self.predictions.task;
+        let attributes = task.attributes().into_iter().map(|attribute| attribute.name);
+        let has_labels = task.quantities().is_empty();
+        let outputs =
+            task.output_names().into_iter().map(|name| if has_labels { format!("p({name})") } else { name });
         let start = self.starts.map(|_| "start".to_string());
         let replaced = self.mended.map(|_| "replaced".to_string());
         let columns = start.into_iter().chain(attributes).chain(outputs).chain(replaced);
         let mut grid = columns.fold(Grid::new().left("sample"), Grid::left);
-        let width = self.predictions.outputs();
         for i in 0..self.predictions.len() {
             let answers = self.predictions.answers(i);
-            let own = &self.predictions.probabilities[i * width..(i + 1) * width];
+            let outputs = self.predictions.row(i);
             let cells = answers.iter().map(|answer| answer.class.to_string());
             let start = self.starts.map(|starts| starts[i].to_string());
             let sample = [self.origins[i].clone()].into_iter().chain(start);
             let replaced = self.mended.map(|mended| mended.count(i).to_string());
-            grid.row(sample.chain(cells).chain(own.iter().map(f32::to_string)).chain(replaced));
+            grid.row(sample.chain(cells).chain(outputs.iter().map(f32::to_string)).chain(replaced));
         }
         grid.csv()
     }
 
     fn json(&self) -> serde_json::Result<String> {
-        let (outputs, names) = (self.predictions.outputs(), self.outputs());
+        let names = self.predictions.task.output_names();
+        let has_labels = self.predictions.task.quantities().is_empty();
         let one = |i: usize| {
-            let own = &self.predictions.probabilities[i * outputs..(i + 1) * outputs];
-            let probabilities: serde_json::Map<String, serde_json::Value> =
-                names.iter().cloned().zip(own.iter().map(|p| json!(p))).collect();
+            let outputs = self.predictions.row(i).iter().map(|p| json!(p));
+            let outputs: serde_json::Map<String, serde_json::Value> =
+                names.iter().cloned().zip(outputs).collect();
             let answers = self.predictions.answers(i);
             let classes: serde_json::Map<String, serde_json::Value> =
                 answers.iter().map(|answer| (answer.attribute.to_string(), json!(answer.class))).collect();
-            let mut answer = json!({
-                "sample": self.origins[i], "predicted": classes, "probabilities": probabilities,
-                "true": self.truth.map(|truth| &truth[i]),
-            });
+            let mut answer = if has_labels {
+                json!({
+                    "sample": self.origins[i], "predicted": classes, "probabilities": outputs,
+                    "true": self.truth.map(|truth| &truth[i]),
+                })
+            } else {
+                json!({ "sample": self.origins[i], "predicted": outputs })
+            };
             if let Some(starts) = self.starts {
                 answer["start"] = json!(starts[i]);
             }
@@ -223,12 +225,16 @@ impl Answered<'_> {
     }
 
     fn npz(&self) -> std::io::Result<Vec<u8>> {
-        let Predictions { attributes, probabilities, labels } = self.predictions;
+        let Predictions { task, outputs, labels, .. } = self.predictions;
         let n = self.predictions.len();
         let mut npz = Npz::default();
-        let shape = if attributes.len() == 1 { vec![n] } else { vec![n, attributes.len()] };
-        npz.add("predicted", &shape, labels)?;
-        npz.add("probabilities", &[n, self.predictions.outputs()], probabilities)?;
+        let shape = |columns: usize| if columns == 1 { vec![n] } else { vec![n, columns] };
+        if task.quantities().is_empty() {
+            npz.add("predicted", &shape(labels.len() / n.max(1)), labels)?;
+            npz.add("probabilities", &[n, self.predictions.width()], outputs)?;
+        } else {
+            npz.add("predicted", &shape(self.predictions.width()), outputs)?;
+        }
         if let Some(mended) = self.mended {
             let replaced: Vec<i64> = (0..n).map(|i| mended.count(i) as i64).collect();
             npz.add("replaced", &[n], &replaced)?;
@@ -257,10 +263,9 @@ impl Answered<'_> {
         let truth = self.truth?;
         let known = |own: &taxel::Attribute, name: &String| own.classes.contains(name);
         let (mut right, mut of) = (0, 0);
+        let attributes = self.predictions.task.attributes();
         for (i, names) in truth.iter().enumerate() {
-            for ((answer, own), name) in
-                self.predictions.answers(i).iter().zip(&self.predictions.attributes).zip(names)
-            {
+            for ((answer, own), name) in self.predictions.answers(i).iter().zip(&attributes).zip(names) {
                 of += usize::from(known(own, name));
                 right += usize::from(known(own, name) && answer.class == name);
             }
@@ -269,7 +274,7 @@ impl Answered<'_> {
     }
 
     fn score(&self) -> Option<String> {
-        let truth = self.truth?;
+        let truth = self.truth.filter(|_| self.predictions.task.quantities().is_empty())?;
         let all: usize = truth.iter().map(Vec::len).sum();
         Some(match self.right() {
             None => "the labels are no classes of the model: nothing is scored".into(),
@@ -285,4 +290,10 @@ impl Answered<'_> {
             }
         })
     }
+}
+
+/// Returns the name of a quantity with its unit: `force (N)`.
+fn with_unit(quantity: &taxel::data::Quantity) -> String {
+    let unit = quantity.unit.as_ref().map_or(String::new(), |unit| format!(" ({unit})"));
+    format!("{}{unit}", quantity.name)
 }

@@ -33,8 +33,10 @@ struct Line<'a> {
     reading: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     recording: Option<&'a str>,
-    class: Option<Classes<'a>>,
-    probabilities: Option<Probabilities<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    values: Option<ByName<'a>>,
+    #[serde(flatten)]
+    labels: Option<Labels<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     refused: Option<String>,
     latency_ms: f64,
@@ -42,6 +44,13 @@ struct Line<'a> {
     dead: Channels<'a, Condition>,
     stuck: Channels<'a, Condition>,
     saturated: Channels<'a, usize>,
+}
+
+/// What is said of classes and levels; nulls where there is no prediction.
+#[derive(Serialize)]
+struct Labels<'a> {
+    class: Option<Classes<'a>>,
+    probabilities: Option<ByName<'a>>,
 }
 
 /// The likeliest class, or that of each attribute by its name.
@@ -73,9 +82,10 @@ impl Serialize for Classes<'_> {
     }
 }
 
-struct Probabilities<'a>(&'a [String], &'a [f32]);
+/// Outputs of a model by their names.
+struct ByName<'a>(&'a [String], &'a [f32]);
 
-impl Serialize for Probabilities<'_> {
+impl Serialize for ByName<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().zip(self.1))
     }
@@ -115,14 +125,13 @@ impl Serialize for Channel<'_> {
 
 impl Answers {
     pub fn new(card: &Card) -> Self {
-        let named = |own: &Attribute, class: &String| match card.attributes.len() {
-            1 => class.clone(),
-            _ => format!("{}:{class}", own.name),
-        };
-        let outputs =
-            card.attributes.iter().flat_map(|own| own.classes.iter().map(move |class| named(own, class)));
         let channels = card.reading.table.as_ref().map_or(vec![], |table| table.columns.clone());
-        Answers { outputs: outputs.collect(), channels, recording: None, attributes: card.attributes.clone() }
+        Answers {
+            outputs: card.task.output_names(),
+            channels,
+            recording: None,
+            attributes: card.task.attributes(),
+        }
     }
 
     /// Writes a decision as one line.
@@ -136,17 +145,21 @@ impl Answers {
         latency: Duration,
         out: &mut impl Write,
     ) -> std::io::Result<()> {
-        let (probabilities, refused) = match decision.probabilities() {
-            Ok(probabilities) => (Some(probabilities), None),
+        let (outputs, refused) = match decision.probabilities() {
+            Ok(outputs) => (Some(outputs), None),
             Err(error) => (None, Some(error.to_string())),
         };
+        let has_labels = !self.attributes.is_empty();
         let names = self.channels.as_slice();
         let line = Line {
             time,
             reading: decision.reading,
             recording: self.recording.as_deref(),
-            class: probabilities.map(|own| Classes { attributes: &self.attributes, probabilities: own }),
-            probabilities: probabilities.map(|own| Probabilities(&self.outputs, own)),
+            values: outputs.filter(|_| !has_labels).map(|values| ByName(&self.outputs, values)),
+            labels: has_labels.then(|| Labels {
+                class: outputs.map(|own| Classes { attributes: &self.attributes, probabilities: own }),
+                probabilities: outputs.map(|own| ByName(&self.outputs, own)),
+            }),
             refused,
             latency_ms: milliseconds(latency),
             seen: decision.seen(),

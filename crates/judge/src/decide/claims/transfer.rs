@@ -104,7 +104,7 @@ pub(super) fn resolution_matters(
     let mut effects = vec![];
     for fine in run.full().filter(|e| !e.judged.baseline) {
         let twin = coarse.full().find(|e| e.name == fine.name && e.results().zoo == fine.results().zoo);
-        let known = |e: &Entry| Some((e.results().mean?.get("accuracy")?, e.results().interval?));
+        let known = |e: &Entry| Some((e.results().primary()?, e.results().interval?));
         let (Some(a), Some(b)) = (known(fine), twin.and_then(known)) else { continue };
         // A mean over folds may lie a little outside an interval over samples.
         let wide = |(size, [low, high]): (f64, [f64; 2])| (size, [low.min(size), high.max(size)]);

@@ -107,7 +107,7 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
     counts.sort_unstable();
     counts.dedup();
     let ends = (counts.first().copied().unwrap_or(1) as f64, counts.last().copied().unwrap_or(1) as f64);
-    let ends_of = |n: &Judged| n.results.interval.or(n.results.mean.map(|m| [m.get("accuracy")?; 2]));
+    let ends_of = |n: &Judged| n.results.interval.or(n.results.primary().map(|score| [score; 2]));
     let all = curves.iter().flat_map(|(_, points)| points.iter().filter_map(|(_, n)| ends_of(n)).flatten());
     let values: Vec<f64> = all.chain([judgement.chance]).collect();
     let frame = Frame {
@@ -122,7 +122,7 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
     canvas.line((64.0, y), (WIDTH - 24.0, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
     for ((name, points), (_, look)) in curves.iter().zip(&names) {
         let known: Vec<(usize, f64, &Judged)> =
-            points.iter().filter_map(|(count, n)| Some((*count, n.results.mean?.get("accuracy")?, *n))).collect();
+            points.iter().filter_map(|(count, n)| Some((*count, n.results.primary()?, *n))).collect();
         canvas.path(known.iter().map(|(c, a, _)| frame.at(*c as f64, *a)).collect(), look.stroke(2.0));
         for (count, accuracy, n) in known {
             let (x, y) = frame.at(count as f64, accuracy);

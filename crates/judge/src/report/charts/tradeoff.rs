@@ -106,7 +106,7 @@ fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f
     let all: Vec<Point> = shown(judgement)
         .filter_map(|n| {
             let (cost, worst) = cost(n)?;
-            let (accuracy, interval) = (n.results.mean?.get("accuracy")?, n.results.interval);
+            let (accuracy, interval) = (n.results.primary()?, n.results.interval);
             let (name, baseline) = (n.results.network.as_str(), n.baseline);
             Some(Point { name, cost, worst, accuracy, interval, baseline, front: false })
         })

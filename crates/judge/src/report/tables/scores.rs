@@ -21,7 +21,7 @@ pub(super) fn name(head: &str) -> Column<'_, Judged> {
 pub(super) fn accuracy(own: &NetworkResults) -> Cell {
     let [low, high] = own.interval.map_or([None, None], |interval| interval.map(Some));
     let shown = own.interval.map_or(String::new(), |[low, high]| format!(" [{low:.1}, {high:.1}]"));
-    Cell::number(own.mean.map(|m| m.get("accuracy")?), tenth).and(shown, &[low, high])
+    Cell::number(own.primary(), tenth).and(shown, &[low, high])
 }
 
 const ACCURACY: [&str; 3] = ["accuracy_percent", "accuracy_low_percent", "accuracy_high_percent"];
@@ -49,10 +49,10 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         }),
         Column::number("accuracy % [95 % interval]", &ACCURACY, |n: &Judged| accuracy(&n.results)),
         Column::number("SD over folds, pp", &["accuracy_sd_points"], |n: &Judged| {
-            Cell::number(n.results.sd.map(|sd| sd.get("accuracy")?), tenth)
+            Cell::number(n.results.primary_spread(), tenth)
         }),
         Column::number("macro F1 %", &["macro_f1_percent"], |n: &Judged| {
-            Cell::number(n.results.mean.map(|m| m.get("f1")?), tenth)
+            Cell::number(n.results.score("f1"), tenth)
         }),
         Column::number("latency p50, ms", &["latency_p50_ms"], speed(|s| s.whole.p50_ms)),
         Column::number("p95, ms", &["latency_p95_ms"], speed(|s| s.whole.p95_ms)),
@@ -170,17 +170,17 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
         Column::number("trained on", &["train_samples"], |row: &Row| Cell::count(row.1.train_samples as u64)),
         Column::number("tested on", &["test_samples"], |row: &Row| Cell::count(row.1.test_samples as u64)),
         Column::number("accuracy %", &["accuracy_percent"], |row: &Row| {
-            Cell::number(Some(row.1.scores.get("accuracy")?), tenth)
+            Cell::number(row.1.scores.primary(), tenth)
         }),
         Column::number("macro F1 %", &["macro_f1_percent"], |row: &Row| {
-            Cell::number(Some(row.1.scores.get("f1")?), tenth)
+            Cell::number(row.1.scores.get("f1"), tenth)
         }),
         Column::number("loss", &["test_loss"], |row: &Row| Cell::number(Some(row.1.test_loss), digits)),
         Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
-            Cell::number(Some(100.0 * row.1.scores.get("calibration_error")?), tenth)
+            Cell::number(row.1.scores.get("calibration_error").map(|share| 100.0 * share), tenth)
         }),
         Column::number("Brier score, 0 to 2", &["brier"], |row: &Row| {
-            Cell::number(Some(row.1.scores.get("brier")?), digits)
+            Cell::number(row.1.scores.get("brier"), digits)
         }),
     ];
     if rows.iter().any(|row| row.1.diverged) {
@@ -195,7 +195,8 @@ pub(super) fn classes(judgement: &Judgement) -> Table {
     let mut rows: Vec<Row> = vec![];
     for n in judgement.networks.iter().filter(|n| is_shown(judgement, n)) {
         let Some(confusion) = &n.results.confusion else { continue };
-        let own = judgement.results.task.output_names().iter().zip(confusion.per_class());
+        let names = judgement.results.task.output_names();
+        let own = names.iter().zip(confusion.per_class());
         rows.extend(own.map(|(class, scores)| (n.results.network.clone(), class.clone(), scores)));
     }
     let percent = |value: f64| Cell::number(Some(100.0 * value), tenth);
@@ -248,7 +249,7 @@ pub(super) fn few_samples(judgement: &Judgement) -> Table {
         Column::number("training samples per class", &["per_class"], |row: &Row| Cell::count(row.1 as u64)),
         Column::number("accuracy % [95 % interval]", &ACCURACY, |row: &Row| accuracy(&row.2.results)),
         Column::number("SD over repetitions, pp", &["accuracy_sd_points"], |row: &Row| {
-            Cell::number(row.2.results.sd.map(|sd| sd.get("accuracy")?), tenth)
+            Cell::number(row.2.results.primary_spread(), tenth)
         }),
     ];
     let caption = format!("{}: accuracy with few training samples", measured_on(judgement));
