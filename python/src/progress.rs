@@ -3,7 +3,8 @@
 use std::io::IsTerminal;
 use std::sync::Mutex;
 
-use taxel::learn::{FoldKey, IndicatifProgress, Progress, Silent};
+use taxel::IndicatifProgress;
+use taxel::learn::{FoldKey, Progress, Silent};
 
 /// What is told of long work: `None` a bar on a terminal, `Some(true)` also lines elsewhere, `Some(false)` nothing.
 pub fn progress(verbose: Option<bool>) -> Box<dyn Progress + Sync> {

@@ -4,6 +4,7 @@
 //! - [`files`] writes files that are whole or not there.
 //! - [`seed`] gives one generator for each seed and purpose.
 //! - [`quiet`] catches panics of foreign readers.
+//! - [`problem`] refuses settings outside their range.
 //! - [`Layout`] says what the axes of one raw sample are.
 //!
 //! ```
@@ -19,7 +20,9 @@
 pub mod files;
 mod layout;
 pub mod names;
+pub mod problem;
 pub mod quiet;
 pub mod seed;
 
 pub use layout::{Layout, UnknownLayout};
+pub use problem::Problem;

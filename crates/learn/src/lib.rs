@@ -64,7 +64,7 @@ pub use model::{
 };
 pub use numbers::thousands;
 pub use problem::{Check, Problem, require, share, within};
-pub use progress::{IndicatifProgress, Progress, Silent};
+pub use progress::{Progress, Silent};
 pub use run::cross_validation::CrossValidation;
 pub use run::environment::{Environment, cores, program};
 pub use run::folder::{Identity, RunFolder};

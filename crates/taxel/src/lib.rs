@@ -80,6 +80,8 @@ mod export;
 mod listing;
 pub mod panics;
 #[cfg(feature = "lab")]
+mod progress;
+#[cfg(feature = "lab")]
 pub mod reporting;
 
 pub use error::{Error, Result};
@@ -88,6 +90,8 @@ pub use export::{Exported, ExportedInput, export};
 #[cfg(feature = "lab")]
 pub use listing::{costs, listing};
 pub use ndarray;
+#[cfg(feature = "lab")]
+pub use progress::IndicatifProgress;
 
 pub use taxel_baselines::Method as Baseline;
 pub use taxel_data::{Attribute, Dataset, Labels, Layout, Length, Options, Reading, Source, load};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use taxel_base::files::part_of;
+use taxel_base::files::remove_parts;
 use taxel_checkpoint as checkpoint;
 use taxel_engine::{Engine, OptimizerState};
 use taxel_graph::Weights;
@@ -189,15 +189,10 @@ impl Saver {
 
     /// Removes what was saved of a finished fold, and what a killed process was about to save.
     pub fn remove(path: &Path) -> Result<()> {
-        for path in [path, &part_of(path)] {
-            match std::fs::remove_file(path) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(Error::io(path, "removed", e));
-                }
-                _ => {}
-            }
+        match std::fs::remove_file(path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path, "removed", e)),
+            _ => remove_parts(path).map_err(|e| Error::io(path, "removed", e)),
         }
-        Ok(())
     }
 }
 

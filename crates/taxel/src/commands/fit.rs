@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use taxel::IndicatifProgress;
 use taxel::experiment::Runner;
 use taxel::judge::{Case, Criteria, choose};
-use taxel::learn::{IndicatifProgress, Score};
+use taxel::learn::Score;
 use taxel::{Dataset, Experiment, Overrides, Registry, RunFolder, RunOptions};
 
 use crate::Outcome;

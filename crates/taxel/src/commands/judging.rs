@@ -2,8 +2,9 @@
 
 use std::io::IsTerminal;
 
+use taxel::IndicatifProgress;
 use taxel::judge::{Case, Judgement, StressOptions};
-use taxel::learn::{IndicatifProgress, Progress, Silent};
+use taxel::learn::{Progress, Silent};
 use taxel::reporting;
 
 /// Default options on at most `threads` threads.

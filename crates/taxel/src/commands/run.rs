@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use taxel::IndicatifProgress;
 use taxel::experiment::{self, Runner};
-use taxel::learn::{self, IndicatifProgress};
+use taxel::learn;
 use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;

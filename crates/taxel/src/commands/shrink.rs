@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use taxel::IndicatifProgress;
 use taxel::judge::{Case, Criteria, choose};
-use taxel::learn::IndicatifProgress;
 use taxel::shrink::{Axis, Error, Estimate, Finished, Options, shrink};
 use taxel::{Registry, RunFolder};
 

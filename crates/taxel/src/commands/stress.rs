@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use taxel::IndicatifProgress;
 use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, stress};
-use taxel::learn::{IndicatifProgress, Progress};
+use taxel::learn::Progress;
 use taxel::reporting::open;
 use taxel_faults::Fault;
 
