@@ -1,6 +1,7 @@
 //! What every crate shares: nearest names, whole files, seeded generators, layouts of samples.
 //!
 //! - [`names`] finds the name that was meant, for messages about an unknown one.
+//! - [`FileError`] says which file cannot be used, where in it, and why.
 //! - [`files`] writes files that are whole or not there.
 //! - [`seed`] gives one generator for each seed and purpose.
 //! - [`quiet`] catches panics of foreign readers.
@@ -17,6 +18,7 @@
 //! # Ok::<(), taxel_base::UnknownLayout>(())
 //! ```
 
+mod file_error;
 pub mod files;
 mod layout;
 pub mod names;
@@ -24,5 +26,6 @@ pub mod problem;
 pub mod quiet;
 pub mod seed;
 
+pub use file_error::FileError;
 pub use layout::{Layout, UnknownLayout};
 pub use problem::Problem;
