@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Every listed network's logits against PyTorch: weights made by PyTorch go through `taxel forward`.
 
-    cargo build --release --features candle     cargo build --release && python3 scripts/check_forward.py    cargo build --release && python3 scripts/check_forward.py python3 scripts/check_forward.py [NETWORK...] [--binary target/release/taxel]
+    cargo build --release --features candle && python3 scripts/check_forward.py [NETWORK...] [--binary target/release/taxel]
 
 Needs torch, numpy and safetensors. For each name that `taxel zoo` lists, its twin in `scripts/twin` gets weights
 from a formula, saves them (`.safetensors`; `.pth` where the name is known from torchvision, as such users have)
@@ -37,7 +37,7 @@ def answers(name, folder):
     names = [n for n in net.state_dict() if not n.endswith("num_batches_tracked")]
     state = {n: torch.tensor(tensor(n, tuple(net.state_dict()[n].shape), i)).float() for i, n in enumerate(names)}
     net.load_state_dict(state, strict=False)
-    if name in networks.image_networks.NETWORKS:
+    if name in networks.image_networks.TWINS:
         torch.save(net.state_dict(), folder / "w.pth")
     else:
         save_file({n: v.contiguous() for n, v in state.items()}, folder / "w.safetensors")

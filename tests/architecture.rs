@@ -23,20 +23,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("tactnet3d", &["graph"]),
     ("multiscale-cnn", &["graph"]),
     ("visuotactile", &["graph"]),
-    ("dilated-resnet", &["graph"]),
-    ("comparators", &["graph"]),
+    ("reference-networks", &["graph"]),
     (
         "zoo",
-        &[
-            "base",
-            "comparators",
-            "dilated-resnet",
-            "graph",
-            "hybrid-cnn",
-            "multiscale-cnn",
-            "tactnet3d",
-            "visuotactile",
-        ],
+        &["base", "graph", "hybrid-cnn", "multiscale-cnn", "reference-networks", "tactnet3d", "visuotactile"],
     ),
     ("engine", &["graph", "kernels"]),
     ("runtime", &["graph", "kernels"]),
@@ -177,10 +167,19 @@ fn the_page_draws_the_same_table() {
     }
 }
 
+#[test]
+fn the_readme_maps_every_crate() {
+    let page = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let map = page.split("## Map").nth(1).unwrap().split("\n## ").next().unwrap();
+    for (name, _) in MAY_USE {
+        assert!(map.contains(&format!("[`{name}`](")), "README.md, Map: no {name}");
+    }
+}
+
 /// Each network file says where its network is published and where it departs from that.
 #[test]
 fn network_files_name_their_reference() {
-    for family in ["hybrid-cnn", "tactnet3d", "multiscale-cnn", "visuotactile", "comparators"] {
+    for family in ["hybrid-cnn", "tactnet3d", "multiscale-cnn", "visuotactile", "reference-networks"] {
         for file in std::fs::read_dir(root().join("crates").join(family).join("src")).unwrap() {
             let path = file.unwrap().path();
             if path.file_name().unwrap() == "lib.rs" {

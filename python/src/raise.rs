@@ -60,7 +60,7 @@ fn kind(error: &taxel::Error) -> Kind {
         taxel::Error::Experiment(error) => match error {
             experiment::Error::Data(error) => of_data(error),
             experiment::Error::Learn(error) => of_learn(error),
-            experiment::Error::Io { source, .. } => Kind::File(source.kind()),
+            experiment::Error::File(error) => error.kind.map_or(Kind::Asked, Kind::File),
             experiment::Error::Onnx(error) => of_onnx(error),
             _ => Kind::Asked,
         },

@@ -1,7 +1,7 @@
 """PyTorch twins of taxel's networks, written from the papers and not from the Rust code.
 
 `build(name, **settings)` returns a module whose `forward` takes the network's inputs in order and
-whose `state_dict` names are taxel's.
+whose `state_dict` names are taxel's. A new network is its module and an entry of `TWINS`, at the end.
 """
 
 from collections import OrderedDict
@@ -11,6 +11,7 @@ import torch
 from torch import nn
 
 import image_networks
+from twins import DEEP, IMAGE, SIGNAL, TENSOR, Twin
 
 
 def conv(dims):
@@ -154,7 +155,7 @@ class Mlp(nn.Module):
 class Lstm(nn.Module):
     """Paper 000, Table 5: the last hidden state of one layer that reads the sensors step by step."""
 
-    def __init__(self, in_channels, hidden, classes):
+    def __init__(self, in_channels, hidden, classes, **_sizes):
         super().__init__()
         self.lstm = nn.LSTM(in_channels, hidden, batch_first=True)
         self.fc = nn.Linear(hidden, classes)
@@ -167,9 +168,10 @@ class Lstm(nn.Module):
 class TactNet(nn.Module):
     """Gandarias et al. 2019: convolutions of 5, then 3, each followed by a pool."""
 
-    def __init__(self, inputs, widths, height, width, classes):
+    def __init__(self, in_channels, widths, height, width, classes):
         super().__init__()
-        self.convs = nn.ModuleList(ConvBn(2, a, b, 3 if i else 5) for i, (a, b) in enumerate(zip([inputs, *widths], widths)))
+        channels = zip([in_channels, *widths], widths)
+        self.convs = nn.ModuleList(ConvBn(2, a, b, 3 if i else 5) for i, (a, b) in enumerate(channels))
         for _ in widths:
             height, width = -(-height // 2), -(-width // 2)
         self.fc = nn.Linear(widths[-1] * height * width, classes)
@@ -196,9 +198,9 @@ class TactBlock(nn.Module):
 class TactResNet(nn.Module):
     """Gandarias et al. 2019: four residual blocks between two pools."""
 
-    def __init__(self, inputs, height, width, classes):
+    def __init__(self, in_channels, height, width, classes):
         super().__init__()
-        self.stem = ConvBn(2, inputs, 64, 5, stride=2)
+        self.stem = ConvBn(2, in_channels, 64, 5, stride=2)
         self.res2, self.res3 = TactBlock(64, 64), TactBlock(64, 64)
         self.res4, self.res5 = TactBlock(64, 128), TactBlock(128, 128)
         after = [((size - 1) // 2 + 1 - 3) // 2 + 1 - 4 for size in (height, width)]
@@ -332,86 +334,114 @@ class DilatedResNetRocket(DilatedResNet):
         return self.members[0] + self.members[1]
 
 
-ACTIVE_KERNELS, PALPATION_KERNELS = [(5, 5, 3), (5, 3, 3)], [(5, 3, 8), (5, 3, 8)]
-# Filters, kernels, and the settings that differ from paper 002's second row.
-TACTNETS_3D = {
-    "tactnet3d": ([8, 16], ACTIVE_KERNELS, dict(classes=9)),
-    "tactnet3d-4-8": ([4, 8], ACTIVE_KERNELS, dict(classes=9)),
-    "tactnet3d-fc32": ([8, 16], ACTIVE_KERNELS, dict(classes=9, hidden=32)),
-    "tactnet3d-8-16-32": ([8, 16, 32], ACTIVE_KERNELS, dict(classes=9)),
-    "tactnet3d-51": ([16, 32], PALPATION_KERNELS, dict(classes=24, frames=51, dropout=0.7)),
-}
-TACTNETS = {"tactnet4": [8, 16, 32], "tactnet6": [8, 16, 32, 64, 128]}
 BODIES = {"vgg6-lite": Vgg6Lite, "resnet8-lite": ResNet8Lite, "densenet6-lite": DenseNet6Lite}
-HYBRIDS = {
-    "hybrid-vgg": (Vgg6Lite, Vgg6Lite, True),
-    "hybrid-resnet": (ResNet8Lite, ResNet8Lite, True),
-    "hybrid-densenet": (DenseNet6Lite, DenseNet6Lite, True),
-    "hybrid-resvgg": (ResNet8Lite, Vgg6Lite, True),
-    "hybrid-resvgg-nofc": (ResNet8Lite, Vgg6Lite, False),
+GRASP = dict(classes=3, in_channels=5, length=50)
+PICTURE = dict(classes=3, in_channels=3, height=50, width=50)
+# Odd and uneven sizes, one channel, many classes.
+LIGHT_CASES = {
+    "vgg6-lite-2d": [dict(in_channels=1, height=28, width=50, classes=22)],
+    "resnet8-lite-2d": [dict(in_channels=1, height=27, width=31, classes=4)],
+    "densenet6-lite-1d": [dict(in_channels=2, length=37, classes=7)],
 }
 
 
-def add_classifier(body, classes):
-    """The body becomes the network: its own names, with `fc` after the pooled features."""
-    body.fc = nn.Linear(body.width, classes)
-    features = body.forward
-    body.forward = lambda x: body.fc(features(x))
-    return body
+def light(body, dims):
+    """A body in 1D or 2D with a classifier behind its pooled features."""
+
+    def make(classes, in_channels, **_sizes):
+        net = BODIES[body](dims, in_channels)
+        features = net.forward
+        net.fc = nn.Linear(net.width, classes)
+        net.forward = lambda x: net.fc(features(x))
+        return net
+
+    inputs, published = (SIGNAL, GRASP) if dims == 1 else (IMAGE, PICTURE)
+    return Twin(make, published, [inputs], cases=[{}, *LIGHT_CASES.get(f"{body}-{dims}d", [])])
+
+
+def hybrid(temporal, spatial, fuse=True, cases=()):
+    def make(**settings):
+        return Hybrid(temporal, spatial, fuse, settings["in_channels"], settings["image_channels"], settings["classes"])
+
+    published = {**GRASP, **PICTURE, "in_channels": 5, "image_channels": 3}
+    return Twin(make, published, [SIGNAL, ("image_channels", "height", "width")], cases=[{}, *cases])
+
+
+def tactnet(widths, cases=()):
+    return Twin(lambda **settings: TactNet(widths=widths, **settings), PICTURE, [IMAGE], cases=[{}, *cases])
+
+
+ACTIVE_KERNELS, PALPATION_KERNELS = [(5, 5, 3), (5, 3, 3)], [(5, 3, 8), (5, 3, 8)]
+
+
+def squeeze(filters, cases, kernels=ACTIVE_KERNELS, **published):
+    """A network of papers 002 and 003: filters, kernels, and the settings that differ from paper 002's second row."""
+    sizes = dict(classes=9, in_channels=1, height=28, width=50, frames=10)
+    make = lambda **settings: TactNet3d(filters, kernels, **settings)  # noqa: E731
+    return Twin(make, {**sizes, **published}, [TENSOR], cases, dropouts={"drop3": "fc3/relu/dropout"})
+
+
+DILATED_DROPOUTS = {"drop1": "stem.bn/relu/dropout", "drop2": "norm/dropout"}
+CODE = dict(classes=3, in_channels=500, length=25)
+
+TWINS = {
+    "mlp": Twin(Mlp, dict(classes=3, in_features=250, hidden=128), [(1, "in_features")]),
+    "lstm": Twin(Lstm, dict(GRASP, hidden=128), [SIGNAL], cases=[{}, dict(in_channels=3, length=17, hidden=20, classes=4)]),
+    "tactnet4": tactnet([8, 16, 32], [dict(in_channels=1, height=28, width=50, classes=22)]),
+    "tactnet6": tactnet([8, 16, 32, 64, 128]),
+    # At 50x50 two values under a max-pool are 1e-6 apart, and rounding chooses where the gradient goes.
+    "tactresnet": Twin(
+        TactResNet,
+        PICTURE,
+        [IMAGE],
+        cases=[dict(height=50, width=28), dict(in_channels=1, height=31, width=27, classes=5)],
+    ),
+    **{f"{body}-{dims}d": light(body, dims) for body in BODIES for dims in (1, 2)},
+    "hybrid-vgg": hybrid(Vgg6Lite, Vgg6Lite),
+    "hybrid-resnet": hybrid(ResNet8Lite, ResNet8Lite),
+    "hybrid-densenet": hybrid(DenseNet6Lite, DenseNet6Lite),
+    "hybrid-resvgg": hybrid(
+        ResNet8Lite, Vgg6Lite, cases=[dict(in_channels=4, length=41, image_channels=1, height=41, width=33, classes=36)]
+    ),
+    "hybrid-resvgg-nofc": hybrid(ResNet8Lite, Vgg6Lite, fuse=False),
+    "tactnet3d": squeeze([8, 16], [{}, dict(in_channels=2, height=19, width=17, frames=11, pool=2, classes=4)]),
+    "tactnet3d-4-8": squeeze([4, 8], [dict(height=12, width=11, frames=7)]),
+    "tactnet3d-fc32": squeeze([8, 16], [dict(height=11, width=13, frames=6)], hidden=32),
+    "tactnet3d-8-16-32": squeeze([8, 16, 32], [dict(height=15, width=11, frames=8)]),
+    "tactnet3d-51": squeeze([16, 32], [dict(height=11, width=8, frames=19)], PALPATION_KERNELS, classes=24, frames=51, dropout=0.7),
+    # Batch norm over three samples whose features hardly differ, less still after a sigmoid: PyTorch's own
+    # float32 is 8.5e-5 from float64 there.
+    "multiscale-cnn": Twin(
+        Multiscale,
+        dict(classes=20, in_channels=2, height=23, width=300),
+        [IMAGE],
+        cases=[{}, dict(in_channels=1, height=17, width=26, activation="sigmoid", classes=5)],
+        tolerance=lambda settings: dict(DEEP, values=5e-4) if "activation" in settings else DEEP,
+    ),
+    # With the 500 rows of five channels, two values under the maximum are so close that rounding chooses.
+    "dilated-resnet-1d": Twin(
+        DilatedResNet,
+        CODE,
+        [SIGNAL],
+        cases=[dict(in_channels=100), dict(in_channels=7, length=11, width=5, classes=4)],
+        dropouts=DILATED_DROPOUTS,
+    ),
+    "dilated-resnet-rocket-1d": Twin(
+        DilatedResNetRocket,
+        dict(CODE, features=1932),
+        [SIGNAL, ("features",)],
+        cases=[dict(in_channels=7, length=11, width=5, features=84, hidden=6, classes=4)],
+        dropouts={**DILATED_DROPOUTS, "rocket.drop1": "rocket/dropout", "rocket.drop2": "rocket.bn/relu/dropout"},
+    ),
+    **image_networks.TWINS,
+}
 
 
 def build(name, **settings):
     """The network `name` with `settings` in place of the paper's values."""
-    if name in image_networks.NETWORKS:
-        return image_networks.build(name, **settings)
-    if name in TACTNETS_3D:
-        filters, kernels, own = TACTNETS_3D[name]
-        return TactNet3d(filters, kernels, **{**own, **settings})
-    if name == "multiscale-cnn":
-        return Multiscale(**settings)
-    if name == "dilated-resnet-1d":
-        return DilatedResNet(**settings)
-    if name == "dilated-resnet-rocket-1d":
-        return DilatedResNetRocket(**settings)
-    return light(name, **settings)
-
-
-def light(name, classes=3, in_channels=None, image_channels=3, in_features=250, hidden=128, height=50, width=50, **_sizes):
-    """Networks of paper 000; where features are pooled globally, sizes beyond the channels do not matter."""
-    if name == "mlp":
-        return Mlp(in_features, hidden, classes)
-    if name == "lstm":
-        return Lstm(in_channels or 5, hidden, classes)
-    if name in TACTNETS:
-        return TactNet(in_channels or 3, TACTNETS[name], height, width, classes)
-    if name == "tactresnet":
-        return TactResNet(in_channels or 3, height, width, classes)
-    if name in HYBRIDS:
-        temporal, spatial, fuse = HYBRIDS[name]
-        return Hybrid(temporal, spatial, fuse, in_channels or 5, image_channels, classes)
-    body, dims = name.rsplit("-", 1)
-    dims = int(dims[0])
-    return add_classifier(BODIES[body](dims, in_channels or (5 if dims == 1 else 3)), classes)
+    return TWINS[name].build(settings)
 
 
 def input_shapes(name, **settings):
     """Shapes of the inputs in order, batch axis left out."""
-    if name in image_networks.NETWORKS:
-        return image_networks.input_shapes(name, **settings)
-    if name in TACTNETS_3D:
-        sizes = {"in_channels": 1, "height": 28, "width": 50, "frames": 10, **TACTNETS_3D[name][2], **settings}
-        return [tuple(sizes[key] for key in ("in_channels", "height", "width", "frames"))]
-    if name == "multiscale-cnn":
-        return [(settings.get("in_channels", 2), settings.get("height", 23), settings.get("width", 300))]
-    if name.startswith("dilated-resnet"):
-        signal = (settings.get("in_channels", 500), settings.get("length", 25))
-        return [signal, (settings.get("features", 1932),)] if "rocket" in name else [signal]
-    return light_input_shapes(name, **settings)
-
-
-def light_input_shapes(name, classes=3, in_channels=None, image_channels=3, length=50, height=50, width=50, in_features=250, **_):
-    if name == "mlp":
-        return [(1, in_features)]
-    if name in HYBRIDS:
-        return [(in_channels or 5, length), (image_channels, height, width)]
-    return [(in_channels or 5, length)] if name.endswith("1d") or name == "lstm" else [(in_channels or 3, height, width)]
+    return TWINS[name].input_shapes(settings)

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use std::io::Write;
-//! use taxel_base::files::{Part, part_of, write_whole};
+//! use taxel_base::files::{Part, write_whole};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("results.json");
@@ -13,26 +13,55 @@
 //! part.write_all(b"[3, ")?;
 //! drop(part);
 //! assert_eq!(std::fs::read(&path)?, b"[1, 2]");
-//! assert!(!part_of(&path).exists());
+//! assert_eq!(std::fs::read_dir(folder.path())?.count(), 1);
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Ending of a file that is being written.
+use tempfile::{Builder, TempPath};
+
+/// Ending of a file that is being written, or that a killed process has left.
 pub const PART: &str = ".part";
 
-/// Where a file is while it is being written: the same folder, and [`PART`] behind its name.
-pub fn part_of(path: &Path) -> PathBuf {
-    let mut part = path.as_os_str().to_owned();
-    part.push(PART);
-    part.into()
+/// Returns whether `name` is that of a half-written file.
+pub fn is_part(name: &OsStr) -> bool {
+    name.as_encoded_bytes().ends_with(PART.as_bytes())
 }
 
-/// Writes `bytes` under another name in the same folder, flushes them to disk, then renames: no
-/// reader sees half a file. Where a link stands, what it leads to is written; a device or a pipe cannot be
+/// Removes what killed processes have left of the file at `path`. Only for whoever alone writes it.
+///
+/// # Errors
+///
+/// What the system says.
+pub fn remove_parts(path: &Path) -> io::Result<()> {
+    let (Some(name), Ok(entries)) = (path.file_name(), fs::read_dir(folder_of(path))) else { return Ok(()) };
+    let before = part_prefix(name);
+    for entry in entries {
+        let entry = entry?;
+        let other = entry.file_name();
+        if is_part(&other) && other.as_encoded_bytes().starts_with(before.as_encoded_bytes()) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+fn part_prefix(name: &OsStr) -> OsString {
+    let mut prefix = name.to_owned();
+    prefix.push(".");
+    prefix
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Writes `bytes` under a name of its own in the same folder, flushes them to disk, then renames: no
+/// reader sees half a file, and of two processes that write at once the later wins. Where a link stands, what it leads to is written; a device or a pipe cannot be
 /// replaced and gets the bytes themselves.
 ///
 /// # Errors
@@ -74,7 +103,7 @@ pub fn write_piecewise<E: From<io::Error>>(
 pub struct Part {
     file: BufWriter<File>,
     /// The name it has now and the one it gets; none of a device.
-    names: Option<(PathBuf, PathBuf)>,
+    names: Option<(TempPath, PathBuf)>,
 }
 
 impl Part {
@@ -89,8 +118,14 @@ impl Part {
             let device = OpenOptions::new().write(true).open(&path)?;
             return Ok(Part { file: BufWriter::new(device), names: None });
         }
-        let part = part_of(&path);
-        Ok(Part { file: BufWriter::new(File::create(&part)?), names: Some((part, path)) })
+        let prefix = part_prefix(path.file_name().unwrap_or_default());
+        // `create_new` gives the permissions of any new file, where tempfile's own are the user's alone.
+        let temporary = Builder::new()
+            .prefix(&prefix)
+            .suffix(PART)
+            .make_in(folder_of(&path), |at| File::create_new(at))?;
+        let (file, part) = temporary.into_parts();
+        Ok(Part { file: BufWriter::new(file), names: Some((part, path)) })
     }
 
     /// Flushes what was written to disk and gives the file its name.
@@ -100,7 +135,8 @@ impl Part {
     /// What the system says.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.flush()?;
-        let Some((_, path)) = self.names.clone() else { return Ok(()) };
+        let Some((_, path)) = &self.names else { return Ok(()) };
+        let path = path.clone();
         self.file.get_ref().sync_all()?;
         self.rename()?;
         sync_folder(&path)
@@ -108,11 +144,10 @@ impl Part {
 
     fn rename(mut self) -> io::Result<()> {
         self.file.flush()?;
-        if let Some((part, path)) = &self.names {
-            fs::rename(part, path)?;
+        match self.names.take() {
+            Some((part, path)) => part.persist(path).map_err(|error| error.error),
+            None => Ok(()),
         }
-        self.names = None;
-        Ok(())
     }
 }
 
@@ -123,15 +158,6 @@ impl Write for Part {
 
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        if let Some((part, _)) = &self.names {
-            // What ended the writing is the error to report.
-            let _ = fs::remove_file(part);
-        }
     }
 }
 

@@ -1,10 +1,12 @@
 //! What every crate shares: nearest names, whole files, seeded generators, printed tables, layouts of samples.
 //!
 //! - [`names`] finds the name that was meant, for messages about an unknown one.
+//! - [`FileError`] says which file cannot be used, where in it, and why.
 //! - [`files`] writes files that are whole or not there.
 //! - [`seed`] gives one generator for each seed and purpose.
 //! - [`quiet`] catches panics of foreign readers.
 //! - [`Grid`] prints a table of texts, [`thousands`] a large number.
+//! - [`problem`] refuses settings outside their range.
 //! - [`Layout`] says what the axes of one raw sample are.
 //!
 //! ```
@@ -17,14 +19,18 @@
 //! # Ok::<(), taxel_base::UnknownLayout>(())
 //! ```
 
+mod file_error;
 pub mod files;
 mod grid;
 mod layout;
 pub mod names;
 mod numbers;
+pub mod problem;
 pub mod quiet;
 pub mod seed;
 
+pub use file_error::FileError;
 pub use grid::{Align, Grid, markdown_text};
 pub use layout::{Layout, UnknownLayout};
 pub use numbers::thousands;
+pub use problem::Problem;

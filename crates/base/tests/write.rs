@@ -1,11 +1,11 @@
 //! A file is whole or not there.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;
 use std::io::Write;
 
-use taxel_base::files::{Part, part_of, write_piecewise, write_unflushed, write_whole};
+use taxel_base::files::{Part, is_part, remove_parts, write_piecewise, write_unflushed, write_whole};
 
 fn names(folder: &std::path::Path) -> Vec<String> {
     let mut names: Vec<String> =
@@ -47,14 +47,48 @@ fn a_file_whose_pieces_end_early_leaves_the_old_one() {
 }
 
 #[test]
-fn a_half_written_file_of_a_killed_process_is_overwritten() {
+fn a_half_written_file_of_a_killed_process_is_in_nobodys_way() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("results.json");
-    assert_eq!(part_of(&path), folder.path().join("results.json.part"));
-    fs::write(part_of(&path), "half of somethi").unwrap();
-    write_whole(&folder.path().join("results.json"), b"whole").unwrap();
+    for left in ["results.json.part", "results.json.a8Kq2x.part"] {
+        fs::write(folder.path().join(left), "half of somethi").unwrap();
+    }
+    let others = ["results.json.bak", "results.jsonl.a8Kq2x.part"];
+    for other in others {
+        fs::write(folder.path().join(other), "stays").unwrap();
+    }
+    write_whole(&path, b"whole").unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"whole");
+    remove_parts(&path).unwrap();
+    assert_eq!(names(folder.path()), ["results.json", others[0], others[1]]);
+    assert!(remove_parts(&folder.path().join("missing/results.json")).is_ok());
+}
+
+#[test]
+fn writers_of_one_file_do_not_disturb_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("results.json");
+    std::thread::scope(|scope| {
+        for writer in 0..4u8 {
+            let path = &path;
+            scope.spawn(move || (0..50).for_each(|_| write_unflushed(path, &[writer; 5000]).unwrap()));
+        }
+    });
+    let bytes = fs::read(&path).unwrap();
+    assert_eq!((bytes.len(), bytes.iter().all(|byte| *byte == bytes[0])), (5000, true));
     assert_eq!(names(folder.path()), ["results.json"]);
-    assert_eq!(fs::read(folder.path().join("results.json")).unwrap(), b"whole");
+}
+
+#[cfg(unix)]
+#[test]
+fn permissions_are_those_of_any_new_file() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let (ours, other) = (folder.path().join("ours"), folder.path().join("other"));
+    write_whole(&ours, b"bytes").unwrap();
+    fs::write(&other, b"bytes").unwrap();
+    let mode = |path| fs::metadata(path).unwrap().permissions().mode();
+    assert_eq!(mode(&ours), mode(&other));
 }
 
 #[test]
@@ -66,7 +100,11 @@ fn a_file_that_cannot_be_renamed_leaves_no_part() {
     assert!(write_whole(&taken, b"bytes").is_err(), "a folder stands there");
     assert_eq!(names(folder.path()), ["taken"]);
     assert_eq!(fs::read(taken.join("inside")).unwrap(), b"stays");
-    assert!(write_whole(&folder.path().join("missing/results.json"), b"bytes").is_err());
+    let missing = write_whole(&folder.path().join("missing/results.json"), b"bytes").unwrap_err();
+    assert_eq!(
+        missing.raw_os_error().map(std::io::Error::from_raw_os_error).unwrap().to_string(),
+        missing.to_string()
+    );
 }
 
 #[test]
@@ -75,7 +113,8 @@ fn a_part_that_is_dropped_leaves_nothing() {
     let path = folder.path().join("trials.csv");
     let mut part = Part::create(&path).unwrap();
     part.write_all(b"half").unwrap();
-    assert_eq!(names(folder.path()), ["trials.csv.part"]);
+    let [name] = &names(folder.path())[..] else { panic!("one file") };
+    assert!(name.starts_with("trials.csv.") && is_part(name.as_ref()), "{name}");
     drop(part);
     assert!(names(folder.path()).is_empty());
     let mut part = Part::create(&path).unwrap();

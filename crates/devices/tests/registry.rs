@@ -26,24 +26,6 @@ fn published(name: &str) -> Settings {
     })
 }
 
-/// Smaller where candle, which writes every window out, would take minutes.
-fn smaller(name: &str) -> Settings {
-    settings(match name {
-        "alexnet" => "hidden=64 height=95 width=79",
-        "vgg16" => "hidden=64 height=40 width=48",
-        "tactnet3d-51" => "height=12 width=9 frames=19",
-        "tactnet3d" | "tactnet3d-4-8" | "tactnet3d-fc32" | "tactnet3d-8-16-32" => {
-            "height=15 width=13 frames=8"
-        }
-        "mnasnet1-0" | "shufflenet-v2" => "width=90",
-        "tactresnet" => "height=50 width=28",
-        "mobilenet-v2" | "mobilenet-v2-split" | "resnet18" | "resnet50" | "densenet201" | "googlenet" => {
-            "height=40 width=36"
-        }
-        _ => "",
-    })
-}
-
 fn settings(text: &str) -> Settings {
     let pairs = text.split_whitespace().map(|pair| pair.split_once('=').unwrap());
     pairs.map(|(key, value)| (key.to_string(), value.parse::<u64>().unwrap().into())).collect()
@@ -208,7 +190,7 @@ fn on_candle() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("w.safetensors");
     for entry in built_in().entries() {
-        let case = Case::new(entry, &smaller(&entry.name));
+        let case = Case::new(entry, &entry.quick);
         let name = &entry.name;
         let model = |weights: &Weights| Model::new(&case.graph, weights, &Device::Cpu).unwrap();
         let net = model(&case.weights);
@@ -249,7 +231,7 @@ fn on_candle() {
 #[test]
 fn tensors_and_batches_that_do_not_fit_are_refused_by_name() {
     for entry in built_in().entries() {
-        let case = Case::new(entry, &smaller(&entry.name));
+        let case = Case::new(entry, &entry.quick);
         for (weights, words) in case.broken() {
             let refusal = engine(&case, &weights).err().unwrap().to_string();
             assert!(refusal.starts_with(&words), "engine: {refusal}");
@@ -282,14 +264,14 @@ fn tensors_and_batches_that_do_not_fit_are_refused_by_name() {
 #[test]
 fn channels_and_sizes_that_do_not_fit_are_refused_by_name() {
     for entry in built_in().entries() {
-        let case = Case::new(entry, &smaller(&entry.name));
+        let case = Case::new(entry, &entry.quick);
         for input in &entry.inputs {
             let shape = &case.graph.inputs().find(|node| node.name == input.name).unwrap().shape;
             let (key, sizes) = match &input.keys[..] {
                 [flat] => (flat, &input.keys[..]),
                 keys => (&keys[0], &keys[1..]),
             };
-            let mut wider = smaller(&entry.name);
+            let mut wider = entry.quick.clone();
             // Two streams share the channels.
             let more = if entry.name == "mobilenet-v2-split" { 2 } else { 1 };
             let channels = if input.keys.len() == 1 { shape.iter().product() } else { shape[0] };
@@ -298,7 +280,7 @@ fn channels_and_sizes_that_do_not_fit_are_refused_by_name() {
             assert!(refusal.contains("has shape") && refusal.contains("expected"), "{refusal}");
             for size in sizes {
                 for value in [0, 1] {
-                    let mut small = smaller(&entry.name);
+                    let mut small = entry.quick.clone();
                     small.insert(size.clone(), value.into());
                     let refusal = match entry.graph(&small) {
                         Err(error) => error.to_string(),

@@ -171,14 +171,10 @@ fn spatial_features_come_out_in_pytorchs_order() {
 #[test]
 fn another_number_of_classes_replaces_the_head_alone_and_says_so() {
     for entry in built_in().entries() {
-        // Small ones of the wide.
-        let sizes = match entry.name.as_str() {
-            "alexnet" | "vgg16" => "hidden=8",
-            "tactnet3d-51" => "frames=17",
-            _ => "",
-        };
-        let trained = graph(&entry.name, sizes);
-        let wanted = graph(&entry.name, &format!("{sizes} classes=31"));
+        let mut more = entry.quick.clone();
+        let trained = entry.graph(&more).unwrap();
+        more.insert("classes".into(), 31.into());
+        let wanted = entry.graph(&more).unwrap();
         let (checkpoint, own) = (fresh(&trained, 1), fresh(&wanted, 2));
         let mut weights = own.clone();
         let replaced = weights.start_from(&wanted, &checkpoint, false).unwrap();

@@ -5,7 +5,7 @@
 //! [`Engine::forward`] in [`Mode::Train`], [`Engine::backward`] and [`Engine::sgdm`] or another optimiser:
 //!
 //! ```
-//! use taxel_comparators::MlpConfig;
+//! use taxel_reference_networks::MlpConfig;
 //! use taxel_engine::{Engine, Mode, Options, Sgdm};
 //! use taxel_graph::{Architecture, Scheme, Weights};
 //!
@@ -28,7 +28,7 @@
 //! with a [`Workspace`] of its own, which has no memory for gradients:
 //!
 //! ```
-//! use taxel_comparators::MlpConfig;
+//! use taxel_reference_networks::MlpConfig;
 //! use taxel_engine::{Evaluator, Options};
 //! use taxel_graph::{Architecture, Scheme, Weights};
 //!

@@ -8,9 +8,63 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result, at_least};
+use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
 
 use crate::Body;
+
+/// Inputs of both branches.
+const INPUTS: [InputKeys; 2] =
+    [InputKeys::SIGNAL, InputKeys { name: "image", keys: &["image_channels", "height", "width"] }];
+
+pub(crate) const HYBRID_VGG: Listing<HybridConfig> = Listing {
+    name: HybridConfig::VGG.branches.name,
+    family: crate::FAMILY,
+    paper: "000, section 3.2",
+    config: HybridConfig::VGG,
+    inputs: &INPUTS,
+    counts: Counts { parameters: 139_587, statistics: 960, macs: 19_993_184 },
+    quick: &[],
+};
+
+pub(crate) const HYBRID_RESNET: Listing<HybridConfig> = Listing {
+    name: HybridConfig::RESNET.branches.name,
+    family: crate::FAMILY,
+    paper: "000, section 3.2",
+    config: HybridConfig::RESNET,
+    inputs: &INPUTS,
+    counts: Counts { parameters: 55_203, statistics: 832, macs: 11_624_768 },
+    quick: &[],
+};
+
+pub(crate) const HYBRID_DENSENET: Listing<HybridConfig> = Listing {
+    name: HybridConfig::DENSENET.branches.name,
+    family: crate::FAMILY,
+    paper: "000, section 3.2",
+    config: HybridConfig::DENSENET,
+    inputs: &INPUTS,
+    counts: Counts { parameters: 38_435, statistics: 960, macs: 11_210_608 },
+    quick: &[],
+};
+
+pub(crate) const HYBRID_RESVGG: Listing<HybridConfig> = Listing {
+    name: HybridConfig::RESVGG.branches.name,
+    family: crate::FAMILY,
+    paper: "000, section 3.2",
+    config: HybridConfig::RESVGG,
+    inputs: &INPUTS,
+    counts: Counts { parameters: 116_547, statistics: 896, macs: 19_744_624 },
+    quick: &[],
+};
+
+pub(crate) const HYBRID_RESVGG_NOFC: Listing<HybridConfig> = Listing {
+    name: HybridConfig::RESVGG_NOFC.branches.name,
+    family: crate::FAMILY,
+    paper: "000, Table 4",
+    config: HybridConfig::RESVGG_NOFC,
+    inputs: &INPUTS,
+    counts: Counts { parameters: 112_035, statistics: 896, macs: 19_740_160 },
+    quick: &[],
+};
 
 /// A hybrid: `signal` [in_channels, length] + `image` [image_channels, height, width] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

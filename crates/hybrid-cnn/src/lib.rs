@@ -9,7 +9,24 @@ mod vgg6_lite;
 pub use hybrid::{Branches, Fusion, HybridConfig};
 pub use light::{Light1dConfig, Light2dConfig};
 
-use taxel_graph::Flow;
+use taxel_graph::{Flow, Register};
+
+const FAMILY: &str = "hybrid-cnn";
+
+/// Hands every network of this family to the zoo.
+pub fn list(zoo: &mut impl Register) {
+    zoo.add(vgg6_lite::IN_1D);
+    zoo.add(resnet8_lite::IN_1D);
+    zoo.add(densenet6_lite::IN_1D);
+    zoo.add(vgg6_lite::IN_2D);
+    zoo.add(resnet8_lite::IN_2D);
+    zoo.add(densenet6_lite::IN_2D);
+    zoo.add(hybrid::HYBRID_VGG);
+    zoo.add(hybrid::HYBRID_RESNET);
+    zoo.add(hybrid::HYBRID_DENSENET);
+    zoo.add(hybrid::HYBRID_RESVGG);
+    zoo.add(hybrid::HYBRID_RESVGG_NOFC);
+}
 
 /// The three light bodies of the paper (section 3.1), each in 1D and 2D.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,11 +50,12 @@ impl Body {
         .global_average_pool()
     }
 
-    fn name(self) -> &'static str {
+    /// Names of the networks with this body, in 1D and in 2D.
+    fn names(self) -> [&'static str; 2] {
         match self {
-            Body::Vgg6 => "vgg6-lite",
-            Body::ResNet8 => "resnet8-lite",
-            Body::DenseNet6 => "densenet6-lite",
+            Body::Vgg6 => [vgg6_lite::IN_1D.name, vgg6_lite::IN_2D.name],
+            Body::ResNet8 => [resnet8_lite::IN_1D.name, resnet8_lite::IN_2D.name],
+            Body::DenseNet6 => [densenet6_lite::IN_1D.name, densenet6_lite::IN_2D.name],
         }
     }
 }

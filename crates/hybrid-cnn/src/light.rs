@@ -77,7 +77,7 @@ impl Architecture for Light1dConfig {
     fn graph(&self) -> Result<Graph> {
         let Light1dConfig { body, classes, in_channels, length } = *self;
         at_least(&[("classes", classes, 2), ("in_channels", in_channels, 1), ("length", length, 1)])?;
-        light(&format!("{}-1d", body.name()), "signal", &[in_channels, length], body, classes)
+        light(body.names()[0], "signal", &[in_channels, length], body, classes)
     }
 }
 
@@ -94,7 +94,7 @@ impl Architecture for Light2dConfig {
             ("height", height, 1),
             ("width", width, 1),
         ])?;
-        light(&format!("{}-2d", body.name()), "image", &[in_channels, height, width], body, classes)
+        light(body.names()[1], "image", &[in_channels, height, width], body, classes)
     }
 }
 

@@ -19,7 +19,7 @@ pub enum Error {
     Fault {
         /// What the samples are.
         source_label: String,
-        /// What the scenes say.
+        /// The fault's reason.
         source: taxel_faults::Error,
     },
     /// A run folder that holds something else than is asked of it.

@@ -13,7 +13,7 @@ use taxel_baselines::Method;
 use taxel_data::{Augment, Dataset};
 use taxel_faults::{Fault, TrainingFaults};
 use taxel_graph::Weights;
-use taxel_learn::{Candidate, CrossValidation, Encoder, Encoding, Estimator, Fit, Protocol, RunOptions, fit};
+use taxel_learn::{Candidate, CrossValidation, Encoder, Encoding, Fit, Protocol, RunOptions, fit};
 
 fn weights(dataset: &Dataset, candidate: Candidate) -> Weights {
     let name = candidate.name.clone();

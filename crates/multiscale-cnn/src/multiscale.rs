@@ -13,7 +13,10 @@
 //! deviation 1" is taken for weights and biases alike.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Activation, Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result, at_least};
+use taxel_graph::{
+    Activation, Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result,
+    at_least,
+};
 
 /// Table 1: filters of the multi-channel convolution of each block (`Conv1_2`, `Conv2_2`, `Conv3_2`). The
 /// single-channel one beside it has 1; both have a kernel of 3 and padding 1, every max-pool 2/2.
@@ -30,6 +33,22 @@ pub enum BlockActivation {
     /// Eq. 5.
     Sigmoid,
 }
+
+pub(crate) const MULTISCALE_CNN: Listing<MultiscaleConfig> = Listing {
+    name: "multiscale-cnn",
+    family: crate::FAMILY,
+    paper: "004, Table 1",
+    config: MultiscaleConfig {
+        classes: 20,
+        in_channels: 2,
+        height: 23,
+        width: 300,
+        activation: BlockActivation::LeakyRelu,
+    },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 2_180_011, statistics: 1_174, macs: 7_488_856 },
+    quick: &[],
+};
 
 /// `image` `[in_channels, height, width]`, fingers × readings per tick × ticks → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,13 +68,7 @@ pub struct MultiscaleConfig {
 
 impl Default for MultiscaleConfig {
     fn default() -> Self {
-        MultiscaleConfig {
-            classes: 20,
-            in_channels: 2,
-            height: 23,
-            width: 300,
-            activation: BlockActivation::LeakyRelu,
-        }
+        MULTISCALE_CNN.config
     }
 }
 
@@ -72,7 +85,7 @@ impl Architecture for MultiscaleConfig {
             BlockActivation::LeakyRelu => Activation::LeakyRelu { slope: 0.01 },
             BlockActivation::Sigmoid => Activation::Sigmoid,
         };
-        let net = Network::new("multiscale-cnn");
+        let net = Network::new(MULTISCALE_CNN.name);
         let normal = Fill::Normal { sd: 1.0 };
         net.conv_init(normal, normal);
         net.linear_init(normal, normal);

@@ -6,7 +6,7 @@
 //! concatenation. It never changes: threads share one, each with a [`Workspace`] of its own, and no answer allocates.
 //!
 //! ```
-//! use taxel_comparators::MlpConfig;
+//! use taxel_reference_networks::MlpConfig;
 //! use taxel_graph::{Architecture, Scheme, Weights};
 //! use taxel_runtime::Frozen;
 //!

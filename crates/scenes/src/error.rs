@@ -4,6 +4,8 @@
 //!
 //! None: every message names the thing, its value and the way out.
 
+use taxel_base::FileError;
+
 /// A scene that cannot be simulated as asked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -37,14 +39,9 @@ pub enum Error {
     /// A fault cannot be applied.
     #[error(transparent)]
     Fault(#[from] taxel_faults::Error),
-    /// A mesh cannot be used.
-    #[error("{file}: {reason}")]
-    Mesh {
-        /// The file, or the name of a built-in object.
-        file: String,
-        /// What is wrong, and the way out.
-        reason: String,
-    },
+    /// A mesh file, a folder of them or a built-in object cannot be used.
+    #[error(transparent)]
+    Mesh(#[from] FileError),
     /// A parameter is impossible.
     #[error("{name} = {value}: {expected}")]
     Parameter {

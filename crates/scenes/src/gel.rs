@@ -31,6 +31,7 @@ use std::path::PathBuf;
 use ndarray::{Array3, Array4, ArrayViewMut3};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
+use taxel_base::FileError;
 
 use self::camera::{Dent, FULL_SCALE, rest};
 use self::cloth::CLOTHS;
@@ -217,7 +218,7 @@ fn pressed(object: &Object, world: &World, i: usize, press: &Press, grid: Grid) 
     let reach = 10.0;
     let Some(touch) = touch(&object.mesh, &mut place, press.spin, grid, reach) else {
         let reason = format!("no point of {TRIES} can be reached by a flat gel of {} mm", SIDE_OBJECTS.get());
-        return Err(Error::Mesh { file: object.name.clone(), reason });
+        return Err(FileError::new(object.name.as_ref(), reason).into());
     };
     let dent = |gap: Option<f64>| gap.map_or(0.0, |gap| (press.depth - gap).max(0.0));
     Ok(touch.gaps.into_iter().map(dent).collect())

@@ -36,6 +36,7 @@ use crate::{Effect, Error, Result, Scene};
 use ndarray::{Array3, Array4, ArrayViewMut2};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
+use taxel_base::FileError;
 use taxel_base::seed::rng;
 
 /// Name of the scene.
@@ -194,7 +195,7 @@ impl Imprint {
                 self.pitch() * self.elements as f64,
                 self.depth_mm
             );
-            return Err(Error::Mesh { file: object.name.clone(), reason });
+            return Err(FileError::new(object.name.as_ref(), reason).into());
         };
         for (reading, gap) in imprint.iter_mut().zip(touch.gaps) {
             *reading = gap.map_or(0.0, |gap| 1.0 - gap / self.depth_mm).clamp(0.0, 1.0) as f32;

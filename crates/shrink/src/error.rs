@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use taxel_base::FileError;
+
 /// A run that cannot be shrunk.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -29,13 +31,8 @@ pub enum Error {
         reason: String,
     },
     /// A file or folder.
-    #[error("{file}: {reason}")]
-    File {
-        /// The file.
-        file: String,
-        /// What is wrong with it, and the way out.
-        reason: String,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// It was stopped from outside; finished trainings are kept.
     #[error("{folder}: stopped; finished trainings are kept")]
     Stopped {
@@ -49,7 +46,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     pub(crate) fn file(path: &Path, reason: impl ToString) -> Self {
-        Error::File { file: path.display().to_string(), reason: reason.to_string() }
+        FileError::new(path, reason.to_string()).into()
     }
 
     pub(crate) fn value(key: &'static str, value: impl ToString, reason: impl Into<String>) -> Self {

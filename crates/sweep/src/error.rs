@@ -2,28 +2,15 @@
 
 use std::path::Path;
 
+use taxel_base::FileError;
+
 /// A sweep that cannot be planned, run, collected or handed to a scheduler.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file or folder cannot be read or written.
-    #[error("{file}: cannot be {action}: {source}")]
-    Io {
-        /// The path as the user gave it.
-        file: String,
-        /// `read`, `written`, `created`, …
-        action: &'static str,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A file that does not say what it should.
-    #[error("{file}: {reason}")]
-    File {
-        /// The file.
-        file: String,
-        /// What is wrong with it, and the way out.
-        reason: String,
-    },
+    /// A file or folder cannot be read or written, or does not say what it should.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A value outside its range.
     #[error("{key} = {value}: {reason}")]
     Value {
@@ -53,10 +40,10 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
-        Error::Io { file: path.display().to_string(), action, source }
+        FileError::io(path, action, &source).into()
     }
 
     pub(crate) fn file(path: &Path, reason: impl Into<String>) -> Self {
-        Error::File { file: path.display().to_string(), reason: reason.into() }
+        FileError::new(path, reason).into()
     }
 }

@@ -13,7 +13,9 @@
 //! kernel of the second. Softmax belongs to the loss.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result, share, within};
+use taxel_graph::{
+    Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, share, within,
+};
 
 /// Rows, columns, frames.
 type Kernel = [usize; 3];
@@ -22,6 +24,56 @@ type Kernel = [usize; 3];
 const ACTIVE_KERNELS: [Kernel; 2] = [[5, 5, 3], [5, 3, 3]];
 /// Paper 003, Fig. 4.
 const PALPATION_KERNELS: [Kernel; 2] = [[5, 3, 8], [5, 3, 8]];
+
+pub(crate) const TACTNET3D: Listing<TactNet3dConfig> = Listing {
+    name: TactNet3dConfig::ACTIVE.layers.name,
+    family: crate::FAMILY,
+    paper: "002, Table I",
+    config: TactNet3dConfig::ACTIVE,
+    inputs: &[InputKeys::TENSOR],
+    counts: Counts { parameters: 5_413_801, statistics: 48, macs: 41_119_296 },
+    quick: &[("height", 15), ("width", 13), ("frames", 8)],
+};
+
+pub(crate) const TACTNET3D_4_8: Listing<TactNet3dConfig> = Listing {
+    name: TactNet3dConfig::ACTIVE_4_8.layers.name,
+    family: crate::FAMILY,
+    paper: "002, Table I",
+    config: TactNet3dConfig::ACTIVE_4_8,
+    inputs: &[InputKeys::TENSOR],
+    counts: Counts { parameters: 2_705_785, statistics: 24, macs: 12_956_736 },
+    quick: &[("height", 15), ("width", 13), ("frames", 8)],
+};
+
+pub(crate) const TACTNET3D_FC32: Listing<TactNet3dConfig> = Listing {
+    name: TactNet3dConfig::ACTIVE_FC32.layers.name,
+    family: crate::FAMILY,
+    paper: "002, Table I",
+    config: TactNet3dConfig::ACTIVE_FC32,
+    inputs: &[InputKeys::TENSOR],
+    counts: Counts { parameters: 2_710_121, statistics: 48, macs: 38_415_648 },
+    quick: &[("height", 15), ("width", 13), ("frames", 8)],
+};
+
+pub(crate) const TACTNET3D_8_16_32: Listing<TactNet3dConfig> = Listing {
+    name: TactNet3dConfig::ACTIVE_8_16_32.layers.name,
+    family: crate::FAMILY,
+    paper: "002, Table I",
+    config: TactNet3dConfig::ACTIVE_8_16_32,
+    inputs: &[InputKeys::TENSOR],
+    counts: Counts { parameters: 5_535_241, statistics: 112, macs: 103_149_120 },
+    quick: &[("height", 15), ("width", 13), ("frames", 8)],
+};
+
+pub(crate) const TACTNET3D_51: Listing<TactNet3dConfig> = Listing {
+    name: TactNet3dConfig::PALPATION.layers.name,
+    family: crate::FAMILY,
+    paper: "003, Fig. 4",
+    config: TactNet3dConfig::PALPATION,
+    inputs: &[InputKeys::TENSOR],
+    counts: Counts { parameters: 69_779_048, statistics: 96, macs: 2_258_454_016 },
+    quick: &[("height", 12), ("width", 9), ("frames", 19)],
+};
 
 /// `tensor` `[in_channels, height, width, frames]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

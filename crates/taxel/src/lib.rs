@@ -63,7 +63,8 @@
 //! |---|---|
 //! | read, check and split recordings | [`data`] |
 //! | turn readings into images and tensors | [`encodings`] |
-//! | simulate a sensor, or break readings on purpose | [`scenes`] |
+//! | simulate a sensor | [`scenes`] |
+//! | break readings on purpose | [`faults`] |
 //! | describe a network, count its cost | [`graph`], [`zoo`] |
 //! | train, cross-validate, save | [`learn`] |
 //! | train step by step | [`engine`] |

@@ -1,4 +1,4 @@
-//! A progress bar.
+//! The progress bar of the command line and the Python package.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use taxel_learn::{FoldKey, Progress};

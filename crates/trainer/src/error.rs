@@ -2,20 +2,15 @@
 
 use std::path::Path;
 
+use taxel_base::FileError;
+
 /// An experiment that cannot be run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file cannot be read.
-    #[error("{file}: cannot be {action}: {source}")]
-    Io {
-        /// The path as the user gave it.
-        file: String,
-        /// `read`, …
-        action: &'static str,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    /// A file that cannot be read, or holds no network.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A config that is not valid TOML, or has an unknown key or a value of the wrong type.
     #[error("{place}: {message}{line}")]
     Config {
@@ -59,14 +54,6 @@ pub enum Error {
     /// An ONNX file that no network can be made of.
     #[error(transparent)]
     Onnx(#[from] taxel_onnx::Error),
-    /// A file without a network.
-    #[error("{file}: {reason}")]
-    NoNetwork {
-        /// The path as the user gave it.
-        file: String,
-        /// What it holds.
-        reason: String,
-    },
 }
 
 /// A result whose error is [`enum@Error`].
@@ -86,7 +73,7 @@ impl From<taxel_data::Error> for Error {
 
 impl Error {
     pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
-        Error::Io { file: path.display().to_string(), action, source }
+        FileError::io(path, action, &source).into()
     }
 
     pub(crate) fn config(place: impl Into<String>, message: impl Into<String>) -> Self {

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use taxel_base::FileError;
 use taxel_graph::{Graph, Weights};
 use taxel_learn::Model;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// A network with its weights: an ONNX file (`.onnx`), what `taxel import` wrote, or a trained model.
 ///
@@ -23,8 +24,8 @@ pub fn read_network(path: &Path) -> Result<(Graph, Weights)> {
     match model.card().graph() {
         Some(graph) => Ok((graph.clone(), model.weights().clone())),
         None => {
-            let (file, name) = (path.display().to_string(), &model.card().name);
-            Err(Error::NoNetwork { file, reason: format!("holds the baseline {name}, not a network") })
+            let reason = format!("holds the baseline {}, not a network", model.card().name);
+            Err(FileError::new(path, reason).into())
         }
     }
 }

@@ -10,7 +10,9 @@
 //! that, as torchvision does; there is nothing to pool at 224×224.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result, at_least, share};
+use taxel_graph::{
+    Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, at_least, share,
+};
 
 use crate::check_image;
 
@@ -22,6 +24,16 @@ const LAYERS: [(usize, usize, usize, usize, usize, bool); 5] = [
     (8, 256, 3, 1, 1, false),
     (10, 256, 3, 1, 1, true),
 ];
+
+pub(crate) const ALEXNET: Listing<AlexNetConfig> = Listing {
+    name: "alexnet",
+    family: crate::FAMILY,
+    paper: "Krizhevsky 2014; 001, Tables 1-5",
+    config: AlexNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 57_028_422, statistics: 0, macs: 710_117_056 },
+    quick: &[("hidden", 64), ("height", 95), ("width", 79)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,7 +55,7 @@ pub struct AlexNetConfig {
 
 impl Default for AlexNetConfig {
     fn default() -> Self {
-        AlexNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 }
+        ALEXNET.config
     }
 }
 
@@ -54,7 +66,7 @@ impl Architecture for AlexNetConfig {
         check_image(classes, image, 63)?;
         at_least(&[("hidden", hidden, 1)])?;
         share("dropout", dropout)?;
-        let net = Network::new("alexnet");
+        let net = Network::new(ALEXNET.name);
         let mut x = net.input("image", &image);
         for (number, filters, kernel, stride, padding, pool) in LAYERS {
             let conv = Conv::new(filters, kernel).stride(stride).pad(padding);

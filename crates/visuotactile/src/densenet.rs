@@ -9,7 +9,7 @@
 //! No counting convention tried gives the GFLOPs of paper 000; 1·MAC is 4.2895.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result};
+use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
 
 use crate::check_image;
 
@@ -17,6 +17,16 @@ use crate::check_image;
 const LAYERS: [usize; 4] = [6, 12, 48, 32];
 /// Filters that each layer adds; its 1×1 convolution has four times as many.
 const GROWTH: usize = 32;
+
+pub(crate) const DENSENET201: Listing<DenseNet201Config> = Listing {
+    name: "densenet201",
+    family: crate::FAMILY,
+    paper: "Huang et al. 2017; 000, Table 5",
+    config: DenseNet201Config { classes: 3, in_channels: 3, height: 224, width: 224 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 18_098_691, statistics: 229_056, macs: 4_289_451_648 },
+    quick: &[("height", 40), ("width", 36)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,7 +44,7 @@ pub struct DenseNet201Config {
 
 impl Default for DenseNet201Config {
     fn default() -> Self {
-        DenseNet201Config { classes: 3, in_channels: 3, height: 224, width: 224 }
+        DENSENET201.config
     }
 }
 
@@ -43,7 +53,7 @@ impl Architecture for DenseNet201Config {
         let DenseNet201Config { classes, in_channels, height, width } = *self;
         let shape = [in_channels, height, width];
         check_image(classes, shape, 29)?;
-        let net = Network::new("densenet201");
+        let net = Network::new(DENSENET201.name);
         net.conv_init(Fill::KaimingNormalFanIn, Fill::Pytorch);
         net.linear_init(Fill::Pytorch, Fill::Constant(0.0));
         let image = net.input("image", &shape);

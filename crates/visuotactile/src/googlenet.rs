@@ -12,7 +12,10 @@
 //! encoding's business.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, BATCH_NORM_MOMENTUM, Conv, Fill, Flow, Graph, Network, Pool, Result, share};
+use taxel_graph::{
+    Architecture, BATCH_NORM_MOMENTUM, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool,
+    Result, share,
+};
 
 use crate::check_image;
 
@@ -36,6 +39,16 @@ const AUXILIARY_DROPOUT: f32 = 0.7;
 /// Section 5: what the loss of each counts beside that of the logits.
 const AUXILIARY_WEIGHT: f32 = 0.3;
 
+pub(crate) const GOOGLENET: Listing<GoogLeNetConfig> = Listing {
+    name: "googlenet",
+    family: crate::FAMILY,
+    paper: "Szegedy et al. 2015; 001, Tables 1-5",
+    config: GoogLeNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, dropout: 0.2, aux: false },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 5_606_054, statistics: 14_560, macs: 1_497_358_336 },
+    quick: &[("height", 40), ("width", 36)],
+};
+
 /// `image` `[in_channels, height, width]` → logits `[classes]`; with `aux` also `aux1` and `aux2`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -56,7 +69,7 @@ pub struct GoogLeNetConfig {
 
 impl Default for GoogLeNetConfig {
     fn default() -> Self {
-        GoogLeNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, dropout: 0.2, aux: false }
+        GOOGLENET.config
     }
 }
 
@@ -66,7 +79,7 @@ impl Architecture for GoogLeNetConfig {
         let shape = [in_channels, height, width];
         check_image(classes, shape, 31)?;
         share("dropout", dropout)?;
-        let net = Network::new("googlenet");
+        let net = Network::new(GOOGLENET.name);
         // Cut off at 2, which is 200 standard deviations away.
         net.conv_init(Fill::Normal { sd: 0.01 }, Fill::Pytorch);
         net.linear_init(Fill::Normal { sd: 0.01 }, Fill::Pytorch);

@@ -21,7 +21,23 @@ pub use resnet::{ResNetConfig, ResNetDepth};
 pub use shufflenet_v2::ShuffleNetV2Config;
 pub use vgg::Vgg16Config;
 
-use taxel_graph::{Flow, Result, at_least};
+use taxel_graph::{Flow, Register, Result, at_least};
+
+const FAMILY: &str = "visuotactile";
+
+/// Hands every network of this family to the zoo.
+pub fn list(zoo: &mut impl Register) {
+    zoo.add(mobilenet_v2::MOBILENET_V2);
+    zoo.add(mobilenet_v2_split::MOBILENET_V2_SPLIT);
+    zoo.add(alexnet::ALEXNET);
+    zoo.add(vgg::VGG16);
+    zoo.add(resnet::RESNET18);
+    zoo.add(resnet::RESNET50);
+    zoo.add(densenet::DENSENET201);
+    zoo.add(googlenet::GOOGLENET);
+    zoo.add(shufflenet_v2::SHUFFLENET_V2);
+    zoo.add(mnasnet::MNASNET);
+}
 
 /// Refuses fewer than 2 classes, and images of less than `side` rows or columns: (classes, `[in_channels, height,
 /// width]`).

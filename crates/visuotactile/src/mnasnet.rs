@@ -9,7 +9,9 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, BATCH_NORM_EPS, Conv, Fill, Flow, Graph, Network, Result, share};
+use taxel_graph::{
+    Architecture, BATCH_NORM_EPS, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Result, share,
+};
 
 use crate::check_image;
 
@@ -24,6 +26,16 @@ const STACKS: [(usize, usize, usize, usize, usize); 6] = [
 ];
 /// torchvision takes TensorFlow's 0.9997 for the share that stays.
 const MOMENTUM: f32 = 1.0 - 0.9997;
+
+pub(crate) const MNASNET: Listing<MnasNetConfig> = Listing {
+    name: "mnasnet1-0",
+    family: crate::FAMILY,
+    paper: "Tan et al. 2019; 004, Table 2",
+    config: MnasNetConfig { classes: 20, in_channels: 2, height: 23, width: 300, dropout: 0.2 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 3_127_644, statistics: 37_920, macs: 56_633_936 },
+    quick: &[("width", 90)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,7 +55,7 @@ pub struct MnasNetConfig {
 
 impl Default for MnasNetConfig {
     fn default() -> Self {
-        MnasNetConfig { classes: 20, in_channels: 2, height: 23, width: 300, dropout: 0.2 }
+        MNASNET.config
     }
 }
 
@@ -53,7 +65,7 @@ impl Architecture for MnasNetConfig {
         let shape = [in_channels, height, width];
         check_image(classes, shape, 1)?;
         share("dropout", dropout)?;
-        let net = Network::new("mnasnet1-0");
+        let net = Network::new(MNASNET.name);
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Constant(0.0));
         net.linear_init(Fill::KaimingUniformFanOut, Fill::Constant(0.0));
         let image = net.input("image", &shape);

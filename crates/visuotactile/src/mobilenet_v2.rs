@@ -10,7 +10,8 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Activation, Architecture, Conv, Fill, Flow, Graph, Network, Result, check_width_mult, share,
+    Activation, Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Result,
+    check_width_mult, share,
 };
 
 use crate::check_image;
@@ -27,6 +28,23 @@ const ROWS: [(usize, usize, usize, usize); 7] = [
 ];
 const STEM: usize = 32;
 const LAST: usize = 1280;
+
+pub(crate) const MOBILENET_V2: Listing<MobileNetV2Config> = Listing {
+    name: "mobilenet-v2",
+    family: crate::FAMILY,
+    paper: "Sandler et al. 2018; 001, Tables 1-6",
+    config: MobileNetV2Config {
+        classes: 6,
+        in_channels: 3,
+        height: 224,
+        width: 224,
+        width_mult: 1.0,
+        dropout: 0.2,
+    },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 2_231_558, statistics: 34_112, macs: 299_501_952 },
+    quick: &[("height", 40), ("width", 36)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -48,14 +66,7 @@ pub struct MobileNetV2Config {
 
 impl Default for MobileNetV2Config {
     fn default() -> Self {
-        MobileNetV2Config {
-            classes: 6,
-            in_channels: 3,
-            height: 224,
-            width: 224,
-            width_mult: 1.0,
-            dropout: 0.2,
-        }
+        MOBILENET_V2.config
     }
 }
 
@@ -66,7 +77,7 @@ impl Architecture for MobileNetV2Config {
         check_image(classes, shape, 1)?;
         share("dropout", dropout)?;
         check_width_mult(width_mult)?;
-        let net = Network::new("mobilenet-v2");
+        let net = Network::new(MOBILENET_V2.name);
         initial_weights(&net);
         let image = net.input("image", &shape);
         let mut x = conv_bn(&image, "features.0.0", "features.0.1", stem(width_mult));

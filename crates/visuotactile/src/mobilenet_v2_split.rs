@@ -11,12 +11,22 @@
 //! Where both streams are lit their features add up, which the paper leaves open.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Error, Flow, Graph, Network, Result, at_least};
+use taxel_graph::{Architecture, Counts, Error, Flow, Graph, InputKeys, Listing, Network, Result, at_least};
 
 use crate::mobilenet_v2::{blocks, conv_bn, initial_weights, last, stem};
 
 /// MATLAB's layer 17 ends block 2 of torchvision's `features`, layer 139 ends block 16.
 const SHARED: std::ops::RangeInclusive<usize> = 3..=16;
+
+pub(crate) const MOBILENET_V2_SPLIT: Listing<MobileNetV2SplitConfig> = Listing {
+    name: "mobilenet-v2-split",
+    family: crate::FAMILY,
+    paper: "001, section 7",
+    config: MobileNetV2SplitConfig { classes: 6, in_channels: 6, height: 224, width: 224 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 3_132_284, statistics: 41_756, macs: 392_658_240 },
+    quick: &[("height", 40), ("width", 36)],
+};
 
 /// `image` `[in_channels, height, width]`, vision before touch → `visual` `[classes]`, `tactile` `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,7 +44,7 @@ pub struct MobileNetV2SplitConfig {
 
 impl Default for MobileNetV2SplitConfig {
     fn default() -> Self {
-        MobileNetV2SplitConfig { classes: 6, in_channels: 6, height: 224, width: 224 }
+        MOBILENET_V2_SPLIT.config
     }
 }
 
@@ -50,7 +60,7 @@ impl Architecture for MobileNetV2SplitConfig {
         if in_channels % 2 != 0 {
             return Err(Error::config("in_channels", in_channels, "must be even: vision, then touch"));
         }
-        let net = Network::new("mobilenet-v2-split");
+        let net = Network::new(MOBILENET_V2_SPLIT.name);
         initial_weights(&net);
         let image = net.input("image", &[in_channels, height, width]).standardize("mean", "std");
         let half = in_channels / 2;

@@ -10,12 +10,32 @@
 //! Paper 000 counts 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Fill, Flow, Graph, Network, Pool, Result};
+use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
 
 use crate::check_image;
 
 /// Table 1: widths of the four groups of blocks; each but the first starts with a stride of 2.
 const WIDTHS: [usize; 4] = [64, 128, 256, 512];
+
+pub(crate) const RESNET18: Listing<ResNetConfig> = Listing {
+    name: "resnet18",
+    family: crate::FAMILY,
+    paper: "He et al. 2016; 000, Table 5",
+    config: ResNetConfig::EIGHTEEN,
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 11_178_051, statistics: 9_600, macs: 1_813_562_880 },
+    quick: &[("height", 40), ("width", 36)],
+};
+
+pub(crate) const RESNET50: Listing<ResNetConfig> = Listing {
+    name: "resnet50",
+    family: crate::FAMILY,
+    paper: "He et al. 2016; 001, Tables 1-5",
+    config: ResNetConfig::FIFTY,
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 23_520_326, statistics: 53_120, macs: 4_087_148_544 },
+    quick: &[("height", 40), ("width", 36)],
+};
 
 /// Which of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,8 +50,8 @@ impl ResNetDepth {
     /// Registry name, blocks per group, the block.
     fn table(self) -> (&'static str, [usize; 4], Block) {
         match self {
-            ResNetDepth::Eighteen => ("resnet18", [2, 2, 2, 2], basic),
-            ResNetDepth::Fifty => ("resnet50", [3, 4, 6, 3], bottleneck),
+            ResNetDepth::Eighteen => (RESNET18.name, [2, 2, 2, 2], basic),
+            ResNetDepth::Fifty => (RESNET50.name, [3, 4, 6, 3], bottleneck),
         }
     }
 }

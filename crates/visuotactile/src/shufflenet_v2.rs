@@ -8,12 +8,22 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result};
+use taxel_graph::{Architecture, Conv, Counts, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
 
 use crate::check_image;
 
 /// Table 5: channels and blocks of stages 2 to 4; each starts with a stride of 2.
 const STAGES: [(usize, usize); 3] = [(116, 4), (232, 8), (464, 4)];
+
+pub(crate) const SHUFFLENET_V2: Listing<ShuffleNetV2Config> = Listing {
+    name: "shufflenet-v2",
+    family: crate::FAMILY,
+    paper: "Ma et al. 2018; 004, Table 2",
+    config: ShuffleNetV2Config { classes: 20, in_channels: 2, height: 23, width: 300 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 1_273_888, statistics: 16_180, macs: 25_809_568 },
+    quick: &[("width", 90)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,7 +41,7 @@ pub struct ShuffleNetV2Config {
 
 impl Default for ShuffleNetV2Config {
     fn default() -> Self {
-        ShuffleNetV2Config { classes: 20, in_channels: 2, height: 23, width: 300 }
+        SHUFFLENET_V2.config
     }
 }
 
@@ -40,7 +50,7 @@ impl Architecture for ShuffleNetV2Config {
         let ShuffleNetV2Config { classes, in_channels, height, width } = *self;
         let shape = [in_channels, height, width];
         check_image(classes, shape, 1)?;
-        let net = Network::new("shufflenet-v2");
+        let net = Network::new(SHUFFLENET_V2.name);
         let image = net.input("image", &shape);
         let stem = image.conv("conv1.0", Conv::new(24, 3).stride(2).pad(1).no_bias()).bn_relu("conv1.1");
         let mut x = stem.max_pool(Pool::new(3).stride(2).pad(1));

@@ -10,12 +10,24 @@
 //! at 224×224.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Fill, Graph, Network, Pool, Result, at_least, share};
+use taxel_graph::{
+    Architecture, Conv, Counts, Fill, Graph, InputKeys, Listing, Network, Pool, Result, at_least, share,
+};
 
 use crate::check_image;
 
 /// Table 1, column D: filters and number of convolutions before each max-pool.
 const GROUPS: [(usize, usize); 5] = [(64, 2), (128, 2), (256, 3), (512, 3), (512, 3)];
+
+pub(crate) const VGG16: Listing<Vgg16Config> = Listing {
+    name: "vgg16",
+    family: crate::FAMILY,
+    paper: "Simonyan and Zisserman 2015; 000, Table 5",
+    config: Vgg16Config { classes: 3, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 134_272_835, statistics: 0, macs: 15_466_180_608 },
+    quick: &[("hidden", 64), ("height", 40), ("width", 48)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,7 +49,7 @@ pub struct Vgg16Config {
 
 impl Default for Vgg16Config {
     fn default() -> Self {
-        Vgg16Config { classes: 3, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 }
+        VGG16.config
     }
 }
 
@@ -48,7 +60,7 @@ impl Architecture for Vgg16Config {
         check_image(classes, image, 32)?;
         at_least(&[("hidden", hidden, 1)])?;
         share("dropout", dropout)?;
-        let net = Network::new("vgg16");
+        let net = Network::new(VGG16.name);
         net.conv_init(Fill::KaimingNormalFanOut, Fill::Constant(0.0));
         net.linear_init(Fill::Normal { sd: 0.01 }, Fill::Constant(0.0));
         let mut x = net.input("image", &image);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use taxel_graph::{Architecture, Graph};
+use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing};
 
 use crate::error::{Error, Result};
 
@@ -43,27 +43,33 @@ impl Input {
 
     /// `signal` `[in_channels, length]`.
     pub fn signal() -> Self {
-        Input::new("signal", &["in_channels", "length"])
+        InputKeys::SIGNAL.into()
     }
 
     /// `signal` flattened to `[1, in_features]`.
     pub fn flat() -> Self {
-        Input::new("signal", &["in_features"])
+        InputKeys::FLAT.into()
     }
 
     /// `image` `[in_channels, height, width]`.
     pub fn image() -> Self {
-        Input::new("image", &["in_channels", "height", "width"])
+        InputKeys::IMAGE.into()
     }
 
     /// `rocket` `[features]`.
     pub fn rocket() -> Self {
-        Input::new("rocket", &["features"])
+        InputKeys::ROCKET.into()
     }
 
     /// `tensor` `[in_channels, height, width, frames]`.
     pub fn tensor() -> Self {
-        Input::new("tensor", &["in_channels", "height", "width", "frames"])
+        InputKeys::TENSOR.into()
+    }
+}
+
+impl From<InputKeys> for Input {
+    fn from(input: InputKeys) -> Self {
+        Input::new(input.name, input.keys)
     }
 }
 
@@ -91,6 +97,10 @@ pub struct Entry {
     pub paper: String,
     /// What it reads.
     pub inputs: Vec<Input>,
+    /// Counts at the published settings, where its file states them.
+    pub counts: Option<Counts>,
+    /// Sizes at which tests that walk every network take it; none are the published ones.
+    pub quick: Settings,
     build: Arc<Build>,
     own: Settings,
 }
@@ -115,6 +125,8 @@ impl Entry {
             family: family.into(),
             paper: paper.into(),
             inputs: inputs.into(),
+            counts: None,
+            quick: Settings::new(),
             build: Arc::new(build),
             own: Settings::new(),
         }
@@ -148,6 +160,17 @@ impl Entry {
             Ok(graph)
         });
         Entry { own: values.unwrap_or_default(), ..entry }
+    }
+
+    /// The network that a family lists.
+    pub(crate) fn listed<C>(network: Listing<C>) -> Self
+    where
+        C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
+    {
+        let Listing { name, family, paper, config, inputs, counts, quick } = network;
+        let inputs: Vec<Input> = inputs.iter().copied().map(Input::from).collect();
+        let quick = quick.iter().map(|(key, size)| (key.to_string(), (*size).into())).collect();
+        Entry { counts: Some(counts), quick, ..Entry::of(config, name, family, paper, inputs) }
     }
 
     /// A whole number among its own settings, such as a width, that does not come from the data: what it is where

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::path::Path;
+
+use serde_json::Value;
 use taxel_graph::Network;
 use taxel_zoo::{BuildError, Entry, Input, Registry, Settings, built_in, find, matlab};
 
@@ -32,6 +35,36 @@ fn a_network_is_registered_once() {
     registry.add(own("mine")).unwrap();
     assert_eq!(registry.clone().entries().count(), built_in().entries().count() + 1);
     assert!(find("mine").is_err(), "the built-in ones stay as they are");
+}
+
+/// Fixtures hold the shapes of a PyTorch twin's tensors, and only a network with a twin has one.
+#[test]
+fn every_network_has_a_twin_that_counts_as_many_values() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures");
+    let json = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).unwrap()).unwrap();
+    let paths = std::fs::read_dir(format!("{folder}/networks")).unwrap().map(|file| file.unwrap().path());
+    let mut twins: Vec<Value> = paths.map(|path| json(&path)).collect();
+    // Those with several outputs.
+    twins.extend(json(format!("{folder}/outputs.json").as_ref()).as_array().unwrap().iter().cloned());
+    for entry in built_in().entries() {
+        let own = |twin: &&Value| twin["network"] == entry.name.as_str();
+        assert!(
+            twins.iter().any(|twin| own(&twin)),
+            "{}: no fixture; add its twin to scripts/twin and run scripts/fixtures/network_twins.py {0}",
+            entry.name
+        );
+        for twin in twins.iter().filter(own) {
+            let settings = twin["settings"].as_object().unwrap().clone();
+            let count = |tensor: &Value| {
+                tensor[1].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).product::<u64>()
+            };
+            let values: u64 = twin["tensors"].as_array().unwrap().iter().map(count).sum();
+            let cost = entry.graph(&settings).unwrap().cost();
+            assert_eq!(cost.parameters + cost.buffers, values, "{} {settings:?}", entry.name);
+        }
+    }
+    let known = |twin: &Value| built_in().entries().any(|entry| twin["network"] == entry.name.as_str());
+    assert!(twins.iter().all(known), "a fixture of a network that is not listed");
 }
 
 #[test]
@@ -102,7 +135,7 @@ fn a_range_of_one_layer_covers_that_node_alone() {
 /// Half the channels everywhere but in the outputs; where a paper or a setting has that network too, it is the same one.
 #[test]
 fn every_network_has_a_width_and_residual_ones_a_depth() {
-    let of = |name: &str, settings: &[(&str, serde_json::Value)]| {
+    let of = |name: &str, settings: &[(&str, Value)]| {
         let settings = settings.iter().map(|(key, value)| (key.to_string(), value.clone()));
         find(name).unwrap().graph(&Settings::from_iter(settings))
     };
@@ -121,7 +154,7 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
         }
     }
     let nodes = |graph: taxel_graph::Graph| graph.nodes().to_vec();
-    let half = |name: &str, own: &[(&str, serde_json::Value)]| {
+    let half = |name: &str, own: &[(&str, Value)]| {
         nodes(of(name, &[own, &[("width_mult", 0.5.into())]].concat()).unwrap())
     };
     // Paper 002 has TactNet3D with half its filters, and all of its hidden units.
@@ -131,7 +164,7 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
         nodes(of("dilated-resnet-1d", &[("width", 32.into())]).unwrap())
     );
     // torchvision rounds MobileNetV2's channels to eights and leaves the last layer: 1,968,680 parameters for 1000 classes.
-    let classes = ("classes", serde_json::Value::from(1000));
+    let classes = ("classes", Value::from(1000));
     let mobilenet = of("mobilenet-v2", &[classes.clone(), ("width_mult", 0.5.into())]).unwrap();
     assert_eq!(mobilenet.parameter_count(), 1_968_680);
     // torchvision's ResNet(BasicBlock, [2, 2, 2, 1]) has 6,968,872 parameters for 1000 classes.

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::Path;
 
-use taxel_base::files::PART;
+use taxel_base::files::is_part;
 
 use crate::error::{Error, Result};
 
@@ -17,11 +17,11 @@ pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
     for entry in fs::read_dir(folder).map_err(io)? {
         let entry = entry.map_err(io)?;
         let name = entry.file_name();
-        let name = name.to_string_lossy();
         // The run folder's own sub-folders, made before its first file.
-        let is_bare =
-            ["folds", "models"].contains(&&*name) && entry.path().is_dir() && is_empty(&entry.path())?;
-        if name != LOCK && !name.ends_with(PART) && !is_bare {
+        let is_bare = ["folds", "models"].iter().any(|own| name == *own)
+            && entry.path().is_dir()
+            && is_empty(&entry.path())?;
+        if name != LOCK && !is_part(&name) && !is_bare {
             return Ok(false);
         }
     }
@@ -87,8 +87,9 @@ fn patiently(
 pub(crate) fn sweep(folder: &Path) -> Result<()> {
     let io = |e| Error::io(folder, "read", e);
     for entry in fs::read_dir(folder).map_err(io)? {
-        let path = entry.map_err(io)?.path();
-        if path.extension().is_some_and(|ending| ending == PART.trim_start_matches('.')) {
+        let entry = entry.map_err(io)?;
+        let path = entry.path();
+        if is_part(&entry.file_name()) {
             fs::remove_file(&path).map_err(|e| Error::io(&path, "removed", e))?;
         }
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use taxel_base::files::part_of;
+use taxel_base::files::remove_parts;
 use taxel_checkpoint as checkpoint;
 use taxel_engine::{Engine, OptimizerState};
 use taxel_graph::Weights;
@@ -110,7 +110,7 @@ impl Saver {
     ///
     /// # Errors
     /// A file that cannot be read, or that another training has saved.
-    pub fn load(&mut self, of: impl FnOnce() -> String) -> Result<Session> {
+    pub(crate) fn load(&mut self, of: impl FnOnce() -> String) -> Result<Session> {
         let Some(path) = &self.path else { return Ok(Session::default()) };
         let of = of();
         if !path.is_file() {
@@ -154,7 +154,7 @@ impl Saver {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save(&mut self, session: &mut Session, engine: Option<&Engine>) -> Result<bool> {
+    pub(crate) fn save(&mut self, session: &mut Session, engine: Option<&Engine>) -> Result<bool> {
         let Some(path) = &self.path else { return Ok(false) };
         // Asked once: it may change meanwhile.
         let is_last = self.options.is_stopping();
@@ -190,15 +190,10 @@ impl Saver {
 
     /// Removes what was saved of a finished fold, and what a killed process was about to save.
     pub fn remove(path: &Path) -> Result<()> {
-        for path in [path, &part_of(path)] {
-            match std::fs::remove_file(path) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(Error::io(path, "removed", e));
-                }
-                _ => {}
-            }
+        match std::fs::remove_file(path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path, "removed", e)),
+            _ => remove_parts(path).map_err(|e| Error::io(path, "removed", e)),
         }
-        Ok(())
     }
 }
 

@@ -7,8 +7,10 @@
 //! the triangles once and asks each which rays it meets: the same distances as ray casting, without
 //! a search tree.
 
+use taxel_base::FileError;
+
 use super::vector::{Vector, add, cross, dot, length, scale, sub};
-use crate::{Error, Result};
+use crate::Result;
 
 /// Above this a mesh is refused: an imprint of a hand needs thousands of triangles, not millions.
 pub(crate) const MOST_TRIANGLES: usize = 2_000_000;
@@ -48,10 +50,10 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// [`Error::Mesh`], naming `file`, for a mesh that is empty, too large, without area, or has
+    /// [`Error::Mesh`](crate::Error::Mesh), naming `file`, for a mesh that is empty, too large, without area, or has
     /// an index out of range or a vertex that is not finite.
     pub fn new(file: &str, vertices: Vec<Vector>, triangles: Vec<[u32; 3]>, diagonal: f64) -> Result<Self> {
-        let refuse = |reason: String| Err(Error::Mesh { file: file.into(), reason });
+        let refuse = |reason: String| Err(FileError::new(file.as_ref(), reason).into());
         if vertices.is_empty() || triangles.is_empty() {
             return refuse("holds no triangles; export a surface, not points or curves".into());
         }

@@ -10,23 +10,25 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+use taxel_base::FileError;
+
 use super::mesh::{MOST_TRIANGLES, Mesh};
 use super::vector::Vector;
-use crate::{Error, Result};
+use crate::Result;
 
 const MOST_BYTES: u64 = 512 << 20;
 const FORMATS: [&str; 3] = ["obj", "stl", "off"];
 
 /// A mesh that cannot be read.
 fn refuse<T>(file: &Path, reason: impl Into<String>) -> Result<T> {
-    Err(Error::Mesh { file: file.display().to_string(), reason: reason.into() })
+    Err(FileError::new(file, reason).into())
 }
 
 /// The files of a folder by class: one sub-folder per class, or one file per class.
 ///
 /// # Errors
 ///
-/// [`Error::Mesh`] for a path that is no such folder, or a class without meshes.
+/// [`Error::Mesh`](crate::Error::Mesh) for a path that is no such folder, or a class without meshes.
 pub(crate) fn classes(folder: &Path) -> Result<Vec<(String, Vec<PathBuf>)>> {
     let entries = listed(folder)?;
     let folders: Vec<PathBuf> = entries.iter().filter(|path| path.is_dir()).cloned().collect();
@@ -88,7 +90,7 @@ fn is_mesh(path: &Path) -> bool {
 ///
 /// # Errors
 ///
-/// [`Error::Mesh`] naming the file.
+/// [`Error::Mesh`](crate::Error::Mesh) naming the file.
 pub(crate) fn mesh(file: &Path, diagonal: f64) -> Result<Mesh> {
     match fs::metadata(file) {
         Err(error) => return refuse(file, format!("cannot be read: {error}")),

@@ -21,7 +21,7 @@ use crate::Outcome;
 /// Baselines are refused. docs/onnx.md has the operations and five lines of Python that run the file.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel export model.safetensors model.onnx
-           taxel export resnet18 resnet18.onnx --weights resnet18.pth --set classes=1000")]
+           taxel export resnet18 resnet18.onnx --weights resnet18.safetensors --set classes=1000")]
 pub struct Export {
     /// A model made by `taxel fit`, or one of a run folder's models/.
     model: String,

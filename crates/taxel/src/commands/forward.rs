@@ -21,7 +21,7 @@ use crate::arrays::write_npy;
 #[derive(Args)]
 #[command(after_help = "Example:  taxel forward --model hybrid-resvgg --weights w.safetensors \\
               --input signal.npy --input image.npy --output logits.npy\n          \
-              taxel forward --model vgg16 --set classes=1000 --weights vgg16.pth --at classifier.3/relu \\
+              taxel forward --model vgg16 --set classes=1000 --weights vgg16.safetensors --at classifier.3/relu \\
                 --input images.npy --output features.npy")]
 pub struct Forward {
     /// Network name, see `taxel zoo`; or a file: `.onnx`, or a `.safetensors` with a network or model in it.

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use taxel::IndicatifProgress;
 use taxel::experiment::{self, Runner};
 use taxel::learn;
-use taxel::{Experiment, IndicatifProgress, Overrides, Registry, RunFolder, RunOptions, Table};
+use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};

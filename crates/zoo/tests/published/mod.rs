@@ -225,8 +225,8 @@ fn networks(page: &mut String) {
 MiB: parameters and batch-norm statistics, 2²⁰ bytes. Activations: the outputs of all nodes, kept apart; an
 execution that shares memory needs less.
 
-| network | input | parameters | statistics | MiB | MACs | FLOPs | activations MiB |
-|---|---|---:|---:|---:|---:|---:|---:|
+| network | crate | published in | input | parameters | statistics | MiB | MACs | FLOPs | activations MiB |
+|---|---|---|---|---:|---:|---:|---:|---:|---:|
 ";
     for entry in built_in().entries() {
         let graph = graph(&entry.name);
@@ -234,8 +234,10 @@ execution that shares memory needs less.
         let inputs: Vec<String> = graph.inputs().map(|node| shape(&node.shape)).collect();
         let _ = writeln!(
             page,
-            "| `{}` | {} | {} | {} | {:.3} | {} | {} | {:.3} |",
+            "| `{}` | `{}` | {} | {} | {} | {} | {:.3} | {} | {} | {:.3} |",
             entry.name,
+            entry.family,
+            entry.paper,
             inputs.join(" + "),
             grouped(cost.parameters),
             grouped(cost.buffers),

@@ -10,11 +10,31 @@
 //! the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Graph, Network, Pool, Result, at_least};
+use taxel_graph::{Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, at_least};
 
 /// Filters of TactNet6's convolutions, each followed by batch norm, ReLU and a 2/2 max-pool; the first has
 /// a kernel of 5, the others of 3. TactNet4 has the first three.
 const FILTERS: [usize; 5] = [8, 16, 32, 64, 128];
+
+pub(crate) const TACTNET4: Listing<TactNetConfig> = Listing {
+    name: "tactnet4",
+    family: crate::FAMILY,
+    paper: "Gandarias et al. 2019; 000, Table 5",
+    config: TactNetConfig::FOUR,
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 11_235, statistics: 112, macs: 3_003_456 },
+    quick: &[],
+};
+
+pub(crate) const TACTNET6: Listing<TactNetConfig> = Listing {
+    name: "tactnet6",
+    family: crate::FAMILY,
+    paper: TACTNET4.paper,
+    config: TactNetConfig::SIX,
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 100_803, statistics: 496, macs: 5_083_104 },
+    quick: &[],
+};
 
 /// Which of the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,8 +90,8 @@ impl Architecture for TactNetConfig {
             ("width", width, 1),
         ])?;
         let (name, filters) = match depth {
-            TactNetDepth::Four => ("tactnet4", &FILTERS[..3]),
-            TactNetDepth::Six => ("tactnet6", &FILTERS[..]),
+            TactNetDepth::Four => (TACTNET4.name, &FILTERS[..3]),
+            TactNetDepth::Six => (TACTNET6.name, &FILTERS[..]),
         };
         let net = Network::new(name);
         let mut x = net.input("image", &[in_channels, height, width]);

@@ -9,7 +9,7 @@
 //! the member that learns faster leaves the other little to learn.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result, at_least};
+use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
 
 use crate::dilated_resnet::{check, logits};
 
@@ -17,6 +17,24 @@ use crate::dilated_resnet::{check, logits};
 const DROPPED: [f32; 2] = [0.3, 0.2];
 /// What the sum, the network and the perceptron count in training.
 const WEIGHTS: [f32; 3] = [0.0, 1.0, 1.0];
+
+pub(crate) const DILATED_RESNET_ROCKET: Listing<DilatedResNetRocketConfig> = Listing {
+    name: "dilated-resnet-rocket-1d",
+    family: crate::FAMILY,
+    paper: "taxel's own",
+    config: DilatedResNetRocketConfig {
+        classes: 3,
+        in_channels: 500,
+        length: 25,
+        width: 64,
+        blocks: 2,
+        features: 1932,
+        hidden: 32,
+    },
+    inputs: &[InputKeys::SIGNAL, InputKeys::ROCKET],
+    counts: Counts { parameters: 144_774, statistics: 1_088, macs: 2_091_296 },
+    quick: &[],
+};
 
 /// `signal` `[in_channels, length]` and `rocket` `[features]` → logits `[classes]`, and those of each member.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,15 +59,7 @@ pub struct DilatedResNetRocketConfig {
 impl Default for DilatedResNetRocketConfig {
     /// For the quantile code of five sensors with 50 samples in time, and the features that `encoding.rocket` makes.
     fn default() -> Self {
-        DilatedResNetRocketConfig {
-            classes: 3,
-            in_channels: 500,
-            length: 25,
-            width: 64,
-            blocks: 2,
-            features: 1932,
-            hidden: 32,
-        }
+        DILATED_RESNET_ROCKET.config
     }
 }
 
@@ -59,7 +69,7 @@ impl Architecture for DilatedResNetRocketConfig {
             *self;
         check([classes, in_channels, length, width], blocks)?;
         at_least(&[("features", features, 1), ("hidden", hidden, 1)])?;
-        let net = Network::new("dilated-resnet-rocket-1d");
+        let net = Network::new(DILATED_RESNET_ROCKET.name);
         let signal = net.input("signal", &[in_channels, length]);
         let series = logits(&net, &signal, [length, width, blocks], classes);
         let x = net.input("rocket", &[features]).dropout(DROPPED[0]).linear("rocket.fc1", hidden);

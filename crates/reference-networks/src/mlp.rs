@@ -7,7 +7,17 @@
 //! The paper gives no widths: 250–128–classes with ReLU is what its size and GFLOPs leave.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result, within};
+use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, within};
+
+pub(crate) const MLP: Listing<MlpConfig> = Listing {
+    name: "mlp",
+    family: crate::FAMILY,
+    paper: "000, Table 5",
+    config: MlpConfig { classes: 3, in_features: 250, hidden: 128 },
+    inputs: &[InputKeys::FLAT],
+    counts: Counts { parameters: 32_515, statistics: 0, macs: 32_384 },
+    quick: &[],
+};
 
 /// `signal` `[1, in_features]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,7 +33,7 @@ pub struct MlpConfig {
 
 impl Default for MlpConfig {
     fn default() -> Self {
-        MlpConfig { classes: 3, in_features: 250, hidden: 128 }
+        MLP.config
     }
 }
 
@@ -35,7 +45,7 @@ impl Architecture for MlpConfig {
         {
             within(key, value, least..=16_777_216)?;
         }
-        let net = Network::new("mlp");
+        let net = Network::new(MLP.name);
         let x = net.input("signal", &[1, in_features]).flatten();
         let logits = x.linear("fc1", hidden).relu().linear("fc2", classes);
         net.finish(&[("logits", logits)])

@@ -10,7 +10,9 @@
 //! None: nothing is published.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Error, Flow, Graph, Network, Pool, Result, at_least};
+use taxel_graph::{
+    Architecture, Conv, Counts, Error, Flow, Graph, InputKeys, Listing, Network, Pool, Result, at_least,
+};
 
 /// Name and dilation of the residual blocks; both convolutions of a block have it.
 const BLOCKS: [(&str, usize); 2] = [("block1", 1), ("block2", 2)];
@@ -18,6 +20,16 @@ const BLOCKS: [(&str, usize); 2] = [("block1", 1), ("block2", 2)];
 const DROPPED: [f32; 2] = [0.1, 0.4];
 /// Added to the variance over time.
 const EPS: f32 = 1e-5;
+
+pub(crate) const DILATED_RESNET: Listing<DilatedResNetConfig> = Listing {
+    name: "dilated-resnet-1d",
+    family: crate::FAMILY,
+    paper: "taxel's own",
+    config: DilatedResNetConfig { classes: 3, in_channels: 500, length: 25, width: 64, blocks: BLOCKS.len() },
+    inputs: &[InputKeys::SIGNAL],
+    counts: Counts { parameters: 82_755, statistics: 1_024, macs: 2_029_376 },
+    quick: &[],
+};
 
 /// `signal` [in_channels, length] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,7 +50,7 @@ pub struct DilatedResNetConfig {
 impl Default for DilatedResNetConfig {
     /// For the quantile code of five sensors with 50 samples in time.
     fn default() -> Self {
-        DilatedResNetConfig { classes: 3, in_channels: 500, length: 25, width: 64, blocks: BLOCKS.len() }
+        DILATED_RESNET.config
     }
 }
 
@@ -46,7 +58,7 @@ impl Architecture for DilatedResNetConfig {
     fn graph(&self) -> Result<Graph> {
         let DilatedResNetConfig { classes, in_channels, length, width, blocks } = *self;
         check([classes, in_channels, length, width], blocks)?;
-        let net = Network::new("dilated-resnet-1d");
+        let net = Network::new(DILATED_RESNET.name);
         let signal = net.input("signal", &[in_channels, length]);
         let logits = logits(&net, &signal, [length, width, blocks], classes);
         net.finish(&[("logits", logits)])

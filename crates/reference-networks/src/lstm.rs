@@ -8,7 +8,17 @@
 //! goes to the classifier, is what its size and GFLOPs leave. Two bias vectors, as PyTorch has them.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result, at_least};
+use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
+
+pub(crate) const LSTM: Listing<LstmConfig> = Listing {
+    name: "lstm",
+    family: crate::FAMILY,
+    paper: "000, Table 5",
+    config: LstmConfig { classes: 3, in_channels: 5, length: 50, hidden: 128 },
+    inputs: &[InputKeys::SIGNAL],
+    counts: Counts { parameters: 69_507, statistics: 0, macs: 3_405_184 },
+    quick: &[],
+};
 
 /// `signal` `[in_channels, length]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,7 +36,7 @@ pub struct LstmConfig {
 
 impl Default for LstmConfig {
     fn default() -> Self {
-        LstmConfig { classes: 3, in_channels: 5, length: 50, hidden: 128 }
+        LSTM.config
     }
 }
 
@@ -39,7 +49,7 @@ impl Architecture for LstmConfig {
             ("length", length, 1),
             ("hidden", hidden, 1),
         ])?;
-        let net = Network::new("lstm");
+        let net = Network::new(LSTM.name);
         let logits = net.input("signal", &[in_channels, length]).lstm("lstm", hidden).linear("fc", classes);
         net.finish(&[("logits", logits)])
     }

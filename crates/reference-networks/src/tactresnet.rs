@@ -12,10 +12,22 @@
 //! Read into the list: the pool after the stem is not padded, and ReLU comes after the addition, as in ResNet.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool, Result, at_least};
+use taxel_graph::{
+    Architecture, Conv, Counts, Flow, Graph, InputKeys, Listing, Network, Pool, Result, at_least,
+};
 
 /// Name and filters of each residual block; where the filters grow, the shortcut is a convolution.
 const BLOCKS: [(&str, usize); 4] = [("res2", 64), ("res3", 64), ("res4", 128), ("res5", 128)];
+
+pub(crate) const TACTRESNET: Listing<TactResNetConfig> = Listing {
+    name: "tactresnet",
+    family: crate::FAMILY,
+    paper: "Gandarias et al. 2019; 000, Table 5",
+    config: TactResNetConfig { classes: 3, in_channels: 3, height: 50, width: 50 },
+    inputs: &[InputKeys::IMAGE],
+    counts: Counts { parameters: 769_539, statistics: 1_920, macs: 109_192_896 },
+    quick: &[("height", 50), ("width", 28)],
+};
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,7 +45,7 @@ pub struct TactResNetConfig {
 
 impl Default for TactResNetConfig {
     fn default() -> Self {
-        TactResNetConfig { classes: 3, in_channels: 3, height: 50, width: 50 }
+        TACTRESNET.config
     }
 }
 
@@ -46,7 +58,7 @@ impl Architecture for TactResNetConfig {
             ("height", height, 21),
             ("width", width, 21),
         ])?;
-        let net = Network::new("tactresnet");
+        let net = Network::new(TACTRESNET.name);
         let image = net.input("image", &[in_channels, height, width]);
         let mut x =
             image.conv_bn_relu("stem", Conv::new(64, 5).stride(2).pad(2)).max_pool(Pool::new(3).stride(2));

@@ -1,0 +1,64 @@
+//! The one error of files.
+
+use std::fmt::{self, Display};
+use std::io;
+use std::path::Path;
+
+/// A file or folder that cannot be used as asked: `file: place: reason`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileError {
+    /// The path as the user gave it.
+    pub file: String,
+    /// Line, key, sample or member inside the file; empty where the whole file is meant.
+    pub place: String,
+    /// What is wrong, and how to fix it.
+    pub reason: String,
+    /// Kind of the system's refusal; none where the content is wrong.
+    pub kind: Option<io::ErrorKind>,
+}
+
+impl FileError {
+    /// Refuses the content of `file`.
+    pub fn new(file: &Path, reason: impl Into<String>) -> Self {
+        let file = file.display().to_string();
+        FileError { file, place: String::new(), reason: reason.into(), kind: None }
+    }
+
+    /// Reports what the system said when `file` was to be `action` (`read`, `written`, `created`, `removed`).
+    pub fn io(file: &Path, action: &str, source: &io::Error) -> Self {
+        FileError {
+            kind: Some(source.kind()),
+            ..FileError::new(file, format!("cannot be {action}: {source}"))
+        }
+    }
+
+    /// Adds the place inside the file.
+    pub fn at(self, place: impl Display) -> Self {
+        FileError { place: place.to_string(), ..self }
+    }
+}
+
+impl Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FileError { file, place, reason, .. } = self;
+        if place.is_empty() { write!(f, "{file}: {reason}") } else { write!(f, "{file}: {place}: {reason}") }
+    }
+}
+
+impl std::error::Error for FileError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_names_file_place_and_reason() {
+        let file = Path::new("runs/a.csv");
+        let error = FileError::new(file, "holds no rows; record again");
+        assert_eq!(error.to_string(), "runs/a.csv: holds no rows; record again");
+        assert_eq!(error.at("line 3").to_string(), "runs/a.csv: line 3: holds no rows; record again");
+        let error = FileError::io(file, "read", &io::Error::from(io::ErrorKind::NotFound));
+        assert_eq!(error.to_string(), "runs/a.csv: cannot be read: entity not found");
+        assert_eq!(error.kind, Some(io::ErrorKind::NotFound));
+    }
+}

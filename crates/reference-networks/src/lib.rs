@@ -1,0 +1,30 @@
+#![doc = include_str!("../README.md")]
+
+mod dilated_resnet;
+mod dilated_resnet_rocket;
+mod lstm;
+mod mlp;
+mod tactnet;
+mod tactresnet;
+
+pub use dilated_resnet::DilatedResNetConfig;
+pub use dilated_resnet_rocket::DilatedResNetRocketConfig;
+pub use lstm::LstmConfig;
+pub use mlp::MlpConfig;
+pub use tactnet::{TactNetConfig, TactNetDepth};
+pub use tactresnet::TactResNetConfig;
+
+use taxel_graph::Register;
+
+const FAMILY: &str = "reference-networks";
+
+/// Hands every network of this family to the zoo.
+pub fn list(zoo: &mut impl Register) {
+    zoo.add(mlp::MLP);
+    zoo.add(lstm::LSTM);
+    zoo.add(tactnet::TACTNET4);
+    zoo.add(tactnet::TACTNET6);
+    zoo.add(tactresnet::TACTRESNET);
+    zoo.add(dilated_resnet::DILATED_RESNET);
+    zoo.add(dilated_resnet_rocket::DILATED_RESNET_ROCKET);
+}
