@@ -1,5 +1,6 @@
 //! Everything that can be wrong with a data set, in words a user can act on.
 
+use crate::formats::endings;
 use crate::length::length::Length;
 use taxel_base::Layout;
 
@@ -15,8 +16,8 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 pub enum Error {
     // The path.
     #[error(
-        "{file}: no such file or folder; give a .npz, .mat, .h5 or .csv, a folder with data.npz, or a folder with \
-         one sub-folder per class"
+        "{file}: no such file or folder; give a {}, a folder with data.npz, or a folder with one sub-folder per class",
+        endings(|_| true)
     )]
     NotFound { file: String },
     #[error("{file}: cannot be read: {kind}")]
@@ -24,10 +25,12 @@ pub enum Error {
     #[error("{file}: cannot be written: {why}")]
     Write { file: String, why: String },
     #[error(
-        "{file}: not a data set; give a .npz, .mat or .h5 with arrays x and y, a .csv table with a column of labels, or \
-         a folder with one sub-folder per class"
+        "{file}: not a data set; give a {} with labels, or a folder with one sub-folder per class",
+        endings(|reader| reader.reads_sets())
     )]
     NotADataset { file: String },
+    #[error("{file}: this build does not read it; build taxel with --features {feature}")]
+    NotBuilt { file: String, feature: &'static str },
     #[error("{file}: holds neither data.npz nor class folders{hint}")]
     NoDatasetInFolder { file: String, hint: String },
 
@@ -197,7 +200,7 @@ pub enum Error {
     NoSession { file: String },
     #[error("{file}: {why}; write a first line file,label or file,label,group and a line per recording")]
     LabelTable { file: String, why: String },
-    #[error("{file}: unknown kind of recording; use .csv, .npy, .mat, .h5, .mcap, .png, .jpg or .jpeg")]
+    #[error("{file}: unknown kind of recording; use {}", endings(|reader| reader.file_format().is_some()))]
     UnknownExtension { file: String },
     #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
     MixedKinds { file: String, kind: String, first: String, first_kind: String },

@@ -41,6 +41,7 @@ mod layout;
 mod length;
 mod load;
 mod options;
+mod reader;
 mod recordings;
 mod split;
 mod write;
@@ -58,12 +59,14 @@ pub use dataset::sample_spec::Reading;
 pub use dataset::source::{Source, SourceKind};
 pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};
-pub use formats::array::read_npy;
+pub use formats::formats;
+pub use formats::npy_file::read_npy;
 pub use formats::table::options::{Clock, NotATable, TableForm, TableOptions};
 pub use length::length::{Length, Longer, NotALength, Padding, Part};
 pub use length::lengths::Lengths;
 pub use load::{Survey, check, check_with, load, survey};
 pub use options::{Drop, Limits, ReadOptions};
+pub use reader::Format;
 pub use recordings::{Recording, Recordings, are_bags, are_images, recordings, whole_recordings};
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,

@@ -1,31 +1,23 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
 use crate::dataset::one_hot::settle;
-use crate::dataset::raw::{Raw, name_of};
+use crate::dataset::raw::Raw;
 use crate::dataset::reading_of::time_axis;
 use crate::dataset::validate::channels;
-use crate::formats::archive::{Archive, DATA};
-use crate::formats::array;
 use crate::formats::bag::path::is_bag;
-use crate::formats::hdf5;
-use crate::formats::mat;
-use crate::formats::table::table;
-use crate::formats::ucr;
-use crate::layout::arrays;
-use crate::layout::folder;
-use crate::layout::lerobot;
-use crate::layout::listing::{Listing, list, unsorted};
-use crate::layout::roles::{self, Roles};
-use crate::layout::sample::Kind;
+use crate::formats::names::is_image;
+use crate::formats::npz::DATA;
+use crate::layout::listing::{Listing, list};
 use crate::length::cut::cut;
 use crate::length::length::Length;
 use crate::length::lengths::Lengths;
 use crate::length::one_length::refuse_channels;
 use crate::length::ragged::Ragged;
-use crate::load::{is_archive, labelled, refuse_topics};
+use crate::load::open;
 use crate::options::ReadOptions;
+use crate::reader::Purpose;
 use crate::{Error, Result};
-use ndarray::{ArrayD, Axis};
+use ndarray::ArrayD;
 use std::path::Path;
 
 /// Recordings of one shape.
@@ -98,22 +90,21 @@ pub fn whole_recordings(path: &Path, options: &ReadOptions, rank: usize) -> Resu
 
 /// Whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.
 pub fn are_images(path: &Path) -> bool {
-    hold(path, Kind::Image, 3)
+    hold(path, is_image, 3)
 }
 
 /// Whether the recordings at `path` are bags of ROS 2.
 pub fn are_bags(path: &Path) -> bool {
-    hold(path, Kind::Bag, 3)
+    hold(path, is_bag, 3)
 }
 
-fn hold(path: &Path, kind: Kind, levels: usize) -> bool {
-    let own = Kind::of(path);
-    if !path.is_dir() || own.is_some() {
-        return own == Some(kind);
+fn hold(path: &Path, is_it: fn(&Path) -> bool, levels: usize) -> bool {
+    if !path.is_dir() || is_bag(path) || is_image(path) {
+        return is_it(path);
     }
     let below = |top: Listing| {
         let all = top.files.into_iter().chain(top.folders);
-        all.into_iter().any(|path| hold(&path, kind, levels - 1))
+        all.into_iter().any(|path| hold(&path, is_it, levels - 1))
     };
     levels > 0 && !path.join(DATA).is_file() && list(path).is_ok_and(below)
 }
@@ -129,14 +120,10 @@ struct Read {
 }
 
 fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
-    let (mut raw, is_labelled) = match batch(path, options, rank)? {
-        Some(raw) => raw,
-        None => open(path, options, rank)?,
-    };
-    raw = refuse_topics(raw, options)?;
+    let mut raw = open(path, Purpose::Predict { rank }, options)?;
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
-    let truth = is_labelled.then(|| truth(&raw)).filter(|rows| rows.len() == raw.x.len());
+    let truth = Some(truth(&raw)).filter(|rows| rows.len() == raw.x.len());
     let x = std::mem::take(&mut raw.x);
     let all: Vec<usize> = (0..x.len()).collect();
     let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, x.sample_shape());
@@ -184,79 +171,6 @@ fn one_length(
     }
     let cut = cut(rule, &x, axis, &options.limits, &raw.file, |row| raw.sample_name(row))?;
     Ok((cut.x, cut.windows))
-}
-
-/// A `.npy` file of many samples.
-fn batch(path: &Path, options: &ReadOptions, rank: usize) -> Result<Option<(Raw, bool)>> {
-    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npy")) {
-        return Ok(None);
-    }
-    let Some(x) = array::read_batch(path, rank, &options.limits)? else { return Ok(None) };
-    let name = name_of(path);
-    let origins = (0..x.len_of(Axis(0))).map(|i| format!("{name}[{i}]")).collect();
-    Ok(Some((Raw::of_samples(name, path.display().to_string(), x.into(), origins), false)))
-}
-
-/// What is at `path`, and whether it says anything of classes.
-fn open(path: &Path, options: &ReadOptions, rank: usize) -> Result<(Raw, bool)> {
-    if let Some(pair) = ucr::find(path) {
-        return Ok((ucr::read(path, &pair, options)?, true));
-    }
-    let file = path.display().to_string();
-    let archive = |path: &Path| {
-        let raw = arrays::read_unlabelled(path, options)?;
-        let is_labelled = !raw.y.is_empty();
-        Ok((raw, is_labelled))
-    };
-    if is_bag(path) {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        return Ok((folder::read(folder, unsorted(vec![path.to_path_buf()]), options)?, false));
-    }
-    if path.is_file() {
-        if table::is_table(path, options, rank) {
-            let raw = table::read_unlabelled(path, options)?;
-            let is_labelled = !raw.y.is_empty();
-            return Ok((raw, is_labelled));
-        }
-        if is_archive(path) && !is_one_recording(path, options, rank) {
-            return archive(path);
-        }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        return Ok((folder::read(folder, unsorted(vec![path.to_path_buf()]), options)?, false));
-    }
-    if !path.is_dir() {
-        return Err(Error::NotFound { file });
-    }
-    if lerobot::is_set(path) {
-        let raw = lerobot::read(path, options, false)?;
-        let is_labelled = !raw.y.is_empty();
-        return Ok((raw, is_labelled));
-    }
-    let data = path.join(DATA);
-    if data.is_file() {
-        return archive(&data);
-    }
-    let top = list(path)?;
-    if let Some(found) = labelled(path, &top, options)? {
-        return Ok((folder::read(path, found, options)?, true));
-    }
-    match top.files.is_empty() {
-        true => Err(Error::NoDatasetInFolder { file, hint: String::new() }),
-        false => Ok((folder::read(path, unsorted(top.files), options)?, false)),
-    }
-}
-
-/// Whether a MATLAB or HDF5 file holds one recording of `rank` axes and not a set of them.
-fn is_one_recording(path: &Path, options: &ReadOptions, rank: usize) -> bool {
-    if !mat::is_named(path) && !hdf5::is_plain(path) {
-        return false;
-    }
-    let Ok(mut archive) = Archive::open(path) else { return false };
-    match Roles::of(&archive.saved(), options, false, |labels| archive.entries(labels)) {
-        Ok(Roles { x: roles::Samples::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
-        Ok(_) => false,
-        Err(_) => true,
-    }
 }
 
 /// Names of the classes of each sample; a label that has no name goes by its number.

@@ -301,7 +301,7 @@ fn a_broken_layout_is_refused() {
     );
     assert_eq!(
         refused(&[one, ("b/notes.txt", "x")]),
-        "b/notes.txt: unknown kind of recording; use .csv, .npy, .mat, .h5, .mcap, .png, .jpg or .jpeg"
+        "b/notes.txt: unknown kind of recording; use .csv, .npy, .mat, .h5, .hdf5, .mcap, .png, .jpg or .jpeg"
     );
     assert_eq!(
         refused(&[one, ("b/1.png", "x")]),

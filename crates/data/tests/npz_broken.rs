@@ -14,14 +14,14 @@ fn a_broken_path_or_archive_is_refused() {
     let default = ReadOptions::default();
     assert_eq!(
         refused(&at("none.npz"), &default),
-        "none.npz: no such file or folder; give a .npz, .mat, .h5 or .csv, a folder with data.npz, or a folder with one \
-         sub-folder per class"
+        "none.npz: no such file or folder; give a .ts, .tsv, .txt, .arff, .npz, .csv, .parquet, .pq, .npy, .mat, .h5, \
+         .hdf5, .mcap, .png, .jpg or .jpeg, a folder with data.npz, or a folder with one sub-folder per class"
     );
     std::fs::write(at("x.npy"), samples(4)).unwrap();
     assert_eq!(
         refused(&at("x.npy"), &default),
-        "x.npy: not a data set; give a .npz, .mat or .h5 with arrays x and y, a .csv table with a column of labels, or a \
-         folder with one sub-folder per class"
+        "x.npy: not a data set; give a .ts, .tsv, .txt, .arff, .npz, .csv, .parquet, .pq, .mat, .h5 or .hdf5 with labels, \
+         or a folder with one sub-folder per class"
     );
     std::fs::write(at("empty.npz"), "").unwrap();
     assert_eq!(refused(&at("empty.npz"), &default), "empty.npz: is empty (0 bytes); copy or record it again");

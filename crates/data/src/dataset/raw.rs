@@ -49,8 +49,8 @@ pub(crate) struct Raw {
 }
 
 impl Raw {
-    /// Samples of which nothing else is known.
-    pub fn of_samples(name: String, file: String, x: Ragged, origins: Vec<String>) -> Self {
+    /// Samples of which nothing else is known: without labels, called `x`, of the type of no file.
+    pub fn new(name: String, file: String, x: Ragged, origins: Vec<String>) -> Self {
         Self {
             name,
             file,
@@ -74,6 +74,66 @@ impl Raw {
             table: None,
             is_folder: false,
         }
+    }
+
+    /// Says the type of the stored values, and what the axes of a sample are where the format says it.
+    pub fn stored_as(self, dtype: impl Into<String>, format: Option<Layout>) -> Self {
+        Self { dtype: dtype.into(), format, ..self }
+    }
+
+    /// Names the arrays of samples and labels, for messages.
+    pub fn called(self, x_name: impl Into<String>, y_name: impl Into<String>) -> Self {
+        Self { x_name: x_name.into(), y_name: y_name.into(), ..self }
+    }
+
+    /// Adds labels row by row, `columns` each, and their names.
+    pub fn with_labels(self, y: Vec<i64>, columns: usize, names: Option<Names>) -> Self {
+        Self { y, columns, names, ..self }
+    }
+
+    /// Adds what is said of the readings.
+    pub fn with_facts(self, facts: Facts) -> Self {
+        Self { facts, ..self }
+    }
+
+    /// Adds the group of each sample, and what the groups are.
+    pub fn with_groups(self, groups: Option<(String, Vec<i64>)>) -> Self {
+        Self { groups, ..self }
+    }
+
+    /// Adds the marks of the samples that the authors test on, and the name of their array.
+    pub fn with_official(self, official: Option<(String, Vec<i64>)>) -> Self {
+        Self { official, ..self }
+    }
+
+    /// Adds the hash of each full recorded sample.
+    pub fn with_hashes(self, row_hash: Vec<RowHash>) -> Self {
+        Self { row_hash, ..self }
+    }
+
+    /// Notes what was passed over: arrays or columns, and files.
+    pub fn passing_over(self, others: Vec<String>, ignored: Vec<String>) -> Self {
+        Self { others, ignored, ..self }
+    }
+
+    /// Says how the file was taken where it could be taken otherwise.
+    pub fn read_as(self, read_as: Vec<String>) -> Self {
+        Self { read_as, ..self }
+    }
+
+    /// Says what the columns of a table were.
+    pub fn of_table(self, table: TableOptions) -> Self {
+        Self { table: Some(table), ..self }
+    }
+
+    /// Says which topics of bags were read.
+    pub fn of_topics(self, topics: Vec<String>) -> Self {
+        Self { topics, ..self }
+    }
+
+    /// Says that origins are paths below the folder.
+    pub fn of_folder(self) -> Self {
+        Self { is_folder: true, ..self }
     }
 
     /// A sample for messages: its file, or its place in a file.
@@ -124,7 +184,7 @@ pub(crate) fn name_of(path: &std::path::Path) -> String {
     let absolute = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let named = if absolute.is_dir() {
         text(absolute.file_name())
-    } else if absolute.file_name().is_some_and(|n| n == crate::formats::archive::DATA) {
+    } else if absolute.file_name().is_some_and(|n| n == crate::formats::npz::DATA) {
         text(absolute.parent().and_then(|folder| folder.file_name()))
     } else {
         text(absolute.file_stem())

@@ -1,70 +1,75 @@
-//! An open file of named arrays: a `.npz` archive, a MATLAB file or HDF5.
+//! An open file of named arrays, whatever its format.
 
-use crate::formats::hdf5;
-use crate::formats::hdf5_text;
-use crate::formats::mat;
-use crate::formats::mat_text;
 use crate::formats::npy::{Cap, Header};
-use crate::formats::npz;
 use crate::{Error, Result};
 use std::io::Read;
-use std::path::Path;
 
-/// The archive of a data set that is a folder.
-pub(crate) const DATA: &str = "data.npz";
+/// Takes the header of an array and the stream of its values; `at` names them in messages.
+pub(crate) type Take<'t> = &'t mut dyn FnMut(&Header, &mut dyn Read, &str) -> Result<()>;
+
+/// What a format of named arrays has to answer.
+pub(crate) trait NamedArrays {
+    /// Names in the order in which arrays were saved.
+    fn saved(&self) -> Vec<String>;
+
+    /// Arrays that could be one recording, sorted.
+    fn recordings(&self) -> Vec<String>;
+
+    /// Name, type and shape of each array.
+    fn described(&mut self) -> Vec<String>;
+
+    /// Opens one array and hands it to `take`.
+    fn with(&mut self, array: &str, at: &str, take: Take) -> Result<()>;
+
+    /// The texts of an array of texts that is none of numbers; none of any other.
+    fn texts(&mut self, _array: &str, _at: &str, _cap: Cap) -> Result<Option<Texts>> {
+        Ok(None)
+    }
+
+    /// Whether labels are counted from 1.
+    fn counts_from_one(&self) -> bool {
+        false
+    }
+}
+
+/// Texts, one after the other in rows `[N]` or `[N, k]`.
+pub(crate) struct Texts {
+    pub shape: Vec<u64>,
+    pub values: Vec<String>,
+}
 
 /// An open file of named arrays.
-pub(crate) enum Archive {
-    Npz(npz::Archive),
-    Mat(mat::Archive),
-    Hdf5(hdf5::Archive),
+pub(crate) struct Archive {
+    held: Box<dyn NamedArrays>,
+    arrays: Vec<String>,
 }
 
 impl Archive {
-    pub fn open(path: &Path) -> Result<Self> {
-        if hdf5::is_named(path) {
-            return hdf5::Archive::open(path).map(Self::Hdf5);
-        }
-        match mat::is_named(path) {
-            true => mat::Archive::open(path).map(Self::Mat),
-            false => npz::Archive::open(path).map(Self::Npz),
-        }
+    pub fn new(held: impl NamedArrays + 'static) -> Self {
+        let mut arrays = held.saved();
+        arrays.sort();
+        arrays.dedup();
+        Self { held: Box::new(held), arrays }
     }
 
     /// Names, sorted.
     pub fn arrays(&self) -> &[String] {
-        match self {
-            Self::Npz(npz) => &npz.arrays,
-            Self::Mat(mat) => &mat.arrays,
-            Self::Hdf5(hdf5) => &hdf5.arrays,
-        }
+        &self.arrays
     }
 
     /// Names in the order in which arrays were saved.
     pub fn saved(&self) -> Vec<String> {
-        match self {
-            Self::Npz(npz) => npz.saved.clone(),
-            Self::Mat(mat) => mat.saved(),
-            Self::Hdf5(hdf5) => hdf5.saved(),
-        }
+        self.held.saved()
     }
 
     /// Arrays that could be one recording, sorted.
     pub fn recordings(&self) -> Vec<String> {
-        match self {
-            Self::Npz(npz) => npz.arrays.clone(),
-            Self::Mat(mat) => mat.recordings(),
-            Self::Hdf5(hdf5) => hdf5.recordings(),
-        }
+        self.held.recordings()
     }
 
     /// Whether labels are counted from 1.
     pub fn counts_from_one(&self) -> bool {
-        match self {
-            Self::Npz(_) => false,
-            Self::Mat(_) => true,
-            Self::Hdf5(hdf5) => hdf5.is_matlab(),
-        }
+        self.held.counts_from_one()
     }
 
     /// Opens one array and hands its header and the stream of its values to `read`.
@@ -75,24 +80,19 @@ impl Archive {
         option: &'static str,
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
-        if !self.arrays().iter().any(|name| name == array) {
-            return Err(Error::missing(file, array, &self.described(), option));
+        let (mut read, mut out) = (Some(read), None);
+        if self.arrays.iter().any(|name| name == array) {
+            self.held.with(array, &format!("{file}: {array}"), &mut |header, stream, at| {
+                out = read.take().map(|read| read(header, stream, at)).transpose()?;
+                Ok(())
+            })?;
         }
-        let at = format!("{file}: {array}");
-        match self {
-            Self::Npz(npz) => npz.with(array, &at, read),
-            Self::Mat(mat) => mat.with(array, &at, read),
-            Self::Hdf5(hdf5) => hdf5.with(array, &at, read),
-        }
+        out.ok_or_else(|| Error::missing(file, array, &self.described(), option))
     }
 
     /// The texts of a variable of MATLAB or HDF5 that is no array of numbers.
-    pub fn texts(&mut self, file: &str, array: &str, cap: Cap) -> Result<Option<mat_text::Texts>> {
-        match self {
-            Self::Npz(_) => Ok(None),
-            Self::Mat(mat) => mat_text::read(mat, array, &format!("{file}: {array}"), cap),
-            Self::Hdf5(hdf5) => hdf5_text::read(hdf5, array, &format!("{file}: {array}"), cap),
-        }
+    pub fn texts(&mut self, file: &str, array: &str, cap: Cap) -> Result<Option<Texts>> {
+        self.held.texts(array, &format!("{file}: {array}"), cap)
     }
 
     /// Shape of an array as stored; empty of one that cannot be read.
@@ -113,10 +113,6 @@ impl Archive {
 
     /// What the file holds: name, type and shape of each array.
     pub fn described(&mut self) -> Vec<String> {
-        match self {
-            Self::Npz(npz) => npz.described(),
-            Self::Mat(mat) => mat.described(),
-            Self::Hdf5(hdf5) => hdf5.described(),
-        }
+        self.held.described()
     }
 }

@@ -1,12 +1,51 @@
 //! One CSV recording: rows = time, columns = channels.
 
+use crate::dataset::digest::hash_row;
+use crate::formats::text::read_text;
+use crate::options::ReadOptions;
+use crate::reader::{FileFormat, Format, Sample};
 use crate::{Error, Result};
+use std::path::Path;
+use taxel_base::Layout;
+
+/// Reads files of CSV of which each is one recording.
+pub(crate) struct Csv;
+
+impl FileFormat for Csv {
+    fn name(&self) -> &'static str {
+        "CSV"
+    }
+
+    fn format(&self) -> &'static Format {
+        &Format {
+            name: "CSV recording",
+            endings: &["csv"],
+            holds: "one recording: rows are time, columns channels, under a header or none",
+            becomes: "[C, T]",
+        }
+    }
+
+    fn layout(&self, _: usize) -> Option<Layout> {
+        Some(Layout::Series)
+    }
+
+    fn hint(&self) -> &'static str {
+        " but for time (channels, time): use the same channels throughout"
+    }
+
+    fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
+        let text = read_text(path, &options.limits)?;
+        let (shape, values) = read(&text, &path.display().to_string(), options.limits.max_values)?;
+        let hash = hash_row(&values);
+        Ok(Sample { shape, values, hash, dtype: "csv".into() })
+    }
+}
 
 /// Reads `text` as one sample `[channels, time]`: its shape and values.
 ///
 /// Columns are separated by commas. A first row without any number is a header. `file` is for
 /// messages, `limit` the most values allowed.
-pub(crate) fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
+fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)

@@ -1,38 +1,64 @@
 //! One PNG or JPEG recording.
 
 use crate::dataset::digest::{RowHash, hash_row, hash_values};
-use crate::options::Limits;
+use crate::formats::names::IMAGE;
+use crate::options::{Limits, ReadOptions};
+use crate::reader::{FileFormat, Format, Sample};
 use crate::{Error, Result};
 use image::{
     DynamicImage, GenericImageView, ImageDecoder, ImageFormat, ImageReader, Luma, Pixel, Rgb, imageops,
 };
 use std::marker::PhantomData;
 use std::path::Path;
+use taxel_base::Layout;
 
-/// A decoded image: `[H, W]` or `[3, H, W]`, resampled where a size was asked for.
-pub(crate) struct Picture {
-    pub shape: Vec<usize>,
-    /// In their stored range: 0..255 or 0..65535.
-    pub values: Vec<f32>,
-    /// Of the values as stored, before resampling.
-    pub hash: RowHash,
-    /// Bits per value.
-    pub bits: u8,
+/// Reads PNG and JPEG files of which each is one recording.
+pub(crate) struct Picture;
+
+impl FileFormat for Picture {
+    fn name(&self) -> &'static str {
+        "an image"
+    }
+
+    fn format(&self) -> &'static Format {
+        &Format {
+            name: "image",
+            endings: IMAGE,
+            holds: "one recording, grey or in colour",
+            becomes: "[H, W] or [3, H, W], at the size of `data.resize`",
+        }
+    }
+
+    fn layout(&self, rank: usize) -> Option<Layout> {
+        Some(if rank == 3 { Layout::Colour } else { Layout::Image })
+    }
+
+    fn hint(&self) -> &'static str {
+        ": set resize = [height, width], or use grey or colour throughout"
+    }
+
+    fn takes_option(&self, option: &str) -> bool {
+        option == "resize"
+    }
+
+    fn shape(&self, path: &Path, options: &ReadOptions) -> Result<Option<Vec<usize>>> {
+        shape(path, &path.display().to_string(), options.resize, &options.limits).map(Some)
+    }
+
+    fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
+        read(path, &path.display().to_string(), options.resize, &options.limits)
+    }
 }
 
 /// The shape that the image will have, from the head of the file; one too large to decode is refused.
-pub(crate) fn shape(
-    path: &Path,
-    file: &str,
-    resize: Option<[usize; 2]>,
-    limits: &Limits,
-) -> Result<Vec<usize>> {
+fn shape(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Vec<usize>> {
     let stored = stored_shape(&open(path, file, limits)?, file, resize, limits)?;
     Ok(resized(&stored, resize))
 }
 
-/// Decodes one image.
-pub(crate) fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Picture> {
+/// Decodes one image: `[H, W]` or `[3, H, W]` in its stored range, 0..255 or 0..65535, resampled where a size was asked
+/// for. Its hash is of the values as stored, before resampling.
+fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Sample> {
     let decoder = open(path, file, limits)?;
     let stored = stored_shape(&decoder, file, resize, limits)?;
     let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(file, &e.to_string()))?;
@@ -46,7 +72,7 @@ pub(crate) fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: 
         (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
         (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
     };
-    Ok(Picture { shape: resized(&stored, resize), values, hash, bits })
+    Ok(Sample { shape: resized(&stored, resize), values, hash, dtype: format!("png/jpeg u{bits}") })
 }
 
 fn broken(file: &str, why: &str) -> Error {
@@ -137,6 +163,7 @@ fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
 }
 
 /// A grey image `[H, W]` of values from 0 to `white`, resampled as image files are.
+#[cfg(feature = "mcap")]
 pub(crate) fn shrunk(values: &[f32], stored: [usize; 2], size: [usize; 2], white: f32) -> Vec<f32> {
     planes::<Luma<f32>, f32>(values, &stored, Some(size), white).0
 }

@@ -1,24 +1,87 @@
-//! File formats: each file reads one of them into arrays or tables.
+//! File formats, and the list of all readers in the order in which they are asked.
+//!
+//! A new format is a file here and a line in [`READERS`].
+
+use crate::layout::files::OnePerFile;
+use crate::layout::folder::Folder;
+use crate::reader::{Format, Reader};
 
 pub(crate) mod archive;
 pub(crate) mod arff;
-pub(crate) mod array;
 pub(crate) mod bag;
 pub(crate) mod case;
 pub(crate) mod clock;
 pub(crate) mod csv_file;
+#[cfg(feature = "hdf5")]
 pub(crate) mod hdf5;
-pub(crate) mod hdf5_text;
+#[cfg(feature = "image")]
 pub(crate) mod image_file;
+#[cfg(feature = "matlab")]
 pub(crate) mod mat;
-pub(crate) mod mat_text;
+pub(crate) mod names;
 pub(crate) mod npy;
+pub(crate) mod npy_file;
 pub(crate) mod npy_text;
 pub(crate) mod npz;
+#[cfg(feature = "parquet")]
 pub(crate) mod parquet_file;
+#[cfg(feature = "parquet")]
 pub(crate) mod parquet_pages;
 pub(crate) mod stored;
 pub(crate) mod table;
 pub(crate) mod text;
 pub(crate) mod timed;
 pub(crate) mod ucr;
+
+/// Every reader; the first that recognises a place reads it. Of files of one ending, sets come before single recordings.
+pub(crate) const READERS: &[&dyn Reader] = &[
+    &npy_file::NpyBatch,
+    &ucr::Ucr,
+    #[cfg(feature = "parquet")]
+    &crate::layout::lerobot::LeRobot,
+    &npz::NPZ,
+    &table::table::TEXT,
+    #[cfg(feature = "parquet")]
+    &table::table::PARQUET,
+    &OnePerFile(csv_file::Csv),
+    &OnePerFile(npy_file::Npy),
+    #[cfg(feature = "matlab")]
+    &mat::reader::MAT,
+    #[cfg(feature = "hdf5")]
+    &hdf5::reader::HDF5,
+    #[cfg(feature = "mcap")]
+    &OnePerFile(bag::bags::Bag),
+    #[cfg(feature = "image")]
+    &OnePerFile(image_file::Picture),
+    #[cfg(not(all(
+        feature = "hdf5",
+        feature = "image",
+        feature = "matlab",
+        feature = "mcap",
+        feature = "parquet"
+    )))]
+    &crate::layout::not_built::NotBuilt,
+    &Folder,
+];
+
+/// Lists what this build reads, in the order in which readers are asked: the table of `docs/data.md`.
+pub fn formats() -> impl Iterator<Item = &'static Format> {
+    READERS.iter().flat_map(|reader| reader.formats())
+}
+
+/// Lists the endings of what some readers read, as a message says them: `.csv, .npy or .png`.
+pub(crate) fn endings(of: fn(&dyn Reader) -> bool) -> String {
+    let mut endings: Vec<String> = vec![];
+    for reader in READERS.iter().filter(|reader| of(**reader)) {
+        for ending in reader.formats().iter().flat_map(|format| format.endings) {
+            let ending = format!(".{ending}");
+            if !endings.contains(&ending) {
+                endings.push(ending);
+            }
+        }
+    }
+    match endings.split_last() {
+        Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => endings.concat(),
+    }
+}

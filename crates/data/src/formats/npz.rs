@@ -1,6 +1,9 @@
 //! A `.npz` archive: arrays by name.
 
-use crate::formats::npy::{self, Header};
+use crate::formats::archive::{self, NamedArrays, Take};
+use crate::formats::npy;
+use crate::layout::arrays::ArrayFile;
+use crate::reader::Format;
 use crate::{Error, Result};
 use npyz::npz::{array_name_from_file_name, file_name_from_array_name};
 use std::fs::File;
@@ -8,17 +11,32 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 use zip::ZipArchive;
 
+/// The archive of a data set that is a folder.
+pub(crate) const DATA: &str = "data.npz";
+
+/// Reads `.npz` archives, and folders with a `data.npz`.
+pub(crate) const NPZ: ArrayFile = ArrayFile {
+    format: &Format {
+        name: "NumPy archive",
+        endings: &["npz"],
+        holds: "`x` [N, F], [N, C, T], [N, H, W] or [N, T, H, W]; `y` [N], one-hot or [N, k]; optional groups and marks \
+                of test samples; also as `data.npz` in a folder",
+        becomes: "as stored; class names are the texts, or from `labels.json` beside it",
+    },
+    inside: Some(DATA),
+    recording: None,
+    open: |path| Archive::open(path).map(archive::Archive::new),
+};
+
 /// An open archive.
-pub(crate) struct Archive {
+struct Archive {
     zip: ZipArchive<BufReader<File>>,
-    /// Names of the arrays, sorted.
-    pub arrays: Vec<String>,
-    /// The same in the order in which they were saved.
-    pub saved: Vec<String>,
+    /// Names of the arrays in the order in which they were saved.
+    saved: Vec<String>,
 }
 
 impl Archive {
-    pub fn open(path: &Path) -> Result<Self> {
+    fn open(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
         let io = |e: std::io::Error| Error::Io { file: file.clone(), kind: e.kind() };
         let mut start = Vec::new();
@@ -37,36 +55,44 @@ impl Archive {
             }
         };
         let zip = ZipArchive::new(reader).map_err(refuse)?;
-        let mut arrays = vec![];
+        let mut saved = vec![];
         for entry in zip.file_names() {
-            arrays.extend(array_name_from_file_name(&entry.map_err(refuse)?).map(str::to_string));
+            saved.extend(array_name_from_file_name(&entry.map_err(refuse)?).map(str::to_string));
         }
-        let saved = arrays.clone();
-        arrays.sort();
-        Ok(Self { zip, arrays, saved })
+        Ok(Self { zip, saved })
+    }
+}
+
+impl NamedArrays for Archive {
+    fn saved(&self) -> Vec<String> {
+        self.saved.clone()
     }
 
-    /// Name, type and shape of each array.
-    pub fn described(&mut self) -> Vec<String> {
-        let names = self.arrays.clone();
-        let own = |name: String| {
-            let form = self.with(&name, "", |header, _, _| Ok(header.described()));
-            form.map_or_else(|_| format!("{name} (damaged)"), |form| format!("{name} {form}"))
-        };
-        names.into_iter().map(own).collect()
+    fn recordings(&self) -> Vec<String> {
+        let mut names = self.saved.clone();
+        names.sort();
+        names
     }
 
-    /// Opens one array and hands its header and the stream of its values to `read`.
-    pub fn with<T>(
-        &mut self,
-        array: &str,
-        at: &str,
-        read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
-    ) -> Result<T> {
+    fn described(&mut self) -> Vec<String> {
+        let mut all = vec![];
+        for name in self.recordings() {
+            let mut form = "(damaged)".to_string();
+            // What cannot be read is damaged, and said to be.
+            let _ = self.with(&name, "", &mut |header, _, _| {
+                form = header.described();
+                Ok(())
+            });
+            all.push(format!("{name} {form}"));
+        }
+        all
+    }
+
+    fn with(&mut self, array: &str, at: &str, take: Take) -> Result<()> {
         let damaged = |why: String| Error::Damaged { at: at.into(), why };
         let entry = file_name_from_array_name(array);
         let mut entry = self.zip.by_name(&entry).map_err(|e| damaged(e.to_string().to_lowercase()))?;
         let header = npy::read_header(&mut entry, at)?;
-        read(&header, &mut entry, at)
+        take(&header, &mut entry, at)
     }
 }

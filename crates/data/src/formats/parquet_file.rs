@@ -18,11 +18,8 @@ const MAX_HEAD: usize = 1 << 18;
 /// Columns beyond which a file is damaged, and numbers of a column that holds lists.
 const MAX_COLUMNS: usize = 1 << 16;
 
-/// Whether a path is named like Parquet.
-pub(crate) fn is_named(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("parquet") || ending.eq_ignore_ascii_case("pq"))
-}
+/// What the names of files end in.
+pub(crate) const ENDINGS: &[&str] = &["parquet", "pq"];
 
 /// A file that is sound as far as its heads say; closed while no rows are read, since a set may have thousands. A
 /// column of lists is as many columns as its first row has numbers.

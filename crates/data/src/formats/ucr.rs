@@ -4,10 +4,12 @@ use crate::dataset::labels::by_name;
 use crate::dataset::raw::{Names, Raw};
 use crate::formats::arff;
 use crate::formats::case::{Case, number};
+use crate::formats::npz::DATA;
 use crate::formats::text::read_text;
 use crate::layout::names_file;
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
+use crate::reader::{Format, Place, Reader};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
@@ -15,17 +17,43 @@ use taxel_base::Layout;
 /// The endings that are tried, in this order.
 const ENDINGS: [&str; 5] = ["ts", "tsv", "txt", "arff", ""];
 
+/// Reads the pairs of files of the UCR and UEA archives.
+pub(crate) struct Ucr;
+
+const FORMAT: &[Format] = &[Format {
+    name: "UCR and UEA archives",
+    endings: &["ts", "tsv", "txt", "arff"],
+    holds: "`GunPoint_TRAIN.ts` and `GunPoint_TEST.ts`; give the path without ending, `.../GunPoint`, or the folder \
+            that holds them",
+    becomes: "[C, T] with the archive's own split",
+}];
+
+impl Reader for Ucr {
+    fn formats(&self) -> &'static [Format] {
+        FORMAT
+    }
+
+    fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
+        find(place.path).is_some()
+    }
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        let pair = find(place.path).ok_or_else(|| Error::NotFound { file: place.file() })?;
+        read(place.path, &pair, options)
+    }
+}
+
 /// The two files of a data set, and its name.
-pub(crate) struct Pair {
+struct Pair {
     name: String,
     files: [PathBuf; 2],
 }
 
 /// The data set that `path` names: `GunPoint`, `GunPoint_TRAIN.ts` or `GunPoint_TEST.ts`, or the folder that
 /// holds both files, which are named like it or are the only ones.
-pub(crate) fn find(path: &Path) -> Option<Pair> {
+fn find(path: &Path) -> Option<Pair> {
     if path.is_dir() {
-        return inside(path).filter(|_| !path.join(crate::formats::archive::DATA).is_file());
+        return inside(path).filter(|_| !path.join(DATA).is_file());
     }
     let name = path.file_name()?.to_str()?;
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
@@ -71,7 +99,7 @@ fn pair(folder: &Path, name: &str) -> Option<Pair> {
 ///   `:`; values by `,`.
 /// - `.arff`: see [`arff`].
 /// - other endings: one case a line, its class first, parted by blanks, tabs or commas; one channel.
-pub(crate) fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
+fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
     let file = path.display().to_string();
     refuse_options(&file, options)?;
     let mut collected = Collected::new(&file, options.limits);
@@ -113,29 +141,15 @@ pub(crate) fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Ra
         y = y.into_iter().map(|label| position(&order, label)).collect();
         classes = order.iter().map(|class| classes[*class].clone()).collect();
     }
-    Ok(Raw {
-        name: pair.name.clone(),
-        dtype: "text".into(),
-        format: Some(Layout::Series),
-        row_hash: x.hashes(),
-        x,
-        x_name: "the series".into(),
-        y_name: "the classes".into(),
-        y: y.into_iter().map(i64::from).collect(),
-        columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![classes], is_told: true }),
-        facts,
-        groups: None,
-        official: Some(("the _TEST file".into(), test)),
-        origins,
-        others: vec![],
-        ignored: vec![],
-        read_as: vec![],
-        topics: vec![],
-        table: None,
-        is_folder: false,
-        file,
-    })
+    let names = Names { file: file.clone(), columns: vec![classes], is_told: true };
+    let hashes = x.hashes();
+    Ok(Raw::new(pair.name.clone(), file, x, origins)
+        .stored_as("text", Some(Layout::Series))
+        .called("the series", "the classes")
+        .with_labels(y.into_iter().map(i64::from).collect(), 1, Some(names))
+        .with_facts(facts)
+        .with_official(Some(("the _TEST file".into(), test)))
+        .with_hashes(hashes))
 }
 
 /// Where a label comes in another order.

@@ -1,4 +1,4 @@
-//! Samples, labels and groups by name, from a `.npz` archive or a MATLAB file.
+//! Samples, labels and groups by name, from a file of named arrays.
 
 use crate::dataset::labels::by_name;
 use crate::dataset::raw::{Facts, Names, Raw, name_of};
@@ -6,27 +6,119 @@ use crate::dataset::reading_of::time_axis;
 use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};
 use crate::formats::stored::{Column, Stored, column};
+use crate::layout::files;
 use crate::layout::names_file;
 use crate::layout::roles::{Roles, Samples, Unclear};
 use crate::layout::sample;
 use crate::length::ragged::{Collected, Ragged};
 use crate::options::{Limits, ReadOptions};
+use crate::reader::{FileFormat, Format, Place, Purpose, Reader, Sample};
 use crate::{Error, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use taxel_base::Layout;
 
-/// Reads the arrays that `options` names; labels and groups stay as stored.
-pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Raw> {
-    read_with(path, options, true)
+/// Reads files of named arrays in one format: each is a set of samples, or one recording.
+pub(crate) struct ArrayFile {
+    pub format: &'static Format,
+    /// The name of the file that is the whole set of its folder.
+    pub inside: Option<&'static str>,
+    /// Of a format whose files in a folder are one recording each.
+    pub recording: Option<OneArray>,
+    pub open: fn(&Path) -> Result<Archive>,
 }
 
-/// The same of a file that may hold no labels: `y` is empty then.
-pub(crate) fn read_unlabelled(path: &Path, options: &ReadOptions) -> Result<Raw> {
-    read_with(path, options, false)
+/// Says what a file is that is one recording: one array of it.
+pub(crate) struct OneArray {
+    pub name: &'static str,
+    pub hint: &'static str,
 }
 
-fn read_with(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
+impl Reader for ArrayFile {
+    fn formats(&self) -> &'static [Format] {
+        std::slice::from_ref(self.format)
+    }
+
+    fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
+        self.set_at(place.path).is_some()
+    }
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        match place.purpose {
+            Purpose::Predict { rank } if self.is_one_recording(place.path, options, rank) => {
+                files::alone(place, options)
+            }
+            _ => {
+                let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
+                read(&path, (self.open)(&path)?, options, place.needs_labels())
+            }
+        }
+    }
+
+    fn file_format(&self) -> Option<&dyn FileFormat> {
+        self.recording.is_some().then_some(self)
+    }
+}
+
+impl FileFormat for ArrayFile {
+    fn name(&self) -> &'static str {
+        self.recording.as_ref().map_or(self.format.name, |one| one.name)
+    }
+
+    fn format(&self) -> &'static Format {
+        self.format
+    }
+
+    fn layout(&self, _: usize) -> Option<Layout> {
+        None
+    }
+
+    fn hint(&self) -> &'static str {
+        self.recording.as_ref().map_or("", |one| one.hint)
+    }
+
+    fn takes_option(&self, option: &str) -> bool {
+        option == "x"
+    }
+
+    fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
+        let file = path.display().to_string();
+        let mut archive = (self.open)(path)?;
+        let (held, described) = (archive.recordings(), archive.described());
+        let name = match held.as_slice() {
+            [one] => one.clone(),
+            _ if held.contains(&options.x) => options.x.clone(),
+            _ => return Err(Error::missing(&file, &options.x, &described, "x")),
+        };
+        archive.with(&file, &name, "x", |header, reader, at| sample::one(header, reader, at, &options.limits))
+    }
+}
+
+impl ArrayFile {
+    /// The file of arrays at a path: itself, or the one in the folder.
+    fn set_at(&self, path: &Path) -> Option<PathBuf> {
+        if self.format.names(path) && path.is_file() {
+            return Some(path.to_path_buf());
+        }
+        self.inside.map(|name| path.join(name)).filter(|path| path.is_file())
+    }
+
+    /// Whether a file holds one recording of `rank` axes and not a set of them.
+    fn is_one_recording(&self, path: &Path, options: &ReadOptions, rank: usize) -> bool {
+        if self.recording.is_none() {
+            return false;
+        }
+        let Ok(mut archive) = (self.open)(path) else { return false };
+        match Roles::of(&archive.saved(), options, false, |labels| archive.entries(labels)) {
+            Ok(Roles { x: Samples::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
+            Ok(_) => false,
+            Err(_) => true,
+        }
+    }
+}
+
+/// Reads the arrays that `options` names; labels and groups stay as stored, and where there need be none `y` is empty.
+fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
     let file = path.display().to_string();
-    let mut archive = Archive::open(path)?;
     if options.resize.is_some() {
         let why = "applies to a folder of PNG or JPEG files only; leave it out";
         return Err(Error::Option { file, option: "resize", why });
@@ -44,43 +136,36 @@ fn read_with(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<R
     };
     let groups = read_groups(&mut archive, &file, &roles, options)?;
     let official = match official {
-        Some(own) => Some(own),
+        Some(marks) => Some(marks),
         None => read_official(&mut archive, &file, options)?,
     };
     let mut used: Vec<&String> = roles.y.iter().chain(&roles.group).flatten().chain(&options.test).collect();
-    match &roles.x {
-        Samples::One(x) => used.push(x),
-        Samples::Split(both) => used.extend(both),
-        Samples::Each(each) => used.extend(each),
-    }
+    let x_name = match &roles.x {
+        Samples::One(x) => {
+            used.push(x);
+            x.clone()
+        }
+        Samples::Split(both) => {
+            used.extend(both);
+            both.join(" with ")
+        }
+        Samples::Each(each) => {
+            used.extend(each);
+            "the other arrays".into()
+        }
+    };
     let others = archive.arrays().iter().filter(|name| !used.contains(name)).cloned().collect();
-    Ok(Raw {
-        name: name_of(path),
-        format: None,
-        dtype,
-        origins,
-        row_hash: x.hashes(),
-        x,
-        x_name: match &roles.x {
-            Samples::One(x) => x.clone(),
-            Samples::Split(both) => both.join(" with "),
-            Samples::Each(_) => "the other arrays".into(),
-        },
-        y_name: roles.y.map_or_else(|| options.y.clone(), |arrays| arrays.join(" with ")),
-        y: labels.values,
-        columns: labels.columns,
-        names: names.or(labels.names),
-        facts,
-        groups,
-        official,
-        others,
-        ignored: vec![],
-        read_as: vec![],
-        topics: vec![],
-        table: None,
-        is_folder: false,
-        file,
-    })
+    let y_name = roles.y.map_or_else(|| options.y.clone(), |arrays| arrays.join(" with "));
+    let hashes = x.hashes();
+    Ok(Raw::new(name_of(path), file, x, origins)
+        .stored_as(dtype, None)
+        .called(x_name, y_name)
+        .with_labels(labels.values, labels.columns, names.or(labels.names))
+        .with_facts(facts)
+        .with_groups(groups)
+        .with_official(official)
+        .with_hashes(hashes)
+        .passing_over(others, vec![]))
 }
 
 /// The options, and where they do not name the arrays of groups and marks, what the file of names says.
@@ -127,7 +212,7 @@ fn read_samples(
     archive: &mut Archive,
     file: &str,
     samples: &Samples,
-    layout: Option<taxel_base::Layout>,
+    layout: Option<Layout>,
     options: &ReadOptions,
 ) -> Result<Read> {
     let numbered = |name: &str, x: &Ragged| (0..x.len()).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();

@@ -1,200 +1,98 @@
-//! A folder of recordings, one file each.
+//! A folder of recordings: which of its files are recordings, and what says their classes.
 
-use crate::dataset::digest::RowHash;
-use crate::dataset::raw::{Names, Raw, name_of};
-use crate::dataset::reading_of::time_axis;
-use crate::formats::bag::bags::{self, Recorded};
-use crate::layout::listing::Found;
-use crate::layout::sample::{Kind, image_shape, read_sample};
-use crate::length::ragged::{Collected, Ragged};
-use crate::options::{ReadOptions, refuse_set};
+use crate::dataset::raw::Raw;
+use crate::formats::bag::names;
+use crate::formats::bag::path::is_bag;
+use crate::layout::files;
+use crate::layout::label_table::{self, LABELS};
+use crate::layout::listing::{self, Found, Listing, list, unsorted};
+use crate::layout::names_file::{self, NAMES};
+use crate::options::ReadOptions;
+use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
-use std::path::{Path, PathBuf};
-use taxel_base::Layout;
+use std::path::Path;
 
-/// Most pixels along one side of a resampled image.
-const MAX_SIDE: usize = 1 << 14;
+/// Reads a folder of files of which each is one recording. Of recordings to predict nobody need say the classes.
+pub(crate) struct Folder;
 
-/// Reads the recordings that were `found` below `root`.
-pub(crate) fn read(root: &Path, found: Found, options: &ReadOptions) -> Result<Raw> {
-    let file = root.display().to_string();
-    let (kind, first) = same_kind(&found.files, &file)?;
-    refuse_array_options(&file, kind, &found, options)?;
-    refuse_resize(&file, kind, options)?;
-    if found.files.len() as u64 > options.limits.max_samples {
-        let (samples, limit) = (found.files.len() as u64, options.limits.max_samples);
-        return Err(Error::TooManySamples { at: file, samples, limit });
+const FORMATS: &[Format] = &[
+    Format {
+        name: "folder of recordings",
+        endings: &[],
+        holds: "`class/file`, or `class/session/file` with the session as group; files of one format that holds one \
+                recording per file",
+        becomes: "as that format says",
+    },
+    Format {
+        name: "folder with a table",
+        endings: &[],
+        holds: "the same files, and `labels.csv`: a first line `file,label` or `file,label,group`, then a line per \
+                recording, its path below the folder",
+        becomes: "the same; other columns are for people, `data.y` and `data.group` name other ones",
+    },
+];
+
+impl Reader for Folder {
+    fn formats(&self) -> &'static [Format] {
+        FORMATS
     }
-    let Files { x, dtype, format, row_hash, origins, bags } = match kind {
-        Kind::Bag => bags(root, &found, options)?,
-        _ => files(root, &found, kind, &first, options)?,
-    };
-    let groups = match (found.groups, options.group_block) {
-        (None, Some(_)) => Some(("position".into(), found.positions)),
-        (groups, _) => groups,
-    };
-    let mut facts = found.facts;
-    facts.rate = facts.rate.or(bags.rate);
-    facts.stamped = bags.rate;
-    Ok(Raw {
-        name: name_of(root),
-        dtype,
-        format,
-        x,
-        x_name: "the files".into(),
-        y_name: found.labelled_by.into(),
-        y: found.labels,
-        columns: 1,
-        names: Some(Names { file: file.clone(), columns: vec![found.classes], is_told: true }),
-        facts,
-        groups,
-        official: None,
-        origins,
-        row_hash,
-        others: Vec::new(),
-        ignored: found.ignored,
-        read_as: [found.read_as, bags.read_as].concat(),
-        topics: bags.topics,
-        table: None,
-        is_folder: true,
-        file,
-    })
-}
 
-/// The samples of files, and what is known of them.
-struct Files {
-    x: Ragged,
-    dtype: String,
-    format: Option<Layout>,
-    row_hash: Vec<RowHash>,
-    origins: Vec<String>,
-    bags: OfBags,
-}
-
-/// What bags say beside.
-#[derive(Default)]
-struct OfBags {
-    rate: Option<f64>,
-    read_as: Vec<String>,
-    topics: Vec<String>,
-}
-
-fn bags(root: &Path, found: &Found, options: &ReadOptions) -> Result<Files> {
-    let Recorded { x, layout, row_hash, origins, read_as, rate, topics } = bags::read(root, found, options)?;
-    let bags = OfBags { rate, read_as, topics };
-    Ok(Files { x, dtype: "mcap".into(), format: Some(layout), row_hash, origins, bags })
-}
-
-/// A sample per file.
-fn files(root: &Path, found: &Found, kind: Kind, first: &str, options: &ReadOptions) -> Result<Files> {
-    let file = root.display().to_string();
-    if kind == Kind::Image {
-        // Before the first is decoded.
-        let shape = image_shape(Path::new(first), options)?;
-        total_size(&file, found.files.len(), &shape, None, options)?;
+    fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
+        place.path.is_dir() && place.format_of(place.path).is_none()
     }
-    let (mut row_hash, mut origins) = (Vec::new(), Vec::new());
-    let mut collected = Collected::new(&file, options.limits).of_about(found.files.len());
-    let mut dtype: Option<String> = None;
-    for path in &found.files {
-        let sample = read_sample(path, kind, options)?;
-        let name = path.display().to_string();
-        let first_dtype = dtype.get_or_insert_with(|| sample.dtype.clone());
-        let format = kind.layout(sample.shape.len());
-        let time = time_axis(options.layout, found.facts.layout, format, &sample.dtype, &sample.shape);
-        if row_hash.is_empty() {
-            total_size(&file, found.files.len(), &sample.shape, time, options)?;
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        let top = list(place.path)?;
+        match labelled(place.path, &top, options)? {
+            Some(found) => files::read(place, place.path, found, options),
+            None if place.needs_labels() || top.files.is_empty() => Err(refuse(place, &top, options)),
+            None => files::read(place, place.path, unsorted(top.files), options),
         }
-        collected.push(&name, &sample.shape, &sample.values, time, kind.hint())?;
-        if sample.dtype != *first_dtype {
-            let (kind, first_kind) = (sample.dtype, first_dtype.clone());
-            let first = first.into();
-            return Err(Error::MixedKinds { file: name, kind, first, first_kind });
-        }
-        row_hash.push(sample.hash);
-        #[expect(clippy::expect_used, reason = "files are sought below root")]
-        origins.push(path.strip_prefix(root).expect("a path below root").display().to_string());
     }
-    let (Some(x), Some(dtype)) = (collected.finish(), dtype) else {
-        return Err(Error::NoSamples { at: file });
-    };
-    let format = kind.layout(x.sample_shape().len());
-    Ok(Files { x, dtype, format, row_hash, origins, bags: OfBags::default() })
 }
 
-fn refuse_resize(file: &str, kind: Kind, options: &ReadOptions) -> Result<()> {
-    let Some(size) = options.resize else { return Ok(()) };
-    let why = if !matches!(kind, Kind::Image | Kind::Bag) {
-        "applies to PNG and JPEG files and to bags of images only; leave it out"
-    } else if size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
-        "is [height, width] in pixels, each 1..16384"
+/// The recordings of a folder that says what they are, by a table, by folders of classes or by the names of bags; none
+/// otherwise. `labels.json` in it may say what the readings are, and the order of the classes.
+fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<Found>> {
+    let found = if path.join(LABELS).is_file() {
+        Some(label_table::read(path, top, options)?)
+    } else if let Some(found) = names::per_name(path, top)? {
+        Some(found)
+    } else if top.folders.is_empty() {
+        None
     } else {
-        return Ok(());
+        Some(listing::per_class(path, top)?)
     };
-    Err(Error::Option { file: file.into(), option: "resize", why })
+    let Some(mut found) = found else { return Ok(None) };
+    let names = path.join(NAMES);
+    found.ignored.retain(|own| own != NAMES);
+    let (order, facts) = names_file::of_named(&[names], &found.classes, &options.limits)?;
+    found.facts = facts;
+    Ok(Some(match order {
+        Some(order) => found.in_order(&order),
+        None => found,
+    }))
 }
 
-fn refuse_array_options(file: &str, kind: Kind, found: &Found, options: &ReadOptions) -> Result<()> {
-    let default = ReadOptions::default();
-    let set = [
-        ("x", options.x != default.x && !matches!(kind, Kind::Mat | Kind::Hdf5)),
-        ("y", options.y != default.y && !found.is_table),
-        ("group", options.group.is_some() && !found.is_table),
-        ("test", options.test.is_some()),
-        ("test-above", options.test_above.is_some()),
-    ];
-    let why = "names an array of a .npz; a folder per class has none (group-block divides \
-                  the position of each file in its class folder)";
-    refuse_set(file, &set, why)?;
-    if options.group_block.is_some() && found.groups.is_some() {
-        let why = "divides the positions of files in their class folders; these have groups of their own";
-        return Err(Error::Option { file: file.into(), option: "group-block", why });
+/// Says what is missing in a folder, and which of its files are data sets of their own.
+fn refuse(place: &Place, top: &Listing, options: &ReadOptions) -> Error {
+    let file = place.file();
+    if top.files.iter().any(|own| is_bag(own)) {
+        return Error::BagsWithoutClasses { file };
     }
-    Ok(())
-}
-
-/// The one kind of all files, and the first file.
-fn same_kind(files: &[PathBuf], root: &str) -> Result<(Kind, String)> {
-    let mut head: Option<(Kind, String)> = None;
-    for path in files {
-        let file = path.display().to_string();
-        let Some(kind) = Kind::of(path) else {
-            return Err(Error::UnknownExtension { file });
-        };
-        match &head {
-            None => head = Some((kind, file)),
-            Some((first_kind, first)) if *first_kind != kind => {
-                return Err(Error::MixedKinds {
-                    file,
-                    kind: kind.name().into(),
-                    first: first.clone(),
-                    first_kind: first_kind.name().into(),
-                });
-            }
-            Some(_) => {}
-        }
-    }
-    head.ok_or_else(|| Error::NoSamples { at: root.into() })
-}
-
-/// Refuses so many samples like the first before memory is claimed; unequal ones are counted as they come.
-fn total_size(
-    file: &str,
-    files: usize,
-    shape: &[usize],
-    time: Option<usize>,
-    options: &ReadOptions,
-) -> Result<()> {
-    let limit = options.limits.max_values;
-    let mut equal = shape.iter().enumerate().filter(|(axis, _)| Some(*axis) != time).map(|(_, n)| n);
-    let count = equal.try_fold(files, |product, n| product.checked_mul(*n));
-    if count.is_some_and(|count| count as u64 <= limit) {
-        return Ok(());
-    }
-    Err(Error::TooLarge {
-        at: file.into(),
-        shape: std::iter::once(files).chain(shape.iter().copied()).map(|n| n as u64).collect(),
-        limit,
-        hint: "shrink images with resize = [height, width], or raise limits.max-values",
-    })
+    let is_set = |path: &Path| {
+        let place = Place { path, purpose: Purpose::Learn, readers: place.readers };
+        place.readers.iter().any(|reader| reader.recognises(&place, options))
+    };
+    let sets: Vec<String> = top
+        .files
+        .iter()
+        .filter(|path| is_set(path))
+        .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
+        .collect();
+    let hint = match sets.as_slice() {
+        [] => String::new(),
+        names => format!("; give one of {}", names.join(", ")),
+    };
+    Error::NoDatasetInFolder { file, hint }
 }

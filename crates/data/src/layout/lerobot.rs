@@ -1,6 +1,7 @@
 //! A data set of LeRobot: episodes in files of Parquet, what they are in `meta/`.
 
 use crate::dataset::raw::{Facts, Names, Raw, name_of};
+use crate::formats::names::is_lerobot;
 use crate::formats::parquet_file;
 use crate::formats::table::options::{TableForm, TableOptions};
 use crate::formats::table::table;
@@ -10,6 +11,7 @@ use crate::layout::label_table::LABELS;
 use crate::layout::listing::list;
 use crate::layout::order::in_order;
 use crate::options::{ReadOptions, refuse_set};
+use crate::reader::{Format, Place, Reader, has_ending};
 use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -20,40 +22,50 @@ const MAX_DEPTH: usize = 4;
 /// What a column that is read begins with.
 const OBSERVED: &str = "observation.";
 
-/// Whether a folder is a data set of LeRobot.
-pub(crate) fn is_set(path: &Path) -> bool {
-    path.join("meta/info.json").is_file() && path.join("data").is_dir()
-}
+/// Reads data sets of LeRobot: episodes are recordings `[C, T]`, observations that are numbers are the channels, the task
+/// is the class, or what `labels.csv` (`episode,label`) says. [`ReadOptions::table`] and [`ReadOptions::y`] say it
+/// otherwise.
+pub(crate) struct LeRobot;
 
-/// Reads the episodes of a set as recordings `[C, T]`: observations that are numbers are the channels, the task is the
-/// class, or what `labels.csv` (`episode,label`) says. [`ReadOptions::table`] and [`ReadOptions::y`] say it otherwise.
-pub(crate) fn read(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
-    let file = path.display().to_string();
-    let why = "does not apply to a set of LeRobot; leave it out";
-    refuse_set(
-        &file,
-        &[("x", options.x != ReadOptions::default().x), ("resize", options.resize.is_some())],
-        why,
-    )?;
-    let mut files = vec![];
-    data_files(&path.join("data"), 0, &mut files)?;
-    if files.is_empty() {
-        return Err(Error::NoSamples { at: file });
+const FORMAT: &[Format] = &[Format {
+    name: "LeRobot",
+    endings: &[],
+    holds: "a folder with `meta/info.json` and `data/**/*.parquet`: an episode is a recording",
+    becomes: "[C, T] of all numbers in `observation.*`; the class is the task, or what `labels.csv` (`episode,label`) \
+              says",
+}];
+
+impl Reader for LeRobot {
+    fn formats(&self) -> &'static [Format] {
+        FORMAT
     }
-    let table = TableText::of_files(file, &files, &options.limits)?;
-    let told = labels(path, options)?;
-    let options = said(&table, options, told.is_some());
-    let names = (told.is_none() && options.y == TASK).then(|| tasks(path, &options)).transpose()?.flatten();
-    let mut raw = table::taken(
-        &table,
-        name_of(path),
-        (names, Facts::default()),
-        &options,
-        needs_labels,
-        told.as_ref(),
-    )?;
-    raw.read_as.insert(0, "a set of LeRobot: recordings are its episodes".into());
-    Ok(raw)
+
+    fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
+        is_lerobot(place.path)
+    }
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        let (path, file) = (place.path, place.file());
+        let why = "does not apply to a set of LeRobot; leave it out";
+        let is_x_set = options.x != ReadOptions::default().x;
+        refuse_set(&file, &[("x", is_x_set), ("resize", options.resize.is_some())], why)?;
+        let mut files = vec![];
+        data_files(&path.join("data"), 0, &mut files)?;
+        if files.is_empty() {
+            return Err(Error::NoSamples { at: file });
+        }
+        let table = TableText::of_files(file, &files, &options.limits)?;
+        let told = labels(path, options)?;
+        let options = said(&table, options, told.is_some());
+        let has_tasks = told.is_none() && options.y == TASK;
+        let names = has_tasks.then(|| tasks(path, &options)).transpose()?.flatten();
+        let beside = (names, Facts::default());
+        let needs_labels = place.needs_labels();
+        let raw = table::taken(&table, name_of(path), beside, &options, needs_labels, told.as_ref())?;
+        let mut read_as = vec!["a set of LeRobot: recordings are its episodes".to_string()];
+        read_as.extend_from_slice(&raw.read_as);
+        Ok(raw.read_as(read_as))
+    }
 }
 
 const TASK: &str = "task_index";
@@ -61,7 +73,7 @@ const TASK: &str = "task_index";
 /// All files of Parquet below a folder, in counting order.
 fn data_files(folder: &Path, depth: usize, out: &mut Vec<PathBuf>) -> Result<()> {
     let below = list(folder)?;
-    out.extend(in_order(below.files).into_iter().filter(|path| parquet_file::is_named(path)));
+    out.extend(in_order(below.files).into_iter().filter(|path| has_ending(path, parquet_file::ENDINGS)));
     for own in in_order(below.folders).into_iter().filter(|_| depth < MAX_DEPTH) {
         data_files(&own, depth + 1, out)?;
     }

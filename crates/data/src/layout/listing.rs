@@ -107,12 +107,9 @@ pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<Found> {
 
 /// Files of which nobody says what class they are.
 pub(crate) fn unsorted(files: Vec<PathBuf>) -> Found {
-    let count = files.len();
     Found {
+        positions: (0..files.len() as i64).collect(),
         files: in_order(files),
-        labels: vec![0; count],
-        classes: vec![String::new()],
-        positions: (0..count as i64).collect(),
         labelled_by: "the class folders",
         ..Found::default()
     }

@@ -1,11 +1,21 @@
 //! Layouts: how files in folders, and arrays in a file, make a data set.
 
 pub(crate) mod arrays;
+pub(crate) mod files;
 pub(crate) mod folder;
 pub(crate) mod label_table;
+#[cfg(feature = "parquet")]
 pub(crate) mod lerobot;
 pub(crate) mod listing;
 pub(crate) mod names_file;
+#[cfg(not(all(
+    feature = "hdf5",
+    feature = "image",
+    feature = "matlab",
+    feature = "mcap",
+    feature = "parquet"
+)))]
+pub(crate) mod not_built;
 pub(crate) mod order;
 pub(crate) mod roles;
 pub(crate) mod sample;

@@ -6,6 +6,7 @@ use crate::dataset::reading_of::time_axis;
 use crate::length::length::{Length, Longer, Padding};
 use crate::load::open;
 use crate::options::ReadOptions;
+use crate::reader::Purpose;
 use crate::write::save::write;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
@@ -56,7 +57,7 @@ pub fn convert(path: &Path, options: &ReadOptions, output: &Path) -> Result<Conv
 
 /// The data set; unequal recordings without a rule are filled up to the longest, and the readings of each said.
 fn read(path: &Path, options: &ReadOptions) -> Result<(Dataset, Option<Vec<usize>>)> {
-    let mut raw = open(path, options)?;
+    let mut raw = open(path, Purpose::Learn, options)?;
     let mut options = options.clone();
     let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, raw.x.sample_shape());
     let mut is_filled = false;

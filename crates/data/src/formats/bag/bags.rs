@@ -1,27 +1,55 @@
 //! Recordings of robots: each a bag of ROS 2, of which topics are chosen, brought to equal steps of time.
 
-use crate::dataset::digest::RowHash;
+use crate::formats::bag::path::is_bag;
 use crate::formats::bag::topics;
 use crate::formats::bag::tracks::{Track, tracks};
 use crate::formats::clock::{Timing, places};
 use crate::formats::timed::Timed;
 use crate::layout::listing::Found;
-use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
+use crate::reader::{FileFormat, Format, Recorded, Sample};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
 
-/// What was recorded.
-pub(crate) struct Recorded {
-    pub x: Ragged,
-    pub layout: Layout,
-    pub row_hash: Vec<RowHash>,
-    pub origins: Vec<String>,
-    /// How bags were taken.
-    pub read_as: Vec<String>,
-    pub rate: Option<f64>,
-    pub topics: Vec<String>,
+/// Reads bags of ROS 2, each one recording.
+pub(crate) struct Bag;
+
+impl FileFormat for Bag {
+    fn name(&self) -> &'static str {
+        "a bag"
+    }
+
+    fn format(&self) -> &'static Format {
+        &Format {
+            name: "ROS 2 bags",
+            endings: &["mcap"],
+            holds: "one recording in a file, or in the folder of `ros2 bag record`; in class folders, with `labels.csv`, \
+                    or named by class: `cup_03.mcap`, `day1/cup_03.mcap`",
+            becomes: "numbers [C, T], images [T, H, W] at equal steps, see [Bags](#bags)",
+        }
+    }
+
+    fn takes(&self, path: &Path) -> bool {
+        is_bag(path)
+    }
+
+    fn layout(&self, _: usize) -> Option<Layout> {
+        None
+    }
+
+    fn takes_option(&self, option: &str) -> bool {
+        option == "resize"
+    }
+
+    /// Of several together, which have one clock.
+    fn read(&self, path: &Path, _: &ReadOptions) -> Result<Sample> {
+        Err(Error::OneBag { file: path.display().to_string() })
+    }
+
+    fn read_together(&self, root: &Path, found: &Found, options: &ReadOptions) -> Option<Result<Recorded>> {
+        Some(read(root, found, options))
+    }
 }
 
 /// One recording: readings of all topics at the times of the first.
@@ -36,7 +64,7 @@ struct Recording {
 }
 
 /// Reads the bags that were `found` below `root`.
-pub(crate) fn read(root: &Path, found: &Found, options: &ReadOptions) -> Result<Recorded> {
+fn read(root: &Path, found: &Found, options: &ReadOptions) -> Result<Recorded> {
     let file = root.display().to_string();
     let first = found.files.first().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let topics = match options.topics.is_empty() {
@@ -134,7 +162,8 @@ fn collected(
     };
     let row_hash = x.hashes();
     let origins = all.into_iter().map(|own| own.name).collect();
-    Ok(Recorded { x, layout, row_hash, origins, read_as, rate: timing.map(|timing| timing.rate()), topics })
+    let (dtype, rate) = ("mcap".into(), timing.map(|timing| timing.rate()));
+    Ok(Recorded { x, dtype, layout: Some(layout), row_hash, origins, rate, read_as, topics })
 }
 
 /// How bags were taken, for the card; `rows` are those of each recording.

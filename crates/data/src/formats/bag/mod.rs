@@ -1,12 +1,20 @@
 //! Bags of ROS 2 in MCAP: messages, their types, their topics.
 
+#[cfg(feature = "mcap")]
 pub(crate) mod bags;
+#[cfg(feature = "mcap")]
 pub(crate) mod cdr;
+#[cfg(feature = "mcap")]
 pub(crate) mod file;
+#[cfg(feature = "mcap")]
 pub(crate) mod json_numbers;
+#[cfg(feature = "mcap")]
 pub(crate) mod message;
 pub(crate) mod names;
 pub(crate) mod path;
+#[cfg(feature = "mcap")]
 pub(crate) mod ros_type;
+#[cfg(feature = "mcap")]
 pub(crate) mod topics;
+#[cfg(feature = "mcap")]
 pub(crate) mod tracks;

@@ -3,7 +3,6 @@
 use crate::dataset::labels::by_name;
 use crate::dataset::raw::{Facts, Names, Raw, name_of};
 use crate::formats::clock::Timing;
-use crate::formats::parquet_file;
 use crate::formats::table::columns::{TableColumns, recording_in};
 use crate::formats::table::long::{self, Recording};
 use crate::formats::table::options::{TableForm, TableOptions};
@@ -11,57 +10,100 @@ use crate::formats::table::text_columns::{Row, TableText};
 use crate::layout::arrays;
 use crate::layout::names_file;
 use crate::length::ragged::{Collected, Ragged};
-use crate::options::{ReadOptions, refuse_set};
+use crate::options::{Limits, ReadOptions, refuse_set};
+use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::path::Path;
 use taxel_base::Layout;
 
-/// Whether a path is named as a table.
-pub(crate) fn is_named(path: &Path) -> bool {
-    let is_text = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("tsv");
-    path.extension().is_some_and(is_text) || parquet_file::is_named(path)
-}
-
-/// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
-pub(crate) fn is_table(path: &Path, options: &ReadOptions, rank: usize) -> bool {
-    let says = || {
-        let table = TableText::open(path, &options.limits);
-        let named =
-            |header: &[String]| options.table.recording.as_ref().is_some_and(|name| header.contains(name));
-        table.is_ok_and(|table| recording_in(&table.header).is_some() || named(&table.header))
-    };
-    // A model's columns alone do not make a table of a file.
-    let is_told = options.table.form.is_some()
-        || !options.table.shape.is_empty()
-        || options.table.columns.is_empty() && options.table != TableOptions::default();
-    is_named(path) && (rank == 1 || parquet_file::is_named(path) || is_told || says())
-}
-
-/// Reads a table with labels.
+/// Reads files of tables in one format.
 ///
 /// - wide: a row is a sample `[F]`, or of the shape that is said.
 /// - long: rows of the same recording are its readings over time, `[C, T]`, or `[T, H, W]` where a row has that shape;
 ///   recordings may differ in length, and their rows may be mixed.
 ///
 /// Columns of texts without a role are passed over and named in the card.
-pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Raw> {
-    read_with(path, options, true)
+pub(crate) struct TableFile {
+    pub format: &'static Format,
+    /// Whether a file can be nothing else.
+    pub is_always: bool,
+    pub open: fn(&Path, &Limits) -> Result<TableText>,
 }
 
-/// The same of a table that may have no labels: `y` is empty then.
-pub(crate) fn read_unlabelled(path: &Path, options: &ReadOptions) -> Result<Raw> {
-    read_with(path, options, false)
+/// Reads tables as text.
+pub(crate) const TEXT: TableFile = TableFile {
+    format: &Format {
+        name: "table",
+        endings: &["csv", "tsv"],
+        holds: "a first line with names of columns, then wide, a row per sample with its `label`; or long, a row per \
+                reading: `recording`, `time`, channels, `label`, `group`",
+        becomes: "wide [F]; long [C, T]; rows of taxels [H, W] or [T, H, W], see [Tables](#tables)",
+    },
+    is_always: false,
+    open: TableText::of_csv,
+};
+
+/// Reads tables in Parquet.
+#[cfg(feature = "parquet")]
+pub(crate) const PARQUET: TableFile = TableFile {
+    format: &Format {
+        name: "Parquet",
+        endings: crate::formats::parquet_file::ENDINGS,
+        holds: "the same columns; one of lists is as many columns `name.0`, `name.1`, ... as its first row has values",
+        becomes: "as the table",
+    },
+    is_always: true,
+    open: TableText::of_parquet,
+};
+
+impl Reader for TableFile {
+    fn formats(&self) -> &'static [Format] {
+        std::slice::from_ref(self.format)
+    }
+
+    fn recognises(&self, place: &Place, options: &ReadOptions) -> bool {
+        if !self.format.names(place.path) || !place.path.is_file() {
+            return false;
+        }
+        match place.purpose {
+            Purpose::Predict { rank } if !self.is_always => self.is_table(place.path, options, rank),
+            _ => true,
+        }
+    }
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        let why = "does not apply to a table, whose channels are its other columns; leave it out";
+        let default = ReadOptions::default();
+        let set = [("x", options.x != default.x), ("resize", options.resize.is_some())];
+        refuse_set(&place.file(), &set, why)?;
+        let table = self.opened(place.path, &options.limits)?;
+        let beside = names_file::lenient(place.path, &options.limits)?;
+        taken(&table, name_of(place.path), beside, options, place.needs_labels(), None)
+    }
 }
 
-fn read_with(path: &Path, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
-    let file = path.display().to_string();
-    let why = "does not apply to a table, whose channels are its other columns; leave it out";
-    let default = ReadOptions::default();
-    refuse_set(&file, &[("x", options.x != default.x), ("resize", options.resize.is_some())], why)?;
-    let table = TableText::open(path, &options.limits)?;
-    let beside = names_file::lenient(path, &options.limits)?;
-    taken(&table, name_of(path), beside, options, needs_labels, None)
+impl TableFile {
+    /// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
+    fn is_table(&self, path: &Path, options: &ReadOptions, rank: usize) -> bool {
+        let says = || {
+            let named = |header: &[String]| {
+                options.table.recording.as_ref().is_some_and(|name| header.contains(name))
+            };
+            let table = self.opened(path, &options.limits);
+            table.is_ok_and(|table| recording_in(&table.header).is_some() || named(&table.header))
+        };
+        // A model's columns alone do not make a table of a file.
+        let is_told = options.table.form.is_some()
+            || !options.table.shape.is_empty()
+            || options.table.columns.is_empty() && options.table != TableOptions::default();
+        rank == 1 || is_told || says()
+    }
+
+    /// Opens a file whose columns have different names.
+    fn opened(&self, path: &Path, limits: &Limits) -> Result<TableText> {
+        (self.open)(path, limits)?.with_different_names()
+    }
 }
 
 /// Reads a table that is open; `told` says the label of each recording in the place of a column.
@@ -114,32 +156,23 @@ pub(crate) fn taken(
     let used: Vec<usize> = columns.used().collect();
     let is_text = |at: &usize| texts.contains(at);
     let is_other = |at: &usize| !used.contains(at) && !channels.contains(at) && !is_text(at);
-    Ok(Raw {
-        name: set,
-        dtype: table.dtype().into(),
-        format: kind,
-        row_hash: x.hashes(),
-        x,
-        x_name: "the table".into(),
-        y_name,
-        y: labels.0,
-        columns: 1,
-        names: labels.1,
-        facts,
-        groups: groups(&all, columns.group.map(name), &file, options)?,
-        official: columns.test.map(|at| (name(at), all.iter().filter_map(|own| own.mark).collect())),
-        origins: all.into_iter().map(|own| own.name).collect(),
-        others: texts.iter().map(|at| name(*at)).collect(),
-        ignored: (0..table.header.len())
-            .filter(is_other)
-            .map(|at| format!("column {:?}", name(at)))
-            .collect(),
-        read_as,
-        topics: vec![],
-        table: Some(remembered(table, &columns, &channels)),
-        is_folder: false,
-        file,
-    })
+    let ignored =
+        (0..table.header.len()).filter(is_other).map(|at| format!("column {:?}", name(at))).collect();
+    let groups = groups(&all, columns.group.map(name), &file, options)?;
+    let official = columns.test.map(|at| (name(at), all.iter().filter_map(|own| own.mark).collect()));
+    let hashes = x.hashes();
+    let origins = all.into_iter().map(|own| own.name).collect();
+    Ok(Raw::new(set, file, x, origins)
+        .stored_as(table.dtype(), kind)
+        .called("the table", y_name)
+        .with_labels(labels.0, 1, labels.1)
+        .with_facts(facts)
+        .with_groups(groups)
+        .with_official(official)
+        .with_hashes(hashes)
+        .passing_over(texts.iter().map(|at| name(*at)).collect(), ignored)
+        .read_as(read_as)
+        .of_table(remembered(table, &columns, &channels)))
 }
 
 /// What another table must hold to be read alike; a row there is what it is here by its columns.

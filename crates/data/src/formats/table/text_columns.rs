@@ -1,11 +1,12 @@
 //! The cells of a table in CSV or Parquet, with the place of each for messages.
 
 use crate::formats::csv_file;
-use crate::formats::parquet_file::{self, ParquetFile};
+#[cfg(feature = "parquet")]
+use crate::formats::parquet_file::ParquetFile;
 use crate::formats::text::read_text;
 use crate::options::Limits;
 use crate::{Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A table as text: its header, and its rows one after the other.
 pub(crate) struct TableText {
@@ -20,6 +21,7 @@ enum Source {
         separator: u8,
     },
     /// Of equal columns, one after the other.
+    #[cfg(feature = "parquet")]
     Parquet(Vec<ParquetFile>),
 }
 
@@ -31,28 +33,25 @@ pub(crate) struct Row<'t> {
 }
 
 impl TableText {
-    pub fn open(path: &Path, limits: &Limits) -> Result<Self> {
-        let table = match parquet_file::is_named(path) {
-            true => Self::of_parquet(path, limits)?,
-            false => Self::of_csv(path, limits)?,
-        };
-        let twice = table
-            .header
-            .iter()
-            .enumerate()
-            .find(|(at, name)| !name.is_empty() && table.header[..*at].contains(name));
+    /// Refuses two columns of one name.
+    pub fn with_different_names(self) -> Result<Self> {
+        let mut columns = self.header.iter().enumerate();
+        let twice = columns.find(|(at, name)| !name.is_empty() && self.header[..*at].contains(name));
         match twice {
-            Some((_, name)) => Err(table.refuse(format!("two columns are named {name:?}; rename one"))),
-            None => Ok(table),
+            Some((_, name)) => Err(self.refuse(format!("two columns are named {name:?}; rename one"))),
+            None => Ok(self),
         }
     }
 
-    fn of_parquet(path: &Path, limits: &Limits) -> Result<Self> {
+    /// Opens a table that is one file of Parquet.
+    #[cfg(feature = "parquet")]
+    pub fn of_parquet(path: &Path, limits: &Limits) -> Result<Self> {
         Self::of_files(path.display().to_string(), &[path.to_path_buf()], limits)
     }
 
     /// A table of which each file of Parquet holds some rows.
-    pub fn of_files(file: String, paths: &[PathBuf], limits: &Limits) -> Result<Self> {
+    #[cfg(feature = "parquet")]
+    pub fn of_files(file: String, paths: &[std::path::PathBuf], limits: &Limits) -> Result<Self> {
         let mut table = Self { file, header: vec![], source: Source::Parquet(vec![]) };
         let mut files: Vec<ParquetFile> = vec![];
         for path in paths {
@@ -71,7 +70,8 @@ impl TableText {
         Ok(table)
     }
 
-    fn of_csv(path: &Path, limits: &Limits) -> Result<Self> {
+    /// Opens a table that is text.
+    pub fn of_csv(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
         let mut text = read_text(path, limits)?;
         if text.starts_with('\u{feff}') {
@@ -82,25 +82,25 @@ impl TableText {
         // Of several equally frequent ones the last: the comma.
         let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
         let mut header = csv::StringRecord::new();
-        let mut table = Self { file, header: vec![], source: Source::Csv { text, separator } };
-        let Source::Csv { text, separator } = &table.source else { return Ok(table) };
-        let is_there = reader(text, *separator).read_record(&mut header).map_err(|e| table.csv(e))?;
-        table.header = header.iter().map(String::from).collect();
-        if !is_there || table.header.iter().all(String::is_empty) {
-            return Err(Error::EmptyFile { file: table.file });
+        let csv = |e: csv::Error| Error::Csv { file: file.clone(), why: e.to_string().to_lowercase() };
+        let is_there = reader(&text, separator).read_record(&mut header).map_err(csv)?;
+        let header: Vec<String> = header.iter().map(String::from).collect();
+        if !is_there || header.iter().all(String::is_empty) {
+            return Err(Error::EmptyFile { file });
         }
-        if table.header.iter().all(|name| name.parse::<f64>().is_ok()) {
+        if header.iter().all(|name| name.parse::<f64>().is_ok()) {
             let why = "its first line is all numbers; write the names of the columns there, or, where the file is \
                        one recording, put it in a folder of its class";
-            return Err(table.refuse(why.into()));
+            return Err(Error::Table { file, why: why.into() });
         }
-        Ok(table)
+        Ok(Self { file, header, source: Source::Csv { text, separator } })
     }
 
     /// What the values are stored in.
     pub fn dtype(&self) -> &'static str {
         match self.source {
             Source::Csv { .. } => "csv",
+            #[cfg(feature = "parquet")]
             Source::Parquet(_) => "parquet",
         }
     }
@@ -112,6 +112,7 @@ impl TableText {
             Source::Csv { text, .. } => {
                 (text.bytes().filter(|byte| *byte == b'\n').count() + 1, text.len() / 2)
             }
+            #[cfg(feature = "parquet")]
             Source::Parquet(files) => files.iter().fold((0, 0), |(rows, values), own| {
                 (rows + own.rows, usize::saturating_add(values, own.bytes))
             }),
@@ -123,6 +124,7 @@ impl TableText {
     pub fn rows(&self, mut take: impl FnMut(Row) -> Result<bool>) -> Result<()> {
         let (text, separator) = match &self.source {
             Source::Csv { text, separator } => (text, *separator),
+            #[cfg(feature = "parquet")]
             Source::Parquet(files) => {
                 for own in files {
                     if !own.rows(|line, record| take(Row { line, record, table: self }))? {

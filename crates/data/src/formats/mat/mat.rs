@@ -22,26 +22,19 @@ const MAX_NAME: usize = 1024;
 pub(crate) const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
-/// Whether a path is named like a MATLAB file.
-pub(crate) fn is_named(path: &Path) -> bool {
-    path.extension().is_some_and(|x| x.eq_ignore_ascii_case("mat"))
-}
-
 /// An open file.
 pub(crate) struct Archive {
     file: String,
     reader: BufReader<File>,
     big: bool,
-    variables: Vec<Variable>,
-    /// Names of the variables, sorted.
-    pub arrays: Vec<String>,
+    pub variables: Vec<Variable>,
 }
 
-struct Variable {
-    name: String,
+pub(crate) struct Variable {
+    pub name: String,
     /// Where its element starts.
-    at: u64,
-    header: Header,
+    pub at: u64,
+    pub header: Header,
 }
 
 impl Archive {
@@ -57,7 +50,7 @@ impl Archive {
         let mut reader = BufReader::new(handle);
         let big = is_big_endian(&mut reader, &file)?;
         let place = file.clone();
-        let mut archive = Archive { file, reader, big, variables: vec![], arrays: vec![] };
+        let mut archive = Archive { file, reader, big, variables: vec![] };
         let mut at = START;
         while at < len {
             if archive.variables.len() == MAX_ELEMENTS {
@@ -72,32 +65,7 @@ impl Archive {
             archive.variables.extend(found);
             at = end;
         }
-        archive.arrays = archive.variables.iter().map(|v| v.name.clone()).collect();
-        archive.arrays.sort();
-        archive.arrays.dedup();
         Ok(archive)
-    }
-
-    /// Variables that could be one recording: numbers, and more than one.
-    pub fn recordings(&self) -> Vec<String> {
-        let is_one = |h: &Header| h.kind.is_some() && h.shape.iter().any(|axis| *axis > 1);
-        let mut names: Vec<_> =
-            self.variables.iter().filter(|v| is_one(&v.header)).map(|v| v.name.clone()).collect();
-        names.sort();
-        names
-    }
-
-    /// Name, type and shape of each variable.
-    pub fn described(&self) -> Vec<String> {
-        let mut all: Vec<_> =
-            self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect();
-        all.sort();
-        all
-    }
-
-    /// Names of the variables in the order in which they were saved.
-    pub fn saved(&self) -> Vec<String> {
-        self.variables.iter().map(|v| v.name.clone()).collect()
     }
 
     /// Where a variable starts, and its element.
@@ -108,26 +76,8 @@ impl Archive {
         }
     }
 
-    /// Opens one variable and hands its header and the stream of its values to `read`.
-    pub fn with<T>(
-        &mut self,
-        name: &str,
-        place: &str,
-        read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
-    ) -> Result<T> {
-        let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
-            return Err(Error::missing(&self.file, name, &self.described(), "x"));
-        };
-        let at = variable.at;
-        let (_, element) = self.element(at)?;
-        match element.variable().map_err(|why| why.at(place, at))? {
-            Some((_, header, mut values)) => read(&header, &mut values, place),
-            None => Err(damaged(place, "has changed while it was read")),
-        }
-    }
-
     /// The element at a position, uncompressed, and where it ends.
-    fn element(&mut self, at: u64) -> Result<(u64, Element<'_>)> {
+    pub fn element(&mut self, at: u64) -> Result<(u64, Element<'_>)> {
         let (file, big) = (self.file.clone(), self.big);
         let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
         self.reader.seek(SeekFrom::Start(at)).map_err(io)?;
@@ -152,7 +102,7 @@ impl Archive {
     }
 }
 
-fn damaged(file: &str, why: impl Into<String>) -> Error {
+pub(crate) fn damaged(file: &str, why: impl Into<String>) -> Error {
     Error::DamagedMatlab { file: file.into(), why: why.into() }
 }
 
@@ -221,7 +171,7 @@ pub(crate) struct Element<'a> {
 
 impl<'a> Element<'a> {
     /// The variable; of what is no number the values are empty. None for what MATLAB keeps for itself.
-    fn variable(mut self) -> Result<Option<Content<'a>>, Broken> {
+    pub fn variable(mut self) -> Result<Option<Content<'a>>, Broken> {
         let flags = word(&mut self.part(16)?.as_slice(), self.big)?;
         let (class, complex) = (flags & 0xFF, flags & 0x800 != 0);
         // Objects such as `categorical` and `table` have no shape.

@@ -3,7 +3,6 @@
 //! Nothing of a file is held but what its data sets are; values are streamed, some rows at a time. MATLAB stores arrays
 //! with their axes reversed, texts as numbers, and cells as references.
 
-use crate::formats::mat;
 use crate::formats::npy::{Header, Kind};
 use crate::layout::order::natural;
 use crate::{Error, Result};
@@ -19,6 +18,7 @@ use std::path::Path;
 use taxel_base::quiet::caught;
 
 /// The first bytes of HDF5, and of MATLAB's own before it.
+#[cfg(feature = "matlab")]
 const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 const MATLAB: &[u8] = b"MATLAB 7.3";
 /// Groups within groups, and objects in all of them, beyond which a file is damaged.
@@ -32,18 +32,10 @@ const SLAB: u64 = 1 << 20;
 pub(crate) const REFERENCES: &str = "#refs#";
 const SUBSYSTEM: &str = "#subsystem#";
 
-/// Whether a path is named like HDF5, or is a MATLAB file that is.
-pub(crate) fn is_named(path: &Path) -> bool {
-    is_plain(path) || mat::is_named(path) && start_of(path).is_some_and(|start| is_hdf5(&start))
-}
-
-/// Whether a path is named like HDF5 itself.
-pub(crate) fn is_plain(path: &Path) -> bool {
-    path.extension().is_some_and(|x| ["h5", "hdf5"].iter().any(|own| x.eq_ignore_ascii_case(own)))
-}
-
-fn is_hdf5(start: &[u8]) -> bool {
-    start.starts_with(MAGIC) || start.starts_with(MATLAB)
+/// Whether a file is HDF5 by its first bytes.
+#[cfg(feature = "matlab")]
+pub(crate) fn is_hdf5(path: &Path) -> bool {
+    start_of(path).is_some_and(|start| start.starts_with(MAGIC) || start.starts_with(MATLAB))
 }
 
 fn start_of(path: &Path) -> Option<Vec<u8>> {
@@ -56,19 +48,17 @@ fn start_of(path: &Path) -> Option<Vec<u8>> {
 pub(crate) struct Archive {
     pub file: String,
     pub held: Hdf5File,
-    is_matlab: bool,
+    pub is_matlab: bool,
     /// Bytes that the file can hold at most, unpacked.
-    most: u64,
-    variables: Vec<Variable>,
-    /// Paths of the data sets, sorted.
-    pub arrays: Vec<String>,
+    pub most: u64,
+    pub variables: Vec<Variable>,
 }
 
 pub(crate) struct Variable {
     /// Its path below the root.
-    name: String,
+    pub name: String,
     pub dataset: Dataset,
-    header: Header,
+    pub header: Header,
 }
 
 impl Archive {
@@ -90,12 +80,10 @@ impl Archive {
         let held = sound(&file, || Hdf5File::open_with_options(path, options))?;
         let is_matlab = start_of(path).is_some_and(|start| start.starts_with(MATLAB));
         let root = sound(&file, || held.root_group())?;
-        let mut archive = Self { file, held, is_matlab, most, variables: vec![], arrays: vec![] };
+        let mut archive = Self { file, held, is_matlab, most, variables: vec![] };
         let mut left = MAX_OBJECTS;
         archive.list(&root, "", 0, &mut left)?;
         archive.variables.sort_by(|a, b| natural(&a.name, &b.name));
-        archive.arrays = archive.saved();
-        archive.arrays.sort();
         Ok(archive)
     }
 
@@ -146,53 +134,8 @@ impl Archive {
         caught(|| dataset.attribute("MATLAB_class").ok()?.read_string().ok()).flatten()
     }
 
-    /// Data sets that could be one recording: numbers, and more than one.
-    pub fn recordings(&self) -> Vec<String> {
-        let is_one =
-            |h: &Header| h.kind.is_some() && h.shape.len() > 1 && h.shape.iter().any(|axis| *axis > 1);
-        self.variables.iter().filter(|v| is_one(&v.header)).map(|v| v.name.clone()).collect()
-    }
-
-    /// Name, type and shape of each data set.
-    pub fn described(&self) -> Vec<String> {
-        self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect()
-    }
-
-    /// Names in counting order: files do not say in which order they were written.
-    pub fn saved(&self) -> Vec<String> {
-        self.variables.iter().map(|v| v.name.clone()).collect()
-    }
-
     pub fn variable(&self, name: &str) -> Option<&Variable> {
         self.variables.iter().find(|v| v.name == name)
-    }
-
-    /// Whether labels are counted from 1.
-    pub fn is_matlab(&self) -> bool {
-        self.is_matlab
-    }
-
-    /// Opens one data set and hands its header and the stream of its values to `read`.
-    pub fn with<T>(
-        &self,
-        name: &str,
-        place: &str,
-        read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
-    ) -> Result<T> {
-        let Some(Variable { dataset, header, .. }) = self.variable(name) else {
-            return Err(Error::missing(&self.file, name, &self.described(), "x"));
-        };
-        let bytes = header.shape.iter().try_fold(header.size as u64, |all, axis| all.checked_mul(*axis));
-        if bytes.is_none_or(|bytes| bytes > self.most) {
-            return Err(damaged(place, "it says that it holds more than the file has bytes for"));
-        }
-        match header.size {
-            1 => read(header, &mut Values::<1>::new(dataset), place),
-            2 => read(header, &mut Values::<2>::new(dataset), place),
-            4 => read(header, &mut Values::<4>::new(dataset), place),
-            8 => read(header, &mut Values::<8>::new(dataset), place),
-            _ => read(header, &mut io::empty(), place),
-        }
     }
 }
 
@@ -279,7 +222,7 @@ impl<const N: usize> H5Type for Stored<N> {
 }
 
 /// The values of a data set as a stream.
-struct Values<'d, const N: usize> {
+pub(crate) struct Values<'d, const N: usize> {
     dataset: &'d Dataset,
     row: u64,
     /// Rows read at a time: whole chunks, so that none is unpacked twice.
@@ -290,7 +233,7 @@ struct Values<'d, const N: usize> {
 }
 
 impl<'d, const N: usize> Values<'d, N> {
-    fn new(dataset: &'d Dataset) -> Self {
+    pub fn new(dataset: &'d Dataset) -> Self {
         // Saturating: of no samples at all the file may say any size.
         let row = dataset.shape().iter().skip(1).fold(N as u64, |row, axis| row.saturating_mul(*axis));
         let chunk = dataset.chunks().and_then(|chunk| chunk.first().copied()).map_or(1, u64::from).max(1);

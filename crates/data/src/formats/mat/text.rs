@@ -1,6 +1,7 @@
 //! Texts in a MATLAB file: a char matrix, one text a row, or a cell array of them.
 
-use crate::formats::mat::{Archive, Broken, Element, MATRIX};
+use crate::formats::archive::Texts;
+use crate::formats::mat::mat::{Archive, Broken, Element, MATRIX};
 use crate::formats::npy::Cap;
 use crate::{Error, Result};
 use std::io::{Cursor, Read};
@@ -13,12 +14,6 @@ const MAX_CELL: u32 = 1 << 16;
 const MAX_MATRIX: u64 = 1 << 26;
 /// Most bytes of all cells, about 170 for a word.
 const MAX_ALL: u64 = 1 << 30;
-
-/// Texts, one after the other in rows `[N]` or `[N, k]`.
-pub(crate) struct Texts {
-    pub shape: Vec<u64>,
-    pub values: Vec<String>,
-}
 
 /// The texts of a variable; none of one that holds something else.
 pub(crate) fn read(archive: &mut Archive, name: &str, place: &str, cap: Cap) -> Result<Option<Texts>> {

@@ -1,7 +1,7 @@
 //! Texts in an HDF5 file, and in a MATLAB file of version 7.3: rows of characters, or cells of them.
 
-use crate::formats::hdf5::{Archive, REFERENCES, Stored, damaged, sound, text_size};
-use crate::formats::mat_text::Texts;
+use crate::formats::archive::Texts;
+use crate::formats::hdf5::hdf5::{Archive, REFERENCES, Stored, damaged, sound, text_size};
 use crate::formats::npy::Cap;
 use crate::{Error, Result};
 use hdf5_reader::{Dataset, Datatype};

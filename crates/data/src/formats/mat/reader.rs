@@ -1,0 +1,87 @@
+//! The reader of MATLAB files: their variables as named arrays.
+
+use crate::Result;
+use crate::formats::archive::{self, NamedArrays, Take, Texts};
+use crate::formats::mat::mat::{Archive, damaged};
+use crate::formats::mat::text;
+use crate::formats::npy::{Cap, Header};
+use crate::layout::arrays::{ArrayFile, OneArray};
+use crate::reader::Format;
+use std::path::Path;
+
+/// Reads files of MATLAB; those of version 7.3 are HDF5.
+pub(crate) const MAT: ArrayFile = ArrayFile {
+    format: &Format {
+        name: "MATLAB file",
+        endings: &["mat"],
+        holds: "variables as the arrays of a NumPy archive, of version 5 to 7.3, samples along the first axis \
+                (`permute`); in a folder of recordings one array each, or that of `data.x`",
+        becomes: "as stored; classes are named `1`, `2`, ..., by the texts or by `labels.json`",
+    },
+    inside: None,
+    recording: Some(OneArray {
+        name: "MAT",
+        hint: " but for time (channels, time): use the same channels throughout",
+    }),
+    open: |path| match open_hdf5(path) {
+        Some(held) => held,
+        None => Archive::open(path).map(archive::Archive::new),
+    },
+};
+
+/// Opens a file that is HDF5 by its first bytes.
+#[cfg(feature = "hdf5")]
+fn open_hdf5(path: &Path) -> Option<Result<archive::Archive>> {
+    use crate::formats::hdf5::{hdf5, reader};
+    hdf5::is_hdf5(path).then(|| reader::open(path))
+}
+
+/// Refuses a file that is HDF5 by its first bytes: this build does without.
+#[cfg(not(feature = "hdf5"))]
+fn open_hdf5(path: &Path) -> Option<Result<archive::Archive>> {
+    use std::io::Read;
+    let file = path.display().to_string();
+    let mut start = [0; 10];
+    std::fs::File::open(path).ok()?.read_exact(&mut start).ok()?;
+    let is_hdf5 = start.starts_with(b"\x89HDF") || start == *b"MATLAB 7.3";
+    is_hdf5.then_some(Err(crate::Error::NotBuilt { file, feature: "hdf5" }))
+}
+
+impl NamedArrays for Archive {
+    /// Numbers, and more than one.
+    fn recordings(&self) -> Vec<String> {
+        let is_one = |h: &Header| h.kind.is_some() && h.shape.iter().any(|axis| *axis > 1);
+        let mut names: Vec<_> =
+            self.variables.iter().filter(|v| is_one(&v.header)).map(|v| v.name.clone()).collect();
+        names.sort();
+        names
+    }
+
+    fn described(&mut self) -> Vec<String> {
+        let mut all: Vec<_> =
+            self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect();
+        all.sort();
+        all
+    }
+
+    fn saved(&self) -> Vec<String> {
+        self.variables.iter().map(|v| v.name.clone()).collect()
+    }
+
+    fn with(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
+        let Some(at) = self.variables.iter().find(|v| v.name == name).map(|v| v.at) else { return Ok(()) };
+        let (_, element) = self.element(at)?;
+        match element.variable().map_err(|why| why.at(place, at))? {
+            Some((_, header, mut values)) => take(&header, &mut values, place),
+            None => Err(damaged(place, "has changed while it was read")),
+        }
+    }
+
+    fn texts(&mut self, array: &str, at: &str, cap: Cap) -> Result<Option<Texts>> {
+        text::read(self, array, at, cap)
+    }
+
+    fn counts_from_one(&self) -> bool {
+        true
+    }
+}

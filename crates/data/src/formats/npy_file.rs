@@ -1,0 +1,89 @@
+//! One `.npy` file as an array.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use ndarray::{ArrayD, Axis};
+use taxel_base::Layout;
+
+use crate::dataset::raw::{Raw, name_of};
+use crate::formats::npy::{Cap, Header, read_header};
+use crate::layout::arrays::sample_shape;
+use crate::layout::sample;
+use crate::options::{Limits, ReadOptions};
+use crate::reader::{FileFormat, Format, Place, Purpose, Reader, Sample};
+use crate::{Error, Result};
+
+/// Reads a `.npy` of integers or floats as f32, C order, any rank.
+///
+/// # Errors
+///
+/// A file that is missing, cut short or no NumPy array, another dtype, or a value that f32 cannot hold.
+pub fn read_npy(path: &Path) -> Result<ArrayD<f32>> {
+    let (file, mut reader, header) = open(path)?;
+    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()))
+}
+
+/// Reads a `.npy` file of many samples, for a model whose samples have one axis less.
+pub(crate) struct NpyBatch;
+
+impl Reader for NpyBatch {
+    fn formats(&self) -> &'static [Format] {
+        &[]
+    }
+
+    fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
+        let Purpose::Predict { rank } = place.purpose else { return false };
+        // One that cannot be opened is refused when it is read.
+        Npy.takes(place.path)
+            && open(place.path).map_or(true, |(_, _, header)| header.shape.len() == rank + 1)
+    }
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        let (file, mut reader, header) = open(place.path)?;
+        sample_shape(&header, &file, &options.limits)?;
+        let x = header.read_f32(&mut reader, &file, Cap::of_samples(&options.limits))?;
+        let name = name_of(place.path);
+        let origins = (0..x.len_of(Axis(0))).map(|i| format!("{name}[{i}]")).collect();
+        Ok(Raw::new(name, file, x.into(), origins))
+    }
+}
+
+/// Reads `.npy` files of which each is one recording.
+pub(crate) struct Npy;
+
+impl FileFormat for Npy {
+    fn name(&self) -> &'static str {
+        "NPY"
+    }
+
+    fn format(&self) -> &'static Format {
+        &Format {
+            name: "NumPy array",
+            endings: &["npy"],
+            holds: "one recording [C, T], [H, W] or [T, H, W]; for `taxel predict` also a batch [N, ...]",
+            becomes: "as stored",
+        }
+    }
+
+    fn layout(&self, _: usize) -> Option<Layout> {
+        None
+    }
+
+    fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
+        let (file, mut reader, header) = open(path)?;
+        sample::one(&header, &mut reader, &file, &options.limits)
+    }
+}
+
+fn open(path: &Path) -> Result<(String, BufReader<File>, Header)> {
+    let file = path.display().to_string();
+    let handle = File::open(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
+        kind => Error::Io { file: file.clone(), kind },
+    })?;
+    let mut reader = BufReader::new(handle);
+    let header = read_header(&mut reader, &file)?;
+    Ok((file, reader, header))
+}

@@ -1,0 +1,213 @@
+//! Files of recordings, one recording each.
+
+use crate::dataset::raw::{Names, Raw, name_of};
+use crate::dataset::reading_of::time_axis;
+use crate::layout::listing::{Found, unsorted};
+use crate::length::ragged::Collected;
+use crate::options::{ReadOptions, refuse_set};
+use crate::reader::{FileFormat, Format, Place, Reader, Recorded};
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Most pixels along one side of a resampled image.
+const MAX_SIDE: usize = 1 << 14;
+
+/// Reads a single file of a format that holds one recording per file: for a prediction, since it says no class.
+pub(crate) struct OnePerFile<F>(pub F);
+
+impl<F: FileFormat> Reader for OnePerFile<F> {
+    fn formats(&self) -> &'static [Format] {
+        std::slice::from_ref(self.0.format())
+    }
+
+    fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
+        !place.needs_labels() && self.0.takes(place.path) && place.path.exists()
+    }
+
+    fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        alone(place, options)
+    }
+
+    fn reads_sets(&self) -> bool {
+        false
+    }
+
+    fn file_format(&self) -> Option<&dyn FileFormat> {
+        Some(&self.0)
+    }
+}
+
+/// Reads the file at a place as one recording of which nobody says the class.
+pub(crate) fn alone(place: &Place, options: &ReadOptions) -> Result<Raw> {
+    let folder = place.path.parent().unwrap_or(Path::new(""));
+    read(place, folder, unsorted(vec![place.path.to_path_buf()]), options)
+}
+
+/// Reads the recordings that were `found` below `root`.
+pub(crate) fn read(place: &Place, root: &Path, found: Found, options: &ReadOptions) -> Result<Raw> {
+    let file = root.display().to_string();
+    let (format, first) = same_format(place, &found.files, &file)?;
+    refuse_array_options(&file, format, &found, options)?;
+    refuse_resize(&file, format, options)?;
+    if found.files.len() as u64 > options.limits.max_samples {
+        let (samples, limit) = (found.files.len() as u64, options.limits.max_samples);
+        return Err(Error::TooManySamples { at: file, samples, limit });
+    }
+    let recorded = match format.read_together(root, &found, options) {
+        Some(recorded) => recorded?,
+        None => one_by_one(root, &found, format, &first, options)?,
+    };
+    let groups = match (found.groups, options.group_block) {
+        (None, Some(_)) => Some(("position".into(), found.positions)),
+        (groups, _) => groups,
+    };
+    let mut facts = found.facts;
+    facts.rate = facts.rate.or(recorded.rate);
+    facts.stamped = recorded.rate;
+    let names = Names { file: file.clone(), columns: vec![found.classes], is_told: true };
+    Ok(Raw::new(name_of(root), file, recorded.x, recorded.origins)
+        .stored_as(recorded.dtype, recorded.layout)
+        .called("the files", found.labelled_by)
+        .with_labels(found.labels, 1, Some(names))
+        .with_facts(facts)
+        .with_groups(groups)
+        .with_hashes(recorded.row_hash)
+        .passing_over(vec![], found.ignored)
+        .read_as([found.read_as, recorded.read_as].concat())
+        .of_topics(recorded.topics)
+        .of_folder())
+}
+
+/// Reads a sample per file.
+fn one_by_one(
+    root: &Path,
+    found: &Found,
+    format: &dyn FileFormat,
+    first: &str,
+    options: &ReadOptions,
+) -> Result<Recorded> {
+    let file = root.display().to_string();
+    refuse_empty(Path::new(first))?;
+    // Before the first is decoded.
+    if let Some(shape) = format.shape(Path::new(first), options)? {
+        total_size(&file, found.files.len(), &shape, None, options)?;
+    }
+    let (mut row_hash, mut origins) = (Vec::new(), Vec::new());
+    let mut collected = Collected::new(&file, options.limits).of_about(found.files.len());
+    let mut dtype: Option<String> = None;
+    for path in &found.files {
+        refuse_empty(path)?;
+        let sample = format.read(path, options)?;
+        let name = path.display().to_string();
+        let first_dtype = dtype.get_or_insert_with(|| sample.dtype.clone());
+        let layout = format.layout(sample.shape.len());
+        let time = time_axis(options.layout, found.facts.layout, layout, &sample.dtype, &sample.shape);
+        if row_hash.is_empty() {
+            total_size(&file, found.files.len(), &sample.shape, time, options)?;
+        }
+        collected.push(&name, &sample.shape, &sample.values, time, format.hint())?;
+        if sample.dtype != *first_dtype {
+            let (kind, first_kind) = (sample.dtype, first_dtype.clone());
+            return Err(Error::MixedKinds { file: name, kind, first: first.into(), first_kind });
+        }
+        row_hash.push(sample.hash);
+        #[expect(clippy::expect_used, reason = "files are sought below root")]
+        origins.push(path.strip_prefix(root).expect("a path below root").display().to_string());
+    }
+    let (Some(x), Some(dtype)) = (collected.finish(), dtype) else {
+        return Err(Error::NoSamples { at: file });
+    };
+    let layout = format.layout(x.sample_shape().len());
+    Ok(Recorded { x, dtype, layout, row_hash, origins, rate: None, read_as: vec![], topics: vec![] })
+}
+
+fn refuse_empty(path: &Path) -> Result<()> {
+    let file = path.display().to_string();
+    match path.metadata() {
+        Ok(about) if about.len() == 0 => Err(Error::EmptyFile { file }),
+        Ok(_) => Ok(()),
+        Err(e) => Err(Error::Io { file, kind: e.kind() }),
+    }
+}
+
+fn refuse_resize(file: &str, format: &dyn FileFormat, options: &ReadOptions) -> Result<()> {
+    let Some(size) = options.resize else { return Ok(()) };
+    let why = if !format.takes_option("resize") {
+        "applies to PNG and JPEG files and to bags of images only; leave it out"
+    } else if size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
+        "is [height, width] in pixels, each 1..16384"
+    } else {
+        return Ok(());
+    };
+    Err(Error::Option { file: file.into(), option: "resize", why })
+}
+
+fn refuse_array_options(
+    file: &str,
+    format: &dyn FileFormat,
+    found: &Found,
+    options: &ReadOptions,
+) -> Result<()> {
+    let default = ReadOptions::default();
+    let set = [
+        ("x", options.x != default.x && !format.takes_option("x")),
+        ("y", options.y != default.y && !found.is_table),
+        ("group", options.group.is_some() && !found.is_table),
+        ("test", options.test.is_some()),
+        ("test-above", options.test_above.is_some()),
+    ];
+    let why = "names an array of a .npz; a folder per class has none (group-block divides \
+                  the position of each file in its class folder)";
+    refuse_set(file, &set, why)?;
+    if options.group_block.is_some() && found.groups.is_some() {
+        let why = "divides the positions of files in their class folders; these have groups of their own";
+        return Err(Error::Option { file: file.into(), option: "group-block", why });
+    }
+    Ok(())
+}
+
+/// The one format of all files, and the first file.
+fn same_format(place: &Place, files: &[PathBuf], root: &str) -> Result<(&'static dyn FileFormat, String)> {
+    let mut head: Option<(&dyn FileFormat, String)> = None;
+    for path in files {
+        let file = path.display().to_string();
+        let Some(format) = place.format_of(path) else {
+            return Err(Error::UnknownExtension { file });
+        };
+        match &head {
+            None => head = Some((format, file)),
+            Some((first_format, first)) if first_format.name() != format.name() => {
+                return Err(Error::MixedKinds {
+                    file,
+                    kind: format.name().into(),
+                    first: first.clone(),
+                    first_kind: first_format.name().into(),
+                });
+            }
+            Some(_) => {}
+        }
+    }
+    head.ok_or_else(|| Error::NoSamples { at: root.into() })
+}
+
+/// Refuses so many samples like the first before memory is claimed; unequal ones are counted as they come.
+fn total_size(
+    file: &str,
+    files: usize,
+    shape: &[usize],
+    time: Option<usize>,
+    options: &ReadOptions,
+) -> Result<()> {
+    let limit = options.limits.max_values;
+    let mut equal = shape.iter().enumerate().filter(|(axis, _)| Some(*axis) != time).map(|(_, n)| n);
+    let count = equal.try_fold(files, |product, n| product.checked_mul(*n));
+    if count.is_some_and(|count| count as u64 <= limit) {
+        return Ok(());
+    }
+    Err(Error::TooLarge {
+        at: file.into(),
+        shape: std::iter::once(files).chain(shape.iter().copied()).map(|n| n as u64).collect(),
+        limit,
+        hint: "shrink images with resize = [height, width], or raise limits.max-values",
+    })
+}
