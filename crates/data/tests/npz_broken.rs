@@ -87,11 +87,12 @@ fn a_wrong_type_is_refused() {
             format!("grasps.npz: x: has dtype {descr}; {x}")
         );
     }
-    let y = npy("<f8", false, &[4], &[0; 32]);
+    let y = npy("<M8[ns]", false, &[4], &[0; 32]);
     assert_eq!(
-        refused_arrays(&[("x", samples(4)), ("y", y.clone())]),
-        "grasps.npz: y: has dtype <f8; labels are whole numbers from 0: save y as an integer array"
+        refused_arrays(&[("x", samples(4)), ("y", y)]),
+        "grasps.npz: y: has dtype <M8[ns]; labels are whole numbers from 0: save y as an integer array"
     );
+    let y = npy("<f8", false, &[4], &[0; 32]);
     assert_eq!(
         refused_arrays(&[("x", samples(4)), ("y", labels()), ("group", y)]),
         "grasps.npz: group: has dtype <f8; groups are whole numbers: save them as an integer array"

@@ -129,7 +129,7 @@ impl<'de> Deserialize<'de> for Baseline {
             }
         };
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
-        let known = Method::all();
+        let known: Vec<Method> = Method::all().into_iter().chain(Method::of_values()).collect();
         if !known.iter().any(|method| method.name() == name) {
             let hint = taxel_base::names::hint(name, known.iter().map(Method::name));
             let message = format!("no baseline is called `{name}`; {hint}");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_graph::{Graph, Weights, describe};
 use taxel_learn::{
@@ -192,11 +193,12 @@ impl Runner<'_> {
     }
 
     fn candidate(&self, name: &str, encoder: &mut Encoder) -> Result<Candidate> {
-        let Config { networks, baselines, harden, .. } = self.experiment.config();
+        let Config { networks, harden, .. } = self.experiment.config();
+        let baselines = self.baselines();
         if let Some(i) = networks.iter().position(|network| network.label == name) {
             return self.network(i, &networks[i], encoder);
         }
-        if let Some(Baseline(method)) = baselines.iter().find(|own| own.0.name() == name) {
+        if let Some(method) = baselines.iter().find(|method| method.name() == name) {
             return Ok(Candidate::baseline(*method));
         }
         if let (Some(harden), Some((clean, _))) = (harden, name.rsplit_once('.')) {
@@ -207,10 +209,21 @@ impl Runner<'_> {
             }
         }
         let known = networks.iter().map(|network| network.label.as_str());
-        let known = known.chain(baselines.iter().map(|own| own.0.name()));
+        let known = known.chain(baselines.iter().map(|method| method.name()));
         let hint = taxel_base::names::hint(name, known);
         let reason = format!("is no network or baseline of this experiment; {hint}");
         Err(taxel_learn::Error::from(Problem::new("network", format!("{name:?}"), reason)).into())
+    }
+
+    /// Returns the baselines of the experiment; for targets that are values all that learn them, where it names none.
+    fn baselines(&self) -> Vec<Method> {
+        let mut methods: Vec<Method> =
+            self.experiment.config().baselines.iter().map(|Baseline(method)| *method).collect();
+        let of_values = self.dataset.targets.values().is_some();
+        if of_values && !methods.iter().any(Method::learns_values) {
+            methods.extend(Method::of_values());
+        }
+        methods
     }
 
     /// The networks, then the baselines, sized by the samples; and the networks that take no such samples, with
@@ -219,7 +232,7 @@ impl Runner<'_> {
     /// # Errors
     /// Whatever else is wrong with a network, and the first reason where no network is left.
     fn candidates(&self, encoder: &mut Encoder) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
-        let Config { networks, baselines, .. } = self.experiment.config();
+        let networks = &self.experiment.config().networks;
         let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);
         for (i, network) in networks.iter().enumerate() {
             match self.network(i, network, encoder) {
@@ -238,7 +251,7 @@ impl Runner<'_> {
         if let (true, Some(reason)) = (candidates.is_empty(), first) {
             return Err(Error::Unfit { reason });
         }
-        candidates.extend(baselines.iter().map(|Baseline(method)| Candidate::baseline(*method)));
+        candidates.extend(self.baselines().into_iter().map(Candidate::baseline));
         if let Some(harden) = &self.experiment.config().harden {
             let reading = &self.dataset.reading;
             let more: Vec<Candidate> =

@@ -9,7 +9,7 @@ use crate::dataset::problems::{Faults, Problem};
 use crate::dataset::raw::Raw;
 use crate::dataset::rows::Rows;
 use crate::dataset::source::Source;
-use crate::dataset::targets::Targets;
+use crate::dataset::targets::{Targets, Values};
 use crate::dataset::validate::{
     channels, class_names, gaps, groups, labels, official, one_class, wrong_length,
 };
@@ -17,6 +17,7 @@ use crate::length::lengths::Lengths;
 use crate::length::one_length::{Samples, samples};
 use crate::options::{Drop, ReadOptions};
 use crate::{Error, Result};
+use std::collections::HashMap;
 
 /// A data set with everything that keeps it from being used.
 #[derive(Debug)]
@@ -49,8 +50,15 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     if (raw.x.len() as u64).saturating_mul(columns as u64) > options.limits.max_samples {
         return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / columns));
     }
-    let table = labels(&raw, &mut faults);
-    let mut classes = class_names(&raw, &table);
+    let values = raw.values.take();
+    let (table, mut classes) = match &values {
+        Some(values) => (check_values(&raw, values, &mut faults)?, vec![vec![]]),
+        None => {
+            let table = labels(&raw, &mut faults);
+            let classes = class_names(&raw, &table);
+            (table, classes)
+        }
+    };
     let groups = groups(&raw, options, &mut faults)?;
     let official = official(&raw, options, &mut faults);
     let keep = keep(&raw, &table, &classes, options, &mut faults);
@@ -67,19 +75,29 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
     let rows = Rows::new(&raw, &kept, windows);
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
-    gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
+    if values.is_none() {
+        gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
+    }
     faults.0.extend(of_values.0);
 
-    let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
     let (group_name, groups) = grouped(groups, &rows);
-    let own = classes[attribute].clone();
-    one_class(&raw, &own, &y, &mut faults);
-    let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
-    let several = (columns > 1).then(|| {
-        let values = rows.recordings.iter().flat_map(of_row).collect();
-        Labels::numbered(std::mem::take(&mut classes), values)
-    });
-    let targets = Targets::Classes { labels: Labels::of_classes(&own, &y), columns: several };
+    let targets = match &values {
+        Some(values) => Targets::Values(Values::new(
+            values.quantities().to_vec(),
+            rows.recordings.iter().flat_map(|&row| values.of(&[row])).collect(),
+        )),
+        None => {
+            let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
+            let names = classes[attribute].clone();
+            one_class(&raw, &names, &y, &mut faults);
+            let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
+            let several = (columns > 1).then(|| {
+                let values = rows.recordings.iter().flat_map(of_row).collect();
+                Labels::numbered(std::mem::take(&mut classes), values)
+            });
+            Targets::Classes { labels: Labels::of_classes(&names, &y), columns: several }
+        }
+    };
     let mut dataset = Dataset {
         reading,
         source: source(&raw),
@@ -98,6 +116,28 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     };
     dataset.learn_attributes(&options.attributes)?;
     Ok(Checked { dataset, problems: faults.0, columns: kind, lengths, readings })
+}
+
+/// Checks values: one row of finite ones for each sample. Gives each sample the number of its values, equal ones the same,
+/// by which copies are compared.
+fn check_values(raw: &Raw, values: &Values, faults: &mut Faults) -> Result<Vec<u32>> {
+    let (samples, width) = (raw.x.len(), values.quantities().len());
+    let given = values.values().len() / width;
+    if given != samples {
+        return Err(wrong_length(raw, &raw.y_name, given));
+    }
+    let mut bad = None;
+    for (i, value) in values.values().iter().enumerate().filter(|(_, value)| !value.is_finite()) {
+        let sample = format!("{}: {}[{}]", raw.file, raw.y_name, i / width);
+        faults.more(&mut bad, || Error::NotFinite { sample, index: vec![i % width], value: *value });
+    }
+    let mut numbers: HashMap<Vec<u32>, u32> = HashMap::new();
+    let number = |row: &[f32]| {
+        let bits = row.iter().map(|value| value.to_bits()).collect();
+        let next = numbers.len() as u32;
+        *numbers.entry(bits).or_insert(next)
+    };
+    Ok(values.values().chunks_exact(width).map(number).collect())
 }
 
 /// What the groups are, and that of each sample. Windows without groups go by their recording: none is trained

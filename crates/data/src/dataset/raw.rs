@@ -2,6 +2,7 @@
 
 use crate::dataset::digest::RowHash;
 use crate::dataset::source::Source;
+use crate::dataset::targets::{Quantity, Values};
 use crate::formats::table::options::TableOptions;
 use crate::length::ragged::Ragged;
 use taxel_base::Layout;
@@ -26,6 +27,8 @@ pub(crate) struct Raw {
     pub y: Vec<i64>,
     pub columns: usize,
     pub names: Option<Names>,
+    /// Values row by row, in place of labels.
+    pub values: Option<Values>,
     pub facts: Facts,
     pub groups: Option<(String, Vec<i64>)>,
     /// Not 0 for samples that the authors test on, with the array's name.
@@ -62,6 +65,7 @@ impl Raw {
             y: vec![],
             columns: 1,
             names: None,
+            values: None,
             facts: Facts::default(),
             groups: None,
             official: None,
@@ -89,6 +93,11 @@ impl Raw {
     /// Adds labels row by row, `columns` each, and their names.
     pub fn with_labels(self, y: Vec<i64>, columns: usize, names: Option<Names>) -> Self {
         Self { y, columns, names, ..self }
+    }
+
+    /// Adds values in place of labels.
+    pub fn with_values(self, values: Option<Values>) -> Self {
+        Self { values, ..self }
     }
 
     /// Adds what is said of the readings.
@@ -176,6 +185,8 @@ pub(crate) struct Facts {
     pub test_array: Option<String>,
     /// Where each sample comes from.
     pub origins: Option<Vec<String>>,
+    /// What targets that are values are, in the order of their columns.
+    pub quantities: Option<Vec<Quantity>>,
 }
 
 /// The name of a path without its extension; `data.npz` goes by its folder.

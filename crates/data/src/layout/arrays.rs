@@ -3,6 +3,7 @@
 use crate::dataset::labels::by_name;
 use crate::dataset::raw::{Facts, Names, Raw, name_of};
 use crate::dataset::reading_of::time_axis;
+use crate::dataset::targets::{Quantity, Values};
 use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};
 use crate::formats::stored::{Column, Stored, column};
@@ -130,7 +131,11 @@ fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: 
     let Read { x, dtype, origins, official } =
         read_samples(&mut archive, &file, &roles.x, facts.layout, options)?;
     let origins = told_origins(&facts, &file, origins)?;
-    let labels = match &roles.y {
+    let values = match &roles.y {
+        Some(arrays) => read_values(&mut archive, &file, arrays, &facts, &options.limits)?,
+        None => None,
+    };
+    let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
         Some(arrays) => read_labels(&mut archive, &file, arrays, names.as_ref(), options, x.len())?,
         None => Labels { values: vec![], columns: 1, names: None },
     };
@@ -161,6 +166,7 @@ fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: 
         .stored_as(dtype, None)
         .called(x_name, y_name)
         .with_labels(labels.values, labels.columns, names.or(labels.names))
+        .with_values(values)
         .with_facts(facts)
         .with_groups(groups)
         .with_official(official)
@@ -266,6 +272,65 @@ fn read_array(archive: &mut Archive, file: &str, name: &str, limits: &Limits) ->
         sample_shape(header, at, limits)?;
         Ok((header.read_f32(reader, at, Cap::of_samples(limits))?.into(), header.dtype.clone()))
     })
+}
+
+/// Reads targets that are stored as floats; none where they are stored otherwise. They are never taken for labels. MATLAB
+/// stores labels as floats too: there they are labels.
+fn read_values(
+    archive: &mut Archive,
+    file: &str,
+    arrays: &[String],
+    facts: &Facts,
+    limits: &Limits,
+) -> Result<Option<Values>> {
+    if archive.counts_from_one() {
+        return Ok(None);
+    }
+    let (mut all, mut width) = (vec![], None);
+    for array in arrays {
+        let read = archive.with(file, array, "y", |header, reader, at| {
+            if !header.dtype.contains('f') {
+                return Ok(None);
+            }
+            let shape = header.shape.clone();
+            let columns = match shape[..] {
+                [_] => 1,
+                [_, columns] if columns > 0 => columns as usize,
+                _ => {
+                    return Err(Error::Shape {
+                        at: at.into(),
+                        shape,
+                        wanted: "values are [N], or [N, k] of k quantities",
+                    });
+                }
+            };
+            Ok(Some((columns, header.read_f32(reader, at, Cap::of_labels(limits))?)))
+        })?;
+        let Some((columns, values)) = read else { return Ok(None) };
+        if *width.get_or_insert(columns) != columns {
+            let (first, second) = (arrays[0].clone(), array.clone());
+            return Err(Error::Parts { file: file.into(), first, second });
+        }
+        all.extend(values);
+    }
+    let Some(width) = width else { return Ok(None) };
+    Ok(Some(Values::new(quantities(facts, &arrays.join(" with "), width)?, all)))
+}
+
+/// Returns what the columns of values are: as the file of names says, or by the name of their array.
+fn quantities(facts: &Facts, array: &str, width: usize) -> Result<Vec<Quantity>> {
+    let numbered = |i: usize| Quantity {
+        name: if width == 1 { array.to_string() } else { format!("{array}-{i}") },
+        unit: None,
+    };
+    match &facts.quantities {
+        None => Ok((0..width).map(numbered).collect()),
+        Some(named) if named.len() == width => Ok(named.clone()),
+        Some(named) => Err(Error::LabelsForm {
+            file: facts.file.clone(),
+            why: format!("names {} quantities, but {array} has {width} columns", named.len()),
+        }),
+    }
 }
 
 /// Labels row by row, how many a sample has, and their names where the array says them.

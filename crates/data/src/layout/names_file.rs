@@ -2,6 +2,7 @@
 
 use crate::dataset::raw::{Facts, Names};
 use crate::dataset::source::Source;
+use crate::dataset::targets::Quantity;
 use crate::formats::text::read_text;
 use crate::options::Limits;
 use crate::{Error, Result};
@@ -29,9 +30,11 @@ pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Fact
         if path.exists() {
             let (columns, facts) = read(&path, limits)?;
             let file = path.display().to_string();
-            let columns =
-                columns.ok_or_else(|| Error::LabelsForm { file, why: "has no key \"classes\"".into() })?;
-            return Ok((Some(Names { file: name, columns, is_told: true }), facts));
+            let names = columns.map(|columns| Names { file: name, columns, is_told: true });
+            if names.is_none() && facts.quantities.is_none() {
+                return Err(Error::LabelsForm { file, why: "has no key \"classes\"".into() });
+            }
+            return Ok((names, facts));
         }
     }
     Ok((None, Facts::default()))
@@ -120,6 +123,11 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
         let number = given.as_f64().filter(|v| *v as f32 > 0.0 && (*v as f32).is_finite());
         number.ok_or_else(|| refuse(key, given, "not a number above 0".into()))
     };
+    let quantities = |(key, given): (&'static str, &Value)| {
+        let read = serde_json::from_value::<Vec<Quantity>>(given.clone()).ok().filter(|all| !all.is_empty());
+        let wanted = "not a list such as [{ \"name\": \"force\", \"unit\": \"N\" }]";
+        read.ok_or_else(|| refuse(key, given, wanted.into()))
+    };
     let layout = |(key, given): (&'static str, &Value)| {
         let known = || format!("none of {}", Layout::ALL.map(Layout::name).join(", "));
         let named = given.as_str().and_then(|name| name.parse::<Layout>().ok());
@@ -137,6 +145,7 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
         group_array: given("group_array").map(text).transpose()?,
         test_array: given("test_array").map(text).transpose()?,
         origins: given("origins").map(texts).transpose()?,
+        quantities: given("quantities").map(quantities).transpose()?,
     })
 }
 
