@@ -165,6 +165,22 @@ class Lstm(nn.Module):
         return self.fc(outputs[:, -1])
 
 
+class Fcn(nn.Module):
+    """Wang et al. 2017: three convolutions that keep the length, mean over time."""
+
+    def __init__(self, in_channels, classes, **_sizes):
+        super().__init__()
+        layers = [(in_channels, 128, 8), (128, 256, 5), (256, 128, 3)]
+        layer = lambda a, b, kernel: OrderedDict(conv=nn.Conv1d(a, b, kernel, padding="same"), bn=nn.BatchNorm1d(b))  # noqa: E731
+        self.convs = nn.ModuleList(nn.Sequential(layer(*sizes)) for sizes in layers)
+        self.fc = nn.Linear(128, classes)
+
+    def forward(self, x):
+        for conv in self.convs:
+            x = torch.relu(conv(x))
+        return self.fc(x.mean(2))
+
+
 class TactNet(nn.Module):
     """Gandarias et al. 2019: convolutions of 5, then 3, each followed by a pool."""
 
@@ -387,6 +403,7 @@ CODE = dict(classes=3, in_channels=500, length=25)
 TWINS = {
     "mlp": Twin(Mlp, dict(classes=3, in_features=250, hidden=128), [(1, "in_features")]),
     "lstm": Twin(Lstm, dict(GRASP, hidden=128), [SIGNAL], cases=[{}, dict(in_channels=3, length=17, hidden=20, classes=4)]),
+    "fcn-1d": Twin(Fcn, GRASP, [SIGNAL], cases=[dict(in_channels=2, length=11, classes=4)]),
     "tactnet4": tactnet([8, 16, 32], [dict(in_channels=1, height=28, width=50, classes=22)]),
     "tactnet6": tactnet([8, 16, 32, 64, 128]),
     # At 50x50 two values under a max-pool are 1e-6 apart, and rounding chooses where the gradient goes.

@@ -37,6 +37,8 @@ pub enum Fault {
     Jitter,
     /// Contact detected late or early.
     Onset,
+    /// One channel, finger or row of taxels arrives late.
+    Lag,
     /// The object lies elsewhere on the array.
     Shift,
     /// The object lies turned on the array.
@@ -50,7 +52,7 @@ type Row = (&'static str, &'static str, [f32; 5], &'static str);
 
 impl Fault {
     /// Every fault, in the order of the table.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Noise,
         Self::Quantisation,
         Self::Drift,
@@ -63,6 +65,7 @@ impl Fault {
         Self::Crosstalk,
         Self::Jitter,
         Self::Onset,
+        Self::Lag,
         Self::Shift,
         Self::Rotation,
         Self::Swap,
@@ -92,6 +95,7 @@ impl Fault {
             Self::Onset => {
                 ("onset", "contact detected late or early", [2., 5., 10., 20., 30.], "% of the window")
             }
+            Self::Lag => ("lag", "one channel arrives late", [2., 5., 10., 20., 30.], "% of the window"),
             Self::Shift => ("shift", "object placed elsewhere", [1., 2., 4., 6., 8.], "taxels"),
             Self::Rotation => ("rotation", "object turned", [5., 10., 15., 20., 30.], "degrees"),
             Self::Swap => ("swap", "wired the wrong way round", [1., 2., 3., 4., 5.], "swaps"),
@@ -135,7 +139,7 @@ impl Fault {
     /// Why the fault has no meaning for readings of this layout; none if it has one.
     pub fn refusal(self, layout: Layout) -> Option<&'static str> {
         match self {
-            Self::Hysteresis | Self::Jitter | Self::Onset if !layout.has_time() => {
+            Self::Hysteresis | Self::Jitter | Self::Onset | Self::Lag if !layout.has_time() => {
                 Some("it acts over time, and a single image has none")
             }
             Self::Shift | Self::Rotation if !layout.has_area() => {
@@ -205,6 +209,7 @@ impl Fault {
             Self::Hysteresis => time::hysteresis(&mut work, share),
             Self::Jitter => time::jitter(&mut work, share),
             Self::Onset => time::onset(&mut work, share),
+            Self::Lag => time::lag(&mut work, share),
             Self::Shift => place::shift(&mut work, level as isize),
             Self::Rotation => place::rotation(&mut work, f64::from(level)),
         }

@@ -6,6 +6,8 @@
 //! loading and unloading, in % of the peak. The curve that unloading takes is ours.
 
 use crate::work::Work;
+use rand::RngExt;
+use taxel_base::Layout;
 
 /// Unloading reads more than loading did, by `share` of the peak so far where it is most.
 ///
@@ -53,5 +55,24 @@ pub(crate) fn onset(work: &mut Work, share: f64) {
     for time in 0..times {
         let from = time.saturating_add_signed(late).min(times - 1);
         work.x.column_mut(time).assign(&clean.column(from));
+    }
+}
+
+/// Delays one channel, finger or row of taxels by `share` of the window, as one that is read by another converter or
+/// scanned late. Until its first reading arrives, that is held.
+pub(crate) fn lag(work: &mut Work, share: f64) {
+    let late = match work.sensor.layout {
+        Layout::Features | Layout::Series => vec![work.rng.random_range(0..work.elements())],
+        _ => {
+            let row = work.rng.random_range(0..work.rows);
+            work.row(row)
+        }
+    };
+    let times = work.times();
+    let count = work.round(share * times as f64);
+    for element in late {
+        for time in (1..times).rev() {
+            work.x[[element, time]] = work.x[[element, time.saturating_sub(count)]];
+        }
     }
 }

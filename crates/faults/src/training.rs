@@ -78,7 +78,7 @@ impl Fault {
             Fault::Hysteresis => [3.0, 50.0],
             Fault::Crosstalk => [3.0, 50.0],
             Fault::Jitter => [2.0, 40.0],
-            Fault::Onset => [2.0, 30.0],
+            Fault::Onset | Fault::Lag => [2.0, 30.0],
             Fault::Shift => [1.0, 8.0],
             Fault::Rotation => [3.0, 30.0],
             Fault::Swap => [1.0, 5.0],
@@ -110,6 +110,12 @@ impl Fault {
     fn needs_several(self) -> bool {
         use Fault::{Crosstalk, Dead, DeadLine, Stuck, Swap};
         matches!(self, Dead | Stuck | DeadLine | Crosstalk | Swap)
+    }
+
+    /// Returns whether training draws it where no kinds are named. A later kind is not, so that equal settings train as
+    /// before.
+    fn is_usual(self) -> bool {
+        self != Fault::Lag
     }
 
     /// How often it is drawn next to the others: wrong wiring takes the most samples to learn.
@@ -169,7 +175,7 @@ impl TrainingFaults {
         let single = rows * columns == 1;
         let asked = |fault: &Fault| {
             if self.kinds.is_empty() {
-                !(single && fault.needs_several())
+                fault.is_usual() && !(single && fault.needs_several())
             } else {
                 self.kinds.contains(fault)
             }

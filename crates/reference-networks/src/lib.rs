@@ -2,6 +2,7 @@
 
 mod dilated_resnet;
 mod dilated_resnet_rocket;
+mod fcn;
 mod lstm;
 mod mlp;
 mod tactnet;
@@ -9,6 +10,7 @@ mod tactresnet;
 
 pub use dilated_resnet::DilatedResNetConfig;
 pub use dilated_resnet_rocket::DilatedResNetRocketConfig;
+pub use fcn::FcnConfig;
 pub use lstm::LstmConfig;
 pub use mlp::MlpConfig;
 pub use tactnet::{TactNetConfig, TactNetDepth};
@@ -25,6 +27,7 @@ pub fn list(zoo: &mut impl Register) {
     zoo.add(tactnet::TACTNET4);
     zoo.add(tactnet::TACTNET6);
     zoo.add(tactresnet::TACTRESNET);
+    zoo.add(fcn::FCN);
     zoo.add(dilated_resnet::DILATED_RESNET);
     zoo.add(dilated_resnet_rocket::DILATED_RESNET_ROCKET);
 }
