@@ -92,6 +92,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "zoo",
         ],
     ),
+    ("reproduction", &["taxel"]),
     ("python", &["checkpoint", "taxel"]),
 ];
 
