@@ -82,6 +82,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "zoo",
         ],
     ),
+    ("reproduction", &["taxel"]),
     ("python", &["checkpoint", "taxel"]),
 ];
 

@@ -2,7 +2,7 @@
 //! the smallest network that suffices. Nothing is trained here.
 //!
 //! [`Case`] is an opened run folder with its data. [`judge()`] measures it once: the [`Judgement`] is plain
-//! values. [`choose`], [`claims`] and [`across`] decide by them, [`report()`] and [`overview`] show them.
+//! values. [`choose`] and [`across`] decide by them, [`report()`] and [`overview`] show them.
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
@@ -38,20 +38,24 @@ mod error;
 mod measure;
 mod pareto;
 mod report;
-#[cfg(test)]
+#[cfg(any(test, feature = "synthetic"))]
+#[doc(hidden)]
 #[allow(clippy::unwrap_used)]
-mod synthetic;
+pub mod synthetic;
 mod values;
 
 pub use case::Case;
-pub use decide::{accuracy, across, choose, claims, contrasts, hardening, knee, rank, statistics};
+pub use decide::{
+    Answers, Comparison, Effect, Statistic, accuracy, across, choose, contrasts, hardening, knee, rank,
+    statistics,
+};
 pub use error::{Error, Result};
 pub use measure::{EarlyOptions, Options, StressOptions, judge, speed, stress, survey};
 pub use report::{Entry, Ranked, Report, Summary, overview, report, survey_page};
 pub use taxel_report::pictures::{Picture, PictureKind};
 pub use values::{
-    Across, Alarms, Change, Choice, Claim, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
+    Across, Alarms, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
     EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
-    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Outcome, Score, SensorRange, Speed,
-    Stress, Survey, Test, Unmet, Verdict,
+    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Score, SensorRange, Speed, Stress,
+    Survey, Test, Unmet, Verdict,
 };

@@ -12,9 +12,7 @@ use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Layout};
 use taxel_faults::Fault;
-use taxel_judge::{
-    Case, Choice, Criteria, Judgement, Options, StressOptions, choose, claims, judge, report, stress,
-};
+use taxel_judge::{Case, Choice, Criteria, Judgement, Options, StressOptions, choose, judge, report, stress};
 use taxel_learn::{Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent};
 
 /// 24 presses of two classes, ten readings each.
@@ -75,9 +73,8 @@ fn all(out: &Path, draw: bool) -> Result<Choice, taxel_judge::Error> {
         None => judged(&case)?,
     };
     let choice = choose(&case, &judgement, &Criteria::default())?;
-    let claims = claims(&[(&case, &judgement)])?;
     if draw {
-        report(&judgement, Some(&choice), &claims)?;
+        report(&judgement, Some(&choice))?;
     }
     Ok(choice)
 }
@@ -111,7 +108,7 @@ fn a_diverged_network_is_never_chosen() {
     let wild = choice.evidence.iter().find(|own| own.network == "wild").unwrap();
     assert_eq!(wild.refused.as_deref(), Some("diverged in training (2 of 2 folds)"));
     assert!(choice.chosen.as_deref() != Some("wild") && choice.best != "wild", "{choice:?}");
-    let made = report(&judgement, Some(&choice), &[]).unwrap();
+    let made = report(&judgement, Some(&choice)).unwrap();
     assert_eq!(made.summary.json[2]["role"], json!("diverged"));
     let page = made.files().iter().find(|(name, _)| name == "report.html").unwrap();
     let text = String::from_utf8_lossy(&page.1).into_owned();

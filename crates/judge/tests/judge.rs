@@ -10,8 +10,8 @@ use taxel_baselines::Method;
 use taxel_data::{Dataset, Labels, Source, SourceKind, Targets};
 use taxel_faults::Fault;
 use taxel_judge::{
-    Case, CostKind, Criteria, EarlyOptions, Judgement, Options, Outcome, StressOptions, Test, across, choose,
-    claims, judge, stress,
+    Case, CostKind, Criteria, EarlyOptions, Judgement, Options, StressOptions, Test, across, choose, judge,
+    stress,
 };
 use taxel_learn::{
     Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent, Split,
@@ -227,7 +227,7 @@ fn a_judgement_holds_what_a_report_needs() {
 }
 
 #[test]
-fn a_run_is_chosen_from_and_asked_about_claims() {
+fn a_run_is_chosen_from() {
     let folder = tempfile::tempdir().unwrap();
     let case = fingertip(folder.path());
     let options = Options { stress: None, budget: 0.05, ..Options::default() };
@@ -251,13 +251,6 @@ fn a_run_is_chosen_from_and_asked_about_claims() {
     let error = choose(&case, &judgement, &limited).unwrap_err().to_string();
     assert!(error.contains("stress test"), "{error}");
     assert_eq!(across(&[&judgement; 5], 0.05).unwrap(), None, "one data set five times is one");
-    let asked = claims(&[(&case, &judgement)]).unwrap();
-    let says = |part: &str| asked.iter().find(|claim| claim.says.contains(part)).unwrap();
-    assert_eq!(says("1D beats 2D: ResNet8").outcome, Outcome::CannotBeTested);
-    assert!(says("1D beats 2D: ResNet8").effect.contains("lacks resnet8-lite-2d"));
-    let shore = says("commonest error of 2D-Vgg6-Lite");
-    assert!(shore.size.is_some_and(f64::is_finite), "{shore:?}");
-    assert_eq!((&shore.source, shore.run.as_str()), (&Source::simulated("fingertip"), "judged"));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel_judge::{Case, Choice, Claim, EarlyOptions, Judgement, Options, Outcome, Report, StressOptions};
+use taxel_judge::{Case, Choice, EarlyOptions, Judgement, Options, Report, StressOptions};
 use taxel_learn::{Progress, RunFolder};
 use taxel_zoo::Registry;
 
@@ -77,16 +77,8 @@ pub fn measure(
 /// # Errors
 /// A chart that cannot be drawn, a file that cannot be written.
 pub fn write(case: &Case, judgement: &Judgement, choice: &Choice) -> Result<(Report, PathBuf)> {
-    let claims = testable(taxel_judge::claims(&[(case, judgement)])?);
-    let made = taxel_judge::report(judgement, Some(choice), &claims)?;
+    let made = taxel_judge::report(judgement, Some(choice))?;
     let _lock = case.folder.lock()?;
     let page = made.write(case.folder.path())?;
     Ok((made, page))
-}
-
-/// The claims of those papers of which the run can test at least one.
-fn testable(all: Vec<Claim>) -> Vec<Claim> {
-    let tested = |claim: &&Claim| claim.outcome != Outcome::CannotBeTested;
-    let papers: Vec<String> = all.iter().filter(tested).map(|claim| claim.paper.clone()).collect();
-    all.into_iter().filter(|claim| papers.contains(&claim.paper)).collect()
 }

@@ -11,7 +11,7 @@ use crate::values::Test;
 const DRAWS: usize = 2000;
 
 /// What all networks answered in a run.
-pub(crate) struct Comparison {
+pub struct Comparison {
     /// Finished folds by network.
     pub networks: Vec<(String, Vec<FoldRecord>)>,
     /// What is drawn as one by the bootstrap, per sample of the data set.
@@ -26,7 +26,7 @@ pub(crate) struct Comparison {
 
 /// Answers of one network to some samples of a test part.
 #[derive(Clone, Copy)]
-pub(crate) struct Answers<'a> {
+pub struct Answers<'a> {
     record: &'a FoldRecord,
     rows: &'a [usize],
     width: usize,
@@ -59,7 +59,7 @@ impl<'a> Answers<'a> {
 
 /// The size of a difference, and how sure it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Effect {
+pub struct Effect {
     /// In the unit of the statistic.
     pub size: f64,
     /// None where nothing tells how much it varies.
@@ -69,7 +69,7 @@ pub(crate) struct Effect {
 }
 
 /// One value of some answers; none where they leave it undefined.
-pub(crate) type Statistic<'s> = &'s dyn Fn(&[Answers]) -> Option<f64>;
+pub type Statistic<'s> = &'s dyn Fn(&[Answers]) -> Option<f64>;
 
 impl Comparison {
     /// All networks and baselines of a run.

@@ -1,9 +1,8 @@
-//! What follows from measured values: comparisons, choices, ranks, claims.
+//! What follows from measured values: comparisons, choices, ranks.
 
 mod across;
 mod choice;
 mod choice_words;
-mod claims;
 mod comparison;
 mod eight_bits;
 mod hardening;
@@ -17,9 +16,7 @@ mod choice_tests;
 
 pub use across::{across, rank};
 pub use choice::choose;
-pub use claims::claims;
-#[cfg(test)]
-pub(crate) use comparison::Comparison;
+pub use comparison::{Answers, Comparison, Effect, Statistic};
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
 pub use shrinking::{accuracy, contrasts, knee};

@@ -1,10 +1,9 @@
 //! A judgement made by hand, with names that want to break out.
 
 use serde_json::{Value, json};
-use taxel_data::Source;
 use taxel_faults::Fault;
 
-use crate::values::{Choice, Claim, CostKind, Criteria, Evidence, Judgement, Outcome, Test};
+use crate::values::{Choice, CostKind, Criteria, Evidence, Judgement, Test};
 
 /// A class that would be a tag, an end of an attribute, a column and a formula.
 pub(super) const HOSTILE: &str = "<b>&\"x|$a_1$";
@@ -149,20 +148,5 @@ pub(super) fn choice() -> Choice {
         enough_data: false,
         evidence: vec![evidence("small-1d", -2.25), evidence("large-2d", 0.0)],
         words: vec![format!("small-1d: {HOSTILE}")],
-    }
-}
-
-/// A claim about it.
-pub(super) fn claim() -> Claim {
-    Claim {
-        paper: "000".into(),
-        place: "Table 5".into(),
-        says: HOSTILE.into(),
-        run: "run".into(),
-        source: Source::simulated("fingertip"),
-        outcome: Outcome::DoesNotHold,
-        effect: "accuracy, pp".into(),
-        size: Some(-1.5),
-        interval: Some([-3.0, 0.5]),
     }
 }

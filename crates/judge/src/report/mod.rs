@@ -1,6 +1,6 @@
 //! The report of a run: one page that needs nothing else, charts as SVG and PNG, tables as Markdown and CSV.
 //!
-//! Everything is a function of the judgement, the choice and the claims: equal ones give equal bytes.
+//! Everything is a function of the judgement and the choice: equal ones give equal bytes.
 
 mod charts;
 #[cfg(test)]

@@ -6,8 +6,6 @@ pub(super) mod table {
     pub const BREAKING_POINTS: &str = "breaking-points";
     pub const CARRIERS: &str = "carriers";
     pub const CHANNELS: &str = "channels";
-    pub const CLAIMS: &str = "claims";
-    pub const CLAIMS_BY_RUN: &str = "claims-by-run";
     pub const CLASSES: &str = "classes";
     pub const CONFUSION: &str = "confusion";
     pub const COPIES: &str = "copies";

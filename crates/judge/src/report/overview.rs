@@ -12,10 +12,9 @@ use taxel_report::table::{Cell, Column, Table};
 use super::names::table as names;
 use super::page::badge;
 use super::ranked::Ranked;
-use super::tables;
 use super::words::kind;
 use crate::error::Result;
-use crate::values::{Across, Choice, Claim, Judgement, Outcome};
+use crate::values::{Across, Choice, Judgement};
 
 /// One run of an overview.
 pub struct Entry {
@@ -42,17 +41,11 @@ impl Entry {
     }
 }
 
-/// Writes `index.html` below `folder`: one row per run, simulated and real ones apart, every claim of the
-/// papers that some run can test, and the ranks over data sets, where there are enough. The path of the page.
+/// Writes `index.html` below `folder`: one row per run, simulated and real ones apart, and the ranks over data sets, where there are enough. The path of the page.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn overview(
-    entries: &[Entry],
-    claims: &[Claim],
-    across: Option<&Across>,
-    folder: &Path,
-) -> Result<PathBuf> {
+pub fn overview(entries: &[Entry], across: Option<&Across>, folder: &Path) -> Result<PathBuf> {
     let tables = Tables {
         side: [SourceKind::Simulated, SourceKind::Real]
             .into_iter()
@@ -60,13 +53,11 @@ pub fn overview(
             .filter(|(_, table)| !table.rows.is_empty())
             .collect(),
         again: again(entries),
-        asked: asked(claims),
         ranked: across.map(Ranked::new),
     };
-    let all = tables::claims(claims);
     let side = tables.side.iter().map(|(_, own)| own);
     let ranked = tables.ranked.iter().map(|own| &own.numbers);
-    let every = side.chain([&all]).chain(ranked).chain(&tables.asked).chain(&tables.again);
+    let every = side.chain(ranked).chain(&tables.again);
     make(&folder.join("tables"))?;
     every.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
     if let Some(own) = &tables.ranked {
@@ -85,8 +76,6 @@ struct Tables<'a> {
     side: Vec<(SourceKind, Table)>,
     /// The same readings, divided or seeded otherwise.
     again: Vec<Table>,
-    /// Claims by run.
-    asked: Option<Table>,
     ranked: Option<Ranked<'a>>,
 }
 
@@ -126,13 +115,6 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
                 }
             }
             @if let Some(own) = &tables.ranked { (own.section()) }
-            @if let Some(asked) = &tables.asked {
-                section {
-                    h2 { "Claims of the papers" }
-                    p { "Only claims that some run here can test; effect sizes stand in the pages of the runs and in the file." }
-                    (table(asked))
-                }
-            }
         }
     }
 }
@@ -161,43 +143,6 @@ fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
         SourceKind::Real => names::OVERVIEW_REAL,
     };
     Table::new(name, format!("Runs on {} readings", kind(of)), columns, &rows)
-}
-
-/// Claims that some run can test: what each run says.
-fn asked(claims: &[Claim]) -> Option<Table> {
-    let mut runs: Vec<(&str, SourceKind)> = vec![];
-    let mut rows: Vec<Vec<&Claim>> = vec![];
-    for claim in claims {
-        let run = (claim.run.as_str(), claim.source.kind);
-        if !runs.contains(&run) {
-            runs.push(run);
-        }
-        let same = |row: &&mut Vec<&Claim>| {
-            (&row[0].paper, &row[0].place, &row[0].says) == (&claim.paper, &claim.place, &claim.says)
-        };
-        match rows.iter_mut().find(same) {
-            Some(row) => row.push(claim),
-            None => rows.push(vec![claim]),
-        }
-    }
-    rows.retain(|row| row.iter().any(|claim| claim.outcome != Outcome::CannotBeTested));
-    if rows.is_empty() {
-        return None;
-    }
-    let mut columns: Vec<Column<Vec<&Claim>>> = vec![
-        Column::text("claim", "claim", |row: &Vec<&Claim>| Cell::text(&row[0].says)),
-        Column::text("paper", "paper", |row: &Vec<&Claim>| Cell::text(&row[0].paper)),
-        Column::text("printed in", "place", |row: &Vec<&Claim>| Cell::text(&row[0].place)),
-    ];
-    for (run, of) in runs {
-        let name = run.to_string();
-        columns.push(Column::text(&format!("{run} ({})", kind(of)), run, move |row: &Vec<&Claim>| {
-            let own = row.iter().find(|claim| claim.run == name);
-            let tested = own.filter(|claim| claim.outcome != Outcome::CannotBeTested);
-            Cell::text(tested.map_or("–", |claim| claim.outcome.words()))
-        }));
-    }
-    Some(Table::new(names::CLAIMS_BY_RUN, "What the papers claim, run by run".into(), columns, &rows))
 }
 
 /// One table for all runs on the same readings: accuracy of each network in each, and how far they lie apart.

@@ -39,7 +39,6 @@ pub(super) fn page(
         ("breaking", "Where they break", Some(parts.breaking())),
         ("early", "Early decisions", parts.early()),
         ("evidence", "Evidence", parts.evidence()),
-        ("claims", "Claims", parts.claims()),
         ("details", "Details", Some(parts.details())),
         ("examples", "Examples", parts.examples()?),
         ("how", "How it was measured", Some(parts.how())),
@@ -229,10 +228,6 @@ impl Parts<'_> {
 
     fn evidence(&self) -> Option<Markup> {
         self.table(tables::EVIDENCE)
-    }
-
-    fn claims(&self) -> Option<Markup> {
-        self.table(tables::CLAIMS)
     }
 
     fn details(&self) -> Markup {

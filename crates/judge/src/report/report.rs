@@ -16,7 +16,7 @@ use super::charts::charts;
 use super::page::page;
 use super::tables::{networks, tables};
 use crate::error::{Error, Result};
-use crate::values::{Choice, Claim, Judgement};
+use crate::values::{Choice, Judgement};
 
 /// Files of a report by their path below the run folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,8 +44,8 @@ const ENDINGS: [&str; 5] = ["svg", "png", "md", "csv", "part"];
 ///
 /// # Errors
 /// A chart that cannot be drawn, or a picture of the judgement that is not what it says.
-pub fn report(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) -> Result<Report> {
-    let tables = tables(judgement, choice, claims)?;
+pub fn report(judgement: &Judgement, choice: Option<&Choice>) -> Result<Report> {
+    let tables = tables(judgement, choice)?;
     let charts = charts(judgement, choice);
     let html = page(judgement, choice, &tables, &charts)?.into_string();
     let mut files = vec![("report.html".to_string(), html.into_bytes())];

@@ -7,15 +7,14 @@ use taxel_data::Source;
 use taxel_report::canvas::Canvas;
 use taxel_report::palette::Paint;
 
-use super::fixture::{HOSTILE, choice, claim, judgement};
+use super::fixture::{HOSTILE, choice, judgement};
 use super::tables::tables;
 use super::{Entry, Report, overview, report};
 use crate::decide::across;
-use crate::values::{Claim, Judgement, Outcome};
+use crate::values::Judgement;
 
 fn whole() -> &'static Report {
-    static WHOLE: LazyLock<Report> =
-        LazyLock::new(|| report(&judgement(), Some(&choice()), &[claim()]).unwrap());
+    static WHOLE: LazyLock<Report> = LazyLock::new(|| report(&judgement(), Some(&choice())).unwrap());
     &WHOLE
 }
 
@@ -58,7 +57,7 @@ fn names_of_users_cannot_break_out_of_the_page() {
     let all = |tag: &str| document.descendants().filter(|n| n.has_tag_name(tag)).count();
     assert!(document.descendants().all(|n| !n.has_tag_name("b")));
     assert_eq!(all("h1"), 1);
-    let tables = tables(&judgement(), Some(&choice()), &[claim()]).unwrap();
+    let tables = tables(&judgement(), Some(&choice())).unwrap();
     assert_eq!((all("table"), all("caption")), (tables.len(), tables.len()));
     let has = |tag: &'static str, attribute: &'static str| {
         let mut own = document.descendants().filter(move |n| n.tag_name().name() == tag);
@@ -196,12 +195,12 @@ fn files_hold_the_numbers_of_early_decisions() {
         file(report, "report.html").contains("40 of 120 test samples of 50 readings, filled up with zeros")
     );
     let without = Judgement { early: None, ..judgement };
-    let page = super::report(&without, None, &[]).unwrap();
+    let page = super::report(&without, None).unwrap();
     assert!(!file(&page, "report.html").contains("Early decisions"));
 }
 
 #[test]
-fn files_hold_mistakes_evidence_and_claims() {
+fn files_hold_mistakes_and_evidence() {
     let report = whole();
     let matrix = read(report, "confusion");
     let wrong = matrix.iter().find(|row| row["true"] == "soft" && row["predicted"] == HOSTILE).unwrap();
@@ -217,8 +216,6 @@ fn files_hold_mistakes_evidence_and_claims() {
         (-2.25, -3.25)
     );
     assert_eq!((number(evidence, "p"), number(evidence, "p_holm")), (0.25, 0.5));
-    let claims = &read(report, "claims")[0];
-    assert_eq!((claims["outcome"].as_str(), number(claims, "size_high")), ("does not hold", 0.5));
 }
 
 #[test]
@@ -251,12 +248,12 @@ fn networks_stand_without_a_guard_beside_with_one() {
     assert!(file(whole(), "report.html").contains("<h3>Behind a guard</h3>"));
     let mut own = judgement();
     own.stress.as_mut().unwrap().networks.iter_mut().for_each(|network| network.other = None);
-    assert!(!file(&report(&own, None, &[]).unwrap(), "report.html").contains("Behind a guard"));
+    assert!(!file(&report(&own, None).unwrap(), "report.html").contains("Behind a guard"));
 }
 
 #[test]
 fn published_and_measured_numbers_share_no_column() {
-    for table in tables(&judgement(), Some(&choice()), &[claim()]).unwrap() {
+    for table in tables(&judgement(), Some(&choice())).unwrap() {
         let published =
             table.heads.iter().flat_map(|head| &head.csv).filter(|name| name.starts_with("published"));
         let expected = if table.name == "published" { 7 } else { 0 };
@@ -268,7 +265,7 @@ fn published_and_measured_numbers_share_no_column() {
 fn the_heading_names_run_and_data_and_nothing_is_published_that_nobody_printed() {
     let mut own = judgement();
     own.results.title = Some("Which net for the glove".into());
-    let with = report(&own, None, &[]).unwrap();
+    let with = report(&own, None).unwrap();
     let heading = "<h1>Which net for the glove <span class=\"source\">simulated: fingertip</span></h1>";
     let page = file(&with, "report.html");
     assert!(page.contains(heading), "{page}");
@@ -278,7 +275,7 @@ fn the_heading_names_run_and_data_and_nothing_is_published_that_nobody_printed()
     own.results.name = "glove".into();
     own.results.source = Source::real("glove28");
     own.networks.iter_mut().for_each(|n| n.results.published = None);
-    let without = report(&own, None, &[]).unwrap();
+    let without = report(&own, None).unwrap();
     let page = file(&without, "report.html");
     assert!(page.contains("<h1>glove <span class=\"source\">real: glove28</span></h1>"), "{page}");
     assert!(page.contains("real readings") && !page.contains("simulated: "));
@@ -291,7 +288,7 @@ fn the_heading_names_run_and_data_and_nothing_is_published_that_nobody_printed()
 #[test]
 fn equal_judgements_make_equal_bytes_and_old_files_go() {
     let first = whole();
-    assert_eq!(*first, report(&judgement(), Some(&choice()), &[claim()]).unwrap());
+    assert_eq!(*first, report(&judgement(), Some(&choice())).unwrap());
     let folder = tempfile::tempdir().unwrap();
     let page = first.write(folder.path()).unwrap();
     assert_eq!(std::fs::read(&page).unwrap(), first.files()[0].1);
@@ -299,7 +296,7 @@ fn equal_judgements_make_equal_bytes_and_old_files_go() {
     let mut judgement = judgement();
     judgement.stress = None;
     std::fs::write(folder.path().join("charts/notes.txt"), "mine").unwrap();
-    report(&judgement, None, &[]).unwrap().write(folder.path()).unwrap();
+    report(&judgement, None).unwrap().write(folder.path()).unwrap();
     assert!(!folder.path().join("charts/fault-curves.svg").exists());
     assert!(!folder.path().join("tables/evidence.csv").exists());
     assert!(folder.path().join("charts/notes.txt").exists(), "a user's own file stays");
@@ -320,7 +317,7 @@ fn a_learning_curve_shows_its_last_row_in_the_table_and_all_in_the_chart() {
         }
     }
     judgement.networks = all;
-    let report = report(&judgement, None, &[]).unwrap();
+    let report = report(&judgement, None).unwrap();
     assert_eq!(read(&report, "networks").len(), 2);
     let rows = read(&report, "few-samples");
     let names: Vec<(&str, &str)> =
@@ -330,7 +327,7 @@ fn a_learning_curve_shows_its_last_row_in_the_table_and_all_in_the_chart() {
 }
 
 #[test]
-fn several_runs_share_a_page_of_claims_and_ranks() {
+fn several_runs_share_a_page_of_ranks() {
     let sets: Vec<Judgement> = (0..6)
         .map(|i| {
             let mut own = judgement();
@@ -344,28 +341,18 @@ fn several_runs_share_a_page_of_claims_and_ranks() {
         .map(|own| Entry { page: "a/report.html".into(), judgement: own.clone(), choice: None })
         .collect();
     let ranked = across(&sets.iter().collect::<Vec<_>>(), 0.05).unwrap().unwrap();
-    let untested = Claim { says: "nobody can test this".into(), outcome: Outcome::CannotBeTested, ..claim() };
-    let elsewhere = Claim { run: "other".into(), outcome: Outcome::Holds, ..claim() };
     let folder = tempfile::tempdir().unwrap();
-    let claims = [claim(), elsewhere, untested];
-    let page = overview(&entries, &claims, Some(&ranked), folder.path()).unwrap();
+    let page = overview(&entries, Some(&ranked), folder.path()).unwrap();
     let page = std::fs::read_to_string(page).unwrap();
-    assert!(page.contains("critical difference") && page.contains("does not hold"), "{page}");
-    assert!(!page.contains("nobody can test this") && !page.contains(HOSTILE));
-    let rows = std::fs::read_to_string(folder.path().join("tables/claims-by-run.csv")).unwrap();
-    let rows: Vec<csv::StringRecord> =
-        csv::Reader::from_reader(rows.as_bytes()).records().map(Result::unwrap).collect();
-    assert_eq!(rows.len(), 1);
-    assert_eq!(rows[0].iter().collect::<Vec<_>>(), [HOSTILE, "000", "Table 5", "does not hold", "holds"]);
-    let all = std::fs::read_to_string(folder.path().join("tables/claims.csv")).unwrap();
-    assert!(all.contains("nobody can test this"), "the file holds every claim");
+    assert!(page.contains("critical difference"), "{page}");
+    assert!(!page.contains(HOSTILE));
     // Six runs on the same readings, one of them worse.
     let mut worse = sets.clone();
     let mean = worse[2].networks[0].results.mean.as_mut().unwrap();
     mean.set("accuracy", mean.primary().unwrap() - 12.5);
     let entries: Vec<Entry> =
         worse.into_iter().map(|judgement| Entry { page: String::new(), judgement, choice: None }).collect();
-    overview(&entries, &[], None, folder.path()).unwrap();
+    overview(&entries, None, folder.path()).unwrap();
     let rows = std::fs::read_to_string(folder.path().join("tables/same-readings-1.csv")).unwrap();
     let first = rows.lines().nth(1).unwrap();
     assert!(first.starts_with("small-1d,91.25,91.25,78.75,") && first.ends_with(",12.5"), "{rows}");

@@ -3,7 +3,6 @@
 
 mod across;
 mod choice;
-mod claim;
 mod contrast;
 mod early;
 mod eight_bits;
@@ -16,7 +15,6 @@ mod survey;
 
 pub use across::{Across, Contest, Friedman};
 pub use choice::{Choice, CostKind, Criteria, Evidence, Test};
-pub use claim::{Claim, Outcome};
 pub use contrast::Contrast;
 pub use early::{Early, EarlyDecisions, EarlyNetwork, EarlyPoint};
 pub use eight_bits::{Changed, EightBits};

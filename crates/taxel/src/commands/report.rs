@@ -5,9 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use taxel::judge::{
-    Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, claims, overview,
-};
+use taxel::judge::{Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, overview};
 use taxel::reporting::{self, before, open};
 
 use crate::Outcome;
@@ -66,7 +64,6 @@ impl Report {
         }
         let together: Vec<(&Case, &Judgement)> =
             judged.iter().map(|(case, judgement)| (case, judgement)).collect();
-        let all = claims(&together)?;
         let mut entries = vec![];
         for &(case, judgement) in &together {
             let choice = choose(case, judgement, &Criteria::default())?;
@@ -84,9 +81,9 @@ impl Report {
                 let page = link(&folder, &page)?;
                 linked.push(Entry { page, judgement: judgement.clone(), choice: Some(choice) });
             }
-            let page = overview(&linked, &all, ranked.as_ref(), &folder)?;
+            let page = overview(&linked, ranked.as_ref(), &folder)?;
             match self.json {
-                true => println!("{}", json!({ "overview": page, "claims": all, "across": ranked })),
+                true => println!("{}", json!({ "overview": page, "across": ranked })),
                 false => println!("side by side: {}", page.display()),
             }
         }

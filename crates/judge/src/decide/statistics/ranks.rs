@@ -55,7 +55,7 @@ pub fn friedman(scores: &[Vec<f64>]) -> Result<Friedman> {
 }
 
 /// Ranks from 1 for the smallest, ties share their mean; and Σ (t³ − t) over groups of t ties.
-pub(crate) fn ranks(values: &[f64]) -> (Vec<f64>, f64) {
+pub fn ranks(values: &[f64]) -> (Vec<f64>, f64) {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let (mut ranks, mut ties, mut first) = (vec![0.0; values.len()], 0.0, 0);

@@ -1,11 +1,10 @@
-//! What speaks for a choice, for claims, and what networks say about examples.
+//! What speaks for a choice, and what networks say about examples.
 
 use taxel_report::numbers::{bytes, digits, si, tenth};
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
-use crate::report::words::kind;
-use crate::values::{Choice, Claim, CostKind, Evidence, Example, Judgement, Test, Verdict};
+use crate::values::{Choice, CostKind, Evidence, Example, Judgement, Test, Verdict};
 
 fn interval(value: Option<[f64; 2]>, show: fn(f64) -> String) -> (String, [Option<f64>; 2]) {
     let shown = value.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
@@ -62,24 +61,6 @@ pub(super) fn choice(choice: &Choice) -> Table {
     let chosen = |e: &Evidence| Some(&e.network) == choice.chosen.as_ref();
     let marked = (0..choice.evidence.len()).filter(|&i| chosen(&choice.evidence[i])).collect();
     Table { marked, ..Table::new(table::EVIDENCE, caption, columns, &choice.evidence) }
-}
-
-pub(in crate::report) fn claims(claims: &[Claim]) -> Table {
-    let columns = vec![
-        Column::text("paper", "paper", |c: &Claim| Cell::text(&c.paper)),
-        Column::text("printed in", "place", |c: &Claim| Cell::text(&c.place)),
-        Column::text("claim", "claim", |c: &Claim| Cell::text(&c.says)),
-        Column::text("run", "run", |c: &Claim| Cell::text(&c.run)),
-        Column::text("on", "source", |c: &Claim| Cell::text(c.source.to_string())),
-        Column::text("readings", "kind", |c: &Claim| Cell::text(kind(c.source.kind))),
-        Column::text("outcome", "outcome", |c: &Claim| Cell::text(c.outcome.words())),
-        Column::text("effect", "effect", |c: &Claim| Cell::text(&c.effect)),
-        Column::number("size [95 % interval]", &["size", "size_low", "size_high"], |c: &Claim| {
-            let (shown, ends) = interval(c.interval, digits);
-            Cell::number(c.size, digits).and(shown, &ends)
-        }),
-    ];
-    Table::new(table::CLAIMS, "What the papers claim, and what of it holds here".into(), columns, claims)
 }
 
 pub(super) fn examples(judgement: &Judgement) -> Table {

@@ -9,23 +9,21 @@ mod guard;
 mod hardening;
 mod scores;
 
-pub(super) use evidence::claims;
 pub(super) use scores::networks;
 
 use taxel_report::table::Table;
 
 use crate::error::Result;
-use crate::values::{Choice, Claim, Judgement};
+use crate::values::{Choice, Judgement};
 
 /// Every table of a report that has rows.
 ///
 /// # Errors
 /// Losses that are not finite.
-pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>, claims: &[Claim]) -> Result<Vec<Table>> {
+pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<Vec<Table>> {
     let mut all = vec![networks(judgement, choice)];
     all.extend(choice.map(evidence::choice));
     all.extend([
-        evidence::claims(claims),
         scores::published(judgement),
         costs::speed(judgement),
         costs::size(judgement),

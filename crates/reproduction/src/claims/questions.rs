@@ -1,12 +1,12 @@
 //! Questions to a run that any paper may ask: who is better, closer, steadier, mistaken for what.
 
-use taxel_learn::metrics::Confusion;
+use taxel::learn::metrics::Confusion;
 
 use super::answer::{Answer, against_all, lacks, not_worse};
 use super::benchmark::{Benchmark, Entry};
-use crate::decide::comparison::{Answers, Effect};
-use crate::decide::statistics::{SpreadRatio, spread_ratio};
-use crate::error::Result;
+use taxel::judge::Result;
+use taxel::judge::statistics::{SpreadRatio, spread_ratio};
+use taxel::judge::{Answers, Effect};
 
 /// What is compared.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! What papers claim, and what of it holds on a run.
 
 use serde::{Deserialize, Serialize};
-use taxel_data::Source;
+use taxel::data::Source;
 
 /// Whether a claim holds on one run. A claim over several networks ("the best") holds if it does against each, and
 /// does not if it fails against one.

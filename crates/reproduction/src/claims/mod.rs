@@ -2,6 +2,7 @@
 
 mod answer;
 mod benchmark;
+mod claim;
 mod palpation;
 mod papers;
 mod questions;
@@ -11,17 +12,18 @@ mod tests;
 mod transfer;
 
 use benchmark::Benchmark;
-use papers::CLAIMS;
+pub use claim::{Claim, Outcome};
+pub(crate) use papers::CLAIMS;
 
-use crate::case::Case;
-use crate::error::Result;
-use crate::values::{Claim, Judgement};
+use taxel::judge::Case;
+use taxel::judge::Judgement;
+use taxel::judge::Result;
 
 /// Every claim of papers 000 to 004 on every run, in the order of the papers. Runs on the same samples,
 /// divided alike, are one: paper 000's tables share their networks so.
 ///
 /// A claim over several networks ("the best") holds if it does against each: shown is the one that comes
-/// nearest to refuting it. Differences of accuracy are tested as by [`crate::choose`], each at 95 %.
+/// nearest to refuting it. Differences of accuracy are tested as by [`taxel::judge::choose`], each at 95 %.
 ///
 /// # Errors
 /// A statistic that is not finite.

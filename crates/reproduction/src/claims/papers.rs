@@ -9,15 +9,15 @@ use super::questions::{Measure, beats, close, commonest_error, larger_spread, sm
 use super::transfer::{
     early_layers_change_most, freezing_costs, resolution_matters, stitched, tuned_beats_frozen, tuned_close,
 };
-use crate::error::Result;
+use taxel::judge::Result;
 
 /// A claim, and how a run is asked about it.
-pub(super) struct Definition {
+pub(crate) struct Definition {
     pub paper: &'static str,
     pub place: &'static str,
     pub says: &'static str,
     /// The run in question, and all others.
-    pub ask: fn(&Benchmark, &[&Benchmark]) -> Result<Answer>,
+    pub(super) ask: fn(&Benchmark, &[&Benchmark]) -> Result<Answer>,
 }
 
 const fn claim(
@@ -36,7 +36,7 @@ const PALPATION: [&str; 3] = ["tactnet3d-4-8", "tactnet3d-fc32", "tactnet3d-8-16
 const OWN: Measure = Measure::Accuracy;
 
 /// In the order of the papers.
-pub(super) const CLAIMS: &[Definition] = &[
+pub(crate) const CLAIMS: &[Definition] = &[
     claim("000", "section 5.1, Table 2", "1D beats 2D: Vgg6-Lite", |run, _| {
         beats(run, "vgg6-lite-1d", &["vgg6-lite-2d"], OWN)
     }),

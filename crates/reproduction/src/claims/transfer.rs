@@ -2,10 +2,10 @@
 
 use super::answer::{Answer, above, accuracy, against_all, lacks, not_worse};
 use super::benchmark::{Benchmark, Entry};
-use crate::decide::comparison::Effect;
-use crate::decide::statistics::{independent, ranks};
-use crate::error::Result;
-use taxel_learn::metrics::mean_sd;
+use taxel::judge::Effect;
+use taxel::judge::Result;
+use taxel::judge::statistics::{independent, ranks};
+use taxel::learn::metrics::mean_sd;
 
 /// Tuned from a checkpoint, `one` is less than `margin` points worse than `other`.
 pub(super) fn tuned_close(run: &Benchmark, one: &str, other: &str, margin: f64) -> Result<Answer> {

@@ -2,8 +2,8 @@
 
 use super::answer::{Answer, above, accuracy, against_all, lacks, nearest};
 use super::benchmark::{Benchmark, Entry};
-use crate::decide::comparison::{Answers, Effect};
-use crate::error::Result;
+use taxel::judge::Result;
+use taxel::judge::{Answers, Effect};
 
 /// TactNet3D among some entries: the one that bears its name first.
 fn three<'f>(entries: impl Iterator<Item = &'f Entry>) -> Option<&'f Entry> {

@@ -2,6 +2,7 @@
 
 use super::answer::Answer;
 use super::benchmark::{Benchmark, Entry};
+use super::claim::Outcome;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
 };
@@ -11,8 +12,8 @@ use super::settle;
 use super::transfer::{
     early_layers_change_most, freezing_costs, resolution_matters, tuned_beats_frozen, tuned_close,
 };
-use crate::synthetic::{Player, Setting, few_samples, player, random_splits, synthetic};
-use crate::values::{Judged, Outcome};
+use taxel::judge::Judged;
+use taxel_judge::synthetic::{Player, Setting, few_samples, player, random_splits, synthetic};
 
 fn benchmark(setting: &Setting, players: Vec<Player>) -> Benchmark<'static> {
     let (comparison, judgement) = synthetic(setting, players);
@@ -154,7 +155,7 @@ fn tuned_and_frozen_are_told_apart() {
     run.entries[3].frozen = vec!["18:139".into()];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
     // Whatever a network's parts are called: none of its convolutions has changed.
-    let layer = |change| taxel_learn::Change { layer: "conv".into(), change };
+    let layer = |change| taxel::learn::Change { layer: "conv".into(), change };
     run.entries[2].frozen = vec!["conv1".into(), "layer1".into()];
     is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
     run.entries[2].judged.results.changes = vec![layer(0.0), layer(0.0)];
@@ -169,7 +170,7 @@ fn tuned_and_frozen_are_told_apart() {
     is(&lacks, Outcome::CannotBeTested, "1:150 frozen");
     // Weight changes that fall with depth, rise with it, and do neither.
     let mut ask = |change: fn(usize) -> f64| {
-        let layer = |at: usize| taxel_learn::Change { layer: at.to_string(), change: change(at) };
+        let layer = |at: usize| taxel::learn::Change { layer: at.to_string(), change: change(at) };
         run.entries[1].judged.results.changes = (0..20).map(layer).collect();
         early_layers_change_most(&run, "mobilenet-v2").unwrap()
     };

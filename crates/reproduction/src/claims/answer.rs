@@ -3,9 +3,9 @@
 use std::cmp::Ordering;
 
 use super::benchmark::{Benchmark, Entry};
-use crate::decide::comparison::{Answers, Effect};
-use crate::error::Result;
-use crate::values::Outcome;
+use super::claim::Outcome;
+use taxel::judge::Result;
+use taxel::judge::{Answers, Effect};
 
 /// What a run says about a claim.
 #[derive(Debug, Clone, PartialEq)]

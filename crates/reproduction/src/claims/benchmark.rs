@@ -1,10 +1,10 @@
 //! What claims are asked of: the networks of one run, or of several on the same samples.
 
-use taxel_learn::NetworkResults;
+use taxel::learn::NetworkResults;
 
-use crate::case::Case;
-use crate::decide::comparison::Comparison;
-use crate::values::{Judged, Judgement};
+use taxel::judge::Case;
+use taxel::judge::Comparison;
+use taxel::judge::{Judged, Judgement};
 
 /// A network of a run, and where its training started.
 #[derive(Debug, Clone)]

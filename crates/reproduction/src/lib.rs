@@ -1,0 +1,44 @@
+//! The study of five papers on touch, beside the product: what they claim, and what of it holds on our runs.
+//!
+//! The papers' networks, scenes and recipes are part of taxel; what is here only reads finished run folders and the pages of
+//! `docs/results`. Nothing depends on this crate. Its binary writes the pages:
+//!
+//! - [`claims()`] asks runs about every claim; [`claims_page()`] keeps what they say and writes `claims.md`,
+//!   [`claims_report()`] writes a page of these runs alone.
+//! - [`papers_page()`] writes `papers.md`: every table of the papers, published, simulated and real side by side.
+//!
+//! ```
+//! use taxel_reproduction::{Claim, Outcome, claims_report};
+//!
+//! let claim = Claim {
+//!     paper: "000".into(),
+//!     place: "section 5.1, Table 2".into(),
+//!     says: "1D beats 2D: Vgg6-Lite".into(),
+//!     run: "hardness".into(),
+//!     source: taxel::Source::simulated("fingertip"),
+//!     outcome: Outcome::TooFewData,
+//!     effect: "accuracy: vgg6-lite-1d less vgg6-lite-2d, points".into(),
+//!     size: Some(-3.87),
+//!     interval: Some([-8.86, 1.13]),
+//! };
+//! let folder = tempfile::tempdir()?;
+//! let page = claims_report(&[claim], folder.path())?;
+//! assert!(std::fs::read_to_string(page)?.contains("too few data"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod claims;
+mod claims_page;
+mod claims_report;
+mod error;
+mod kept;
+mod markdown;
+mod pages;
+mod papers_page;
+
+pub use claims::{Claim, Outcome, claims};
+pub use claims_page::claims_page;
+pub use claims_report::claims_report;
+pub use error::{Error, Result};
+pub use pages::Pages;
+pub use papers_page::papers_page;
