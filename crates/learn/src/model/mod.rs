@@ -6,6 +6,7 @@ mod multiplied;
 mod predictions;
 mod predictor;
 mod quantize;
+mod ready;
 pub(crate) mod responder;
 mod workspace;
 

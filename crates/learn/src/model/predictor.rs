@@ -3,17 +3,15 @@
 use std::sync::Arc;
 
 use ndarray::{ArrayD, ArrayRef, Axis, CowArray, IxDyn, Slice};
-use taxel_graph::{Loss, Weights};
+use taxel_graph::Weights;
 use taxel_guard::{Found, Guard, Watch};
 
-use super::card::{Card, Kind, ModelInput};
+use super::card::{Card, ModelInput};
 use super::predictions::Predictions;
-use super::workspace::{Memory, Workspace};
+use super::ready::{Ready, open};
+use super::workspace::Workspace;
 use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
-use crate::estimator::baseline::FittedBaseline;
-use crate::model::responder::Responder;
-use crate::training::objective::probabilities;
 
 /// Raw samples `[n, ..]`, whoever owns them.
 type Samples = ArrayRef<f32, IxDyn>;
@@ -30,28 +28,12 @@ pub struct Predictor {
     card: Card,
     guard: Option<Arc<Guard>>,
     outputs: usize,
-    method: Method,
-}
-
-enum Method {
-    Network { responder: Box<Responder>, loss: Loss },
-    Baseline(FittedBaseline),
+    method: Box<dyn Ready>,
 }
 
 impl Predictor {
     pub(super) fn new(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
-        let method = match &card.kind {
-            Kind::Network { graph, loss, .. } => {
-                let ranges = card.quantized.as_ref().map(|own| &own.ranges);
-                let responder = Box::new(Responder::new(graph, weights, ranges, batch, threads)?);
-                Method::Network { responder, loss: *loss }
-            }
-            Kind::Baseline { method, series } => {
-                let read = FittedBaseline::read(*method, *series, &card.task, weights);
-                let refuse = |source| Error::Baseline { baseline: card.name.clone(), source };
-                Method::Baseline(read.map_err(refuse)?)
-            }
-        };
+        let method = open(card, weights, batch, threads)?;
         let guard = card.guard.clone().map(Arc::new);
         Ok(Predictor { outputs: card.task.outputs(), card: card.clone(), guard, method })
     }
@@ -126,10 +108,7 @@ impl Predictor {
     pub fn workspace(&self) -> Result<Workspace> {
         let Card { inputs, reading, name, .. } = &self.card;
         let encoders = inputs.iter().map(|input| input.transform.compile(&reading.shape, name));
-        let memory = match &self.method {
-            Method::Network { responder, .. } => Memory::Network(Box::new(responder.frozen().workspace())),
-            Method::Baseline(baseline) => Memory::Baseline(baseline.workspaces()),
-        };
+        let memory = self.method.memory();
         let watch = self.guard.clone().map(Watch::new);
         Ok(Workspace::new(watch, encoders.collect::<Result<_>>()?, memory, self.outputs))
     }
@@ -173,27 +152,8 @@ impl Predictor {
         if answer.len() != self.outputs {
             return Err(self.refuse("the workspace is of another model".into()));
         }
-        match (&self.method, memory) {
-            (Method::Network { responder, loss }, Memory::Network(memory)) => {
-                let mut few: [&[f32]; 2] = [&[]; 2];
-                let many: Vec<&[f32]>;
-                let slices = match few.get_mut(..inputs.len()) {
-                    Some(few) => {
-                        few.iter_mut().zip(&*inputs).for_each(|(to, input)| *to = input);
-                        &*few
-                    }
-                    None => {
-                        many = inputs.iter().map(Vec::as_slice).collect();
-                        &many
-                    }
-                };
-                answer.copy_from_slice(responder.frozen().answer(memory, slices)?);
-                probabilities(*loss, self.outputs, answer);
-            }
-            (Method::Baseline(baseline), Memory::Baseline(memory)) if inputs.len() == 1 => {
-                baseline.predict_one(&inputs[0], memory, answer)?;
-            }
-            _ => return Err(self.refuse("the workspace is of another model".into())),
+        if !self.method.predict_one(inputs, memory, answer)? {
+            return Err(self.refuse("the workspace is of another model".into()));
         }
         Ok(&workspace.probabilities)
     }
@@ -249,20 +209,7 @@ impl Predictor {
         let standard: Vec<_> = inputs.iter().map(|x| x.as_standard_layout()).collect();
         #[expect(clippy::expect_used, reason = "standard layout is one slice")]
         let values: Vec<&[f32]> = standard.iter().map(|x| x.as_slice().expect("standard layout")).collect();
-        match &self.method {
-            Method::Network { responder, loss } => {
-                let mut outputs = responder.answer(&values, n)?;
-                probabilities(*loss, self.outputs, &mut outputs);
-                Ok(outputs)
-            }
-            Method::Baseline(baseline) => match values[..] {
-                [series] => baseline.outputs(series),
-                _ => {
-                    let (model, expected) = (self.card.name.clone(), "one input".to_string());
-                    Err(Error::Samples { model, expected, given: format!("{} are given", values.len()) })
-                }
-            },
-        }
+        self.method.predict(&values, n)
     }
 
     /// What the model says about raw samples `[n, ..]`.

@@ -33,7 +33,7 @@ impl Mended {
 }
 
 /// Memory of a kind of model.
-pub(super) enum Memory {
+pub(crate) enum Memory {
     Network(Box<runtime::Workspace>),
     /// One of each attribute.
     Baseline(Vec<taxel_baselines::Workspace>),

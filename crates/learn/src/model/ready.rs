@@ -1,0 +1,111 @@
+//! What an opened model predicts with: a frozen network or a fitted baseline, behind one trait.
+
+use taxel_graph::{Loss, Weights};
+
+use super::card::{Card, Kind};
+use super::responder::Responder;
+use super::workspace::Memory;
+use crate::error::{Error, Result};
+use crate::estimator::baseline::FittedBaseline;
+use crate::training::objective::probabilities;
+
+/// A frozen network or a fitted baseline.
+pub(crate) trait Ready: Send + Sync {
+    /// Makes memory for one thread that asks sample by sample.
+    fn memory(&self) -> Memory;
+
+    /// Predicts one encoded sample; false for the memory of another model. Nothing is allocated after the first.
+    ///
+    /// # Errors
+    /// Inputs of another length, or that are not finite.
+    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut Memory, outputs: &mut [f32]) -> Result<bool>;
+
+    /// Predicts `n` encoded samples: outputs `[n, outputs]`, row-major.
+    ///
+    /// # Errors
+    /// Inputs of another number or length.
+    fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>>;
+}
+
+/// Opens the method of a card with its tensors, to predict up to `batch` samples at a time on each of `threads` threads.
+///
+/// # Errors
+/// Tensors that do not fit the card, threads that cannot be started.
+pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Box<dyn Ready>> {
+    match &card.kind {
+        Kind::Network { graph, loss, .. } => {
+            let ranges = card.quantized.as_ref().map(|quantized| &quantized.ranges);
+            let responder = Responder::new(graph, weights, ranges, batch, threads)?;
+            Ok(Box::new(ReadyNetwork { responder, loss: *loss, outputs: card.task.outputs() }))
+        }
+        Kind::Baseline { method, series } => {
+            let fitted = FittedBaseline::read(*method, *series, &card.task, weights);
+            let refuse = |source| Error::Baseline { baseline: card.name.clone(), source };
+            Ok(Box::new(ReadyBaseline { fitted: fitted.map_err(refuse)?, name: card.name.clone() }))
+        }
+    }
+}
+
+struct ReadyNetwork {
+    responder: Responder,
+    loss: Loss,
+    outputs: usize,
+}
+
+impl Ready for ReadyNetwork {
+    fn memory(&self) -> Memory {
+        Memory::Network(Box::new(self.responder.frozen().workspace()))
+    }
+
+    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut Memory, outputs: &mut [f32]) -> Result<bool> {
+        let Memory::Network(memory) = memory else { return Ok(false) };
+        let mut few: [&[f32]; 2] = [&[]; 2];
+        let many: Vec<&[f32]>;
+        let slices = match few.get_mut(..inputs.len()) {
+            Some(few) => {
+                few.iter_mut().zip(inputs).for_each(|(to, input)| *to = input);
+                &*few
+            }
+            None => {
+                many = inputs.iter().map(Vec::as_slice).collect();
+                &many
+            }
+        };
+        outputs.copy_from_slice(self.responder.frozen().answer(memory, slices)?);
+        probabilities(self.loss, self.outputs, outputs);
+        Ok(true)
+    }
+
+    fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
+        let mut outputs = self.responder.answer(inputs, n)?;
+        probabilities(self.loss, self.outputs, &mut outputs);
+        Ok(outputs)
+    }
+}
+
+struct ReadyBaseline {
+    fitted: FittedBaseline,
+    name: String,
+}
+
+impl Ready for ReadyBaseline {
+    fn memory(&self) -> Memory {
+        Memory::Baseline(self.fitted.workspaces())
+    }
+
+    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut Memory, outputs: &mut [f32]) -> Result<bool> {
+        let (Memory::Baseline(memory), [series]) = (memory, inputs) else { return Ok(false) };
+        self.fitted.predict_one(series, memory, outputs)?;
+        Ok(true)
+    }
+
+    fn predict(&self, inputs: &[&[f32]], _n: usize) -> Result<Vec<f32>> {
+        match inputs {
+            [series] => self.fitted.outputs(series),
+            _ => {
+                let (model, expected) = (self.name.clone(), "one input".to_string());
+                Err(Error::Samples { model, expected, given: format!("{} are given", inputs.len()) })
+            }
+        }
+    }
+}
