@@ -191,7 +191,7 @@ impl Saver {
     /// Removes what was saved of a finished fold, and what a killed process was about to save.
     pub fn remove(path: &Path) -> Result<()> {
         match std::fs::remove_file(path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path, "removed", e)),
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(path, "removed", e)),
             _ => remove_parts(path).map_err(|e| Error::io(path, "removed", e)),
         }
     }
