@@ -322,8 +322,8 @@ fn options_for_other_layouts_are_refused() {
     let arrays = "names an array of a .npz; a folder per class has none (group-block divides the \
                   position of each file in its class folder)";
     let cases = [
-        ("x", ReadOptions { x: "images".into(), ..default() }),
-        ("y", ReadOptions { y: "labels".into(), ..default() }),
+        ("x", ReadOptions { x: Some("images".into()), ..default() }),
+        ("y", ReadOptions { y: Some("labels".into()), ..default() }),
         ("group", ReadOptions { group: Some("session".into()), ..default() }),
     ];
     for (key, options) in cases {
