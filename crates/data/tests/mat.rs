@@ -104,7 +104,8 @@ fn a_folder_per_class_holds_one_array_per_file() {
 
 #[test]
 fn what_cannot_be_read_is_named() {
-    let role = |x: &str, y: &str| ReadOptions { x: Some(x.into()), y: Some(y.into()), ..ReadOptions::default() };
+    let role =
+        |x: &str, y: &str| ReadOptions { x: Some(x.into()), y: Some(y.into()), ..ReadOptions::default() };
     let data = |file: &str, options: &ReadOptions| refused(&fixture(file), options);
     for (x, y, said) in [
         (
