@@ -212,3 +212,30 @@ impl RecordingsOrigin {
         ReadOptions { layout, rate, attributes: attributes.to_vec(), ..self.options.clone() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_become_the_keys_that_somebody_has_said() {
+        let options = ReadOptions {
+            x: Some("images".into()),
+            length: Some(taxel_data::Length::Resample { to: 300 }),
+            table: "long,clock=ms".parse().unwrap_or_default(),
+            limits: taxel_data::Limits { max_values: 9, ..Default::default() },
+            ..ReadOptions::default()
+        };
+        assert_eq!(
+            settings(&options),
+            [
+                "data.x=\"images\"",
+                "data.length={ kind = \"resample\", to = 300 }",
+                "data.table.form=\"long\"",
+                "data.table.clock=\"ms\"",
+                "data.limits.max_values=9"
+            ]
+        );
+        assert_eq!(settings(&ReadOptions::default()), [""; 0]);
+    }
+}
