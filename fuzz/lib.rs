@@ -1,4 +1,4 @@
-//! Fuzz targets of all readers; see README.md.
+//! The readers to fuzz; see README.md.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -13,18 +13,19 @@ pub use readers::{READERS, Reader};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// One fuzz target: the reader of that name.
-#[macro_export]
-macro_rules! target {
-    ($name:literal) => {
-        $crate::libfuzzer_sys::fuzz_target!(|bytes: &[u8]| $crate::read($name, bytes));
-    };
+/// Returns the reader to fuzz, which `TAXEL_FUZZ_READER` names.
+pub fn asked() -> &'static Reader {
+    static ASKED: OnceLock<&Reader> = OnceLock::new();
+    ASKED.get_or_init(|| {
+        let name = std::env::var("TAXEL_FUZZ_READER").expect("TAXEL_FUZZ_READER names a reader");
+        READERS.iter().find(|reader| reader.name == name).expect("the name of a reader in READERS")
+    })
 }
 
-/// Reads `bytes` with the reader `name`, in a folder of this process.
+/// Reads `bytes` in a folder of this process.
 ///
 /// A panic ends the process, and so does a reader that takes more memory than the file is worth.
-pub fn read(name: &str, bytes: &[u8]) {
+pub fn read(reader: &Reader, bytes: &[u8]) {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         // libfuzzer's hook ends the process at every panic, also at one that a reader catches at its boundary.
@@ -35,7 +36,6 @@ pub fn read(name: &str, bytes: &[u8]) {
         std::fs::create_dir_all(&folder).expect("a folder to read from");
         folder
     });
-    let reader = READERS.iter().find(|reader| reader.name == name).expect("a target for every reader");
     let before = MEMORY.current_usage();
     MEMORY.reset_peak_usage();
     if catch_unwind(AssertUnwindSafe(|| (reader.read)(folder, bytes))).is_err() {
@@ -43,7 +43,7 @@ pub fn read(name: &str, bytes: &[u8]) {
     }
     let peak = MEMORY.peak_usage().saturating_sub(before);
     if peak > 4 * bytes.len() + (64 << 20) {
-        eprintln!("{name} took {peak} bytes of memory for a file of {}", bytes.len());
+        eprintln!("{} took {peak} bytes of memory for a file of {}", reader.name, bytes.len());
         std::process::abort();
     }
 }

@@ -31,6 +31,7 @@ pub const READERS: &[Reader] = &[
     Reader { name: "npy", seeds: npy, read: |folder, bytes| class_folder(folder, "npy", bytes) },
     Reader { name: "mat", seeds: mat, read: |folder, bytes| data_set(folder, "data.mat", bytes) },
     Reader { name: "csv", seeds: csv, read: |folder, bytes| class_folder(folder, "csv", bytes) },
+    Reader { name: "jsonl", seeds: jsonl, read: |folder, bytes| class_folder(folder, "jsonl", bytes) },
     Reader { name: "parquet", seeds: parquet, read: |folder, bytes| data_set(folder, "data.parquet", bytes) },
     Reader { name: "hdf5", seeds: hdf5, read: |folder, bytes| data_set(folder, "data.h5", bytes) },
     Reader { name: "mcap", seeds: mcap, read: |folder, bytes| class_folder(folder, "mcap", bytes) },
@@ -310,6 +311,15 @@ fn csv() -> Vec<Vec<u8>> {
     ["1,2,3\n4,5,6\n7,8,9\n", "time;left;right\n0.0;1e3;-2\n0.1;4;5\n", "1 2\n3 nan\n"]
         .map(|s| s.into())
         .into()
+}
+
+fn jsonl() -> Vec<Vec<u8>> {
+    [
+        "{\"t_ms\": 0, \"taxels\": [1, 2], \"on\": true}\n{\"t_ms\": 9, \"taxels\": [3, 4], \"on\": false}\n",
+        "[1, 2.5]\n[3, -4e1]\n[5, 6]\n",
+    ]
+    .map(|s| s.into())
+    .into()
 }
 
 fn ts() -> Vec<Vec<u8>> {

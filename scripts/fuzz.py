@@ -12,6 +12,7 @@ target and lies in fuzz/artifacts/<reader>; the exit code is 1.
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -40,7 +41,8 @@ def fuzz(binary, name, options, limits):
     """One run of a target; its last numbers."""
     command = [binary, folder("corpus", name), f"-artifact_prefix={folder('artifacts', name)}/", "-print_final_stats=1"]
     command += [f"-max_len={limits.max_len}", f"-rss_limit_mb={limits.rss_mb}", f"-timeout={limits.timeout}"]
-    child = subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace")
+    environment = {**os.environ, "TAXEL_FUZZ_READER": name}
+    child = subprocess.Popen([*command, *options], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace")
     said = child.communicate()[1]
     shutil.rmtree(f"/dev/shm/taxel-fuzz-{child.pid}", ignore_errors=True)
     (FUZZ / "artifacts" / f"{name}.log").write_text(said)
@@ -56,13 +58,15 @@ def fuzz(binary, name, options, limits):
 
 def lines(name, triple):
     """Share of lines that the corpus of a target reaches, of all files it reaches at all."""
-    subprocess.run([*NIGHTLY, "fuzz", "coverage", "-s", "none", name], cwd=ROOT, check=True, capture_output=True)
+    environment = {**os.environ, "TAXEL_FUZZ_READER": name}
+    command = [*NIGHTLY, "fuzz", "coverage", "-s", "none", "reader", folder("corpus", name)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True, env=environment)
     sysroot = subprocess.run(["rustc", "+nightly", "--print", "sysroot"], capture_output=True, text=True, check=True).stdout.strip()
     tool = f"{sysroot}/lib/rustlib/{triple}/bin/llvm-cov"
-    binary = ROOT / f"target/{triple}/coverage/{triple}/release/{name}"
+    binary = ROOT / f"target/{triple}/coverage/{triple}/release/reader"
     if not binary.exists():
-        binary = FUZZ / f"target/{triple}/coverage/{triple}/release/{name}"
-    profile = FUZZ / "coverage" / name / "coverage.profdata"
+        binary = FUZZ / f"target/{triple}/coverage/{triple}/release/reader"
+    profile = FUZZ / "coverage" / "reader" / "coverage.profdata"
     text = subprocess.run(
         [tool, "export", "-summary-only", f"-instr-profile={profile}", binary], capture_output=True, text=True, check=True
     ).stdout
@@ -88,8 +92,7 @@ def main():
     parser.add_argument("--lines", action="store_true", help="lines that the corpora reach, in place of fuzzing")
     limits = parser.parse_args()
 
-    text = (FUZZ / "Cargo.toml").read_text()
-    every = re.findall(r'path = "targets/(\w+)\.rs"', text)
+    every = re.findall(r'\bname: "(\w+)"', (FUZZ / "readers.rs").read_text())
     names = limits.readers or every
     unknown = [name for name in names if name not in every]
     if unknown:
@@ -114,7 +117,7 @@ def main():
         subprocess.run([*NIGHTLY, "fuzz", "build", "-s", limits.sanitizer], cwd=ROOT, check=True)
     binaries = FUZZ / "target" / triple / "release"
     subprocess.run([binaries / "seeds"], check=True)
-    tried = {name: fuzz(binaries / name, name, ["-max_total_time=1"], limits) for name in names}
+    tried = {name: fuzz(binaries / "reader", name, ["-max_total_time=1"], limits) for name in names}
     together = sum(max(own["rate"], 1) for own in tried.values())
     left = limits.files - sum(own["files"] for own in tried.values())
 
@@ -125,7 +128,7 @@ def main():
         options = [f"-runs={max(1000, round(left * max(first['rate'], 1) / together))}"]
         if limits.seconds:
             options.append(f"-max_total_time={limits.seconds}")
-        own = fuzz(binaries / name, name, options, limits) if first["ok"] else first
+        own = fuzz(binaries / "reader", name, options, limits) if first["ok"] else first
         files = own["files"] + (first["files"] if first["ok"] else 0)
         found = ", ".join(Path(path).name for path in own["found"]) or ("-" if own["ok"] else "see its log")
         sums, broken = sums + files, broken or not own["ok"]

@@ -138,3 +138,12 @@ fn damaged_files_are_read_or_refused() {
         eprintln!("{}: {} seeds, {accepted} of {rounds} damaged files accepted", reader.name, seeds.len());
     }
 }
+
+#[test]
+fn every_format_of_recordings_is_fuzzed() {
+    for format in taxel::data::formats().filter(|format| !format.endings.is_empty()) {
+        let is_named = |reader: &&Reader| format.endings.contains(&reader.name);
+        let name = format.name;
+        assert!(READERS.iter().any(|reader| is_named(&reader)), "{name}: add one of its endings to READERS");
+    }
+}

@@ -29,7 +29,7 @@ pub enum Error {
         endings(|reader| reader.reads_sets())
     )]
     NotADataset { file: String },
-    #[error("{file}: this build does not read it; build taxel with --features {feature}")]
+    #[error("{file}: this build does not read it; build taxel with --features taxel-data/{feature}")]
     NotBuilt { file: String, feature: &'static str },
     #[error("{file}: holds neither data.npz nor class folders{hint}")]
     NoDatasetInFolder { file: String, hint: String },

@@ -19,103 +19,180 @@ pub enum Drop {
 
 /// Ceilings that stop a damaged or hostile file before memory is claimed for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(deny_unknown_fields, default)]
 pub struct Limits {
-    /// Most values in one array, and in all samples together. Default 2^28 (1 GiB as f32).
+    /// Most values in one array, and in all samples together: a file that says more is refused before memory is taken for
+    /// it [default: 268435456, which are 1 GiB].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COUNT", default_value_t = Limits::DEFAULT.max_values, hide_default_value = true))]
+    #[serde(alias = "max-values", skip_serializing_if = "is_max_values")]
     pub max_values: u64,
     /// Most samples, and most labels (samples times attributes). Default 2^22 (4 million).
+    #[cfg_attr(feature = "clap", arg(skip = Limits::DEFAULT.max_samples))]
+    #[serde(alias = "max-samples", skip_serializing_if = "is_max_samples")]
     pub max_samples: u64,
     /// Most bytes in one sample file or labels file. Default 2^28 (256 MiB).
+    #[cfg_attr(feature = "clap", arg(skip = Limits::DEFAULT.max_file_bytes))]
+    #[serde(alias = "max-file-bytes", skip_serializing_if = "is_max_file_bytes")]
     pub max_file_bytes: u64,
     /// Most pixels in one image file that is not resized; with [`ReadOptions::resize`] it is `max_values`.
     /// Default 2^24 (4096 × 4096).
+    #[cfg_attr(feature = "clap", arg(skip = Limits::DEFAULT.max_pixels))]
+    #[serde(alias = "max-pixels", skip_serializing_if = "is_max_pixels")]
     pub max_pixels: u64,
+}
+
+impl Limits {
+    /// The limits where nobody says others.
+    const DEFAULT: Self =
+        Self { max_values: 1 << 28, max_samples: 1 << 22, max_file_bytes: 1 << 28, max_pixels: 1 << 24 };
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_values: 1 << 28, max_samples: 1 << 22, max_file_bytes: 1 << 28, max_pixels: 1 << 24 }
+        Self::DEFAULT
     }
 }
 
-/// How to read a data set; the default reads arrays `x`, `y` and, where present, `group`.
+fn is_max_values(value: &u64) -> bool {
+    *value == Limits::DEFAULT.max_values
+}
+
+fn is_max_samples(value: &u64) -> bool {
+    *value == Limits::DEFAULT.max_samples
+}
+
+fn is_max_file_bytes(value: &u64) -> bool {
+    *value == Limits::DEFAULT.max_file_bytes
+}
+
+fn is_max_pixels(value: &u64) -> bool {
+    *value == Limits::DEFAULT.max_pixels
+}
+
+/// How recordings are read, for the library, a config and a command line alike; by default arrays `x`, `y` and, where
+/// there is one, `group`.
 ///
-/// Unknown keys are refused when deserialized; keys are kebab-case (`group-block`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+/// Unknown keys are refused when deserialized, and what is default is not serialized. Keys are snake_case; those with a
+/// hyphen (`group-block`) are read too.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(deny_unknown_fields, default)]
 pub struct ReadOptions {
-    /// Name of the array of samples in the `.npz` or `.mat`. Default `x`; where there is none, `X`, `data`, or
-    /// `X_train` with `X_test`. In a folder of `.mat` files it may be left out where each holds one array.
-    pub x: String,
-    /// Name of the array of labels, or of a table the column. Default `y`; where there is none, `Y`, `labels`, or `y_train` with `y_test`.
-    pub y: String,
-    /// Name of the array of groups (`block`, `session`, `trial`, ...). By default
-    /// `group` where the file holds it, otherwise no groups.
+    /// The array that holds the samples, if it is not called `x`; where there is no `x` either, `X`, `data`, or `X_train` with
+    /// `X_test`. In a folder of files of arrays it may be left out where each holds one.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<String>,
+    /// The array that holds the labels, if it is not called `y`; of labels.csv or a table the column.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<String>,
+    /// The array that holds the groups, if it is not called `group`; of labels.csv or a table the column.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// Turns consecutive group values into blocks: `(v - min) / group_block`, from 1 up. In a
     /// folder per class the value is the position of the file in its class folder.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(alias = "group-block", skip_serializing_if = "Option::is_none")]
     pub group_block: Option<u32>,
     /// Indices to keep along axis 1 of `x`, in this order, each once. Default all.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<usize>>,
     /// Rows to leave out, after their copies were sought over all channels.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub drop: Vec<Drop>,
     /// Refuse the data set if exact copies carry different labels and are not dropped.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(alias = "deny-contradictory", skip_serializing_if = "std::ops::Not::not")]
     pub deny_contradictory: bool,
     /// Name of the array that marks samples for testing (not 0). Default none.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub test: Option<String>,
     /// Tests the samples with more than this in the `test` array, in place of those that are not 0.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(alias = "test-above", skip_serializing_if = "Option::is_none")]
     pub test_above: Option<i64>,
     /// For labels `[N, k]`: the column that becomes `y`, 0..k-1.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub attribute: Option<usize>,
     /// For labels `[N, k]`: learns every column under these names, as
     /// [`learn_attributes`](crate::Dataset::learn_attributes). Where neither this nor `attribute` nor
     /// `labels.json` speaks of attributes, such labels must be one-hot.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<String>,
     /// For image files: `[height, width]` in pixels to resample to (triangle filter).
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<[usize; 2]>,
-    /// What the axes of a sample are, whatever the file says of them.
+    /// Axes of a sample, whatever the file says of them.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
     /// Readings per second (Hz), whatever the file says of it; above 0.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// What becomes of recordings of unequal length; equal ones go through it too.
+    /// How recordings of unequal length become equal, in readings: resample:300, pad:300[,edge][,crop],
+    /// crop:300[,centre|,end] or window:300[,150].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RULE"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
-    /// Of a CSV table: what its columns are.
+    /// Of a table: long or wide, and the columns whose names do not say what they are, such as
+    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns); column=NAME for each
+    /// channel where not all numbers are; shape=16x16 where a row is an image of 16 × 16 taxels, or a frame.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "COLUMNS", default_value = "", hide_default_value = true)
+    )]
+    #[serde(skip_serializing_if = "is_default")]
     pub table: TableOptions,
-    /// Topics of bags, joined as channels at the times of the first; `/joint_states.effort` is a field of one. Default
-    /// the one topic that holds numbers or images.
+    /// A topic of ROS 2 bags, or a field of one (/joint_states.effort); several are joined as channels at the times of the
+    /// first [default: the one that holds numbers or images].
+    #[cfg_attr(feature = "clap", arg(long = "topic", value_name = "TOPIC"))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub topics: Vec<String>,
     /// Of recordings with time stamps the readings per second (Hz) that they are brought to, before `length`: for a
     /// model that was trained so, [`Reading::recorded_rate`](crate::Reading::recorded_rate). No setting of a file. Default their
     /// own: as they are where they are regular, otherwise at the median step.
+    #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip)]
     pub stamped: Option<f64>,
     /// Ceilings on sizes.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    #[serde(skip_serializing_if = "is_default")]
     pub limits: Limits,
 }
 
-impl Default for ReadOptions {
-    fn default() -> Self {
-        Self {
-            x: "x".into(),
-            y: "y".into(),
-            group: None,
-            group_block: None,
-            channels: None,
-            drop: Vec::new(),
-            deny_contradictory: false,
-            test: None,
-            test_above: None,
-            attribute: None,
-            attributes: Vec::new(),
-            resize: None,
-            layout: None,
-            rate: None,
-            length: None,
-            table: TableOptions::default(),
-            topics: Vec::new(),
-            stamped: None,
-            limits: Limits::default(),
-        }
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+impl ReadOptions {
+    /// The name of the array of samples.
+    pub(crate) fn x(&self) -> &str {
+        self.x.as_deref().unwrap_or("x")
+    }
+
+    /// The name of the array or column of labels.
+    pub(crate) fn y(&self) -> &str {
+        self.y.as_deref().unwrap_or("y")
+    }
+
+    /// Whether another array than `x` is named.
+    pub(crate) fn names_x(&self) -> bool {
+        self.x() != "x"
+    }
+
+    /// Whether other labels than `y` are named.
+    pub(crate) fn names_y(&self) -> bool {
+        self.y() != "y"
     }
 }
 
@@ -132,19 +209,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_kebab_case_and_unknown_ones_are_refused() {
-        let text = r#"{"group": "trial", "group-block": 12, "drop": ["contradictory"], "layout": "image", "rate": 100,
-                       "limits": {"max-values": 9}}"#;
+    fn keys_are_snake_case_and_unknown_ones_are_refused() {
+        let text = r#"{"group":"trial","group_block":12,"drop":["contradictory"],"layout":"image","rate":100.0,"limits":{"max_values":9}}"#;
         let options: ReadOptions = serde_json::from_str(text).unwrap();
         assert_eq!(options.group_block, Some(12));
         assert_eq!(options.drop, [Drop::Contradictory]);
         assert_eq!(options.limits.max_values, 9);
         assert_eq!((options.layout, options.rate), (Some(Layout::Image), Some(100.0)));
-        assert_eq!(options.x, "x");
-        let back: ReadOptions = serde_json::from_str(&serde_json::to_string(&options).unwrap()).unwrap();
-        assert_eq!(back, options);
+        assert_eq!(options.x(), "x");
+        // Nothing is written that nobody has said.
+        assert_eq!(serde_json::to_string(&options).unwrap(), text);
+        let old = text.replace("group_block", "group-block").replace("max_values", "max-values");
+        assert_eq!(serde_json::from_str::<ReadOptions>(&old).unwrap(), options);
         for bad in [
-            r#"{"group_block": 12}"#,
+            r#"{"group_blocks": 12}"#,
             r#"{"drop": ["all"]}"#,
             r#"{"layout": "Image"}"#,
             r#"{"limits": {"values": 1}}"#,

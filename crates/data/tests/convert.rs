@@ -45,7 +45,7 @@ fn assert_same([before, after]: [Dataset; 2]) {
 }
 
 fn named(y: &str) -> ReadOptions {
-    ReadOptions { y: y.into(), ..ReadOptions::default() }
+    ReadOptions { y: Some(y.into()), ..ReadOptions::default() }
 }
 
 #[test]

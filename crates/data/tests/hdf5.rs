@@ -13,7 +13,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn arrays(x: &str, y: &str) -> ReadOptions {
-    ReadOptions { x: x.into(), y: y.into(), ..ReadOptions::default() }
+    ReadOptions { x: Some(x.into()), y: Some(y.into()), ..ReadOptions::default() }
 }
 
 /// x[n, c, t] is 100 n + 10 c + t.

@@ -121,7 +121,8 @@ fn a_table_says_label_and_group_of_each_file() {
     assert_eq!(check(root.path()).unwrap().ignored, [".DS_Store", "t4.csv"], "it is read");
     std::fs::remove_file(root.path().join("labels.json")).unwrap();
     // Other columns by name.
-    let options = ReadOptions { y: "note".into(), group: Some("label".into()), ..ReadOptions::default() };
+    let options =
+        ReadOptions { y: Some("note".into()), group: Some("label".into()), ..ReadOptions::default() };
     assert!(refused(root.path(), &options).contains("labels.csv: line 2: note is empty"));
     let read = recordings(root.path(), &ReadOptions::default(), 2).unwrap();
     assert_eq!(read.truth.unwrap(), [["soft"], ["stiff"], ["soft"]]);

@@ -50,13 +50,13 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
     let dataset = with(named);
     assert_eq!(dataset.groups, Some(vec![7, 7, 8, 8]));
     assert_eq!(dataset.official, Some(vec![false, false, true, true]));
-    let levels = with(ReadOptions { y: "levels".into(), attribute: Some(1), ..ReadOptions::default() });
+    let levels = with(ReadOptions { y: Some("levels".into()), attribute: Some(1), ..ReadOptions::default() });
     assert_eq!(levels.strata().to_vec(), [2, 1, 0, 2]);
     let table = levels.targets.columns().unwrap();
     assert_eq!(table.of(&[1]), [1, 1]);
     assert_eq!(table.attributes()[1].classes, ["1", "2", "3"]);
     // 300 + 2 as a byte.
-    let counts = with(ReadOptions { x: "counts".into(), ..ReadOptions::default() });
+    let counts = with(ReadOptions { x: Some("counts".into()), ..ReadOptions::default() });
     assert_eq!((counts.x.shape(), counts.x[[3, 2]]), (&[4, 3][..], 46.0));
 }
 
@@ -67,7 +67,7 @@ fn one_hot_labels_are_class_numbers() {
     let card = check(&fixture("one-hot.mat")).unwrap();
     assert_eq!(card.labels.as_deref(), Some("labels are one-hot: 3 classes"));
     // Levels that count from 1 are not named by anybody.
-    let options = ReadOptions { y: "levels".into(), ..ReadOptions::default() };
+    let options = ReadOptions { y: Some("levels".into()), ..ReadOptions::default() };
     let message = load(&fixture("grasps-v7.mat"), &options).unwrap_err().to_string();
     assert!(message.contains("levels has 2 columns that are not one-hot; choose one"), "{message}");
 }
@@ -101,7 +101,7 @@ fn a_folder_per_class_holds_one_array_per_file() {
     std::fs::copy(fixture("grasps-v7.mat"), &several).unwrap();
     let message = load(folder.path(), &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("take3.mat: has shape [4, 2, 3]"), "{message}");
-    let message = load(folder.path(), &ReadOptions { x: "z".into(), ..ReadOptions::default() })
+    let message = load(folder.path(), &ReadOptions { x: Some("z".into()), ..ReadOptions::default() })
         .unwrap_err()
         .to_string();
     let held = "no array z: it holds counts |u1 [4, 3], held_out |u1 [1, 4], impedance complex <f8 [1, 1], levels <f8 [4, 2]";
@@ -110,7 +110,8 @@ fn a_folder_per_class_holds_one_array_per_file() {
 
 #[test]
 fn what_cannot_be_read_is_named() {
-    let role = |x: &str, y: &str| ReadOptions { x: x.into(), y: y.into(), ..ReadOptions::default() };
+    let role =
+        |x: &str, y: &str| ReadOptions { x: Some(x.into()), y: Some(y.into()), ..ReadOptions::default() };
     let data = |file: &str, options: &ReadOptions| refused(&fixture(file), options);
     for (x, y, said) in [
         (

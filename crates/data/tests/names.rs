@@ -18,7 +18,7 @@ fn texts(options: ReadOptions) -> Dataset {
 }
 
 fn y(name: &str) -> ReadOptions {
-    ReadOptions { y: name.into(), ..ReadOptions::default() }
+    ReadOptions { y: Some(name.into()), ..ReadOptions::default() }
 }
 
 /// `<U3` or `|S3` of an array.
@@ -81,7 +81,7 @@ fn labels_groups_and_marks_are_texts() {
 fn half_floats_and_booleans_are_samples() {
     let half = texts(ReadOptions::default());
     assert_eq!((half.dtype.as_str(), half.x.shape(), half.x[[3, 1, 2]]), ("<f2", &[4, 2, 3][..], 39.0));
-    let contact = texts(ReadOptions { x: "contact".into(), ..ReadOptions::default() });
+    let contact = texts(ReadOptions { x: Some("contact".into()), ..ReadOptions::default() });
     assert_eq!((contact.dtype.as_str(), contact.x.sum(), contact.x[[1, 0, 0]]), ("|b1", 15.0, 0.0));
     let folder = tempdir().unwrap();
     let big = npy(">f2", false, &[2, 1], &[0x3c, 0x00, 0xc0, 0x00]);
@@ -170,7 +170,7 @@ fn other_names_are_found_where_they_are_the_only_ones() {
     assert!(both.contains("data, X_train, X_test could each be x"), "{both}");
     // Whoever names an array gets that one.
     let path = npz(folder.path(), &[("X", samples(4)), ("data", samples(4)), ("y", common::labels())]);
-    assert!(load(&path, &ReadOptions { x: "data".into(), ..ReadOptions::default() }).is_ok());
+    assert!(load(&path, &ReadOptions { x: Some("data".into()), ..ReadOptions::default() }).is_ok());
 }
 
 #[test]

@@ -94,7 +94,7 @@ fn reading_takes_less_than_twice_the_samples() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let mut all = vec![];
-    let options = ReadOptions { y: "label".into(), ..ReadOptions::default() };
+    let options = ReadOptions { y: Some("label".into()), ..ReadOptions::default() };
     for (recordings, readings) in [(100, 1000), (2, 50_000)] {
         let path = at(&format!("{recordings}.parquet"));
         parquet(&path, recordings, readings);

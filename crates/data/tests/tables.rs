@@ -22,7 +22,7 @@ fn table(text: &str) -> ReadOptions {
 }
 
 fn slipped(text: &str) -> ReadOptions {
-    ReadOptions { y: "slipped".into(), table: text.parse().unwrap(), ..ReadOptions::default() }
+    ReadOptions { y: Some("slipped".into()), table: text.parse().unwrap(), ..ReadOptions::default() }
 }
 
 fn with<T>(text: &str, use_it: impl FnOnce(&Path) -> T) -> T {
@@ -75,7 +75,7 @@ fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
         message(axes, &ReadOptions::default()).contains("has no column \"label\""),
         "y is an axis beside x"
     );
-    let data = read(axes, &ReadOptions { y: "kind".into(), ..ReadOptions::default() });
+    let data = read(axes, &ReadOptions { y: Some("kind".into()), ..ReadOptions::default() });
     assert_eq!((data.x.shape(), data.output_names().join(" ")), ([2, 3].as_slice(), "a b".into()));
     assert_eq!(read("f,y\n1,a\n2,b\n", &ReadOptions::default()).output_names(), ["a", "b"]);
     // Numbers of classes beside their names, groups that are not used.
@@ -107,7 +107,7 @@ fn rows_of_a_long_table_are_readings_over_time() {
     assert!(error.contains("recordings have 1 to 3 readings; say what to do"), "{error}");
     // Under other names, without time.
     let other = "grasp;kind;a\n1;up;1\n1;up;2\n2;down;3\n2;down;4\n";
-    let other = read(other, &ReadOptions { y: "kind".into(), ..table("long,recording=grasp") });
+    let other = read(other, &ReadOptions { y: Some("kind".into()), ..table("long,recording=grasp") });
     assert_eq!((other.x.shape(), other.reading.rate), ([2, 1, 2].as_slice(), None));
     // Rounded stamps are regular.
     let rounded: String =
@@ -229,7 +229,7 @@ fn what_is_said_beside_a_table_counts() {
     );
     assert_eq!((data.reading.unit.as_deref(), data.reading.full_scale), (Some("counts"), Some(4095.0)));
     files(folder.path(), &[("labels.json", r#"{"classes": ["mug", "can"], "rate": 50}"#)]);
-    let data = load(&path, &ReadOptions { y: "object".into(), ..table("ignore=id") }).unwrap();
+    let data = load(&path, &ReadOptions { y: Some("object".into()), ..table("ignore=id") }).unwrap();
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("mug can".into(), vec![1, 1, 0]));
     // Marks of samples to test on.
     let marked =
@@ -275,7 +275,7 @@ fn a_broken_table_is_refused_by_line_and_column() {
     for (options, want) in [
         (ReadOptions::default(), format!("has no column \"label\"; name one with y. {held}")),
         (
-            ReadOptions { y: "slip".into(), ..ReadOptions::default() },
+            ReadOptions { y: Some("slip".into()), ..ReadOptions::default() },
             format!("has no column \"slip\"; name one with y. {held}"),
         ),
         (slipped("long"), format!("has no column \"recording\"; name one with table.recording. {held}")),
@@ -286,7 +286,7 @@ fn a_broken_table_is_refused_by_line_and_column() {
             format!("has no column \"day\"; name one with group. {held}"),
         ),
         (
-            ReadOptions { x: "f1".into(), ..slipped("wide") },
+            ReadOptions { x: Some("f1".into()), ..slipped("wide") },
             "x: does not apply to a table, whose channels are its other columns; leave it out".into(),
         ),
         (
@@ -364,7 +364,8 @@ proptest! {
 #[ignore = "needs TAXEL_DATA"]
 fn biotac_sp_grasps_are_one_table() {
     let root = PathBuf::from(std::env::var_os("TAXEL_DATA").unwrap()).join("biotacsp-bts3");
-    let options = ReadOptions { y: "slipped".into(), group: Some("object".into()), ..ReadOptions::default() };
+    let options =
+        ReadOptions { y: Some("slipped".into()), group: Some("object".into()), ..ReadOptions::default() };
     let data = load(&root.join("biotac-palmdown-grasps.csv"), &options).unwrap();
     assert_eq!((data.x.shape(), data.class_counts()), ([1276, 72].as_slice(), vec![667, 609]));
     assert_eq!(data.groups.unwrap().into_iter().collect::<std::collections::HashSet<_>>().len(), 41);

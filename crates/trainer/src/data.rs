@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use taxel_data::{Drop, Layout, Length, Limits, ReadOptions, TableOptions};
+use taxel_data::{Layout, ReadOptions};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
+use crate::merge::leaves;
 use crate::read::{Misread, one_line, read};
 
 /// Recordings to simulate where nothing else is said: the paper's number (000, section 4).
@@ -73,58 +74,15 @@ fn samples() -> usize {
     SAMPLES
 }
 
-/// Recordings on disk, with the options of their reader.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// Recordings on disk, and how they are read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordingsOrigin {
     /// A file or folder of recordings; `${NAME}` is replaced by the environment variable. A relative path
     /// starts at the config's folder.
     pub path: String,
-    /// Name of the array of samples. Default `x`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub x: Option<String>,
-    /// Name of the array of labels. Default `y`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub y: Option<String>,
-    /// Name of the array of groups. Default `group` where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub group: Option<String>,
-    /// Turns that many consecutive group values into one group.
-    #[serde(default, alias = "group-block", skip_serializing_if = "Option::is_none")]
-    pub group_block: Option<u32>,
-    /// Indices to keep along axis 1 of the samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub channels: Option<Vec<usize>>,
-    /// Rows to leave out.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub drop: Vec<Drop>,
-    /// Refuse exact copies with different labels that are not dropped. Default false.
-    #[serde(default, alias = "deny-contradictory", skip_serializing_if = "Option::is_none")]
-    pub deny_contradictory: Option<bool>,
-    /// Name of the array that marks the samples to test on (not 0) for `protocol.kind = "official"`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub test: Option<String>,
-    /// Samples with more than this in the `test` array are tested, in place of those that are not 0.
-    #[serde(default, alias = "test-above", skip_serializing_if = "Option::is_none")]
-    pub test_above: Option<i64>,
-    /// For labels `[N, k]` that are not one-hot: the column that becomes the class.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub attribute: Option<usize>,
-    /// For image files: `[height, width]` in pixels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub resize: Option<[usize; 2]>,
-    /// What becomes of recordings of unequal length, such as `{ kind = "resample", to = 300 }`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub length: Option<Length>,
-    /// Of a CSV table: what its columns are, such as `{ form = "long", recording = "grasp" }`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub table: Option<TableOptions>,
-    /// Topics of ROS 2 bags, joined as channels; by default the one that holds numbers or images.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub topics: Vec<String>,
-    /// Ceilings on file sizes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Limits>,
+    /// The options of the reader; layout, rate and attributes are those of [`Data`].
+    #[serde(flatten)]
+    pub options: ReadOptions,
 }
 
 /// Settings of scenes that are paths.
@@ -137,11 +95,21 @@ pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
 const SHARED_KEYS: [&str; 7] =
     ["full_scale", "layout", "rate", "each_frame", "attributes", "classes", "look_alikes"];
 
+/// Says options as the values that `--set` takes: `data.x="images"`.
+pub fn settings(options: &ReadOptions) -> Vec<String> {
+    let keys = Table::try_from(options).map(|table| leaves(&table)).unwrap_or_default();
+    keys.into_iter().map(|(key, value)| format!("data.{key}={value}")).collect()
+}
+
 /// The keys that an unknown one of the table itself could have been, all of them.
-fn with_shared(misread: Misread) -> Misread {
+fn with_shared(misread: Misread, others: &[&str]) -> Misread {
     let Misread { key, mut message } = misread;
     if message.starts_with("unknown field") && key.matches('.').count() == 1 {
-        SHARED_KEYS.iter().for_each(|key| message.push_str(&format!(", `{key}`")));
+        for key in others.iter().chain(&SHARED_KEYS).map(|key| format!("`{key}`")) {
+            if !message.contains(&key) {
+                message.push_str(&format!(", {key}"));
+            }
+        }
     }
     Misread { key, message }
 }
@@ -170,8 +138,16 @@ impl Data {
             (false, false) => {
                 return Err(foreign("data", "needs scene = \"..\" or path = \"..\"".into()));
             }
-            (true, false) => Origin::Scene(read("data", Value::Table(table)).map_err(with_shared)?),
-            (false, true) => Origin::Recordings(read("data", Value::Table(table)).map_err(with_shared)?),
+            (true, false) => {
+                let scene = read("data", Value::Table(table));
+                Origin::Scene(scene.map_err(|misread| with_shared(misread, &[]))?)
+            }
+            (false, true) => {
+                let path = take(&mut table, "path")?.unwrap_or_default();
+                let options = read("data", Value::Table(table));
+                let options = options.map_err(|misread| with_shared(misread, &["path"]))?;
+                Origin::Recordings(Box::new(RecordingsOrigin { path, options }))
+            }
         };
         Ok(Data { origin, full_scale, layout, rate, each_frame, attributes, classes, look_alikes })
     }
@@ -216,43 +192,50 @@ impl SceneOrigin {
 
 impl RecordingsOrigin {
     fn check(&self, several: bool) -> Check {
-        let named = self.test_above.is_none() || self.test.is_some();
+        let options = &self.options;
+        let named = options.test_above.is_none() || options.test.is_some();
         require(named, "test_above", "..", "needs the name of an array in data.test")?;
-        if let Some((key, value, reason)) = self.length.and_then(|rule| rule.problem()) {
+        if let Some((key, value, reason)) = options.length.and_then(|rule| rule.problem()) {
             return Err(Problem::new(format!("length.{key}"), value.to_string(), reason));
         }
         let reason = "picks one column, data.attributes takes all; keep one of them";
-        require(!several || self.attribute.is_none(), "attribute", "..", reason)
+        require(!several || options.attribute.is_none(), "attribute", "..", reason)
     }
 
-    /// What the reader of the recordings is asked.
+    /// The options of the reader, with what [`Data`] says of any samples.
     pub(crate) fn options(
         &self,
         layout: Option<Layout>,
         rate: Option<f64>,
         attributes: &[String],
     ) -> ReadOptions {
-        let default = ReadOptions::default();
-        ReadOptions {
-            x: self.x.clone().unwrap_or(default.x),
-            y: self.y.clone().unwrap_or(default.y),
-            group: self.group.clone(),
-            group_block: self.group_block,
-            channels: self.channels.clone(),
-            drop: self.drop.clone(),
-            deny_contradictory: self.deny_contradictory.unwrap_or(default.deny_contradictory),
-            attribute: self.attribute,
-            attributes: attributes.to_vec(),
-            test: self.test.clone(),
-            test_above: self.test_above,
-            resize: self.resize,
-            limits: self.limits.unwrap_or(default.limits),
-            length: self.length,
-            table: self.table.clone().unwrap_or_default(),
-            topics: self.topics.clone(),
-            layout,
-            rate,
-            stamped: None,
-        }
+        ReadOptions { layout, rate, attributes: attributes.to_vec(), ..self.options.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_become_the_keys_that_somebody_has_said() {
+        let options = ReadOptions {
+            x: Some("images".into()),
+            length: Some(taxel_data::Length::Resample { to: 300 }),
+            table: "long,clock=ms".parse().unwrap_or_default(),
+            limits: taxel_data::Limits { max_values: 9, ..Default::default() },
+            ..ReadOptions::default()
+        };
+        assert_eq!(
+            settings(&options),
+            [
+                "data.x=\"images\"",
+                "data.length={ kind = \"resample\", to = 300 }",
+                "data.table.form=\"long\"",
+                "data.table.clock=\"ms\"",
+                "data.limits.max_values=9"
+            ]
+        );
+        assert_eq!(settings(&ReadOptions::default()), [""; 0]);
     }
 }

@@ -34,7 +34,7 @@ mod samples;
 
 pub use alone::{Alone, Depth};
 pub use config::{Baseline, Choose, Config};
-pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin};
+pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin, settings};
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides};
 pub use network::Network;

@@ -174,7 +174,7 @@ fn a_length_rule_is_read_and_stored() {
     let overrides = Overrides { data: Some("my.npz".into()), set, ..Overrides::default() };
     let experiment = parse_with(BASE, &overrides).unwrap();
     let rule = |experiment: &Experiment| match &experiment.config().data.origin {
-        Origin::Recordings(recordings) => recordings.length,
+        Origin::Recordings(recordings) => recordings.options.length,
         Origin::Scene(_) => None,
     };
     assert_eq!(rule(&experiment), Some("pad:300,edge".parse().unwrap()));

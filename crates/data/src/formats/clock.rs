@@ -8,6 +8,9 @@ const JITTER: f64 = 0.2;
 const GAPS: f64 = 16.0;
 const FEW: f64 = 4096.0;
 
+/// Seconds between readings that are time stamps and not something else.
+const STEPS: std::ops::Range<f64> = 1e-12..1e12;
+
 /// How far the rate of regular stamps may be from the one that is wanted: clocks are no better.
 const CLOCK: f64 = 0.01;
 
@@ -51,6 +54,11 @@ impl Timing {
                 Self { step: 1.0 / rate, is_regular, wanted, shortest, longest }
             }
         })
+    }
+
+    /// Whether the step is one of time stamps and not of something else.
+    pub fn is_likely(&self) -> bool {
+        STEPS.contains(&self.step)
     }
 
     /// Readings per second (Hz), to six digits: stamps are no better.

@@ -16,6 +16,7 @@ pub(crate) mod csv_file;
 pub(crate) mod hdf5;
 #[cfg(feature = "image")]
 pub(crate) mod image_file;
+pub(crate) mod json_lines;
 #[cfg(feature = "matlab")]
 pub(crate) mod mat;
 pub(crate) mod names;
@@ -45,6 +46,7 @@ pub(crate) const READERS: &[&dyn Reader] = &[
     &table::table::PARQUET,
     &OnePerFile(csv_file::Csv),
     &OnePerFile(npy_file::Npy),
+    &OnePerFile(json_lines::JsonLines),
     #[cfg(feature = "matlab")]
     &mat::reader::MAT,
     #[cfg(feature = "hdf5")]

@@ -1,4 +1,7 @@
 //! One NumPy array from a stream: header, then values, never more than the header promises.
+//!
+//! The header is parsed here and not by npyz, which writes arrays: it takes memory for as many bytes as a header claims, up to
+//! 4 GiB, and reads the text by a grammar that calls itself for every bracket, without a limit.
 
 use crate::options::Limits;
 use crate::{Error, Result};

@@ -2,6 +2,8 @@
 
 use crate::formats::clock::Timing;
 use crate::length::ragged::Ragged;
+use crate::options::ReadOptions;
+use crate::{Error, Result};
 
 /// Values up to which a recording is turned by way of a copy; larger ones where they stand.
 const COPIED: usize = 1 << 18;
@@ -31,8 +33,37 @@ impl Timed {
         self.rows.iter().map(next).collect()
     }
 
+    /// Each recording at the equal steps of its `timing`, as `[width, time]`, or as `[time, shape]` where a row has a shape;
+    /// `at` names them in messages, `refuse` says what is wrong with their time stamps.
+    pub fn into_recordings(
+        self,
+        timing: Option<Timing>,
+        shape: &[usize],
+        at: &str,
+        options: &ReadOptions,
+        refuse: impl Fn(String) -> Error,
+    ) -> Result<Ragged> {
+        let uneven = timing.filter(|timing| !timing.is_regular);
+        if let Some(timing) = &uneven {
+            let stamps = self.stamps();
+            if let Some(why) = timing.gaps(&stamps) {
+                return Err(refuse(why));
+            }
+            let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
+            let (values, limit) = (readings * self.width as f64, options.limits.max_values);
+            if values > limit as f64 {
+                let hint = "take fewer recordings or raise limits.max-values";
+                return Err(Error::TooLarge { at: at.into(), shape: vec![values as u64], limit, hint });
+            }
+        }
+        Ok(match shape {
+            [] => self.into_series(uneven.as_ref()),
+            shape => self.into_sequences(uneven.as_ref(), shape),
+        })
+    }
+
     /// Each recording as `[width, time]`; at equal steps where `uneven` says them.
-    pub fn into_series(self, uneven: Option<&Timing>) -> Ragged {
+    fn into_series(self, uneven: Option<&Timing>) -> Ragged {
         let (width, own) = (self.width, self.at_equal_steps(uneven));
         let Self { rows, mut values, .. } = own;
         let mut rest = values.as_mut_slice();
@@ -45,7 +76,7 @@ impl Timed {
     }
 
     /// Each recording as `[time, shape]`, likewise.
-    pub fn into_sequences(self, uneven: Option<&Timing>, shape: &[usize]) -> Ragged {
+    fn into_sequences(self, uneven: Option<&Timing>, shape: &[usize]) -> Ragged {
         let Self { rows, values, .. } = self.at_equal_steps(uneven);
         Ragged::of_lengths(values, [&[0], shape].concat(), 0, rows)
     }

@@ -158,10 +158,9 @@ fn position(order: &[usize], label: u32) -> u32 {
 }
 
 fn refuse_options(file: &str, options: &ReadOptions) -> Result<()> {
-    let default = ReadOptions::default();
     let set = [
-        ("x", options.x != default.x),
-        ("y", options.y != default.y),
+        ("x", options.names_x()),
+        ("y", options.names_y()),
         ("group", options.group.is_some()),
         ("group-block", options.group_block.is_some()),
         ("resize", options.resize.is_some()),

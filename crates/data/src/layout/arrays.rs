@@ -87,8 +87,8 @@ impl FileFormat for ArrayFile {
         let (held, described) = (archive.recordings(), archive.described());
         let name = match held.as_slice() {
             [one] => one.clone(),
-            _ if held.contains(&options.x) => options.x.clone(),
-            _ => return Err(Error::missing(&file, &options.x, &described, "x")),
+            _ if held.iter().any(|name| name == options.x()) => options.x().to_string(),
+            _ => return Err(Error::missing(&file, options.x(), &described, "x")),
         };
         archive.with(&file, &name, "x", |header, reader, at| sample::one(header, reader, at, &options.limits))
     }
@@ -160,7 +160,7 @@ fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: 
         }
     };
     let others = archive.arrays().iter().filter(|name| !used.contains(name)).cloned().collect();
-    let y_name = roles.y.map_or_else(|| options.y.clone(), |arrays| arrays.join(" with "));
+    let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
     let hashes = x.hashes();
     Ok(Raw::new(name_of(path), file, x, origins)
         .stored_as(dtype, None)

@@ -148,10 +148,9 @@ fn refuse_array_options(
     found: &Found,
     options: &ReadOptions,
 ) -> Result<()> {
-    let default = ReadOptions::default();
     let set = [
-        ("x", options.x != default.x && !format.takes_option("x")),
-        ("y", options.y != default.y && !found.is_table),
+        ("x", options.names_x() && !format.takes_option("x")),
+        ("y", options.names_y() && !found.is_table),
         ("group", options.group.is_some() && !found.is_table),
         ("test", options.test.is_some()),
         ("test-above", options.test_above.is_some()),

@@ -33,7 +33,7 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
             || format!("has no column {name}: its first line is {:?}", header.iter().collect::<Vec<_>>());
         place(name).ok_or_else(|| refuse(held()))
     };
-    let label_name = if options.y == ReadOptions::default().y { "label" } else { &options.y };
+    let label_name = if options.names_y() { options.y() } else { "label" };
     let (of_file, of_label) = (needed("file")?, needed(label_name)?);
     let of_group = match &options.group {
         Some(name) => Some((needed(name)?, name.clone())),

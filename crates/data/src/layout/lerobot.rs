@@ -47,8 +47,7 @@ impl Reader for LeRobot {
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
         let (path, file) = (place.path, place.file());
         let why = "does not apply to a set of LeRobot; leave it out";
-        let is_x_set = options.x != ReadOptions::default().x;
-        refuse_set(&file, &[("x", is_x_set), ("resize", options.resize.is_some())], why)?;
+        refuse_set(&file, &[("x", options.names_x()), ("resize", options.resize.is_some())], why)?;
         let mut files = vec![];
         data_files(&path.join("data"), 0, &mut files)?;
         if files.is_empty() {
@@ -57,7 +56,7 @@ impl Reader for LeRobot {
         let table = TableText::of_files(file, &files, &options.limits)?;
         let told = labels(path, options)?;
         let options = said(&table, options, told.is_some());
-        let has_tasks = told.is_none() && options.y == TASK;
+        let has_tasks = told.is_none() && options.y() == TASK;
         let names = has_tasks.then(|| tasks(path, &options)).transpose()?.flatten();
         let beside = (names, Facts::default());
         let needs_labels = place.needs_labels();
@@ -88,14 +87,14 @@ fn said(table: &TableText, options: &ReadOptions, is_told: bool) -> ReadOptions 
     let observes = table.header.iter().any(|name| name.starts_with(OBSERVED));
     let own = &options.table;
     let others =
-        table.header.iter().filter(|name| observes && !name.starts_with(OBSERVED) && **name != options.y);
+        table.header.iter().filter(|name| observes && !name.starts_with(OBSERVED) && *name != options.y());
     let ignore: Vec<String> = match own.ignore.is_empty() {
         true => others.cloned().collect(),
         false => own.ignore.clone(),
     };
-    let is_named = options.y != ReadOptions::default().y;
+    let is_other = options.names_y() || is_told || !has(TASK);
     ReadOptions {
-        y: if is_named || is_told || !has(TASK) { options.y.clone() } else { TASK.into() },
+        y: if is_other { options.y.clone() } else { Some(TASK.into()) },
         table: TableOptions {
             form: own.form.or(Some(TableForm::Long)),
             recording: named(&own.recording, "episode_index"),
@@ -123,7 +122,7 @@ fn labels(path: &Path, options: &ReadOptions) -> Result<Option<HashMap<String, S
     let place = |names: &[&str]| {
         header.iter().position(|own| names.iter().any(|name| own.eq_ignore_ascii_case(name)))
     };
-    let label = if options.y == ReadOptions::default().y { "label" } else { &options.y };
+    let label = if options.names_y() { options.y() } else { "label" };
     let (Some(episode), Some(label)) = (place(&["episode", "episode_index"]), place(&[label])) else {
         return Err(refuse("write a first line episode,label and a line per episode".into()));
     };

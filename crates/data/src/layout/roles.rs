@@ -46,9 +46,8 @@ impl Roles {
         needs_labels: bool,
         labels_of: impl FnOnce(&str) -> Option<u64>,
     ) -> Result<Self, Unclear> {
-        let default = ReadOptions::default();
-        let x = find(held, &options.x, options.x == default.x, &SAMPLES, "x");
-        let y = |split| find_in(held, &options.y, options.y == default.y, &LABELS, "y", split);
+        let x = find(held, options.x(), !options.names_x(), &SAMPLES, "x");
+        let y = |split| find_in(held, options.y(), !options.names_y(), &LABELS, "y", split);
         match x {
             Ok(found) => {
                 let split = found.len() == 2;

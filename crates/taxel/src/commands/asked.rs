@@ -6,12 +6,12 @@ use std::path::Path;
 use taxel::data::{Recordings, TableForm, TableOptions, recordings};
 use taxel::{Card, Length, ReadOptions};
 
-use crate::commands::reading::{Reading, with_option_hint};
+use crate::commands::reading::with_option_hint;
 
 /// Where they are, and what is said of them.
 pub struct Asked<'a> {
     pub data: &'a Path,
-    pub reading: &'a Reading,
+    pub reading: &'a ReadOptions,
 }
 
 impl Asked<'_> {
@@ -26,7 +26,7 @@ impl Asked<'_> {
             topics: self.topics(reading)?,
             table: self.table(reading),
             stamped: reading.recorded_rate(),
-            ..self.reading.options()
+            ..self.reading.clone()
         };
         let to = reading.layout.time_axis().map(|axis| reading.shape[axis]);
         let read = recordings(self.data, &options, reading.layout.rank());
@@ -46,7 +46,10 @@ impl Asked<'_> {
     /// The columns that the model has learned from, and what is said of these ones.
     fn table(&self, reading: &taxel::Reading) -> TableOptions {
         let own = reading.table.clone().unwrap_or_default();
-        let Some(given) = self.reading.table.clone() else { return own };
+        let given = self.reading.table.clone();
+        if given == TableOptions::default() {
+            return own;
+        }
         let is_wide = reading.layout.rank() == own.shape.len().max(1);
         let form = if is_wide { TableForm::Wide } else { TableForm::Long };
         TableOptions {

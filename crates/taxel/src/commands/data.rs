@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 
 use crate::Outcome;
-use crate::commands::reading::{Reading, with_option_hint};
+use crate::commands::reading::with_option_hint;
 
 /// Looks at recordings on disk.
 #[derive(Subcommand)]
@@ -21,7 +21,7 @@ struct Recordings {
     /// A file or a folder.
     path: PathBuf,
     #[command(flatten)]
-    reading: Reading,
+    reading: taxel_data::ReadOptions,
     /// Turns that many consecutive group values, or files of a class folder, into one group.
     #[arg(long)]
     group_block: Option<u32>,
@@ -89,7 +89,7 @@ impl Recordings {
             group_block: self.group_block,
             resize: self.resize,
             attributes: self.attributes.clone(),
-            ..self.reading.options()
+            ..self.reading.clone()
         }
     }
 }

@@ -5,15 +5,15 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::IndicatifProgress;
-use taxel::experiment::Runner;
+use taxel::experiment::{Runner, settings};
 use taxel::judge::{Case, Criteria, choose};
 use taxel::learn::Score;
-use taxel::{Dataset, Experiment, Overrides, Registry, RunFolder, RunOptions};
+use taxel::{Dataset, Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
 use crate::commands::judging::judgement;
-use crate::commands::reading::{Reading, with_option_hint};
+use crate::commands::reading::with_option_hint;
 
 /// Trains one network, or baseline, on all recordings and writes it as a model: one file that says all about
 /// itself, for `taxel predict` and `taxel inspect`.
@@ -35,7 +35,7 @@ pub struct Fit {
     #[arg(long)]
     data: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    reading: ReadOptions,
     /// Where the model goes, `.safetensors`.
     #[arg(long, short)]
     output: PathBuf,
@@ -115,7 +115,7 @@ impl Fit {
 
     fn overrides(&self) -> Overrides {
         let guard = self.guard.then(|| "encoding.guard=true".to_string());
-        let set = self.set.iter().cloned().chain(self.reading.sets()).chain(guard).collect();
+        let set = self.set.iter().cloned().chain(settings(&self.reading)).chain(guard).collect();
         Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None }
     }
 

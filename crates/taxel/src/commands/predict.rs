@@ -13,7 +13,6 @@ use crate::Outcome;
 use crate::arrays::write;
 use crate::commands::asked::Asked;
 use crate::commands::guarding::Mended;
-use crate::commands::reading::Reading;
 use crate::text;
 
 /// Answers recordings with a model that `taxel fit` made, or one of a run folder's models/.
@@ -44,7 +43,7 @@ pub struct Predict {
     #[arg(long, short)]
     output: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    reading: ReadOptions,
     /// Leaves the model's guard out, if it has one: broken channels and taxels are answered as they read.
     #[arg(long)]
     no_guard: bool,

@@ -9,7 +9,6 @@ use taxel::{Model, Registry, RunFolder};
 
 use crate::Outcome;
 use crate::commands::asked::Asked;
-use crate::commands::reading::Reading;
 
 /// Makes a network answer in eight bits: smaller and faster, and nearly as accurate.
 ///
@@ -33,7 +32,7 @@ pub struct Quantize {
     #[arg(long, short)]
     output: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    reading: taxel::ReadOptions,
 }
 
 impl Quantize {

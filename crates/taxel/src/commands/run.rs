@@ -5,13 +5,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::IndicatifProgress;
-use taxel::experiment::{self, Runner};
+use taxel::experiment::{self, Runner, settings};
 use taxel::learn;
-use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
+use taxel::{Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions, Table};
 
 use crate::Outcome;
 use crate::commands::interrupt::{INTERRUPTED, flag};
-use crate::commands::reading::{Reading, with_option_hint};
+use crate::commands::reading::with_option_hint;
 
 /// Runs the experiment of each config, prints its table and writes a run folder.
 ///
@@ -41,7 +41,7 @@ pub struct Run {
     #[arg(long)]
     data: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    reading: ReadOptions,
     /// The run folder [default: runs/<name>]; with several configs, a folder of run folders.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -77,7 +77,7 @@ impl Run {
     pub fn run(self) -> Outcome {
         let cancel = flag()?;
         let registry = Registry::built_in();
-        let set = self.set.iter().cloned().chain(self.reading.sets()).collect();
+        let set = self.set.iter().cloned().chain(settings(&self.reading)).collect();
         let overrides =
             Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
         // All configs are read before the first runs: a typo in the last one costs no hours.

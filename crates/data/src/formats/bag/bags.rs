@@ -141,25 +141,16 @@ fn collected(
     topics: Vec<String>,
     options: &ReadOptions,
 ) -> Result<Recorded> {
-    let stamps = timed.stamps();
-    let timing = Timing::of(&stamps, options.stamped);
-    let uneven = timing.filter(|timing| !timing.is_regular);
-    if let Some(timing) = &uneven {
-        if let Some(why) = timing.gaps(&stamps) {
-            return Err(Error::Bag { file: file.into(), why });
-        }
-        let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
-        let values = readings * timed.width as f64;
-        if values > options.limits.max_values as f64 {
-            return Err(too_large(file, values as usize, options));
-        }
-    }
+    let timing = Timing::of(&timed.stamps(), options.stamped);
     let mut read_as = vec![described(&topics, &all, &timed.rows)];
     read_as.extend(timing.map(|timing| timing.to_string()));
-    let (layout, x) = match all.first().map(|own| own.shape.as_slice()) {
-        Some(shape @ [_, _]) => (Layout::Sequence, timed.into_sequences(uneven.as_ref(), shape)),
-        _ => (Layout::Series, timed.into_series(uneven.as_ref())),
+    let shape = all.first().map_or(&[][..], |one| &one.shape);
+    let (layout, shape) = match shape {
+        [_, _] => (Layout::Sequence, shape),
+        _ => (Layout::Series, &[][..]),
     };
+    let refuse = |why| Error::Bag { file: file.into(), why };
+    let x = timed.into_recordings(timing, shape, file, options, refuse)?;
     let row_hash = x.hashes();
     let origins = all.into_iter().map(|own| own.name).collect();
     let (dtype, rate) = ("mcap".into(), timing.map(|timing| timing.rate()));

@@ -2,6 +2,8 @@
 //!
 //! After OMG, "DDS Interoperability Wire Protocol" 2.2, 10, and "DDS-XTypes" 1.3, 7.4: four bytes say the encoding,
 //! then field after field, each number at a multiple of its own size. Plain CDR of version 1 only, which ROS 2 writes.
+//!
+//! Read here: crates for CDR fill types that are known when they are compiled, and these come with the bag.
 
 use crate::formats::bag::ros_type::{Kind, Many, Message, Number, Type};
 

@@ -2,6 +2,9 @@
 //!
 //! After the ROS 2 documentation, "Interfaces": a line `type name`, of arrays `type[3]`, `type[]` or `type[<=3]`;
 //! lines with `=` are constants. The types that a message uses follow it, each after a line of `=` and `MSG: name`.
+//!
+//! Parsed here and not by `re_ros_msg` 0.36: it bounds neither the number of fields nor the memory of a line, refuses
+//! definitions for defaults and names of constants that say nothing of the bytes, and asks for Rust 1.95.
 
 use std::collections::HashMap;
 

@@ -1,6 +1,7 @@
 //! A MATLAB file of version 5, 6 or 7: one element per variable, each compressed on its own since 7.
 //!
 //! After MathWorks, "MAT-File Format", chapter 1. Only what a data set needs: dense real arrays of numbers.
+//! Read here, since crates for it hold whole files in memory.
 //! Nothing of a file is held but the names and shapes of its variables; values are streamed.
 
 use crate::formats::npy::{Header, Kind, read_up_to};

@@ -55,10 +55,10 @@ impl TableColumns {
         if form == TableForm::Long && recording.is_none() {
             return Err(header.missing("recording", "table.recording"));
         }
-        let default = ReadOptions::default();
-        let label = match options.y == default.y {
-            false => Some(header.named(&options.y, "y")?),
-            true => LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y()),
+        let label = if options.names_y() {
+            Some(header.named(options.y(), "y")?)
+        } else {
+            LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y())
         };
         if needed && label.is_none() {
             return Err(header.missing("label", "y"));

@@ -9,9 +9,6 @@ use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::collections::HashMap;
 
-/// Seconds between readings that are time stamps and not something else.
-const STEPS: std::ops::Range<f64> = 1e-12..1e12;
-
 /// What a table says of one recording.
 pub(crate) struct Recording {
     pub name: String,
@@ -48,27 +45,19 @@ pub(crate) fn read(
     if let Some((_, clock)) = columns.time {
         timed.stamps.iter_mut().for_each(|stamp| *stamp /= clock.per_second());
     }
-    let stamps = timed.stamps();
-    let timing = Timing::of(&stamps, options.stamped);
-    if let Some(timing) = timing.filter(|timing| !STEPS.contains(&timing.step)) {
+    let timing = Timing::of(&timed.stamps(), options.stamped);
+    if let Some(timing) = timing.filter(|timing| !timing.is_likely()) {
         let why = "its time stamps give no rate";
         return Err(
             table.refuse(format!("{why}, being {:e} s apart; say their unit with table.clock", timing.step))
         );
     }
-    let uneven = timing.filter(|timing| !timing.is_regular);
-    if let Some(timing) = &uneven {
-        if let Some(why) = timing.gaps(&stamps) {
-            return Err(table.refuse(why));
-        }
-        let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
-        refuse_values(table, readings * channels.len() as f64, options)?;
+    if all.is_empty() {
+        return Ok((all, None, timing));
     }
-    let x = (!all.is_empty()).then(|| match columns.shape.as_slice() {
-        [] => timed.into_series(uneven.as_ref()),
-        shape => timed.into_sequences(uneven.as_ref(), shape),
-    });
-    Ok((all, x, timing))
+    let refuse = |why| table.refuse(why);
+    let x = timed.into_recordings(timing, &columns.shape, &table.file, options, refuse)?;
+    Ok((all, Some(x), timing))
 }
 
 /// Recordings, and their rows, recording after recording.

@@ -12,7 +12,7 @@ const TIME: [&str; 3] = ["time", "timestamp", "t"];
 /// The columns of labels, groups and test marks are named by [`ReadOptions::y`](crate::ReadOptions::y),
 /// [`ReadOptions::group`](crate::ReadOptions::group) and [`ReadOptions::test`](crate::ReadOptions::test).
 ///
-/// As text, on a command line: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`, `wide,shape=16x16`.
+/// As text, on a command line, where nothing is the default: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`, `wide,shape=16x16`.
 ///
 /// ```
 /// use taxel_data::{Clock, TableForm, TableOptions};
@@ -171,6 +171,9 @@ impl FromStr for TableOptions {
 
     fn from_str(text: &str) -> Result<Self, NotATable> {
         let mut table = Self::default();
+        if text.is_empty() {
+            return Ok(table);
+        }
         for word in text.split(',').map(str::trim) {
             let refused = || NotATable { text: word.into() };
             match word.split_once('=').map(|(key, name)| (key.trim(), name.trim())) {

@@ -74,8 +74,7 @@ impl Reader for TableFile {
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
         let why = "does not apply to a table, whose channels are its other columns; leave it out";
-        let default = ReadOptions::default();
-        let set = [("x", options.x != default.x), ("resize", options.resize.is_some())];
+        let set = [("x", options.names_x()), ("resize", options.resize.is_some())];
         refuse_set(&place.file(), &set, why)?;
         let table = self.opened(place.path, &options.limits)?;
         let beside = names_file::lenient(place.path, &options.limits)?;

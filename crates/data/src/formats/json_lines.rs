@@ -1,0 +1,321 @@
+//! Recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
+
+use crate::formats::clock::Timing;
+use crate::formats::table::options::Clock;
+use crate::formats::text::read_text;
+use crate::formats::timed::Timed;
+use crate::layout::listing::Found;
+use crate::options::ReadOptions;
+use crate::reader::{FileFormat, Format, Recorded, Sample};
+use crate::{Error, Result};
+use serde::de::{Deserialize, DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+use std::path::Path;
+use taxel_base::Layout;
+
+/// Numbers of a line, beyond which a file is damaged.
+const MAX_NUMBERS: usize = 1 << 16;
+
+/// Reads files of which each is one recording; all of a folder share the step of their time stamps.
+pub(crate) struct JsonLines;
+
+impl FileFormat for JsonLines {
+    fn name(&self) -> &'static str {
+        "JSON Lines"
+    }
+
+    fn format(&self) -> &'static Format {
+        &Format {
+            name: "JSON Lines",
+            endings: &["jsonl", "ndjson"],
+            holds: "one recording, a time step per line: `{\"t\": 0.01, \"taxels\": [1, 2]}` or `[1, 2]`; a key `time`, \
+                    `timestamp` or `t` as in [Tables](#tables), texts are passed over",
+            becomes: "[C, T] at equal steps, columns in the order of the first line",
+        }
+    }
+
+    fn layout(&self, _: usize) -> Option<Layout> {
+        Some(Layout::Series)
+    }
+
+    /// Files are read together, even a single one: their time stamps have one step.
+    fn read(&self, path: &Path, _: &ReadOptions) -> Result<Sample> {
+        Err(Error::NoSamples { at: path.display().to_string() })
+    }
+
+    fn read_together(&self, root: &Path, found: &Found, options: &ReadOptions) -> Option<Result<Recorded>> {
+        Some(read(root, found, options))
+    }
+}
+
+fn read(root: &Path, found: &Found, options: &ReadOptions) -> Result<Recorded> {
+    let at = root.display().to_string();
+    let (mut timed, mut columns, mut origins) = (Timed::default(), None, vec![]);
+    for path in &found.files {
+        let text = read_text(path, &options.limits)?;
+        let file = File { name: path.display().to_string(), text: &text };
+        file.add(&mut columns, &mut timed, options.limits.max_values)?;
+        origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
+    }
+    let Some(columns) = columns else { return Err(Error::NoSamples { at }) };
+    let timing = Timing::of(&timed.stamps(), options.stamped);
+    let refuse = |why| Error::Table { file: at.clone(), why };
+    if timing.is_some_and(|timing| !timing.is_likely()) {
+        return Err(refuse(
+            "its time stamps give no rate; end the key of the time with its unit, such as t_ms".into(),
+        ));
+    }
+    let x = timed.into_recordings(timing, &[], &at, options, refuse)?;
+    let mut read_as = vec![format!("lines of JSON: {}", columns.described())];
+    read_as.extend(timing.map(|timing| timing.to_string()));
+    Ok(Recorded {
+        row_hash: x.hashes(),
+        x,
+        dtype: "json".into(),
+        layout: Some(Layout::Series),
+        origins,
+        rate: timing.map(|timing| timing.rate()),
+        read_as,
+        topics: vec![],
+    })
+}
+
+/// The columns of a line: names and how many numbers each holds; of an array one without a name.
+#[derive(PartialEq)]
+struct Columns {
+    names: Vec<(String, usize)>,
+    /// The column of time stamps, and their unit.
+    time: Option<(usize, Clock)>,
+}
+
+impl Columns {
+    fn of(line: &Line) -> Self {
+        let time = line.names.iter().enumerate().filter(|(_, (_, count))| *count == 1);
+        let time = time.filter_map(|(at, (name, _))| Some((at, Clock::of_column(name)?))).next();
+        Self { names: line.names.clone(), time }
+    }
+
+    /// The numbers before a column.
+    fn start(&self, column: usize) -> usize {
+        self.names[..column].iter().map(|(_, count)| count).sum()
+    }
+
+    fn width(&self) -> usize {
+        self.start(self.names.len()) - usize::from(self.time.is_some())
+    }
+
+    fn described(&self) -> String {
+        let time = self.time.map_or(String::new(), |(at, clock)| {
+            format!(", time by {:?} in {}", self.names[at].0, clock.name())
+        });
+        format!("{}{time}", crate::error::plural(self.width(), "channel"))
+    }
+}
+
+struct File<'t> {
+    name: String,
+    text: &'t str,
+}
+
+impl File<'_> {
+    fn refuse(&self, line: usize, why: impl fmt::Display) -> Error {
+        Error::Table { file: self.name.clone(), why: format!("line {line}: {why}") }
+    }
+
+    /// Adds the lines of the file as one recording.
+    fn add(&self, columns: &mut Option<Columns>, timed: &mut Timed, most: u64) -> Result<()> {
+        let (mut rows, mut before) = (0, f64::NEG_INFINITY);
+        let lines = self.text.lines().enumerate().map(|(at, text)| (at + 1, text.trim()));
+        for (at, text) in lines.filter(|(_, text)| !text.is_empty()) {
+            let line: Line =
+                serde_json::from_str(text).map_err(|e| self.refuse(at, format!("is no time step ({e})")))?;
+            let columns = columns.get_or_insert_with(|| Columns::of(&line));
+            if columns.width() == 0 {
+                return Err(self.refuse(at, "holds no numbers; write one per channel"));
+            }
+            if line.names != columns.names {
+                let why =
+                    "has other keys, or other counts of numbers, than the first line; write the same in each";
+                return Err(self.refuse(at, why));
+            }
+            timed.width = columns.width();
+            let time = columns.time.map(|(column, clock)| (columns.start(column), clock));
+            for (place, value) in line.numbers.iter().enumerate() {
+                match time.filter(|(time, _)| *time == place) {
+                    None => timed.values.push(*value as f32),
+                    Some(_) if !value.is_finite() => {
+                        return Err(self.refuse(at, "has no time stamp"));
+                    }
+                    Some(_) if *value <= before => {
+                        let why = format!("its time goes from {before} to {value}; sort lines by time");
+                        return Err(self.refuse(at, why));
+                    }
+                    Some((_, clock)) => {
+                        before = *value;
+                        timed.stamps.push(value / clock.per_second());
+                    }
+                }
+            }
+            rows += 1;
+            if timed.values.len() as u64 > most {
+                return Err(Error::TooLarge {
+                    at: self.name.clone(),
+                    shape: vec![timed.values.len() as u64],
+                    limit: most,
+                    hint: "take fewer recordings or raise limits.max-values",
+                });
+            }
+        }
+        if rows == 0 {
+            return Err(Error::EmptyFile { file: self.name.clone() });
+        }
+        timed.rows.push(rows);
+        Ok(())
+    }
+}
+
+/// The numbers of one line, column after column.
+#[derive(Default)]
+struct Line {
+    names: Vec<(String, usize)>,
+    numbers: Vec<f64>,
+}
+
+impl<'de> Deserialize<'de> for Line {
+    fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
+        reader.deserialize_any(LineVisitor)
+    }
+}
+
+struct LineVisitor;
+
+impl<'de> Visitor<'de> for LineVisitor {
+    type Value = Line;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("an object of numbers or an array of numbers")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Line, A::Error> {
+        let mut line = Line::default();
+        while let Some(name) = map.next_key::<String>()? {
+            let before = line.numbers.len();
+            map.next_value_seed(Numbers(&mut line.numbers))?;
+            // Texts are for people.
+            let count = line.numbers.len() - before;
+            line.names.extend((count > 0).then_some((name, count)));
+        }
+        Ok(line)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Line, A::Error> {
+        let mut line = Line::default();
+        while list.next_element_seed(Numbers(&mut line.numbers))?.is_some() {}
+        line.names = vec![(String::new(), line.numbers.len())];
+        Ok(line)
+    }
+}
+
+/// Adds the numbers of a value, which may be a list of lists; true is 1, null is no number.
+struct Numbers<'n>(&'n mut Vec<f64>);
+
+impl Numbers<'_> {
+    fn add<E: serde::de::Error>(self, value: f64) -> Result<(), E> {
+        if self.0.len() == MAX_NUMBERS {
+            return Err(E::custom(format!("more than {MAX_NUMBERS} numbers")));
+        }
+        self.0.push(value);
+        Ok(())
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Numbers<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, reader: D) -> Result<(), D::Error> {
+        reader.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Numbers<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number, a list of numbers or a text")
+    }
+
+    fn visit_bool<E: serde::de::Error>(self, value: bool) -> Result<(), E> {
+        self.add(u8::from(value).into())
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<(), E> {
+        self.add(value as f64)
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<(), E> {
+        self.add(value as f64)
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<(), E> {
+        self.add(value)
+    }
+
+    fn visit_unit<E: serde::de::Error>(self) -> Result<(), E> {
+        self.add(f64::NAN)
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<(), E> {
+        Ok(())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
+        while list.next_element_seed(Numbers(self.0))?.is_some() {}
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{ReadOptions, load, recordings};
+
+    /// A folder of a class `soft` and a class `hard`, a recording each.
+    fn set(text: &str) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for class in ["soft", "hard"] {
+            std::fs::create_dir(folder.path().join(class)).unwrap();
+            std::fs::write(folder.path().join(class).join("1.jsonl"), text).unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn keys_are_columns_and_time_gives_the_rate() {
+        let folder = set("{\"t\": 0, \"id\": \"a\", \"taxels\": [1, 2], \"force\": 3}\n\n\
+                          {\"t\": 0.01, \"id\": \"b\", \"taxels\": [4, 5], \"force\": 6}\n");
+        let data = load(folder.path(), &ReadOptions::default()).unwrap();
+        assert_eq!((data.x.shape(), data.reading.rate), (&[2, 3, 2][..], Some(100.0)));
+        assert_eq!(data.x.as_slice().unwrap()[..6], [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+        let one = recordings(&folder.path().join("soft/1.jsonl"), &ReadOptions::default(), 2).unwrap();
+        assert_eq!((one.x.shape(), one.origins.as_slice()), (&[1, 3, 2][..], &["1.jsonl".to_string()][..]));
+    }
+
+    #[test]
+    fn lines_of_arrays_have_no_time() {
+        let data = load(set("[1, 2]\n[3, 4]\n[5, 6]").path(), &ReadOptions::default()).unwrap();
+        assert_eq!((data.x.shape(), data.reading.rate), (&[2, 2, 3][..], None));
+    }
+
+    #[test]
+    fn what_is_no_recording_is_refused_by_line() {
+        for (text, why) in [
+            ("{\"a\": 1}\n{\"b\": 1}\n", "1.jsonl: line 2: has other keys"),
+            ("{\"t\": 1, \"a\": 1}\n{\"t\": 1, \"a\": 1}\n", "1.jsonl: line 2: its time goes from 1 to 1"),
+            ("{\"t\": 1}\n", "1.jsonl: line 1: holds no numbers"),
+            ("[1, {}]\n", "1.jsonl: line 1: is no time step"),
+            ("\n\n", "1.jsonl: is empty"),
+        ] {
+            let message = load(set(text).path(), &ReadOptions::default()).unwrap_err().to_string();
+            assert!(message.contains(why), "{message}");
+        }
+    }
+}

@@ -1,2 +1,0 @@
-#![no_main]
-taxel_fuzz::target!("npy");
