@@ -6,6 +6,7 @@
 //! - [`claims()`] asks runs about every claim; [`claims_page()`] keeps what they say and writes `claims.md`,
 //!   [`claims_report()`] writes a page of these runs alone.
 //! - [`papers_page()`] writes `papers.md`: every table of the papers, published, simulated and real side by side.
+//! - [`shrink_page()`] makes a result page from a folder of `taxel shrink`.
 //!
 //! ```
 //! use taxel_reproduction::{Claim, Outcome, claims_report};
@@ -35,6 +36,7 @@ mod kept;
 mod markdown;
 mod pages;
 mod papers_page;
+mod shrink_page;
 
 pub use claims::{Claim, Outcome, claims};
 pub use claims_page::claims_page;
@@ -42,3 +44,4 @@ pub use claims_report::claims_report;
 pub use error::{Error, Result};
 pub use pages::Pages;
 pub use papers_page::papers_page;
+pub use shrink_page::shrink_page;

@@ -10,7 +10,9 @@ use clap::{Parser, Subcommand};
 use taxel::IndicatifProgress;
 use taxel::judge::{Case, Judgement};
 use taxel::reporting::{judgement, open};
-use taxel_reproduction::{Claim, Pages, Result, claims, claims_page, claims_report, papers_page};
+use taxel_reproduction::{
+    Claim, Pages, Result, claims, claims_page, claims_report, papers_page, shrink_page,
+};
 
 /// Five papers on touch: what they claim, and what of it holds on our runs.
 #[derive(Parser)]
@@ -41,12 +43,22 @@ enum Command {
     ///
     /// Printed numbers, and which page has a row, come from papers.toml; scores come from those pages.
     Papers,
+    /// Prints a result page from what `taxel shrink` wrote: its sentences, its tables, the config of the smaller model.
+    Shrink {
+        /// The folder that `taxel shrink` wrote.
+        folder: PathBuf,
+        /// Heading of the page.
+        title: String,
+        /// How it was made, put above the tables.
+        #[arg(long, value_name = "LINES")]
+        command: Option<String>,
+    },
 }
 
 fn main() -> ExitCode {
     match run(Arguments::parse()) {
-        Ok(page) => {
-            println!("{}", page.display());
+        Ok(printed) => {
+            print!("{printed}");
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -56,12 +68,17 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: Arguments) -> Result<PathBuf> {
-    match arguments.command {
-        Command::Claims { runs, output: Some(folder) } => claims_report(&asked(&runs)?, &folder),
-        Command::Claims { runs, output: None } => claims_page(&Pages::at(&arguments.pages)?, &asked(&runs)?),
-        Command::Papers => papers_page(&Pages::at(&arguments.pages)?),
-    }
+/// Runs a command and returns what it prints: a page, or the path of one.
+fn run(arguments: Arguments) -> Result<String> {
+    let path = match arguments.command {
+        Command::Claims { runs, output: Some(folder) } => claims_report(&asked(&runs)?, &folder)?,
+        Command::Claims { runs, output: None } => claims_page(&Pages::at(&arguments.pages)?, &asked(&runs)?)?,
+        Command::Papers => papers_page(&Pages::at(&arguments.pages)?)?,
+        Command::Shrink { folder, title, command } => {
+            return shrink_page(&folder, &title, command.as_deref());
+        }
+    };
+    Ok(format!("{}\n", path.display()))
 }
 
 /// Asks all runs together: those on the same samples, divided alike, share their networks.
