@@ -276,7 +276,7 @@ fn no_files_import_each_other_in_a_circle() {
 }
 
 /// Functions of the product over [`LONG`] lines; each that is cut into parts lowers the number, down to 10.
-const LONG_FUNCTIONS: usize = 27;
+const LONG_FUNCTIONS: usize = 26;
 /// Lines of a function that a reader takes in at once.
 const LONG: usize = 60;
 
@@ -303,13 +303,15 @@ fn functions(text: &str) -> Vec<(String, usize)> {
     let mut found = vec![];
     for (start, line) in lines.iter().enumerate() {
         let code = line.trim_start();
-        let head = code.split('(').next().unwrap_or_default();
+        let plain = match code.strip_prefix("pub(") {
+            Some(rest) => rest.split_once(") ").map_or(code, |(_, rest)| rest),
+            None => code,
+        };
+        let head = plain.split(['(', '<']).next().unwrap_or_default();
         let Some((before, name)) = head.split_once("fn ") else { continue };
-        let words = before
-            .split_whitespace()
-            .all(|word| ["pub", "const", "unsafe", "async", "extern", "\"C\""].contains(&word));
+        let keywords = ["pub", "const", "unsafe", "async", "extern", "\"C\""];
         let open = !line.trim_end().ends_with(['}', ';']);
-        if !(words || code.starts_with("pub(")) || !open {
+        if !before.split_whitespace().all(|word| keywords.contains(&word)) || !open {
             continue;
         }
         let indent = &line[..line.len() - code.len()];
@@ -318,7 +320,6 @@ fn functions(text: &str) -> Vec<(String, usize)> {
             *below == format!("{indent}}}")
                 || below.starts_with(&format!("{indent})")) && below.ends_with(';')
         });
-        let name = name.split('<').next().unwrap_or_default();
         found.extend(end.map(|end| (name.to_string(), end + 2)));
     }
     found
