@@ -11,7 +11,7 @@ use taxel::IndicatifProgress;
 use taxel::judge::{Case, Judgement};
 use taxel::reporting::{judgement, open};
 use taxel_reproduction::{
-    Claim, Pages, Result, claims, claims_page, claims_report, papers_page, shrink_page,
+    Claim, Pages, Result, claims, claims_page, claims_report, papers_page, pin, shrink_page,
 };
 
 /// Five papers on touch: what they claim, and what of it holds on our runs.
@@ -43,6 +43,16 @@ enum Command {
     ///
     /// Printed numbers, and which page has a row, come from papers.toml; scores come from those pages.
     Papers,
+    /// Writes pins.json: what tests hold a small experiment of each paper to.
+    ///
+    /// Every config of the folder is run as it was drawn, whose losses follow from scene, encoding, network,
+    /// initialisation and protocol alone, and with ten seeds, whose spread tells what one seed may show. A change that
+    /// moves the first says so in its commit, and why. It takes about five minutes on two cores.
+    Pin {
+        /// The folder of the configs.
+        #[arg(default_value = "tests/papers")]
+        folder: PathBuf,
+    },
     /// Prints a result page from what `taxel shrink` wrote: its sentences, its tables, the config of the smaller model.
     Shrink {
         /// The folder that `taxel shrink` wrote.
@@ -74,6 +84,7 @@ fn run(arguments: Arguments) -> Result<String> {
         Command::Claims { runs, output: Some(folder) } => claims_report(&asked(&runs)?, &folder)?,
         Command::Claims { runs, output: None } => claims_page(&Pages::at(&arguments.pages)?, &asked(&runs)?)?,
         Command::Papers => papers_page(&Pages::at(&arguments.pages)?)?,
+        Command::Pin { folder } => pin(&folder)?,
         Command::Shrink { folder, title, command } => {
             return shrink_page(&folder, &title, command.as_deref());
         }
