@@ -21,8 +21,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from claims_page import RESULTS, ROOT
-from results_table import commit, markdown, processor
+from results_table import RESULTS, ROOT, commit, markdown, processor
 
 NAME = "palpation-003-fig-7-8"
 KEPT = RESULTS / "reference" / f"{NAME}.json"

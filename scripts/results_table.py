@@ -29,12 +29,29 @@ import subprocess
 import sys
 import tomllib
 
-from claims_page import RESULTS, ROOT
-from papers_page import tables
-
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "docs" / "results"
 TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
 # Samples that `taxel report` asks under faults, where --samples does not say otherwise.
 UNDER_FAULTS = 1000
+
+
+def tables(page):
+    """The tables of a page, each as (heading above it, head, rows by their first cell)."""
+    found, heading, head = [], "", None
+    for line in (RESULTS / f"{page}.md").read_text().splitlines():
+        if line.startswith("## "):
+            heading = line[3:]
+        if not line.startswith("| ") and not line.startswith("|-"):
+            head = None
+            continue
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if head is None:
+            head = cells
+            found.append((heading, head, {}))
+        elif not set(line) <= set("|-: "):
+            found[-1][2][cells[0].strip("`")] = cells
+    return found
 
 
 def spread(scores, sd, key):

@@ -273,3 +273,72 @@ fn no_files_import_each_other_in_a_circle() {
         );
     }
 }
+
+/// Functions of the product over [`LONG`] lines; each that is cut into parts lowers the number, down to 10.
+const LONG_FUNCTIONS: usize = 26;
+/// Lines of a function that a reader takes in at once.
+const LONG: usize = 60;
+
+/// Rust files below `folder`.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let (mut found, mut open) = (vec![], vec![folder.to_path_buf()]);
+    while let Some(at) = open.pop() {
+        for entry in std::fs::read_dir(&at).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Name and lines of each function, from `fn` to the brace that rustfmt puts below it.
+fn functions(text: &str) -> Vec<(String, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut found = vec![];
+    for (start, line) in lines.iter().enumerate() {
+        let code = line.trim_start();
+        let plain = match code.strip_prefix("pub(") {
+            Some(rest) => rest.split_once(") ").map_or(code, |(_, rest)| rest),
+            None => code,
+        };
+        let head = plain.split(['(', '<']).next().unwrap_or_default();
+        let Some((before, name)) = head.split_once("fn ") else { continue };
+        let keywords = ["pub", "const", "unsafe", "async", "extern", "\"C\""];
+        let open = !line.trim_end().ends_with(['}', ';']);
+        if !before.split_whitespace().all(|word| keywords.contains(&word)) || !open {
+            continue;
+        }
+        let indent = &line[..line.len() - code.len()];
+        let end = lines[start + 1..].iter().position(|below| {
+            // A declaration of a trait ends with a semicolon and has no body.
+            *below == format!("{indent}}}")
+                || below.starts_with(&format!("{indent})")) && below.ends_with(';')
+        });
+        found.extend(end.map(|end| (name.to_string(), end + 2)));
+    }
+    found
+}
+
+#[test]
+fn lines_of_functions_are_counted() {
+    let text = "impl A {\n    pub(crate) fn a<T>(\n        x: T,\n    ) -> T {\n        x\n    }\n\n    fn b();\n}\n\nfn c() {}\n";
+    assert_eq!(functions(text), [("a".to_string(), 5)]);
+}
+
+#[test]
+fn few_functions_are_long() {
+    let mut long = vec![];
+    for (name, _) in dependencies() {
+        for path in sources(&folder(&name).join("src")) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let own = functions(&text).into_iter().filter(|(_, lines)| *lines > LONG);
+            long.extend(own.map(|(name, lines)| format!("{}: {name}, {lines} lines", path.display())));
+        }
+    }
+    assert!(long.len() <= LONG_FUNCTIONS, "{} functions over {LONG} lines:\n{}", long.len(), long.join("\n"));
+}

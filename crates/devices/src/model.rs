@@ -157,30 +157,14 @@ impl Model {
                 } else {
                     (tensor(2).clone(), tensor(3).clone())
                 };
-                let rank = x.rank();
-                let sd = (per_channel(&var, rank)? + f64::from(*eps))?.sqrt()?;
-                x.broadcast_sub(&per_channel(&mean, rank)?)?
-                    .broadcast_div(&sd)?
-                    .broadcast_mul(&per_channel(tensor(0), rank)?)?
-                    .broadcast_add(&per_channel(tensor(1), rank)?)
+                batch_norm(x, [&mean, &var, tensor(0), tensor(1)], *eps)
             }
             // candle's own relu passes the gradient at 0; PyTorch does not.
             Op::Relu => x.le(0f32)?.where_cond(&x.zeros_like()?, x),
             Op::Activation(function) => activation::apply(*function, x),
-            Op::Dropout { probability } => {
-                if train {
-                    self.dropout(node, x, *probability)
-                } else {
-                    Ok(x.clone())
-                }
-            }
-            Op::MaxPool(window) => {
-                let gather = Gather::new(window, &x.dims()[2..]);
-                let patches = gather.patches(x, f32::NEG_INFINITY, &self.device)?;
-                // candle's own maximum gives every tie the gradient; PyTorch the first only.
-                let first = patches.detach().argmax_keepdim(2)?;
-                self.shaped(patches.contiguous()?.gather(&first, 2)?.squeeze(2)?, node)
-            }
+            Op::Dropout { probability } if train => self.dropout(node, x, *probability),
+            Op::Dropout { .. } => Ok(x.clone()),
+            Op::MaxPool(window) => self.maximum(&Gather::new(window, &x.dims()[2..]), x, node),
             Op::AveragePool { window, counted } => {
                 let size = &x.dims()[2..];
                 let divisors = Gather::divisors(window, size, counted);
@@ -191,11 +175,7 @@ impl Model {
                 self.mean(&gather, &divisors, x, node)
             }
             Op::GlobalAveragePool => x.flatten_from(2)?.mean(2),
-            Op::GlobalStandardDeviation { eps } => {
-                let x = x.flatten_from(2)?;
-                let deviations = x.broadcast_sub(&x.mean_keepdim(2)?)?;
-                (deviations.sqr()?.mean(2)? + f64::from(*eps))?.sqrt()
-            }
+            Op::GlobalStandardDeviation { eps } => standard_deviation(&x.flatten_from(2)?, *eps),
             Op::Flatten => x.flatten_from(1),
             Op::Linear { bias, .. } => {
                 let y = x.matmul(&tensor(0).t()?)?;
@@ -203,27 +183,23 @@ impl Model {
             }
             Op::Lstm { .. } => lstm::last_hidden(x, [0, 1, 2, 3].map(tensor)),
             Op::Scale => x.broadcast_mul(tensor(0)),
-            Op::ChannelShuffle { groups } => {
-                let dims = x.dims();
-                let split = [&[dims[0], *groups, dims[1] / groups], &dims[2..]].concat();
-                x.reshape(split)?.transpose(1, 2)?.contiguous()?.reshape(dims)
-            }
+            Op::ChannelShuffle { groups } => shuffle(x, *groups),
             Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),
             Op::Standardize { .. } => {
                 let rank = x.rank();
                 x.broadcast_sub(&per_channel(tensor(0), rank)?)?.broadcast_div(&per_channel(tensor(1), rank)?)
             }
-            Op::SwitchScale => {
-                let stream = xs[1].detach().flatten_from(2)?;
-                let constant = stream.max(2)?.eq(&stream.min(2)?)?;
-                let lit = (1.0 - constant.to_dtype(x.dtype())?.min(1)?)?;
-                let mut shape = vec![1; x.rank()];
-                shape[0] = x.dim(0)?;
-                x.broadcast_mul(&lit.reshape(shape)?)
-            }
+            Op::SwitchScale => switch_scale(x, xs[1]),
             Op::Add => xs[1..].iter().try_fold(x.clone(), |sum, x| sum + *x),
             Op::Concat => Tensor::cat(xs, 1),
         }
+    }
+
+    fn maximum(&self, gather: &Gather, x: &Tensor, node: &Node) -> candle_core::Result<Tensor> {
+        let patches = gather.patches(x, f32::NEG_INFINITY, &self.device)?;
+        // candle's own maximum gives every tie the gradient; PyTorch the first only.
+        let first = patches.detach().argmax_keepdim(2)?;
+        self.shaped(patches.contiguous()?.gather(&first, 2)?.squeeze(2)?, node)
     }
 
     fn conv(
@@ -302,6 +278,39 @@ impl Model {
         }
         Ok(weights)
     }
+}
+
+/// Normalises channels by `mean` and `var`, then scales and shifts them.
+fn batch_norm(x: &Tensor, [mean, var, scale, shift]: [&Tensor; 4], eps: f32) -> candle_core::Result<Tensor> {
+    let rank = x.rank();
+    let sd = (per_channel(var, rank)? + f64::from(eps))?.sqrt()?;
+    x.broadcast_sub(&per_channel(mean, rank)?)?
+        .broadcast_div(&sd)?
+        .broadcast_mul(&per_channel(scale, rank)?)?
+        .broadcast_add(&per_channel(shift, rank)?)
+}
+
+/// Returns the standard deviation of each channel of `[n, channels, positions]`.
+fn standard_deviation(x: &Tensor, eps: f32) -> candle_core::Result<Tensor> {
+    let deviations = x.broadcast_sub(&x.mean_keepdim(2)?)?;
+    (deviations.sqr()?.mean(2)? + f64::from(eps))?.sqrt()
+}
+
+/// Deals the channels of `groups` groups out in turn.
+fn shuffle(x: &Tensor, groups: usize) -> candle_core::Result<Tensor> {
+    let dims = x.dims();
+    let split = [&[dims[0], groups, dims[1] / groups], &dims[2..]].concat();
+    x.reshape(split)?.transpose(1, 2)?.contiguous()?.reshape(dims)
+}
+
+/// Sets the samples to 0 whose `stream` is constant in every channel.
+fn switch_scale(x: &Tensor, stream: &Tensor) -> candle_core::Result<Tensor> {
+    let stream = stream.detach().flatten_from(2)?;
+    let constant = stream.max(2)?.eq(&stream.min(2)?)?;
+    let lit = (1.0 - constant.to_dtype(x.dtype())?.min(1)?)?;
+    let mut shape = vec![1; x.rank()];
+    shape[0] = x.dim(0)?;
+    x.broadcast_mul(&lit.reshape(shape)?)
 }
 
 /// [channels] → [1, channels, 1, …].

@@ -6,6 +6,8 @@
 //! - [`claims()`] asks runs about every claim; [`claims_page()`] keeps what they say and writes `claims.md`,
 //!   [`claims_report()`] writes a page of these runs alone.
 //! - [`papers_page()`] writes `papers.md`: every table of the papers, published, simulated and real side by side.
+//! - [`shrink_page()`] makes a result page from a folder of `taxel shrink`.
+//! - [`pin()`] writes what tests hold a small experiment of each paper to.
 //!
 //! ```
 //! use taxel_reproduction::{Claim, Outcome, claims_report};
@@ -35,6 +37,8 @@ mod kept;
 mod markdown;
 mod pages;
 mod papers_page;
+mod pins;
+mod shrink_page;
 
 pub use claims::{Claim, Outcome, claims};
 pub use claims_page::claims_page;
@@ -42,3 +46,5 @@ pub use claims_report::claims_report;
 pub use error::{Error, Result};
 pub use pages::Pages;
 pub use papers_page::papers_page;
+pub use pins::pin;
+pub use shrink_page::shrink_page;

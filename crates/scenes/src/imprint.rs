@@ -226,18 +226,25 @@ impl Imprint {
 /// All parameters, as `taxel simulate imprint --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     let default = Imprint::default();
-    let row = |effect: &str, parameter: &str, value: String, unit: &str, source: &str, why: &str| Effect {
-        name: effect.into(),
+    [effects_of_the_array(&default), effects_of_objects(&default)].concat()
+}
+
+fn effect(name: &str, parameter: &str, value: String, unit: &str, source: &str, why: &str) -> Effect {
+    Effect {
+        name: name.into(),
         parameter: parameter.into(),
         value,
         unit: unit.into(),
         source: source.into(),
         why: why.into(),
-        removable: REMOVABLE.contains(&effect),
-    };
+        removable: REMOVABLE.contains(&name),
+    }
+}
+
+fn effects_of_the_array(default: &Imprint) -> Vec<Effect> {
     let paper = "paper 001, section 3.3";
     vec![
-        row(
+        effect(
             "array",
             "elements",
             format!("{0} × {0}", default.elements),
@@ -245,7 +252,7 @@ pub(crate) fn explain() -> Vec<Effect> {
             paper,
             "resolution of the imprint",
         ),
-        row(
+        effect(
             "array",
             "pitch_mm",
             format!("{SIDE} / elements"),
@@ -253,7 +260,7 @@ pub(crate) fn explain() -> Vec<Effect> {
             "paper 001, section 3.3: the real array has 6.5 cm²; taken for the virtual one too",
             "a patch, not the object: other resolutions feel the same patch",
         ),
-        row(
+        effect(
             "array",
             "depth_mm",
             default.depth_mm.to_string(),
@@ -261,7 +268,12 @@ pub(crate) fn explain() -> Vec<Effect> {
             "assumed: the paper normalises distances and does not say by what",
             "curvature becomes contrast; what is farther away is not felt",
         ),
-        row(
+    ]
+}
+
+fn effects_of_objects(default: &Imprint) -> Vec<Effect> {
+    vec![
+        effect(
             "object",
             "size_mm",
             default.size_mm.to_string(),
@@ -269,7 +281,7 @@ pub(crate) fn explain() -> Vec<Effect> {
             "assumed",
             "how much of an object a patch is",
         ),
-        row(
+        effect(
             "object",
             "meshes",
             "6 classes of 5".into(),
@@ -277,7 +289,7 @@ pub(crate) fn explain() -> Vec<Effect> {
             "paper 001, section 3.3, names the classes; the shapes are ours",
             "objects of a class differ: whole objects are left out for a test",
         ),
-        row(
+        effect(
             "probing",
             "point",
             "uniform over the surface".into(),
@@ -285,7 +297,7 @@ pub(crate) fn explain() -> Vec<Effect> {
             "assumed: the paper does not say where it probes",
             "most patches of an object tell little",
         ),
-        row(
+        effect(
             "spin",
             "turn about the normal",
             "0 to 360".into(),
@@ -293,7 +305,7 @@ pub(crate) fn explain() -> Vec<Effect> {
             "assumed: an arm may come with any turn of its wrist",
             "edges and ridges run in any direction",
         ),
-        row(
+        effect(
             "camera",
             "azimuth; elevation",
             format!("0 to 360; {} to {}", ELEVATION[0], ELEVATION[1]),

@@ -266,8 +266,22 @@ impl Lab<'_> {
                 *value = counts(gain * own * pressure + rest + noisy * electronic);
             }
         }
+        self.truth(session, object, place, tilt, [strongest, deepest], [sensitivity, friction])
+    }
+
+    /// Returns the true values in the order of [`TRUTH`]; of all frames the strongest force and the deepest press.
+    fn truth(
+        &self,
+        session: usize,
+        object: &Object,
+        place: Place,
+        tilt: [f64; 2],
+        [strongest, deepest]: [f32; 2],
+        [sensitivity, friction]: [f64; 2],
+    ) -> Vec<f64> {
+        let padded = self.paper == Paper::Gripper;
         let unsqueezed = if padded { f64::from(self.fingers.force(object.thickness as f32).0) } else { 0.0 };
-        let lumps = if world.has("inclusions") { object.inclusions.len() } else { 0 };
+        let lumps = if self.world.has("inclusions") { object.inclusions.len() } else { 0 };
         vec![
             session as f64,
             f64::from(object.kind as u8),

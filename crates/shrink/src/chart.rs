@@ -15,6 +15,8 @@ const WIDTH: f64 = 860.0;
 const ENDS: (f64, f64) = (64.0, WIDTH - 24.0);
 /// Top and bottom of the accuracies.
 const HEIGHTS: (f64, f64) = (64.0, 344.0);
+/// Room between the ends and the first and the last setting.
+const INSET: f64 = 30.0;
 
 /// One point per setting, the whole at the left; `whole` is its accuracy on the test parts, with an interval.
 pub(crate) fn curve(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64) -> Chart<'_> {
@@ -39,41 +41,58 @@ fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint
     let bars = curve.rungs.iter().filter_map(|rung| rung.outer?.accuracy_interval);
     let bars: Vec<f64> = bars.chain(whole.1).flatten().collect();
     let values = [known(&outer), known(&inner), bars, vec![whole.0, whole.0 - margin]].concat();
-    let last = curve.rungs.len().max(1) as f64;
-    let inset = 30.0;
     let frame = Frame {
-        x: Scale::linear((0.0, last), (ENDS.0 + inset, ENDS.1 - inset)),
+        x: Scale::linear((0.0, steps(curve)), (ENDS.0 + INSET, ENDS.1 - INSET)),
         y: Scale::linear(widened(&values, (0.0, 100.0)), (HEIGHTS.1, HEIGHTS.0)),
     };
-    let wide = Frame { x: Scale::linear((0.0, 1.0), ENDS), y: frame.y };
-    wide.draw_y(&mut canvas, tick);
-    let names: Vec<&str> = std::iter::once(&curve.short)
-        .chain(curve.rungs.iter().map(|rung| &rung.short))
-        .map(String::as_str)
-        .collect();
-    wide.draw_x(&mut canvas, &[], tick);
-    let step = (ENDS.1 - ENDS.0 - 2.0 * inset) / last;
-    let widest = names.iter().map(|name| width_of(name, PLAIN.size)).fold(0.0, f64::max);
-    let size = if widest > step - 6.0 { 10 } else { PLAIN.size };
-    for (at, name) in names.iter().enumerate() {
-        let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, size, ..PLAIN };
-        canvas.text((frame.x.at(at as f64), HEIGHTS.1 + 17.0), name, look);
-    }
-    wide.titles(&mut canvas, &format!("what is left: {}", curve.title.to_lowercase()), "accuracy (%)");
+    draw_axes(&mut canvas, curve, &frame);
     let limit = frame.y.at(whole.0 - margin);
     canvas.line((ENDS.0, limit), (ENDS.1, limit), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
-    if let Some(knee) = curve.knee {
-        let x = frame.x.at(knee as f64 + 1.0);
-        canvas.line((x, HEIGHTS.0 - 14.0), (x, HEIGHTS.1), Stroke::of(Ink::Accent, 1.2).dashed((4.0, 3.0)));
-        let look = Type { ink: Ink::Accent, anchor: Anchor::Middle, bold: true, ..PLAIN };
-        canvas.text((x, HEIGHTS.0 - 20.0), &format!("knee: {}", curve.rungs[knee].short), look);
-    }
+    draw_knee(&mut canvas, curve, &frame);
     let line = |first: Option<f64>, values: &[Option<f64>]| {
         let all = std::iter::once(first).chain(values.iter().copied()).enumerate();
         all.filter_map(|(at, value)| Some(frame.at(at as f64, value?))).collect::<Vec<_>>()
     };
     canvas.path(line(inner_whole, &inner), Stroke::of(Ink::Series(1), 1.6).dashed((6.0, 4.0)));
     canvas.path(line(Some(whole.0), &outer), Stroke::of(Ink::Series(0), 2.0));
+    draw_points(&mut canvas, curve, whole, &frame);
+    canvas
+}
+
+/// Returns the steps from the whole to the smallest setting.
+fn steps(curve: &Curve) -> f64 {
+    curve.rungs.len().max(1) as f64
+}
+
+/// Draws both axes: accuracies, and the name of each setting below its place.
+fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
+    let wide = Frame { x: Scale::linear((0.0, 1.0), ENDS), y: frame.y };
+    wide.draw_y(canvas, tick);
+    let names: Vec<&str> = std::iter::once(&curve.short)
+        .chain(curve.rungs.iter().map(|rung| &rung.short))
+        .map(String::as_str)
+        .collect();
+    wide.draw_x(canvas, &[], tick);
+    let step = (ENDS.1 - ENDS.0 - 2.0 * INSET) / steps(curve);
+    let widest = names.iter().map(|name| width_of(name, PLAIN.size)).fold(0.0, f64::max);
+    let size = if widest > step - 6.0 { 10 } else { PLAIN.size };
+    for (at, name) in names.iter().enumerate() {
+        let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, size, ..PLAIN };
+        canvas.text((frame.x.at(at as f64), HEIGHTS.1 + 17.0), name, look);
+    }
+    wide.titles(canvas, &format!("what is left: {}", curve.title.to_lowercase()), "accuracy (%)");
+}
+
+fn draw_knee(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
+    let Some(knee) = curve.knee else { return };
+    let x = frame.x.at(knee as f64 + 1.0);
+    canvas.line((x, HEIGHTS.0 - 14.0), (x, HEIGHTS.1), Stroke::of(Ink::Accent, 1.2).dashed((4.0, 3.0)));
+    let look = Type { ink: Ink::Accent, anchor: Anchor::Middle, bold: true, ..PLAIN };
+    canvas.text((x, HEIGHTS.0 - 20.0), &format!("knee: {}", curve.rungs[knee].short), look);
+}
+
+/// Draws a dot with its interval for the whole and for each setting on the test parts.
+fn draw_points(canvas: &mut Canvas, curve: &Curve, whole: (f64, Option<[f64; 2]>), frame: &Frame) {
     let mut points = vec![(0, "whole".to_string(), whole.0, whole.1)];
     for (at, rung) in curve.rungs.iter().enumerate() {
         points
@@ -89,5 +108,4 @@ fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint
             canvas.circle((x, y), 4.5, Ink::Series(0), Ink::Paper);
         });
     }
-    canvas
 }

@@ -180,7 +180,7 @@ fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<Pat
         // A smaller model of an earlier margin would be none of this one.
         None => [MODEL, CONFIG, SPEED].iter().try_for_each(|name| remove(&out.join(name)))?,
     }
-    Ok(shrunk_page(shrunk, speed, out)?)
+    shrunk_page(shrunk, speed, out)
 }
 
 fn remove(path: &Path) -> Result<()> {
