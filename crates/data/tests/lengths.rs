@@ -126,8 +126,8 @@ fn windows_stay_with_their_recording() {
     assert_eq!(groups, [0, 0, 0, 2, 2, 2, 3, 3, 3, 3, 4, 4, 5, 5, 5, 5]);
     let units = data.units.clone().unwrap();
     let folds = [
-        group_k_fold(&groups, &data.strata().to_vec(), 3, 0, 0).unwrap(),
-        stratified_k_fold(&data.strata().to_vec(), 2, 0, 0, Some(&units)).unwrap(),
+        group_k_fold(&groups, &data.strata(), 3, 0, 0).unwrap(),
+        stratified_k_fold(&data.strata(), 2, 0, 0, Some(&units)).unwrap(),
     ];
     for fold in folds.iter().flatten() {
         let torn = fold.test.iter().any(|row| fold.train.iter().any(|other| groups[*row] == groups[*other]));

@@ -39,9 +39,9 @@ fn fsr_glove28() {
     // 168 and 169 are one recording, six dropped rows before them.
     assert_eq!(data.units.as_ref().unwrap()[163], 162);
     let groups = data.groups.as_ref().unwrap();
-    let folds = group_k_fold(groups, &data.strata().to_vec(), 5, 0, 0).unwrap();
+    let folds = group_k_fold(groups, &data.strata(), 5, 0, 0).unwrap();
     assert!(folds.iter().all(|fold| fold.test.iter().all(|i| groups[*i] == groups[fold.test[0]])));
-    let folds = stratified_k_fold(&data.strata().to_vec(), 5, 0, 0, data.units.as_deref()).unwrap();
+    let folds = stratified_k_fold(&data.strata(), 5, 0, 0, data.units.as_deref()).unwrap();
     assert!(folds.iter().all(|fold| fold.test.contains(&162) == fold.test.contains(&163)));
 
     let both = ReadOptions { drop: vec![Drop::Contradictory, Drop::Duplicates], ..fsr };
@@ -127,7 +127,7 @@ fn neutouch_softness() {
     let data = load(&path("neutouch-softness/class_test.npz"), &options).unwrap();
     assert_eq!(data.x.shape(), [160, 2, 80, 50]);
     assert_eq!(data.output_names(), ["carton_box", "soft_block", "sponge", "stiff_block"]);
-    let folds = group_k_fold(data.groups.as_ref().unwrap(), &data.strata().to_vec(), 2, 0, 0).unwrap();
+    let folds = group_k_fold(data.groups.as_ref().unwrap(), &data.strata(), 2, 0, 0).unwrap();
     assert_eq!(folds[0].test.len(), 80);
     let message = load(&path("neutouch-softness"), &options).unwrap_err().to_string();
     assert!(message.ends_with("class_test.npz, softness_test.npz, softness_test_bare.npz"), "{message}");

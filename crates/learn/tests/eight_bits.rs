@@ -122,7 +122,7 @@ fn a_run_shows_its_networks_in_eight_bits_beside_those_in_floats() {
     let quantized = model.card().quantized.as_ref().unwrap();
     assert_eq!((quantized.samples, record.train_samples), (30, 30));
     let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-    assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()));
+    assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()));
     // Once more: the same bytes.
     let text = std::fs::read(folder.file("results.json")).unwrap();
     assert_eq!(quantize_run(&folder, &dataset, &|_| {}).unwrap(), made);

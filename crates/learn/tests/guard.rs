@@ -102,7 +102,7 @@ fn a_run_fits_a_guard_to_each_training_part_and_tests_behind_it() {
             let train: Vec<usize> = (0..45).filter(|row| !record.index.contains(row)).collect();
             assert_eq!(model.card().guard, Some(fitted_guard(&dataset, &train).unwrap()));
             let tested = dataset.x.select(Axis(0), &record.index);
-            assert_eq!(bits(&model.predict(&tested).unwrap().outputs), bits(&record.outcome.outputs()));
+            assert_eq!(bits(&model.predict(&tested).unwrap().outputs), bits(record.outcome.outputs()));
             let before = self::record(&plain, &key);
             assert_eq!(before.index, record.index);
             let own = self::model(&plain, &key);

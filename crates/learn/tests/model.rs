@@ -99,11 +99,11 @@ fn every_network_and_baseline_answers_from_its_file_as_in_its_fold() {
             for threads in [1, 2] {
                 let predictor = model.predictor(model.card().batch(), threads).unwrap();
                 let answers = predictor.predict(&test).unwrap();
-                assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
+                assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
                 assert_eq!(answers.labels, record.outcome.labels().1, "{key}");
             }
             let answers = model.predict(&test).unwrap();
-            assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
+            assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
             for (i, &label) in record.outcome.labels().1.iter().enumerate() {
                 assert_eq!(answers.class(i), dataset.output_names()[label as usize]);
             }
@@ -130,7 +130,7 @@ fn the_quantile_code_comes_back_from_the_file() {
     for key in folder.keys().unwrap() {
         let (record, model) = (record(&folder, &key), alone(&folder, &key));
         let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-        assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
+        assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
     }
 }
 
@@ -182,7 +182,7 @@ fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
         let model = alone(&folder, &key);
         assert_eq!(model.card().batch(), if key.network == "four" { 4 } else { 30 });
         let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-        assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{key}");
+        assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
     }
 }
 

@@ -237,7 +237,7 @@ fn a_model_of_several_attributes_answers_each() {
         let record = record(&folder, &key(name, 0, 1));
         let answers = model(&folder, &key(name, 0, 1)).predict(&dataset.x.select(Axis(0), &record.index));
         let answers = answers.unwrap();
-        assert_eq!(bits(&answers.outputs), bits(&record.outcome.outputs()), "{name}");
+        assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{name}");
         assert_eq!((answers.len(), answers.width()), (20, 7));
         assert_eq!(answers.labels, record.outcome.labels().1, "{name}");
         let mut right = 0;

@@ -57,14 +57,14 @@ fn of_config(config: &Path) -> Result<Pins> {
             "macs": network.costs.macs,
             "train_loss": first.map(|epoch| epoch.train_loss),
             "test_loss": fold.as_ref().map(|fold| fold.test_loss),
-            "accuracy": network.mean.map(|mean| mean.accuracy),
+            "accuracy": network.score("accuracy"),
             "confusion": network.confusion,
         }))
     })?;
     let mut trained: Vec<(String, Vec<f64>)> = vec![];
     for seed in 0..SEEDS {
         let found = finished(config, vec![format!("seed={seed}")], |_, network| {
-            let accuracy = network.mean.map_or(0.0, |mean| (100.0 * mean.accuracy).round() / 100.0);
+            let accuracy = network.score("accuracy").map_or(0.0, |score| (100.0 * score).round() / 100.0);
             Ok((network.network.clone(), accuracy))
         })?;
         for (name, accuracy) in found {
