@@ -1,4 +1,4 @@
-//! Run folders judged: accuracy against measured speed, breaking points under faults, statistics, and
+//! Run folders judged: the task's primary metric against measured speed, breaking points under faults, statistics, and
 //! the smallest network that suffices. Nothing is trained here.
 //!
 //! [`Case`] is an opened run folder with its data. [`judge()`] measures it once: the [`Judgement`] is plain
@@ -44,7 +44,7 @@ mod synthetic;
 mod values;
 
 pub use case::Case;
-pub use decide::{accuracy, across, choose, claims, contrasts, hardening, knee, rank, statistics};
+pub use decide::{across, choose, claims, contrasts, hardening, knee, mean_score, rank, statistics};
 pub use error::{Error, Result};
 pub use measure::{EarlyOptions, Options, StressOptions, judge, speed, stress, survey};
 pub use report::{Entry, Ranked, Report, Summary, overview, report, survey_page};
@@ -52,6 +52,6 @@ pub use taxel_report::pictures::{Picture, PictureKind};
 pub use values::{
     Across, Alarms, Change, Choice, Claim, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
     EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
-    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Outcome, Score, SensorRange, Speed,
-    Stress, Survey, Test, Unmet, Verdict,
+    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Outcome, Primary, Score, SensorRange,
+    Speed, Stress, Survey, Test, Unmet, Verdict,
 };

@@ -17,9 +17,10 @@ mod choice_tests;
 
 pub use across::{across, rank};
 pub use choice::choose;
+pub(crate) use choice_words::margin_words;
 pub use claims::claims;
 #[cfg(test)]
 pub(crate) use comparison::Comparison;
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
-pub use shrinking::{accuracy, contrasts, knee};
+pub use shrinking::{contrasts, knee, mean_score};

@@ -103,9 +103,10 @@ impl Report {
         let (made, page) = reporting::write(case, judgement, choice)?;
         let results = &judgement.results;
         if self.json {
+            let chance = if judgement.primary().is_percent() { "chance_percent" } else { "chance" };
             let object = json!({
                 "name": results.name, "source": results.source, "kind": judgement.kind(), "page": page,
-                "chance_percent": judgement.chance, "chosen": choice.chosen,
+                (chance): judgement.chance, "chosen": choice.chosen,
                 "networks": made.summary.json,
             });
             println!("{object}");

@@ -282,21 +282,26 @@ fn print(sweep: &Collected) {
         "{}: {} of {} trials finished, {} failed, {} begun, {} missing",
         sweep.name, progress.finished, progress.planned, progress.failed, progress.begun, progress.missing
     );
+    let first = sweep.settings.first().map(|own| own.primary.clone()).unwrap_or_default();
+    let is_one = sweep.settings.iter().all(|own| own.primary == first);
+    let head = if is_one { first.head() } else { "score".into() };
     let row = |own: &taxel::sweep::Setting| {
-        let accuracy = &own.accuracy;
-        let sd = accuracy.sd.map_or("-".into(), |sd| format!("{sd:.2}"));
+        let (score, longer) = (&own.score, own.primary.show_longer());
+        // A column for several metrics names each in its rows.
+        let unit = if is_one { "" } else { &format!(" {}", own.primary.head()) };
+        let sd = score.sd.map_or("-".into(), longer);
         vec![
             own.source.clone(),
             own.network.clone(),
             own.set.clone(),
-            accuracy.count.to_string(),
-            format!("{:.2}", accuracy.mean),
+            score.count.to_string(),
+            longer(score.mean) + unit,
             sd,
         ]
     };
     if !sweep.settings.is_empty() {
         let rows: Vec<Vec<String>> = sweep.settings.iter().take(PRINTED).map(row).collect();
-        let heads = ["on", "network", "with", "trials", "accuracy %", "SD"];
+        let heads = ["on", "network", "with", "trials", &head, "SD"];
         println!();
         print!("{}", text::table(&heads, &rows, &[3, 4, 5]));
         println!();
