@@ -53,5 +53,5 @@ pub use values::{
     Across, Alarms, Change, Choice, Claim, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
     EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
     Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Outcome, Primary, Score, SensorRange,
-    Speed, Stress, Survey, Test, Unmet, Verdict,
+    Speed, Stress, Survey, Test, Unmet, Verdict, named_scores,
 };

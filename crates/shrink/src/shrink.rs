@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
-use taxel_judge::{Case, Criteria, mean_score};
+use taxel_judge::{Case, Criteria, mean_score, named_scores};
 use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
 use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
@@ -179,7 +179,8 @@ fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<Pat
     let json =
         |value: serde_json::Result<String>, path: &Path| value.map_err(|error| Error::file(path, error));
     let (result, times) = (out.join(RESULT), out.join(SPEED));
-    write(&result, json(serde_json::to_string_pretty(shrunk), &result)?.as_bytes())?;
+    let text = named_scores(shrunk).and_then(|own| serde_json::to_string_pretty(&own));
+    write(&result, json(text, &result)?.as_bytes())?;
     match speed {
         Some(speed) => write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?,
         // A smaller model of an earlier margin would be none of this one.

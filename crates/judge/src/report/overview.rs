@@ -120,7 +120,7 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
                 section {
                     h2 { "The same readings, divided or seeded otherwise" }
                     p {
-                        "What accuracy owes to the split (random folds put grasps of one session or object into training "
+                        "What " (scores(entries)) " owes to the split (random folds put grasps of one session or object into training "
                         "and test alike) and to the seed."
                     }
                     @for own in &tables.again { (table(own)) }
@@ -175,6 +175,13 @@ fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
         SourceKind::Real => names::OVERVIEW_REAL,
     };
     Table::new(name, format!("Runs on {} readings", kind(of)), columns, &rows)
+}
+
+/// What the tables show, within a sentence.
+fn scores(entries: &[Entry]) -> &'static str {
+    let mut titles = entries.iter().map(|entry| entry.judgement.primary().title());
+    let first = titles.next().unwrap_or("accuracy");
+    if titles.all(|own| own == first) { first } else { "the score" }
 }
 
 /// `93.5 %`, or `MAE 0.412 N`.

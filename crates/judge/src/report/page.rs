@@ -90,6 +90,12 @@ impl Parts<'_> {
         self.charts.iter().find(|own| own.name == name).map(|own| chart(own, numbers))
     }
 
+    /// The chart of the primary metric against a cost.
+    fn against(&self, cost: &str, numbers: &str) -> Markup {
+        let name = charts::against(self.judgement.primary().name(), cost);
+        self.chart(&name, numbers).unwrap_or_default()
+    }
+
     /// The title of the run, or its name.
     fn heading(&self) -> &str {
         let results = &self.judgement.results;
@@ -171,7 +177,7 @@ impl Parts<'_> {
 
     fn speed(&self) -> Markup {
         html! {
-            (self.chart(charts::ACCURACY_LATENCY, tables::NETWORKS).unwrap_or_default())
+            (self.against(charts::LATENCY, tables::NETWORKS))
             (self.table(tables::NETWORKS).unwrap_or_default())
             @if let Some(eight_bits) = self.table(tables::EIGHT_BITS) {
                 h3 { "In eight bits" }
@@ -246,8 +252,8 @@ impl Parts<'_> {
             Task::Classes(_) | Task::Values(_) => tables::CONFUSION,
         };
         html! {
-            (self.chart(charts::ACCURACY_SIZE, tables::COSTS).unwrap_or_default())
-            (self.chart(charts::ACCURACY_MACS, tables::COSTS).unwrap_or_default())
+            (self.against(charts::SIZE, tables::COSTS))
+            (self.against(charts::MACS, tables::COSTS))
             (self.table(tables::COSTS).unwrap_or_default())
             (self.chart(charts::WHERE_TIME_GOES, tables::SPEED).unwrap_or_default())
             (self.table(tables::SPEED).unwrap_or_default())

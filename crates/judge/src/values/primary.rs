@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::hash::{Hash, Hasher};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use taxel_data::Task;
 use taxel_learn::metrics::{Direction, Metric, Unit};
 use taxel_report::numbers::{digits, tenth};
@@ -285,5 +286,59 @@ impl Primary {
     /// Returns what a method does that knows nothing of the sample.
     pub fn knowing_nothing(&self) -> &'static str {
         if self.is_percent() { "always naming the commonest class" } else { "always giving the mean" }
+    }
+}
+
+/// Returns JSON for other programs, its keys named after the metric that each part says it is in (`primary`): of values
+/// `accuracy` becomes `mae`. Files that are read again keep one key for all metrics.
+///
+/// # Errors
+/// A value that is no JSON.
+pub fn named_scores(value: &impl Serialize) -> serde_json::Result<Value> {
+    // By text: a value of f32 keeps its digits.
+    let value = serde_json::from_str(&serde_json::to_string(value)?)?;
+    Ok(named(value, Primary::default().name()))
+}
+
+fn named(value: Value, metric: &str) -> Value {
+    match value {
+        Value::Array(all) => all.into_iter().map(|own| named(own, metric)).collect(),
+        Value::Object(map) => {
+            let own = map.get("primary").and_then(|own| own["metric"].as_str()).map(str::to_string);
+            let metric = own.as_deref().unwrap_or(metric);
+            let key = |key: String| match key.strip_prefix("accuracy") {
+                Some(rest) if rest.is_empty() || rest.starts_with('_') => format!("{metric}{rest}"),
+                _ => key,
+            };
+            map.into_iter().map(|(name, value)| (key(name), named(value, metric))).collect()
+        }
+        plain => plain,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn keys_are_named_after_the_metric() {
+        let of = |primary: Value| json!({"primary": primary, "all": [{"accuracy": 1.0, "accuracy_interval": [0.5, 2.0]}]});
+        let mae = json!({"metric": "mae", "unit": "N"});
+        let want = json!({"primary": mae, "all": [{"mae": 1.0, "mae_interval": [0.5, 2.0]}]});
+        assert_eq!(named_scores(&of(mae)).unwrap(), want);
+        assert_eq!(named_scores(&of(Value::Null)).unwrap(), of(Value::Null));
+    }
+
+    #[test]
+    fn losses_are_above_0_where_a_score_is_worse() {
+        let quantity = taxel_data::Quantity { name: "force".into(), unit: Some("N".into()) };
+        let (mae, accuracy) = (Primary::of(&Task::Values(vec![quantity])), Primary::default());
+        assert_eq!((mae.loss(0.5), accuracy.loss(0.5)), (0.5, -0.5));
+        assert_eq!((mae.losses([-1.0, 2.0]), accuracy.losses([-1.0, 2.0])), ([-1.0, 2.0], [-2.0, 1.0]));
+        assert_eq!((mae.share(5.0, 2.0), accuracy.share(5.0, 50.0)), (0.1, 5.0));
+        assert_eq!((mae.value(0.4121), accuracy.value(93.52)), ("0.412 N".into(), "93.5 %".into()));
     }
 }

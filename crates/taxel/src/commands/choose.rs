@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
+use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose, named_scores};
 use taxel::reporting::open;
 
 use crate::commands::judging::{judgement, stress_options};
@@ -86,7 +86,7 @@ impl Choose {
             let one = |(run, choice): (&PathBuf, &Choice)| serde_json::json!({"run": run.display().to_string(), "choice": choice});
             let runs: Vec<_> = self.run.iter().zip(&choices).map(one).collect();
             let all = serde_json::json!({"choices": runs, "across": ranked});
-            println!("{}", serde_json::to_string_pretty(&all)?);
+            println!("{}", serde_json::to_string_pretty(&named_scores(&all)?)?);
         } else {
             for ((path, judgement), choice) in self.run.iter().zip(&judgements).zip(&choices) {
                 print(path, judgement, choice);

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 use taxel::judge::{
-    Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, claims, overview,
+    Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, claims, named_scores, overview,
 };
 use taxel::reporting::{self, before, open};
 
@@ -86,7 +86,10 @@ impl Report {
             }
             let page = overview(&linked, &all, ranked.as_ref(), &folder)?;
             match self.json {
-                true => println!("{}", json!({ "overview": page, "claims": all, "across": ranked })),
+                true => println!(
+                    "{}",
+                    named_scores(&json!({ "overview": page, "claims": all, "across": ranked }))?
+                ),
                 false => println!("side by side: {}", page.display()),
             }
         }

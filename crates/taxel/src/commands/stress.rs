@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::IndicatifProgress;
-use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, stress};
+use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, named_scores, stress};
 use taxel::learn::Progress;
 use taxel::reporting::open;
 use taxel_faults::Fault;
@@ -63,7 +63,7 @@ impl Stress {
         progress.finish();
         let outcomes = outcomes?;
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&outcomes)?);
+            println!("{}", serde_json::to_string_pretty(&named_scores(&outcomes)?)?);
         } else {
             print(&outcomes);
         }

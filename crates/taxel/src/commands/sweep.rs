@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use taxel::Registry;
+use taxel::judge::named_scores;
 use taxel::sweep::Sweep as Collected;
 use taxel::sweep::{
     Arrays, Chunking, Emit, Outcome as Came, Study, SweepFolder, Trial, WorkOptions, collect, emit, plan,
@@ -266,7 +267,7 @@ impl Collect {
         let name = name.file_name().unwrap_or_default().to_string_lossy();
         let (sweep, page) = collect(&folder, &name, &Registry::built_in(), self.stale.time())?;
         if self.json {
-            println!("{}", serde_json::to_string(&sweep)?);
+            println!("{}", serde_json::to_string(&named_scores(&sweep)?)?);
         } else {
             print(&sweep);
             println!("page: {}", page.display());

@@ -39,6 +39,7 @@ struct Printed {
 
 /// What stands on the x axis.
 struct Axis {
+    /// Of the cost.
     name: &'static str,
     /// Of the chart, behind the name of the metric.
     title: &'static str,
@@ -48,21 +49,21 @@ struct Axis {
 }
 
 const LATENCY: Axis = Axis {
-    name: chart::ACCURACY_LATENCY,
+    name: chart::LATENCY,
     title: "against latency",
     label: "latency from raw reading to answer, one sample, one thread (ms, log)",
     unit: |v| format!("{} ms", digits(v)),
     tick,
 };
 const BYTES: Axis = Axis {
-    name: chart::ACCURACY_SIZE,
+    name: chart::SIZE,
     title: "against size",
     label: "size of parameters and statistics in f32 (bytes, log)",
     unit: bytes,
     tick: bytes,
 };
 const MACS: Axis = Axis {
-    name: chart::ACCURACY_MACS,
+    name: chart::MACS,
     title: "against work",
     label: "multiply-accumulates per sample (log)",
     unit: |v| format!("{} MACs", si(v)),
@@ -85,7 +86,8 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
             let reading = reading(judgement, &axis, &points, &printed);
             let chosen = choice.and_then(|c| c.chosen.as_deref());
             let title = format!("{} {}", primary.heading(), axis.title);
-            Chart::new(axis.name, title, reading, move |paint| {
+            let name = chart::against(primary.name(), axis.name);
+            Chart::new(name, title, reading, move |paint| {
                 draw(judgement, &axis, &points, &printed, chosen, paint)
             })
         })
