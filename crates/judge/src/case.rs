@@ -9,6 +9,7 @@ use taxel_learn::metrics::Levels;
 use taxel_learn::{Card, FoldKey, FoldRecord, Model, NetworkResults, Results, RunFolder};
 
 use crate::error::{Error, Result};
+use crate::values::Primary;
 
 /// A run folder with the samples that it was run on.
 pub struct Case {
@@ -40,6 +41,11 @@ impl Case {
     /// Returns what is learned.
     pub fn task(&self) -> &Task {
         &self.results.task
+    }
+
+    /// Returns the metric that methods are compared by.
+    pub fn primary(&self) -> Primary {
+        Primary::of(self.task())
     }
 
     /// Returns the sizes of the attributes; none of values.

@@ -1,4 +1,4 @@
-//! Run folders judged: accuracy against measured speed, breaking points under faults, statistics, and
+//! Run folders judged: the task's primary metric against measured speed, breaking points under faults, statistics, and
 //! the smallest network that suffices. Nothing is trained here.
 //!
 //! [`Case`] is an opened run folder with its data. [`judge()`] measures it once: the [`Judgement`] is plain
@@ -46,7 +46,7 @@ mod values;
 
 pub use case::Case;
 pub use decide::{
-    Answers, Comparison, Effect, Statistic, accuracy, across, choose, contrasts, hardening, knee, rank,
+    Answers, Comparison, Effect, Statistic, across, choose, contrasts, hardening, knee, mean_score, rank,
     statistics,
 };
 pub use error::{Error, Result};
@@ -56,6 +56,6 @@ pub use taxel_report::pictures::{Picture, PictureKind};
 pub use values::{
     Across, Alarms, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
     EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
-    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Score, SensorRange, Speed, Stress,
-    Survey, Test, Unmet, Verdict,
+    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Primary, Score, SensorRange, Speed,
+    Stress, Survey, Test, Unmet, Verdict, named_scores,
 };

@@ -1,7 +1,7 @@
-//! The Pareto front: what nothing else beats in both cost and accuracy.
+//! The Pareto front: what nothing else beats in both cost and merit.
 
-/// Of points (cost, accuracy) those on the front: no other costs at most as much and is at least as
-/// accurate, and is better in one of the two. Equal points are on the front together.
+/// Of points (cost, merit) those on the front: no other costs at most as much and has at least the
+/// merit, and is better in one of the two. Equal points are on the front together.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
     let beats = |other: &(f64, f64), own: &(f64, f64)| {
         other.0 <= own.0 && other.1 >= own.1 && (other.0 < own.0 || other.1 > own.1)

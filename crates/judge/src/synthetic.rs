@@ -68,7 +68,6 @@ pub fn player(name: &'static str, ms: f64, wrong: &'static [usize]) -> Player {
 
 /// Runs it.
 pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgement) {
-    let width = setting.attributes.len();
     let sizes: Vec<usize> = setting.attributes.iter().map(|(_, classes)| classes.len()).collect();
     let outputs: usize = sizes.iter().sum();
     let k_fold = matches!(setting.protocol, Protocol::KFold { .. });
@@ -110,7 +109,8 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
         networks.push((player.name.to_string(), records));
     }
     let clusters = (0..total).map(|row| (row / setting.cluster) as u32).collect();
-    let comparison = Comparison { networks, clusters, width, protocol: setting.protocol.clone(), seed: 0 };
+    let comparison =
+        Comparison { networks, clusters, task: task(setting), protocol: setting.protocol.clone(), seed: 0 };
     (comparison, judgement(setting, judged))
 }
 
@@ -163,7 +163,7 @@ fn judge(player: &Player, records: &[FoldRecord], task: &Task) -> Judged {
         }),
         train_seconds: 1.0,
         epoch_seconds: None,
-        calibration_error: 0.0,
+        calibration_error: Some(0.0),
         on_front: false,
         training: vec![],
     }
@@ -220,19 +220,20 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
 pub fn stress(losses: &[(&str, f64)]) -> Stress {
     let network = |(name, loss): &(&str, f64)| NetworkStress {
         network: (*name).into(),
-        clean: Score { accuracy: 90.0, calibration_error: 0.0, refused: 0 },
+        clean: Score { score: 90.0, calibration_error: Some(0.0), refused: 0 },
         curves: vec![],
         mean_loss: *loss,
         worst_loss: *loss,
         corruption_error: None,
         relative_corruption_error: None,
-        calibration_error: 0.0,
+        calibration_error: Some(0.0),
         verdict: "breaks first under gain".into(),
         folds: vec![],
         other: None,
     };
     Stress {
         seed: 0,
+        primary: Default::default(),
         samples: 100,
         of: 100,
         range: SensorRange { low: 0.0, high: 1.0, from_samples: true },

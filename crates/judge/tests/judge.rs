@@ -147,7 +147,7 @@ fn faults_are_scored_on_every_network() {
     for (network, own) in outcome.networks.iter().zip(&case.results.networks) {
         // The clean accuracy is the run's own.
         let accuracy = own.score("accuracy").unwrap();
-        assert!((network.clean.accuracy - accuracy).abs() < 1e-9, "{}: {accuracy}", network.network);
+        assert!((network.clean.score - accuracy).abs() < 1e-9, "{}: {accuracy}", network.network);
         assert_eq!(network.curves.len(), 2);
         let error: f64 = network.corruption_error.unwrap();
         if network.network == "k-nn" {
@@ -161,7 +161,7 @@ fn faults_are_scored_on_every_network() {
     }
     // Readings cut at 30 % of full scale hold little of a grasp.
     let rocket = outcome.networks.iter().find(|n| n.network == "mini-rocket").unwrap();
-    assert!(rocket.curves[1].points[4].1.accuracy < rocket.clean.accuracy, "{rocket:?}");
+    assert!(rocket.curves[1].points[4].1.score < rocket.clean.score, "{rocket:?}");
     // One severity alone gives the same number.
     let one = StressOptions { faults: vec![Fault::Saturation], severity: Some(5), ..options };
     assert_eq!(quiet(&one).networks[4].curves[0].points[0], outcome.networks[4].curves[1].points[4]);
@@ -177,7 +177,7 @@ fn faults_are_scored_on_every_network() {
         if alarms.alarmed == 0 {
             assert_eq!(other.clean, network.clean);
         }
-        let [off, on] = [&network.curves, &other.curves].map(|curves| curves[0].points[0].1.accuracy);
+        let [off, on] = [&network.curves, &other.curves].map(|curves| curves[0].points[0].1.score);
         assert!(on >= off, "{}: {off} % without, {on} % with a guard", network.network);
     }
     let lost = |name: &str| {
@@ -234,10 +234,10 @@ fn a_run_is_chosen_from() {
     let judgement = judge(&case, &options).unwrap();
     let choice = choose(&case, &judgement, &Criteria::default()).unwrap();
     assert_eq!((choice.test, choice.evidence.len()), (Test::NadeauBengio, 7));
-    let best = choice.evidence.iter().map(|own| own.accuracy).fold(0.0, f64::max);
+    let best = choice.evidence.iter().map(|own| own.score).fold(0.0, f64::max);
     for own in &choice.evidence {
-        assert_eq!(Some(own.accuracy), judgement.network(&own.network).unwrap().accuracy());
-        assert!((own.difference - (own.accuracy - best)).abs() < 1e-9, "{own:?}");
+        assert_eq!(Some(own.score), judgement.network(&own.network).unwrap().score());
+        assert!((own.difference - (own.score - best)).abs() < 1e-9, "{own:?}");
         assert_eq!(own.p.is_none(), own.network == choice.best);
     }
     // Two folds of thirty tell little, and the words say so.
@@ -273,16 +273,16 @@ fn whole_samples_answered_early_are_the_runs_own_answers() {
         let all = folds.iter().map(tested).sum::<f64>() / 60.0;
         let whole = network.points[9];
         assert_eq!((whole.seen, whole.refused), (100, 0));
-        assert!((whole.accuracy - all).abs() < 1e-9, "{network:?}");
+        assert!((whole.score - all).abs() < 1e-9, "{network:?}");
         for own in &network.decisions {
             assert!((10.0..=100.0).contains(&own.seen) && own.early <= 100.0, "{own:?}");
         }
         let seen: Vec<f64> = network.decisions.iter().map(|own| own.seen).collect();
         assert!(seen.is_sorted(), "who wants to be surer waits longer: {network:?}");
         // Of grasps that have hardly begun nobody knows the class; the baseline that reads nothing never learns more.
-        let first = network.points[0].accuracy;
-        assert!(network.network != "majority" || first == whole.accuracy, "{network:?}");
-        assert!(network.network != "mini-rocket" || first < whole.accuracy, "{network:?}");
+        let first = network.points[0].score;
+        assert!(network.network != "majority" || first == whole.score, "{network:?}");
+        assert!(network.network != "mini-rocket" || first < whole.score, "{network:?}");
     }
     let none = Options { stress: None, early: None, budget: 0.05, ..Options::default() };
     assert_eq!(judge(&case, &none).unwrap().early, None);

@@ -1,14 +1,16 @@
-//! Accuracy against what is left of one thing: on test parts, on inner folds, and where the knee is.
+//! The primary metric against what is left of one thing: on test parts, on inner folds, and where the knee is.
 
 use taxel_judge::Contrast;
 use taxel_report::axes::{Frame, Scale, widened};
 use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
 use taxel_report::chart::Chart;
 use taxel_report::files::slug;
-use taxel_report::numbers::{between, tenth, tick};
+use taxel_report::numbers::tick;
 use taxel_report::palette::{Ink, Paint};
 
-use crate::shrunk::{Curve, Rung};
+use crate::page::between;
+use crate::shrunk::{Curve, Rung, Shrunk};
+use crate::words::margin_words;
 
 const WIDTH: f64 = 860.0;
 /// Left and right end of the settings.
@@ -18,35 +20,42 @@ const HEIGHTS: (f64, f64) = (64.0, 344.0);
 /// Room between the ends and the first and the last setting.
 const INSET: f64 = 30.0;
 
-/// One point per setting, the whole at the left; `whole` is its accuracy on the test parts, with an interval.
-pub(crate) fn curve(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64) -> Chart<'_> {
+/// One point per setting, the whole at the left.
+pub(crate) fn curve<'a>(curve: &'a Curve, shrunk: &'a Shrunk) -> Chart<'a> {
+    let primary = &shrunk.primary;
     let reading = format!(
-        "Accuracy against what is left ({}). Full line: test parts, with 95 % intervals; dashed: inner folds of the training parts, \
-         which are trained on less and find the knee. Dotted: {margin} points below the whole.",
-        curve.title.to_lowercase()
+        "{} against what is left ({}). Full line: test parts, with 95 % intervals; dashed: inner folds of the training parts, \
+         which are trained on less and find the knee. Dotted: {} {} the whole.",
+        primary.heading(),
+        curve.title.to_lowercase(),
+        margin_words(primary, shrunk.margin),
+        if primary.loss(1.0) < 0.0 { "below" } else { "above" }
     );
     let name = format!("curve-{}", slug(&curve.axis));
-    Chart::new(name, curve.title.clone(), reading, move |paint| draw(curve, whole, margin, paint))
+    Chart::new(name, curve.title.clone(), reading, move |paint| draw(curve, shrunk, paint))
 }
 
-fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint) -> Canvas {
+fn draw(curve: &Curve, shrunk: &Shrunk, paint: Paint) -> Canvas {
+    let (primary, whole) = (&shrunk.primary, shrunk.whole);
+    // As much worse than the whole as still suffices.
+    let limit = whole.0 - primary.merit(shrunk.margin);
     let mut canvas = Canvas::new(WIDTH, HEIGHTS.1 + 56.0, paint);
-    let accuracies = |of: fn(&Rung) -> Option<Contrast>| {
-        curve.rungs.iter().map(|rung| of(rung).map(|own| own.accuracy)).collect::<Vec<_>>()
+    let scores = |of: fn(&Rung) -> Option<Contrast>| {
+        curve.rungs.iter().map(|rung| of(rung).map(|own| own.score)).collect::<Vec<_>>()
     };
-    let (outer, inner) = (accuracies(|rung| rung.outer), accuracies(|rung| rung.inner));
+    let (outer, inner) = (scores(|rung| rung.outer), scores(|rung| rung.inner));
     let known = |values: &[Option<f64>]| values.iter().flatten().copied().collect::<Vec<_>>();
     // What the whole has on inner folds, from any setting beside it.
-    let inner_whole = curve.rungs.iter().find_map(|rung| rung.inner.map(|own| own.accuracy - own.difference));
-    let bars = curve.rungs.iter().filter_map(|rung| rung.outer?.accuracy_interval);
+    let inner_whole = curve.rungs.iter().find_map(|rung| rung.inner.map(|own| own.score - own.difference));
+    let bars = curve.rungs.iter().filter_map(|rung| rung.outer?.score_interval);
     let bars: Vec<f64> = bars.chain(whole.1).flatten().collect();
-    let values = [known(&outer), known(&inner), bars, vec![whole.0, whole.0 - margin]].concat();
+    let values = [known(&outer), known(&inner), bars, vec![whole.0, limit]].concat();
     let frame = Frame {
         x: Scale::linear((0.0, steps(curve)), (ENDS.0 + INSET, ENDS.1 - INSET)),
-        y: Scale::linear(widened(&values, (0.0, 100.0)), (HEIGHTS.1, HEIGHTS.0)),
+        y: Scale::linear(widened(&values, primary.range()), (HEIGHTS.1, HEIGHTS.0)),
     };
-    draw_axes(&mut canvas, curve, &frame);
-    let limit = frame.y.at(whole.0 - margin);
+    draw_axes(&mut canvas, curve, &frame, &primary.axis());
+    let limit = frame.y.at(limit);
     canvas.line((ENDS.0, limit), (ENDS.1, limit), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
     draw_knee(&mut canvas, curve, &frame);
     let line = |first: Option<f64>, values: &[Option<f64>]| {
@@ -55,7 +64,7 @@ fn draw(curve: &Curve, whole: (f64, Option<[f64; 2]>), margin: f64, paint: Paint
     };
     canvas.path(line(inner_whole, &inner), Stroke::of(Ink::Series(1), 1.6).dashed((6.0, 4.0)));
     canvas.path(line(Some(whole.0), &outer), Stroke::of(Ink::Series(0), 2.0));
-    draw_points(&mut canvas, curve, whole, &frame);
+    draw_points(&mut canvas, curve, shrunk, &frame);
     canvas
 }
 
@@ -64,8 +73,8 @@ fn steps(curve: &Curve) -> f64 {
     curve.rungs.len().max(1) as f64
 }
 
-/// Draws both axes: accuracies, and the name of each setting below its place.
-fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
+/// Draws both axes: scores, and the name of each setting below its place.
+fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &Frame, scores: &str) {
     let wide = Frame { x: Scale::linear((0.0, 1.0), ENDS), y: frame.y };
     wide.draw_y(canvas, tick);
     let names: Vec<&str> = std::iter::once(&curve.short)
@@ -80,7 +89,7 @@ fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
         let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, size, ..PLAIN };
         canvas.text((frame.x.at(at as f64), HEIGHTS.1 + 17.0), name, look);
     }
-    wide.titles(canvas, &format!("what is left: {}", curve.title.to_lowercase()), "accuracy (%)");
+    wide.titles(canvas, &format!("what is left: {}", curve.title.to_lowercase()), scores);
 }
 
 fn draw_knee(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
@@ -92,15 +101,15 @@ fn draw_knee(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
 }
 
 /// Draws a dot with its interval for the whole and for each setting on the test parts.
-fn draw_points(canvas: &mut Canvas, curve: &Curve, whole: (f64, Option<[f64; 2]>), frame: &Frame) {
+fn draw_points(canvas: &mut Canvas, curve: &Curve, shrunk: &Shrunk, frame: &Frame) {
+    let (primary, whole) = (&shrunk.primary, shrunk.whole);
     let mut points = vec![(0, "whole".to_string(), whole.0, whole.1)];
     for (at, rung) in curve.rungs.iter().enumerate() {
-        points
-            .extend(rung.outer.map(|own| (at + 1, rung.label.clone(), own.accuracy, own.accuracy_interval)));
+        points.extend(rung.outer.map(|own| (at + 1, rung.label.clone(), own.score, own.score_interval)));
     }
-    for (at, label, accuracy, interval) in points {
-        let (x, y) = frame.at(at as f64, accuracy);
-        canvas.hover(&format!("{label}: {} %{}", tenth(accuracy), between(interval)), |canvas| {
+    for (at, label, score, interval) in points {
+        let (x, y) = frame.at(at as f64, score);
+        canvas.hover(&format!("{label}: {}{}", primary.value(score), between(primary, interval)), |canvas| {
             if let Some([low, high]) = interval {
                 let (low, high) = (frame.y.at(low), frame.y.at(high));
                 canvas.line((x, low), (x, high), Stroke::of(Ink::Soft, 2.0));

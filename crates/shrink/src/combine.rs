@@ -2,7 +2,7 @@
 
 use std::slice::from_ref;
 
-use taxel_judge::Contrast;
+use taxel_judge::{Contrast, Primary};
 use taxel_learn::FoldRecord;
 
 use crate::curves::{Outer, Shared};
@@ -46,7 +46,7 @@ pub fn together(
     outers: &[Outer],
     tried: &[(Ladder, Curve)],
 ) -> Result<Found> {
-    search(tried, shared.margin, &mut |is_inner, cuts| {
+    search(tried, (&shared.primary, shared.margin), &mut |is_inner, cuts| {
         let answers = match is_inner {
             true => {
                 desk.expect(outers.iter().map(|outer| outer.inner.len()).sum());
@@ -71,7 +71,7 @@ pub fn together(
 /// `ask` trains a combination on inner folds, where the first argument says so, or for the test parts.
 fn search(
     tried: &[(Ladder, Curve)],
-    margin: f64,
+    (primary, margin): (&Primary, f64),
     ask: &mut dyn FnMut(bool, &[&Cut]) -> Result<Answered>,
 ) -> Result<Found> {
     // Position of the setting on each axis that has one.
@@ -86,7 +86,7 @@ fn search(
         let cuts: Vec<&Cut> = steps.iter().map(|step| &step.cut).collect();
         let parts: Vec<String> = steps.iter().map(|step| step.label.clone()).collect();
         let inner = ask(true, &cuts)?.and_then(|(_, own)| own);
-        let does = inner.is_some_and(|own| own.suffices(margin));
+        let does = inner.is_some_and(|own| own.suffices(margin, primary));
         let is_last = chosen.len() == 1 || attempt == TRIES;
         let answered = if does || is_last { ask(false, &cuts)? } else { None };
         if let Some((records, Some(outer))) = answered {
@@ -96,19 +96,23 @@ fn search(
         }
         let lost = match inner {
             Some(_) if does => "could not be trained on whole training parts".into(),
-            Some(own) => format!("lost {:.1} points on inner folds", -own.difference),
+            Some(own) => {
+                let lost = primary.difference(primary.loss(own.difference));
+                format!("lost {lost} on inner folds")
+            }
             None => "could not be trained on inner folds".into(),
         };
         loosened.push(format!("Together, {} {lost}.", parts.join("; ")));
-        loosen(&mut chosen, tried);
+        loosen(&mut chosen, primary, tried);
     }
     Ok(Found::None(loosened))
 }
 
 /// The axis whose setting lost most by itself takes the next larger one, or gives up its place.
-fn loosen(chosen: &mut Vec<(usize, usize)>, tried: &[(Ladder, Curve)]) {
-    let lost =
-        |&(axis, at): &(usize, usize)| tried[axis].1.rungs[at].inner.map_or(0.0, |own| -own.difference);
+fn loosen(chosen: &mut Vec<(usize, usize)>, primary: &Primary, tried: &[(Ladder, Curve)]) {
+    let lost = |&(axis, at): &(usize, usize)| {
+        tried[axis].1.rungs[at].inner.map_or(0.0, |own| primary.loss(own.difference))
+    };
     let most = chosen.iter().enumerate().max_by(|(_, a), (_, b)| lost(a).total_cmp(&lost(b)));
     let Some((place, _)) = most else { return };
     match chosen[place].1 {
@@ -130,8 +134,8 @@ mod tests {
     use crate::ladder::Step;
 
     fn contrast(difference: f64) -> Contrast {
-        let accuracy = 90.0 + difference;
-        Contrast { accuracy, accuracy_interval: None, difference, interval: None, p_holm: None, worse: false }
+        let score = 90.0 + difference;
+        Contrast { score, score_interval: None, difference, interval: None, p_holm: None, worse: false }
     }
 
     /// An axis of five settings, the smallest of them its knee; each loses `lost` more than the one before.
@@ -164,7 +168,7 @@ mod tests {
         outer: impl Fn(&[usize]) -> Option<f64>,
     ) -> (Found, [usize; 2]) {
         let mut asked = [0, 0];
-        let found = search(tried, 2.0, &mut |is_inner, cuts| {
+        let found = search(tried, (&Primary::default(), 2.0), &mut |is_inner, cuts| {
             asked[usize::from(!is_inner)] += 1;
             let place = |cut: &&Cut| match cut {
                 Cut::Set(_, toml::Value::Integer(at)) => *at as usize,
@@ -212,7 +216,9 @@ mod tests {
     #[test]
     fn what_stops_everything_stops_it_and_no_knee_is_no_combination() {
         let tried = [axis(Axis::Rate, 0.1)];
-        let stopped = search(&tried, 2.0, &mut |_, _| Err(Error::Stopped { folder: String::new() }));
+        let stopped = search(&tried, (&Primary::default(), 2.0), &mut |_, _| {
+            Err(Error::Stopped { folder: String::new() })
+        });
         assert!(matches!(stopped, Err(Error::Stopped { .. })));
         let (own, asked) = found(&[], |_| None, |_| None);
         assert!(matches!(own, Found::None(words) if words.is_empty() && asked == [0, 0]));

@@ -2,9 +2,8 @@
 
 use std::cell::OnceCell;
 
-use taxel_data::{Dataset, Fold, Task};
-use taxel_judge::{Contrast, contrasts, knee};
-use taxel_learn::metrics::Metric;
+use taxel_data::{Dataset, Fold};
+use taxel_judge::{Contrast, Primary, contrasts, knee};
 use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
 use taxel_trainer::Alone;
 use toml::Table;
@@ -14,10 +13,8 @@ use crate::error::{Error, Result};
 use crate::ladder::{Cut, Ladder, Step};
 use crate::sensors::{Sensor, kept};
 use crate::shrunk::{Curve, Rung};
-use crate::words::knee_words;
+use crate::words::{knee_words, roughly};
 
-/// A loss on inner folds, in percentage points, after which nothing smaller is trained.
-const HOPELESS: f64 = 25.0;
 /// Inner folds are numbered so far from all others, for their own random choices.
 const INNER: usize = 1_000_000;
 
@@ -74,8 +71,12 @@ pub struct Shared<'a> {
     pub seed: u64,
     /// Epochs in place of the run's.
     pub epochs: Option<usize>,
-    /// A loss that would matter, in percentage points.
+    /// The metric that settings are compared by.
+    pub primary: Primary,
+    /// A loss that would matter, in percentage points or in the metric's unit.
     pub margin: f64,
+    /// A loss on inner folds after which nothing smaller is trained.
+    pub hopeless: f64,
     /// Level of significance over a curve.
     pub alpha: f64,
     /// The most accurate method of the run, from whose answers smaller networks learn.
@@ -186,8 +187,9 @@ impl Shared<'_> {
 pub const SHARE: f32 = 0.5;
 
 /// Returns the primary metric over all records together, for a first look.
-fn score(task: &Task, records: &[FoldRecord]) -> f64 {
-    Metric::primary(task).pooled(task, records.iter().map(|record| &record.outcome))
+fn score(shared: &Shared, records: &[FoldRecord]) -> f64 {
+    let outcomes = records.iter().map(|record| &record.outcome);
+    shared.primary.metric().pooled(&shared.dataset.task(), outcomes)
 }
 
 /// Trains every setting of a ladder; the knee is found on inner folds.
@@ -196,8 +198,7 @@ fn score(task: &Task, records: &[FoldRecord]) -> f64 {
 /// What stops everything; a setting that cannot be trained says so in its place.
 pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder) -> Result<Curve> {
     let whole: Vec<FoldRecord> = outers.iter().flat_map(|outer| outer.inner_whole.iter().cloned()).collect();
-    let task = shared.dataset.task();
-    let whole = score(&task, &whole);
+    let (primary, whole) = (&shared.primary, score(shared, &whole));
     let (mut inner, mut outer, mut refused) = (vec![], vec![], vec![]);
     let mut over: Option<String> = None;
     for step in &ladder.steps {
@@ -212,12 +213,10 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
         };
         match done {
             Ok((on_inner, on_outer)) => {
-                let lost = Metric::primary(&task).worsening(score(&task, &on_inner), whole);
-                if lost > HOPELESS {
-                    over.get_or_insert(format!(
-                        "not tried: {} lost {lost:.0} points on inner folds",
-                        step.label
-                    ));
+                let lost = primary.worsening(score(shared, &on_inner), whole);
+                if lost > shared.hopeless {
+                    let lost = roughly(primary, lost);
+                    over.get_or_insert(format!("not tried: {} lost {lost} on inner folds", step.label));
                 }
                 inner.push(on_inner);
                 outer.push(on_outer);
@@ -231,7 +230,7 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
         }
     }
     let (inner, outer) = (shared.beside(outers, true, &inner)?, shared.beside(outers, false, &outer)?);
-    let at = knee(&inner, shared.margin);
+    let at = knee(&inner, shared.margin, primary);
     let rungs =
         ladder.steps.iter().zip(inner).zip(outer).zip(refused).map(|(((step, inner), outer), refused)| {
             Rung {
@@ -252,7 +251,7 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
         knee: at,
         words: String::new(),
     };
-    curve.words = knee_words(&curve, shared.margin);
+    curve.words = knee_words(&curve, primary, shared.margin);
     Ok(curve)
 }
 

@@ -7,8 +7,9 @@ use crate::axis::Axis;
 pub struct Options {
     /// What may become less. Default everything.
     pub axes: Vec<Axis>,
-    /// A loss of accuracy that would matter, in percentage points, (0, 100]. Default 2.
-    pub margin: f64,
+    /// A loss that would matter, in percentage points of accuracy, (0, 100], or in the unit of the metric, above 0. None
+    /// is 2 percentage points, and for a metric in the unit of a quantity 2 % of what always giving the mean scores.
+    pub margin: Option<f64>,
     /// Level of significance over a curve, (0, 1). Default 0.05.
     pub alpha: f64,
     /// Inner folds of each training part, 2 to 100. Default 2.
@@ -27,7 +28,7 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             axes: Axis::ALL.to_vec(),
-            margin: 2.0,
+            margin: None,
             alpha: 0.05,
             inner: 2,
             quick: false,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold};
-use taxel_judge::{Case, Criteria, accuracy};
+use taxel_judge::{Case, Criteria, mean_score, named_scores};
 use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
 use taxel_trainer::{Alone, Experiment};
 use taxel_zoo::Registry;
@@ -25,6 +25,10 @@ use crate::shrunk::{Curve, Shrunk, SmallSpeed};
 use crate::small;
 use crate::words::shrunk_words;
 
+/// A loss that would matter, in percentage points, or in % of what knowing nothing scores.
+const MARGIN: f64 = 2.0;
+/// A loss on inner folds after which nothing smaller is trained, in the same.
+const HOPELESS: f64 = 25.0;
 /// Name of the smaller model's file.
 const MODEL: &str = "shrunk.safetensors";
 /// Name of its experiment's file.
@@ -67,7 +71,7 @@ pub fn shrink(
     // What cannot be trained by itself is refused while nothing is written.
     experiment.alone(network, &Alone::default(), registry)?;
     let dataset = &case.dataset;
-    let shared = shared(case, experiment, network, options);
+    let shared = shared(case, experiment, network, options)?;
     let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);
     let plan = Plan::new(case, &shared, &ladders, options)?;
     let records = prepare(out, options.resume)?;
@@ -84,7 +88,7 @@ pub fn shrink(
     if let (Found::Combination(found), Some(Ok((model, experiment)))) = (trained.found, trained.small) {
         let reduction = &experiment.config().encoding.reduce;
         shrunk.models = small::pair(case, &shrunk, &found, &model, reduction)?;
-        let interval = found.combined.outer.accuracy_interval;
+        let interval = found.combined.outer.score_interval;
         let model = model.with_score(small::score(case, &found.records, interval)?);
         speed = Some(small::speed(case, network, &model)?);
         model.save(&out.join(MODEL))?;
@@ -157,10 +161,11 @@ fn gathered(
         protocol: protocol.words(),
         parts: outers.len(),
         inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
+        primary: shared.primary.clone(),
         margin: shared.margin,
         alpha: shared.alpha,
         notes,
-        whole: accuracy(&whole, shared.dataset, protocol, seed)?.unwrap_or((0.0, None)),
+        whole: mean_score(&whole, shared.dataset, protocol, seed)?.unwrap_or((0.0, None)),
         curves: tried.iter().map(|(_, curve)| curve.clone()).collect(),
         left_out,
         combined,
@@ -174,7 +179,8 @@ fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<Pat
     let json =
         |value: serde_json::Result<String>, path: &Path| value.map_err(|error| Error::file(path, error));
     let (result, times) = (out.join(RESULT), out.join(SPEED));
-    write(&result, json(serde_json::to_string_pretty(shrunk), &result)?.as_bytes())?;
+    let text = named_scores(shrunk).and_then(|own| serde_json::to_string_pretty(&own));
+    write(&result, json(text, &result)?.as_bytes())?;
     match speed {
         Some(speed) => write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?,
         // A smaller model of an earlier margin would be none of this one.
@@ -196,7 +202,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 
 fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options) -> Result<()> {
     let Options { margin, alpha, inner, epochs, .. } = *options;
-    Criteria { margin, alpha, ..Criteria::default() }.check()?;
+    Criteria { margin, alpha, ..Criteria::default() }.check(&case.primary())?;
     if !(2..=100).contains(&inner) {
         return Err(Error::value("inner", inner, "must be in 2..=100"));
     }
@@ -237,7 +243,13 @@ fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
     Ok(records)
 }
 
-fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options: &Options) -> Shared<'a> {
+fn shared<'a>(
+    case: &'a Case,
+    experiment: &Experiment,
+    network: &'a str,
+    options: &Options,
+) -> Result<Shared<'a>> {
+    let (primary, chance) = (case.primary(), case.chance()?);
     let reading = &case.dataset.reading;
     let fewer = || experiment.network(network).map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
     let epochs = options.epochs.or(options.quick.then(fewer).flatten());
@@ -246,20 +258,22 @@ fn shared<'a>(case: &'a Case, experiment: &Experiment, network: &'a str, options
         own.hardening.is_none() && own.quantized.is_none() && own.diverged == 0
     };
     let sound = case.results.networks.iter().filter(is_sound);
-    let most = |own: &&NetworkResults| own.primary().unwrap_or(0.0);
-    let best = sound.max_by(|a, b| most(a).total_cmp(&most(b))).map_or(network, |own| own.network.as_str());
-    Shared {
+    let merit = |own: &&NetworkResults| own.primary().map_or(f64::NEG_INFINITY, |score| primary.merit(score));
+    let best = sound.max_by(|a, b| merit(a).total_cmp(&merit(b))).map_or(network, |own| own.network.as_str());
+    Ok(Shared {
         name: network,
         dataset: &case.dataset,
         sensors: sensors(reading.layout, &reading.shape),
         protocol: case.results.protocol.clone(),
         seed: case.results.seed,
         epochs,
-        margin: options.margin,
+        margin: options.margin.unwrap_or_else(|| primary.share(MARGIN, chance)),
+        hopeless: primary.share(HOPELESS, chance),
         alpha: options.alpha,
         // A teacher of full length beside shorter trainings would be no fair look.
         best: if epochs.is_some() { network.into() } else { best.into() },
-    }
+        primary,
+    })
 }
 
 /// A ladder for each axis, and why others have none.

@@ -1,7 +1,7 @@
 //! How little of the sensing and of a network suffices.
 
 use serde::{Deserialize, Serialize};
-use taxel_judge::Contrast;
+use taxel_judge::{Contrast, Primary};
 
 /// One setting of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,10 +51,12 @@ pub struct Small {
     pub reads: String,
     /// Values of a raw sample that it reads.
     pub readings: usize,
-    /// Accuracy of its recipe on the test parts, in %.
-    pub accuracy: f64,
+    /// Primary metric of its recipe on the test parts, in its unit.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
     /// 95 % interval of it.
-    pub accuracy_interval: Option<[f64; 2]>,
+    #[serde(rename = "accuracy_interval", alias = "score_interval")]
+    pub score_interval: Option<[f64; 2]>,
     /// Trained values.
     pub parameters: u64,
     /// Multiply-accumulates of one answer.
@@ -63,7 +65,7 @@ pub struct Small {
     pub bytes: u64,
 }
 
-/// How long an answer of each model takes, from raw recording to probabilities, on one thread: it differs from machine to
+/// How long an answer of each model takes, from raw recording to prediction, on one thread: it differs from machine to
 /// machine, and is kept apart from the rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SmallSpeed {
@@ -107,7 +109,10 @@ pub struct Shrunk {
     pub parts: usize,
     /// Inner folds of each training part.
     pub inner: usize,
-    /// A loss that would matter, in percentage points.
+    /// The metric of the scores.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
+    /// A loss that would matter, in percentage points or in the metric's unit.
     pub margin: f64,
     /// Level of significance over a curve.
     pub alpha: f64,
@@ -115,7 +120,7 @@ pub struct Shrunk {
     /// words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// The whole on the test parts: accuracy in %, and its 95 % interval.
+    /// The whole on the test parts: primary metric, and its 95 % interval.
     pub whole: (f64, Option<[f64; 2]>),
     /// One curve per axis.
     pub curves: Vec<Curve>,

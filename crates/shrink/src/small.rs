@@ -32,12 +32,12 @@ pub fn pair(
     let fitted =
         found.records.iter().filter_map(|own| own.costs).max_by_key(|own| (own.macs, own.parameters));
     let costs = model.card().graph().map(|graph| graph.cost().into()).or(fitted).unwrap_or(whole);
-    let small = |name: &str, reads: String, readings, (accuracy, accuracy_interval), costs: Costs| {
+    let small = |name: &str, reads: String, readings, (score, score_interval), costs: Costs| {
         let Costs { parameters, bytes, macs, .. } = costs;
-        Small { name: name.into(), reads, readings, accuracy, accuracy_interval, parameters, macs, bytes }
+        Small { name: name.into(), reads, readings, score, score_interval, parameters, macs, bytes }
     };
     let outer = &found.combined.outer;
-    let scored = (outer.accuracy, outer.accuracy_interval);
+    let scored = (outer.score, outer.score_interval);
     Ok(vec![
         small("whole", "everything".into(), reading.shape.iter().product(), shrunk.whole, whole),
         small("shrunk", reduction.words(), plan.shape().iter().product(), scored, costs),

@@ -1,41 +1,63 @@
 //! What a curve says in a sentence, and all of them together.
 
-use taxel_judge::Contrast;
+use taxel_judge::{Contrast, Primary};
+use taxel_report::numbers::digits;
 
 use crate::shrunk::{Curve, Shrunk};
 
 /// `-0.4 points (-1.9 to +1.1)`.
-fn difference(own: &Contrast) -> String {
-    let interval = own.interval.map_or(String::new(), |[low, high]| format!(" ({low:+.1} to {high:+.1})"));
-    format!("{:+.1} points{interval}", zero(own.difference))
+fn difference(primary: &Primary, own: &Contrast) -> String {
+    let signed = primary.show_signed();
+    let interval =
+        own.interval.map_or(String::new(), |[low, high]| format!(" ({} to {})", signed(low), signed(high)));
+    format!("{}{interval}", with_unit(primary, signed(zero(primary, own.difference))))
 }
 
 /// `lost 3.1 points (1.0 to 5.2)`.
-fn loss(own: &Contrast) -> String {
-    let interval = own
-        .interval
-        .map_or(String::new(), |[low, high]| format!(" ({:.1} to {:.1})", zero(-high), zero(-low)));
-    match own.difference < 0.0 {
-        true => format!("lost {:.1} points{interval}", -own.difference),
-        false => format!("lost nothing ({})", difference(own)),
+fn loss(primary: &Primary, own: &Contrast) -> String {
+    let (show, lost) = (primary.show(), primary.loss(own.difference));
+    let interval = own.interval.map_or(String::new(), |bounds| {
+        let [low, high] = primary.losses(bounds).map(|bound| show(zero(primary, bound)));
+        format!(" ({low} to {high})")
+    });
+    if lost > 0.0 {
+        format!("lost {}{interval}", with_unit(primary, show(lost)))
+    } else {
+        format!("lost nothing ({})", difference(primary, own))
     }
 }
 
+/// `3.1 points`, `0.12 N`.
+fn with_unit(primary: &Primary, number: String) -> String {
+    format!("{number} {}", primary.points()).trim_end().into()
+}
+
 /// No `-0.0`.
-fn zero(value: f64) -> f64 {
-    if value.abs() < 0.05 { 0.0 } else { value }
+fn zero(primary: &Primary, value: f64) -> f64 {
+    if primary.is_percent() && value.abs() < 0.05 { 0.0 } else { value }
+}
+
+/// A large loss: `30 points`, `1.25 N`.
+pub fn roughly(primary: &Primary, loss: f64) -> String {
+    with_unit(primary, if primary.is_percent() { format!("{loss:.0}") } else { digits(loss) })
+}
+
+/// The margin as it was asked for: `2 points`.
+pub fn margin_words(primary: &Primary, margin: f64) -> String {
+    with_unit(primary, if primary.is_percent() { margin.to_string() } else { digits(margin) })
 }
 
 /// Names the knee of a curve with its evidence: how it does on the test parts, and what the next smaller setting loses.
-pub fn knee_words(curve: &Curve, margin: f64) -> String {
+pub fn knee_words(curve: &Curve, primary: &Primary, margin: f64) -> String {
     let at = curve.knee.map_or(0, |knee| knee + 1);
     let next = curve.rungs.get(at).map(|rung| {
         let part = match (&rung.refused, rung.inner, rung.outer) {
             (Some(reason), ..) => reason.clone(),
             (_, Some(inner), Some(outer)) => {
-                format!("{} on the test parts ({} on inner folds)", loss(&outer), loss(&inner))
+                let (outer, inner) = (loss(primary, &outer), loss(primary, &inner));
+                format!("{outer} on the test parts ({inner} on inner folds)")
             }
-            (_, Some(inner), None) => format!("{} on inner folds", loss(&inner)),
+            (_, Some(inner), None) => format!("{} on inner folds", loss(primary, &inner)),
             _ => "was not tried".into(),
         };
         format!("{}: {part}", rung.label)
@@ -45,20 +67,20 @@ pub fn knee_words(curve: &Curve, margin: f64) -> String {
         return format!("Nothing may go of {}{next}.", curve.whole);
     };
     let evidence = match (knee.outer, knee.inner) {
-        (Some(outer), _) => format!("{} on the test parts", difference(&outer)),
-        (None, Some(inner)) => format!("{} on inner folds", difference(&inner)),
+        (Some(outer), _) => format!("{} on the test parts", difference(primary, &outer)),
+        (None, Some(inner)) => format!("{} on inner folds", difference(primary, &inner)),
         (None, None) => "no evidence".into(),
     };
     let next = next.map_or("; nothing smaller was tried".into(), |next| format!("; {next}"));
-    let evidence = match knee.outer.and_then(|own| own.interval) {
+    let evidence = match knee.outer.and_then(|own| own.interval).map(|bounds| primary.losses(bounds)[1]) {
         // The same question as of a choice: could a loss that matters have been missed?
-        Some([low, _]) if low < -margin => {
-            format!("{evidence}, where a loss of {:.1} could have been missed", -low)
+        Some(most) if most > margin => {
+            format!("{evidence}, where a loss of {} could have been missed", primary.show()(most))
         }
         _ => evidence,
     };
     let doubt = match knee.outer {
-        Some(outer) if !outer.suffices(margin) => {
+        Some(outer) if !outer.suffices(margin, primary) => {
             ". The test parts do not bear out what the inner folds said: take the next larger setting"
         }
         _ => "",
@@ -79,12 +101,13 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
         });
         return words;
     };
-    let evidence = difference(&combined.outer);
+    let primary = &shrunk.primary;
+    let evidence = difference(primary, &combined.outer);
     words.push(format!("All together ({}): {evidence} on the test parts.", combined.parts.join("; ")));
     let inner = match combined.inner {
         None => Some("could not be trained on inner folds".into()),
-        Some(own) if own.suffices(shrunk.margin) => None,
-        Some(own) => Some(format!("{} on inner folds, too much", loss(&own))),
+        Some(own) if own.suffices(shrunk.margin, primary) => None,
+        Some(own) => Some(format!("{} on inner folds, too much", loss(primary, &own))),
     };
     if let Some(inner) = &inner {
         words.push(format!(
@@ -92,11 +115,11 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
              that does not matter."
         ));
     }
-    if !combined.outer.suffices(shrunk.margin) {
+    if !combined.outer.suffices(shrunk.margin, primary) {
         let unseen = if inner.is_none() { ", which the inner folds did not show" } else { "" };
         words.push(format!(
-            "Together they lose more on the test parts than {} points{unseen}: ship it only if that does not matter.",
-            shrunk.margin
+            "Together they lose more on the test parts than {}{unseen}: ship it only if that does not matter.",
+            margin_words(primary, shrunk.margin)
         ));
     }
     if let [whole, small] = shrunk.models.as_slice() {
@@ -120,8 +143,8 @@ mod tests {
 
     fn contrast(difference: f64, half: f64) -> Option<Contrast> {
         Some(Contrast {
-            accuracy: 90.0 + difference,
-            accuracy_interval: None,
+            score: 90.0 + difference,
+            score_interval: None,
             difference,
             interval: Some([difference - half, difference + half]),
             p_holm: None,
@@ -148,13 +171,13 @@ mod tests {
 
     #[test]
     fn a_knee_is_named_with_numbers() {
-        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), rung(6, -3.1)]), 2.0);
+        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), rung(6, -3.1)]), &Primary::default(), 2.0);
         assert_eq!(
             words,
             "7 of 28 channels suffice: -0.4 points (-1.9 to +1.1) on the test parts; 6 of 28 channels: lost 3.1 points \
              (1.6 to 4.6) on the test parts (lost 3.1 points (1.1 to 5.1) on inner folds)."
         );
-        let all = knee_words(&curve(None, vec![rung(7, -5.0)]), 2.0);
+        let all = knee_words(&curve(None, vec![rung(7, -5.0)]), &Primary::default(), 2.0);
         assert!(all.starts_with("Nothing may go of 28 channels; 7 of 28 channels: lost 5.0"), "{all}");
     }
 
@@ -162,7 +185,7 @@ mod tests {
     fn a_knee_says_what_loss_could_have_been_missed() {
         let mut own = curve(Some(0), vec![rung(7, -0.4)]);
         own.rungs[0].outer = contrast(-0.4, 9.0);
-        let words = knee_words(&own, 2.0);
+        let words = knee_words(&own, &Primary::default(), 2.0);
         assert!(words.contains("on the test parts, where a loss of 9.4 could have been missed;"), "{words}");
     }
 
@@ -170,7 +193,7 @@ mod tests {
     fn a_next_setting_that_was_not_trained_says_why_once() {
         let reason = "not tried: 7 of 28 channels lost 30 points on inner folds";
         let next = Rung { inner: None, outer: None, refused: Some(reason.into()), ..rung(6, 0.0) };
-        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), next]), 40.0);
+        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), next]), &Primary::default(), 40.0);
         assert!(words.ends_with(&format!("; 6 of 28 channels: {reason}.")), "{words}");
     }
 
@@ -178,7 +201,7 @@ mod tests {
     fn a_knee_that_the_test_parts_contradict_says_so() {
         let mut own = curve(Some(0), vec![rung(7, -0.4)]);
         own.rungs[0].outer = contrast(-4.0, 1.0);
-        let words = knee_words(&own, 2.0);
+        let words = knee_words(&own, &Primary::default(), 2.0);
         assert!(words.contains("do not bear out") && words.contains("nothing smaller was tried"), "{words}");
     }
 
@@ -192,6 +215,7 @@ mod tests {
             protocol: "3 folds".into(),
             parts: 3,
             inner: 2,
+            primary: Primary::default(),
             margin: 2.0,
             alpha: 0.05,
             notes: vec![],

@@ -155,7 +155,7 @@ fn channels_that_carry_the_classes_are_kept_and_the_model_reads_no_others() {
     assert!(["1", "2"].contains(&left(shrunk, 1).unwrap()), "{:#?}", shrunk.curves[1]);
     let combined = shrunk.combined.as_ref().unwrap();
     assert_eq!(combined.parts.len(), 2, "{combined:?}");
-    assert!(combined.outer.suffices(5.0), "{combined:?}");
+    assert!(combined.outer.suffices(5.0, &taxel_judge::Primary::default()), "{combined:?}");
 
     // The model takes whole recordings, and what other channels say is nothing to it.
     let model = Model::open(model.as_ref().unwrap()).unwrap();
@@ -217,7 +217,7 @@ fn test_parts_choose_nothing() {
     assert_eq!(left(&own.shrunk, 0), Some("1"), "{curve:#?}");
     assert_eq!(curve.rungs[curve.knee.unwrap()].kept, ["channels 1"]);
     let last = curve.rungs.last().unwrap();
-    assert!(last.inner.unwrap().accuracy > 90.0 && last.outer.unwrap().accuracy < 60.0, "{last:?}");
+    assert!(last.inner.unwrap().score > 90.0 && last.outer.unwrap().score < 60.0, "{last:?}");
     assert_eq!((own.shrunk.parts, own.shrunk.inner), (1, 3));
 }
 
@@ -295,7 +295,7 @@ fn what_cannot_be_shrunk_is_refused_before_anything_is_trained() {
         let own = planted.try_shrink("shrink", &[Axis::Bits], options, &AtomicBool::new(false));
         own.err().unwrap().to_string()
     };
-    assert!(refused(Options { margin: 0.0, ..Options::default() }).starts_with("margin = 0: "));
+    assert!(refused(Options { margin: Some(0.0), ..Options::default() }).starts_with("margin = 0: "));
     assert!(refused(Options { inner: 1, ..Options::default() }).starts_with("inner = 1: "));
     assert!(refused(Options { epochs: Some(0), ..Options::default() }).starts_with("epochs = 0: "));
     assert!(!planted.file("records").exists());

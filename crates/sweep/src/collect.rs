@@ -192,7 +192,13 @@ impl Collector<'_> {
         self.sweep.settings = self.tally.settings();
         self.sweep.axes = self.tally.axes(VALUES);
         match self.tally.contests() {
-            Some(contests) => self.sweep.across = rank(&contests, Criteria::default().alpha)?,
+            Some(contests) => {
+                if contests.iter().any(|own| own.primary != contests[0].primary) {
+                    let note = "Data sets are scored by different metrics: no ranks over them.";
+                    self.sweep.notes.push(note.into());
+                }
+                self.sweep.across = rank(&contests, Criteria::default().alpha)?;
+            }
             None => self.sweep.notes.push("Too many settings for ranks over data sets.".into()),
         }
         if !self.folds.is_empty() {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use taxel_judge::Across;
+use taxel_judge::{Across, Primary};
 
 /// Many trials of one study.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -58,8 +58,12 @@ pub struct Setting {
     pub network: String,
     /// Varied keys and their values, the seed left out.
     pub set: String,
-    /// Accuracy in % over its trials.
-    pub accuracy: Spread,
+    /// The metric of the scores.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
+    /// That metric over its trials.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: Spread,
 }
 
 /// Several values of one thing.
@@ -82,7 +86,10 @@ pub struct Spread {
 pub struct Axis {
     /// The dotted key.
     pub key: String,
-    /// Network, value, accuracy in %; networks in the order of the configs, values in that of the plan.
+    /// The metric of the scores.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
+    /// Network, value, score; networks in the order of the configs, values in that of the plan.
     pub rows: Vec<(String, String, Spread)>,
 }
 

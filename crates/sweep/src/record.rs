@@ -1,7 +1,9 @@
 //! What is kept of a finished trial besides its run folder: enough for tables, small enough for thousands.
 
 use serde::{Deserialize, Serialize};
+use taxel_judge::Primary;
 use taxel_learn::Results;
+use taxel_learn::metrics::{Scores, metrics};
 
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
@@ -19,11 +21,14 @@ pub struct TrialResult {
     pub data: DataOf,
     /// Seed of the experiment.
     pub seed: u64,
+    /// The metric that networks are compared by.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
     /// One per network and baseline, in the order of the config; of a fold its own alone.
     pub networks: Vec<NetworkScore>,
 }
 
-/// Scores of one network, mean over its folds, in %.
+/// Scores of one network, mean over its folds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NetworkScore {
     /// Name of the row.
@@ -32,17 +37,15 @@ pub struct NetworkScore {
     pub zoo: String,
     /// Number of folds.
     pub folds: usize,
-    /// Share of test samples that are right.
-    pub accuracy: f64,
-    /// Sample standard deviation of the accuracy over folds (n - 1), percentage points; none of one fold.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy_sd: Option<f64>,
-    /// Macro mean over classes.
-    pub precision: f64,
-    /// Macro mean over classes.
-    pub recall: f64,
-    /// Macro mean over classes.
-    pub f1: f64,
+    /// The metrics of the task by name, in their units, the primary one first; behind it, as `accuracy_sd`, its sample
+    /// standard deviation over folds (n - 1), which one fold does not have.
+    #[serde(flatten)]
+    pub scores: Scores,
+}
+
+/// Returns the name of the primary metric's standard deviation.
+pub(crate) fn sd_of(primary: &Primary) -> String {
+    format!("{}_sd", primary.name())
 }
 
 /// How a trial was made; differs between equal trials.
@@ -85,18 +88,23 @@ impl TrialTiming {
 
 impl TrialResult {
     pub(crate) fn of(identity: &str, data: &DataOf, results: &Results) -> Self {
+        let primary = Primary::of(&results.task);
+        let shown: Vec<&str> = metrics(&results.task)
+            .iter()
+            .filter(|metric| metric.is_shown)
+            .map(|metric| metric.name)
+            .collect();
         let score = |own: &taxel_learn::NetworkResults| {
             let mean = own.mean.as_ref()?;
-            Some(NetworkScore {
-                network: own.network.clone(),
-                zoo: own.zoo.clone(),
-                folds: own.folds.len(),
-                accuracy: mean.get("accuracy")?,
-                accuracy_sd: own.spread("accuracy"),
-                precision: mean.get("precision")?,
-                recall: mean.get("recall")?,
-                f1: mean.get("f1")?,
-            })
+            let mut scores = Scores::default();
+            for name in &shown {
+                scores.set(name, mean.get(name)?);
+                if let Some(sd) = own.primary_spread().filter(|_| *name == primary.name()) {
+                    scores.set(&sd_of(&primary), sd);
+                }
+            }
+            let (network, zoo, folds) = (own.network.clone(), own.zoo.clone(), own.folds.len());
+            Some(NetworkScore { network, zoo, folds, scores })
         };
         TrialResult {
             identity: identity.into(),
@@ -104,6 +112,7 @@ impl TrialResult {
             data: data.clone(),
             seed: results.seed,
             networks: results.networks.iter().filter_map(score).collect(),
+            primary: primary.clone(),
         }
     }
 

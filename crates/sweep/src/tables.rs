@@ -3,16 +3,27 @@
 use std::path::{Path, PathBuf};
 
 use taxel_base::files::Part;
+use taxel_data::Task;
+use taxel_judge::Primary;
+use taxel_learn::metrics::metrics;
 
 use crate::error::{Error, Result};
-use crate::record::{TrialResult, TrialTiming};
+use crate::record::{TrialResult, TrialTiming, sd_of};
 use crate::trial::{Trial, shown};
 
 /// Both tables while they are written, under other names.
 pub(crate) struct Tables {
+    folder: PathBuf,
     keys: Vec<String>,
     trials: Table,
-    scores: Table,
+    /// One for each metric that runs are scored by: the first is `scores.csv`, others bear its name.
+    scores: Vec<(Primary, Scored)>,
+}
+
+/// A table of scores with the names of the metrics in its last columns.
+struct Scored {
+    table: Table,
+    metrics: Vec<String>,
 }
 
 struct Table {
@@ -26,32 +37,39 @@ impl Tables {
     /// # Errors
     /// A file that cannot be written.
     pub fn new(folder: &Path, keys: &[String]) -> Result<Self> {
-        let own = |before: &[&str], behind: &[&str]| {
-            let strings = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-            [strings(before), keys.to_vec(), strings(behind)].concat()
-        };
-        let trials = own(
+        let trials = around(
             &["trial", "identity", "name"],
+            keys,
             &["network", "repetition", "fold", "state", "reason", "seconds", "host", "attempts"],
         );
-        let scores = own(
-            &["run_folder", "identity", "name", "source", "data_digest", "seed_of_run"],
-            &[
-                "network",
-                "zoo",
-                "folds",
-                "accuracy_percent",
-                "accuracy_sd_points",
-                "precision_percent",
-                "recall_percent",
-                "f1_percent",
-            ],
-        );
         Ok(Tables {
+            folder: folder.into(),
             keys: keys.to_vec(),
             trials: Table::new(folder.join("trials.csv"), &trials)?,
-            scores: Table::new(folder.join("scores.csv"), &scores)?,
+            scores: vec![],
         })
+    }
+
+    /// The table of runs that are scored by that metric, which is begun where there is none.
+    fn scored(&mut self, primary: &Primary) -> Result<&mut Scored> {
+        let at = match self.scores.iter().position(|(own, _)| own == primary) {
+            Some(at) => at,
+            None => {
+                let name = match self.scores.len() {
+                    0 => "scores.csv".into(),
+                    // Two units of one metric are two tables.
+                    more => format!("scores-{}-{}.csv", more + 1, primary.name()),
+                };
+                let before = ["run_folder", "identity", "name", "source", "data_digest", "seed_of_run"];
+                let metrics = metric_names(primary);
+                let mut heads = around(&before, &self.keys, &["network", "zoo", "folds"]);
+                heads.extend(metrics.iter().map(|name| column(primary, name)));
+                let table = Table::new(self.folder.join(name), &heads)?;
+                self.scores.push((primary.clone(), Scored { table, metrics }));
+                self.scores.len() - 1
+            }
+        };
+        Ok(&mut self.scores[at].1)
     }
 
     pub fn trial(
@@ -87,10 +105,10 @@ impl Tables {
             row.extend([result.data.source.clone(), result.data.digest.clone(), result.seed.to_string()]);
             row.extend(self.settings(trial));
             row.extend([own.network.clone(), own.zoo.clone(), own.folds.to_string()]);
-            row.push(own.accuracy.to_string());
-            row.push(own.accuracy_sd.map_or(String::new(), |sd| sd.to_string()));
-            row.extend([own.precision, own.recall, own.f1].map(|value| value.to_string()));
-            self.scores.write(&row)?;
+            let scored = self.scored(&result.primary)?;
+            let score = |name: &String| own.scores.get(name).map_or(String::new(), |value| value.to_string());
+            row.extend(scored.metrics.iter().map(score));
+            scored.table.write(&row)?;
         }
         Ok(())
     }
@@ -100,9 +118,37 @@ impl Tables {
     }
 
     /// Gives both tables their names.
-    pub fn finish(self) -> Result<()> {
+    pub fn finish(mut self) -> Result<()> {
+        if self.scores.is_empty() {
+            self.scored(&Primary::default())?;
+        }
         self.trials.finish()?;
-        self.scores.finish()
+        self.scores.into_iter().try_for_each(|(_, own)| own.table.finish())
+    }
+}
+
+/// Heads of a table, with those of the varied keys between.
+fn around(before: &[&str], keys: &[String], behind: &[&str]) -> Vec<String> {
+    let strings = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    [strings(before), keys.to_vec(), strings(behind)].concat()
+}
+
+/// Names of the metrics of a task with that primary metric, behind which its standard deviation stands.
+fn metric_names(primary: &Primary) -> Vec<String> {
+    let tasks = [Task::Classes(vec![]), Task::Values(vec![])];
+    let of_task = tasks.iter().map(metrics).find(|all| all[0].name == primary.name()).unwrap_or_default();
+    let mut names: Vec<String> =
+        of_task.iter().filter(|own| own.is_shown).map(|own| own.name.into()).collect();
+    names.insert(1.min(names.len()), sd_of(primary));
+    names
+}
+
+/// `accuracy_percent`, `accuracy_sd_points`; of values the name itself.
+fn column(primary: &Primary, name: &str) -> String {
+    match (primary.is_percent(), name == sd_of(primary)) {
+        (_, true) => primary.column_of_loss(name),
+        (true, false) => format!("{name}_percent"),
+        (false, false) => name.into(),
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use taxel_judge::{Contest, MAJORITY};
+use taxel_judge::{Contest, MAJORITY, Primary};
 
 use crate::collected::{Axis, Setting, Spread};
 use crate::data_sets::DataSets;
@@ -72,6 +72,7 @@ struct Where {
     of_data: Keys,
     network: String,
     zoo: String,
+    primary: Primary,
     /// Varied keys besides, the seed left out.
     set: Keys,
 }
@@ -82,8 +83,8 @@ type Keys = Vec<(String, String)>;
 /// All that is counted.
 pub(crate) struct Tally {
     settings: Counts<Where>,
-    /// Key, network, value.
-    axes: Counts<(String, String, String)>,
+    /// Key, metric, network, value.
+    axes: Counts<(String, Primary, String, String)>,
     data_sets: DataSets,
 }
 
@@ -109,18 +110,21 @@ impl Tally {
         let keys = trial.set.iter().filter(|(key, _)| *key != "seed");
         let keys: Keys = keys.map(|(key, value)| (key.clone(), shown(value))).collect();
         let (of_data, set): (Keys, Keys) = keys.iter().cloned().partition(|(key, _)| is_data(key));
-        for NetworkScore { network, zoo, accuracy, .. } in &result.networks {
+        for NetworkScore { network, zoo, scores, .. } in &result.networks {
+            let Some(score) = scores.primary() else { continue };
+            let primary = &result.primary;
             let own = Where {
                 place,
                 source: result.data.source.clone(),
                 of_data: of_data.clone(),
                 network: network.clone(),
                 zoo: zoo.clone(),
+                primary: primary.clone(),
                 set: set.clone(),
             };
-            self.settings.add(own, *accuracy);
+            self.settings.add(own, score);
             for (key, value) in &keys {
-                self.axes.add((key.clone(), network.clone(), value.clone()), *accuracy);
+                self.axes.add((key.clone(), primary.clone(), network.clone(), value.clone()), score);
             }
         }
     }
@@ -148,12 +152,14 @@ impl Tally {
     /// Every network with every setting, data sets in the order of the plan, the best of each first.
     pub fn settings(&self) -> Vec<Setting> {
         let mut rows = self.rows();
-        rows.sort_by(|a, b| a.data_set.cmp(&b.data_set).then(b.count.mean.total_cmp(&a.count.mean)));
+        let better_first = |a: &Row, b: &Row| a.own.primary.order(b.count.mean, a.count.mean);
+        rows.sort_by(|a, b| a.data_set.cmp(&b.data_set).then(better_first(a, b)));
         let setting = |row: Row| Setting {
             source: row.name,
             network: row.own.network.clone(),
             set: row.set,
-            accuracy: row.count.spread(),
+            primary: row.own.primary.clone(),
+            score: row.count.spread(),
         };
         rows.into_iter().map(setting).collect()
     }
@@ -162,9 +168,10 @@ impl Tally {
     /// `most` rows are left out.
     pub fn axes(&self, most: usize) -> Vec<Axis> {
         let mut axes: Vec<Axis> = vec![];
-        for ((key, network, value), count) in &self.axes.rows {
-            let at = axes.iter().position(|axis| axis.key == *key).unwrap_or_else(|| {
-                axes.push(Axis { key: key.clone(), rows: vec![] });
+        for ((key, primary, network, value), count) in &self.axes.rows {
+            let is_own = |axis: &Axis| axis.key == *key && axis.primary == *primary;
+            let at = axes.iter().position(is_own).unwrap_or_else(|| {
+                axes.push(Axis { key: key.clone(), primary: primary.clone(), rows: vec![] });
                 axes.len() - 1
             });
             axes[at].rows.push((network.clone(), value.clone(), count.spread()));
@@ -189,13 +196,14 @@ impl Tally {
         let mut contests: Vec<(usize, Contest)> = vec![];
         for row in self.rows().into_iter().filter(|row| row.own.zoo != MAJORITY) {
             let at = contests.iter().position(|(own, _)| *own == row.data_set).unwrap_or_else(|| {
-                contests.push((row.data_set, Contest { name: row.name, accuracy: vec![] }));
+                let primary = row.own.primary.clone();
+                contests.push((row.data_set, Contest { name: row.name, primary, scores: vec![] }));
                 contests.len() - 1
             });
             let name = format!("{} {}", row.own.network, row.set).trim().to_string();
-            let accuracy = &mut contests[at].1.accuracy;
-            accuracy.push((name, row.count.mean));
-            if accuracy.len() > RANKED {
+            let scores = &mut contests[at].1.scores;
+            scores.push((name, row.count.mean));
+            if scores.len() > RANKED {
                 return None;
             }
         }
@@ -216,6 +224,8 @@ fn is_data(key: &str) -> bool {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use taxel_learn::metrics::Scores;
+
     use super::*;
     use crate::trial::DataOf;
 
@@ -240,14 +250,11 @@ mod tests {
             network: network.into(),
             zoo: network.into(),
             folds: 1,
-            accuracy,
-            accuracy_sd: None,
-            precision: 0.0,
-            recall: 0.0,
-            f1: 0.0,
+            scores: Scores::new([("accuracy", accuracy)]),
         };
+        let primary = Primary::default();
         let networks = vec![score("a", accuracy[0]), score("b", accuracy[1]), score(MAJORITY, 1.0)];
-        let result = TrialResult { identity: set.into(), name: "t".into(), data, seed: 0, networks };
+        let result = TrialResult { identity: set.into(), name: "t".into(), data, seed: 0, primary, networks };
         tally.add(&trial, &result);
     }
 
@@ -261,18 +268,18 @@ mod tests {
         let settings = tally.settings();
         let shown: Vec<String> = settings
             .iter()
-            .map(|s| format!("{}|{}|{}|{}", s.source, s.network, s.set, s.accuracy.mean))
+            .map(|s| format!("{}|{}|{}|{}", s.source, s.network, s.set, s.score.mean))
             .collect();
         assert_eq!(shown[0], "simulated: s data.samples=40|a|lr=0.2|95");
         assert_eq!(shown[1], "simulated: s data.samples=40|a|lr=0.1|85");
         assert_eq!(shown[6], "simulated: s data.samples=80|a|lr=0.1|99");
-        let own = settings[1].accuracy;
+        let own = settings[1].score;
         assert_eq!((own.count, own.least, own.most), (2, 80.0, 90.0));
         assert!((own.sd.unwrap() - 50f64.sqrt()).abs() < 1e-12);
 
         let contests = tally.contests().unwrap();
         assert_eq!(contests.len(), 2);
-        assert_eq!(contests[0].accuracy.len(), 4, "majority is left out: {:?}", contests[0]);
+        assert_eq!(contests[0].scores.len(), 4, "majority is left out: {:?}", contests[0]);
         assert_eq!(contests[0].of("b lr=0.1"), Some(65.0));
 
         let axes = tally.axes(300);
@@ -301,9 +308,9 @@ mod tests {
         let names: Vec<&str> = contests.iter().map(|own| own.name.as_str()).collect();
         assert_eq!(names, ["simulated: s", "simulated: s config=e"]);
         assert_eq!(contests[0].of("a config=d"), Some(80.0));
-        assert_eq!((contests[0].accuracy.len(), contests[1].accuracy.len()), (8, 2));
+        assert_eq!((contests[0].scores.len(), contests[1].scores.len()), (8, 2));
         let settings = tally.settings();
-        assert_eq!((settings[0].set.as_str(), settings[0].accuracy.count), ("config=a", 2));
+        assert_eq!((settings[0].set.as_str(), settings[0].score.count), ("config=a", 2));
         assert_eq!(settings.last().unwrap().source, "simulated: s config=e");
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use taxel_judge::{Contest, rank};
+use taxel_judge::{Contest, Primary, rank};
 use taxel_sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress, sweep_page};
 
 fn spread(mean: f64) -> Spread {
@@ -13,7 +13,8 @@ fn spread(mean: f64) -> Spread {
 fn a_page_says_how_far_it_is_what_keys_do_and_what_is_missing() {
     let contest = |set: usize| Contest {
         name: format!("set{set}"),
-        accuracy: [("good", 90.0), ("fair", 80.0), ("poor", 60.0)]
+        primary: Primary::default(),
+        scores: [("good", 90.0), ("fair", 80.0), ("poor", 60.0)]
             .map(|(name, accuracy)| (name.to_string(), accuracy + set as f64))
             .into(),
     };
@@ -32,9 +33,14 @@ fn a_page_says_how_far_it_is_what_keys_do_and_what_is_missing() {
             source: "simulated: <b>fingertip</b>".into(),
             network: "mlp".into(),
             set: "train.epochs=3".into(),
-            accuracy: spread(91.25),
+            primary: Primary::default(),
+            score: spread(91.25),
         }],
-        axes: vec![Axis { key: "train.epochs".into(), rows: vec![row("3", 91.25), row("1", 70.0)] }],
+        axes: vec![Axis {
+            key: "train.epochs".into(),
+            primary: Primary::default(),
+            rows: vec![row("3", 91.25), row("1", 70.0)],
+        }],
         open: vec![OpenTrial {
             number: 6,
             trial: "tiny seed=6".into(),

@@ -3,46 +3,58 @@
 use super::p_value::shown;
 use super::statistics::{friedman, holm, nemenyi, wilcoxon};
 use crate::error::Result;
-use crate::values::{Across, Contest, Judgement, MAJORITY};
+use crate::values::{Across, Contest, Judgement, MAJORITY, Primary};
 
 /// Data sets below which ranks say too little (Demsar 2006 asks for more than five).
 const LEAST: usize = 5;
 
 /// Ranks the networks that all `judgements` share over their data sets; several runs on the same samples
-/// count once, the first of them. Majority is left out: it always loses, and would make any table
-/// significant. `None` with fewer than five data sets or three shared networks.
+/// count once, the first of them, and runs of another metric than the first not at all. Majority is left out: it
+/// always loses, and would make any table significant. `None` with fewer than five data sets or three shared networks.
 ///
 /// # Errors
 /// An `alpha` outside (0, 1).
 pub fn across(judgements: &[&Judgement], alpha: f64) -> Result<Option<Across>> {
     let mut sets: Vec<&Judgement> = vec![];
-    for judgement in judgements {
+    let primary = judgements.first().map(|first| first.primary()).unwrap_or_default();
+    let (alike, others): (Vec<&Judgement>, Vec<&Judgement>) =
+        judgements.iter().partition(|judgement| judgement.primary() == primary);
+    for judgement in &alike {
         if sets.iter().all(|known| known.results.data_digest != judgement.results.data_digest) {
             sets.push(judgement);
         }
     }
     let contest = |set: &&Judgement| {
         let networks = set.networks.iter().filter(|n| n.results.zoo != MAJORITY);
-        let accuracy = networks.filter_map(|n| Some((n.results.network.clone(), n.accuracy()?)));
-        Contest { name: set.results.name.clone(), accuracy: accuracy.collect() }
+        let scores = networks.filter_map(|n| Some((n.results.network.clone(), n.score()?)));
+        Contest { name: set.results.name.clone(), primary: set.primary(), scores: scores.collect() }
     };
     let mut own = rank(&sets.iter().map(contest).collect::<Vec<_>>(), alpha)?;
-    let left_out = judgements.len() - sets.len();
+    let left_out = alike.len() - sets.len();
     if let Some(own) = own.as_mut().filter(|_| left_out > 0) {
         own.words.push(format!("{left_out} runs on samples that another run has were left out."));
+    }
+    if let Some(own) = own.as_mut().filter(|_| !others.is_empty()) {
+        let (count, metric) = (others.len(), primary.head());
+        own.words
+            .push(format!("{count} runs that are scored by another metric than {metric} were left out."));
     }
     Ok(own)
 }
 
 /// Ranks the networks that all data sets of `sets` share. `None` with fewer than five data sets or three shared
-/// networks.
+/// networks, and where data sets are scored by different metrics.
 ///
 /// # Errors
 /// An `alpha` outside (0, 1).
 pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
     let Some(first) = sets.first().filter(|_| sets.len() >= LEAST) else { return Ok(None) };
+    let primary = &first.primary;
+    if sets.iter().any(|set| set.primary != *primary) {
+        return Ok(None);
+    }
     let mut networks: Vec<String> = first
-        .accuracy
+        .scores
         .iter()
         .map(|(name, _)| name.clone())
         .filter(|name| sets.iter().all(|set| set.of(name).is_some()))
@@ -53,20 +65,21 @@ pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
     let table = |names: &[String]| -> Vec<Vec<f64>> {
         sets.iter().map(|set| names.iter().filter_map(|name| set.of(name)).collect()).collect()
     };
-    let ranks = friedman(&table(&networks))?.ranks;
+    let ranks = friedman(&merits(primary, &table(&networks)))?.ranks;
     let mut order: Vec<usize> = (0..networks.len()).collect();
     order.sort_by(|&a, &b| ranks[a].total_cmp(&ranks[b]));
     networks = order.into_iter().map(|at| networks[at].clone()).collect();
-    let accuracy = table(&networks);
-    let test = friedman(&accuracy)?;
-    let against = |at: usize| wilcoxon(&accuracy.iter().map(|row| row[at] - row[0]).collect::<Vec<_>>());
+    let scores = table(&networks);
+    let test = friedman(&merits(primary, &scores))?;
+    let against = |at: usize| wilcoxon(&scores.iter().map(|row| row[at] - row[0]).collect::<Vec<_>>());
     let p = (1..networks.len()).map(against).collect::<Result<Vec<_>>>()?;
     let p_holm = std::iter::once(None).chain(holm(&p).into_iter().map(Some)).collect();
     let mut own = Across {
         runs: sets.iter().map(|set| set.name.clone()).collect(),
         critical_difference: nemenyi(networks.len(), sets.len(), alpha)?,
         networks,
-        accuracy,
+        primary: primary.clone(),
+        scores,
         friedman: test,
         alpha,
         p_holm,
@@ -74,6 +87,11 @@ pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
     };
     own.words = words(&own);
     Ok(Some(own))
+}
+
+/// Scores as numbers that are higher for the better.
+fn merits(primary: &Primary, scores: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    scores.iter().map(|row| row.iter().map(|score| primary.merit(*score)).collect()).collect()
 }
 
 /// What `own` says, in sentences.
@@ -136,7 +154,7 @@ mod tests {
         let own = of(&judgements(6)).unwrap();
         assert_eq!(own.networks, ["good", "fair", "poor"]);
         assert_eq!(own.friedman.ranks, [1.0, 2.0, 3.0]);
-        assert_eq!(own.accuracy[0], [98.0, 88.0, 68.0]);
+        assert_eq!(own.scores[0], [98.0, 88.0, 68.0]);
         // Six of six one way: 2 / 64, twice for two comparisons.
         assert_eq!(own.p_holm, [None, Some(0.0625), Some(0.0625)]);
         assert!((own.critical_difference - 1.353).abs() < 1e-3, "{}", own.critical_difference);

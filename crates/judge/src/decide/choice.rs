@@ -8,10 +8,10 @@ use super::hardening::hardening;
 use super::statistics::holm;
 use crate::case::Case;
 use crate::error::{Error, Result};
-use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJORITY};
+use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJORITY, Primary};
 
 /// The smallest network of a run that suffices: of those that are not significantly worse than the most
-/// accurate one the cheapest, with the evidence. Baselines take part. Never chosen are majority, which reads
+/// accurate one, by the primary metric of the task, the cheapest, with the evidence. Baselines take part. Never chosen are majority, which reads
 /// nothing, what diverged in training, what is no better than chance, and what seems to lose more than [`Criteria::margin`],
 /// significantly or not. Of a learning curve only the rows with the most training samples take part.
 ///
@@ -40,30 +40,33 @@ pub(super) fn decide(
     compared: &[&str],
     criteria: &Criteria,
 ) -> Result<Choice> {
-    criteria.check()?;
+    let primary = judgement.primary();
+    criteria.check(&primary)?;
     if let (Some(most), None) = (criteria.max_loss, &judgement.stress) {
         let reason = "needs a stress test, and there is none in the judgement; judge the run with one";
         return Err(Problem::new("max_loss", most, reason).into());
     }
     let takes_part = |n: &&Judged| compared.contains(&n.results.network.as_str());
     let rows: Vec<&Judged> = judgement.networks.iter().filter(takes_part).collect();
-    let Some(best) = most_accurate(&rows, criteria.cost) else {
+    let Some(best) = most_accurate(&primary, &rows, criteria.cost) else {
         let (folder, reason) = (judgement.results.name.clone(), "has no finished fold".into());
         return Err(Error::Run { folder, reason });
     };
     let mut evidence =
         rows.iter().map(|row| one(comparison, judgement, row, best, criteria)).collect::<Result<Vec<_>>>()?;
-    correct(&mut evidence, criteria.alpha);
+    correct(&primary, &mut evidence, criteria.alpha);
+    let margin = criteria.margin_of(&primary, judgement.chance);
     for own in evidence.iter_mut().filter(|own| own.refused.is_none() && !own.worse) {
-        let lost = -own.difference;
-        own.refused = (lost > criteria.margin)
-            .then(|| format!("seems to lose {lost:.1} points, but the data cannot tell"));
+        let lost = primary.loss(own.difference);
+        own.refused = (lost > margin)
+            .then(|| format!("seems to lose {}, but the data cannot tell", primary.difference(lost)));
     }
     let best = best.results.network.clone();
-    let chosen = cheapest(&evidence).map(|own| own.network.clone());
-    let enough_data = evidence.iter().all(|own| own.network == best || !unseen(own, criteria.margin));
+    let chosen = cheapest(&primary, &evidence).map(|own| own.network.clone());
+    let enough_data = evidence.iter().all(|own| own.network == best || !unseen(&primary, own, margin));
     let mut choice = Choice {
-        criteria: criteria.clone(),
+        criteria: Criteria { margin: Some(margin), ..criteria.clone() },
+        primary,
         test: comparison.test(),
         best,
         chosen,
@@ -76,12 +79,12 @@ pub(super) fn decide(
 }
 
 /// Of equals the cheaper; one whose training diverged only where all did.
-fn most_accurate<'a>(rows: &[&'a Judged], by: CostKind) -> Option<&'a Judged> {
+fn most_accurate<'a>(primary: &Primary, rows: &[&'a Judged], by: CostKind) -> Option<&'a Judged> {
     let cost = |row: &Judged| cost(row, by).unwrap_or(f64::INFINITY);
     let sound = |row: &Judged| row.results.diverged == 0;
-    let scored = rows.iter().copied().filter(|row| row.accuracy().is_some());
+    let scored = rows.iter().copied().filter(|row| row.score().is_some());
     scored.max_by(|a, b| {
-        let accurate = accuracy(a).total_cmp(&accuracy(b)).then(cost(b).total_cmp(&cost(a)));
+        let accurate = primary.order(score(a), score(b)).then(cost(b).total_cmp(&cost(a)));
         sound(a).cmp(&sound(b)).then(accurate)
     })
 }
@@ -102,8 +105,8 @@ fn one(
     let mean_loss = judgement.stress.as_ref().and_then(|stress| stress.mean_loss(name));
     Ok(Evidence {
         network: name.clone(),
-        accuracy: accuracy(row),
-        difference: effect.map_or(accuracy(row) - accuracy(best), |e| e.size),
+        score: score(row),
+        difference: effect.map_or(score(row) - score(best), |e| e.size),
         interval: effect.and_then(|e| e.interval),
         p: effect.and_then(|e| e.p),
         p_holm: None,
@@ -112,13 +115,13 @@ fn one(
         mean_loss,
         refused: match effect {
             None => Some(format!("has no finished fold in common with {best_name}")),
-            Some(_) => refusal(row, judgement.chance, mean_loss, criteria),
+            Some(_) => refusal(row, judgement, mean_loss, criteria),
         },
     })
 }
 
-fn accuracy(row: &Judged) -> f64 {
-    row.accuracy().unwrap_or(0.0)
+fn score(row: &Judged) -> f64 {
+    row.score().unwrap_or(0.0)
 }
 
 /// What is to be small.
@@ -131,23 +134,30 @@ fn cost(row: &Judged, by: CostKind) -> Option<f64> {
 }
 
 /// Why a network cannot be chosen, however accurate it is.
-fn refusal(row: &Judged, chance: f64, mean_loss: Option<f64>, criteria: &Criteria) -> Option<String> {
+fn refusal(
+    row: &Judged,
+    judgement: &Judgement,
+    mean_loss: Option<f64>,
+    criteria: &Criteria,
+) -> Option<String> {
+    let primary = judgement.primary();
     if row.results.zoo == MAJORITY {
         return Some("reads nothing: is here to be beaten".into());
     }
     if row.results.diverged > 0 {
         return Some(format!("diverged in training ({})", row.results.diverged_folds()));
     }
-    // To rounding: accuracies are means over folds.
-    if accuracy(row) <= chance + 1e-9 {
-        return Some("is no better than always naming the commonest class".into());
+    // To rounding: scores are means over folds.
+    if primary.worsening(judgement.chance, score(row)) <= primary.share(1e-9, judgement.chance) {
+        return Some(format!("is no better than {}", primary.knowing_nothing()));
     }
     if cost(row, criteria.cost).is_none() {
         return Some("was not timed: its speed is not known".into());
     }
     match (criteria.max_loss, mean_loss) {
         (Some(most), Some(loss)) if loss > most => {
-            Some(format!("loses {loss:.1} points to faults on average, more than {most}"))
+            let loss = primary.difference(loss);
+            Some(format!("loses {loss} to faults on average, more than {most}"))
         }
         (Some(_), None) => Some("was not tested under faults".into()),
         _ => None,
@@ -155,20 +165,20 @@ fn refusal(row: &Judged, chance: f64, mean_loss: Option<f64>, criteria: &Criteri
 }
 
 /// Holm over all comparisons with the best; what is worse beyond doubt.
-fn correct(evidence: &mut [Evidence], alpha: f64) {
+fn correct(primary: &Primary, evidence: &mut [Evidence], alpha: f64) {
     let p: Vec<f64> = evidence.iter().filter_map(|own| own.p).collect();
     let tested = evidence.iter_mut().filter(|own| own.p.is_some());
     for (own, corrected) in tested.zip(holm(&p)) {
         own.p_holm = Some(corrected);
-        own.worse = corrected < alpha && own.difference < 0.0;
+        own.worse = corrected < alpha && primary.loss(own.difference) > 0.0;
     }
 }
 
 /// The cheapest that is neither refused nor worse; of equals the more accurate.
-fn cheapest(evidence: &[Evidence]) -> Option<&Evidence> {
+fn cheapest<'a>(primary: &Primary, evidence: &'a [Evidence]) -> Option<&'a Evidence> {
     let candidates = evidence.iter().filter(|own| own.refused.is_none() && !own.worse);
     candidates.min_by(|a, b| {
         let cost = |own: &Evidence| own.cost.unwrap_or(f64::INFINITY);
-        cost(a).total_cmp(&cost(b)).then(b.accuracy.total_cmp(&a.accuracy))
+        cost(a).total_cmp(&cost(b)).then(primary.order(b.score, a.score))
     })
 }

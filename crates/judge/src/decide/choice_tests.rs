@@ -117,7 +117,7 @@ fn what_seems_to_lose_much_is_not_chosen_unless_that_is_little() {
     assert!(!choice.evidence[1].worse && choice.chosen.as_deref() == Some("large"), "{choice:#?}");
     assert!(choice.evidence[1].refused.as_deref().unwrap().contains("seems to lose 27.5 points"));
     assert!(!choice.enough_data && says(&choice, "unseen for cheap"), "{:#?}", choice.words);
-    let free = chosen(&setting, players(), &Criteria { margin: 30.0, ..Criteria::default() });
+    let free = chosen(&setting, players(), &Criteria { margin: Some(30.0), ..Criteria::default() });
     assert_eq!(free.chosen.as_deref(), Some("cheap"));
 }
 
@@ -126,7 +126,11 @@ fn alpha_is_asked_for() {
     let players = || vec![player("large", 10.0, LARGE), player("poor", 0.1, POOR)];
     let p = chosen(&Setting::default(), players(), &Criteria::default()).evidence[1].p_holm.unwrap();
     let with = |alpha| {
-        chosen(&Setting::default(), players(), &Criteria { alpha, margin: 100.0, ..Criteria::default() })
+        chosen(
+            &Setting::default(),
+            players(),
+            &Criteria { alpha, margin: Some(100.0), ..Criteria::default() },
+        )
     };
     assert_eq!(with(1.01 * p).chosen.as_deref(), Some("large"));
     assert_eq!(with(p).chosen.as_deref(), Some("poor"));
@@ -164,7 +168,7 @@ fn what_diverged_is_the_best_only_where_all_did() {
 #[test]
 fn the_margin_decides_what_few_data_are() {
     let players = || vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
-    let criteria = |margin| Criteria { margin, ..Criteria::default() };
+    let criteria = |margin| Criteria { margin: Some(margin), ..Criteria::default() };
     let choice = chosen(&Setting::default(), players(), &criteria(5.0));
     let [low, _] = choice.evidence[1].interval.unwrap();
     assert!(choice.enough_data && low > -5.0);
@@ -234,7 +238,7 @@ fn several_attributes_are_compared_by_their_mean() {
     // Samples 0 to 9: one attribute wrong against none; 10 to 29 the same but for the other attribute.
     let players = vec![with("large", 10.0, [0, 0]), with("small", 1.0, [10, 30])];
     let choice = chosen(&setting, players, &Criteria::default());
-    assert_eq!(choice.evidence[1].accuracy, 80.0);
+    assert_eq!(choice.evidence[1].score, 80.0);
     assert!((choice.evidence[1].difference + 20.0).abs() < 1e-9);
     // Thirty samples speak for the large one, however many attributes each.
     assert!((choice.evidence[1].p.unwrap() / 2f64.powi(-29) - 1.0).abs() < 1e-9);
@@ -302,7 +306,7 @@ fn a_wish_outside_its_range_is_refused() {
     for (criteria, name) in [
         (Criteria { alpha: 0.0, ..Criteria::default() }, "alpha"),
         (Criteria { alpha: f64::NAN, ..Criteria::default() }, "alpha"),
-        (Criteria { margin: 0.0, ..Criteria::default() }, "margin"),
+        (Criteria { margin: Some(0.0), ..Criteria::default() }, "margin"),
         (Criteria { max_loss: Some(-1.0), ..Criteria::default() }, "max_loss"),
     ] {
         let error = decide(&comparison, &judgement, &["large"], &criteria).unwrap_err().to_string();
@@ -326,7 +330,7 @@ fn hardened() -> (Comparison, Judgement) {
         Some(taxel_learn::Hardening { faults: Default::default(), clean: Some("large".into()), unmet: None });
     let mut stress = stress(&[("large", 20.0), ("large.hardened", 10.0), ("poor", 1.0)]);
     for (network, losses) in stress.networks.iter_mut().zip([[19.0, 20.0, 21.0], [9.0, 11.0, 10.0]]) {
-        let fold = |(fold, loss)| FoldLoss { fold, accuracy: 90.0 - loss / 10.0, loss };
+        let fold = |(fold, loss)| FoldLoss { fold, score: 90.0 - loss / 10.0, loss };
         network.folds = losses.into_iter().enumerate().map(fold).collect();
     }
     judgement.stress = Some(stress);

@@ -1,9 +1,11 @@
 //! A choice in sentences.
 
-use super::p_value::shown;
-use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Test};
+use taxel_report::numbers;
 
-/// Percentage points of mean loss under faults that are worth a word.
+use super::p_value::shown;
+use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Primary, Test};
+
+/// Percentage points of mean loss under faults that are worth a word; of values as [`Primary::share`] says.
 const NOTABLE: f64 = 2.0;
 
 /// What is chosen, what it gives up, what it saves, whether faults speak against it, what is not known.
@@ -34,25 +36,29 @@ pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[
         }
     }
     words.extend(faults(chosen, best, judgement));
-    words.extend(hardened(chosen, hardening));
+    words.extend(hardened(&choice.primary, chosen, hardening));
     words.extend(doubts(choice, judgement, Some(chosen)));
     words
 }
 
 /// Whether a loss larger than `margin` could have stayed unseen, or is seen and not sure. Majority counts:
 /// data that cannot tell it from the best tell nothing.
-pub(super) fn unseen(own: &Evidence, margin: f64) -> bool {
-    let counts = own.refused.is_none() || own.network == MAJORITY || own.difference < -margin;
-    counts && !own.worse && own.interval.is_none_or(|[low, _]| low < -margin)
+pub(super) fn unseen(primary: &Primary, own: &Evidence, margin: f64) -> bool {
+    let counts = own.refused.is_none() || own.network == MAJORITY || primary.loss(own.difference) > margin;
+    counts && !own.worse && own.interval.is_none_or(|bounds| primary.losses(bounds)[1] > margin)
 }
 
 fn is_best(choice: &Choice, chosen: &Evidence) -> String {
+    let primary = &choice.primary;
     let others = choice.evidence.iter().filter(|own| own.network != chosen.network);
     let cheaper: Vec<String> = others
         .filter(|own| own.network != MAJORITY && own.cost < chosen.cost)
         .map(|own| match (&own.refused, own.p_holm) {
             (Some(reason), _) => format!("{} {reason}", own.network),
-            (_, Some(p)) => format!("{} ({:+.1} points, p {})", own.network, own.difference, shown(p)),
+            (_, Some(p)) => {
+                let (by, points) = (primary.show_signed()(own.difference), primary.points());
+                format!("{} ({}, p {})", own.network, format!("{by} {points}").trim_end(), shown(p))
+            }
             _ => own.network.clone(),
         })
         .collect();
@@ -60,30 +66,48 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
         [] => "nothing in the table that beats chance is cheaper".into(),
         some => format!("cheaper ones do not suffice: {}", some.join("; ")),
     };
-    format!("{} suffices, and is the most accurate ({:.1} %): {beyond}.", chosen.network, chosen.accuracy)
+    let score = scored(primary, chosen.score);
+    format!("{} suffices, and is the most accurate ({score}): {beyond}.", chosen.network)
 }
 
 fn suffices(choice: &Choice, chosen: &Evidence, best: &Evidence) -> String {
+    let primary = &choice.primary;
     let p = chosen.p_holm.map_or(String::new(), |p| format!(" ({}, p {})", test(choice.test), shown(p)));
-    let gives_up = match chosen.difference < 0.0 {
-        true => format!("gives up {} points of accuracy", points(-chosen.difference)),
-        false => "gives up no accuracy".into(),
+    let (lost, title) = (primary.loss(chosen.difference), primary.title());
+    let gives_up = match (lost > 0.0, primary.is_percent()) {
+        (true, true) => format!("gives up {} of {title}", points(primary, lost)),
+        (true, false) => format!("gives up {} ({title})", points(primary, lost)),
+        (false, true) => format!("gives up no {title}"),
+        (false, false) => format!("gives up nothing ({title})"),
     };
-    let suffices = match unseen(chosen, choice.criteria.margin) {
+    let suffices = match unseen(primary, chosen, choice.margin()) {
         true => "would suffice, but the data are too few to tell",
         false => "suffices",
     };
     format!(
-        "{} {suffices}: {:.1} % right, it {gives_up} against {}, the most accurate ({:.1} %); the two cannot \
-         be told apart{p}.",
-        chosen.network, chosen.accuracy, best.network, best.accuracy
+        "{} {suffices}: {}, it {gives_up} against {}, the most accurate ({}); the two cannot be told apart{p}.",
+        chosen.network,
+        if primary.is_percent() {
+            format!("{} right", scored(primary, chosen.score))
+        } else {
+            scored(primary, chosen.score)
+        },
+        best.network,
+        scored(primary, best.score)
     )
+}
+
+/// `93.5 %`, or `MAE 0.412 N`.
+fn scored(primary: &Primary, score: f64) -> String {
+    let value = primary.value(score);
+    if primary.is_percent() { value } else { format!("{} {value}", primary.title()) }
 }
 
 fn test(test: Test) -> &'static str {
     match test {
         Test::NadeauBengio => "corrected resampled t-test with Holm's correction",
         Test::McNemar => "McNemar's exact test with Holm's correction",
+        Test::Wilcoxon => "Wilcoxon's signed-rank test with Holm's correction",
     }
 }
 
@@ -120,17 +144,16 @@ fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<S
     let stress = judgement.stress.as_ref()?;
     let loss = chosen.mean_loss?;
     let verdict = stress.networks.iter().find(|n| n.network == chosen.network).map(|n| n.verdict.as_str());
-    let own = points(loss);
+    let primary = judgement.primary();
+    let notable = primary.share(NOTABLE, judgement.chance);
+    let own = points(&primary, loss);
     let against = match best.mean_loss.filter(|_| best.network != chosen.network) {
         Some(other) => {
-            let speak = if loss > other + NOTABLE { "speak" } else { "do not speak" };
-            let other = points(other);
-            format!(
-                "Faults {speak} against it: they cost it {own} points on average, {} {other}",
-                best.network
-            )
+            let speak = if loss > other + notable { "speak" } else { "do not speak" };
+            let other = number(&primary, other);
+            format!("Faults {speak} against it: they cost it {own} on average, {} {other}", best.network)
         }
-        None => format!("Faults cost it {own} points on average"),
+        None => format!("Faults cost it {own} on average"),
     };
     Some(match verdict {
         Some(verdict) if !verdict.is_empty() => {
@@ -141,36 +164,42 @@ fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<S
 }
 
 /// What training under faults would change, or has changed.
-fn hardened(chosen: &Evidence, hardening: &[Hardened]) -> Option<String> {
+fn hardened(primary: &Primary, chosen: &Evidence, hardening: &[Hardened]) -> Option<String> {
     let own = hardening.iter().find(|own| [&own.network, &own.clean].contains(&&chosen.network))?;
-    let [before, after] = own.loss.map(points);
-    let change = own.accuracy_change;
-    let costs = if change.mean < 0.0 { "costs" } else { "gains" };
+    let [before, after] = own.loss;
+    let (change, signed) = (own.score_change, primary.show_signed());
+    let costs = if primary.loss(change.mean) > 0.0 { "costs" } else { "gains" };
     let interval = change.interval.map_or("one fold: no interval".into(), |[low, high]| {
-        format!("95 % interval of the difference {low:+.1} to {high:+.1}")
+        format!("95 % interval of the difference {} to {}", signed(low), signed(high))
     });
-    let clean = format!("{costs} {} points on unbroken samples ({interval})", points(change.mean.abs()));
+    let by = points(primary, change.mean.abs());
+    let clean = format!("{costs} {by} on unbroken samples ({interval})");
     Some(match chosen.network == own.network {
         true => format!(
-            "It was trained under faults, which cost it {after} points on average and {before} without that \
-             training; the training {clean}."
+            "It was trained under faults, which cost it {} on average and {} without that training; the training \
+             {clean}.",
+            points(primary, after),
+            number(primary, before)
         ),
         false => format!(
-            "Trained under faults ({}) it loses {after} points to them on average instead of {before}; that {clean}.",
-            own.network
+            "Trained under faults ({}) it loses {} to them on average instead of {}; that {clean}.",
+            own.network,
+            points(primary, after),
+            number(primary, before)
         ),
     })
 }
 
 /// What is not known.
 fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> Vec<String> {
-    let (criteria, mut words) = (&choice.criteria, vec![]);
+    let (primary, margin, mut words) = (&choice.primary, choice.margin(), vec![]);
     if let Some(chosen) = chosen.filter(|own| own.network != choice.best) {
-        words.push(match chosen.interval {
-            Some([low, _]) if low < 0.0 => format!(
-                "The data could not have excluded that {} is up to {:.1} points less accurate than {} (95 % \
-                 interval).",
-                chosen.network, -low, choice.best
+        words.push(match chosen.interval.map(|bounds| primary.losses(bounds)[1]) {
+            Some(most) if most > 0.0 => format!(
+                "The data could not have excluded that {} is up to {} less accurate than {} (95 % interval).",
+                chosen.network,
+                primary.difference(most),
+                choice.best
             ),
             Some(_) => format!("With 95 % confidence {} is no less accurate.", chosen.network),
             None => format!("How much less accurate {} may be, these data do not say.", chosen.network),
@@ -179,17 +208,17 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
     let hidden: Vec<String> = choice
         .evidence
         .iter()
-        .filter(|own| own.network != choice.best && unseen(own, criteria.margin))
+        .filter(|own| own.network != choice.best && unseen(primary, own, margin))
         .map(|own| match own.interval {
-            Some([low, _]) => format!("{} (up to {:.1})", own.network, -low),
+            Some(bounds) => format!("{} (up to {})", own.network, primary.show()(primary.losses(bounds)[1])),
             None => format!("{} (no interval)", own.network),
         })
         .collect();
     if !choice.enough_data {
         words.push(format!(
-            "Too few data: a loss of more than {} points could have stayed unseen for {}. More samples, \
-             folds or repetitions would tell.",
-            criteria.margin,
+            "Too few data: a loss of more than {} could have stayed unseen for {}. More samples, folds or \
+             repetitions would tell.",
+            margin_words(primary, margin),
             listed(&hidden)
         ));
     }
@@ -215,6 +244,10 @@ fn circumstances(judgement: &Judgement) -> Vec<String> {
     if judgement.results.task.attributes().len() > 1 {
         let names: Vec<String> = judgement.results.task.attributes().iter().map(|a| a.name.clone()).collect();
         words.push(format!("Accuracy is the mean over {}.", listed(&names)));
+    }
+    if judgement.results.task.quantities().len() > 1 {
+        let title = judgement.primary().heading();
+        words.push(format!("{title} is the mean over {}.", listed(&judgement.results.task.output_names())));
     }
     if judgement.unfinished() > 0 {
         words.push("Some folds are not finished: resume the run.".into());
@@ -251,9 +284,24 @@ fn listed(parts: &[String]) -> String {
     }
 }
 
-/// Without the minus of a rounded zero.
-fn points(value: f64) -> String {
-    format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
+/// A loss without its unit and without the minus of a rounded zero.
+fn number(primary: &Primary, value: f64) -> String {
+    if primary.is_percent() {
+        format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
+    } else {
+        numbers::digits(value)
+    }
+}
+
+/// The same with its unit: `3.1 points`.
+fn points(primary: &Primary, value: f64) -> String {
+    format!("{} {}", number(primary, value), primary.points()).trim_end().into()
+}
+
+/// The margin as it was asked for: `5 points`, `0.0213 N`.
+pub(crate) fn margin_words(primary: &Primary, margin: f64) -> String {
+    let shown = if primary.is_percent() { margin.to_string() } else { numbers::digits(margin) };
+    format!("{shown} {}", primary.points()).trim_end().into()
 }
 
 fn rounded(ratio: f64) -> String {

@@ -1,59 +1,70 @@
 //! Networks on the same test parts: what differs between them, and how sure that is.
 
+use std::collections::BTreeMap;
+
+use taxel_data::Task;
 use taxel_learn::{FoldRecord, Protocol};
 
-use super::statistics::{cluster_bootstrap, corrected_t, mcnemar};
+use super::statistics::{cluster_bootstrap, corrected_t, mcnemar, signed_rank};
 use crate::case::Case;
 use crate::error::Result;
-use crate::values::Test;
+use crate::values::{Primary, Test};
 
 /// Resamples of a bootstrap interval.
 const DRAWS: usize = 2000;
 
-/// What all networks answered in a run.
+/// What all networks predicted in a run.
 pub struct Comparison {
     /// Finished folds by network.
     pub networks: Vec<(String, Vec<FoldRecord>)>,
     /// What is drawn as one by the bootstrap, per sample of the data set.
     pub clusters: Vec<u32>,
-    /// Attributes.
-    pub width: usize,
+    /// What is learned.
+    pub task: Task,
     /// How the run was divided.
     pub protocol: Protocol,
     /// Seed of the bootstrap.
     pub seed: u64,
 }
 
-/// Answers of one network to some samples of a test part.
-#[derive(Clone, Copy)]
-pub struct Answers<'a> {
-    record: &'a FoldRecord,
-    rows: &'a [usize],
+/// A fold with what each of its samples adds to the primary metric.
+struct Told<'r> {
+    record: &'r FoldRecord,
+    terms: Vec<f64>,
+    scale: f64,
+    /// Attributes.
     width: usize,
 }
 
+/// Predictions of one network for some samples of a test part.
+#[derive(Clone, Copy)]
+pub struct Answers<'a> {
+    told: &'a Told<'a>,
+    rows: &'a [usize],
+}
+
 impl<'a> Answers<'a> {
-    /// True and predicted labels of each sample, one per attribute.
+    /// True and predicted labels of each sample, one per attribute; nothing of values.
     pub fn each(self) -> impl Iterator<Item = (&'a [u32], &'a [u32])> {
-        let Answers { record, rows, width } = self;
-        rows.iter().map(move |&row| {
-            let own = row * width..(row + 1) * width;
-            (&record.outcome.labels().0[own.clone()], &record.outcome.labels().1[own])
+        let Answers { told, rows } = self;
+        let (truth, predicted) = told.record.outcome.labels();
+        rows.iter().filter_map(move |&row| {
+            let own = row * told.width..(row + 1) * told.width;
+            Some((truth.get(own.clone())?, predicted.get(own)?))
         })
     }
 
-    /// Share of right labels in %, over all attributes or one.
+    /// Returns the primary metric.
+    pub fn score(self) -> f64 {
+        let sum: f64 = self.rows.iter().filter_map(|&row| self.told.terms.get(row)).sum();
+        self.told.scale * sum / self.rows.len().max(1) as f64
+    }
+
+    /// Returns the share of right labels of one attribute in %; the primary metric without one.
     pub fn accuracy(self, attribute: Option<usize>) -> f64 {
-        let (mut right, mut all) = (0, 0);
-        for (truth, predicted) in self.each() {
-            let mut labels = truth.iter().zip(predicted).enumerate();
-            let own = labels.by_ref().filter(|(at, _)| attribute.is_none_or(|wanted| wanted == *at));
-            for (_, (truth, predicted)) in own {
-                right += usize::from(truth == predicted);
-                all += 1;
-            }
-        }
-        100.0 * right as f64 / all.max(1) as f64
+        let Some(at) = attribute else { return self.score() };
+        let right = self.each().filter(|(truth, predicted)| truth[at] == predicted[at]).count();
+        100.0 * right as f64 / self.rows.len().max(1) as f64
     }
 }
 
@@ -79,7 +90,7 @@ impl Comparison {
         Comparison {
             networks: tested.map(|own| records(&own.network)).collect(),
             clusters: case.dataset.clusters(),
-            width: case.levels().sizes().len(),
+            task: case.task().clone(),
             protocol: case.results.protocol.clone(),
             seed: case.results.seed,
         }
@@ -89,30 +100,42 @@ impl Comparison {
         self.networks.iter().find(|(own, _)| own == name).map_or(&[], |(_, records)| records)
     }
 
+    /// A record with what its samples add to the primary metric: once for all resamples of a bootstrap.
+    fn told<'r>(&self, record: &'r FoldRecord) -> Told<'r> {
+        let metric = Primary::of(&self.task).metric();
+        let terms = metric.terms(&self.task, &record.outcome).unwrap_or_default();
+        Told { record, terms, scale: metric.unit.scale(), width: self.task.attributes().len() }
+    }
+
     /// Test parts that all of `names` have answered: one record each.
-    fn parts(&self, names: &[&str]) -> Vec<Vec<&FoldRecord>> {
+    fn parts(&self, names: &[&str]) -> Vec<Vec<Told<'_>>> {
         let Some((first, rest)) = names.split_first() else { return vec![] };
         let same = |a: &FoldRecord, b: &FoldRecord| {
             (a.key.repetition, a.key.fold) == (b.key.repetition, b.key.fold) && a.index == b.index
         };
         let together = |record| {
             let others = rest.iter().map(|name| self.records(name).iter().find(|r| same(record, r)));
-            std::iter::once(Some(record)).chain(others).collect::<Option<Vec<_>>>()
+            let all = std::iter::once(Some(record)).chain(others).collect::<Option<Vec<_>>>()?;
+            Some(all.into_iter().map(|record| self.told(record)).collect())
         };
         self.records(first).iter().filter_map(together).collect()
     }
 
-    /// The test for accuracies of these networks: McNemar's where there is but one test part.
+    /// The test for these networks: where there is but one test part McNemar's, of values the signed-rank test.
     pub fn test(&self) -> Test {
         let most = self.networks.iter().map(|(_, records)| records.len()).max().unwrap_or(0);
-        if most > 1 { Test::NadeauBengio } else { Test::McNemar }
+        match self.task {
+            _ if most > 1 => Test::NadeauBengio,
+            Task::Classes(_) | Task::Levels(_) => Test::McNemar,
+            Task::Values(_) => Test::Wilcoxon,
+        }
     }
 
     /// Test samples for each one that training could have had: what Nadeau and Bengio's correction needs.
     ///
     /// A learning curve trains on few of the samples that are not tested; there the ratio is that of the
     /// split, since parts overlap no more for leaving some out.
-    fn ratio(&self, parts: &[Vec<&FoldRecord>]) -> f64 {
+    fn ratio(&self, parts: &[Vec<Told>]) -> f64 {
         let of = |record: &FoldRecord| {
             let tested = record.index.len();
             let trained = match self.protocol {
@@ -121,7 +144,7 @@ impl Comparison {
             };
             tested as f64 / trained.max(1) as f64
         };
-        parts.iter().map(|part| of(part[0])).sum::<f64>() / parts.len().max(1) as f64
+        parts.iter().map(|part| of(part[0].record)).sum::<f64>() / parts.len().max(1) as f64
     }
 
     /// A statistic over the test parts of `names`: with several parts by the corrected resampled t-test,
@@ -131,17 +154,16 @@ impl Comparison {
     /// A statistic that is not finite.
     pub fn effect(&self, names: &[&str], statistic: Statistic, confidence: f64) -> Result<Option<Effect>> {
         let parts = self.parts(names);
-        let on = |part: &[&FoldRecord], rows: &[usize]| {
-            let width = self.width;
-            let answers: Vec<Answers> = part.iter().map(|record| Answers { record, rows, width }).collect();
+        let on = |part: &[Told], rows: &[usize]| {
+            let answers: Vec<Answers> = part.iter().map(|told| Answers { told, rows }).collect();
             statistic(&answers)
         };
-        let whole = |part: &Vec<&FoldRecord>| on(part, &(0..part[0].index.len()).collect::<Vec<_>>());
+        let whole = |part: &Vec<Told>| on(part, &(0..part[0].record.index.len()).collect::<Vec<_>>());
         let values: Vec<f64> = parts.iter().filter_map(whole).collect();
         match (values.as_slice(), parts.as_slice()) {
             ([], _) => Ok(None),
             ([size], [part]) => {
-                let clusters: Vec<u32> = part[0].index.iter().map(|&row| self.clusters[row]).collect();
+                let clusters = self.clusters_of(part);
                 let purpose = names.join(" ");
                 let on_part = |rows: &[usize]| on(part, rows);
                 let interval =
@@ -156,9 +178,8 @@ impl Comparison {
         }
     }
 
-    /// Accuracy of `a` less that of `b` in percentage points, with a p of [`Comparison::test`]; over one
-    /// attribute, or as the mean over all. With several attributes McNemar's test counts a sample for the
-    /// network that gets more of them right.
+    /// Score of `a` less that of `b`, with a p of [`Comparison::test`]: the primary metric, or the accuracy of one
+    /// attribute. With several attributes McNemar's test counts a sample for the network that gets more of them right.
     ///
     /// # Errors
     /// None that records of a run cause.
@@ -166,31 +187,52 @@ impl Comparison {
         let statistic = |both: &[Answers]| Some(both[0].accuracy(attribute) - both[1].accuracy(attribute));
         let Some(mut effect) = self.effect(&[a, b], &statistic, 0.95)? else { return Ok(None) };
         // A t interval of two folds may go beyond what accuracies can differ by.
-        effect.interval = effect.interval.map(|bounds| bounds.map(|bound| bound.clamp(-100.0, 100.0)));
+        let primary = Primary::of(&self.task);
+        effect.interval = effect.interval.map(|bounds| primary.clamped_difference(bounds));
         if let [part] = self.parts(&[a, b]).as_slice() {
-            effect.p = Some(self.mcnemar(part, attribute));
+            effect.p = Some(match self.task {
+                Task::Classes(_) | Task::Levels(_) => mcnemar_of(part, attribute),
+                Task::Values(_) => self.signed_rank_of(part)?,
+            });
         }
         Ok(Some(effect))
     }
 
-    fn mcnemar(&self, part: &[&FoldRecord], attribute: Option<usize>) -> f64 {
-        let (mut only_a, mut only_b) = (0, 0);
-        for row in 0..part[0].index.len() {
-            let right = |record| Answers { record, rows: &[row], width: self.width }.accuracy(attribute);
-            let (a, b) = (right(part[0]), right(part[1]));
-            only_a += u64::from(a > b);
-            only_b += u64::from(b > a);
+    /// What is drawn as one, per sample of a part.
+    fn clusters_of(&self, part: &[Told]) -> Vec<u32> {
+        part[0].record.index.iter().map(|&row| self.clusters[row]).collect()
+    }
+
+    /// The signed-rank test on what samples add to the metric; of grouped samples on the means of the groups, since
+    /// those of one group are not independent.
+    fn signed_rank_of(&self, part: &[Told]) -> Result<f64> {
+        let mut groups: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
+        let each = part[0].terms.iter().zip(&part[1].terms);
+        for (cluster, (a, b)) in self.clusters_of(part).into_iter().zip(each) {
+            let (sum, count) = groups.entry(cluster).or_default();
+            *sum += a - b;
+            *count += 1;
         }
-        mcnemar(only_a, only_b)
+        signed_rank(&groups.into_values().map(|(sum, count)| sum / count as f64).collect::<Vec<_>>())
     }
 
     /// A value of each test part that two networks share.
     pub fn values(&self, a: &str, b: &str, value: impl Fn(Answers) -> f64) -> (Vec<f64>, Vec<f64>) {
-        let width = self.width;
-        let of = |record: &FoldRecord| {
-            let rows: Vec<usize> = (0..record.index.len()).collect();
-            value(Answers { record, rows: &rows, width })
+        let of = |told: &Told| {
+            let rows: Vec<usize> = (0..told.record.index.len()).collect();
+            value(Answers { told, rows: &rows })
         };
-        self.parts(&[a, b]).iter().map(|part| (of(part[0]), of(part[1]))).unzip()
+        self.parts(&[a, b]).iter().map(|part| (of(&part[0]), of(&part[1]))).unzip()
     }
+}
+
+fn mcnemar_of(part: &[Told], attribute: Option<usize>) -> f64 {
+    let (mut only_a, mut only_b) = (0, 0);
+    for row in 0..part[0].record.index.len() {
+        let right = |told| Answers { told, rows: &[row] }.accuracy(attribute);
+        let (a, b) = (right(&part[0]), right(&part[1]));
+        only_a += u64::from(a > b);
+        only_b += u64::from(b > a);
+    }
+    mcnemar(only_a, only_b)
 }

@@ -12,7 +12,7 @@ pub fn eight_bits(judgement: &Judgement) -> Vec<EightBits> {
         let time = |row: &crate::values::Judged| row.speed.map(|speed| speed.whole.p50_ms);
         Some(EightBits {
             network: changed.floats.clone(),
-            accuracy: [floats.accuracy()?, bytes.accuracy()?],
+            scores: [floats.score()?, bytes.score()?],
             p: mcnemar(changed.only[0], changed.only[1]),
             loss: both(lost(&changed.floats), lost(&changed.network)),
             latency: both(time(floats), time(bytes)),

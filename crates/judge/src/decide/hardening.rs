@@ -51,13 +51,13 @@ fn compare(
         let test = corrected_t(&differences, ratio, 0.95)?;
         Ok(Change { mean: test.mean, interval: test.interval })
     };
-    let accuracy = [before.clean.accuracy, after.clean.accuracy];
+    let scores = [before.clean.score, after.clean.score];
     let loss = [before.mean_loss, after.mean_loss];
     Ok(Hardened {
         network: after.network.clone(),
         clean: before.network.clone(),
-        accuracy,
-        accuracy_change: change(|fold| fold.accuracy, accuracy[1] - accuracy[0])?,
+        scores,
+        score_change: change(|fold| fold.score, scores[1] - scores[0])?,
         loss,
         loss_change: change(|fold| fold.loss, loss[1] - loss[0])?,
         train_seconds: [twin.train_seconds, own.train_seconds],
@@ -74,7 +74,7 @@ fn unmet(
     judgement: &Judgement,
 ) -> Vec<Unmet> {
     let curve = |own: &NetworkStress, of: &FaultCurve| {
-        Some(own.curves.iter().find(|curve| curve.fault == of.fault)?.loss(own.clean))
+        Some(own.curves.iter().find(|curve| curve.fault == of.fault)?.loss(own.clean, &stress.primary))
     };
     let twin = |name: &str| {
         let row = judgement.probes.iter().find(|row| row.network == name)?;
@@ -86,7 +86,7 @@ fn unmet(
         Some(Unmet {
             fault: of.fault,
             clean: curve(before, of)?,
-            unmet: of.loss(probe.clean),
+            unmet: of.loss(probe.clean, &stress.primary),
             met: curve(met, of)?,
         })
     })

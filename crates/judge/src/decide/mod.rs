@@ -16,7 +16,8 @@ mod choice_tests;
 
 pub use across::{across, rank};
 pub use choice::choose;
+pub(crate) use choice_words::margin_words;
 pub use comparison::{Answers, Comparison, Effect, Statistic};
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
-pub use shrinking::{accuracy, contrasts, knee};
+pub use shrinking::{contrasts, knee, mean_score};

@@ -6,11 +6,11 @@ use taxel_learn::{FoldRecord, Protocol};
 use super::comparison::{Answers, Comparison, Effect};
 use super::statistics::holm;
 use crate::error::Result;
-use crate::values::Contrast;
+use crate::values::{Contrast, Primary};
 
 /// Each of `settings` beside the `whole`: records of the same test parts, of all samples of `dataset`. One without a test part in
 /// common with the whole has no contrast. The differences are tested as [`choose`](super::choose) does: by the corrected
-/// resampled t-test, or McNemar's on a single part, with Holm's correction over the settings.
+/// resampled t-test, or on a single part by McNemar's or the signed-rank test, with Holm's correction over the settings.
 ///
 /// # Errors
 /// None that records of trainings cause.
@@ -23,20 +23,21 @@ pub fn contrasts(
     alpha: f64,
 ) -> Result<Vec<Option<Contrast>>> {
     const WHOLE: &str = "whole";
+    let (task, primary) = (dataset.task(), Primary::of(&dataset.task()));
     let names: Vec<String> = (0..settings.len()).map(|at| at.to_string()).collect();
     let named = names.iter().cloned().zip(settings.iter().cloned());
     let comparison = Comparison {
         networks: std::iter::once((WHOLE.to_string(), whole.to_vec())).chain(named).collect(),
         clusters: dataset.clusters(),
-        width: dataset.labels()?.sizes().len(),
+        task,
         protocol: protocol.clone(),
         seed,
     };
-    let accuracy = |own: &[Answers]| Some(own[0].accuracy(None));
+    let score = |own: &[Answers]| Some(own[0].score());
     let mut found: Vec<Option<(Effect, Effect)>> = vec![];
     for name in &names {
         let difference = comparison.difference(name, WHOLE, None)?;
-        let own = comparison.effect(&[name, WHOLE], &accuracy, 0.95)?;
+        let own = comparison.effect(&[name, WHOLE], &score, 0.95)?;
         found.push(own.zip(difference));
     }
     let p: Vec<f64> = found.iter().flatten().filter_map(|(_, difference)| difference.p).collect();
@@ -44,35 +45,35 @@ pub fn contrasts(
     let mut one = |(own, difference): (Effect, Effect)| {
         let p_holm = difference.p.and_then(|_| corrected.next());
         Contrast {
-            accuracy: own.size,
-            accuracy_interval: own.interval.map(|bounds| bounds.map(|bound| bound.clamp(0.0, 100.0))),
+            score: own.size,
+            score_interval: own.interval.map(|bounds| primary.clamped(bounds)),
             difference: difference.size,
             interval: difference.interval,
             p_holm,
-            worse: p_holm.is_some_and(|p| p < alpha) && difference.size < 0.0,
+            worse: p_holm.is_some_and(|p| p < alpha) && primary.loss(difference.size) > 0.0,
         }
     };
     Ok(found.into_iter().map(|own| own.map(&mut one)).collect())
 }
 
-/// Mean accuracy over test parts in %, and its 95 % interval.
+/// Returns the primary metric as the mean over test parts, and its 95 % interval.
 ///
 /// # Errors
 /// None that records of trainings cause.
-pub fn accuracy(
+pub fn mean_score(
     records: &[FoldRecord],
     dataset: &Dataset,
     protocol: &Protocol,
     seed: u64,
 ) -> Result<Option<(f64, Option<[f64; 2]>)>> {
     let own = contrasts(records, &[records.to_vec()], dataset, protocol, seed, 0.05)?;
-    Ok(own.into_iter().flatten().next().map(|own| (own.accuracy, own.accuracy_interval)))
+    Ok(own.into_iter().flatten().next().map(|own| (own.score, own.score_interval)))
 }
 
 /// The smallest setting that suffices and that no larger one of the curve contradicts; settings come from the largest to the
 /// smallest.
-pub fn knee(contrasts: &[Option<Contrast>], margin: f64) -> Option<usize> {
-    let enough = |own: &Option<Contrast>| own.is_some_and(|own| own.suffices(margin));
+pub fn knee(contrasts: &[Option<Contrast>], margin: f64, primary: &Primary) -> Option<usize> {
+    let enough = |own: &Option<Contrast>| own.is_some_and(|own| own.suffices(margin, primary));
     contrasts.iter().take_while(|own| enough(own)).count().checked_sub(1)
 }
 
@@ -84,8 +85,8 @@ mod tests {
 
     fn contrast(difference: f64, worse: bool) -> Option<Contrast> {
         Some(Contrast {
-            accuracy: 90.0 + difference,
-            accuracy_interval: None,
+            score: 90.0 + difference,
+            score_interval: None,
             difference,
             interval: None,
             p_holm: None,
@@ -95,14 +96,15 @@ mod tests {
 
     #[test]
     fn a_knee_is_the_last_before_the_first_that_does_not_do() {
+        let percent = Primary::default();
         let own = |all: &[(f64, bool)]| {
-            knee(&all.iter().map(|(by, worse)| contrast(*by, *worse)).collect::<Vec<_>>(), 2.0)
+            knee(&all.iter().map(|(by, worse)| contrast(*by, *worse)).collect::<Vec<_>>(), 2.0, &percent)
         };
         assert_eq!(own(&[(0.0, false), (-2.0, false), (-2.1, false), (1.0, false)]), Some(1));
         assert_eq!(own(&[(0.5, false), (-0.5, true), (0.0, false)]), Some(0));
         assert_eq!(own(&[(-3.0, false), (0.0, false)]), None);
-        assert_eq!(knee(&[contrast(0.0, false), None, contrast(0.0, false)], 2.0), Some(0));
-        assert_eq!(knee(&[], 2.0), None);
+        assert_eq!(knee(&[contrast(0.0, false), None, contrast(0.0, false)], 2.0, &percent), Some(0));
+        assert_eq!(knee(&[], 2.0, &percent), None);
     }
 
     #[test]
@@ -127,11 +129,11 @@ mod tests {
         )
         .unwrap();
         let (same, worse) = (own[0].unwrap(), own[1].unwrap());
-        assert!(same.suffices(2.0) && same.difference.abs() < 1e-9, "{same:?}");
+        assert!(same.suffices(2.0, &Primary::default()) && same.difference.abs() < 1e-9, "{same:?}");
         assert!(worse.worse && (worse.difference + 20.0).abs() < 1e-9, "{worse:?}");
         let [low, high] = worse.interval.unwrap();
         assert!(low < -20.0 && high > -20.0 && high < -10.0);
-        assert!((same.accuracy - 95.0).abs() < 1e-9 && own[2].is_none());
-        assert_eq!(knee(&own, 2.0), Some(0));
+        assert!((same.score - 95.0).abs() < 1e-9 && own[2].is_none());
+        assert_eq!(knee(&own, 2.0, &Primary::default()), Some(0));
     }
 }

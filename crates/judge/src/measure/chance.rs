@@ -1,9 +1,21 @@
 //! What a method gets that knows nothing of the sample.
 
-use taxel_data::{Dataset, Targets};
+use taxel_data::{Dataset, Targets, Values};
 use taxel_learn::metrics::{Metric, Outcome};
 
+use crate::case::Case;
 use crate::error::Result;
+
+impl Case {
+    /// Returns what a method scores by the primary metric that knows nothing of the sample: always naming the commonest
+    /// class, or always giving the mean.
+    ///
+    /// # Errors
+    /// A data set without samples.
+    pub fn chance(&self) -> Result<f64> {
+        chance(&self.dataset)
+    }
+}
 
 /// Returns the primary metric of always naming the commonest class, with several attributes the mean over them, or of
 /// always giving the mean of each value.
@@ -15,14 +27,7 @@ pub(super) fn chance(dataset: &Dataset) -> Result<f64> {
     let labels = match &dataset.targets {
         Targets::Classes { labels, .. } | Targets::Levels(labels) => labels,
         Targets::Values(values) => {
-            let width = values.quantities().len();
-            let mean = |column: usize| {
-                let sum: f64 =
-                    values.values().iter().skip(column).step_by(width).map(|v| f64::from(*v)).sum();
-                (sum / rows.len() as f64) as f32
-            };
-            let means: Vec<f32> = (0..width).map(mean).collect();
-            let outcome = Outcome::new(&dataset.targets, &rows, means.repeat(rows.len()));
+            let outcome = Outcome::new(&dataset.targets, &rows, means(values).repeat(rows.len()));
             return Ok(Metric::primary(&task).of(&task, &outcome)?);
         }
     };
@@ -35,4 +40,15 @@ pub(super) fn chance(dataset: &Dataset) -> Result<f64> {
     };
     let sum: f64 = sizes.iter().enumerate().map(|(i, &size)| share(i, size)).sum();
     Ok(100.0 * sum / sizes.len().max(1) as f64)
+}
+
+/// Returns the mean of each quantity over all samples.
+pub(super) fn means(values: &Values) -> Vec<f32> {
+    let width = values.quantities().len();
+    let mean = |column: usize| {
+        let own = values.values().iter().skip(column).step_by(width);
+        let (sum, count) = own.fold((0.0, 0usize), |(sum, count), v| (sum + f64::from(*v), count + 1));
+        (sum / count.max(1) as f64) as f32
+    };
+    (0..width).map(mean).collect()
 }

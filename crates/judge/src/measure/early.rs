@@ -1,11 +1,11 @@
-//! Accuracy on the starts of test samples: what a stream that is decided early may expect.
+//! Scores on the starts of test samples: what a stream that is decided early may expect.
 
 use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_data::Padding;
-use taxel_learn::metrics::Levels;
+use taxel_learn::metrics::{Levels, Metric, Outcome};
 
-use super::parts::{BATCH, Part, ask, parts};
+use super::parts::{Asked, BATCH, Part, ask, outcome, parts};
 use super::threads::on;
 use crate::case::Case;
 use crate::error::Result;
@@ -31,14 +31,12 @@ impl Default for EarlyOptions {
     }
 }
 
-/// Probabilities of samples, and those that were refused.
-type Answer = (Vec<f32>, Vec<usize>);
-
 /// The answers of one network to the test samples of its folds, each share by itself.
 struct Answers {
-    /// Of each sample the share of attributes that are right.
-    right: Vec<Vec<f64>>,
-    /// Of each sample the least of the attributes' highest probabilities; below 0 where it was refused.
+    /// What each sample adds to the primary metric.
+    terms: Vec<Vec<f64>>,
+    /// Of each sample the least of the attributes' highest probabilities; below 0 where it was refused. Nothing of
+    /// values.
     sure: Vec<Vec<f32>>,
     refused: Vec<usize>,
 }
@@ -65,14 +63,15 @@ pub(super) fn early(case: &Case, options: &EarlyOptions) -> Result<Option<Early>
             let predictor = case.model(key)?.predictor(BATCH, 1)?;
             let Some(own) = names.iter().position(|name| *name == key.network) else { continue };
             let ask = || starts.par_iter().map(|start| ask(&predictor, &clean, start)).collect();
-            let answers: Vec<Answer> = on(taxel_learn::threads(Some(options.threads)), ask)?;
-            all[own].hear(part, answers, &case.levels());
+            let answers: Vec<Asked> = on(taxel_learn::threads(Some(options.threads)), ask)?;
+            all[own].hear(case, part, answers);
         }
     }
     let mut folds: Vec<(usize, usize)> = parts.iter().map(|part| (part.fold, part.len())).collect();
     folds.sort_unstable();
     folds.dedup();
-    let networks = names.iter().zip(all).map(|(name, own)| own.network(name)).collect();
+    let metric = case.primary().metric();
+    let networks = names.iter().zip(all).map(|(name, own)| own.network(name, metric)).collect();
     let samples = folds.into_iter().map(|(_, count)| count).sum();
     Ok(Some(Early { samples, of, ticks, padding, networks }))
 }
@@ -98,48 +97,50 @@ fn known(ticks: usize, seen: u8) -> usize {
 impl Answers {
     fn new() -> Self {
         let count = SHARES.len();
-        Answers { right: vec![vec![]; count], sure: vec![vec![]; count], refused: vec![0; count] }
+        Answers { terms: vec![vec![]; count], sure: vec![vec![]; count], refused: vec![0; count] }
     }
 
     /// Hears the answers of one model to the samples of its test part, share by share.
-    fn hear(&mut self, part: &Part, answers: Vec<Answer>, levels: &Levels) {
-        let width = part.truth.len() / part.len().max(1);
-        for (at, (probabilities, refused)) in answers.into_iter().enumerate() {
-            let predicted = levels.predicted(&probabilities);
-            let rows = predicted.chunks_exact(width.max(1)).zip(part.truth.chunks_exact(width.max(1)));
-            let right = rows.map(|(own, truth)| own.iter().zip(truth).filter(|(a, b)| a == b).count() as f64);
-            let sure = probabilities.chunks_exact(levels.outputs().max(1)).map(|row| least_sure(row, levels));
-            let first = self.right[at].len();
-            self.right[at].extend(right.map(|count| count / width.max(1) as f64));
-            self.sure[at].extend(sure);
-            for row in refused {
-                // No answer: never right, and never sure.
-                (self.right[at][first + row], self.sure[at][first + row]) = (0.0, -1.0);
-                self.refused[at] += 1;
+    fn hear(&mut self, case: &Case, part: &Part, answers: Vec<Asked>) {
+        let (task, levels) = (case.task(), case.levels());
+        for (at, asked) in answers.into_iter().enumerate() {
+            let (first, refused) = (self.sure[at].len(), asked.1.clone());
+            let outcome = outcome(&case.dataset, part, asked);
+            self.terms[at].extend(Metric::primary(task).terms(task, &outcome).unwrap_or_default());
+            self.refused[at] += refused.len();
+            if let Outcome::Labels { probabilities, .. } = &outcome {
+                let rows = probabilities.chunks_exact(levels.outputs().max(1));
+                self.sure[at].extend(rows.map(|row| least_sure(row, &levels)));
+                // No prediction is never sure.
+                refused.iter().for_each(|row| self.sure[at][first + row] = -1.0);
             }
         }
     }
 
-    fn network(self, name: &str) -> EarlyNetwork {
-        let count = self.right[0].len().max(1) as f64;
+    fn network(self, name: &str, metric: &Metric) -> EarlyNetwork {
+        let count = self.terms[0].len().max(1) as f64;
+        let scale = metric.unit.scale();
         let point = |(at, &seen): (usize, &u8)| {
-            let accuracy = 100.0 * self.right[at].iter().sum::<f64>() / count;
-            EarlyPoint { seen, accuracy, refused: self.refused[at] }
+            let score = scale * self.terms[at].iter().sum::<f64>() / count;
+            EarlyPoint { seen, score, refused: self.refused[at] }
         };
-        let decided = |confidence: f64| {
+        // Values are as likely at one start as at another.
+        let is_sure_of_any = self.sure.iter().any(|own| !own.is_empty());
+        let confidences = if is_sure_of_any { &CONFIDENCES[..] } else { &[] };
+        let decided = |&confidence: &f64| {
             let last = SHARES.len() - 1;
             let (mut right, mut seen, mut early) = (0.0, 0.0, 0);
-            for sample in 0..self.right[last].len() {
+            for sample in 0..self.terms[last].len() {
                 let is_sure = |at: &usize| self.sure[*at][sample] >= confidence as f32;
                 let at = (0..last).find(is_sure).unwrap_or(last);
-                right += self.right[at][sample];
+                right += self.terms[at][sample];
                 seen += f64::from(SHARES[at]);
                 early += usize::from(at < last);
             }
             let percent = |value: f64| 100.0 * value / count;
             EarlyDecisions {
                 confidence,
-                accuracy: percent(right),
+                score: percent(right),
                 seen: seen / count,
                 early: percent(early as f64),
             }
@@ -147,7 +148,7 @@ impl Answers {
         EarlyNetwork {
             network: name.into(),
             points: SHARES.iter().enumerate().map(point).collect(),
-            decisions: CONFIDENCES.map(decided).into(),
+            decisions: confidences.iter().map(decided).collect(),
         }
     }
 }
@@ -165,6 +166,8 @@ fn least_sure(row: &[f32], levels: &Levels) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use taxel_data::Task;
+
     use super::*;
 
     #[test]
@@ -180,17 +183,16 @@ mod tests {
         let mut own = Answers::new();
         // One sample: wrong and unsure up to 40 %, sure and wrong at 50 %, right from 60 % on. One that is refused early.
         for (at, seen) in SHARES.iter().enumerate() {
-            own.right[at] = vec![f64::from(u8::from(*seen > 50)), 1.0];
+            own.terms[at] = vec![f64::from(u8::from(*seen > 50)), 1.0];
             own.sure[at] = vec![if *seen < 50 { 0.4 } else { 0.75 }, if *seen < 30 { -1.0 } else { 0.96 }];
         }
         own.refused[0] = 1;
-        let network = own.network("own");
-        let accuracies: Vec<f64> = network.points.iter().map(|point| point.accuracy).collect();
+        let network = own.network("own", Metric::primary(&Task::Classes(vec![])));
+        let accuracies: Vec<f64> = network.points.iter().map(|point| point.score).collect();
         assert_eq!(accuracies, [50.0, 50.0, 50.0, 50.0, 50.0, 100.0, 100.0, 100.0, 100.0, 100.0]);
         assert_eq!((network.points[0].seen, network.points[0].refused), (10, 1));
         let of = |confidence: f64| network.decisions.iter().find(|own| own.confidence == confidence).copied();
-        let want =
-            |confidence, accuracy, seen, early| Some(EarlyDecisions { confidence, accuracy, seen, early });
+        let want = |confidence, score, seen, early| Some(EarlyDecisions { confidence, score, seen, early });
         assert_eq!(of(0.7), want(0.7, 50.0, 40.0, 100.0));
         assert_eq!(of(0.95), want(0.95, 100.0, 65.0, 50.0));
         assert_eq!(of(0.99), want(0.99, 100.0, 100.0, 0.0));

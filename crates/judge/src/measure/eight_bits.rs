@@ -1,6 +1,7 @@
-//! Which answers eight bits change, sample by sample.
+//! Which predictions eight bits change, sample by sample.
 
 use taxel_learn::FoldRecord;
+use taxel_learn::metrics::{Metric, Outcome};
 
 use crate::case::Case;
 use crate::values::Changed;
@@ -20,7 +21,10 @@ pub(super) fn changed(case: &Case) -> Vec<Changed> {
             let twin = case.first_repetition(floats);
             let same = |other: &&FoldRecord| other.key.fold == bytes.key.fold && other.index == bytes.index;
             if let Some(floats) = twin.into_iter().find(same) {
-                count(floats, bytes, &mut changed);
+                match &floats.outcome {
+                    Outcome::Labels { .. } => count(floats, bytes, &mut changed),
+                    Outcome::Values { .. } => nearer(case, floats, bytes, &mut changed),
+                }
             }
         }
         changed
@@ -29,17 +33,27 @@ pub(super) fn changed(case: &Case) -> Vec<Changed> {
 }
 
 fn count(floats: &FoldRecord, bytes: &FoldRecord, changed: &mut Changed) {
-    let attributes = floats.outcome.labels().0.len() / floats.index.len().max(1);
-    let answers = floats
-        .outcome
-        .labels()
-        .1
-        .chunks(attributes.max(1))
-        .zip(bytes.outcome.labels().1.chunks(attributes.max(1)));
-    for ((before, after), truth) in answers.zip(floats.outcome.labels().0.chunks(attributes.max(1))) {
+    let ((truth, before), (_, after)) = (floats.outcome.labels(), bytes.outcome.labels());
+    let attributes = (truth.len() / floats.index.len().max(1)).max(1);
+    let answers = before.chunks(attributes).zip(after.chunks(attributes));
+    for ((before, after), truth) in answers.zip(truth.chunks(attributes)) {
         changed.samples += 1;
         changed.differ += u64::from(before != after);
         changed.only[0] += u64::from(before == truth && after != truth);
         changed.only[1] += u64::from(before != truth && after == truth);
+    }
+}
+
+/// Counts the samples whose values differ, and those that one of the two comes nearer to.
+fn nearer(case: &Case, floats: &FoldRecord, bytes: &FoldRecord, changed: &mut Changed) {
+    let (task, metric) = (case.task(), Metric::primary(case.task()));
+    let terms = |record: &FoldRecord| metric.terms(task, &record.outcome).unwrap_or_default();
+    let width = task.outputs().max(1);
+    let rows = floats.outcome.outputs().chunks(width).zip(bytes.outcome.outputs().chunks(width));
+    for ((before, after), (a, b)) in rows.zip(terms(floats).into_iter().zip(terms(bytes))) {
+        changed.samples += 1;
+        changed.differ += u64::from(before != after);
+        changed.only[0] += u64::from(metric.prefers(a, b));
+        changed.only[1] += u64::from(metric.prefers(b, a));
     }
 }

@@ -4,13 +4,15 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ndarray::Axis;
-use taxel_data::Attribute;
+use taxel_data::{Attribute, Task};
+use taxel_learn::metrics::Outcome;
 use taxel_learn::{Card, FoldRecord};
+use taxel_report::numbers::digits;
 
 use crate::case::Case;
 use crate::error::Result;
 use crate::measure::pictures::{picture_of, reading};
-use crate::values::{Example, Verdict};
+use crate::values::{Example, Primary, Verdict};
 
 /// Examples of a report.
 const MOST: usize = 6;
@@ -18,7 +20,8 @@ const MOST: usize = 6;
 /// A network's first fold: what it said, and how it reads.
 type Seen<'a> = (&'a FoldRecord, Arc<Card>);
 
-/// Some test samples of the first fold: those that divide the networks most, and one that all get right.
+/// Some test samples of the first fold: those that divide the networks most, and one that all get right; of values one
+/// that all come near to.
 ///
 /// # Errors
 /// Damaged models.
@@ -27,28 +30,62 @@ pub(super) fn examples(case: &Case) -> Result<Vec<Example>> {
         case.compared().into_iter().filter_map(|name| case.first_repetition(name).next()).collect();
     let Some(index) = records.first().map(|record| record.index.clone()) else { return Ok(vec![]) };
     records.retain(|record| record.index == index);
-    let width = case.levels().sizes().len();
-    let votes = |at: usize| records.iter().filter(|record| right(record, at, width)).count();
-    // Nearest to half right first; of equals the first of the data set.
-    let mut order: Vec<usize> = (0..index.len()).collect();
-    order.sort_by_key(|&at| (2 * votes(at)).abs_diff(records.len()));
+    let order = match case.task() {
+        Task::Values(_) => by_distance(case.task(), &records),
+        Task::Classes(_) | Task::Levels(_) => by_votes(case, &records, index.len()),
+    };
     let mut chosen: Vec<usize> = vec![];
     let (strata, mut classes) = (case.dataset.strata(), BTreeSet::new());
-    for &at in &order {
+    for &at in &order.divided {
         if chosen.len() + 1 < MOST && classes.insert(strata[index[at]]) {
             chosen.push(at);
         }
     }
-    chosen.extend(order.iter().rev().find(|at| votes(**at) == records.len() && !chosen.contains(at)));
+    chosen.extend(order.agreed.iter().find(|at| !chosen.contains(at)));
     let seen: Vec<Seen> =
         records.into_iter().map(|record| Ok((record, case.card(&record.key)?))).collect::<Result<_>>()?;
     chosen.into_iter().map(|at| example(case, &seen, index[at], at)).collect()
 }
 
+/// Numbers of test samples.
+struct Order {
+    /// Those that divide the networks most first.
+    divided: Vec<usize>,
+    /// Those that all get right; of values those that all come near to, the nearest first.
+    agreed: Vec<usize>,
+}
+
+/// Orders `count` samples by how many networks get them right.
+fn by_votes(case: &Case, records: &[&FoldRecord], count: usize) -> Order {
+    let width = case.levels().sizes().len();
+    let votes = |at: usize| records.iter().filter(|record| right(record, at, width)).count();
+    // Nearest to half right first; of equals the first of the data set.
+    let mut divided: Vec<usize> = (0..count).collect();
+    divided.sort_by_key(|&at| (2 * votes(at)).abs_diff(records.len()));
+    let agreed = divided.iter().rev().copied().filter(|&at| votes(at) == records.len()).collect();
+    Order { divided, agreed }
+}
+
+/// Orders samples of values by how far the networks lie apart in what they are off by.
+fn by_distance(task: &Task, records: &[&FoldRecord]) -> Order {
+    let metric = Primary::of(task).metric();
+    let each: Vec<Vec<f64>> =
+        records.iter().filter_map(|record| metric.terms(task, &record.outcome)).collect();
+    let of = |at: usize| each.iter().filter_map(move |terms| terms.get(at).copied());
+    let least = |at: usize| of(at).fold(f64::INFINITY, f64::min);
+    let most = |at: usize| of(at).fold(f64::NEG_INFINITY, f64::max);
+    let apart = |at: usize| most(at) - least(at);
+    let mut divided: Vec<usize> = (0..each.first().map_or(0, Vec::len)).collect();
+    let mut agreed = divided.clone();
+    divided.sort_by(|&a, &b| apart(b).total_cmp(&apart(a)));
+    agreed.sort_by(|&a, &b| most(a).total_cmp(&most(b)));
+    Order { divided, agreed }
+}
+
 /// Whether every label of the test sample number `at` is right.
 fn right(record: &FoldRecord, at: usize, width: usize) -> bool {
-    let own = at * width..(at + 1) * width;
-    record.outcome.labels().0[own.clone()] == record.outcome.labels().1[own]
+    let (own, (truth, predicted)) = (at * width..(at + 1) * width, record.outcome.labels());
+    truth[own.clone()] == predicted[own]
 }
 
 /// The sample `row` of the data set, number `at` of the test part.
@@ -65,31 +102,56 @@ fn example(case: &Case, seen: &[Seen], row: usize, at: usize) -> Result<Example>
             }
         }
     }
-    let attributes = dataset.labels()?.attributes();
     Ok(Example {
         origin: dataset.origins[row].clone(),
-        truth: named(attributes, &dataset.labels()?.of(&[row])),
+        truth: truth(case, row),
         pictures,
-        verdicts: seen.iter().map(|(record, _)| verdict(attributes, record, at)).collect(),
+        verdicts: seen.iter().map(|(record, _)| verdict(case.task(), record, at)).collect(),
     })
 }
 
-fn verdict(attributes: &[Attribute], record: &FoldRecord, at: usize) -> Verdict {
-    let width = attributes.len();
-    let outputs: usize = attributes.iter().map(|own| own.classes.len()).sum();
-    let predicted = &record.outcome.labels().1[at * width..(at + 1) * width];
+/// The true target of the sample `row` of the data set.
+fn truth(case: &Case, row: usize) -> String {
+    match Outcome::new(&case.dataset.targets, &[row], vec![0.0; case.task().outputs()]) {
+        Outcome::Labels { truth, .. } => named(&case.task().attributes(), &truth),
+        Outcome::Values { truth, .. } => valued(case.task(), &truth),
+    }
+}
+
+fn verdict(task: &Task, record: &FoldRecord, at: usize) -> Verdict {
+    let (network, attributes) = (record.key.network.clone(), task.attributes());
+    let (width, outputs) = (attributes.len(), task.outputs());
+    let (predicted, probabilities) = match &record.outcome {
+        Outcome::Labels { predicted, probabilities, .. } => (predicted, probabilities),
+        Outcome::Values { predicted, .. } => {
+            let predicted = valued(task, &predicted[at * outputs..(at + 1) * outputs]);
+            return Verdict { network, predicted, probability: None, right: None };
+        }
+    };
+    let predicted = &predicted[at * width..(at + 1) * width];
     let mut first = at * outputs;
     let mut least = 1.0f64;
-    for (&label, attribute) in predicted.iter().zip(attributes) {
-        least = least.min(f64::from(record.outcome.outputs()[first + label as usize]));
+    for (&label, attribute) in predicted.iter().zip(&attributes) {
+        least = least.min(f64::from(probabilities[first + label as usize]));
         first += attribute.classes.len();
     }
     Verdict {
-        network: record.key.network.clone(),
-        predicted: named(attributes, predicted),
-        probability: least,
-        right: right(record, at, width),
+        network,
+        predicted: named(&attributes, predicted),
+        probability: Some(least),
+        right: Some(right(record, at, width)),
     }
+}
+
+/// `1.25 N`, or `force 1.25 N, depth 0.310 mm`.
+fn valued(task: &Task, values: &[f32]) -> String {
+    let quantities = task.quantities();
+    let one = |(quantity, &value): (&taxel_data::Quantity, &f32)| {
+        let name = Some(quantity.name.clone()).filter(|_| quantities.len() > 1);
+        let parts = [name, Some(digits(f64::from(value))), quantity.unit.clone()];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+    };
+    quantities.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// `shore-10`, or `elasticity:3, hardness:7`.

@@ -13,7 +13,7 @@ use super::stress::{StressOptions, stress};
 use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::pareto::front;
-use crate::values::{EpochPoint, Judged, Judgement, Speed};
+use crate::values::{EpochPoint, Judged, Judgement, Primary, Speed};
 
 /// Name of a judgement in its run folder.
 const FILE: &str = "judgement.json";
@@ -60,7 +60,7 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
         let timed = compared.contains(&own.network.as_str());
         networks.push(judged(case, own, timed, options)?);
     }
-    mark_front(&mut networks);
+    mark_front(&mut networks, &case.primary());
     let stress = match &options.stress {
         Some(wanted) => {
             (options.say)("breaking test samples on purpose");
@@ -114,12 +114,17 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
         speed: measured,
         train_seconds: mean(timings.iter().map(|timing| timing.train_seconds)).unwrap_or(0.0),
         epoch_seconds: per_epoch,
-        calibration_error: mean(own.folds.iter().filter_map(|fold| fold.scores.get("calibration_error")))
-            .unwrap_or(0.0),
+        calibration_error: calibration_error(case, own),
         on_front: false,
         training: (0..epochs).map(|epoch| point(epoch, &records)).collect(),
         results: own.clone(),
     })
+}
+
+/// Returns the mean over folds, 0 without one; none of values, which have no probability.
+fn calibration_error(case: &Case, own: &NetworkResults) -> Option<f64> {
+    let of_folds = own.folds.iter().filter_map(|fold| fold.scores.get("calibration_error"));
+    case.task().quantities().is_empty().then(|| mean(of_folds).unwrap_or(0.0))
 }
 
 fn frozen(card: &Card) -> Vec<String> {
@@ -150,16 +155,16 @@ fn point(epoch: usize, records: &[&FoldRecord]) -> EpochPoint {
     EpochPoint {
         epoch,
         train_loss: over(|line| line.train_loss),
-        train_accuracy: over(|line| line.train_score),
+        train_score: over(|line| line.train_score),
         validation_loss: mean(lines().filter_map(|line| line.validation_loss)),
-        validation_accuracy: mean(lines().filter_map(|line| line.validation_score)),
+        validation_score: mean(lines().filter_map(|line| line.validation_score)),
     }
 }
 
-/// Marks those for which no other is at least as fast and at least as accurate, and better in one.
-fn mark_front(networks: &mut [Judged]) {
+/// Marks those for which no other is at least as fast and at least as good, and better in one.
+fn mark_front(networks: &mut [Judged], primary: &Primary) {
     let sound = |n: &Judged| (n.results.diverged == 0).then_some(());
-    let place = |n: &Judged| sound(n).and(Some((n.speed?.whole.p50_ms, n.accuracy()?)));
+    let place = |n: &Judged| sound(n).and(Some((n.speed?.whole.p50_ms, primary.merit(n.score()?))));
     let places: Vec<(f64, f64)> = networks.iter().filter_map(place).collect();
     let known = networks.iter_mut().filter(|n| place(n).is_some());
     known.zip(front(&places)).for_each(|(network, on_front)| network.on_front = on_front);

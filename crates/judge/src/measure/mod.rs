@@ -1,4 +1,4 @@
-//! What is measured about a run: speed, accuracy under faults, examples.
+//! What is measured about a run: speed, scores under faults, examples.
 
 mod chance;
 mod early;

@@ -4,10 +4,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ndarray::{ArrayD, Axis};
+use taxel_data::{Dataset, Targets};
 use taxel_faults::{Fault, Sensor};
 use taxel_learn::guard::{Found, Guard};
+use taxel_learn::metrics::Outcome;
 use taxel_learn::{FoldKey, FoldRecord, Model, Predictor, mended};
 
+use super::chance::means;
 use super::guarding::guard;
 use super::threads::alone;
 use crate::case::Case;
@@ -21,7 +24,6 @@ pub(super) const BATCH: usize = 64;
 pub(super) struct Part {
     pub fold: usize,
     pub rows: Vec<usize>,
-    pub truth: Vec<u32>,
     pub keys: Vec<FoldKey>,
 }
 
@@ -43,18 +45,8 @@ pub(super) struct Answer {
     pub network: String,
     pub fold: usize,
     pub broken: Option<(Fault, u8)>,
-    pub truth: Vec<u32>,
-    pub probabilities: Vec<f32>,
-    pub predicted: Vec<u32>,
+    pub outcome: Outcome,
     pub refused: usize,
-}
-
-impl Answer {
-    /// In %.
-    pub fn accuracy(&self) -> f64 {
-        let right = self.truth.iter().zip(&self.predicted).filter(|(truth, predicted)| truth == predicted);
-        100.0 * right.count() as f64 / self.truth.len().max(1) as f64
-    }
 }
 
 /// The test parts of the first repetition, thinned out evenly to `most` samples; and how many there are.
@@ -68,10 +60,7 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<Par
         let rows: Vec<usize> = index.iter().copied().step_by(every).collect();
         match parts.iter_mut().find(|part| part.fold == key.fold && part.rows == rows) {
             Some(part) => part.keys.push(key.clone()),
-            None => {
-                let truth = case.dataset.labels()?.of(&rows);
-                parts.push(Part { fold: key.fold, rows, truth, keys: vec![key.clone()] });
-            }
+            None => parts.push(Part { fold: key.fold, rows, keys: vec![key.clone()] }),
         }
     }
     Ok((parts, of))
@@ -213,7 +202,7 @@ fn answers(case: &Case, sensor: &Sensor, part: &Part, job: &Job, bench: &Bench) 
             }
             _ => None,
         };
-        let of = |asked: Asked| answer_of(predictor, part, key, job, asked);
+        let of = |asked: Asked| answer_of(&case.dataset, part, key, job, asked);
         let (own, other) = if *is_guarded { (with, without) } else { (without, with) };
         answers.own.extend(own.map(of));
         answers.other.extend(other.map(of));
@@ -222,23 +211,31 @@ fn answers(case: &Case, sensor: &Sensor, part: &Part, job: &Job, bench: &Bench) 
 }
 
 /// What a network says, for scores.
-fn answer_of(predictor: &Predictor, part: &Part, key: &FoldKey, job: &Job, asked: Asked) -> Answer {
-    let (probabilities, refused) = asked;
-    let width = part.truth.len() / part.len().max(1);
-    let mut predicted = predictor.card().levels().predicted(&probabilities);
-    for &row in &refused {
-        // No class: never right.
-        predicted[row * width..(row + 1) * width].fill(u32::MAX);
+fn answer_of(dataset: &Dataset, part: &Part, key: &FoldKey, job: &Job, asked: Asked) -> Answer {
+    let (network, fold, broken, refused) = (key.network.clone(), part.fold, job.broken, asked.1.len());
+    Answer { network, fold, broken, outcome: outcome(dataset, part, asked), refused }
+}
+
+/// Returns outputs beside the true targets of a part. A sample that was refused has no class, which is never right, or
+/// the mean of each value.
+pub(super) fn outcome(dataset: &Dataset, part: &Part, (outputs, refused): Asked) -> Outcome {
+    let mut outcome = Outcome::new(&dataset.targets, &part.rows, outputs);
+    match (&mut outcome, &dataset.targets) {
+        (Outcome::Values { predicted, .. }, Targets::Values(values)) => {
+            let means = means(values);
+            for &row in &refused {
+                predicted[row * means.len()..][..means.len()].copy_from_slice(&means);
+            }
+        }
+        (Outcome::Labels { predicted, .. }, _) => {
+            let width = predicted.len() / part.len().max(1);
+            for &row in &refused {
+                predicted[row * width..][..width].fill(u32::MAX);
+            }
+        }
+        _ => {}
     }
-    Answer {
-        network: key.network.clone(),
-        fold: part.fold,
-        broken: job.broken,
-        truth: part.truth.clone(),
-        probabilities,
-        predicted,
-        refused: refused.len(),
-    }
+    outcome
 }
 
 /// The samples of a part under one fault.
@@ -260,7 +257,7 @@ fn corrupt(
     Ok(x)
 }
 
-/// Probabilities, and which samples cannot be encoded.
+/// Outputs, and which samples cannot be encoded.
 pub(super) type Asked = (Vec<f32>, Vec<usize>);
 
 /// The answers to samples `x` behind a guard; where it found nothing they are those `without` it.
@@ -271,24 +268,24 @@ fn ask_behind(
     found: &[Vec<Found>],
     without: Option<&Asked>,
 ) -> Result<Asked> {
-    let Some((probabilities, refused)) = without else { return ask(predictor, clean, x) };
+    let Some((outputs, refused)) = without else { return ask(predictor, clean, x) };
     let rows: Vec<usize> = (0..found.len()).filter(|row| !found[*row].is_empty()).collect();
-    let (mut probabilities, mut refused) = (probabilities.clone(), refused.clone());
+    let (mut outputs, mut refused) = (outputs.clone(), refused.clone());
     if rows.is_empty() {
-        return Ok((probabilities, refused));
+        return Ok((outputs, refused));
     }
     let (own, unread) = ask(predictor, &clean.select(Axis(0), &rows), &x.select(Axis(0), &rows))?;
     let width = own.len() / rows.len();
     for (row, own) in rows.iter().zip(own.chunks_exact(width.max(1))) {
-        probabilities[row * width..][..width].copy_from_slice(own);
+        outputs[row * width..][..width].copy_from_slice(own);
     }
     refused.retain(|row| !rows.contains(row));
     refused.extend(unread.into_iter().map(|at| rows[at]));
     refused.sort_unstable();
-    Ok((probabilities, refused))
+    Ok((outputs, refused))
 }
 
-/// Probabilities of `broken` samples, and which of them cannot be encoded; the clean ones stand in for
+/// Outputs for `broken` samples, and which of them cannot be encoded; the clean ones stand in for
 /// those, so that the others still make a batch.
 pub(super) fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<Asked> {
     if let Ok(inputs) = predictor.encode(broken) {

@@ -1,63 +1,90 @@
-//! Scores under faults: accuracy, breaking points, errors relative to a reference.
+//! Scores under faults: the primary metric, breaking points, errors relative to a reference.
 
-use taxel_learn::metrics::Levels;
+use taxel_data::Task;
+use taxel_learn::metrics::{Levels, Outcome};
 
 use super::parts::Answer;
 use crate::error::Result;
-use crate::values::{FaultCurve, FoldLoss, NetworkStress, Score};
+use crate::values::{FaultCurve, FoldLoss, NetworkStress, Primary, Score};
 
 /// Scores over all parts.
-pub(super) fn score(levels: &Levels, answers: &[&Answer]) -> Result<Score> {
-    let truth: Vec<u32> = answers.iter().flat_map(|a| a.truth.iter().copied()).collect();
-    let predicted = answers.iter().flat_map(|a| &a.predicted);
-    let right = truth.iter().zip(predicted).filter(|(truth, predicted)| truth == predicted).count();
-    let probabilities: Vec<f32> = answers.iter().flat_map(|a| a.probabilities.iter().copied()).collect();
-    let (calibration_error, _) = levels.calibration(&probabilities, &truth)?;
+pub(super) fn score(task: &Task, answers: &[&Answer]) -> Result<Score> {
     Ok(Score {
-        accuracy: 100.0 * right as f64 / truth.len().max(1) as f64,
-        calibration_error,
+        score: pooled(task, answers),
+        calibration_error: calibration_error(task, answers)?,
         refused: answers.iter().map(|a| a.refused).sum(),
     })
 }
 
-/// Accuracy and loss of one network fold by fold.
-pub(super) fn folds(answers: &[&Answer]) -> Vec<FoldLoss> {
+/// Returns the primary metric over all samples.
+fn pooled(task: &Task, answers: &[&Answer]) -> f64 {
+    Primary::of(task).metric().pooled(task, answers.iter().map(|a| &a.outcome))
+}
+
+/// Returns the expected calibration error over all samples; none of values, which have no probability.
+fn calibration_error(task: &Task, answers: &[&Answer]) -> Result<Option<f64>> {
+    let (mut labels, mut all) = (vec![], vec![]);
+    for answer in answers {
+        let Outcome::Labels { truth, probabilities, .. } = &answer.outcome else { return Ok(None) };
+        labels.extend_from_slice(truth);
+        all.extend_from_slice(probabilities);
+    }
+    Ok(Some(Levels::of_task(task).calibration(&all, &labels)?.0))
+}
+
+/// Returns score and loss of one network fold by fold.
+pub(super) fn folds(task: &Task, answers: &[&Answer]) -> Vec<FoldLoss> {
     let mut numbers: Vec<usize> = answers.iter().map(|a| a.fold).collect();
     numbers.sort_unstable();
     numbers.dedup();
+    let primary = Primary::of(task);
     let of = |fold: usize| {
         let own = || answers.iter().filter(move |a| a.fold == fold);
-        let clean = own().find(|a| a.broken.is_none())?.accuracy();
-        let broken: Vec<f64> = own().filter(|a| a.broken.is_some()).map(|a| a.accuracy()).collect();
+        let score = |a: &&Answer| pooled(task, &[*a]);
+        let clean = own().find(|a| a.broken.is_none()).map(score)?;
+        let broken: Vec<f64> = own().filter(|a| a.broken.is_some()).map(score).collect();
         let mean = broken.iter().sum::<f64>() / broken.len().max(1) as f64;
-        Some(FoldLoss { fold, accuracy: clean, loss: clean - mean })
+        Some(FoldLoss { fold, score: clean, loss: primary.worsening(mean, clean) })
     };
     numbers.into_iter().filter_map(of).collect()
 }
 
-/// Percentage points above chance below which there is no margin to lose.
-pub(super) const MARGIN: f64 = 2.0;
+/// Percentage points above chance below which there is no margin to lose; of values as [`Primary::share`] says.
+const MARGIN: f64 = 2.0;
+
+/// Checks whether a score is enough better than chance for there to be something to lose.
+pub(super) fn has_margin(primary: &Primary, clean: f64, chance: f64) -> bool {
+    primary.worsening(chance, clean) > primary.share(MARGIN, chance)
+}
 
 /// The first severity at which half of the margin above chance is lost; none without a margin.
-pub(super) fn breaks_at(points: &[(u8, Score)], clean: f64, chance: f64) -> Option<u8> {
+pub(super) fn breaks_at(primary: &Primary, points: &[(u8, Score)], clean: f64, chance: f64) -> Option<u8> {
     let half = chance + (clean - chance) / 2.0;
-    let broken = |(_, score): &&(u8, Score)| clean - chance > MARGIN && score.accuracy <= half;
+    let has_margin = has_margin(primary, clean, chance);
+    let broken = |(_, own): &&(u8, Score)| has_margin && !primary.prefers(own.score, half);
     points.iter().find(broken).map(|(severity, _)| *severity)
 }
 
 /// One network under all faults, before it is related to another.
-pub(super) fn stressed(network: &str, clean: Score, curves: Vec<FaultCurve>) -> NetworkStress {
+pub(super) fn stressed(
+    primary: &Primary,
+    network: &str,
+    clean: Score,
+    curves: Vec<FaultCurve>,
+) -> NetworkStress {
     let mean = |value: &dyn Fn(&FaultCurve) -> f64| {
         curves.iter().map(value).sum::<f64>() / curves.len().max(1) as f64
     };
     NetworkStress {
         network: network.into(),
         clean,
-        mean_loss: mean(&|curve| curve.loss(clean)),
-        worst_loss: curves.iter().map(|c| c.loss(clean)).fold(f64::NEG_INFINITY, f64::max),
+        mean_loss: mean(&|curve| curve.loss(clean, primary)),
+        worst_loss: curves.iter().map(|c| c.loss(clean, primary)).fold(f64::NEG_INFINITY, f64::max),
         corruption_error: None,
         relative_corruption_error: None,
-        calibration_error: mean(&|curve| curve.mean(|score| score.calibration_error)),
+        calibration_error: clean
+            .calibration_error
+            .map(|_| mean(&|curve| curve.mean(|score| score.calibration_error.unwrap_or(0.0)))),
         verdict: String::new(),
         curves,
         other: None,
@@ -67,11 +94,12 @@ pub(super) fn stressed(network: &str, clean: Score, curves: Vec<FaultCurve>) -> 
 
 /// Corruption errors relative to the reference's (Hendrycks & Dietterich 2019, equations 1 and 2): per
 /// fault the ratio of errors summed over severities, then the mean over faults.
-pub(super) fn relate(networks: &mut [NetworkStress], reference: Option<&str>) {
+pub(super) fn relate(primary: &Primary, networks: &mut [NetworkStress], reference: Option<&str>) {
     let Some(reference) = networks.iter().find(|n| Some(n.network.as_str()) == reference).cloned() else {
         return;
     };
-    let error = |curve: &FaultCurve| curve.mean(|score| 100.0 - score.accuracy);
+    // A metric that says no error leaves nothing finite.
+    let error = |curve: &FaultCurve| curve.mean(|own| primary.error(own.score).unwrap_or(f64::NAN));
     // Faults that cost the reference nothing say nothing relative to it.
     let mean = |ratios: Vec<f64>| {
         let finite: Vec<f64> = ratios.into_iter().filter(|r| r.is_finite()).collect();
@@ -82,8 +110,8 @@ pub(super) fn relate(networks: &mut [NetworkStress], reference: Option<&str>) {
         let plain = pairs().map(|(own, other)| error(own) / error(other)).collect();
         let beyond = pairs()
             // What rounding leaves is no loss.
-            .filter(|(_, other)| other.loss(reference.clean) > 1e-9)
-            .map(|(own, other)| own.loss(network.clean) / other.loss(reference.clean))
+            .filter(|(_, other)| other.loss(reference.clean, primary) > 1e-9)
+            .map(|(own, other)| own.loss(network.clean, primary) / other.loss(reference.clean, primary))
             .collect();
         (network.corruption_error, network.relative_corruption_error) = (mean(plain), mean(beyond));
     }

@@ -1,9 +1,9 @@
-//! Accuracy under graded faults on raw readings: where each network breaks.
+//! Scores under graded faults on raw readings: where each network breaks.
 
 use std::collections::BTreeMap;
 
+use taxel_data::Task;
 use taxel_faults::{Fault, Layout};
-use taxel_learn::metrics::Levels;
 use taxel_learn::{ModelInput, SensorFacts, require};
 
 use super::chance::chance;
@@ -12,10 +12,10 @@ use super::scores::{breaks_at, folds, relate, score, stressed};
 use super::verdict::verdict;
 use crate::case::Case;
 use crate::error::{Error, Result};
-use crate::values::{FaultCurve, FaultInfo, NetworkStress, OtherWay, Score, SensorRange, Stress};
+use crate::values::{FaultCurve, FaultInfo, NetworkStress, OtherWay, Primary, Score, SensorRange, Stress};
 
 /// Baselines and networks that corruption errors are relative to, the first that a run has.
-const REFERENCES: [&str; 3] = ["k-nn", "mini-rocket", "mlp"];
+const REFERENCES: [&str; 4] = ["k-nn", "mini-rocket", "mlp", "ridge"];
 
 /// What is broken, and how much time it may take.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,7 +49,8 @@ impl Default for StressOptions {
 /// number of steps, `tick` each of them.
 ///
 /// Every sample is broken before it is encoded, in the same way for all networks. A sample that an
-/// encoding refuses (no contact is found, for example) counts as wrong.
+/// encoding refuses (no contact is found, for example) counts as wrong; of values as the mean of all samples, which is
+/// what knowing nothing says.
 ///
 /// # Errors
 /// A fault without a meaning for these readings, models that are missing, readings that are not finite.
@@ -92,13 +93,15 @@ pub fn stress(
         rows.into_iter().find(|own| own.candidate == name || own.network == name)
     };
     let reference = REFERENCES.into_iter().find_map(|name| Some(row(name)?.network.as_str()));
-    relate(&mut networks, reference);
+    let primary = case.primary();
+    relate(&primary, &mut networks, reference);
     for network in &mut networks {
         let inputs = inputs(case, &network.network)?;
-        network.verdict = verdict(network, chance, &inputs);
+        network.verdict = verdict(&primary, network, chance, &inputs);
     }
     Ok(Stress {
         seed: case.results.seed,
+        primary,
         samples: different(&parts),
         of,
         range,
@@ -124,44 +127,48 @@ fn network(
         answers.iter().filter(|a| a.network == name).collect()
     }
     let (own, switched) = (of(&answers.own, name), of(&answers.other, name));
-    let levels = case.levels();
-    let clean = under(&levels, &own, None)?;
-    let curves = curves(&levels, &own, tried, (clean, chance))?;
+    let (task, primary) = (case.task(), case.primary());
+    let clean = under(task, &own, None)?;
+    let curves = curves(task, &own, tried, (clean, chance))?;
     let other = match switched.is_empty() {
         true => None,
         false => {
-            let curves = self::curves(&levels, &switched, tried, (clean, chance))?;
-            let losses = curves.iter().map(|curve| curve.loss(clean)).sum::<f64>();
+            let curves = self::curves(task, &switched, tried, (clean, chance))?;
+            let losses = curves.iter().map(|curve| curve.loss(clean, &primary)).sum::<f64>();
             let first = case.first_repetition(name).next();
             let own = first.map(|first| case.card(&first.key)).transpose()?;
             Some(OtherWay {
                 is_guarded: own.is_none_or(|card| card.guard.is_none()),
-                clean: under(&levels, &switched, None)?,
+                clean: under(task, &switched, None)?,
                 mean_loss: losses / curves.len().max(1) as f64,
                 curves,
             })
         }
     };
-    Ok(NetworkStress { folds: folds(&own), other, ..stressed(name, clean, curves) })
+    Ok(NetworkStress { folds: folds(task, &own), other, ..stressed(&primary, name, clean, curves) })
 }
 
 /// Scores of one network on samples that are broken so.
-fn under(levels: &Levels, answers: &[&Answer], broken: Option<(Fault, u8)>) -> Result<Score> {
-    score(levels, &answers.iter().copied().filter(|a| a.broken == broken).collect::<Vec<_>>())
+fn under(task: &Task, answers: &[&Answer], broken: Option<(Fault, u8)>) -> Result<Score> {
+    score(task, &answers.iter().copied().filter(|a| a.broken == broken).collect::<Vec<_>>())
 }
 
 /// Scores of one network under every fault, beside what it has on unbroken samples.
 fn curves(
-    levels: &Levels,
+    task: &Task,
     answers: &[&Answer],
     (faults, severities): (&[Fault], &[u8]),
     (clean, chance): (Score, f64),
 ) -> Result<Vec<FaultCurve>> {
-    let mut curves = vec![];
+    let (primary, mut curves) = (Primary::of(task), vec![]);
     for &fault in faults {
-        let point = |&severity: &u8| Ok((severity, under(levels, answers, Some((fault, severity)))?));
+        let point = |&severity: &u8| Ok((severity, under(task, answers, Some((fault, severity)))?));
         let points: Vec<(u8, Score)> = severities.iter().map(point).collect::<Result<_>>()?;
-        curves.push(FaultCurve { fault, breaks_at: breaks_at(&points, clean.accuracy, chance), points });
+        curves.push(FaultCurve {
+            fault,
+            breaks_at: breaks_at(&primary, &points, clean.score, chance),
+            points,
+        });
     }
     Ok(curves)
 }

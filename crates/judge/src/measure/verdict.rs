@@ -3,18 +3,25 @@
 use taxel_faults::Fault;
 use taxel_learn::ModelInput;
 
-use super::scores::MARGIN;
-use crate::values::{FaultCurve, FaultInfo, NetworkStress};
+use super::scores::has_margin;
+use crate::values::{FaultCurve, FaultInfo, NetworkStress, Primary};
 
-/// Percentage points below which a loss is not worth a word.
+/// Percentage points below which a loss is not worth a word; of values as [`Primary::share`] says.
 const SMALL: f64 = 2.0;
 
 /// What breaks a network first, what it stands, and why, where its inputs explain it.
-pub(super) fn verdict(network: &NetworkStress, chance: f64, inputs: &[ModelInput]) -> String {
-    if network.clean.accuracy - chance <= MARGIN {
-        return "no better than always naming the commonest class; there is nothing to break".into();
+pub(super) fn verdict(
+    primary: &Primary,
+    network: &NetworkStress,
+    chance: f64,
+    inputs: &[ModelInput],
+) -> String {
+    if !has_margin(primary, network.clean.score, chance) {
+        let nothing = primary.knowing_nothing();
+        return format!("no better than {nothing}; there is nothing to break");
     }
-    let loss = |curve: &FaultCurve| curve.loss(network.clean);
+    let loss = |curve: &FaultCurve| curve.loss(network.clean, primary);
+    let small = primary.share(SMALL, chance);
     let mut broken: Vec<(u8, &FaultCurve)> =
         network.curves.iter().filter_map(|curve| Some((curve.breaks_at?, curve))).collect();
     broken.sort_by(|a, b| a.0.cmp(&b.0).then(loss(b.1).total_cmp(&loss(a.1))));
@@ -29,14 +36,14 @@ pub(super) fn verdict(network: &NetworkStress, chance: f64, inputs: &[ModelInput
         let rest: Vec<String> = broken[1..].iter().map(|(at, c)| format!("{} ({at})", c.fault)).collect();
         words += &format!(", then {}", rest.join(", "));
     }
-    let held: Vec<&str> = network.curves.iter().filter(|c| loss(c) < SMALL).map(|c| c.fault.name()).collect();
+    let held: Vec<&str> = network.curves.iter().filter(|c| loss(c) < small).map(|c| c.fault.name()).collect();
     if !held.is_empty() {
         words += &format!("; hardly notices {}", held.join(", "));
     }
     let reasons: Vec<String> = network
         .curves
         .iter()
-        .filter_map(|c| reason(c.fault, c.breaks_at.is_some(), loss(c) < SMALL, inputs))
+        .filter_map(|c| reason(c.fault, c.breaks_at.is_some(), loss(c) < small, inputs))
         .collect();
     if !reasons.is_empty() {
         words += &format!(". {}", reasons.join(". "));

@@ -127,10 +127,10 @@ pub(super) fn judgement() -> Judgement {
 
 /// A choice of the judgement.
 pub(super) fn choice() -> Choice {
-    let criteria = Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: 5.0 };
+    let criteria = Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: Some(5.0) };
     let evidence = |network: &str, difference: f64| Evidence {
         network: network.into(),
-        accuracy: 93.5 + difference,
+        score: 93.5 + difference,
         difference,
         interval: (difference < 0.0).then_some([difference - 1.0, difference + 1.0]),
         p: (difference < 0.0).then_some(0.25),
@@ -142,6 +142,7 @@ pub(super) fn choice() -> Choice {
     };
     Choice {
         criteria,
+        primary: Default::default(),
         test: Test::NadeauBengio,
         best: "large-2d".into(),
         chosen: Some("small-1d".into()),

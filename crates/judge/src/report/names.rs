@@ -35,9 +35,6 @@ pub(super) mod table {
 
 /// Charts: the name of their files.
 pub(super) mod chart {
-    pub const ACCURACY_LATENCY: &str = "accuracy-latency";
-    pub const ACCURACY_MACS: &str = "accuracy-macs";
-    pub const ACCURACY_SIZE: &str = "accuracy-size";
     pub const CALIBRATION: &str = "calibration";
     pub const CARRIER: &str = "carrier";
     /// What the names of all confusion matrices begin with.
@@ -48,9 +45,17 @@ pub(super) mod chart {
     pub const FAULT_CURVES: &str = "fault-curves";
     pub const FAULT_LOSSES: &str = "fault-losses";
     pub const FEW_SAMPLES: &str = "few-samples";
+    pub const LATENCY: &str = "latency";
     pub const LENGTHS: &str = "lengths";
+    pub const MACS: &str = "macs";
     pub const RANGES: &str = "ranges";
+    pub const SIZE: &str = "size";
     pub const TRAINING: &str = "training";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
     pub const WHERE_TIME_GOES: &str = "where-time-goes";
+
+    /// Returns the name of the chart of that metric against a cost: `accuracy-latency`.
+    pub fn against(metric: &str, cost: &str) -> String {
+        format!("{metric}-{cost}")
+    }
 }

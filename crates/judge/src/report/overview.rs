@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use taxel_data::SourceKind;
 use taxel_report::files::{make, of_chart, of_table, write};
 use taxel_report::html::{frame, table};
-use taxel_report::numbers::{digits, tenth};
+use taxel_report::numbers::digits;
 use taxel_report::table::{Cell, Column, Table};
 
 use super::names::table as names;
@@ -14,7 +14,7 @@ use super::page::badge;
 use super::ranked::Ranked;
 use super::words::kind;
 use crate::error::Result;
-use crate::values::{Across, Choice, Judgement};
+use crate::values::{Across, Choice, Judgement, Primary};
 
 /// One run of an overview.
 pub struct Entry {
@@ -27,13 +27,14 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The most accurate network: name, accuracy in %, latency in ms.
+    /// The most accurate network: name, primary metric, latency in ms.
     fn best(&self) -> Option<(&str, f64, Option<f64>)> {
-        let scored = self.judgement.networks.iter().filter_map(|n| {
-            let accuracy = n.accuracy()?;
-            Some((n.results.network.as_str(), accuracy, n.speed.map(|s| s.whole.p50_ms)))
-        });
-        scored.max_by(|a, b| a.1.total_cmp(&b.1))
+        let scored =
+            self.judgement.networks.iter().filter_map(|n| {
+                Some((n.results.network.as_str(), n.score()?, n.speed.map(|s| s.whole.p50_ms)))
+            });
+        let primary = self.judgement.primary();
+        scored.max_by(|a, b| primary.order(a.1, b.1))
     }
 
     fn chosen(&self) -> Option<&str> {
@@ -108,7 +109,7 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
                 section {
                     h2 { "The same readings, divided or seeded otherwise" }
                     p {
-                        "What accuracy owes to the split (random folds put grasps of one session or object into training "
+                        "What " (scores(entries)) " owes to the split (random folds put grasps of one session or object into training "
                         "and test alike) and to the seed."
                     }
                     @for own in &tables.again { (table(own)) }
@@ -121,19 +122,32 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
 
 fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
     let rows: Vec<&Entry> = entries.iter().filter(|entry| entry.judgement.kind() == of).collect();
+    let primaries: Vec<Primary> = rows.iter().map(|entry| entry.judgement.primary()).collect();
+    // One column for runs of one metric; of several each number names its own.
+    let shared = primaries.first().cloned().filter(|first| primaries.iter().all(|own| own == first));
+    let (chance, best) = match &shared {
+        Some(own) => (own.head_of("chance"), format!("its {}", own.head())),
+        None => ("chance".into(), "its score".into()),
+    };
+    let fields = match &shared {
+        Some(own) if own.is_percent() => ["chance_percent".into(), format!("best_{}", own.column(""))],
+        Some(own) => ["chance".into(), format!("best_{}", own.column(""))],
+        None => ["chance".into(), "best_score".into()],
+    };
+    let is_shared = shared.is_some();
+    let scored = move |entry: &Entry, score: Option<f64>| {
+        let primary = entry.judgement.primary();
+        Cell::number(score, |v| if is_shared { primary.show()(v) } else { scored(&primary, v) })
+    };
     let columns = vec![
         Column::text("run", "run", |e: &&Entry| Cell::text(&e.judgement.results.name)),
         Column::text("readings", "source", |e: &&Entry| Cell::text(e.judgement.results.source.to_string())),
         Column::text("protocol", "protocol", |e: &&Entry| Cell::text(&e.judgement.protocol)),
         Column::number("samples", &["samples"], |e: &&Entry| Cell::count(e.judgement.results.samples as u64)),
-        Column::number("chance %", &["chance_percent"], |e: &&Entry| {
-            Cell::number(Some(e.judgement.chance), tenth)
-        }),
+        Column::number(&chance, &[&fields[0]], move |e: &&Entry| scored(e, Some(e.judgement.chance))),
         Column::text("recommended", "recommended", |e: &&Entry| Cell::text(e.chosen().unwrap_or("–"))),
         Column::text("most accurate", "best", |e: &&Entry| Cell::text(e.best().map_or("–", |best| best.0))),
-        Column::number("its accuracy %", &["best_accuracy_percent"], |e: &&Entry| {
-            Cell::number(e.best().map(|best| best.1), tenth)
-        }),
+        Column::number(&best, &[&fields[1]], move |e: &&Entry| scored(e, e.best().map(|best| best.1))),
         Column::number("its latency p50, ms", &["best_latency_p50_ms"], |e: &&Entry| {
             Cell::number(e.best().and_then(|best| best.2), digits)
         }),
@@ -145,7 +159,20 @@ fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
     Table::new(name, format!("Runs on {} readings", kind(of)), columns, &rows)
 }
 
-/// One table for all runs on the same readings: accuracy of each network in each, and how far they lie apart.
+/// What the tables show, within a sentence.
+fn scores(entries: &[Entry]) -> &'static str {
+    let mut titles = entries.iter().map(|entry| entry.judgement.primary().title());
+    let first = titles.next().unwrap_or("accuracy");
+    if titles.all(|own| own == first) { first } else { "the score" }
+}
+
+/// `93.5 %`, or `MAE 0.412 N`.
+fn scored(primary: &Primary, score: f64) -> String {
+    let value = primary.value(score);
+    if primary.is_percent() { value } else { format!("{} {value}", primary.title()) }
+}
+
+/// One table for all runs on the same readings: the score of each network in each, and how far they lie apart.
 fn again(entries: &[Entry]) -> Vec<Table> {
     let mut groups: Vec<Vec<&Judgement>> = vec![];
     for own in entries.iter().map(|entry| &entry.judgement) {
@@ -153,6 +180,7 @@ fn again(entries: &[Entry]) -> Vec<Table> {
         let same = |group: &&mut Vec<&Judgement>| {
             let (a, b) = (&group[0].results, &own.results);
             (&a.source, a.samples, &a.task.output_names()) == (&b.source, b.samples, &b.task.output_names())
+                && group[0].primary() == own.primary()
         };
         match groups.iter_mut().find(same) {
             Some(group) => group.push(own),
@@ -168,30 +196,34 @@ fn again(entries: &[Entry]) -> Vec<Table> {
 }
 
 fn beside(number: usize, group: &[&Judgement]) -> Option<Table> {
-    let accuracy = |run: &Judgement, name: &str| run.network(name)?.accuracy();
+    let score = |run: &Judgement, name: &str| run.network(name)?.score();
+    let primary = group[0].primary();
+    let show = primary.show();
     let mut names: Vec<&str> = vec![];
     for network in group.iter().flat_map(|run| &run.networks) {
         let name = network.results.network.as_str();
-        if !names.contains(&name) && group.iter().filter(|run| accuracy(run, name).is_some()).count() > 1 {
+        if !names.contains(&name) && group.iter().filter(|run| score(run, name).is_some()).count() > 1 {
             names.push(name);
         }
     }
     let mut columns: Vec<Column<&str>> =
         vec![Column::text("network", "network", |name: &&str| Cell::text(*name))];
     for (i, run) in group.iter().enumerate() {
-        let head = format!("{}: {}, seed {}, %", run.results.name, run.protocol, run.results.seed);
-        let field = format!("run_{}_accuracy_percent", i + 1);
-        columns.push(Column::number(&head, &[&field], move |name: &&str| {
-            Cell::number(accuracy(run, name), tenth)
-        }));
+        let unit = primary.unit();
+        let head = format!("{}: {}, seed {}, {unit}", run.results.name, run.protocol, run.results.seed);
+        let field = format!("run_{}_{}", i + 1, primary.column(""));
+        columns
+            .push(Column::number(&head, &[&field], move |name: &&str| Cell::number(score(run, name), show)));
     }
-    columns.push(Column::number("apart, pp", &["apart_pp"], |name: &&str| {
-        let all = || group.iter().filter_map(|run| accuracy(run, name));
+    let apart = if primary.is_percent() { "apart_pp" } else { "apart" };
+    columns.push(Column::number(&primary.head_of_loss("apart"), &[apart], move |name: &&str| {
+        let all = || group.iter().filter_map(|run| score(run, name));
         let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-        Cell::number(Some(high - low), tenth)
+        Cell::number(Some(high - low), show)
     }));
     let results = &group[0].results;
-    let caption = format!("Accuracy on {} ({} samples), run by run", results.source, results.samples);
+    let (heading, samples) = (primary.heading(), results.samples);
+    let caption = format!("{heading} on {} ({samples} samples), run by run", results.source);
     let name = format!("same-readings-{}", number + 1);
     let table = Table::new(name, caption, columns, &names);
     (!names.is_empty()).then_some(table)

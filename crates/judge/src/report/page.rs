@@ -1,7 +1,7 @@
 //! The page of one run: what to take first, how it was found last.
 
 use maud::{Markup, html};
-use taxel_data::SourceKind;
+use taxel_data::{SourceKind, Task};
 use taxel_learn::Environment;
 use taxel_report::chart::Chart;
 use taxel_report::html::{LONG, chart, folded, frame, picture, small_chart, table};
@@ -11,6 +11,7 @@ use taxel_report::table::Table;
 
 use super::names::{chart as charts, table as tables};
 use super::words::{kind, runs, stress_basis};
+use crate::decide::margin_words;
 use crate::error::Result;
 use crate::values::{Choice, Example, Judged, Judgement};
 
@@ -33,9 +34,10 @@ pub(super) fn page(
     charts: &[Chart],
 ) -> Result<Markup> {
     let parts = Parts { judgement, choice, tables, charts };
+    let against_speed = format!("{} against speed", judgement.primary().heading());
     let sections: Vec<(&str, &str, Markup)> = [
         ("recommendation", "Recommendation", Some(parts.recommendation())),
-        ("speed", "Accuracy against speed", Some(parts.speed())),
+        ("speed", &against_speed, Some(parts.speed())),
         ("breaking", "Where they break", Some(parts.breaking())),
         ("early", "Early decisions", parts.early()),
         ("evidence", "Evidence", parts.evidence()),
@@ -87,6 +89,12 @@ impl Parts<'_> {
         self.charts.iter().find(|own| own.name == name).map(|own| chart(own, numbers))
     }
 
+    /// The chart of the primary metric against a cost.
+    fn against(&self, cost: &str, numbers: &str) -> Markup {
+        let name = charts::against(self.judgement.primary().name(), cost);
+        self.chart(&name, numbers).unwrap_or_default()
+    }
+
     /// The title of the run, or its name.
     fn heading(&self) -> &str {
         let results = &self.judgement.results;
@@ -95,7 +103,7 @@ impl Parts<'_> {
 
     fn header(&self) -> Markup {
         let results = &self.judgement.results;
-        let what = if results.task.attributes().is_empty() { "classes" } else { "levels" };
+        let what = results.task.noun();
         let unfinished = self.judgement.unfinished();
         html! {
             header {
@@ -139,7 +147,7 @@ impl Parts<'_> {
                     @if !choice.enough_data {
                         p.warning role="note" {
                             "Too few data to tell: a network may be worse than the best by "
-                            (choice.criteria.margin) " points or more without this table seeing it."
+                            (margin_words(&choice.primary, choice.margin())) " or more without this table seeing it."
                         }
                     }
                 }
@@ -155,19 +163,20 @@ impl Parts<'_> {
     /// The front in words, the most accurate first.
     fn front(&self) -> String {
         fn scored(n: &Judged) -> Option<(f64, &str)> {
-            Some((n.accuracy()?, n.results.network.as_str()))
+            Some((n.score()?, n.results.network.as_str()))
         }
         let on_front = self.judgement.networks.iter().filter(|n| n.on_front);
         let mut front: Vec<(f64, &str)> = on_front.filter_map(scored).collect();
-        front.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let primary = self.judgement.primary();
+        front.sort_by(|a, b| primary.order(b.0, a.0));
         let names: Vec<String> =
-            front.iter().map(|(accuracy, name)| format!("{name} ({accuracy:.1} %)")).collect();
+            front.iter().map(|(score, name)| format!("{name} ({})", primary.value(*score))).collect();
         format!("Nothing is both faster and more accurate than: {}.", names.join(", "))
     }
 
     fn speed(&self) -> Markup {
         html! {
-            (self.chart(charts::ACCURACY_LATENCY, tables::NETWORKS).unwrap_or_default())
+            (self.against(charts::LATENCY, tables::NETWORKS))
             (self.table(tables::NETWORKS).unwrap_or_default())
             @if let Some(eight_bits) = self.table(tables::EIGHT_BITS) {
                 h3 { "In eight bits" }
@@ -233,14 +242,13 @@ impl Parts<'_> {
     fn details(&self) -> Markup {
         let matrices: Vec<&Chart> =
             self.charts.iter().filter(|c| c.name.starts_with(charts::CONFUSION)).collect();
-        let numbers = if self.judgement.results.task.attributes().is_empty() {
-            tables::CONFUSION
-        } else {
-            tables::ATTRIBUTES
+        let numbers = match self.judgement.results.task {
+            Task::Levels(_) => tables::ATTRIBUTES,
+            Task::Classes(_) | Task::Values(_) => tables::CONFUSION,
         };
         html! {
-            (self.chart(charts::ACCURACY_SIZE, tables::COSTS).unwrap_or_default())
-            (self.chart(charts::ACCURACY_MACS, tables::COSTS).unwrap_or_default())
+            (self.against(charts::SIZE, tables::COSTS))
+            (self.against(charts::MACS, tables::COSTS))
             (self.table(tables::COSTS).unwrap_or_default())
             (self.chart(charts::WHERE_TIME_GOES, tables::SPEED).unwrap_or_default())
             (self.table(tables::SPEED).unwrap_or_default())
@@ -276,7 +284,8 @@ impl Parts<'_> {
         let articles = all.map(|(i, own)| example(i + 1, own)).collect::<Result<Vec<_>>>()?;
         Ok(Some(html! {
             p {
-                "Test samples of the first fold: those that divide the networks most, and one that all get right. "
+                "Test samples of the first fold: those that divide the networks most, and one that all "
+                (if self.judgement.primary().is_percent() { "get right" } else { "come near to" }) ". "
                 "Images are scaled from their least to their largest value."
             }
             @for article in &articles { (article) }
@@ -304,7 +313,8 @@ impl Parts<'_> {
 }
 
 /// What was measured on what, and how.
-fn facts(judgement: &Judgement) -> Vec<(&'static str, String)> {
+fn facts(judgement: &Judgement) -> Vec<(String, String)> {
+    let primary = judgement.primary();
     let (then, now) = (&judgement.environment, &judgement.judged_on);
     let machine = |own: &Environment| {
         let cpu = own.processor().unwrap_or("unknown processor".into());
@@ -313,28 +323,29 @@ fn facts(judgement: &Judgement) -> Vec<(&'static str, String)> {
         format!("{cpu}, {}, taxel {} ({commit}, {build})", own.platform, own.taxel)
     };
     vec![
-        ("Readings", judgement.results.source.to_string()),
-        ("Digest of the readings", judgement.results.data_digest.clone()),
-        ("Protocol", format!("{}, seed {}", judgement.protocol, judgement.results.seed)),
+        ("Readings".into(), judgement.results.source.to_string()),
+        ("Digest of the readings".into(), judgement.results.data_digest.clone()),
+        ("Protocol".into(), format!("{}, seed {}", judgement.protocol, judgement.results.seed)),
         (
-            "Accuracy",
+            primary.heading(),
             "mean over test parts; interval: 95 % bootstrap over groups where there are some, over samples \
              elsewhere"
                 .into(),
         ),
-        ("Chance", format!("{:.1} %: always naming the commonest class", judgement.chance)),
+        ("Chance".into(), format!("{}: {}", primary.value(judgement.chance), primary.knowing_nothing())),
         (
-            "Latency",
+            "Latency".into(),
             format!(
-                "one test sample at a time on one thread, from raw reading to probabilities, encoding \
+                "one test sample at a time on one thread, from raw reading to {}, encoding \
                  included; {} timed runs after up to 50 to warm up",
+                if primary.is_percent() { "probabilities" } else { "values" },
                 runs(judgement)
             ),
         ),
-        ("Trained on", format!("{}, {} threads", machine(then), then.threads)),
-        ("Timed on", machine(now)),
+        ("Trained on".into(), format!("{}, {} threads", machine(then), then.threads)),
+        ("Timed on".into(), machine(now)),
         (
-            "Faults",
+            "Faults".into(),
             judgement.stress.as_ref().map_or("not tested".into(), |stress| {
                 format!("{}; seed {}", stress_basis(stress), stress.seed)
             }),
@@ -356,11 +367,15 @@ fn example(number: usize, own: &Example) -> Result<Markup> {
             }
             ul.answers {
                 @for verdict in &own.verdicts {
-                    li class=(if verdict.right { "right" } else { "wrong" }) {
-                        span.mark aria-hidden="true" { (if verdict.right { "✓" } else { "✕" }) }
+                    li class=[verdict.right.map(|right| if right { "right" } else { "wrong" })] {
+                        @if let Some(right) = verdict.right {
+                            span.mark aria-hidden="true" { (if right { "✓" } else { "✕" }) }
+                        }
                         strong { (verdict.network) } ": " (verdict.predicted)
-                        " (" (format!("{:.0} %", 100.0 * verdict.probability)) ")"
-                        span.unseen { (if verdict.right { ", right" } else { ", wrong" }) }
+                        @if let Some(share) = verdict.probability { " (" (format!("{:.0} %", 100.0 * share)) ")" }
+                        @if let Some(right) = verdict.right {
+                            span.unseen { (if right { ", right" } else { ", wrong" }) }
+                        }
                     }
                 }
             }

@@ -163,8 +163,11 @@ fn files_hold_the_numbers_under_faults() {
                 );
                 assert_eq!(number(&row, "severity"), f64::from(*severity));
                 assert_eq!(number(&row, "level"), f64::from(info.levels[usize::from(*severity) - 1]));
-                assert_eq!(number(&row, "accuracy_percent"), score.accuracy);
-                assert_eq!(number(&row, "calibration_error_percent"), 100.0 * score.calibration_error);
+                assert_eq!(number(&row, "accuracy_percent"), score.score);
+                assert_eq!(
+                    number(&row, "calibration_error_percent"),
+                    100.0 * score.calibration_error.unwrap()
+                );
                 assert_eq!(row["broken"], curve.breaks_at.is_some_and(|at| *severity >= at).to_string());
             }
         }
@@ -182,7 +185,7 @@ fn files_hold_the_numbers_of_early_decisions() {
     for (row, n) in read(report, "early").iter().zip(&early.networks) {
         assert_eq!(row["network"], n.network);
         for point in &n.points {
-            assert_eq!(number(row, &format!("accuracy_at_{}_percent", point.seen)), point.accuracy);
+            assert_eq!(number(row, &format!("accuracy_at_{}_percent", point.seen)), point.score);
         }
     }
     let decisions = &read(report, "early-decisions")[1];

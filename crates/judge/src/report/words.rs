@@ -36,10 +36,11 @@ pub(super) fn runs(judgement: &Judgement) -> String {
 
 /// How many samples, in which range.
 pub(super) fn stress_basis(stress: &Stress) -> String {
-    let Stress { samples, of, range, chance, .. } = stress;
+    let Stress { samples, of, range, chance, primary, .. } = stress;
     let part = if samples < of { format!("{samples} of {of}") } else { samples.to_string() };
     let whose = if range.from_samples { "of the samples; no full scale is known" } else { "of the sensor" };
-    format!("{part} test samples, full scale {} to {} ({whose}), chance {chance:.1} %", range.low, range.high)
+    let chance = primary.value(*chance);
+    format!("{part} test samples, full scale {} to {} ({whose}), chance {chance}", range.low, range.high)
 }
 
 /// How often guards replace anything in samples that nobody broke.

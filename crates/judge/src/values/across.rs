@@ -2,19 +2,23 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One data set and how accurate each network is on it.
+use super::primary::Primary;
+
+/// One data set and how good each network is on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contest {
     /// Name of the data set or of its run.
     pub name: String,
-    /// Networks with their accuracy in %.
-    pub accuracy: Vec<(String, f64)>,
+    /// The metric that networks are compared by.
+    pub primary: Primary,
+    /// Networks with that metric, in its unit.
+    pub scores: Vec<(String, f64)>,
 }
 
 impl Contest {
-    /// The accuracy of a network in %.
+    /// Returns the score of a network.
     pub fn of(&self, network: &str) -> Option<f64> {
-        self.accuracy.iter().find(|(name, _)| name == network).map(|(_, accuracy)| *accuracy)
+        self.scores.iter().find(|(name, _)| name == network).map(|(_, score)| *score)
     }
 }
 
@@ -25,8 +29,12 @@ pub struct Across {
     pub runs: Vec<String>,
     /// Names of the networks that all runs have, the best mean rank first.
     pub networks: Vec<String>,
-    /// Accuracy in %, `[run][network]`.
-    pub accuracy: Vec<Vec<f64>>,
+    /// The metric of the scores.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
+    /// That metric in its unit, `[run][network]`.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub scores: Vec<Vec<f64>>,
     /// Friedman's test; ranks in the order of `networks`, 1 is the best.
     pub friedman: Friedman,
     /// Level of significance of [`Across::critical_difference`].

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 use taxel_learn::require;
 
+use super::primary::Primary;
 use crate::error::Result;
+
+/// A loss that would matter, in percentage points or in % of what knowing nothing scores.
+const MARGIN: f64 = 5.0;
 
 /// What is to be small.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,21 +29,24 @@ pub struct Criteria {
     pub cost: CostKind,
     /// Level of significance over the whole table, (0, 1). Default 0.05.
     pub alpha: f64,
-    /// The most accuracy that faults may cost on average, in percentage points; none: not asked for.
+    /// The most that faults may cost on average, in percentage points of accuracy or in the unit of the metric; none:
+    /// not asked for.
     pub max_loss: Option<f64>,
-    /// An accuracy loss that would matter, in percentage points: a table that could not have seen a loss
-    /// this large has too few data, and what seems to lose more is not chosen. Default 5.
-    pub margin: f64,
+    /// A loss that would matter, in percentage points of accuracy or in the unit of the metric: a table that could not
+    /// have seen a loss this large has too few data, and what seems to lose more is not chosen. None is 5 percentage
+    /// points, and for a metric in the unit of a quantity 5 % of what always giving the mean scores.
+    pub margin: Option<f64>,
 }
 
-/// One network beside the most accurate one.
+/// One network beside the best one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Name in the experiment.
     pub network: String,
-    /// Mean accuracy in %.
-    pub accuracy: f64,
-    /// Its accuracy less that of the best, in percentage points; 0 for the best itself.
+    /// Mean of the primary metric, in its unit.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
+    /// Its score less that of the best, in percentage points or in the metric's unit; 0 for the best itself.
     pub difference: f64,
     /// 95 % interval of the difference, where the test gives one.
     pub interval: Option<[f64; 2]>,
@@ -47,11 +54,11 @@ pub struct Evidence {
     pub p: Option<f64>,
     /// The same, Holm-corrected over the table.
     pub p_holm: Option<f64>,
-    /// Whether it is worse than the best beyond doubt (`p_holm < alpha` and less accurate).
+    /// Whether it is worse than the best beyond doubt (`p_holm < alpha` and a worse score).
     pub worse: bool,
     /// What is to be small: ms, bytes or multiply-accumulates; none where it was not measured.
     pub cost: Option<f64>,
-    /// Mean accuracy that faults cost, in percentage points; none without a stress test.
+    /// What faults cost on average, above 0 where they make the score worse; none without a stress test.
     pub mean_loss: Option<f64>,
     /// Why it cannot be chosen; none for candidates.
     pub refused: Option<String>,
@@ -65,16 +72,22 @@ pub enum Test {
     NadeauBengio,
     /// Exact test on the samples of one shared test part (McNemar 1947).
     McNemar,
+    /// Exact signed-rank test on the samples of one shared test part, or on their groups, by how far values are off
+    /// (Wilcoxon 1945).
+    Wilcoxon,
 }
 
 /// The recommendation and all that speaks for and against it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
-    /// What was asked for.
+    /// What was asked for, with the margin that was meant.
     pub criteria: Criteria,
+    /// The metric of the scores.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
     /// How networks were compared.
     pub test: Test,
-    /// The most accurate one.
+    /// The most accurate one, by the primary metric.
     pub best: String,
     /// The smallest one that suffices; none where none does.
     pub chosen: Option<String>,
@@ -88,24 +101,40 @@ pub struct Choice {
 
 impl Default for Criteria {
     fn default() -> Self {
-        Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: 5.0 }
+        Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: None }
     }
 }
 
 impl Criteria {
-    /// Refuses what cannot be asked for, before anything is measured.
+    /// Refuses what cannot be asked for of that metric, before anything is measured.
     ///
     /// # Errors
     /// A value outside its range.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self, primary: &Primary) -> Result<()> {
         let Criteria { alpha, margin, max_loss, .. } = *self;
         require(alpha > 0.0 && alpha < 1.0, "alpha", alpha, "must be in (0, 1); 0.05 is usual")?;
-        let reason = "must be in (0, 100] percentage points";
-        require(margin > 0.0 && margin <= 100.0, "margin", margin, reason)?;
+        let most = if primary.is_percent() { 100.0 } else { f64::MAX };
+        let reason = |percent, other| if primary.is_percent() { percent } else { other };
+        if let Some(margin) = margin {
+            let reason = reason("must be in (0, 100] percentage points", "must be above 0");
+            require(margin > 0.0 && margin <= most, "margin", margin, reason)?;
+        }
         if let Some(loss) = max_loss {
-            let reason = "must be in 0..=100 percentage points";
-            require((0.0..=100.0).contains(&loss), "max_loss", loss, reason)?;
+            let reason = reason("must be in 0..=100 percentage points", "must be 0 or more");
+            require((0.0..=most).contains(&loss), "max_loss", loss, reason)?;
         }
         Ok(())
+    }
+
+    /// Returns the margin that was asked for, or the default for that metric where knowing nothing scores `chance`.
+    pub fn margin_of(&self, primary: &Primary, chance: f64) -> f64 {
+        self.margin.unwrap_or_else(|| primary.share(MARGIN, chance))
+    }
+}
+
+impl Choice {
+    /// Returns the loss that would matter, in the unit of the metric.
+    pub fn margin(&self) -> f64 {
+        self.criteria.margin.unwrap_or(MARGIN)
     }
 }

@@ -2,14 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::primary::Primary;
+
 /// A setting beside the whole, on the same samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
-    /// Mean accuracy in %.
-    pub accuracy: f64,
+    /// Mean of the primary metric, in its unit.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
     /// 95 % interval of it, where the test parts give one.
-    pub accuracy_interval: Option<[f64; 2]>,
-    /// Its accuracy less that of the whole, in percentage points.
+    #[serde(rename = "accuracy_interval", alias = "score_interval")]
+    pub score_interval: Option<[f64; 2]>,
+    /// Its score less that of the whole, in percentage points or in the metric's unit.
     pub difference: f64,
     /// 95 % interval of the difference, where the test gives one.
     pub interval: Option<[f64; 2]>,
@@ -20,8 +24,8 @@ pub struct Contrast {
 }
 
 impl Contrast {
-    /// Whether it does instead of the whole: not worse beyond doubt, and no loss above `margin` points to be seen.
-    pub fn suffices(&self, margin: f64) -> bool {
-        !self.worse && -self.difference <= margin + 1e-9
+    /// Checks whether it does instead of the whole: not worse beyond doubt, and no loss above `margin` to be seen.
+    pub fn suffices(&self, margin: f64, primary: &Primary) -> bool {
+        !self.worse && primary.loss(self.difference) <= margin * (1.0 + 1e-9)
     }
 }

@@ -1,4 +1,4 @@
-//! Accuracy of answers to windows of which only the start is there.
+//! Scores of predictions for windows of which only the start is there.
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Padding;
@@ -6,7 +6,7 @@ use taxel_data::Padding;
 /// Every network on the starts of test samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Early {
-    /// Test samples behind every accuracy, over all folds of the first repetition.
+    /// Test samples behind every score, over all folds of the first repetition.
     pub samples: usize,
     /// Test samples that there are; more than `samples` where some were left out for time.
     pub of: usize,
@@ -25,7 +25,7 @@ pub struct EarlyNetwork {
     pub network: String,
     /// By the share of the sample that is there.
     pub points: Vec<EarlyPoint>,
-    /// By the confidence at which it decides.
+    /// By the confidence at which it decides; empty of values, which have no probability.
     pub decisions: Vec<EarlyDecisions>,
 }
 
@@ -34,9 +34,10 @@ pub struct EarlyNetwork {
 pub struct EarlyPoint {
     /// Share of the sample that is there, in %: 10 to 100.
     pub seen: u8,
-    /// In %.
-    pub accuracy: f64,
-    /// Starts that an encoding refused; they count as wrong.
+    /// The primary metric, in its unit.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
+    /// Starts that an encoding refused; they count as wrong, of values as the mean.
     pub refused: usize,
 }
 
@@ -45,8 +46,9 @@ pub struct EarlyPoint {
 pub struct EarlyDecisions {
     /// The least probability of the likeliest class, of every attribute, 0 to 1.
     pub confidence: f64,
-    /// In %.
-    pub accuracy: f64,
+    /// Accuracy in %.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
     /// Share of the samples that was there, in %, mean over samples.
     pub seen: f64,
     /// Share of samples decided before their end, in %.

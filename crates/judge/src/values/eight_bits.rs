@@ -13,8 +13,8 @@ pub struct Changed {
     pub samples: u64,
     /// Samples with another answer, right or wrong.
     pub differ: u64,
-    /// Samples that only the row in floats answers rightly, and only the one in eight bits; of several attributes all
-    /// count.
+    /// Samples that only the row in floats predicts rightly, and only the one in eight bits; of several attributes all
+    /// count. Of values samples that the one or the other comes nearer to.
     pub only: [u64; 2],
 }
 
@@ -23,13 +23,13 @@ pub struct Changed {
 pub struct EightBits {
     /// The row in floats.
     pub network: String,
-    /// Mean accuracy over folds in %.
-    pub accuracy: [f64; 2],
+    /// Primary metric, mean over folds.
+    pub scores: [f64; 2],
     /// What is known of single samples.
     pub changed: Changed,
     /// Exact McNemar test of that.
     pub p: f64,
-    /// Accuracy lost in percentage points, mean over faults and severities; none where they were not tried.
+    /// What faults cost, mean over faults and severities; none where they were not tried.
     pub loss: Option<[f64; 2]>,
     /// Median time of an answer, encoding included, in ms; none where it was not measured.
     pub latency: Option<[f64; 2]>,

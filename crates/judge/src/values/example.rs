@@ -8,7 +8,7 @@ use taxel_report::pictures::Picture;
 pub struct Example {
     /// `fingertip[17]`, or a file.
     pub origin: String,
-    /// Its class; with several attributes `elasticity:3, hardness:7`.
+    /// Its class; with several attributes `elasticity:3, hardness:7`; of values `1.25 N`.
     pub truth: String,
     /// The raw sample first, then each encoding.
     pub pictures: Vec<Picture>,
@@ -23,8 +23,10 @@ pub struct Verdict {
     pub network: String,
     /// Like [`Example::truth`].
     pub predicted: String,
-    /// Probability of it, 0 to 1 (of several attributes the smallest).
-    pub probability: f64,
-    /// Whether it is right.
-    pub right: bool,
+    /// Probability of it, 0 to 1 (of several attributes the smallest); none of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+    /// Whether it is right; none of values, which are more or less so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<bool>,
 }

@@ -10,11 +10,13 @@ pub struct Hardened {
     pub network: String,
     /// The row that was trained on clean samples.
     pub clean: String,
-    /// Accuracy on unbroken samples in %: trained clean, trained under faults.
-    pub accuracy: [f64; 2],
-    /// The second less the first, in percentage points.
-    pub accuracy_change: Change,
-    /// Accuracy lost in percentage points, mean over faults and severities: trained clean, trained under faults.
+    /// Primary metric on unbroken samples: trained clean, trained under faults.
+    #[serde(rename = "accuracy", alias = "scores")]
+    pub scores: [f64; 2],
+    /// The second less the first.
+    #[serde(rename = "accuracy_change", alias = "score_change")]
+    pub score_change: Change,
+    /// What faults cost, mean over faults and severities: trained clean, trained under faults.
     pub loss: [f64; 2],
     /// The second less the first; below 0 where hardening helps.
     pub loss_change: Change,
@@ -27,13 +29,13 @@ pub struct Hardened {
 /// A paired difference over folds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Change {
-    /// In percentage points.
+    /// In percentage points, or in the metric's unit.
     pub mean: f64,
     /// 95 % interval of the mean (Nadeau & Bengio 2003); none of a single fold.
     pub interval: Option<[f64; 2]>,
 }
 
-/// One fault, and three trainings of one network: accuracy lost in percentage points, mean over severities.
+/// One fault, and three trainings of one network: what it costs, mean over severities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Unmet {
     /// The fault.

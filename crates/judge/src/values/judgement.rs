@@ -7,6 +7,7 @@ use taxel_learn::{Environment, NetworkResults, Results};
 use super::early::Early;
 use super::eight_bits::Changed;
 use super::example::Example;
+use super::primary::Primary;
 use super::speed::Speed;
 use super::stress::Stress;
 
@@ -21,7 +22,7 @@ pub struct Judgement {
     pub environment: Environment,
     /// Machine and code of this judgement: speeds were measured here.
     pub judged_on: Environment,
-    /// Share in % that is right by always naming the commonest class.
+    /// What always naming the commonest class scores by the primary metric, or always giving the mean.
     pub chance: f64,
     /// In the order of the config, baselines behind.
     pub networks: Vec<Judged>,
@@ -31,9 +32,9 @@ pub struct Judgement {
     /// Answers that eight bits change, one value for each row in eight bits.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changed: Vec<Changed>,
-    /// Accuracy under faults; none where it was not asked for.
+    /// Scores under faults; none where it was not asked for.
     pub stress: Option<Stress>,
-    /// Accuracy on the starts of samples; none where samples have no time, or where it was not measured.
+    /// Scores on the starts of samples; none where samples have no time, or where it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub early: Option<Early>,
     /// Some test samples with what networks say about them.
@@ -44,6 +45,11 @@ impl Judgement {
     /// Whether scores were measured on simulated or on real readings; never mixed with published numbers.
     pub fn kind(&self) -> SourceKind {
         self.results.source.kind
+    }
+
+    /// Returns the metric that networks are compared by.
+    pub fn primary(&self) -> Primary {
+        Primary::of(&self.results.task)
     }
 
     /// Folds that resuming the run would finish: missing, and not because their training diverged.
@@ -64,8 +70,8 @@ impl Judgement {
 }
 
 impl Judged {
-    /// Mean accuracy over folds in %; none without a finished fold.
-    pub fn accuracy(&self) -> Option<f64> {
+    /// Returns the primary metric, mean over folds; none without a finished fold.
+    pub fn score(&self) -> Option<f64> {
         self.results.primary()
     }
 }
@@ -89,9 +95,10 @@ pub struct Judged {
     pub train_seconds: f64,
     /// Seconds of one epoch, mean over finished folds; none for baselines.
     pub epoch_seconds: Option<f64>,
-    /// Expected calibration error over the test parts, 0 to 1, mean over folds.
-    pub calibration_error: f64,
-    /// Whether no other is at least as accurate and faster, or as fast and more accurate.
+    /// Expected calibration error over the test parts, 0 to 1, mean over folds; none of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration_error: Option<f64>,
+    /// Whether no other is at least as good and faster, or as fast and better.
     pub on_front: bool,
     /// Mean over folds, epoch by epoch; empty for baselines.
     pub training: Vec<EpochPoint>,
@@ -104,10 +111,12 @@ pub struct EpochPoint {
     pub epoch: usize,
     /// Mean loss over the training samples.
     pub train_loss: f64,
-    /// In %.
-    pub train_accuracy: f64,
+    /// The primary metric, in its unit.
+    #[serde(rename = "train_accuracy", alias = "train_score")]
+    pub train_score: f64,
     /// Mean loss over the validation part, where there is one.
     pub validation_loss: Option<f64>,
-    /// In %.
-    pub validation_accuracy: Option<f64>,
+    /// The metric of early stopping, in its unit.
+    #[serde(rename = "validation_accuracy", alias = "validation_score")]
+    pub validation_score: Option<f64>,
 }

@@ -9,6 +9,7 @@ mod eight_bits;
 mod example;
 mod hardening;
 mod judgement;
+mod primary;
 mod speed;
 mod stress;
 mod survey;
@@ -21,6 +22,7 @@ pub use eight_bits::{Changed, EightBits};
 pub use example::{Example, Verdict};
 pub use hardening::{Change, Hardened, Unmet};
 pub use judgement::{EpochPoint, Judged, Judgement};
+pub use primary::{Primary, named_scores};
 pub use speed::Speed;
 pub use stress::{
     Alarms, FaultCurve, FaultInfo, FoldLoss, NetworkStress, OtherWay, Score, SensorRange, Stress,

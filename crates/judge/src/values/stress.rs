@@ -1,9 +1,11 @@
-//! Accuracy under graded faults on raw readings.
+//! Scores under graded faults on raw readings.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use taxel_faults::Fault;
+
+use super::primary::Primary;
 
 /// What a fault does, for readers of a report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,11 +34,13 @@ pub struct SensorRange {
 /// Scores on the same test samples, clean or broken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// In %.
-    pub accuracy: f64,
-    /// Expected calibration error, 0 to 1.
-    pub calibration_error: f64,
-    /// Samples that an encoding refused; they count as wrong.
+    /// The primary metric, in its unit.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
+    /// Expected calibration error, 0 to 1; none of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration_error: Option<f64>,
+    /// Samples that an encoding refused; they count as wrong, of values as the mean.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub refused: usize,
 }
@@ -61,17 +65,18 @@ pub struct NetworkStress {
     pub clean: Score,
     /// In the order of [`Stress::faults`].
     pub curves: Vec<FaultCurve>,
-    /// Accuracy lost, in percentage points, mean over faults and severities.
+    /// What faults cost, above 0 where they make the score worse; mean over faults and severities.
     pub mean_loss: f64,
-    /// The largest loss of a fault, in percentage points, mean over its severities.
+    /// The largest loss of a fault, mean over its severities.
     pub worst_loss: f64,
     /// Errors relative to the reference's, mean over faults, in % (Hendrycks & Dietterich 2019, mCE).
     pub corruption_error: Option<f64>,
     /// Errors beyond the clean ones relative to the reference's (relative mCE), in %; none where the
     /// reference loses nothing.
     pub relative_corruption_error: Option<f64>,
-    /// Mean over faults and severities.
-    pub calibration_error: f64,
+    /// Mean over faults and severities; none of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration_error: Option<f64>,
     /// What the numbers say, in words.
     pub verdict: String,
     /// The same with the guard switched the other way, where that was asked for.
@@ -91,7 +96,7 @@ pub struct OtherWay {
     pub clean: Score,
     /// In the order of [`Stress::faults`].
     pub curves: Vec<FaultCurve>,
-    /// Accuracy lost, in percentage points, of what the models as they are have on unbroken samples
+    /// Lost of what the models as they are have on unbroken samples
     /// ([`NetworkStress::clean`]); mean over faults and severities.
     pub mean_loss: f64,
 }
@@ -114,9 +119,10 @@ pub struct Alarms {
 pub struct FoldLoss {
     /// From 0.
     pub fold: usize,
-    /// On unbroken samples, in %.
-    pub accuracy: f64,
-    /// Accuracy lost, in percentage points, mean over faults and severities.
+    /// The primary metric on unbroken samples.
+    #[serde(rename = "accuracy", alias = "score")]
+    pub score: f64,
+    /// What faults cost, mean over faults and severities.
     pub loss: f64,
 }
 
@@ -125,13 +131,16 @@ pub struct FoldLoss {
 pub struct Stress {
     /// Seed of the faults.
     pub seed: u64,
-    /// Test samples behind every accuracy, over all folds of the first repetition.
+    /// The metric of the scores.
+    #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
+    pub primary: Primary,
+    /// Test samples behind every score, over all folds of the first repetition.
     pub samples: usize,
     /// Test samples that there are; more than `samples` where some were left out for time.
     pub of: usize,
     /// The sensor's range.
     pub range: SensorRange,
-    /// Accuracy in % of always naming the commonest class.
+    /// Score of always naming the commonest class, or of always giving the mean.
     pub chance: f64,
     /// The network that corruption errors are relative to.
     pub reference: Option<String>,
@@ -167,7 +176,7 @@ impl FaultInfo {
 }
 
 impl NetworkStress {
-    /// Accuracy on unbroken samples in % and curves, without a guard and with one; none where only one way was tried.
+    /// Score on unbroken samples and curves, without a guard and with one; none where only one way was tried.
     pub fn sides(&self) -> Option<[(Score, &[FaultCurve], f64); 2]> {
         let other = self.other.as_ref()?;
         let own = (self.clean, self.curves.as_slice(), self.mean_loss);
@@ -177,9 +186,9 @@ impl NetworkStress {
 }
 
 impl FaultCurve {
-    /// Accuracy lost, in percentage points, mean over the severities.
-    pub fn loss(&self, clean: Score) -> f64 {
-        self.mean(|score| clean.accuracy - score.accuracy)
+    /// Returns what is lost of `clean`, above 0 where the score gets worse; mean over the severities.
+    pub fn loss(&self, clean: Score, primary: &Primary) -> f64 {
+        self.mean(|own| primary.worsening(own.score, clean.score))
     }
 
     /// Mean of a score over the severities.
@@ -189,7 +198,7 @@ impl FaultCurve {
 }
 
 impl Stress {
-    /// What the faults cost the network of that name, in percentage points on average.
+    /// Returns what the faults cost the network of that name on average.
     pub fn mean_loss(&self, network: &str) -> Option<f64> {
         self.networks.iter().find(|own| own.network == network).map(|own| own.mean_loss)
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose};
+use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose, named_scores};
 use taxel::reporting::open;
 
 use crate::commands::judging::{judgement, stress_options};
@@ -17,7 +17,8 @@ use crate::{Outcome, text};
 /// resampled t-test over folds and repetitions (Nadeau and Bengio), or McNemar's exact test where there is
 /// one test part, with Holm's correction over the table. Of those the fastest (or smallest) is chosen;
 /// baselines take part. Nothing that seems to lose more than --margin points is chosen, and where the
-/// data could not have seen such a loss, it says so.
+/// data could not have seen such a loss, it says so. Runs on values are compared by their mean absolute error (on one
+/// test part by Wilcoxon's signed-rank test), losses are in its unit.
 ///
 /// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss breaks test
 /// samples on purpose first. Five or more RUNs that share networks are ranked together too (Friedman, with
@@ -39,12 +40,13 @@ pub struct Choose {
     /// Level of significance over the whole table.
     #[arg(long, default_value_t = 0.05)]
     alpha: f64,
-    /// The most accuracy that faults may cost on average, in percentage points.
+    /// The most accuracy that faults may cost on average, in percentage points; of values in the unit of the error.
     #[arg(long, value_name = "POINTS")]
     max_loss: Option<f64>,
-    /// A loss of accuracy that would matter, in percentage points.
-    #[arg(long, value_name = "POINTS", default_value_t = 5.0)]
-    margin: f64,
+    /// A loss of accuracy that would matter, in percentage points; of values in the unit of the error [default: 5; of
+    /// values 5 % of the error of always giving the mean].
+    #[arg(long, value_name = "POINTS")]
+    margin: Option<f64>,
     /// Prints everything as one JSON object.
     #[arg(long)]
     json: bool,
@@ -68,12 +70,12 @@ impl Choose {
             Small::Macs => CostKind::Macs,
         };
         let criteria = Criteria { cost, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
-        criteria.check()?;
         leave_with("stopped; what was measured is in judgement.json: the same command goes on")?;
         let stress = criteria.max_loss.map(|_| stress_options(self.threads));
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
             let case = open(path)?;
+            criteria.check(&case.primary())?;
             let judgement = judgement(&case, stress.clone())?;
             let choice = choose(&case, &judgement, &criteria)?;
             judgements.push(judgement);
@@ -84,7 +86,7 @@ impl Choose {
             let one = |(run, choice): (&PathBuf, &Choice)| serde_json::json!({"run": run.display().to_string(), "choice": choice});
             let runs: Vec<_> = self.run.iter().zip(&choices).map(one).collect();
             let all = serde_json::json!({"choices": runs, "across": ranked});
-            println!("{}", serde_json::to_string_pretty(&all)?);
+            println!("{}", serde_json::to_string_pretty(&named_scores(&all)?)?);
         } else {
             for ((path, judgement), choice) in self.run.iter().zip(&judgements).zip(&choices) {
                 print(path, judgement, choice);
@@ -108,13 +110,14 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
         CostKind::Macs => "MACs",
     };
     let stressed = choice.evidence.iter().any(|own| own.mean_loss.is_some());
-    let mut header = vec!["network", "accuracy %", "against best", "95 % interval", "p (Holm)", unit];
+    let (primary, head) = (&choice.primary, choice.primary.head());
+    let mut header = vec!["network", head.as_str(), "against best", "95 % interval", "p (Holm)", unit];
     if stressed {
         header.push("lost to faults");
     }
     header.push("");
     let mut evidence: Vec<&Evidence> = choice.evidence.iter().collect();
-    evidence.sort_by(|a, b| b.accuracy.total_cmp(&a.accuracy));
+    evidence.sort_by(|a, b| primary.order(b.score, a.score));
     let rows: Vec<Vec<String>> = evidence.iter().map(|own| row(own, choice, stressed)).collect();
     let right: Vec<usize> = (1..header.len() - 1).collect();
     print!("{}", text::table(&header, &rows, &right));
@@ -128,6 +131,11 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
 fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
     let dash = || "-".to_string();
     let best = own.network == choice.best;
+    let (primary, longer) = (&choice.primary, choice.primary.show_longer());
+    let signed = |value: f64| match primary.is_percent() {
+        true => format!("{value:+.2}"),
+        false => primary.show_signed()(value),
+    };
     let cost = |cost: f64| match choice.criteria.cost {
         CostKind::Latency => format!("{cost:.3}"),
         CostKind::Size => format!("{:.1}", cost / 1e3),
@@ -135,14 +143,14 @@ fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
     };
     let mut cells = vec![
         own.network.clone(),
-        format!("{:.2}", own.accuracy),
-        if best { dash() } else { format!("{:+.2}", own.difference) },
-        own.interval.map_or_else(dash, |[low, high]| format!("{low:+.2} to {high:+.2}")),
+        longer(own.score),
+        if best { dash() } else { signed(own.difference) },
+        own.interval.map_or_else(dash, |[low, high]| format!("{} to {}", signed(low), signed(high))),
         own.p_holm.map_or_else(dash, |p| if p < 0.001 { "< 0.001".into() } else { format!("{p:.3}") }),
         own.cost.map_or_else(dash, cost),
     ];
     if stressed {
-        cells.push(own.mean_loss.map_or_else(dash, |loss| format!("{loss:.1}")));
+        cells.push(own.mean_loss.map_or_else(dash, primary.show()));
     }
     cells.push(match (&own.refused, own.worse) {
         _ if choice.chosen.as_ref() == Some(&own.network) => "chosen".into(),
@@ -160,12 +168,14 @@ fn print_across(ranked: &Across) {
     let rows: Vec<Vec<String>> = (0..ranked.networks.len())
         .map(|at| {
             let p = ranked.p_holm[at].map_or("-".into(), |p| format!("{p:.3}"));
-            let mean = ranked.accuracy.iter().map(|row| row[at]).sum::<f64>() / ranked.runs.len() as f64;
+            let mean = ranked.scores.iter().map(|row| row[at]).sum::<f64>() / ranked.runs.len() as f64;
             let rank = ranked.friedman.ranks[at];
-            vec![ranked.networks[at].clone(), format!("{rank:.2}"), format!("{mean:.2}"), p]
+            let mean = ranked.primary.show_longer()(mean);
+            vec![ranked.networks[at].clone(), format!("{rank:.2}"), mean, p]
         })
         .collect();
-    let header = ["network", "mean rank", "mean accuracy %", "p (Wilcoxon, Holm)"];
+    let mean = format!("mean {}", ranked.primary.head());
+    let header = ["network", "mean rank", &mean, "p (Wilcoxon, Holm)"];
     print!("{}", text::table(&header, &rows, &[1, 2, 3]));
     println!();
     println!("critical difference of mean ranks at {}: {:.2}", ranked.alpha, ranked.critical_difference);

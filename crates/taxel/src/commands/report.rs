@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use taxel::judge::{Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, overview};
+use taxel::judge::{
+    Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, named_scores, overview,
+};
 use taxel::reporting::{self, before, open};
 
 use crate::Outcome;
@@ -83,7 +85,7 @@ impl Report {
             }
             let page = overview(&linked, ranked.as_ref(), &folder)?;
             match self.json {
-                true => println!("{}", json!({ "overview": page, "across": ranked })),
+                true => println!("{}", named_scores(&json!({ "overview": page, "across": ranked }))?),
                 false => println!("side by side: {}", page.display()),
             }
         }
@@ -100,9 +102,10 @@ impl Report {
         let (made, page) = reporting::write(case, judgement, choice)?;
         let results = &judgement.results;
         if self.json {
+            let chance = if judgement.primary().is_percent() { "chance_percent" } else { "chance" };
             let object = json!({
                 "name": results.name, "source": results.source, "kind": judgement.kind(), "page": page,
-                "chance_percent": judgement.chance, "chosen": choice.chosen,
+                (chance): judgement.chance, "chosen": choice.chosen,
                 "networks": made.summary.json,
             });
             println!("{object}");

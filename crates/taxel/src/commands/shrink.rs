@@ -49,9 +49,10 @@ pub struct Shrink {
     /// What may become less [default: all of it].
     #[arg(long, value_delimiter = ',', value_name = "AXIS,..")]
     axes: Vec<Axis>,
-    /// A loss of accuracy that would matter, in percentage points.
-    #[arg(long, value_name = "POINTS", default_value_t = 2.0)]
-    margin: f64,
+    /// A loss of accuracy that would matter, in percentage points; of values in the unit of the error [default: 2; of
+    /// values 2 % of the error of always giving the mean].
+    #[arg(long, value_name = "POINTS")]
+    margin: Option<f64>,
     /// Level of significance over a curve.
     #[arg(long, default_value_t = 0.05)]
     alpha: f64,
@@ -156,12 +157,13 @@ fn print(finished: &Finished) {
     shrunk.left_out.iter().for_each(|(axis, reason)| println!("{axis}: left out: {reason}"));
     println!();
     if let Some(speed) = speed {
-        let header = ["model", "accuracy %", "values read", "parameters", "MACs", "answer, ms"];
+        let (head, longer) = (shrunk.primary.head(), shrunk.primary.show_longer());
+        let header = ["model", &head, "values read", "parameters", "MACs", "answer, ms"];
         let times = [speed.whole_p50_ms, speed.small_p50_ms];
         let rows = shrunk.models.iter().zip(times).map(|(own, ms)| {
             vec![
                 own.name.clone(),
-                format!("{:.2}", own.accuracy),
+                longer(own.score),
                 own.readings.to_string(),
                 own.parameters.to_string(),
                 own.macs.to_string(),

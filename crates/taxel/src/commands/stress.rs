@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::IndicatifProgress;
-use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, stress};
+use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, named_scores, stress};
 use taxel::learn::Progress;
 use taxel::reporting::open;
 use taxel_faults::Fault;
@@ -17,8 +17,8 @@ use crate::{Outcome, text};
 /// Breaks the test samples of a run on purpose and scores its saved networks again.
 ///
 /// Faults act on raw readings, before any encoding, in five severities (docs/faults.md). Printed are the
-/// accuracy lost per fault, in percentage points, mean over severities, and the first severity at which
-/// half of the margin above chance is gone: !3.
+/// accuracy lost per fault, in percentage points (of values what is added to the mean absolute error, in its unit),
+/// mean over severities, and the first severity at which half of the margin above chance is gone: !3.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel stress runs/quickstart
            taxel stress runs/quickstart --fault gain --fault drift --severity 3
@@ -63,7 +63,7 @@ impl Stress {
         progress.finish();
         let outcomes = outcomes?;
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&outcomes)?);
+            println!("{}", serde_json::to_string_pretty(&named_scores(&outcomes)?)?);
         } else {
             print(&outcomes);
         }
@@ -72,32 +72,34 @@ impl Stress {
 }
 
 fn print(outcomes: &Outcomes) {
-    let Outcomes { samples, of, range, chance, .. } = outcomes;
+    let Outcomes { samples, of, range, chance, primary, .. } = outcomes;
+    let (show, longer) = (primary.show(), primary.show_longer());
     let thinned = if samples < of { format!(" of {of}") } else { String::new() };
     let guessed = if range.from_samples { " (of the samples: no full scale is known)" } else { "" };
     println!(
-        "{samples}{thinned} test samples, readings {} to {}{guessed}, chance {chance:.1} %",
-        range.low, range.high
+        "{samples}{thinned} test samples, readings {} to {}{guessed}, chance {}",
+        range.low,
+        range.high,
+        primary.value(*chance)
     );
     println!(
-        "accuracy lost in percentage points, mean over severities; !n: half of the margin is gone at n\n"
+        "{} in {}, mean over severities; !n: half of the margin is gone at n\n",
+        primary.lost(false),
+        primary.in_points()
     );
-    let mut header = vec!["network", "clean %", "mean", "mCE %"];
+    let clean = primary.head_of("clean");
+    let mut header = vec!["network", clean.as_str(), "mean", "mCE %"];
     header.extend(outcomes.faults.iter().map(|about| about.fault.name()));
     let rows: Vec<Vec<String>> = outcomes
         .networks
         .iter()
         .map(|network| {
             let error = network.corruption_error.map_or("-".into(), |e| format!("{e:.0}"));
-            let mut row = vec![
-                network.network.clone(),
-                format!("{:.2}", network.clean.accuracy),
-                format!("{:.1}", network.mean_loss),
-                error,
-            ];
+            let mut row =
+                vec![network.network.clone(), longer(network.clean.score), show(network.mean_loss), error];
             row.extend(network.curves.iter().map(|curve| {
                 let broken = curve.breaks_at.map_or(String::new(), |at| format!(" !{at}"));
-                format!("{:.1}{broken}", curve.loss(network.clean))
+                show(curve.loss(network.clean, primary)) + &broken
             }));
             row
         })
@@ -123,19 +125,23 @@ fn print_guarded(outcomes: &Outcomes) {
     else {
         return;
     };
-    println!("\nwithout a guard > with one, points lost of the clean accuracy as saved");
-    let mut header = vec!["network", "clean %", "mean"];
+    let (primary, show) = (&outcomes.primary, outcomes.primary.show());
+    let (lost, title) = (primary.points(), primary.title());
+    println!("\nwithout a guard > with one, {lost} lost of the clean {title} as saved");
+    let clean = primary.head_of("clean");
+    let mut header = vec!["network", clean.as_str(), "mean"];
     header.extend(outcomes.faults.iter().map(|about| about.fault.name()));
-    let both = |[off, on]: [f64; 2]| format!("{off:.1} > {on:.1}");
+    let both = |sides: [f64; 2]| sides.map(show).join(" > ");
     let row = |network: &NetworkStress| {
         let sides = network.sides()?;
         let mut row = vec![
             network.network.clone(),
-            both(sides.map(|(clean, ..)| clean.accuracy)),
+            both(sides.map(|(clean, ..)| clean.score)),
             both(sides.map(|(.., loss)| loss)),
         ];
-        let losses = sides
-            .map(|(_, curves, _)| curves.iter().map(|curve| curve.loss(network.clean)).collect::<Vec<_>>());
+        let losses = sides.map(|(_, curves, _)| {
+            curves.iter().map(|curve| curve.loss(network.clean, primary)).collect::<Vec<_>>()
+        });
         row.extend(losses[0].iter().zip(&losses[1]).map(|(off, on)| both([*off, *on])));
         Some(row)
     };

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use taxel::Registry;
+use taxel::judge::named_scores;
 use taxel::sweep::Sweep as Collected;
 use taxel::sweep::{
     Arrays, Chunking, Emit, Outcome as Came, Study, SweepFolder, Trial, WorkOptions, collect, emit, plan,
@@ -266,7 +267,7 @@ impl Collect {
         let name = name.file_name().unwrap_or_default().to_string_lossy();
         let (sweep, page) = collect(&folder, &name, &Registry::built_in(), self.stale.time())?;
         if self.json {
-            println!("{}", serde_json::to_string(&sweep)?);
+            println!("{}", serde_json::to_string(&named_scores(&sweep)?)?);
         } else {
             print(&sweep);
             println!("page: {}", page.display());
@@ -282,21 +283,26 @@ fn print(sweep: &Collected) {
         "{}: {} of {} trials finished, {} failed, {} begun, {} missing",
         sweep.name, progress.finished, progress.planned, progress.failed, progress.begun, progress.missing
     );
+    let first = sweep.settings.first().map(|own| own.primary.clone()).unwrap_or_default();
+    let is_one = sweep.settings.iter().all(|own| own.primary == first);
+    let head = if is_one { first.head() } else { "score".into() };
     let row = |own: &taxel::sweep::Setting| {
-        let accuracy = &own.accuracy;
-        let sd = accuracy.sd.map_or("-".into(), |sd| format!("{sd:.2}"));
+        let (score, longer) = (&own.score, own.primary.show_longer());
+        // A column for several metrics names each in its rows.
+        let unit = if is_one { "" } else { &format!(" {}", own.primary.head()) };
+        let sd = score.sd.map_or("-".into(), longer);
         vec![
             own.source.clone(),
             own.network.clone(),
             own.set.clone(),
-            accuracy.count.to_string(),
-            format!("{:.2}", accuracy.mean),
+            score.count.to_string(),
+            longer(score.mean) + unit,
             sd,
         ]
     };
     if !sweep.settings.is_empty() {
         let rows: Vec<Vec<String>> = sweep.settings.iter().take(PRINTED).map(row).collect();
-        let heads = ["on", "network", "with", "trials", "accuracy %", "SD"];
+        let heads = ["on", "network", "with", "trials", &head, "SD"];
         println!();
         print!("{}", text::table(&heads, &rows, &[3, 4, 5]));
         println!();

@@ -24,4 +24,5 @@ mod ranks;
 pub use crate::values::Friedman;
 pub use bootstrap::cluster_bootstrap;
 pub use pairs::{PairedTest, SpreadRatio, corrected_t, holm, independent, mcnemar, spread_ratio};
+pub(crate) use ranks::signed_rank;
 pub use ranks::{friedman, nemenyi, ranks, wilcoxon};

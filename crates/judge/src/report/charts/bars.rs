@@ -85,6 +85,8 @@ fn draw_times(timed: &[&Judged], paint: Paint) -> Canvas {
 /// Expected calibration error, clean and broken.
 pub(super) fn calibration(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.networks.is_empty())?;
+    // Values have no probability.
+    stress.networks.iter().find_map(|network| network.calibration_error)?;
     let reading = "Expected calibration error: how far stated probabilities are from the share that is right. \
                    Dot: clean; ring: mean over faults and severities. To the left is better.";
     let draw = move |paint| draw_calibration(&stress.networks, paint);
@@ -93,7 +95,8 @@ pub(super) fn calibration(judgement: &Judgement) -> Option<Chart<'_>> {
 
 fn draw_calibration(networks: &[NetworkStress], paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, 92.0 + ROW * networks.len() as f64, paint);
-    let both = |n: &NetworkStress| (100.0 * n.clean.calibration_error, 100.0 * n.calibration_error);
+    let percent = |share: Option<f64>| 100.0 * share.unwrap_or(0.0);
+    let both = |n: &NetworkStress| (percent(n.clean.calibration_error), percent(n.calibration_error));
     let most = networks.iter().map(both).map(|(a, b)| a.max(b)).fold(0.0, f64::max);
     canvas.circle((NAMES + 6.0, 17.0), 5.0, Ink::Accent, Ink::Accent);
     canvas.text((NAMES + 20.0, 21.0), "clean", PLAIN);

@@ -1,15 +1,15 @@
-//! Training, and accuracy with few samples.
+//! Training, and scores with few samples.
 
 use taxel_report::axes::{Frame, Scale, widened};
 use taxel_report::canvas::{Canvas, Stroke};
 use taxel_report::chart::{Chart, HEADING};
-use taxel_report::numbers::{digits, tenth, tick};
+use taxel_report::numbers::{digits, tick};
 use taxel_report::palette::{Ink, Paint};
 
 use super::look::{Look, legend, legend_height, look, shown};
 use crate::report::names::chart;
 use crate::report::words::few_samples_of;
-use crate::values::{EpochPoint, Judged, Judgement};
+use crate::values::{EpochPoint, Judged, Judgement, Primary};
 
 const WIDTH: f64 = 860.0;
 
@@ -17,12 +17,20 @@ const WIDTH: f64 = 860.0;
 type Value = fn(&EpochPoint) -> Option<f64>;
 
 /// Heading, unit, on training and on validation samples.
-const PANELS: [(&str, &str, Value, Value); 2] = [
-    ("loss", "", |p| Some(p.train_loss), |p| p.validation_loss),
-    ("accuracy (%)", " %", |p| Some(p.train_accuracy), |p| p.validation_accuracy),
-];
+type Panel = (String, String, Value, Value);
 
-/// Loss and accuracy by epoch.
+fn panels(primary: &Primary) -> [Panel; 2] {
+    let unit = match primary.unit() {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    [
+        ("loss".into(), String::new(), |p| Some(p.train_loss), |p| p.validation_loss),
+        (primary.axis(), unit, |p| Some(p.train_score), |p| p.validation_score),
+    ]
+}
+
+/// Loss and primary metric by epoch.
 pub(super) fn training(judgement: &Judgement) -> Option<Chart<'_>> {
     let trained: Vec<&Judged> = shown(judgement).filter(|n| n.training.len() > 1).collect();
     if trained.is_empty() {
@@ -44,7 +52,7 @@ fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Ca
     let mut canvas = Canvas::new(WIDTH, top + 320.0, paint);
     legend(&mut canvas, (56.0, 14.0), WIDTH - 60.0, &names);
     let epochs = trained.iter().map(|n| n.training.len()).max().unwrap_or(1) as f64;
-    for (panel, (title, unit, train, validation)) in PANELS.into_iter().enumerate() {
+    for (panel, (title, unit, train, validation)) in panels(&judgement.primary()).into_iter().enumerate() {
         let left = 56.0 + 430.0 * panel as f64;
         let points = || trained.iter().flat_map(|n| &n.training);
         let values: Vec<f64> = points().flat_map(|p| [train(p), validation(p)]).flatten().collect();
@@ -52,7 +60,7 @@ fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Ca
             x: Scale::linear((1.0, epochs), (left, left + 360.0)),
             y: Scale::linear(widened(&values, (0.0, f64::INFINITY)), (top + 264.0, top + 34.0)),
         };
-        canvas.text((left, top + 20.0), title, HEADING);
+        canvas.text((left, top + 20.0), &title, HEADING);
         frame.draw_y(&mut canvas, tick);
         let ticks: Vec<f64> = frame.x.ticks().into_iter().filter(|v| v.fract() == 0.0).collect();
         frame.draw_x(&mut canvas, &ticks, tick);
@@ -74,7 +82,7 @@ fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Ca
 /// A network with its rows of a learning curve, by the number of training samples of each class.
 type Curve<'a> = (&'a str, Vec<(usize, &'a Judged)>);
 
-/// Accuracy by the number of training samples of each class.
+/// Scores by the number of training samples of each class.
 pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     let mut curves: Vec<Curve> = vec![];
     for n in &judgement.networks {
@@ -88,10 +96,12 @@ pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     if curves.iter().all(|(_, points)| points.len() < 2) {
         return None;
     }
-    let reading = "Accuracy against the number of training samples of each class; whiskers: 95 % interval. \
-                   Dashed: baselines.";
+    let heading = judgement.primary().heading();
+    let reading = format!(
+        "{heading} against the number of training samples of each class; whiskers: 95 % interval. Dashed: baselines."
+    );
     let draw = move |paint| draw_few(judgement, &curves, paint);
-    Some(Chart::new(chart::FEW_SAMPLES, "Accuracy with few samples", reading, draw))
+    Some(Chart::new(chart::FEW_SAMPLES, format!("{heading} with few samples"), reading, draw))
 }
 
 fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
@@ -110,23 +120,24 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
     let ends_of = |n: &Judged| n.results.interval.or(n.results.primary().map(|score| [score; 2]));
     let all = curves.iter().flat_map(|(_, points)| points.iter().filter_map(|(_, n)| ends_of(n)).flatten());
     let values: Vec<f64> = all.chain([judgement.chance]).collect();
+    let primary = judgement.primary();
     let frame = Frame {
         x: Scale::log(ends, (64.0, WIDTH - 24.0)),
-        y: Scale::linear(widened(&values, (0.0, 100.0)), (top + 350.0, top + 30.0)),
+        y: Scale::linear(widened(&values, primary.range()), (top + 350.0, top + 30.0)),
     };
     frame.draw_y(&mut canvas, tick);
     let counts: Vec<f64> = counts.into_iter().map(|count| count as f64).collect();
     frame.draw_x(&mut canvas, &counts, tick);
-    frame.titles(&mut canvas, "training samples of each class (log)", "accuracy (%)");
+    frame.titles(&mut canvas, "training samples of each class (log)", &primary.axis());
     let y = frame.y.at(judgement.chance);
     canvas.line((64.0, y), (WIDTH - 24.0, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
     for ((name, points), (_, look)) in curves.iter().zip(&names) {
         let known: Vec<(usize, f64, &Judged)> =
             points.iter().filter_map(|(count, n)| Some((*count, n.results.primary()?, *n))).collect();
         canvas.path(known.iter().map(|(c, a, _)| frame.at(*c as f64, *a)).collect(), look.stroke(2.0));
-        for (count, accuracy, n) in known {
-            let (x, y) = frame.at(count as f64, accuracy);
-            let about = format!("{name}, {count} of each class: {} %", tenth(accuracy));
+        for (count, score, n) in known {
+            let (x, y) = frame.at(count as f64, score);
+            let about = format!("{name}, {count} of each class: {}", primary.value(score));
             canvas.hover(&about, |canvas| {
                 if let Some([low, high]) = n.results.interval {
                     canvas.line((x, frame.y.at(low)), (x, frame.y.at(high)), Stroke::of(look.ink, 1.0));

@@ -1,9 +1,9 @@
-//! Accuracy by the share of a sample that is there.
+//! Scores by the share of a sample that is there.
 
 use taxel_report::axes::{Frame, Scale, widened};
 use taxel_report::canvas::{Canvas, Stroke};
 use taxel_report::chart::Chart;
-use taxel_report::numbers::{tenth, tick};
+use taxel_report::numbers::tick;
 use taxel_report::palette::{Ink, Paint};
 
 use super::look::{Look, legend, legend_height, look};
@@ -19,12 +19,12 @@ const ENDS: (f64, f64) = (64.0, WIDTH - 24.0);
 pub(super) fn shares(judgement: &Judgement) -> Option<Chart<'_>> {
     let early = judgement.early.as_ref().filter(|own| !own.networks.is_empty())?;
     let reading = format!(
-        "Accuracy against the share of a sample that is there: {}. Dashed lines: baselines; dotted: chance.",
+        "{} against the share of a sample that is there: {}. Dashed lines: baselines; dotted: chance.",
+        judgement.primary().heading(),
         early_basis(early)
     );
-    Some(Chart::new(chart::EARLY, "Accuracy of early decisions", reading, move |paint| {
-        draw(judgement, early, paint)
-    }))
+    let title = format!("{} of early decisions", judgement.primary().heading());
+    Some(Chart::new(chart::EARLY, title, reading, move |paint| draw(judgement, early, paint)))
 }
 
 fn draw(judgement: &Judgement, early: &Early, paint: Paint) -> Canvas {
@@ -36,26 +36,26 @@ fn draw(judgement: &Judgement, early: &Early, paint: Paint) -> Canvas {
     let top = 12.0 + legend_height(WIDTH - 80.0, &names);
     let mut canvas = Canvas::new(WIDTH, top + 400.0, paint);
     legend(&mut canvas, (64.0, 14.0), WIDTH - 80.0, &names);
-    let values: Vec<f64> =
-        drawn.iter().flat_map(|(n, _)| n.points.iter().map(|point| point.accuracy)).collect();
+    let values: Vec<f64> = drawn.iter().flat_map(|(n, _)| n.points.iter().map(|point| point.score)).collect();
     let values = [values, vec![judgement.chance]].concat();
+    let primary = judgement.primary();
     let frame = Frame {
         x: Scale::linear((0.0, 100.0), ENDS),
-        y: Scale::linear(widened(&values, (0.0, 100.0)), (top + 350.0, top + 30.0)),
+        y: Scale::linear(widened(&values, primary.range()), (top + 350.0, top + 30.0)),
     };
     frame.draw_y(&mut canvas, tick);
     let shares: Vec<f64> = (0..=10).map(|tenth| 10.0 * f64::from(tenth)).collect();
     frame.draw_x(&mut canvas, &shares, tick);
-    frame.titles(&mut canvas, "share of the sample that is there (%)", "accuracy (%)");
+    frame.titles(&mut canvas, "share of the sample that is there (%)", &primary.axis());
     let chance = frame.y.at(judgement.chance);
     canvas.line((ENDS.0, chance), (ENDS.1, chance), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
     for (network, look) in drawn {
-        let place = |seen: u8, accuracy: f64| frame.at(f64::from(seen), accuracy);
-        canvas.path(network.points.iter().map(|p| place(p.seen, p.accuracy)).collect(), look.stroke(2.0));
+        let place = |seen: u8, score: f64| frame.at(f64::from(seen), score);
+        canvas.path(network.points.iter().map(|p| place(p.seen, p.score)).collect(), look.stroke(2.0));
         for point in &network.points {
-            let about = format!("{}, {} % seen: {} %", network.network, point.seen, tenth(point.accuracy));
+            let about = format!("{}, {} % seen: {}", network.network, point.seen, primary.value(point.score));
             canvas.hover(&about, |canvas| {
-                canvas.circle(place(point.seen, point.accuracy), 3.5, look.ink, Ink::Paper);
+                canvas.circle(place(point.seen, point.score), 3.5, look.ink, Ink::Paper);
             });
         }
     }

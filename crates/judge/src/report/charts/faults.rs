@@ -1,9 +1,9 @@
-//! Accuracy under faults: a small chart for each fault, and one map of all losses.
+//! Scores under faults: a small chart for each fault, and one map of all losses.
 
-use taxel_report::axes::{Frame, Scale};
+use taxel_report::axes::{Frame, Scale, widened};
 use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
 use taxel_report::chart::{Chart, HEADING};
-use taxel_report::numbers::{tenth, tick};
+use taxel_report::numbers::tick;
 use taxel_report::palette::{Ink, Paint};
 
 use super::look::{Look, legend, legend_height, look};
@@ -16,17 +16,17 @@ const COLUMNS: usize = 3;
 /// Size of a small chart with its titles.
 const CELL: (f64, f64) = (282.0, 206.0);
 
-/// Accuracy by severity, one small chart per fault.
+/// Scores by severity, one small chart per fault.
 pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = format!(
-        "Accuracy (%) at each severity, from clean at the left; ringed: half of the margin above chance is gone. \
-         Dashed lines: baselines; dotted: chance. {}.",
+        "{} at each severity, from clean at the left; ringed: half of the margin above chance is gone. Dashed lines: \
+         baselines; dotted: chance. {}.",
+        stress.primary.axis_begins(),
         stress_basis(stress)
     );
-    Some(Chart::new(chart::FAULT_CURVES, "Accuracy under faults", reading, move |paint| {
-        draw_curves(judgement, stress, paint)
-    }))
+    let title = format!("{} under faults", stress.primary.heading());
+    Some(Chart::new(chart::FAULT_CURVES, title, reading, move |paint| draw_curves(judgement, stress, paint)))
 }
 
 fn draw_curves(judgement: &Judgement, stress: &Stress, paint: Paint) -> Canvas {
@@ -51,6 +51,18 @@ fn drawn<'a>(judgement: &'a Judgement, stress: &'a Stress) -> impl Iterator<Item
     stress.networks.iter().filter(move |n| majority.is_none_or(|m| m.results.network != n.network))
 }
 
+/// The least and the highest score of all small charts: a percentage has its whole range.
+fn heights(judgement: &Judgement, stress: &Stress) -> (f64, f64) {
+    if stress.primary.is_percent() {
+        return stress.primary.range();
+    }
+    let broken = |n: &NetworkStress| {
+        n.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, own)| own.score)).collect::<Vec<_>>()
+    };
+    let all = drawn(judgement, stress).flat_map(|n| [broken(n), vec![n.clean.score]].concat());
+    widened(&all.chain([stress.chance]).collect::<Vec<_>>(), stress.primary.range())
+}
+
 /// The chart of fault number `i`.
 fn small(
     canvas: &mut Canvas,
@@ -62,7 +74,7 @@ fn small(
     let info = &stress.faults[i];
     let frame = Frame {
         x: Scale::linear((0.0, 5.0), (left + 38.0, left + CELL.0 - 12.0)),
-        y: Scale::linear((0.0, 100.0), (top + 154.0, top + 30.0)),
+        y: Scale::linear(heights(judgement, stress), (top + 154.0, top + 30.0)),
     };
     canvas.text((left + 6.0, top + 18.0), info.fault.name(), HEADING);
     frame.draw_y(canvas, tick);
@@ -77,9 +89,9 @@ fn small(
     canvas.line((x, chance), (to, chance), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
     for (network, (name, look)) in drawn(judgement, stress).zip(names) {
         let Some(curve) = network.curves.get(i) else { continue };
-        let mut points = vec![(0u8, network.clean.accuracy)];
-        points.extend(curve.points.iter().map(|(severity, score)| (*severity, score.accuracy)));
-        let place = |(severity, accuracy): &(u8, f64)| frame.at(f64::from(*severity), *accuracy);
+        let mut points = vec![(0u8, network.clean.score)];
+        points.extend(curve.points.iter().map(|(severity, own)| (*severity, own.score)));
+        let place = |(severity, score): &(u8, f64)| frame.at(f64::from(*severity), *score);
         canvas.path(points.iter().map(place).collect(), look.stroke(1.8));
         for point in &points {
             let what = match point.0 {
@@ -88,7 +100,7 @@ fn small(
             };
             let broken = curve.breaks_at == Some(point.0);
             let note = if broken { ", broken" } else { "" };
-            canvas.hover(&format!("{name}, {what}: {} %{note}", tenth(point.1)), |canvas| {
+            canvas.hover(&format!("{name}, {what}: {}{note}", stress.primary.value(point.1)), |canvas| {
                 canvas.circle(place(point), 2.6, look.ink, look.ink);
                 if broken {
                     canvas.circle(place(point), 6.0, Ink::None, look.ink);
@@ -101,8 +113,12 @@ fn small(
 /// Loss by network and fault.
 pub(super) fn heat(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
-    let reading = "Accuracy lost in percentage points, mean over severities; the stronger the colour, the more. ✕3: from \
-                   severity 3 on half of the margin above chance is gone.";
+    let reading = format!(
+        "{} in {}, mean over severities; the stronger the colour, the more. ✕3: from severity 3 on half of the margin \
+         above chance is gone.",
+        stress.primary.lost(true),
+        stress.primary.in_points()
+    );
     Some(Chart::new(chart::FAULT_LOSSES, "What each fault costs", reading, move |paint| {
         draw_heat(stress, paint)
     }))
@@ -113,8 +129,10 @@ fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {
     let height = 96.0 + row * stress.networks.len() as f64;
     let width = (names + column * stress.faults.len() as f64 + 52.0).max(420.0);
     let mut canvas = Canvas::new(width, height, paint);
-    let losses = stress.networks.iter().flat_map(|n| n.curves.iter().map(|c| c.loss(n.clean)));
-    let most = losses.fold(1.0f64, f64::max);
+    let primary = &stress.primary;
+    let losses = stress.networks.iter().flat_map(|n| n.curves.iter().map(|c| c.loss(n.clean, primary)));
+    let least = primary.share(1.0, stress.chance).max(f64::MIN_POSITIVE);
+    let most = losses.fold(least, f64::max);
     for (i, info) in stress.faults.iter().enumerate() {
         heading(&mut canvas, (names + column * (i as f64 + 0.5), 78.0), info.fault.name());
     }
@@ -124,14 +142,16 @@ fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {
         canvas.text((names - 8.0, y + row / 2.0 + 4.0), &short(&network.network, 22), look);
         for (i, curve) in network.curves.iter().enumerate() {
             let x = names + column * i as f64;
-            let loss = curve.loss(network.clean);
+            let loss = curve.loss(network.clean, primary);
             let at = curve.breaks_at.map_or(String::new(), |at| format!(" ✕{at}"));
-            let about = format!("{}, {}: {} pp lost{at}", network.network, curve.fault.name(), tenth(loss));
+            let shown = primary.show()(loss);
+            let unit = if primary.is_percent() { "pp" } else { primary.unit() };
+            let about = format!("{}, {}: {shown} {unit} lost{at}", network.network, curve.fault.name());
             canvas.hover(&about, |canvas| {
                 let share = (loss / most).clamp(0.0, 1.0);
                 canvas.block((x + 1.0, y + 1.0, column - 2.0, row - 2.0), Ink::Heat, 0.04 + 0.86 * share);
                 let look = Type { anchor: Anchor::Middle, ..PLAIN };
-                canvas.text((x + column / 2.0, y + row / 2.0 + 4.0), &(tenth(loss) + &at), look);
+                canvas.text((x + column / 2.0, y + row / 2.0 + 4.0), &(shown + &at), look);
             });
         }
     }

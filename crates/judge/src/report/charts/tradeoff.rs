@@ -1,17 +1,17 @@
-//! Accuracy against what it costs: latency, size, MACs.
+//! The primary metric against what it costs: latency, size, MACs.
 
 use taxel_report::axes::{Frame, Scale, widened};
 use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short, width_of};
 use taxel_report::chart::Chart;
 use taxel_report::labels::{self, place};
-use taxel_report::numbers::{bytes, digits, si, tenth, tick};
+use taxel_report::numbers::{bytes, digits, si, tick};
 use taxel_report::palette::{Ink, Paint};
 
 use super::look::shown;
 use crate::pareto;
 use crate::report::names::chart;
 use crate::report::words::runs;
-use crate::values::{Choice, Judged, Judgement, MAJORITY};
+use crate::values::{Choice, Judged, Judgement, MAJORITY, Primary};
 
 const SIZE: (f64, f64) = (860.0, 506.0);
 /// Left, top, right, bottom of the area of the marks.
@@ -23,7 +23,7 @@ struct Point<'a> {
     cost: f64,
     /// Up to which the cost goes at worst.
     worst: Option<f64>,
-    accuracy: f64,
+    score: f64,
     interval: Option<[f64; 2]>,
     baseline: bool,
     front: bool,
@@ -39,7 +39,9 @@ struct Printed {
 
 /// What stands on the x axis.
 struct Axis {
+    /// Of the cost.
     name: &'static str,
+    /// Of the chart, behind the name of the metric.
     title: &'static str,
     label: &'static str,
     unit: fn(f64) -> String,
@@ -47,22 +49,22 @@ struct Axis {
 }
 
 const LATENCY: Axis = Axis {
-    name: chart::ACCURACY_LATENCY,
-    title: "Accuracy against latency",
+    name: chart::LATENCY,
+    title: "against latency",
     label: "latency from raw reading to answer, one sample, one thread (ms, log)",
     unit: |v| format!("{} ms", digits(v)),
     tick,
 };
 const BYTES: Axis = Axis {
-    name: chart::ACCURACY_SIZE,
-    title: "Accuracy against size",
+    name: chart::SIZE,
+    title: "against size",
     label: "size of parameters and statistics in f32 (bytes, log)",
     unit: bytes,
     tick: bytes,
 };
 const MACS: Axis = Axis {
-    name: chart::ACCURACY_MACS,
-    title: "Accuracy against work",
+    name: chart::MACS,
+    title: "against work",
     label: "multiply-accumulates per sample (log)",
     unit: |v| format!("{} MACs", si(v)),
     tick: si,
@@ -70,7 +72,9 @@ const MACS: Axis = Axis {
 
 pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -> Vec<Chart<'a>> {
     // No printed point against MACs: no one convention explains the papers' GFLOPs (docs/costs.md).
-    let sizes = shown(judgement).filter_map(printed_size).collect();
+    let primary = judgement.primary();
+    let papers = shown(judgement).filter(|_| primary.is_accuracy());
+    let sizes = papers.filter_map(printed_size).collect();
     let all = [
         (LATENCY, points(judgement, |n| n.speed.map(|s| (s.whole.p50_ms, Some(s.whole.p95_ms)))), vec![]),
         (BYTES, points(judgement, |n| Some((n.results.costs.bytes as f64, None))), sizes),
@@ -81,7 +85,9 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
         .map(|(axis, points, printed)| {
             let reading = reading(judgement, &axis, &points, &printed);
             let chosen = choice.and_then(|c| c.chosen.as_deref());
-            Chart::new(axis.name, axis.title, reading, move |paint| {
+            let title = format!("{} {}", primary.heading(), axis.title);
+            let name = chart::against(primary.name(), axis.name);
+            Chart::new(name, title, reading, move |paint| {
                 draw(judgement, &axis, &points, &printed, chosen, paint)
             })
         })
@@ -106,28 +112,32 @@ fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f
     let all: Vec<Point> = shown(judgement)
         .filter_map(|n| {
             let (cost, worst) = cost(n)?;
-            let (accuracy, interval) = (n.results.primary()?, n.results.interval);
+            let (score, interval) = (n.results.primary()?, n.results.interval);
             let (name, baseline) = (n.results.network.as_str(), n.baseline);
-            Some(Point { name, cost, worst, accuracy, interval, baseline, front: false })
+            Some(Point { name, cost, worst, score, interval, baseline, front: false })
         })
         .collect();
-    let front = pareto::front(&all.iter().map(|own| (own.cost, own.accuracy)).collect::<Vec<_>>());
+    let primary = judgement.primary();
+    let place = |own: &Point| (own.cost, primary.merit(own.score));
+    let front = pareto::front(&all.iter().map(place).collect::<Vec<_>>());
     let majority = |point: &Point| judgement.network(point.name).is_some_and(|n| n.results.zoo == MAJORITY);
     let all = all.into_iter().zip(front).map(|(point, front)| Point { front, ..point });
     all.filter(|point| point.cost > 0.0 && !majority(point)).collect()
 }
 
 fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Printed]) -> String {
+    let primary = judgement.primary();
     let mut front: Vec<&Point> = points.iter().filter(|p| p.front).collect();
     front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let front: Vec<String> = front
         .into_iter()
-        .map(|p| format!("{} ({}, {} %)", p.name, (axis.unit)(p.cost), tenth(p.accuracy)))
+        .map(|p| format!("{} ({}, {})", p.name, (axis.unit)(p.cost), primary.value(p.score)))
         .collect();
     let mut text = format!(
         "Coloured and joined: the Pareto front, {}. Grey: dominated, another is at least as accurate and costs \
-         no more. Vertical whiskers: 95 % interval of the accuracy.",
-        front.join(", ")
+         no more. Vertical whiskers: 95 % interval of the {}.",
+        front.join(", "),
+        primary.title()
     );
     if points.iter().any(|p| p.worst.is_some()) {
         let runs = runs(judgement);
@@ -141,7 +151,8 @@ fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Prin
         text += " The papers' GFLOPs stand in the table of published numbers: no one way of counting explains \
                  them, so they are no points here.";
     }
-    text + &format!(" Chance, always naming the commonest class: {:.1} %.", judgement.chance)
+    let chance = primary.value(judgement.chance);
+    text + &format!(" Chance, {}: {chance}.", primary.knowing_nothing())
 }
 
 fn draw(
@@ -153,22 +164,30 @@ fn draw(
     paint: Paint,
 ) -> Canvas {
     let mut canvas = Canvas::new(SIZE.0, SIZE.1, paint);
+    let primary = judgement.primary();
     let frame = frame(judgement, points, printed);
     frame.draw_y(&mut canvas, tick);
     frame.draw_x(&mut canvas, &frame.x.ticks(), axis.tick);
-    frame.titles(&mut canvas, axis.label, "accuracy (%)");
-    chance(&mut canvas, &frame, judgement.chance);
+    frame.titles(&mut canvas, axis.label, &primary.axis());
+    chance(&mut canvas, &frame, &primary, judgement.chance);
     let mut taken = front(&mut canvas, &frame, points);
     let ink = |point: &Point| if point.front { Ink::Accent } else { Ink::Muted };
     for own in printed {
         hollow(&mut canvas, &frame, axis, own);
     }
     for point in points {
-        taken.extend(mark(&mut canvas, &frame, axis, point, ink(point), chosen == Some(point.name)));
+        taken.extend(mark(
+            &mut canvas,
+            &frame,
+            (&primary, axis),
+            point,
+            ink(point),
+            chosen == Some(point.name),
+        ));
     }
     let names: Vec<String> = points.iter().map(|p| short(p.name, 28)).collect();
     let marks: Vec<((f64, f64), &str)> =
-        points.iter().zip(&names).map(|(p, name)| (frame.at(p.cost, p.accuracy), name.as_str())).collect();
+        points.iter().zip(&names).map(|(p, name)| (frame.at(p.cost, p.score), name.as_str())).collect();
     taken.extend(printed.iter().map(|own| {
         let (x, y) = frame.at(own.cost, own.accuracy.0);
         (x - 6.0, y - 6.0, x + 6.0, y + 6.0)
@@ -190,22 +209,27 @@ fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> Frame 
     let costs = points.iter().flat_map(|p| [p.cost, p.worst.unwrap_or(p.cost)]);
     let costs: Vec<f64> = costs.chain(printed.iter().map(|own| own.cost)).collect();
     let (low, high) = costs.iter().fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(*v), h.max(*v)));
-    let mut scores: Vec<f64> = points.iter().flat_map(|p| p.interval.unwrap_or([p.accuracy; 2])).collect();
+    let mut scores: Vec<f64> = points.iter().flat_map(|p| p.interval.unwrap_or([p.score; 2])).collect();
     let ends = |own: &Printed| [-1.0, 1.0].map(|sign| own.accuracy.0 + sign * own.accuracy.1.unwrap_or(0.0));
     scores.extend(printed.iter().flat_map(ends));
-    let (least, most) = widened(&scores, (0.0, 100.0));
+    let (primary, chance) = (judgement.primary(), judgement.chance);
+    let (mut least, mut most) = widened(&scores, primary.range());
     // Chance is in the picture where that does not press the marks together.
-    let near = least - judgement.chance < 0.4 * (most - least);
-    let least = if near { least.min(judgement.chance - 2.0).max(0.0) } else { least };
+    let is_near = |away: f64| away < 0.4 * (most - least);
+    if is_near(least - chance) && (primary.is_percent() || is_near(chance - most)) {
+        let air = primary.share(2.0, chance);
+        least = least.min(chance - air).max(primary.range().0);
+        most = if primary.is_percent() { most } else { most.max(chance + air) };
+    }
     Frame { x: Scale::log((low, high), (AREA.0, AREA.2)), y: Scale::linear((least, most), (AREA.3, AREA.1)) }
 }
 
-fn chance(canvas: &mut Canvas, frame: &Frame, chance: f64) {
-    let (y, (bottom, _)) = (frame.y.at(chance), frame.y.ends());
-    if y < bottom - 1.0 {
+fn chance(canvas: &mut Canvas, frame: &Frame, primary: &Primary, chance: f64) {
+    let (y, (bottom, top)) = (frame.y.at(chance), frame.y.ends());
+    if y < bottom - 1.0 && (primary.is_percent() || y > top) {
         canvas.line((AREA.0, y), (AREA.2, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
         let look = Type { ink: Ink::Muted, anchor: Anchor::Right, ..PLAIN };
-        canvas.text((AREA.2, y - 5.0), &format!("chance {chance:.1} %"), look);
+        canvas.text((AREA.2, y - 5.0), &format!("chance {}", primary.value(chance)), look);
     }
 }
 
@@ -215,7 +239,7 @@ fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) -> Vec<labels::Ar
     own.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut steps: Vec<(f64, f64)> = vec![];
     for point in own {
-        let (x, y) = frame.at(point.cost, point.accuracy);
+        let (x, y) = frame.at(point.cost, point.score);
         if let Some(&(_, before)) = steps.last() {
             steps.push((x, before));
         }
@@ -237,15 +261,16 @@ fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) -> Vec<labels::Ar
 fn mark(
     canvas: &mut Canvas,
     frame: &Frame,
-    axis: &Axis,
+    (primary, axis): (&Primary, &Axis),
     point: &Point,
     ink: Ink,
     chosen: bool,
 ) -> Vec<labels::Area> {
-    let (x, y) = frame.at(point.cost, point.accuracy);
-    let mut about = format!("{}: {} %", point.name, tenth(point.accuracy));
+    let (x, y) = frame.at(point.cost, point.score);
+    let mut about = format!("{}: {}", point.name, primary.value(point.score));
     if let Some([low, high]) = point.interval {
-        about += &format!(" [{low:.1}, {high:.1}]");
+        let show = primary.show();
+        about += &format!(" [{}, {}]", show(low), show(high));
     }
     about += &format!(", {}", (axis.unit)(point.cost));
     if let Some(worst) = point.worst {
@@ -332,7 +357,7 @@ mod tests {
         for point in &points {
             let network = judgement.network(point.name).unwrap();
             assert_eq!(point.front, network.on_front, "{}", point.name);
-            let better = points.iter().any(|o| o.cost < point.cost && o.accuracy > point.accuracy);
+            let better = points.iter().any(|o| o.cost < point.cost && o.score > point.score);
             assert!(!(point.front && better), "{} is dominated", point.name);
         }
         let fronts = points.iter().filter(|p| p.front).count();

@@ -1,6 +1,6 @@
 //! What networks cost: time, size, training; and what training changed.
 
-use taxel_report::numbers::{bytes, digits, si, tenth};
+use taxel_report::numbers::{bytes, digits, si};
 use taxel_report::table::{Cell, Column, Table};
 
 use super::scores::name;
@@ -63,6 +63,7 @@ pub(super) fn size(judgement: &Judgement) -> Table {
 }
 
 pub(super) fn training(judgement: &Judgement) -> Table {
+    let (primary, show) = (judgement.primary(), judgement.primary().show());
     type Row<'a> = (&'a str, EpochPoint);
     let mut rows: Vec<Row> = vec![];
     for n in &judgement.networks {
@@ -74,15 +75,19 @@ pub(super) fn training(judgement: &Judgement) -> Table {
         Column::number("training loss", &["train_loss"], |row: &Row| {
             Cell::number(Some(row.1.train_loss), digits)
         }),
-        Column::number("training accuracy %", &["train_accuracy_percent"], |row: &Row| {
-            Cell::number(Some(row.1.train_accuracy), tenth)
-        }),
+        Column::number(
+            &format!("training {}", primary.head()),
+            &[&format!("train_{}", primary.column(""))],
+            move |row: &Row| Cell::number(Some(row.1.train_score), show),
+        ),
         Column::number("validation loss", &["validation_loss"], |row: &Row| {
             Cell::number(row.1.validation_loss, digits)
         }),
-        Column::number("validation accuracy %", &["validation_accuracy_percent"], |row: &Row| {
-            Cell::number(row.1.validation_accuracy, tenth)
-        }),
+        Column::number(
+            &format!("validation {}", primary.head()),
+            &[&format!("validation_{}", primary.column(""))],
+            move |row: &Row| Cell::number(row.1.validation_score, show),
+        ),
     ];
     Table::new(table::TRAINING, "Training, epoch by epoch, mean over folds".into(), columns, &rows)
 }

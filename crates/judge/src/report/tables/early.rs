@@ -1,30 +1,28 @@
-//! Accuracy on the starts of samples.
+//! Scores on the starts of samples.
 
 use taxel_report::numbers::tenth;
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
 use crate::report::words::early_basis;
-use crate::values::{Early, EarlyDecisions, EarlyNetwork};
+use crate::values::{Early, EarlyDecisions, EarlyNetwork, Primary};
 
 /// One row per network, one column per share that is there.
-pub(super) fn shares(early: &Early) -> Table {
+pub(super) fn shares(primary: &Primary, early: &Early) -> Table {
+    let show = primary.show();
     let mut columns = vec![Column::text("network", "network", |n: &EarlyNetwork| Cell::text(&n.network))];
     let shares = early.networks.first().map_or(&[][..], |first| &first.points);
     for (at, point) in shares.iter().enumerate() {
         let seen = point.seen;
-        let (accuracy, refused) = (format!("accuracy_at_{seen}_percent"), format!("refused_at_{seen}"));
-        columns.push(Column::number(
-            &format!("{seen} %"),
-            &[&accuracy, &refused],
-            move |n: &EarlyNetwork| {
-                let own = n.points.get(at);
-                let refused = own.map(|own| own.refused as f64);
-                Cell::number(own.map(|own| own.accuracy), tenth).and(String::new(), &[refused])
-            },
-        ));
+        let (score, refused) = (primary.column(&format!("at_{seen}")), format!("refused_at_{seen}"));
+        columns.push(Column::number(&format!("{seen} %"), &[&score, &refused], move |n: &EarlyNetwork| {
+            let own = n.points.get(at);
+            let refused = own.map(|own| own.refused as f64);
+            Cell::number(own.map(|own| own.score), show).and(String::new(), &[refused])
+        }));
     }
-    let caption = format!("Accuracy % by the share of a sample that is there: {}", early_basis(early));
+    let (head, basis) = (primary.head_of(&primary.heading()), early_basis(early));
+    let caption = format!("{head} by the share of a sample that is there: {basis}");
     Table::new(table::EARLY, caption, columns, &early.networks)
 }
 
@@ -40,7 +38,7 @@ pub(super) fn decisions(early: &Early) -> Table {
         Column::number("confidence", &["confidence"], |row: &Row| {
             Cell::number(Some(row.1.confidence), |v| v.to_string())
         }),
-        Column::number("accuracy %", &["accuracy_percent"], move |row: &Row| percent(row.1.accuracy)),
+        Column::number("accuracy %", &["accuracy_percent"], move |row: &Row| percent(row.1.score)),
         Column::number("seen %", &["seen_percent"], move |row: &Row| percent(row.1.seen)),
         Column::number("decided early %", &["early_percent"], move |row: &Row| percent(row.1.early)),
     ];

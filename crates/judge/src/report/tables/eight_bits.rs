@@ -1,10 +1,10 @@
 //! Networks in eight bits beside the same in floats.
 
-use taxel_report::numbers::{digits, tenth};
+use taxel_report::numbers::digits;
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
-use crate::values::EightBits;
+use crate::values::{EightBits, Primary};
 
 /// A value in floats and in eight bits.
 fn both(values: Option<[f64; 2]>, show: fn(f64) -> String) -> Cell {
@@ -12,32 +12,37 @@ fn both(values: Option<[f64; 2]>, show: fn(f64) -> String) -> Cell {
     Cell::number(values.map(|[before, _]| before), show).and(shown, &[values.map(|[_, after]| after)])
 }
 
-pub(super) fn eight_bits(rows: &[EightBits]) -> Table {
-    let hundredth = |value: f64| format!("{value:.2}");
+pub(super) fn eight_bits(primary: &Primary, rows: &[EightBits]) -> Table {
+    let (longer, show) = (primary.show_longer(), primary.show());
+    // Of values nothing is right or wrong: one of the two comes nearer, and McNemar's test is the sign test.
+    let (only, p, p_column) = match primary.is_percent() {
+        true => ("right in floats only, in eight bits only", "McNemar's p", "mcnemar_p"),
+        false => ("nearer in floats, in eight bits", "p of the sign test", "sign_test_p"),
+    };
+    let fields = match primary.is_percent() {
+        true => ["only_floats_right", "only_int8_right"],
+        false => ["floats_nearer", "int8_nearer"],
+    };
     let columns = vec![
         Column::text("network", "network", |own: &EightBits| Cell::text(&own.network)),
         Column::number(
-            "accuracy %",
-            &["accuracy_floats_percent", "accuracy_int8_percent"],
-            move |own: &EightBits| both(Some(own.accuracy), hundredth),
+            &primary.head(),
+            &[&primary.column("floats"), &primary.column("int8")],
+            move |own: &EightBits| both(Some(own.scores), longer),
         ),
         Column::number("answers that differ", &["answers_differ", "samples"], |own: &EightBits| {
             let of = own.changed.samples;
             Cell::count(own.changed.differ).and(format!(" of {of}"), &[Some(of as f64)])
         }),
+        Column::number(only, &fields, |own: &EightBits| {
+            let [floats, bytes] = own.changed.only;
+            Cell::count(floats).and(format!(", {bytes}"), &[Some(bytes as f64)])
+        }),
+        Column::number(p, &[p_column], |own: &EightBits| Cell::number(Some(own.p), digits)),
         Column::number(
-            "right in floats only, in eight bits only",
-            &["only_floats_right", "only_int8_right"],
-            |own: &EightBits| {
-                let [floats, bytes] = own.changed.only;
-                Cell::count(floats).and(format!(", {bytes}"), &[Some(bytes as f64)])
-            },
-        ),
-        Column::number("McNemar's p", &["mcnemar_p"], |own: &EightBits| Cell::number(Some(own.p), digits)),
-        Column::number(
-            "lost to faults, pp",
-            &["mean_loss_floats_points", "mean_loss_int8_points"],
-            |own: &EightBits| both(own.loss, tenth),
+            &primary.head_of_loss("lost to faults"),
+            &[&primary.column_of_loss("mean_loss_floats"), &primary.column_of_loss("mean_loss_int8")],
+            move |own: &EightBits| both(own.loss, show),
         ),
         Column::number("latency ms", &["latency_floats_ms", "latency_int8_ms"], |own: &EightBits| {
             both(own.latency, digits)
@@ -46,8 +51,16 @@ pub(super) fn eight_bits(rows: &[EightBits]) -> Table {
             both(Some(own.bytes.map(|bytes| bytes as f64 / 1e3)), digits)
         }),
     ];
-    let caption = "In floats → in eight bits, each fold calibrated on its own training samples: accuracy, single test \
-                   samples of the first repetition with the exact McNemar test, accuracy lost to faults in percentage \
-                   points (mean over faults and severities), median time of an answer, and size";
-    Table::new(table::EIGHT_BITS, caption.into(), columns, rows)
+    let title = primary.title();
+    let test = if primary.is_percent() { "exact McNemar test" } else { "exact sign test" };
+    let lost = match primary.is_percent() {
+        true => format!("{title} lost to faults in percentage points"),
+        false => format!("what faults add to it in {}", primary.unit()),
+    };
+    let caption = format!(
+        "In floats → in eight bits, each fold calibrated on its own training samples: {title}, single test samples of \
+         the first repetition with the {test}, {lost} (mean over faults and severities), median time of an answer, and \
+         size"
+    );
+    Table::new(table::EIGHT_BITS, caption, columns, rows)
 }

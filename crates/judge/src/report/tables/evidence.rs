@@ -26,26 +26,33 @@ pub(super) fn choice(choice: &Choice) -> Table {
         CostKind::Size => bytes(value),
         CostKind::Macs => si(value),
     };
+    let primary = &choice.primary;
+    let show = primary.show();
     let columns = vec![
         Column::text("network", "network", |e: &Evidence| Cell::text(&e.network)),
-        Column::number("accuracy %", &["accuracy_percent"], |e: &Evidence| {
-            Cell::number(Some(e.accuracy), tenth)
+        Column::number(&primary.head(), &[&primary.column("")], move |e: &Evidence| {
+            Cell::number(Some(e.score), show)
         }),
         Column::number(
-            "against the best, pp [95 % interval]",
-            &["difference_points", "difference_low_points", "difference_high_points"],
-            |e: &Evidence| {
-                let (shown, ends) = interval(e.interval, tenth);
-                Cell::number(Some(e.difference), tenth).and(shown, &ends)
+            &format!("{} [95 % interval]", primary.head_of_loss("against the best")),
+            &["difference", "difference_low", "difference_high"]
+                .map(|name| primary.column_of_loss(name))
+                .each_ref()
+                .map(String::as_str),
+            move |e: &Evidence| {
+                let (shown, ends) = interval(e.interval, show);
+                Cell::number(Some(e.difference), show).and(shown, &ends)
             },
         ),
         Column::number("p", &["p"], move |e: &Evidence| p(e.p)),
         Column::number("p, Holm", &["p_holm"], move |e: &Evidence| p(e.p_holm)),
         Column::text("worse beyond doubt", "worse", |e: &Evidence| Cell::yes(e.worse, "yes")),
         Column::number(head, &[csv], move |e: &Evidence| Cell::number(e.cost, cost)),
-        Column::number("lost under faults, pp", &["mean_fault_loss_points"], |e: &Evidence| {
-            Cell::number(e.mean_loss, tenth)
-        }),
+        Column::number(
+            &primary.head_of_loss("lost under faults"),
+            &[&primary.column_of_loss("mean_fault_loss")],
+            move |e: &Evidence| Cell::number(e.mean_loss, show),
+        ),
         Column::text("refused because", "refused", |e: &Evidence| {
             Cell::text(e.refused.as_deref().unwrap_or_default())
         }),
@@ -53,6 +60,9 @@ pub(super) fn choice(choice: &Choice) -> Table {
     let test = match choice.test {
         Test::NadeauBengio => "corrected resampled t-test over folds (Nadeau and Bengio 2003)",
         Test::McNemar => "exact McNemar test on the shared test part",
+        Test::Wilcoxon => {
+            "signed-rank test on the shared test part, by samples or their groups (Wilcoxon 1945)"
+        }
     };
     let caption = format!(
         "Each network against {}, the most accurate; {test}, Holm-corrected over the table, level {}",
@@ -75,9 +85,11 @@ pub(super) fn examples(judgement: &Judgement) -> Table {
         Column::text("network", "network", |row: &Row| Cell::text(&row.1.network)),
         Column::text("says", "predicted", |row: &Row| Cell::text(&row.1.predicted)),
         Column::number("sure to %", &["probability_percent"], |row: &Row| {
-            Cell::number(Some(100.0 * row.1.probability), tenth)
+            Cell::number(row.1.probability.map(|share| 100.0 * share), tenth)
         }),
-        Column::text("right", "right", |row: &Row| Cell::yes(row.1.right, "yes")),
+        Column::text("right", "right", |row: &Row| {
+            row.1.right.map_or_else(|| Cell::text(""), |right| Cell::yes(right, "yes"))
+        }),
     ];
     Table::new(table::EXAMPLES, "What the networks say about some test samples".into(), columns, &rows)
 }

@@ -1,4 +1,4 @@
-//! Accuracy under faults: breaking points, losses, all curves.
+//! Scores under faults: breaking points, losses, all curves.
 
 use taxel_report::numbers::tenth;
 use taxel_report::table::{Cell, Column, Table};
@@ -7,23 +7,34 @@ use crate::report::names::table;
 use crate::report::words::stress_basis;
 use crate::values::{FaultInfo, NetworkStress, Score, Stress};
 
-fn points(value: f64) -> Cell {
-    Cell::number(Some(value), tenth)
-}
-
-fn percent(share: f64) -> Cell {
-    points(100.0 * share)
+fn percent(share: Option<f64>) -> Cell {
+    Cell::number(share.map(|share| 100.0 * share), tenth)
 }
 
 pub(super) fn breaking_points(stress: &Stress) -> Table {
+    let (primary, show) = (&stress.primary, stress.primary.show());
+    let points = move |value: f64| Cell::number(Some(value), show);
+    let loss = |name: &str| primary.column_of_loss(name);
     let reference = stress.reference.as_deref().unwrap_or("none");
     let ratio = |value: Option<f64>| Cell::number(value, |v| format!("{v:.0}"));
     let broken = |n: &NetworkStress| n.curves.iter().filter(|c| c.breaks_at.is_some()).count();
     let columns = vec![
         Column::text("network", "network", |n: &NetworkStress| Cell::text(&n.network)),
-        Column::number("clean %", &["clean_accuracy_percent"], |n: &NetworkStress| points(n.clean.accuracy)),
-        Column::number("mean loss, pp", &["mean_loss_points"], |n: &NetworkStress| points(n.mean_loss)),
-        Column::number("worst fault, pp", &["worst_loss_points"], |n: &NetworkStress| points(n.worst_loss)),
+        Column::number(
+            &primary.head_of("clean"),
+            &[&format!("clean_{}", primary.column(""))],
+            move |n: &NetworkStress| points(n.clean.score),
+        ),
+        Column::number(
+            &primary.head_of_loss("mean loss"),
+            &[&loss("mean_loss")],
+            move |n: &NetworkStress| points(n.mean_loss),
+        ),
+        Column::number(
+            &primary.head_of_loss("worst fault"),
+            &[&loss("worst_loss")],
+            move |n: &NetworkStress| points(n.worst_loss),
+        ),
         Column::number("faults that break it", &["broken_faults"], move |n: &NetworkStress| {
             Cell::count(broken(n) as u64)
         }),
@@ -42,31 +53,36 @@ pub(super) fn breaking_points(stress: &Stress) -> Table {
         Column::text("in words", "verdict", |n: &NetworkStress| Cell::text(&n.verdict)).in_files(),
     ];
     let caption = format!(
-        "Where networks break: {}; losses in percentage points, mean over faults and severities; mCE: errors \
-         relative to {reference}'s, below 100 is steadier; ECE: expected calibration error",
-        stress_basis(stress)
+        "Where networks break: {}; losses in {}, mean over faults and severities; mCE: errors relative to \
+         {reference}'s, below 100 is steadier; ECE: expected calibration error",
+        stress_basis(stress),
+        primary.in_points()
     );
     Table::new(table::BREAKING_POINTS, caption, columns, &stress.networks)
 }
 
 /// One row per network, one column per fault.
 pub(super) fn losses(stress: &Stress) -> Table {
+    let (primary, show) = (&stress.primary, stress.primary.show());
     let mut columns = vec![Column::text("network", "network", |n: &NetworkStress| Cell::text(&n.network))];
     for (i, info) in stress.faults.iter().enumerate() {
         let name = info.fault.name();
-        let (loss, at) = (format!("{name}_loss_points"), format!("{name}_breaks_at"));
+        let (loss, at) = (primary.column_of_loss(&format!("{name}_loss")), format!("{name}_breaks_at"));
         columns.push(Column::number(name, &[&loss, &at], move |n: &NetworkStress| match n.curves.get(i) {
             Some(curve) => {
                 let at = curve.breaks_at;
                 let shown = at.map_or(String::new(), |at| format!(" ✕{at}"));
-                points(curve.loss(n.clean)).and(shown, &[at.map(f64::from)])
+                Cell::number(Some(curve.loss(n.clean, primary)), show).and(shown, &[at.map(f64::from)])
             }
-            None => Cell::number(None, tenth).and(String::new(), &[None]),
+            None => Cell::number(None, show).and(String::new(), &[None]),
         }));
     }
-    let caption = "Accuracy lost under each fault, percentage points, mean over severities; ✕3: from severity 3 \
-                   on half of the margin above chance is gone";
-    Table::new(table::FAULT_LOSSES, caption.into(), columns, &stress.networks)
+    let (lost, points) = (primary.lost(true), primary.in_points());
+    let caption = format!(
+        "{lost} under each fault, {points}, mean over severities; ✕3: from severity 3 on half of the margin above \
+         chance is gone"
+    );
+    Table::new(table::FAULT_LOSSES, caption, columns, &stress.networks)
 }
 
 pub(super) fn curves(stress: &Stress) -> Table {
@@ -80,6 +96,7 @@ pub(super) fn curves(stress: &Stress) -> Table {
             rows.extend(curve.points.iter().map(row));
         }
     }
+    let (primary, show) = (&stress.primary, stress.primary.show());
     let level = |row: &Row| f64::from(row.1.level(row.2));
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
@@ -89,7 +106,9 @@ pub(super) fn curves(stress: &Stress) -> Table {
             Cell::number(Some(level(row)), |v| v.to_string())
         }),
         Column::text("unit", "unit", |row: &Row| Cell::text(&row.1.unit)),
-        Column::number("accuracy %", &["accuracy_percent"], |row: &Row| points(row.3.accuracy)),
+        Column::number(&primary.head(), &[&primary.column("")], move |row: &Row| {
+            Cell::number(Some(row.3.score), show)
+        }),
         Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
             percent(row.3.calibration_error)
         }),
@@ -98,7 +117,7 @@ pub(super) fn curves(stress: &Stress) -> Table {
             Cell::yes(row.4.is_some_and(|at| row.2 >= at), "broken")
         }),
     ];
-    let caption = format!("Accuracy under every fault and severity: {}", stress_basis(stress));
+    let caption = format!("{} under every fault and severity: {}", primary.heading(), stress_basis(stress));
     Table::new(table::FAULT_CURVES, caption, columns, &rows)
 }
 

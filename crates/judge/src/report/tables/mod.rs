@@ -45,11 +45,12 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
             guard::guard(stress),
         ]);
     }
-    all.push(eight_bits::eight_bits(&crate::decide::eight_bits(judgement)));
+    let primary = judgement.primary();
+    all.push(eight_bits::eight_bits(&primary, &crate::decide::eight_bits(judgement)));
     let hardened = crate::decide::hardening(judgement)?;
-    all.extend([hardening::hardening(&hardened), hardening::unmet(&hardened)]);
+    all.extend([hardening::hardening(&primary, &hardened), hardening::unmet(&primary, &hardened)]);
     if let Some(own) = &judgement.early {
-        all.extend([early::shares(own), early::decisions(own)]);
+        all.extend([early::shares(&primary, own), early::decisions(own)]);
     }
     all.retain(|table| !table.rows.is_empty());
     Ok(all)

@@ -1,13 +1,13 @@
-//! Accuracy: the table of the networks, what papers published, folds, classes.
+//! Scores: the table of the networks, what papers published, folds, classes.
 
-use taxel_learn::metrics::{ClassScores, LevelScores};
+use taxel_learn::metrics::{ClassScores, LevelScores, metrics};
 use taxel_learn::{FoldScores, NetworkResults, Published};
 use taxel_report::numbers::{bytes, digits, si, tenth};
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
 use crate::report::words::{few_samples_of, is_shown, kind};
-use crate::values::{Choice, Judged, Judgement, Speed};
+use crate::values::{Choice, Judged, Judgement, Primary, Speed};
 
 /// `simulated: fingertip`: every caption of measured scores says it.
 fn measured_on(judgement: &Judgement) -> String {
@@ -18,16 +18,46 @@ pub(super) fn name(head: &str) -> Column<'_, Judged> {
     Column::text(head, "network", |n: &Judged| Cell::text(&n.results.network))
 }
 
-pub(super) fn accuracy(own: &NetworkResults) -> Cell {
-    let [low, high] = own.interval.map_or([None, None], |interval| interval.map(Some));
-    let shown = own.interval.map_or(String::new(), |[low, high]| format!(" [{low:.1}, {high:.1}]"));
-    Cell::number(own.primary(), tenth).and(shown, &[low, high])
+/// The primary metric with its interval.
+fn primary_column<'a, R: 'a>(primary: &Primary, of: impl Fn(&R) -> &NetworkResults + 'a) -> Column<'a, R> {
+    let show = primary.show();
+    let fields = ["", "low", "high"].map(|what| primary.column(what));
+    let head = format!("{} [95 % interval]", primary.head());
+    Column::number(&head, &fields.each_ref().map(String::as_str), move |row: &R| {
+        let own = of(row);
+        let [low, high] = own.interval.map_or([None, None], |interval| interval.map(Some));
+        let shown =
+            own.interval.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
+        Cell::number(own.primary(), show).and(shown, &[low, high])
+    })
 }
 
-const ACCURACY: [&str; 3] = ["accuracy_percent", "accuracy_low_percent", "accuracy_high_percent"];
+/// Its standard deviation.
+fn spread_column<'a, R: 'a>(
+    primary: &Primary,
+    over: &str,
+    of: impl Fn(&R) -> &NetworkResults + 'a,
+) -> Column<'a, R> {
+    let show = primary.show();
+    let head = primary.head_of_loss(&format!("SD over {over}"));
+    let field = primary.column_of_loss(&format!("{}_sd", primary.name()));
+    Column::number(&head, &[&field], move |row: &R| Cell::number(of(row).primary_spread(), show))
+}
+
+/// The other metrics that tables of this task show: heads, fields, names and how their numbers are shown.
+fn others(judgement: &Judgement) -> Vec<(String, String, &'static str, fn(f64) -> String)> {
+    let task = &judgement.results.task;
+    if task.quantities().is_empty() {
+        return vec![("macro F1 %".into(), "macro_f1_percent".into(), "f1", tenth)];
+    }
+    let shown = metrics(task).iter().skip(1).filter(|metric| metric.is_shown);
+    shown.map(|own| (own.with_unit(task), own.name.into(), own.name, digits as fn(f64) -> String)).collect()
+}
 
 /// The table that a report begins with.
 pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>) -> Table {
+    let primary = judgement.primary();
+    let show = primary.show();
     let loss = |n: &Judged| judgement.stress.as_ref()?.mean_loss(&n.results.network);
     let role = |n: &Judged| {
         let name = Some(n.results.network.as_str());
@@ -47,35 +77,36 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         Column::text("what", "kind", |n: &Judged| {
             Cell::text(if n.baseline { "baseline" } else { "network" })
         }),
-        Column::number("accuracy % [95 % interval]", &ACCURACY, |n: &Judged| accuracy(&n.results)),
-        Column::number("SD over folds, pp", &["accuracy_sd_points"], |n: &Judged| {
-            Cell::number(n.results.primary_spread(), tenth)
-        }),
-        Column::number("macro F1 %", &["macro_f1_percent"], |n: &Judged| {
-            Cell::number(n.results.score("f1"), tenth)
-        }),
+        primary_column(&primary, |n: &Judged| &n.results),
+        spread_column(&primary, "folds", |n: &Judged| &n.results),
+    ];
+    columns.extend(others(judgement).into_iter().map(|(head, field, name, show)| {
+        Column::number(&head, &[&field], move |n: &Judged| Cell::number(n.results.score(name), show))
+    }));
+    columns.extend([
         Column::number("latency p50, ms", &["latency_p50_ms"], speed(|s| s.whole.p50_ms)),
         Column::number("p95, ms", &["latency_p95_ms"], speed(|s| s.whole.p95_ms)),
         Column::number("size", &["bytes"], |n: &Judged| {
             Cell::number(Some(n.results.costs.bytes as f64), bytes)
         }),
         Column::number("MACs", &["macs"], |n: &Judged| Cell::number(Some(n.results.costs.macs as f64), si)),
-    ];
+    ]);
     if judgement.stress.is_some() {
         columns.push(Column::number(
-            "lost under faults, pp",
-            &["mean_fault_loss_points"],
-            move |n: &Judged| Cell::number(loss(n), tenth),
+            &primary.head_of_loss("lost under faults"),
+            &[&primary.column_of_loss("mean_fault_loss")],
+            move |n: &Judged| Cell::number(loss(n), show),
         ));
     }
-    columns.push(Column::text("speed against accuracy", "role", move |n: &Judged| {
+    columns.push(Column::text(&format!("speed against {}", primary.title()), "role", move |n: &Judged| {
         Cell::text(if n.speed.is_some() || n.results.diverged > 0 { role(n) } else { "not timed" })
     }));
     let shown: Vec<Judged> = judgement.networks.iter().filter(|n| is_shown(judgement, n)).cloned().collect();
     let caption = format!(
-        "{}; {}; accuracy: mean over folds; latency: one sample from raw reading to answer, one thread",
+        "{}; {}; {}: mean over folds; latency: one sample from raw reading to answer, one thread",
         measured_on(judgement),
-        judgement.protocol
+        judgement.protocol,
+        primary.title()
     );
     let chosen = choice.and_then(|c| c.chosen.as_ref());
     let marked = (0..shown.len()).filter(|&i| Some(&shown[i].results.network) == chosen).collect();
@@ -158,6 +189,7 @@ pub(super) fn attributes(judgement: &Judgement) -> Table {
 /// Every fold.
 pub(super) fn folds(judgement: &Judgement) -> Table {
     type Row<'a> = (&'a str, &'a FoldScores);
+    let (primary, show) = (judgement.primary(), judgement.primary().show());
     let of = |n: &'_ Judged| n.results.folds.len();
     let mut rows: Vec<Row> = Vec::with_capacity(judgement.networks.iter().map(of).sum());
     for n in &judgement.networks {
@@ -169,20 +201,24 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
         Column::number("fold", &["fold"], |row: &Row| Cell::count(row.1.fold as u64)),
         Column::number("trained on", &["train_samples"], |row: &Row| Cell::count(row.1.train_samples as u64)),
         Column::number("tested on", &["test_samples"], |row: &Row| Cell::count(row.1.test_samples as u64)),
-        Column::number("accuracy %", &["accuracy_percent"], |row: &Row| {
-            Cell::number(row.1.scores.primary(), tenth)
-        }),
-        Column::number("macro F1 %", &["macro_f1_percent"], |row: &Row| {
-            Cell::number(row.1.scores.get("f1"), tenth)
-        }),
-        Column::number("loss", &["test_loss"], |row: &Row| Cell::number(Some(row.1.test_loss), digits)),
-        Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
-            Cell::number(row.1.scores.get("calibration_error").map(|share| 100.0 * share), tenth)
-        }),
-        Column::number("Brier score, 0 to 2", &["brier"], |row: &Row| {
-            Cell::number(row.1.scores.get("brier"), digits)
+        Column::number(&primary.head(), &[&primary.column("")], move |row: &Row| {
+            Cell::number(row.1.scores.primary(), show)
         }),
     ];
+    columns.extend(others(judgement).into_iter().map(|(head, field, name, show)| {
+        Column::number(&head, &[&field], move |row: &Row| Cell::number(row.1.scores.get(name), show))
+    }));
+    columns.push(Column::number("loss", &["test_loss"], |row: &Row| {
+        Cell::number(Some(row.1.test_loss), digits)
+    }));
+    if judgement.results.task.quantities().is_empty() {
+        columns.push(Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
+            Cell::number(row.1.scores.get("calibration_error").map(|share| 100.0 * share), tenth)
+        }));
+        columns.push(Column::number("Brier score, 0 to 2", &["brier"], |row: &Row| {
+            Cell::number(row.1.scores.get("brier"), digits)
+        }));
+    }
     if rows.iter().any(|row| row.1.diverged) {
         columns.push(Column::text("diverged", "diverged", |row: &Row| Cell::yes(row.1.diverged, "yes")));
     }
@@ -239,6 +275,7 @@ pub(super) fn confusion(judgement: &Judgement) -> Table {
 /// Rows of a learning curve.
 pub(super) fn few_samples(judgement: &Judgement) -> Table {
     type Row<'a> = (&'a str, usize, &'a Judged);
+    let primary = judgement.primary();
     let rows: Vec<Row> = judgement
         .networks
         .iter()
@@ -247,11 +284,9 @@ pub(super) fn few_samples(judgement: &Judgement) -> Table {
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::number("training samples per class", &["per_class"], |row: &Row| Cell::count(row.1 as u64)),
-        Column::number("accuracy % [95 % interval]", &ACCURACY, |row: &Row| accuracy(&row.2.results)),
-        Column::number("SD over repetitions, pp", &["accuracy_sd_points"], |row: &Row| {
-            Cell::number(row.2.results.primary_spread(), tenth)
-        }),
+        primary_column(&primary, |row: &Row| &row.2.results),
+        spread_column(&primary, "repetitions", |row: &Row| &row.2.results),
     ];
-    let caption = format!("{}: accuracy with few training samples", measured_on(judgement));
+    let caption = format!("{}: {} with few training samples", measured_on(judgement), primary.title());
     Table::new(table::FEW_SAMPLES, caption, columns, &rows)
 }
