@@ -5,7 +5,7 @@
 use taxel_data::Task;
 
 use crate::error::{Error, Result};
-use crate::metrics::{Levels, MacroScores, Outcome, mean_sd};
+use crate::metrics::{LevelScores, Levels, MacroScores, Outcome, mean_sd};
 
 /// What a metric is counted in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +68,11 @@ const OF_LABELS: &[Metric] = &[
         ..Metric::of_labels("recall", "recall")
     },
     Metric { of: |task, outcome| macro_mean(task, outcome, |own| own.f1), ..Metric::of_labels("f1", "F1") },
+    Metric {
+        is_shown: false,
+        of: balanced_accuracy,
+        ..Metric::of_labels("balanced_accuracy", "balanced accuracy")
+    },
     Metric {
         unit: Unit::Number,
         direction: Direction::Lower,
@@ -203,6 +208,18 @@ fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) ->
     Ok(100.0 * (sum / each.len().max(1) as f64))
 }
 
+/// Returns the mean recall of the classes that occur, in % (scikit-learn's `balanced_accuracy_score`): classes of few samples
+/// count as much as those of many.
+fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
+    let (truth, predicted) = outcome.labels();
+    let each = Levels::of_task(task).scores(truth, predicted)?;
+    let of_one = |attribute: &LevelScores| {
+        let present = attribute.per_level.iter().filter(|class| class.support > 0);
+        mean_sd(&present.map(|class| class.recall).collect::<Vec<_>>()).0
+    };
+    Ok(100.0 * mean_sd(&each.iter().map(of_one).collect::<Vec<_>>()).0)
+}
+
 /// Returns the calibration error and the Brier score.
 fn calibration(task: &Task, outcome: &Outcome) -> Result<(f64, f64)> {
     Levels::of_task(task).calibration(outcome.outputs(), outcome.labels().0)
@@ -291,6 +308,17 @@ mod tests {
         let terms = Metric::primary(&task).terms(&task, &outcome).unwrap();
         assert_eq!(terms, [0.5, 0.5, 0.0, 1.0]);
         assert!(Metric::primary(&task).prefers(0.4, 0.5));
+    }
+
+    #[test]
+    fn balanced_accuracy_is_that_of_scikit_learn() {
+        let names = ["a".to_string(), "b".into(), "never".into()];
+        let targets = Targets::classes(&names, &[0, 1, 0, 0, 1, 0]);
+        let says = |class: u32| [0, 1, 2].map(|own| if own == class { 1.0 } else { 0.0 });
+        let outcome = Outcome::new(&targets, &[0, 1, 2, 3, 4, 5], [0, 1, 0, 0, 0, 1].map(says).concat());
+        let metric = Metric::named(&targets.task(), "balanced_accuracy").unwrap();
+        // sklearn.metrics.balanced_accuracy_score of the example in its docs.
+        assert!((metric.of(&targets.task(), &outcome).unwrap() - 62.5).abs() < 1e-12);
     }
 
     #[test]
