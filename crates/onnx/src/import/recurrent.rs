@@ -30,6 +30,23 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
     }
     check(work, call)?;
     let name = work.name(call, 1, &[".weight_ih_l0", ".weight_ih_l0/iofg"], "lstm");
+    let (hidden, tensors) = tensors(work, call, channels)?;
+    let op = Op::Lstm { hidden, steps };
+    let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
+    let hidden = Axis::Sample(0);
+    let (all, last) = match across {
+        true => (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden]),
+        false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
+    };
+    Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
+}
+
+/// Reads the number of hidden units, and the tensors in PyTorch's order of gates.
+fn tensors<'a>(
+    work: &mut Work<'a>,
+    call: Call<'a>,
+    channels: usize,
+) -> Result<(usize, Vec<(&'static str, Tensor)>), Cause> {
     let (input, state) = (work.floats(call, 1)?, work.floats(call, 2)?);
     let hidden = state.shape.get(2).copied().unwrap_or(0);
     let fits = hidden > 0
@@ -60,14 +77,7 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
         ("bias_ih_l0", bias(&biases[..4 * hidden])),
         ("bias_hh_l0", bias(&biases[4 * hidden..])),
     ];
-    let op = Op::Lstm { hidden, steps };
-    let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
-    let hidden = Axis::Sample(0);
-    let (all, last) = match across {
-        true => (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden]),
-        false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
-    };
-    Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
+    Ok((hidden, tensors))
 }
 
 /// Refuses variants that taxel's LSTM is not.
