@@ -215,13 +215,12 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
             check_baseline(card, weights, *method, *series).map_err(refuse)?;
         }
     }
-    match digest(weights) == card.tensors {
-        true => Ok(()),
-        false => Err(refuse(
-            "its tensors are not those that its card was written for (digests differ); fit the model again"
-                .into(),
-        )),
+    if digest(weights) != card.tensors {
+        let reason =
+            "its tensors are not those that its card was written for (digests differ); fit the model again";
+        return Err(Error::damaged(path, reason));
     }
+    Ok(())
 }
 
 /// Checks what a card says of the readings and the task; says what is wrong otherwise.

@@ -30,35 +30,8 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
     }
     check(work, call)?;
     let name = work.name(call, 1, &[".weight_ih_l0", ".weight_ih_l0/iofg"], "lstm");
-    let (hidden, tensors) = tensors(work, call, channels)?;
-    let op = Op::Lstm { hidden, steps };
-    let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
-    let hidden = Axis::Sample(0);
-    let (all, last) = match across {
-        true => (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden]),
-        false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
-    };
-    Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
-}
-
-/// Reads the number of hidden units, and the tensors in PyTorch's order of gates.
-fn tensors<'a>(
-    work: &mut Work<'a>,
-    call: Call<'a>,
-    channels: usize,
-) -> Result<(usize, Vec<(&'static str, Tensor)>), Cause> {
     let (input, state) = (work.floats(call, 1)?, work.floats(call, 2)?);
-    let hidden = state.shape.get(2).copied().unwrap_or(0);
-    let fits = hidden > 0
-        && hidden
-            .checked_mul(4)
-            .is_some_and(|gates| input.shape == [1, gates, channels] && state.shape == [1, gates, hidden]);
-    if !fits {
-        let (input, state) = (input.shape, state.shape);
-        return Err(
-            call.refuse(format!("its weights {input:?} and {state:?} do not fit {channels} channels"))
-        );
-    }
+    let hidden = hidden_units(call, &input.shape, &state.shape, channels)?;
     let biases = match call.input(3) {
         None => vec![0.0; 8 * hidden],
         Some(_) => work.floats(call, 3)?.data,
@@ -77,7 +50,29 @@ fn tensors<'a>(
         ("bias_ih_l0", bias(&biases[..4 * hidden])),
         ("bias_hh_l0", bias(&biases[4 * hidden..])),
     ];
-    Ok((hidden, tensors))
+    let op = Op::Lstm { hidden, steps };
+    let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
+    let hidden = Axis::Sample(0);
+    let (all, last) = match across {
+        true => (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden]),
+        false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
+    };
+    Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
+}
+
+/// Returns the number of hidden units, from the shapes of the weights of inputs and of states.
+fn hidden_units(call: Call, input: &[usize], state: &[usize], channels: usize) -> Result<usize, Cause> {
+    let hidden = state.get(2).copied().unwrap_or(0);
+    let fits = hidden > 0
+        && hidden
+            .checked_mul(4)
+            .is_some_and(|gates| *input == [1, gates, channels] && *state == [1, gates, hidden]);
+    if !fits {
+        return Err(
+            call.refuse(format!("its weights {input:?} and {state:?} do not fit {channels} channels"))
+        );
+    }
+    Ok(hidden)
 }
 
 /// Refuses variants that taxel's LSTM is not.
