@@ -123,17 +123,6 @@ fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<t
 
 /// Adds the steps of a transform of readings of shape `now`, which becomes that of what comes out.
 fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
-    let reshape = |to: Vec<usize>, now: &mut Vec<usize>, steps: &mut Vec<Step>| {
-        now.clone_from(&to);
-        steps.push(Step::Reshape(to));
-    };
-    // Values without a channel axis are one channel.
-    let channelled = |axes: usize, now: &mut Vec<usize>, steps: &mut Vec<Step>| {
-        if now.len() + 1 == axes {
-            reshape([&[1], &now[..]].concat(), now, steps);
-        }
-        (now.len() == axes).then_some(())
-    };
     match transform {
         Transform::Signal(scaling) => {
             channelled(2, now, steps)?;
@@ -158,18 +147,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
             scale(scaling, steps);
         }
         Transform::Series { layout, then } => {
-            match (layout, &now[..]) {
-                (Layout::Features, &[length]) => reshape(vec![1, length], now, steps),
-                (Layout::Series | Layout::Image, &[_, _]) => {}
-                (Layout::Colour | Layout::Fingers, &[a, b, length]) => {
-                    reshape(vec![a * b, length], now, steps)
-                }
-                (Layout::Sequence, &[frames, rows, columns]) => {
-                    steps.push(Step::Transpose(vec![1, 2, 0]));
-                    reshape(vec![rows * columns, frames], now, steps);
-                }
-                _ => return None,
-            }
+            series(*layout, now, steps)?;
             add(then, now, steps)?;
         }
         Transform::Baseline { readings, then } => {
@@ -184,6 +162,34 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
         | Transform::Reduced { .. }
         | Transform::Electrodes { .. }
         | Transform::Numatac { .. } => return None,
+    }
+    Some(())
+}
+
+fn reshape(to: Vec<usize>, now: &mut Vec<usize>, steps: &mut Vec<Step>) {
+    now.clone_from(&to);
+    steps.push(Step::Reshape(to));
+}
+
+/// Makes values without a channel axis one channel; none where that does not give so many axes.
+fn channelled(axes: usize, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+    if now.len() + 1 == axes {
+        reshape([&[1], &now[..]].concat(), now, steps);
+    }
+    (now.len() == axes).then_some(())
+}
+
+/// Makes channels × time of readings of any layout; none where the axes are others.
+fn series(layout: Layout, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+    match (layout, &now[..]) {
+        (Layout::Features, &[length]) => reshape(vec![1, length], now, steps),
+        (Layout::Series | Layout::Image, &[_, _]) => {}
+        (Layout::Colour | Layout::Fingers, &[a, b, length]) => reshape(vec![a * b, length], now, steps),
+        (Layout::Sequence, &[frames, rows, columns]) => {
+            steps.push(Step::Transpose(vec![1, 2, 0]));
+            reshape(vec![rows * columns, frames], now, steps);
+        }
+        _ => return None,
     }
     Some(())
 }

@@ -35,30 +35,14 @@ pub(crate) struct Checked {
 /// Builds the data set; faults of the content are collected, faults of the options end it.
 pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let kind = settle(&mut raw, options);
-    let columns = raw.columns;
-    let attribute = options.attribute.unwrap_or(0);
-    if attribute >= columns {
-        let last = columns - 1;
-        return Err(Error::Attribute { file: raw.file, attribute, y: raw.y_name, columns, last });
-    }
+    let attribute = attribute(&raw, options)?;
     let channels = channels(&raw, options)?;
     let mut faults = Faults::default();
     if kind == Columns::Unsaid {
         faults.push(unsaid(&raw));
     }
-    // Labels for fewer samples may have many columns: too many for all samples.
-    if (raw.x.len() as u64).saturating_mul(columns as u64) > options.limits.max_samples {
-        return Err(wrong_length(&raw, &raw.y_name, raw.y.len() / columns));
-    }
     let values = raw.values.take();
-    let (table, mut classes) = match &values {
-        Some(values) => (check_values(&raw, values, &mut faults)?, vec![vec![]]),
-        None => {
-            let table = labels(&raw, &mut faults);
-            let classes = class_names(&raw, &table);
-            (table, classes)
-        }
-    };
+    let (table, classes) = numbered(&raw, values.as_ref(), options, &mut faults)?;
     let groups = groups(&raw, options, &mut faults)?;
     let official = official(&raw, options, &mut faults);
     let keep = keep(&raw, &table, &classes, options, &mut faults);
@@ -86,17 +70,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
             values.quantities().to_vec(),
             rows.recordings.iter().flat_map(|&row| values.of(&[row])).collect(),
         )),
-        None => {
-            let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
-            let names = classes[attribute].clone();
-            one_class(&raw, &names, &y, &mut faults);
-            let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
-            let several = (columns > 1).then(|| {
-                let values = rows.recordings.iter().flat_map(of_row).collect();
-                Labels::numbered(std::mem::take(&mut classes), values)
-            });
-            Targets::Classes { labels: Labels::of_classes(&names, &y), columns: several }
-        }
+        None => classes_of(&raw, &rows, &table, classes, attribute, &mut faults),
     };
     let mut dataset = Dataset {
         reading,
@@ -116,6 +90,56 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     };
     dataset.learn_attributes(&options.attributes)?;
     Ok(Checked { dataset, problems: faults.0, columns: kind, lengths, readings })
+}
+
+/// Returns the column of labels that is learned, from 0; refuses one that is not there.
+fn attribute(raw: &Raw, options: &ReadOptions) -> Result<usize> {
+    let (attribute, columns) = (options.attribute.unwrap_or(0), raw.columns);
+    if attribute >= columns {
+        let (file, y, last) = (raw.file.clone(), raw.y_name.clone(), columns - 1);
+        return Err(Error::Attribute { file, attribute, y, columns, last });
+    }
+    Ok(attribute)
+}
+
+/// Returns the labels of all samples as numbers, `[samples, columns]`, and the names of each column; of values those by
+/// which copies are compared, without names.
+fn numbered(
+    raw: &Raw,
+    values: Option<&Values>,
+    options: &ReadOptions,
+    faults: &mut Faults,
+) -> Result<(Vec<u32>, Vec<Vec<String>>)> {
+    // Labels for fewer samples may have many columns: too many for all samples.
+    if (raw.x.len() as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples {
+        return Err(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
+    }
+    if let Some(values) = values {
+        return Ok((check_values(raw, values, faults)?, vec![vec![]]));
+    }
+    let table = labels(raw, faults);
+    let classes = class_names(raw, &table);
+    Ok((table, classes))
+}
+
+/// Returns the classes of the samples in `rows`: those of the column `attribute`, and of all columns where there are
+/// several.
+fn classes_of(
+    raw: &Raw,
+    rows: &Rows,
+    table: &[u32],
+    classes: Vec<Vec<String>>,
+    attribute: usize,
+    faults: &mut Faults,
+) -> Targets {
+    let columns = raw.columns;
+    let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
+    one_class(raw, &classes[attribute], &y, faults);
+    let labels = Labels::of_classes(&classes[attribute], &y);
+    let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
+    let several =
+        (columns > 1).then(|| Labels::numbered(classes, rows.recordings.iter().flat_map(of_row).collect()));
+    Targets::Classes { labels, columns: several }
 }
 
 /// Checks values: one row of finite ones for each sample. Gives each sample the number of its values, equal ones the same,

@@ -26,75 +26,120 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let csv = |e: csv::Error| Error::Csv { file: file.clone(), why: e.to_string().to_lowercase() };
-    let header = reader.headers().map_err(csv)?.clone();
-    let place = |name: &str| header.iter().position(|own| own.eq_ignore_ascii_case(name));
-    let needed = |name: &str| {
-        let held =
-            || format!("has no column {name}: its first line is {:?}", header.iter().collect::<Vec<_>>());
-        place(name).ok_or_else(|| refuse(held()))
-    };
-    let label_name = if options.names_y() { options.y() } else { "label" };
-    let (of_file, of_label) = (needed("file")?, needed(label_name)?);
-    let of_group = match &options.group {
-        Some(name) => Some((needed(name)?, name.clone())),
-        None => place("group").map(|at| (at, "group".to_string())),
-    };
-    let of_span = place("start").zip(place("end"));
-    let (mut files, mut labels, mut groups, mut spans) = (vec![], vec![], vec![], vec![]);
-    let mut seen: HashMap<(PathBuf, String), u64> = HashMap::new();
+    let columns = Columns::of(reader.headers().map_err(csv)?, options).map_err(refuse)?;
+    let mut rows = Rows::default();
     for record in reader.records() {
-        let record = record.map_err(csv)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let field = |at: usize| record.get(at).unwrap_or_default();
-        let own = recording(root, field(of_file)).map_err(|why| refuse(format!("line {line}: {why}")))?;
-        let span = of_span.filter(|_| is_bag(&own)).map(|(start, end)| [field(start), field(end)]);
-        let part = span.map_or(String::new(), |span| span.join(" to "));
-        if let Some(first) = seen.insert((own.clone(), part.clone()), line) {
-            return Err(refuse(format!("lines {first} and {line} are both {:?}", field(of_file))));
-        }
-        if let Some(span) = span {
-            let seconds = span.map(|text| text.parse::<f64>().ok());
-            let [Some(start), Some(end)] = seconds else {
-                return Err(refuse(format!(
-                    "line {line}: start and end are {part:?}, not two numbers of seconds"
-                )));
-            };
-            if start.partial_cmp(&end) != Some(std::cmp::Ordering::Less) {
-                return Err(refuse(format!("line {line}: end is not after start ({part} s)")));
-            }
-            spans.push([start, end]);
-        }
-        let group = of_group.as_ref().map(|(at, _)| *at);
-        let empty = [Some(of_label), group].into_iter().flatten().find(|at| field(*at).is_empty());
-        if let Some(at) = empty {
-            return Err(refuse(format!("line {line}: {} is empty", &header[at])));
-        }
-        files.push(own);
-        labels.push(field(of_label).to_string());
-        groups.extend(group.map(|at| field(at).to_string()));
+        rows.add(root, &columns, &record.map_err(csv)?).map_err(refuse)?;
     }
-    if files.is_empty() {
+    if rows.files.is_empty() {
         return Err(refuse("has no rows".into()));
     }
-    let numbers = |values: Vec<u32>| values.into_iter().map(i64::from).collect();
-    let (classes, labels) = by_name(labels);
-    let mut found = Found {
-        positions: (0..files.len() as i64).collect(),
-        labels: numbers(labels),
-        classes,
-        groups: of_group.map(|(_, name)| (name, numbers(by_name(groups).1))),
-        labelled_by: LABELS,
-        is_table: true,
-        // A table that parts bags parts them all.
-        spans: Some(spans).filter(|spans| spans.len() == files.len()),
-        files,
-        ..Found::default()
-    };
+    let mut found = rows.found(columns);
     let listed: HashSet<&PathBuf> = found.files.iter().collect();
     let unlisted: Vec<_> =
-        top.files.iter().filter(|own| **own != path && !listed.contains(own)).cloned().collect();
+        top.files.iter().filter(|file| **file != path && !listed.contains(file)).cloned().collect();
     found.pass_over(root, top.ignored.iter().cloned().chain(unlisted));
     Ok(found)
+}
+
+/// Which columns of the table say what.
+struct Columns {
+    header: csv::StringRecord,
+    file: usize,
+    label: usize,
+    group: Option<(usize, String)>,
+    /// Start and end of parts of bags.
+    span: Option<(usize, usize)>,
+}
+
+impl Columns {
+    /// Finds the columns by their names; says which is missing otherwise.
+    fn of(header: &csv::StringRecord, options: &ReadOptions) -> Result<Self, String> {
+        let place = |name: &str| header.iter().position(|column| column.eq_ignore_ascii_case(name));
+        let needed = |name: &str| {
+            let held =
+                || format!("has no column {name}: its first line is {:?}", header.iter().collect::<Vec<_>>());
+            place(name).ok_or_else(held)
+        };
+        Ok(Self {
+            file: needed("file")?,
+            label: needed(if options.names_y() { options.y() } else { "label" })?,
+            group: match &options.group {
+                Some(name) => Some((needed(name)?, name.clone())),
+                None => place("group").map(|at| (at, "group".to_string())),
+            },
+            span: place("start").zip(place("end")),
+            header: header.clone(),
+        })
+    }
+}
+
+/// What the rows of the table say.
+#[derive(Default)]
+struct Rows {
+    files: Vec<PathBuf>,
+    labels: Vec<String>,
+    groups: Vec<String>,
+    spans: Vec<[f64; 2]>,
+    /// Line of each recording, or part of one.
+    lines: HashMap<(PathBuf, String), u64>,
+}
+
+impl Rows {
+    /// Adds a row; says what is wrong with it otherwise.
+    fn add(&mut self, root: &Path, columns: &Columns, record: &csv::StringRecord) -> Result<(), String> {
+        let line = record.position().map_or(0, csv::Position::line);
+        let field = |at: usize| record.get(at).unwrap_or_default();
+        let file = recording(root, field(columns.file)).map_err(|why| format!("line {line}: {why}"))?;
+        let span = columns.span.filter(|_| is_bag(&file)).map(|(start, end)| [field(start), field(end)]);
+        let part = span.map_or(String::new(), |span| span.join(" to "));
+        if let Some(first) = self.lines.insert((file.clone(), part), line) {
+            return Err(format!("lines {first} and {line} are both {:?}", field(columns.file)));
+        }
+        if let Some(span) = span {
+            self.spans.push(seconds(span).map_err(|why| format!("line {line}: {why}"))?);
+        }
+        let group = columns.group.as_ref().map(|(at, _)| *at);
+        let empty = [Some(columns.label), group].into_iter().flatten().find(|at| field(*at).is_empty());
+        if let Some(at) = empty {
+            return Err(format!("line {line}: {} is empty", &columns.header[at]));
+        }
+        self.files.push(file);
+        self.labels.push(field(columns.label).to_string());
+        self.groups.extend(group.map(|at| field(at).to_string()));
+        Ok(())
+    }
+
+    /// Returns the recordings with labels and groups as numbers.
+    fn found(self, columns: Columns) -> Found {
+        let Self { files, labels, groups, spans, .. } = self;
+        let numbers = |values: Vec<u32>| values.into_iter().map(i64::from).collect();
+        let (classes, labels) = by_name(labels);
+        Found {
+            positions: (0..files.len() as i64).collect(),
+            labels: numbers(labels),
+            classes,
+            groups: columns.group.map(|(_, name)| (name, numbers(by_name(groups).1))),
+            labelled_by: LABELS,
+            is_table: true,
+            // A table that parts bags parts them all.
+            spans: Some(spans).filter(|spans| spans.len() == files.len()),
+            files,
+            ..Found::default()
+        }
+    }
+}
+
+/// Reads from when to when a part of a bag goes; says what is wrong otherwise.
+fn seconds(span: [&str; 2]) -> Result<[f64; 2], String> {
+    let part = span.join(" to ");
+    let [Some(start), Some(end)] = span.map(|text| text.parse::<f64>().ok()) else {
+        return Err(format!("start and end are {part:?}, not two numbers of seconds"));
+    };
+    if start.partial_cmp(&end) != Some(std::cmp::Ordering::Less) {
+        return Err(format!("end is not after start ({part} s)"));
+    }
+    Ok([start, end])
 }
 
 /// The file that a row names, which lies below `root`.

@@ -33,9 +33,7 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     Some(match &node.op {
         Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
         Op::Conv { filters, window, dilation, groups, bias } => {
-            let shape = &input(0).shape;
-            let (window, dilation) = (window3(window, dilation, shape), axes3(dilation, 1));
-            let plan = kernels::conv::Conv::dilated(window, dilation, shape[0], *filters, *groups);
+            let plan = conv_plan(&input(0).shape, *filters, window, dilation, *groups);
             Box::new(conv::Conv::new(plan, *bias))
         }
         // Stored only where the engine cannot leave them to their readers.
@@ -88,6 +86,18 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             Box::new(channels::Slice { channels, start, width, positions: len / width })
         }
     })
+}
+
+/// Plans the convolution of inputs of `shape`, channels first.
+fn conv_plan(
+    shape: &[usize],
+    filters: usize,
+    window: &Window,
+    dilation: &[usize],
+    groups: usize,
+) -> kernels::conv::Conv {
+    let (window, dilation) = (window3(window, dilation, shape), axes3(dilation, 1));
+    kernels::conv::Conv::dilated(window, dilation, shape[0], filters, groups)
 }
 
 /// A window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes; its outputs are

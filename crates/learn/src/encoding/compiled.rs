@@ -6,7 +6,7 @@ use taxel_encodings::{
 };
 
 use super::axes::{refused, wrong_axes};
-use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
+use super::names::{IMAGE, SERIES, SIGNAL};
 use super::rocket::RocketPlan;
 use super::transform::Transform;
 use crate::error::{Error, Result};
@@ -154,29 +154,16 @@ impl Compiled {
                 Ok(self.push(Work::Field(Box::new(plan)), field.shape().to_vec()))
             }
             (Transform::Picture { .. }, _) => self.picture(transform, shape),
-            (Transform::Tensor { tensor, scaling }, &[frames, rows, columns]) => {
-                let to = vec![1, rows, columns, tensor.frames.unwrap_or(frames)];
-                let to = self.push(Work::Tensor { tensor: *tensor, shape: [frames, rows, columns] }, to);
-                Ok(self.push(scale(scaling, 1), to))
-            }
-            (Transform::Numatac { numatac, scaling }, &[fingers, features, ticks]) => {
-                let to = vec![fingers, features, numatac.window];
-                let to =
-                    self.push(Work::Numatac { numatac: *numatac, shape: [fingers, features, ticks] }, to);
-                Ok(self.push(scale(scaling, fingers * features), to))
-            }
-            (Transform::Electrodes { image, scaling }, &[times, rows, columns]) => {
-                let work = Work::Electrodes { image: *image, shape: [times, rows, columns] };
-                let to = self.push(work, image.shape().to_vec());
-                Ok(self.push(scale(scaling, to[0]), to))
-            }
+            (
+                Transform::Tensor { .. } | Transform::Numatac { .. } | Transform::Electrodes { .. },
+                &[a, b, c],
+            ) => self.arranged(transform, [a, b, c]),
             (Transform::Series { layout, then }, shape) => {
                 let shape = self.series(*layout, shape).ok_or_else(|| wrong(SERIES))?;
                 self.add(then, &shape)
             }
-            (Transform::Baseline { readings, then }, &[channels, length]) if length >= *readings => {
-                let work = Work::Baseline { readings: *readings, length };
-                let shape = self.push(work, vec![channels, length]);
+            (Transform::Baseline { readings, then }, shape) => {
+                let shape = self.baseline(*readings, shape)?;
                 self.add(then, &shape)
             }
             (Transform::Reduced { layout, reduction, then }, shape) => {
@@ -185,15 +172,46 @@ impl Compiled {
                 let left = self.push(Work::Reduce(Box::new(plan)), left);
                 self.add(then, &left)
             }
-            (Transform::Baseline { .. }, _) => {
-                let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
-                Err(Error::Axes { source_label: source, input: SIGNAL, shape: shape.to_vec(), reason })
-            }
-            (Transform::Signal(_) | Transform::QuantileCode(_), _) => Err(wrong(SIGNAL)),
-            (Transform::Rocket(_), _) => Err(wrong(ROCKET)),
-            (Transform::Tensor { .. }, _) => Err(wrong(TENSOR)),
-            _ => Err(wrong(IMAGE)),
+            _ => Err(wrong(transform.input())),
         }
+    }
+
+    /// Adds the stage that takes the mean of the first `readings` off each channel.
+    fn baseline(&mut self, readings: usize, shape: &[usize]) -> Result<Vec<usize>> {
+        match *shape {
+            [channels, length] if length >= readings => {
+                Ok(self.push(Work::Baseline { readings, length }, vec![channels, length]))
+            }
+            _ => {
+                let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
+                let source_label = self.source.clone();
+                Err(Error::Axes { source_label, input: SIGNAL, shape: shape.to_vec(), reason })
+            }
+        }
+    }
+
+    /// Adds the stages of a transform that arranges the values of three axes anew and scales them.
+    fn arranged(&mut self, transform: &Transform, shape: [usize; 3]) -> Result<Vec<usize>> {
+        let (work, to, scaling, channels) = match transform {
+            Transform::Tensor { tensor, scaling } => {
+                let [frames, rows, columns] = shape;
+                let to = vec![1, rows, columns, tensor.frames.unwrap_or(frames)];
+                (Work::Tensor { tensor: *tensor, shape }, to, scaling, 1)
+            }
+            Transform::Numatac { numatac, scaling } => {
+                let [fingers, features, _] = shape;
+                let to = vec![fingers, features, numatac.window];
+                (Work::Numatac { numatac: *numatac, shape }, to, scaling, fingers * features)
+            }
+            Transform::Electrodes { image, scaling } => {
+                let to = image.shape().to_vec();
+                let channels = to[0];
+                (Work::Electrodes { image: *image, shape }, to, scaling, channels)
+            }
+            _ => return Err(wrong_axes(&shape, transform.input(), &self.source)),
+        };
+        let to = self.push(work, to);
+        Ok(self.push(scale(scaling, channels), to))
     }
 
     fn picture(&mut self, transform: &Transform, shape: &[usize]) -> Result<Vec<usize>> {

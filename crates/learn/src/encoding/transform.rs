@@ -215,34 +215,9 @@ impl Transform {
                 Ok(field.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn())
             }
             Transform::Picture { frame, red, resize, .. } => {
-                let images = match frame {
-                    None => image_axes(x.clone(), source)?,
-                    Some(frame) => {
-                        frame.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn()
-                    }
-                };
-                let wrong = |_| wrong_axes(of_sample(x.shape()), input, source);
-                let mut images: Array4<f32> = images.into_dimensionality().map_err(wrong)?;
-                if *red && images.shape()[1] == 1 {
-                    images = red_channel(images.index_axis(Axis(1), 0));
-                }
-                if let Some(resize) = resize {
-                    images = resize.encode_batch(images.view()).map_err(refuse)?;
-                }
-                Ok(images.into_dyn())
+                pictures(x, *frame, *red, resize.as_ref(), source)
             }
-            Transform::Tensor { tensor, .. } => {
-                let squeezes: ArrayView4<f32> = with_axes(x.view(), input, source)?;
-                let tensors: Vec<_> = squeezes
-                    .outer_iter()
-                    .map(|one| tensor.encode(one))
-                    .collect::<std::result::Result<_, _>>()
-                    .map_err(refuse)?;
-                let views: Vec<_> = tensors.iter().map(|one| one.view()).collect();
-                ndarray::stack(Axis(0), &views)
-                    .map(ndarray::ArrayBase::into_dyn)
-                    .map_err(|_| wrong_axes(of_sample(x.shape()), input, source))
-            }
+            Transform::Tensor { tensor, .. } => tensors(x, *tensor, source),
             Transform::Numatac { numatac, .. } => {
                 Ok(numatac.encode_batch(with_axes(x.view(), input, source)?).map_err(refuse)?.into_dyn())
             }
@@ -332,6 +307,44 @@ impl Transform {
             None => self,
         }
     }
+}
+
+/// Makes pictures of images, or of one frame of each sample: coloured, then resized.
+fn pictures(
+    x: &ArrayD<f32>,
+    frame: Option<Frame>,
+    red: bool,
+    resize: Option<&Resize>,
+    source: &str,
+) -> Result<ArrayD<f32>> {
+    let refuse = |e| refused(source, IMAGE, e);
+    let images = match frame {
+        None => image_axes(x.clone(), source)?,
+        Some(frame) => frame.encode_batch(with_axes(x.view(), IMAGE, source)?).map_err(refuse)?.into_dyn(),
+    };
+    let wrong = |_| wrong_axes(of_sample(x.shape()), IMAGE, source);
+    let mut images: Array4<f32> = images.into_dimensionality().map_err(wrong)?;
+    if red && images.shape()[1] == 1 {
+        images = red_channel(images.index_axis(Axis(1), 0));
+    }
+    if let Some(resize) = resize {
+        images = resize.encode_batch(images.view()).map_err(refuse)?;
+    }
+    Ok(images.into_dyn())
+}
+
+/// Makes tensors `[N, 1, H, W, T]` of squeezes `[N, T, H, W]`.
+fn tensors(x: &ArrayD<f32>, tensor: TactileTensor, source: &str) -> Result<ArrayD<f32>> {
+    let squeezes: ArrayView4<f32> = with_axes(x.view(), TENSOR, source)?;
+    let tensors: Vec<_> = squeezes
+        .outer_iter()
+        .map(|one| tensor.encode(one))
+        .collect::<std::result::Result<_, _>>()
+        .map_err(|e| refused(source, TENSOR, e))?;
+    let views: Vec<_> = tensors.iter().map(|one| one.view()).collect();
+    ndarray::stack(Axis(0), &views)
+        .map(ndarray::ArrayBase::into_dyn)
+        .map_err(|_| wrong_axes(of_sample(x.shape()), TENSOR, source))
 }
 
 #[cfg(test)]

@@ -185,42 +185,74 @@ impl Card {
 
 impl fmt::Display for Card {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let line = |f: &mut fmt::Formatter<'_>, what: &str, text: String| writeln!(f, "{what:<12} {text}");
+        self.write_kind(f)?;
+        self.write_bits(f)?;
+        self.write_inputs(f)?;
+        self.write_task(f)?;
+        let TrainedOn { source, digest, samples, part, seed } = &self.trained_on;
+        let part = match part {
+            TrainingPart::Everything => "all of them".to_string(),
+            TrainingPart::Fold { repetition, fold } => format!("repetition {repetition}, fold {fold}"),
+        };
+        line(f, "trained on", format!("{source}, {samples} samples ({part}), seed {seed}"))?;
+        line(f, "data digest", digest.clone())?;
+        let score = match &self.score {
+            None => "not measured".into(),
+            Some(score) => score.words(&self.task),
+        };
+        line(f, "scored", score)?;
+        let commit = self.commit.as_ref().map_or(String::new(), |commit| format!(" at {commit}"));
+        line(f, "written by", format!("taxel {}{commit}, format {}", self.taxel, self.format))
+    }
+}
+
+/// Writes what `key` of a card is.
+fn line(f: &mut fmt::Formatter<'_>, key: &str, text: String) -> fmt::Result {
+    writeln!(f, "{key:<12} {text}")
+}
+
+impl Card {
+    /// Writes which network or baseline it is.
+    fn write_kind(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let paper = if self.paper.is_empty() { String::new() } else { format!(" ({})", self.paper) };
         match &self.kind {
             Kind::Network { graph, .. } => {
                 let cost = graph.cost();
-                let own =
+                let network =
                     if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
-                line(f, "network", format!("{}{own}{paper}", self.name))?;
+                line(f, "network", format!("{}{network}{paper}", self.name))?;
                 line(
                     f,
                     "size",
                     format!("{} parameters, {} MACs", thousands(cost.parameters), thousands(cost.macs)),
-                )?;
+                )
             }
             Kind::Baseline { method, .. } => {
                 line(f, "baseline", format!("{}{paper}", self.name))?;
-                let settings = serde_json::to_value(method).map_err(|_| fmt::Error)?;
-                let own = settings.as_object().into_iter().flatten().filter(|(key, _)| *key != "name");
-                let own: Vec<String> = own.map(|(key, value)| format!("{key} = {value}")).collect();
-                if !own.is_empty() {
-                    line(f, "settings", own.join(", "))?;
+                let method = serde_json::to_value(method).map_err(|_| fmt::Error)?;
+                let settings = method.as_object().into_iter().flatten().filter(|(key, _)| *key != "name");
+                let settings: Vec<String> = settings.map(|(key, value)| format!("{key} = {value}")).collect();
+                if settings.is_empty() {
+                    return Ok(());
                 }
+                line(f, "settings", settings.join(", "))
             }
         }
-        if let Some(Quantized { bits, digest, samples, .. }) = &self.quantized {
-            let seen = if *digest == self.trained_on.digest {
-                "the training data".into()
-            } else {
-                format!("data {digest}")
-            };
-            line(
-                f,
-                "in bits",
-                format!("{bits} per weight and value, ranges seen on {samples} samples of {seen}"),
-            )?;
-        }
+    }
+
+    /// Writes how its values are kept in eight bits, if they are.
+    fn write_bits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(Quantized { bits, digest, samples, .. }) = &self.quantized else { return Ok(()) };
+        let seen = if *digest == self.trained_on.digest {
+            "the training data".into()
+        } else {
+            format!("data {digest}")
+        };
+        line(f, "in bits", format!("{bits} per weight and value, ranges seen on {samples} samples of {seen}"))
+    }
+
+    /// Writes what it reads, and which inputs it makes of that.
+    fn write_inputs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Reading { layout, shape, length, topics, unit, rate, full_scale, .. } = &self.reading;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         let mut reading = format!("{layout}, {}: {}", layout.axes(), sizes.join(" × "));
@@ -241,28 +273,19 @@ impl fmt::Display for Card {
             line(f, "guard", guard.words())?;
         }
         let inputs: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
-        line(f, "inputs", inputs.join(" + "))?;
-        for own in &self.task.attributes() {
-            line(f, "answers", format!("{}: {}", own.name, shortened(&own.classes)))?;
+        line(f, "inputs", inputs.join(" + "))
+    }
+
+    /// Writes what it predicts.
+    fn write_task(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for attribute in &self.task.attributes() {
+            line(f, "answers", format!("{}: {}", attribute.name, shortened(&attribute.classes)))?;
         }
-        for own in self.task.quantities() {
-            let unit = own.unit.as_ref().map_or(String::new(), |unit| format!(", in {unit}"));
-            line(f, "answers", format!("{}: a value{unit}", own.name))?;
+        for quantity in self.task.quantities() {
+            let unit = quantity.unit.as_ref().map_or(String::new(), |unit| format!(", in {unit}"));
+            line(f, "answers", format!("{}: a value{unit}", quantity.name))?;
         }
-        let TrainedOn { source, digest, samples, part, seed } = &self.trained_on;
-        let part = match part {
-            TrainingPart::Everything => "all of them".to_string(),
-            TrainingPart::Fold { repetition, fold } => format!("repetition {repetition}, fold {fold}"),
-        };
-        line(f, "trained on", format!("{source}, {samples} samples ({part}), seed {seed}"))?;
-        line(f, "data digest", digest.clone())?;
-        let score = match &self.score {
-            None => "not measured".into(),
-            Some(score) => score.words(&self.task),
-        };
-        line(f, "scored", score)?;
-        let commit = self.commit.as_ref().map_or(String::new(), |commit| format!(" at {commit}"));
-        line(f, "written by", format!("taxel {}{commit}, format {}", self.taxel, self.format))
+        Ok(())
     }
 }
 

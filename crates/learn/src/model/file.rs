@@ -4,9 +4,10 @@ use std::path::Path;
 
 use ndarray::{ArrayRef, IxDyn};
 use serde_json::{Value, json};
+use taxel_baselines::Method;
 use taxel_checkpoint::Cause;
 use taxel_data::hash_words;
-use taxel_graph::Weights;
+use taxel_graph::{Graph, Weights};
 
 use super::card::{Card, FORMAT, Kind, Quantized, TrainedOn, TrainingPart};
 use super::multiplied::multiplied;
@@ -204,71 +205,85 @@ fn sealed(card: &str) -> (String, String) {
     (format!("{}{SEAL}{digest}\"}}", card.strip_suffix('}').unwrap_or(card)), digest)
 }
 
-/// Whether tensors and card belong together.
+/// Checks that tensors and card belong together.
 fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
-    let refuse = |reason: String| Err(Error::damaged(path, reason));
-    let outputs = card.task.outputs();
-    if outputs == 0 || card.levels().sizes().contains(&0) {
-        return refuse("its card names no classes".into());
-    }
-    if !card.reading.layout.fits(&card.reading.shape) {
-        let (layout, shape) = (card.reading.layout, &card.reading.shape);
-        return refuse(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
-    }
-    let guarded =
-        card.guard.as_ref().map_or(Ok(()), |own| own.check(card.reading.layout, &card.reading.shape));
-    if let Err(reason) = guarded {
-        return refuse(format!("its card does not hold together: {reason}"));
-    }
+    let refuse = |reason: String| Error::damaged(path, reason);
+    check_reading(card).map_err(refuse)?;
     match &card.kind {
-        Kind::Network { graph, batch, .. } => {
-            if let Err(error) = weights.check(graph) {
-                return refuse(format!("its tensors are not those of its network: {error}"));
-            }
-            let answered = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
-            if answered.iter().product::<usize>() != outputs {
-                return refuse(format!("its network has outputs {answered:?}, its card names {outputs}"));
-            }
-            if let Some(reason) = card.quantized.as_ref().and_then(nonsense) {
-                return refuse(format!("its card does not hold together: {reason}"));
-            }
-            let names = graph.inputs().map(|node| node.name.as_str());
-            if !names.eq(card.inputs.iter().map(|input| input.name.as_str())) {
-                return refuse("its network reads other inputs than its card makes".into());
-            }
-            for (node, input) in graph.inputs().zip(&card.inputs) {
-                if !makes(&input.transform.sizes(), &node.shape) {
-                    let (name, shape) = (&node.name, &node.shape);
-                    return refuse(format!(
-                        "its network reads `{name}` of shape {shape:?}, its card makes another"
-                    ));
-                }
-            }
-            if let Err(problem) = within("batch", *batch, 1, LARGEST_BATCH) {
-                return refuse(format!("its card says {problem}"));
-            }
-        }
+        Kind::Network { graph, batch, .. } => check_network(card, weights, graph, *batch).map_err(refuse)?,
         Kind::Baseline { method, series } => {
-            if let Err(error) = FittedBaseline::read(*method, *series, &card.task, weights) {
-                return refuse(format!("its tensors are not those of its baseline: {error}"));
-            }
-            if card.inputs.len() != 1 {
-                return refuse("a baseline reads one input; its card makes another number".into());
-            }
-            if !makes(&card.inputs[0].transform.sizes(), series) {
-                return refuse(format!(
-                    "its baseline reads series of shape {series:?}, its card makes others"
-                ));
-            }
+            check_baseline(card, weights, *method, *series).map_err(refuse)?;
         }
     }
-    match digest(weights) == card.tensors {
-        true => Ok(()),
-        false => refuse(
-            "its tensors are not those that its card was written for (digests differ); fit the model again"
-                .into(),
-        ),
+    if digest(weights) != card.tensors {
+        let reason =
+            "its tensors are not those that its card was written for (digests differ); fit the model again";
+        return Err(Error::damaged(path, reason));
     }
+    Ok(())
+}
+
+/// Checks what a card says of the readings and the task; says what is wrong otherwise.
+fn check_reading(card: &Card) -> std::result::Result<(), String> {
+    if card.task.outputs() == 0 || card.levels().sizes().contains(&0) {
+        return Err("its card names no classes".into());
+    }
+    let (layout, shape) = (card.reading.layout, &card.reading.shape);
+    if !layout.fits(shape) {
+        return Err(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
+    }
+    let guarded = card.guard.as_ref().map_or(Ok(()), |guard| guard.check(layout, shape));
+    guarded.map_err(|reason| format!("its card does not hold together: {reason}"))
+}
+
+/// Checks that the tensors are those of a network, and that it fits the rest of its card; says what is wrong otherwise.
+fn check_network(
+    card: &Card,
+    weights: &Weights,
+    graph: &Graph,
+    batch: usize,
+) -> std::result::Result<(), String> {
+    if let Err(error) = weights.check(graph) {
+        return Err(format!("its tensors are not those of its network: {error}"));
+    }
+    let outputs = card.task.outputs();
+    let answered = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
+    if answered.iter().product::<usize>() != outputs {
+        return Err(format!("its network has outputs {answered:?}, its card names {outputs}"));
+    }
+    if let Some(reason) = card.quantized.as_ref().and_then(nonsense) {
+        return Err(format!("its card does not hold together: {reason}"));
+    }
+    let names = graph.inputs().map(|node| node.name.as_str());
+    if !names.eq(card.inputs.iter().map(|input| input.name.as_str())) {
+        return Err("its network reads other inputs than its card makes".into());
+    }
+    for (node, input) in graph.inputs().zip(&card.inputs) {
+        if !makes(&input.transform.sizes(), &node.shape) {
+            let (name, shape) = (&node.name, &node.shape);
+            return Err(format!("its network reads `{name}` of shape {shape:?}, its card makes another"));
+        }
+    }
+    within("batch", batch, 1, LARGEST_BATCH).map_err(|problem| format!("its card says {problem}"))
+}
+
+/// Checks that the tensors are those of a baseline, and that it fits the rest of its card; says what is wrong otherwise.
+fn check_baseline(
+    card: &Card,
+    weights: &Weights,
+    method: Method,
+    series: [usize; 2],
+) -> std::result::Result<(), String> {
+    if let Err(error) = FittedBaseline::read(method, series, &card.task, weights) {
+        return Err(format!("its tensors are not those of its baseline: {error}"));
+    }
+    if card.inputs.len() != 1 {
+        return Err("a baseline reads one input; its card makes another number".into());
+    }
+    if !makes(&card.inputs[0].transform.sizes(), &series) {
+        return Err(format!("its baseline reads series of shape {series:?}, its card makes others"));
+    }
+    Ok(())
 }
 
 /// What cannot be of a model in eight bits.

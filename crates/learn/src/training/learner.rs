@@ -70,6 +70,36 @@ pub(crate) struct Work<'t> {
     pub cache: &'t FeatureCache,
 }
 
+impl Work<'_> {
+    /// Returns the weights that training starts from.
+    fn weights(&self, recipe: &Recipe) -> Result<Weights> {
+        let Work { graph, part, .. } = *self;
+        let purpose = part.purpose(&format!("init/{}", graph.name()));
+        let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
+        if let Some(start) = self.start {
+            weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
+        }
+        Ok(weights)
+    }
+
+    /// Builds the engine of the head alone, and what gives it the features of the frozen body; `options` are those of
+    /// the whole network.
+    fn engine_behind(
+        &self,
+        Halves { body, head }: &Halves,
+        weights: &Weights,
+        options: Options,
+        inputs: &[Input],
+    ) -> Result<(Engine, CachedFeatures)> {
+        let answers = Options { frozen: vec![], ..options.clone() };
+        let inputs = encoded(body, inputs);
+        let still = CachedFeatures::learned(body, &weights.only(body), inputs, answers, self.cache)?;
+        let frozen = left(head, self.graph, &options.frozen).map_err(taxel_engine::Error::from)?;
+        let options = Options { frozen, ..options };
+        Ok((Engine::new(head, &weights.only(head), options)?, still))
+    }
+}
+
 impl<'d> Learner<'d> {
     /// A network with its first weights; `largest` is the most samples that it meets in one part.
     ///
@@ -85,11 +115,7 @@ impl<'d> Learner<'d> {
     ) -> Result<Self> {
         let Work { graph, part, .. } = *work;
         let labels = dataset.labels()?;
-        let purpose = part.purpose(&format!("init/{}", graph.name()));
-        let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
-        if let Some(start) = work.start {
-            weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
-        }
+        let weights = work.weights(recipe)?;
         let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
         let options = Options {
             batch,
@@ -102,13 +128,9 @@ impl<'d> Learner<'d> {
         let has_norms = graph.nodes().iter().zip(&staying).any(|(node, stays)| is_norm(node) && !stays);
         let halves = halves(graph, recipe, dataset.len());
         let (engine, first, still) = match &halves {
-            Some(Halves { body, head }) => {
-                let answers = Options { frozen: vec![], ..options.clone() };
-                let inputs = encoded(body, inputs);
-                let still = CachedFeatures::learned(body, &weights.only(body), inputs, answers, work.cache)?;
-                let frozen = left(head, graph, &recipe.frozen).map_err(taxel_engine::Error::from)?;
-                let options = Options { frozen, ..options };
-                (Engine::new(head, &weights.only(head), options)?, Some(weights), Some(still))
+            Some(halves) => {
+                let (engine, still) = work.engine_behind(halves, &weights, options, inputs)?;
+                (engine, Some(weights), Some(still))
             }
             None => (Engine::new(graph, &weights, options)?, None, None),
         };

@@ -31,17 +31,7 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
     check(work, call)?;
     let name = work.name(call, 1, &[".weight_ih_l0", ".weight_ih_l0/iofg"], "lstm");
     let (input, state) = (work.floats(call, 1)?, work.floats(call, 2)?);
-    let hidden = state.shape.get(2).copied().unwrap_or(0);
-    let fits = hidden > 0
-        && hidden
-            .checked_mul(4)
-            .is_some_and(|gates| input.shape == [1, gates, channels] && state.shape == [1, gates, hidden]);
-    if !fits {
-        let (input, state) = (input.shape, state.shape);
-        return Err(
-            call.refuse(format!("its weights {input:?} and {state:?} do not fit {channels} channels"))
-        );
-    }
+    let hidden = hidden_units(call, &input.shape, &state.shape, channels)?;
     let biases = match call.input(3) {
         None => vec![0.0; 8 * hidden],
         Some(_) => work.floats(call, 3)?.data,
@@ -68,6 +58,21 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
         false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
     };
     Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
+}
+
+/// Returns the number of hidden units, from the shapes of the weights of inputs and of states.
+fn hidden_units(call: Call, input: &[usize], state: &[usize], channels: usize) -> Result<usize, Cause> {
+    let hidden = state.get(2).copied().unwrap_or(0);
+    let fits = hidden > 0
+        && hidden
+            .checked_mul(4)
+            .is_some_and(|gates| *input == [1, gates, channels] && *state == [1, gates, hidden]);
+    if !fits {
+        return Err(
+            call.refuse(format!("its weights {input:?} and {state:?} do not fit {channels} channels"))
+        );
+    }
+    Ok(hidden)
 }
 
 /// Refuses variants that taxel's LSTM is not.

@@ -9,6 +9,7 @@ use taxel::learn::read_weights;
 #[cfg(feature = "candle")]
 use taxel_devices::{Device, Model};
 use taxel_engine::{Evaluator, Options};
+use taxel_graph::{Graph, Weights};
 
 use crate::Outcome;
 use crate::arrays::write_npy;
@@ -73,42 +74,9 @@ const CHUNK: usize = 64;
 
 impl Forward {
     pub fn run(self) -> Outcome {
-        let (graph, own) = super::network::named(&self.model, &self.set)?;
-        let weights = match (&self.weights, own) {
-            (Some(path), _) => {
-                let weights = read_weights(path)?;
-                weights.check(&graph).map_err(|e| format!("{}: {e}", path.display()))?;
-                weights
-            }
-            (None, Some(weights)) => weights,
-            (None, None) => return Err(format!("{}: give its --weights", self.model).into()),
-        };
-        let (graph, weights) = match &self.at {
-            Some(node) => {
-                let part = graph.cut(node)?;
-                let weights = weights.only(&part);
-                (part, weights)
-            }
-            None => (graph, weights),
-        };
-        let shapes: Vec<_> = graph.inputs().collect();
-        if self.input.len() != shapes.len() {
-            let names: Vec<&str> = shapes.iter().map(|n| n.name.as_str()).collect();
-            let given = self.input.len();
-            return Err(format!("{} reads {} ({given} given)", self.model, names.join(" + ")).into());
-        }
-        let mut inputs = vec![];
-        for (path, node) in self.input.iter().zip(&shapes) {
-            inputs.push(read_input(path, &node.shape, &node.name)?);
-        }
+        let (graph, weights) = self.network()?;
+        let inputs = self.inputs(&graph)?;
         let samples = inputs[0].shape()[0];
-        for (path, array) in self.input.iter().zip(&inputs) {
-            if array.shape()[0] != samples {
-                let first = self.input[0].display();
-                let (here, n) = (path.display(), array.shape()[0]);
-                return Err(format!("{here}: {n} samples, but {first} has {samples}").into());
-            }
-        }
         let threads = super::threads(self.threads);
         let mut outputs: Vec<(String, Vec<f32>)> = vec![];
         let mut keep = |name: &str, values: &[f32]| match outputs.iter_mut().find(|(n, _)| n == name) {
@@ -150,6 +118,47 @@ impl Forward {
             write_npy(&path, &ArrayD::from_shape_vec(IxDyn(&shape), values)?)?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Reads the network, or the part of it up to --at, and its weights.
+    fn network(&self) -> Result<(Graph, Weights), Box<dyn std::error::Error>> {
+        let (graph, stored) = super::network::named(&self.model, &self.set)?;
+        let weights = match (&self.weights, stored) {
+            (Some(path), _) => {
+                let weights = read_weights(path)?;
+                weights.check(&graph).map_err(|e| format!("{}: {e}", path.display()))?;
+                weights
+            }
+            (None, Some(weights)) => weights,
+            (None, None) => return Err(format!("{}: give its --weights", self.model).into()),
+        };
+        let Some(node) = &self.at else { return Ok((graph, weights)) };
+        let part = graph.cut(node)?;
+        let weights = weights.only(&part);
+        Ok((part, weights))
+    }
+
+    /// Reads the inputs of `graph` in its order, with equally many samples.
+    fn inputs(&self, graph: &Graph) -> Result<Vec<ArrayD<f32>>, Box<dyn std::error::Error>> {
+        let nodes: Vec<_> = graph.inputs().collect();
+        if self.input.len() != nodes.len() {
+            let names: Vec<&str> = nodes.iter().map(|n| n.name.as_str()).collect();
+            let given = self.input.len();
+            return Err(format!("{} reads {} ({given} given)", self.model, names.join(" + ")).into());
+        }
+        let mut inputs = vec![];
+        for (path, node) in self.input.iter().zip(&nodes) {
+            inputs.push(read_input(path, &node.shape, &node.name)?);
+        }
+        let samples = inputs[0].shape()[0];
+        for (path, array) in self.input.iter().zip(&inputs) {
+            if array.shape()[0] != samples {
+                let first = self.input[0].display();
+                let (here, n) = (path.display(), array.shape()[0]);
+                return Err(format!("{here}: {n} samples, but {first} has {samples}").into());
+            }
+        }
+        Ok(inputs)
     }
 }
 

@@ -92,11 +92,7 @@ impl Run {
         let options = RunOptions { resume, threads, save_every, time_again, ..RunOptions::default() };
         let mut finished = true;
         for experiment in &experiments {
-            let out = match &self.out {
-                Some(out) if experiments.len() > 1 => out.join(&experiment.config().name),
-                Some(out) => out.clone(),
-                None => experiment.default_out(),
-            };
+            let out = self.folder(experiment);
             let progress = IndicatifProgress::default();
             let trained = || -> experiment::Result<RunFolder> {
                 let dataset = experiment.dataset()?;
@@ -135,5 +131,14 @@ impl Run {
             }
         }
         Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// Returns the run folder of one of the experiments.
+    fn folder(&self, experiment: &Experiment) -> PathBuf {
+        match &self.out {
+            Some(out) if self.config.len() > 1 => out.join(&experiment.config().name),
+            Some(out) => out.clone(),
+            None => experiment.default_out(),
+        }
     }
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use taxel_data::Npz;
 use taxel_faults::Fault;
+use taxel_scenes::Scene;
 
 use crate::Outcome;
 use crate::arrays::write;
@@ -65,20 +66,7 @@ pub struct Simulate {
 impl Simulate {
     pub fn run(self) -> Outcome {
         if self.explain {
-            let effects = taxel_scenes::explain(&self.scene)?;
-            if self.json {
-                println!("{}", serde_json::to_string_pretty(&effects)?);
-                return Ok(ExitCode::SUCCESS);
-            }
-            for effect in effects {
-                let removable = if effect.removable { "" } else { "  (always there)" };
-                println!(
-                    "{} · {} = {} {}{removable}",
-                    effect.name, effect.parameter, effect.value, effect.unit
-                );
-                println!("    {}\n    source: {}", effect.why, effect.source);
-            }
-            return Ok(ExitCode::SUCCESS);
+            return self.explain();
         }
         let Some(output) = self.output else { return Err("--output is missing".into()) };
         let settings = serde_json::Value::Object(super::settings(&self.set)?);
@@ -96,28 +84,7 @@ impl Simulate {
             source += &format!(" with {fault}, {} {}", fault.level(severity)?, fault.unit());
         }
         let (shape, classes) = (scene.x.shape().to_vec(), scene.class_names.len());
-        let n = self.samples;
-        let fill = || -> std::io::Result<Vec<u8>> {
-            let mut npz = Npz::default();
-            let x = scene.x.as_standard_layout();
-            add_readings(&mut npz, &shape, x.as_slice().unwrap_or_default(), scene.full_scale)?;
-            match &scene.attributes {
-                Some(attributes) => {
-                    let y = attributes.y.as_standard_layout();
-                    npz.add("y", attributes.y.shape(), y.as_slice().unwrap_or_default())?;
-                }
-                None => npz.add("y", &[n], &scene.y)?,
-            }
-            npz.add("group", &[n], &scene.group)?;
-            for (name, values) in &scene.streams {
-                npz.add(name, values.shape(), values.as_standard_layout().as_slice().unwrap_or_default())?;
-            }
-            for (name, values) in &scene.truth {
-                npz.add(name, &[n], values)?;
-            }
-            npz.finish()
-        };
-        write(&output, fill())?;
+        write(&output, arrays(&scene, self.samples))?;
         let classes_of = match &scene.attributes {
             Some(attributes) => serde_json::json!(attributes.class_names),
             None => serde_json::json!(scene.class_names),
@@ -131,6 +98,43 @@ impl Simulate {
         println!("{}: {} of {classes} classes, {}", output.display(), text::shape(&shape), scene.unit);
         Ok(ExitCode::SUCCESS)
     }
+
+    /// Prints every effect of the scene.
+    fn explain(&self) -> Outcome {
+        let effects = taxel_scenes::explain(&self.scene)?;
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&effects)?);
+            return Ok(ExitCode::SUCCESS);
+        }
+        for effect in effects {
+            let removable = if effect.removable { "" } else { "  (always there)" };
+            println!("{} · {} = {} {}{removable}", effect.name, effect.parameter, effect.value, effect.unit);
+            println!("    {}\n    source: {}", effect.why, effect.source);
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Returns the bytes of the .npz with the arrays of `scene`, which has `n` samples.
+fn arrays(scene: &Scene, n: usize) -> std::io::Result<Vec<u8>> {
+    let mut npz = Npz::default();
+    let x = scene.x.as_standard_layout();
+    add_readings(&mut npz, scene.x.shape(), x.as_slice().unwrap_or_default(), scene.full_scale)?;
+    match &scene.attributes {
+        Some(attributes) => {
+            let y = attributes.y.as_standard_layout();
+            npz.add("y", attributes.y.shape(), y.as_slice().unwrap_or_default())?;
+        }
+        None => npz.add("y", &[n], &scene.y)?,
+    }
+    npz.add("group", &[n], &scene.group)?;
+    for (name, values) in &scene.streams {
+        npz.add(name, values.shape(), values.as_standard_layout().as_slice().unwrap_or_default())?;
+    }
+    for (name, values) in &scene.truth {
+        npz.add(name, &[n], values)?;
+    }
+    npz.finish()
 }
 
 /// Whole numbers of image sequences go as integers: a quarter or half the size of 32-bit floats.

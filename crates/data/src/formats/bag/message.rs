@@ -98,6 +98,36 @@ enum Pixel {
     F32,
 }
 
+impl Pixel {
+    fn bytes(self) -> usize {
+        match self {
+            Pixel::U8 => 1,
+            Pixel::U16 => 2,
+            Pixel::F32 => 4,
+        }
+    }
+
+    /// Returns the numbers of a pixel, how many channels it has, and which of them is red.
+    fn of(encoding: &str) -> Result<(Self, usize, usize), Cow<'static, str>> {
+        Ok(match encoding {
+            "mono8" | "8UC1" => (Pixel::U8, 1, 0),
+            "mono16" | "16UC1" => (Pixel::U16, 1, 0),
+            "32FC1" => (Pixel::F32, 1, 0),
+            "rgb8" | "8UC3" => (Pixel::U8, 3, 0),
+            "bgr8" => (Pixel::U8, 3, 2),
+            "rgba8" => (Pixel::U8, 4, 0),
+            "bgra8" => (Pixel::U8, 4, 2),
+            other => {
+                let other: String = other.chars().take(20).collect();
+                return Err(format!(
+                    "is an image in {other:?}; mono8, mono16, 32FC1, rgb8, bgr8 and those with alpha are read"
+                )
+                .into());
+            }
+        })
+    }
+}
+
 /// `sensor_msgs/Image`: header, height, width, encoding, order of bytes, bytes of a row, rows. In colour, what the
 /// eye sees of it (ITU-R BT.601).
 fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
@@ -110,28 +140,8 @@ fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Ve
     let is_big = cdr.byte()? != 0;
     let step = cdr.word()? as usize;
     let rows = cdr.bytes()?;
-    let (pixel, channels, red) = match encoding.as_str() {
-        "mono8" | "8UC1" => (Pixel::U8, 1, 0),
-        "mono16" | "16UC1" => (Pixel::U16, 1, 0),
-        "32FC1" => (Pixel::F32, 1, 0),
-        "rgb8" | "8UC3" => (Pixel::U8, 3, 0),
-        "bgr8" => (Pixel::U8, 3, 2),
-        "rgba8" => (Pixel::U8, 4, 0),
-        "bgra8" => (Pixel::U8, 4, 2),
-        other => {
-            let other: String = other.chars().take(20).collect();
-            return Err(format!(
-                "is an image in {other:?}; mono8, mono16, 32FC1, rgb8, bgr8 and those with alpha are read"
-            )
-            .into());
-        }
-    };
-    let bytes = match pixel {
-        Pixel::U8 => 1,
-        Pixel::U16 => 2,
-        Pixel::F32 => 4,
-    };
-    let row = width.saturating_mul(channels * bytes);
+    let (pixel, channels, red) = Pixel::of(&encoding)?;
+    let row = width.saturating_mul(channels * pixel.bytes());
     if height == 0 || width == 0 || row > step || step.saturating_mul(height) > rows.len() {
         return Err(Cow::Borrowed(SMALL));
     }

@@ -2,6 +2,7 @@
 
 use crate::formats::clock::Timing;
 use crate::formats::table::columns::TableColumns;
+use crate::formats::table::options::Clock;
 use crate::formats::table::text_columns::{Row, TableText};
 use crate::formats::timed::Timed;
 use crate::length::ragged::Ragged;
@@ -95,17 +96,9 @@ fn gathered(
         };
         refuse_other(table, &all[at], &row, columns)?;
         refuse_values(table, (timed.values.len() + channels.len()) as f64, options)?;
-        if let Some((time, clock)) = columns.time {
-            let stamp = row.stamp(time)?;
-            let before = std::mem::replace(&mut last[at], stamp);
-            if before >= stamp {
-                let (line, own, unit) = (row.line, &all[at].name, clock.name());
-                return Err(table.refuse(format!(
-                    "line {line}: the time of recording {own:?} goes from {before} to {stamp} {unit}; sort its rows by \
-                     time, without doubles"
-                )));
-            }
-            timed.stamps.push(stamp);
+        if let Some(time) = columns.time {
+            last[at] = stamp_after(last[at], table, &row, &all[at].name, time)?;
+            timed.stamps.push(last[at]);
         }
         for channel in channels {
             timed.values.push(row.number(*channel)?);
@@ -121,6 +114,25 @@ fn gathered(
         timed.sort(&runs);
     }
     Ok((all, timed))
+}
+
+/// Reads the time stamp of a row, which lies after `before`, that of the last row of the same recording.
+fn stamp_after(
+    before: f64,
+    table: &TableText,
+    row: &Row,
+    recording: &str,
+    (time, clock): (usize, Clock),
+) -> Result<f64> {
+    let stamp = row.stamp(time)?;
+    if before >= stamp {
+        let (line, unit) = (row.line, clock.name());
+        return Err(table.refuse(format!(
+            "line {line}: the time of recording {recording:?} goes from {before} to {stamp} {unit}; sort its rows by \
+             time, without doubles"
+        )));
+    }
+    Ok(stamp)
 }
 
 /// What is said of a recording is the same in each of its rows.

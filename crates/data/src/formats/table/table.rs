@@ -132,24 +132,12 @@ pub(crate) fn taken(
         facts.stamped = facts.rate;
     }
     if let Some(told) = told {
-        for own in &mut all {
-            let label = told.get(&own.name).cloned();
-            let why = || table.refuse(format!("recording {:?} has no row in labels.csv", own.name));
-            own.label = Some(label.ok_or_else(why)?);
-        }
+        tell_labels(table, &mut all, told)?;
     }
     let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let labels = labels(&all, &y_name, &file, names)?;
-    let kind = match (columns.form, columns.shape.len()) {
-        (TableForm::Wide, 0 | 1) => Some(Layout::Features),
-        (TableForm::Wide, 2) => Some(Layout::Image),
-        // Colours, frames or fingers.
-        (TableForm::Wide, _) => None,
-        (TableForm::Long, 0) => Some(Layout::Series),
-        (TableForm::Long, _) => Some(Layout::Sequence),
-    };
     let mut read_as = vec![described(table, &columns, channels.len())];
     read_as.extend(timing.map(|timing| timing.to_string()));
     let used: Vec<usize> = columns.used().collect();
@@ -162,7 +150,7 @@ pub(crate) fn taken(
     let hashes = x.hashes();
     let origins = all.into_iter().map(|own| own.name).collect();
     Ok(Raw::new(set, file, x, origins)
-        .stored_as(table.dtype(), kind)
+        .stored_as(table.dtype(), layout(&columns))
         .called("the table", y_name)
         .with_labels(labels.0, 1, labels.1)
         .with_facts(facts)
@@ -172,6 +160,28 @@ pub(crate) fn taken(
         .passing_over(texts.iter().map(|at| name(*at)).collect(), ignored)
         .read_as(read_as)
         .of_table(remembered(table, &columns, &channels)))
+}
+
+/// Gives each recording the label that is told of it.
+fn tell_labels(table: &TableText, all: &mut [Recording], told: &HashMap<String, String>) -> Result<()> {
+    for recording in all {
+        let label = told.get(&recording.name).cloned();
+        let why = || table.refuse(format!("recording {:?} has no row in labels.csv", recording.name));
+        recording.label = Some(label.ok_or_else(why)?);
+    }
+    Ok(())
+}
+
+/// Returns what the axes of a sample are; none where the form and the shape of the rows leave that open.
+fn layout(columns: &TableColumns) -> Option<Layout> {
+    match (columns.form, columns.shape.len()) {
+        (TableForm::Wide, 0 | 1) => Some(Layout::Features),
+        (TableForm::Wide, 2) => Some(Layout::Image),
+        // Colours, frames or fingers.
+        (TableForm::Wide, _) => None,
+        (TableForm::Long, 0) => Some(Layout::Series),
+        (TableForm::Long, _) => Some(Layout::Sequence),
+    }
 }
 
 /// What another table must hold to be read alike; a row there is what it is here by its columns.
