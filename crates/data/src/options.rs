@@ -139,9 +139,17 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// How recordings of unequal length become equal, in readings: resample:300, pad:300[,edge][,crop],
-    /// crop:300[,centre|,end] or window:300[,150].
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RULE"))]
+    /// How recordings of unequal length become equal, in readings; as text `resample:300`, `pad:300,edge`, `crop:300` or
+    /// `window:300,150`.
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "RULE",
+            help = "How recordings of unequal length become equal, in readings: resample:300, \
+                    pad:300[,edge][,crop], crop:300[,centre|,end] or window:300[,150]"
+        )
+    )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
     /// Of a table: long or wide, and the columns whose names do not say what they are, such as

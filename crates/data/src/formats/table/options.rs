@@ -9,7 +9,7 @@ const TIME: [&str; 3] = ["time", "timestamp", "t"];
 
 /// How a CSV table of many recordings is read; by default its header says it.
 ///
-/// The columns of labels, groups and test marks are named by [`ReadOptions::y`](crate::ReadOptions::y),
+/// The columns of labels, groups and test marks are named by [`ReadOptions::y`](field@crate::ReadOptions::y),
 /// [`ReadOptions::group`](crate::ReadOptions::group) and [`ReadOptions::test`](crate::ReadOptions::test).
 ///
 /// As text, on a command line, where nothing is the default: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`, `wide,shape=16x16`.
