@@ -44,8 +44,11 @@ fn spread_column<'a, R: 'a>(
     Column::number(&head, &[&field], move |row: &R| Cell::number(of(row).primary_spread(), show))
 }
 
-/// The other metrics that tables of this task show: heads, fields, names and how their numbers are shown.
-fn others(judgement: &Judgement) -> Vec<(String, String, &'static str, fn(f64) -> String)> {
+/// A metric beside the primary one: its head, field and name, and how its numbers are shown.
+type Other = (String, String, &'static str, fn(f64) -> String);
+
+/// Returns the other metrics that tables of this task show.
+fn others(judgement: &Judgement) -> Vec<Other> {
     let task = &judgement.results.task;
     if task.quantities().is_empty() {
         return vec![("macro F1 %".into(), "macro_f1_percent".into(), "f1", tenth)];
