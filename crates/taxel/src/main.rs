@@ -50,7 +50,7 @@ enum Command {
     Fit(commands::fit::Fit),
     #[cfg(feature = "lab")]
     Quantize(commands::quantize::Quantize),
-    Predict(commands::predict::Predict),
+    Predict(Box<commands::predict::Predict>),
     Stream(commands::stream::Stream),
     Inspect(commands::inspect::Inspect),
     #[cfg(feature = "lab")]
