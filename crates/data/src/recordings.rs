@@ -1,12 +1,12 @@
 //! Recordings that want an answer: labels, if there are any, only say whether it is right.
 
 use crate::dataset::one_hot::settle;
+use crate::dataset::raw::DATA;
 use crate::dataset::raw::Raw;
 use crate::dataset::reading_of::time_axis;
 use crate::dataset::validate::channels;
 use crate::formats::bag::path::is_bag;
 use crate::formats::names::is_image;
-use crate::formats::npz::DATA;
 use crate::layout::listing::{Listing, list};
 use crate::length::cut::cut;
 use crate::length::length::Length;

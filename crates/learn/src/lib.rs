@@ -51,9 +51,9 @@ pub use error::{Error, Result};
 pub use estimator::candidate::{Candidate, Hardening, Published, Twin, clean, file_name};
 pub use estimator::estimator::Estimator;
 pub use estimator::fit::{Fit, fit};
-pub use estimator::network::Trainable;
 pub use estimator::one_fold::{OneFold, Tested, inner_folds};
 pub use estimator::search::{Chosen, Combination, Search, Trial};
+pub use estimator::trainable::Trainable;
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
     Card, FORMAT, Kind, Model, ModelInput, Predictions, Predictor, Quantized, Score, TrainedOn, TrainingPart,

@@ -1,6 +1,7 @@
 //! The primary metric against what is left of one thing: on test parts, on inner folds, and where the knee is.
 
 use taxel_judge::Contrast;
+use taxel_judge::Primary;
 use taxel_report::axes::{Frame, Scale, widened};
 use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
 use taxel_report::chart::Chart;
@@ -8,7 +9,6 @@ use taxel_report::files::slug;
 use taxel_report::numbers::tick;
 use taxel_report::palette::{Ink, Paint};
 
-use crate::page::between;
 use crate::shrunk::{Curve, Rung, Shrunk};
 use crate::words::margin_words;
 
@@ -117,4 +117,10 @@ fn draw_points(canvas: &mut Canvas, curve: &Curve, shrunk: &Shrunk, frame: &Fram
             canvas.circle((x, y), 4.5, Ink::Series(0), Ink::Paper);
         });
     }
+}
+
+/// An interval behind its number: ` (1.0 to 3.2)`; nothing where there is none.
+pub(crate) fn between(primary: &Primary, interval: Option<[f64; 2]>) -> String {
+    let show = primary.show();
+    interval.map_or(String::new(), |[low, high]| format!(" ({} to {})", show(low), show(high)))
 }

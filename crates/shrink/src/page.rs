@@ -10,7 +10,7 @@ use taxel_report::html::{chart, frame, table};
 use taxel_report::numbers::{bytes, digits, si, tick};
 use taxel_report::table::{Cell, Column, Table};
 
-use crate::chart::curve;
+use crate::chart::{between, curve};
 use crate::error::Result;
 use crate::shrunk::{Curve, Rung, Shrunk, Small, SmallSpeed};
 use crate::words::margin_words;
@@ -90,12 +90,6 @@ fn body(shrunk: &Shrunk, drawn: &[(Chart, Table)], models: &Table) -> Markup {
             }
         }
     }
-}
-
-/// An interval behind its number: ` (1.0 to 3.2)`; nothing where there is none.
-pub(crate) fn between(primary: &Primary, interval: Option<[f64; 2]>) -> String {
-    let show = primary.show();
-    interval.map_or(String::new(), |[low, high]| format!(" ({} to {})", show(low), show(high)))
 }
 
 /// The bounds of an interval, for a table's file.

@@ -189,13 +189,16 @@ pub(crate) struct Facts {
     pub quantities: Option<Vec<Quantity>>,
 }
 
+/// The arrays of a data set that is a folder.
+pub(crate) const DATA: &str = "data.npz";
+
 /// The name of a path without its extension; `data.npz` goes by its folder.
 pub(crate) fn name_of(path: &std::path::Path) -> String {
     let text = |name: Option<&std::ffi::OsStr>| name.map(|n| n.to_string_lossy().into_owned());
     let absolute = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let named = if absolute.is_dir() {
         text(absolute.file_name())
-    } else if absolute.file_name().is_some_and(|n| n == crate::formats::npz::DATA) {
+    } else if absolute.file_name().is_some_and(|n| n == DATA) {
         text(absolute.parent().and_then(|folder| folder.file_name()))
     } else {
         text(absolute.file_stem())

@@ -1,5 +1,6 @@
 //! A `.npz` archive: arrays by name.
 
+use crate::dataset::raw::DATA;
 use crate::formats::archive::{self, NamedArrays, Take};
 use crate::formats::npy;
 use crate::layout::arrays::ArrayFile;
@@ -10,9 +11,6 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 use zip::ZipArchive;
-
-/// The archive of a data set that is a folder.
-pub(crate) const DATA: &str = "data.npz";
 
 /// Reads `.npz` archives, and folders with a `data.npz`.
 pub(crate) const NPZ: ArrayFile = ArrayFile {

@@ -1,10 +1,10 @@
 //! Time series of the UCR and UEA archives: `<name>_TRAIN` and `<name>_TEST`, as `.ts`, `.arff` or plain text.
 
 use crate::dataset::labels::by_name;
+use crate::dataset::raw::DATA;
 use crate::dataset::raw::{Names, Raw};
 use crate::formats::arff;
 use crate::formats::case::{Case, number};
-use crate::formats::npz::DATA;
 use crate::formats::text::read_text;
 use crate::layout::names_file;
 use crate::length::ragged::Collected;

@@ -17,7 +17,7 @@ use crate::metrics::Outcome;
 use crate::model::Kind;
 use crate::problem::{fault_problem, within};
 use crate::run::records::{Costs, FoldRecord};
-use crate::run::table_latency::of_baseline;
+use crate::run::table_latency::of_prediction;
 use crate::training::breaker::Breaker;
 use crate::training::hooks::Hooks;
 use crate::training::part::{Part, pool};
@@ -294,7 +294,9 @@ impl Fitted for FittedBaseline {
     }
 
     fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency> {
-        of_baseline(self, inputs[0].encoded.sample(row))
+        let (sample, mut workspaces) = (inputs[0].encoded.sample(row), self.workspaces());
+        let mut outputs = vec![0.0; self.width()];
+        of_prediction(|| self.predict_one(sample, &mut workspaces, &mut outputs))
     }
 
     fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {

@@ -13,7 +13,7 @@ use crate::encoding::Encoder;
 use crate::error::Result;
 use crate::estimator::baseline::Baseline;
 use crate::estimator::estimator::Estimator;
-use crate::estimator::network::Trainable;
+use crate::estimator::trainable::Trainable;
 use crate::problem::{Check, fault_problem, require};
 use crate::training::recipe::Recipe;
 

@@ -10,7 +10,7 @@ use taxel_graph::Weights;
 
 use crate::encoding::{Encoder, Input};
 use crate::error::Result;
-use crate::estimator::network::Trainable;
+use crate::estimator::trainable::Trainable;
 use crate::latency::Latency;
 use crate::model::Kind;
 use crate::run::records::{Costs, FoldRecord};

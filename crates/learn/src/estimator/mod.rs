@@ -8,3 +8,4 @@ pub(crate) mod network;
 pub(crate) mod one_fold;
 pub(crate) mod search;
 pub(crate) mod train_fold;
+pub(crate) mod trainable;

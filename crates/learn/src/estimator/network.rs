@@ -10,7 +10,7 @@ use taxel_graph::{Graph, Loss, Weights};
 use crate::encoding::{Encoder, Input};
 use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
-use crate::estimator::search::Search;
+use crate::estimator::trainable::Trainable;
 use crate::latency::Latency;
 use crate::model::{Kind, digest};
 use crate::problem::{Problem, require};
@@ -22,19 +22,6 @@ use crate::training::recipe::Recipe;
 
 /// Multiply-accumulates that stand for what a small network spends besides them.
 const OVERHEAD: u64 = 200_000;
-
-/// A network with all that its training needs besides samples.
-#[derive(Debug, Clone)]
-pub struct Trainable {
-    /// The network; its inputs have the shapes that the encoding makes.
-    pub graph: Graph,
-    /// How it is trained.
-    pub recipe: Recipe,
-    /// Recipes among which each fold chooses; then `recipe` is not trained.
-    pub search: Option<Search>,
-    /// Tensors that it starts from; a head for another number of classes is drawn. Default fresh weights.
-    pub start: Option<Arc<Weights>>,
-}
 
 impl Trainable {
     /// Names frozen nodes that the network does not have.

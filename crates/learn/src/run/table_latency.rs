@@ -7,7 +7,6 @@ use taxel_runtime::Frozen;
 
 use crate::encoding::Input;
 use crate::error::Result;
-use crate::estimator::baseline::FittedBaseline;
 use crate::latency::{Latency, Stopwatch, milliseconds};
 use crate::model::Predictor;
 use crate::training::feed::Feed;
@@ -25,11 +24,9 @@ pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row
     Ok(Latency::of(TABLE.time(run)?))
 }
 
-/// Time of one sample through a baseline.
-pub(crate) fn of_baseline(fitted: &FittedBaseline, sample: &[f32]) -> Result<Latency> {
-    let (mut workspaces, mut scores) = (fitted.workspaces(), vec![0.0; fitted.width()]);
-    let run = |_| timed(|| fitted.predict_one(sample, &mut workspaces, &mut scores));
-    Ok(Latency::of(TABLE.time(run)?))
+/// Times `predict`, which predicts one sample.
+pub(crate) fn of_prediction(mut predict: impl FnMut() -> Result<()>) -> Result<Latency> {
+    Ok(Latency::of(TABLE.time(|_| timed(&mut predict))?))
 }
 
 /// Time of the sample `row` through a model, after it is encoded.

@@ -7,8 +7,8 @@ use taxel_graph::Weights;
 
 use crate::error::{Error, Result};
 use crate::estimator::estimator::TrainingSet;
-use crate::estimator::network::Trainable;
 use crate::estimator::search::{Chosen, Trial};
+use crate::estimator::trainable::Trainable;
 use crate::model::digest;
 use crate::problem::Problem;
 use crate::run::records::OtherStatistics;
