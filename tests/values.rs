@@ -35,6 +35,7 @@ fn presses(path: &Path, samples: usize, offset: usize) {
 
 const CONFIG: &str = r#"
 name = "skin"
+networks = []
 [data]
 path = "skin.npz"
 [encoding]
@@ -83,7 +84,7 @@ fn a_network_of_classes_refuses_values_by_name() {
     let folder = tempfile::tempdir().unwrap();
     presses(&folder.path().join("skin.npz"), 40, 0);
     let config = folder.path().join("skin.toml");
-    fs::write(&config, format!("{CONFIG}\n[[networks]]\nname = \"mlp\"\n")).unwrap();
+    fs::write(&config, CONFIG.replace("networks = []", "networks = [{ name = \"mlp\" }]")).unwrap();
     let out = folder.path().join("run");
     let error = ends(2, &["run", config.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     assert!(error.contains("mlp") && error.contains("run a baseline of values, such as ridge"), "{error}");

@@ -217,6 +217,12 @@ impl Error {
         matches!(self, Error::Diverged { .. } | Error::NothingChosen { .. })
     }
 
+    /// Refuses targets that are values, for a network that learns classes or levels.
+    pub fn labels_only(network: &str) -> Self {
+        let reason = "it learns classes or levels, and the targets are values: run a baseline of values, such as ridge";
+        Error::Input { network: network.into(), input: "targets".into(), reason: reason.into() }
+    }
+
     pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
         Error::Io { file: path.display().to_string(), action, source }
     }

@@ -100,14 +100,14 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     };
     let version = env!("CARGO_PKG_VERSION");
     let newer = broken(&|parts| {
-        parts.card["format"] = json!(3);
+        parts.card["format"] = json!(4);
         parts.card["taxel"] = json!("9.0.0");
         parts.card["a key of the future"] = json!(1);
     });
     assert_eq!(
         newer,
         format!(
-            "is a model of format 3, written by taxel 9.0.0; this version ({version}) reads formats up to 2: open it \
+            "is a model of format 4, written by taxel 9.0.0; this version ({version}) reads formats up to 3: open it \
              with taxel 9.0.0 or newer"
         )
     );
@@ -115,9 +115,9 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
         parts.card.as_object_mut().unwrap().remove("format");
     });
     assert!(older.starts_with("was written by a version without model files"), "{older}");
-    let text = set("/attributes/0/classes", json!(["soft", "stiff"]));
+    let text = set("/task/classes", json!(["soft", "stiff"]));
     assert_eq!(text, "its network has outputs [3], its card names 2");
-    let text = set("/attributes", json!([]));
+    let text = set("/task", json!({ "classes": [] }));
     assert_eq!(text, "its card names no classes");
     let text = broken(&|parts| {
         let tensor = parts.weights.get("fc1.weight").unwrap().clone();
@@ -146,7 +146,7 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     });
     assert!(text.contains("digests differ"), "{text}");
     // A graph whose stated shapes are not those that its operations have.
-    let text = set("/anatomy/graph/nodes/2/shape", json!([9]));
+    let text = set("/estimator/graph/nodes/2/shape", json!([9]));
     assert!(text.starts_with("its model card cannot be read: ") && text.contains("fc1"), "{text}");
     // A graph that is sound, and has other tensors.
     let text = broken(&|parts| {
@@ -157,7 +157,7 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
             CrossValidation::new(&series).encoder(),
         );
         let wide = Parts::of(&fit(&wide, &series, &Encoding::default()).unwrap(), dir);
-        parts.card["anatomy"]["graph"] = wide.card["anatomy"]["graph"].clone();
+        parts.card["estimator"]["graph"] = wide.card["estimator"]["graph"].clone();
     });
     assert!(text.starts_with("its tensors are not those of its network: ") && text.contains("fc1"), "{text}");
     let text = set("/reading/shape", json!([2, 12, 1]));
@@ -165,7 +165,7 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     let text = set("/inputs/0/name", json!("image"));
     assert_eq!(text, "its network reads other inputs than its card makes");
     for batch in [0u64, 5_000_000_000] {
-        let text = set("/anatomy/batch", json!(batch));
+        let text = set("/estimator/batch", json!(batch));
         assert_eq!(text, format!("its card says batch = {batch}: must be in 1..=65536"));
     }
     let text = set("/tensors", json!("0"));
@@ -177,7 +177,7 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     let parts = whole(0.01);
     parts.write(&path);
     let (_, text) = taxel_checkpoint::read(&path).unwrap();
-    let names = &parts.card["attributes"][0]["classes"];
+    let names = &parts.card["task"]["classes"];
     let (first, second) = (names[0].to_string(), names[1].to_string());
     let swapped = format!("{second},{first}");
     let text = text.unwrap().replacen(&format!("{first},{second}"), &swapped, 1);
@@ -212,10 +212,10 @@ fn a_baseline_with_other_tensors_is_refused() {
             assert!(text.starts_with("its tensors are not those"), "{method:?} without {gone}: {text}");
         }
         let mut parts = Parts { card: whole.card.clone(), weights: whole.weights.clone() };
-        parts.card["attributes"][0]["classes"] = json!(["soft", "medium"]);
+        parts.card["task"]["classes"] = json!(["soft", "medium"]);
         let text = parts.refusal(dir.path());
         assert!(text.starts_with("its tensors are not those of its baseline: "), "{method:?}: {text}");
-        parts.card["attributes"] = whole.card["attributes"].clone();
+        parts.card["task"] = whole.card["task"].clone();
         parts.card["inputs"] = json!([]);
         assert_eq!(parts.refusal(dir.path()), "a baseline reads one input; its card makes another number");
     }

@@ -229,11 +229,11 @@ mod tests {
         assert_eq!(
             settings(&options),
             [
-                "data.x=\"images\"",
                 "data.length={ kind = \"resample\", to = 300 }",
-                "data.table.form=\"long\"",
+                "data.limits.max_values=9",
                 "data.table.clock=\"ms\"",
-                "data.limits.max_values=9"
+                "data.table.form=\"long\"",
+                "data.x=\"images\""
             ]
         );
         assert_eq!(settings(&ReadOptions::default()), [""; 0]);

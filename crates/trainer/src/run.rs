@@ -262,6 +262,9 @@ impl Runner<'_> {
     }
 
     fn network(&self, i: usize, network: &Network, encoder: &mut Encoder) -> Result<Candidate> {
+        if self.dataset.targets.values().is_some() {
+            return Err(taxel_learn::Error::labels_only(&network.label).into());
+        }
         let config = self.experiment.config();
         let Source { graph, start, settings, paper } = match self.experiment.network_path(i)? {
             Some((key, path)) => self.filed(&format!("networks.{i}.{key}"), &path, encoder)?,

@@ -87,12 +87,7 @@ impl Estimator for Trainable {
     fn check_samples(&self, name: &str, encoder: &Encoder) -> Result<()> {
         let task = encoder.dataset().task();
         if let Task::Values(_) = task {
-            let reason = "it learns classes or levels, and the targets are values: run a baseline of values, such as ridge";
-            return Err(Error::Input {
-                network: name.into(),
-                input: "targets".into(),
-                reason: reason.into(),
-            });
+            return Err(Error::labels_only(name));
         }
         self.check_inputs(name, encoder)?;
         let classes = task.outputs();
