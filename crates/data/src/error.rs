@@ -1,6 +1,5 @@
 //! Everything that can be wrong with a data set, in words a user can act on.
 
-use crate::formats::endings;
 use crate::length::length::Length;
 use taxel_base::Layout;
 
@@ -16,19 +15,18 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 pub enum Error {
     // The path.
     #[error(
-        "{file}: no such file or folder; give a {}, a folder with data.npz, or a folder with one sub-folder per class",
-        endings(|_| true)
+        "{file}: no such file or folder; give a {endings}, a folder with data.npz, or a folder with one sub-folder per \
+         class"
     )]
-    NotFound { file: String },
+    NotFound { file: String, endings: String },
     #[error("{file}: cannot be read: {kind}")]
     Io { file: String, kind: std::io::ErrorKind },
     #[error("{file}: cannot be written: {why}")]
     Write { file: String, why: String },
     #[error(
-        "{file}: not a data set; give a {} with labels, or a folder with one sub-folder per class",
-        endings(|reader| reader.reads_sets())
+        "{file}: not a data set; give a {endings} with labels, or a folder with one sub-folder per class"
     )]
-    NotADataset { file: String },
+    NotADataset { file: String, endings: String },
     #[error("{file}: this build does not read it; build taxel with --features taxel-data/{feature}")]
     NotBuilt { file: String, feature: &'static str },
     #[error("{file}: holds neither data.npz nor class folders{hint}")]
@@ -200,8 +198,8 @@ pub enum Error {
     NoSession { file: String },
     #[error("{file}: {why}; write a first line file,label or file,label,group and a line per recording")]
     LabelTable { file: String, why: String },
-    #[error("{file}: unknown kind of recording; use {}", endings(|reader| reader.file_format().is_some()))]
-    UnknownExtension { file: String },
+    #[error("{file}: unknown kind of recording; use {endings}")]
+    UnknownExtension { file: String, endings: String },
     #[error("{file}: is {kind}, but {first} is {first_kind}; use one kind in a data set")]
     MixedKinds { file: String, kind: String, first: String, first_kind: String },
     #[error("{file}: has shape {shape:?}, but {first} has {first_shape:?}; all must be equal{hint}")]

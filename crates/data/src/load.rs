@@ -5,11 +5,12 @@ use crate::dataset::assemble::assemble;
 use crate::dataset::dataset::Dataset;
 use crate::dataset::one_hot::Columns;
 use crate::dataset::raw::Raw;
-use crate::formats::READERS;
 use crate::formats::bag::path::is_bag;
+use crate::formats::{READERS, npy_file};
 use crate::options::ReadOptions;
 use crate::reader::{Place, Purpose};
 use crate::{Error, Result};
+use ndarray::ArrayD;
 use std::io;
 use std::path::Path;
 
@@ -104,14 +105,24 @@ pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Resu
     Ok(raw)
 }
 
+/// Reads a `.npy` of integers or floats as f32, C order, any rank.
+///
+/// # Errors
+///
+/// A file that is missing, cut short or no NumPy array, another dtype, or a value that f32 cannot hold.
+pub fn read_npy(path: &Path) -> Result<ArrayD<f32>> {
+    let place = Place { path, purpose: Purpose::Learn, readers: READERS };
+    npy_file::array(path).map_err(|e| place.with_advice(e))
+}
+
 /// Says why no reader recognises a place.
 fn refuse(place: &Place) -> Error {
     let file = place.file();
     match place.path.metadata() {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Error::NotFound { file },
+        Err(e) if e.kind() == io::ErrorKind::NotFound => place.not_found(),
         Err(e) => Error::Io { file, kind: e.kind() },
         Ok(_) if is_bag(place.path) => Error::OneBag { file },
-        Ok(about) if about.is_file() && !place.needs_labels() => Error::UnknownExtension { file },
-        Ok(_) => Error::NotADataset { file },
+        Ok(about) if about.is_file() && !place.needs_labels() => place.unknown_extension(file),
+        Ok(_) => Error::NotADataset { file, endings: place.endings(|reader| reader.reads_sets()) },
     }
 }

@@ -1,11 +1,12 @@
 //! Readers: what takes a path and brings home recordings, and the formats whose files hold one recording each.
 
-use crate::Result;
 use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
 use crate::layout::listing::Found;
 use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
+use crate::{Error, Result};
+use std::io::ErrorKind;
 use std::path::Path;
 use taxel_base::Layout;
 
@@ -66,6 +67,43 @@ impl Place<'_> {
     /// The format in which a file is one recording.
     pub fn format_of(&self, path: &Path) -> Option<&'static dyn FileFormat> {
         self.readers.iter().filter_map(|reader| reader.file_format()).find(|format| format.takes(path))
+    }
+
+    /// Lists the endings of what some readers read, as a message says them: `.csv, .npy or .png`.
+    pub fn endings(&self, of: fn(&dyn Reader) -> bool) -> String {
+        let mut endings: Vec<String> = vec![];
+        for reader in self.readers.iter().filter(|reader| of(**reader)) {
+            for ending in reader.formats().iter().flat_map(|format| format.endings) {
+                let ending = format!(".{ending}");
+                if !endings.contains(&ending) {
+                    endings.push(ending);
+                }
+            }
+        }
+        match endings.split_last() {
+            Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+            _ => endings.concat(),
+        }
+    }
+
+    /// Refuses a path where nothing lies.
+    pub fn not_found(&self) -> Error {
+        Error::NotFound { file: self.file(), endings: self.endings(|_| true) }
+    }
+
+    /// Says what may be given instead, where an error says that a file is not there.
+    pub fn with_advice(&self, error: Error) -> Error {
+        match error {
+            Error::Io { file, kind: ErrorKind::NotFound } => {
+                Error::NotFound { file, endings: self.endings(|_| true) }
+            }
+            other => other,
+        }
+    }
+
+    /// Refuses a file that no format of single recordings takes.
+    pub fn unknown_extension(&self, file: String) -> Error {
+        Error::UnknownExtension { file, endings: self.endings(|reader| reader.file_format().is_some()) }
     }
 }
 

@@ -70,20 +70,3 @@ pub(crate) const READERS: &[&dyn Reader] = &[
 pub fn formats() -> impl Iterator<Item = &'static Format> {
     READERS.iter().flat_map(|reader| reader.formats())
 }
-
-/// Lists the endings of what some readers read, as a message says them: `.csv, .npy or .png`.
-pub(crate) fn endings(of: fn(&dyn Reader) -> bool) -> String {
-    let mut endings: Vec<String> = vec![];
-    for reader in READERS.iter().filter(|reader| of(**reader)) {
-        for ending in reader.formats().iter().flat_map(|format| format.endings) {
-            let ending = format!(".{ending}");
-            if !endings.contains(&ending) {
-                endings.push(ending);
-            }
-        }
-    }
-    match endings.split_last() {
-        Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
-        _ => endings.concat(),
-    }
-}

@@ -15,16 +15,6 @@ use crate::options::{Limits, ReadOptions};
 use crate::reader::{FileFormat, Format, Place, Purpose, Reader, Sample};
 use crate::{Error, Result};
 
-/// Reads a `.npy` of integers or floats as f32, C order, any rank.
-///
-/// # Errors
-///
-/// A file that is missing, cut short or no NumPy array, another dtype, or a value that f32 cannot hold.
-pub fn read_npy(path: &Path) -> Result<ArrayD<f32>> {
-    let (file, mut reader, header) = open(path)?;
-    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()))
-}
-
 /// Reads a `.npy` file of many samples, for a model whose samples have one axis less.
 pub(crate) struct NpyBatch;
 
@@ -41,7 +31,7 @@ impl Reader for NpyBatch {
     }
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
-        let (file, mut reader, header) = open(place.path)?;
+        let (file, mut reader, header) = open(place.path).map_err(|e| place.with_advice(e))?;
         sample_shape(&header, &file, &options.limits)?;
         let x = header.read_f32(&mut reader, &file, Cap::of_samples(&options.limits))?;
         let name = name_of(place.path);
@@ -77,12 +67,15 @@ impl FileFormat for Npy {
     }
 }
 
+/// Reads one array.
+pub(crate) fn array(path: &Path) -> Result<ArrayD<f32>> {
+    let (file, mut reader, header) = open(path)?;
+    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()))
+}
+
 fn open(path: &Path) -> Result<(String, BufReader<File>, Header)> {
     let file = path.display().to_string();
-    let handle = File::open(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::NotFound { file: file.clone() },
-        kind => Error::Io { file: file.clone(), kind },
-    })?;
+    let handle = File::open(path).map_err(|e| Error::Io { file: file.clone(), kind: e.kind() })?;
     let mut reader = BufReader::new(handle);
     let header = read_header(&mut reader, &file)?;
     Ok((file, reader, header))

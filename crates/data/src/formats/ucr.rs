@@ -38,7 +38,7 @@ impl Reader for Ucr {
     }
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
-        let pair = find(place.path).ok_or_else(|| Error::NotFound { file: place.file() })?;
+        let pair = find(place.path).ok_or_else(|| place.not_found())?;
         read(place.path, &pair, options)
     }
 }

@@ -171,7 +171,7 @@ fn same_format(place: &Place, files: &[PathBuf], root: &str) -> Result<(&'static
     for path in files {
         let file = path.display().to_string();
         let Some(format) = place.format_of(path) else {
-            return Err(Error::UnknownExtension { file });
+            return Err(place.unknown_extension(file));
         };
         match &head {
             None => head = Some((format, file)),
