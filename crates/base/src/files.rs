@@ -32,22 +32,38 @@ pub fn is_part(name: &OsStr) -> bool {
     name.as_encoded_bytes().ends_with(PART.as_bytes())
 }
 
-/// Removes what killed processes have left of the file at `path`. Only for whoever alone writes it.
+/// Removes what killed processes have left of the file at `path`. What a living process writes is locked and stays.
 ///
 /// # Errors
 ///
-/// What the system says.
+/// Returns the system's error if the folder cannot be listed or a file not removed.
 pub fn remove_parts(path: &Path) -> io::Result<()> {
     let (Some(name), Ok(entries)) = (path.file_name(), fs::read_dir(folder_of(path))) else { return Ok(()) };
     let before = part_prefix(name);
     for entry in entries {
         let entry = entry?;
         let other = entry.file_name();
-        if is_part(&other) && other.as_encoded_bytes().starts_with(before.as_encoded_bytes()) {
+        if !is_part(&other) || !other.as_encoded_bytes().starts_with(before.as_encoded_bytes()) {
+            continue;
+        }
+        // The lock is held until the file is gone: a writer that has just created it sees that and takes another.
+        let Ok(part) = File::open(entry.path()) else { continue };
+        if part.try_lock().is_ok() {
             fs::remove_file(entry.path())?;
         }
     }
     Ok(())
+}
+
+/// Creates a file that [`remove_parts`] of another process leaves alone.
+fn create_locked(at: &Path) -> io::Result<File> {
+    let file = File::create_new(at)?;
+    match file.lock() {
+        // tempfile goes on with another name.
+        Ok(()) if !at.exists() => Err(io::ErrorKind::AlreadyExists.into()),
+        // A file system without locks still writes files.
+        _ => Ok(file),
+    }
 }
 
 fn part_prefix(name: &OsStr) -> OsString {
@@ -60,8 +76,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Writes `bytes` under a name of its own in the same folder, flushes them to disk, then renames: no
-/// reader sees half a file, and of two processes that write at once the later wins. Where a link stands, what it leads to is written; a device or a pipe cannot be
+/// Writes `bytes` to a temporary file in the same folder, flushes it to disk, then renames it: no reader sees half a
+/// file, and of two processes that write at once the later wins. A link is followed. A device or a pipe cannot be
 /// replaced and gets the bytes themselves.
 ///
 /// # Errors
@@ -120,10 +136,8 @@ impl Part {
         }
         let prefix = part_prefix(path.file_name().unwrap_or_default());
         // `create_new` gives the permissions of any new file, where tempfile's own are the user's alone.
-        let temporary = Builder::new()
-            .prefix(&prefix)
-            .suffix(PART)
-            .make_in(folder_of(&path), |at| File::create_new(at))?;
+        let temporary =
+            Builder::new().prefix(&prefix).suffix(PART).make_in(folder_of(&path), create_locked)?;
         let (file, part) = temporary.into_parts();
         Ok(Part { file: BufWriter::new(file), names: Some((part, path)) })
     }

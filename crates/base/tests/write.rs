@@ -62,6 +62,12 @@ fn a_half_written_file_of_a_killed_process_is_in_nobodys_way() {
     remove_parts(&path).unwrap();
     assert_eq!(names(folder.path()), ["results.json", others[0], others[1]]);
     assert!(remove_parts(&folder.path().join("missing/results.json")).is_ok());
+
+    let mut living = Part::create(&path).unwrap();
+    living.write_all(b"newer").unwrap();
+    remove_parts(&path).unwrap();
+    living.finish().unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"newer");
 }
 
 #[test]
@@ -71,7 +77,12 @@ fn writers_of_one_file_do_not_disturb_each_other() {
     std::thread::scope(|scope| {
         for writer in 0..4u8 {
             let path = &path;
-            scope.spawn(move || (0..50).for_each(|_| write_unflushed(path, &[writer; 5000]).unwrap()));
+            scope.spawn(move || {
+                (0..50).for_each(|_| {
+                    remove_parts(path).unwrap();
+                    write_unflushed(path, &[writer; 5000]).unwrap();
+                });
+            });
         }
     });
     let bytes = fs::read(&path).unwrap();

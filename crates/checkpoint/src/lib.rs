@@ -23,6 +23,7 @@ mod safetensors;
 use std::fs::File;
 use std::path::Path;
 
+use taxel_base::files::{remove_parts, write_whole};
 use taxel_graph::Weights;
 
 pub use eight_bits::rounded;
@@ -84,12 +85,13 @@ pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
     write_bytes(path, to_bytes(weights, text))
 }
 
-/// Writes the bytes of a file, whole or not at all; where there are none, the error that says why gets its path.
+/// Writes the bytes of a file, whole or not at all, and removes what a killed process has left of it; where there are none, the error that says why gets its path.
 ///
 /// # Errors
 /// That of `bytes`, and a folder that is missing or cannot be written.
 pub fn write_bytes(path: &Path, bytes: std::result::Result<Vec<u8>, Cause>) -> Result<()> {
-    let write = |bytes: Vec<u8>| taxel_base::files::write_whole(path, &bytes).map_err(Cause::Write);
+    let write =
+        |bytes: Vec<u8>| remove_parts(path).and_then(|()| write_whole(path, &bytes)).map_err(Cause::Write);
     bytes.and_then(write).map_err(|cause| Error::new(path, cause))
 }
 
