@@ -2,12 +2,14 @@
 """Writes docs/results/<name>.md from run folders, and the README's table from the first of them.
 
     python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme] [--partial] [--check]
-    python3 scripts/results_table.py --commands
+    python3 scripts/results_table.py --configs
 
-A page has the name of its run folder: the same config with other values (--set, --out) is another page. It says by which
-commands it is made again: those of the file under configs/ that has its name, with --set for what differs, once the
-program (target/release/taxel, or TAXEL=/path/to/taxel) prints that config for them. --commands writes this part of all
-pages anew, such as after a config has changed.
+A page has the name of its run folder: the same config with other values (--set, --out) is another page. It does not
+hold the config. It links the file under configs/, names the settings that the run changed, and states the SHA-256 of
+config.toml in the run folder, which holds the whole. File and settings are found by asking the program
+(target/release/taxel, or TAXEL=/path/to/taxel) which of them give that config.
+--configs checks all pages: file and settings must still give the config of that digest. After a change of a config or
+of a default they do not, and the page then shows an earlier experiment.
 With each page goes docs/results/reference/<name>.json: scores and costs of every row, digests of data and config.
 --check compares a run with that file, row by row, and writes nothing. --partial makes a page of a run that is not
 finished, and says what is missing.
@@ -284,6 +286,13 @@ def reference(folder):
             "data_digest": results["data_digest"], "vectors": environment.get("vectors"), "rows": rows}
 
 
+def lines(reference):
+    """A reference as JSON, with a row on a line."""
+    rows = ",\n".join(f"  {json.dumps(name)}: {json.dumps(row)}" for name, row in reference["rows"].items())
+    head = "".join(f" {json.dumps(key)}: {json.dumps(own)},\n" for key, own in reference.items() if key != "rows")
+    return f'{{\n{head} "rows": {{\n{rows}\n }}\n}}\n'
+
+
 def differences(own, before):
     """In what two references differ; empty where scores are equal to the last digit of the page."""
     said = [f"{key}: {own[key]}, was {before[key]}" for key in ("data_digest", "config_sha256") if own[key] != before[key]]
@@ -333,47 +342,94 @@ def bare(config):
     return {key: own for key, own in tomllib.loads(config).items() if key not in ("title", "expect")}
 
 
+def short(config, key):
+    """The networks or baselines of a resolved config, each with what it has beside the settings for all of them."""
+    rows = []
+    for row in config[key]:
+        row = {part: own for part, own in row.items() if part != "label" or own != row["name"]}
+        if "train" in row:
+            row["train"] = changed(row["train"], config["train"])
+        rows.append({part: own for part, own in row.items() if own != {}})
+    return rows
+
+
+def changed(want, have):
+    """The entries of a table that another does not have."""
+    tables = {key: changed(own, have[key]) for key, own in want.items()
+              if isinstance(own, dict) and isinstance(have.get(key), dict) and own.get("name") == have[key].get("name")}
+    return {key: tables.get(key, own) for key, own in want.items() if own != have.get(key)}
+
+
 def named(config):
-    """The same with names alone for rows."""
-    rows = {key: [{"name": own["name"]} for own in config[key]] for key in ("networks", "baselines") if key in config}
-    return {**config, **rows}
+    """The same with rows as a config file has them."""
+    return {**config, **{key: short(config, key) for key in ("networks", "baselines") if key in config}}
 
 
-def commands(name, config, asked=None):
-    """How to make a page again: `taxel run`, `taxel report` where faults are on it, and this script."""
+def origin(config):
+    """The file under configs/ that a resolved config was made from, and the settings that it takes; None if there is none.
+
+    That is the file of its name. Where the name was set too, it is the one that takes the fewest settings.
+    """
     want = bare(config)
-    out = "" if name == want["name"] else f" --out runs/{name}"
-    # The config file that the run was made from, and as many values set as it takes.
+    found = []
     for path in sorted((ROOT / "configs").rglob("*.toml")):
-        if tomllib.loads(path.read_text()).get("name") != want["name"]:
-            continue
         path = path.relative_to(ROOT)
         whole = printed(path, [])
-        # Rows take what is set for all of them; where they differ by more, the config below says it better.
-        sets = settings(named(want), named(bare(whole))) if whole else []
-        if whole and bare(printed(path, sets) or "") == want:
-            lines = ["taxel run " + shlex.join([str(path), *(word for own in sets for word in ("--set", own))]) + out]
+        if whole is None:
+            continue
+        sets = settings(named(want), named(bare(whole)))
+        is_named = bare(whole)["name"] == want["name"]
+        if is_named or not found or len(sets) < len(found[0][2]):
+            if bare(printed(path, sets) or whole) == want:
+                found = [(is_named, path, sets)]
+        if is_named and found and found[0][0]:
             break
+    return found[0][1:] if found else None
+
+
+def commands(name, config, made, asked=None):
+    """How to make a page again: `taxel run`, `taxel report` where faults are on it, and this script."""
+    if made:
+        path, sets = made
+        out = "" if name == bare(config)["name"] else f" --out runs/{name}"
+        lines = ["taxel run " + shlex.join([str(path), *(word for own in sets for word in ("--set", own))]) + out]
     else:
-        lines = [f"taxel run {name}.toml{out}  # the config at the end of this page, saved under this name"]
+        lines = [f"taxel run {name}.toml  # a config that is not kept here"]
     if asked is not None:
         lines.append(f"taxel report runs/{name}" + (f" --samples {asked}" if asked > UNDER_FAULTS else ""))
     lines.append(f"python3 scripts/results_table.py runs/{name}")
     return "Made again by:\n\n```sh\n" + "\n".join(lines) + "\n```"
 
 
-def commands_anew():
-    """Writes the commands of all pages anew, from the configs that stand on them."""
+def config_line(config, made):
+    """Which config a page is of: its file, the settings that the run changed, its digest."""
+    digest = hashlib.sha256(config.encode()).hexdigest()
+    if not made:
+        return f"Config: not kept here; SHA-256 of the whole `{digest}`."
+    path, sets = made
+    words = ", ".join(f"`{own}`" for own in sets) or "nothing"
+    return f"Config: [{path}](../../{path}); changed: {words}; SHA-256 of the whole `{digest}`."
+
+
+def check_configs():
+    """1 if the config of a page is no longer the one that its digest is of, else 0."""
+    found = False
     for path in sorted(RESULTS.glob("*.md")):
         text = path.read_text()
-        found = re.search(r"```toml\n(.*)```\n$", text, re.S)
-        if not (found and text.startswith(f"# {path.stem}\n\nGenerated by `scripts/results_table.py`.")):
+        if not text.startswith(f"# {path.stem}\n\nGenerated by `scripts/results_table.py`."):
             continue
-        before = re.search(r"taxel report \S+(?: --samples (\d+))?\n", text)
-        asked = (int(before[1] or 0) if before else 0) if "lost under faults" in text else None
-        own = commands(path.stem, found[1], asked)
-        head = re.compile(r"(Generated by `scripts/results_table.py`\.\n\n)(Made again by:\n\n```sh\n.*?```\n\n)?", re.S)
-        path.write_text(head.sub(lambda m: f"{m[1]}{own}\n\n", text, count=1))
+        digest = re.search(r"^Config: .*; SHA-256 of the whole `(\w+)`\.$", text, re.M)
+        command = re.search(r"^taxel run (.*)$", text, re.M)
+        if not (digest and command):
+            print(f"{path.stem}: names no config")
+            found = True
+            continue
+        config, *words = shlex.split(command[1], comments=True)
+        whole = printed(config, [own for flag, own in zip(words, words[1:]) if flag == "--set"])
+        if whole is None or hashlib.sha256(whole.encode()).hexdigest() != digest[1]:
+            print(f"{path.stem}: {config} " + ("is refused" if whole is None else "gives another config by now"))
+            found = True
+    return int(found)
 
 
 def page(folder, partial=False):
@@ -412,22 +468,23 @@ def main():
     parser.add_argument("--readme", action="store_true", help="also put the first run's table into README.md")
     parser.add_argument("--partial", action="store_true", help="take runs that are not finished")
     parser.add_argument("--check", action="store_true", help="compare with the references, write nothing")
-    parser.add_argument("--commands", action="store_true", help="write the commands of all pages anew")
+    parser.add_argument("--configs", action="store_true", help="check that configs still give the digests on the pages")
     args = parser.parse_args()
-    if bool(args.run) == args.commands:
-        parser.error("name run folders, or --commands alone")
-    if args.commands:
-        sys.exit(commands_anew())
+    if bool(args.run) == args.configs:
+        parser.error("name run folders, or --configs alone")
+    if args.configs:
+        sys.exit(check_configs())
     references = RESULTS / "reference"
     if args.check:
         sys.exit(check(args.run, references))
     references.mkdir(parents=True, exist_ok=True)
     for number, folder in enumerate(args.run):
         name, rows, caption, config = page(folder, args.partial)
-        (references / f"{name}.json").write_text(json.dumps(reference(folder), indent=1) + "\n")
-        again = commands(name, config, (stress(folder) or {}).get("samples"))
-        text = f"# {name}\n\nGenerated by `scripts/results_table.py`.\n\n{again}\n\n{rows}\n\n{caption}\n\n```toml\n{config}```\n"
-        (RESULTS / f"{name}.md").write_text(text)
+        (references / f"{name}.json").write_text(lines(reference(folder)))
+        made = origin(config)
+        again = commands(name, config, made, (stress(folder) or {}).get("samples"))
+        parts = [f"# {name}", "Generated by `scripts/results_table.py`.", again, config_line(config, made), rows, caption]
+        (RESULTS / f"{name}.md").write_text("\n\n".join(parts) + "\n")
         if args.readme and number == 0:
             readme = ROOT / "README.md"
             brief = table(folder, json.loads((folder / "results.json").read_text()), short=True)

@@ -17,10 +17,11 @@ import subprocess
 
 import numpy as np
 
-from results_table import commit
+from results_table import commit, config_line
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 NAME = "visuotactile-001-section-7"
+CONFIG = pathlib.Path("configs", "visuotactile", f"{NAME}.toml")
 PUBLISHED = {"visual": 100.0, "tactile": 77.63}
 # torchvision's, as scale = "imagenet" of the config.
 MEAN, SD = [0.485, 0.456, 0.406], [0.229, 0.224, 0.225]
@@ -30,15 +31,18 @@ def call(*command) -> str:
     return subprocess.run([str(c) for c in command], check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
+def settings(args, stream) -> list[str]:
+    """The settings that the training of one parent changes."""
+    of_stream = ["data.x=view", "data.layout=colour", "encoding.image.red=false"] if stream == "visual" else []
+    return ["data.full_scale=1", f"encoding.image.resize=[{args.size}, {args.size}]", *of_stream, *args.set]
+
+
 def train(args, data, stream) -> pathlib.Path:
     """The run folder of one parent; taken as it is where it is there."""
     run = args.work / stream
     if not (run / "results.json").exists():
-        own = ["data.x=view", "data.layout=colour", "encoding.image.red=false"] if stream == "visual" else []
-        sets = ["data.full_scale=1", f"encoding.image.resize=[{args.size}, {args.size}]", *own, *args.set]
-        options = [part for value in sets for part in ("--set", value)]
-        config = ROOT / "configs" / "visuotactile" / f"{NAME}.toml"
-        call(args.taxel, "run", config, "--data", data, "--threads", args.threads, "--out", run, *options)
+        options = [part for value in settings(args, stream) for part in ("--set", value)]
+        call(args.taxel, "run", ROOT / CONFIG, "--data", data, "--threads", args.threads, "--out", run, *options)
     return run
 
 
@@ -111,6 +115,8 @@ Made again by:
 {command}
 ```
 
+{config_line(config, (CONFIG, [f"data.path={data.name}", *settings(args, "tactile")]))}
+
 {head}
 |---|---:|---:|---:|---:|
 {chr(10).join(rows)}
@@ -118,9 +124,6 @@ Made again by:
 Measured on simulated imprints and pictures of the same 30 objects, 840 samples, {args.size} × {args.size}, one split of
 25 % test, seed 0. taxel {environment['taxel']} at {commit(environment)}, {environment['cpu']}. The stitched network sees one
 stream at a time, the other is dark.
-
-```toml
-{config}```
 """
     (ROOT / "docs" / "results" / f"{NAME}.md").write_text(page)
 
