@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""What each effect of a scene does to the ranking of methods: writes docs/scenes/ablations.md.
+"""Measures how each effect of a scene changes the ranking of methods: writes docs/scenes/ablations.md.
 
     cargo build --release          # or TAXEL=/path/to/taxel
     python3 scripts/ablations.py [fingertip gripper palpation imprint gel hand] [--seeds 0,1,2,3] [--threads 1]
 
-For every removable effect the scene is simulated without it and the same methods are trained and tested
-again by `taxel run`, on the same protocol and seeds. A row says how each method changes against the whole
-scene, in percentage points, seed by seed, and whether the order of the methods changes. Bold: told from no
-change by a paired t-test over seeds at 5 %, divided by the number of methods. An effect that is told for no
-method earns nothing: it should be removed from the scene, or its reason be written where `--explain` prints
-it. Needs scipy.
+For every removable effect the scene is simulated without it, and `taxel run` trains and tests the same methods
+again, on the same protocol and seeds. A row shows how each method changes against the whole scene, in percentage
+points, seed by seed, and whether the order of the methods changes. Bold: significant by a paired t-test over seeds
+at 5 %, divided by the number of methods. An effect that is significant for no method should be removed from the
+scene, or its reason be written where `--explain` prints it. Needs scipy.
 """
 
 import argparse
@@ -76,7 +75,7 @@ def order(scores: dict[str, float]) -> list[str]:
 
 
 def change(base: list[float], own: list[float], comparisons: int) -> tuple[str, bool]:
-    """Mean change over seeds with its standard error, and whether it is told from nothing (paired t, 5 %, Bonferroni)."""
+    """Mean change over seeds with its standard error, and whether it is significant (paired t, 5 %, Bonferroni)."""
     differences = [b - a for a, b in zip(base, own)]
     mean, error = statistics.mean(differences), statistics.stdev(differences) / len(differences) ** 0.5
     critical = stats.t.ppf(1 - 0.05 / (2 * comparisons), len(differences) - 1)
@@ -105,7 +104,7 @@ def ablate(scene: str, seeds: list[int], threads: int) -> str:
         if not any(told for _, told in cells):
             silent.append(effect)
         print(lines[-1], flush=True)
-    lines += ["", f"Told from nothing for no method: {', '.join(silent)}." if silent else "Every effect changes at least one method."]
+    lines += ["", f"Significant for no method: {', '.join(silent)}." if silent else "Every effect changes at least one method."]
     return "\n".join(lines) + "\n"
 
 
@@ -123,7 +122,7 @@ def main() -> None:
             sections[part.split("\n", 1)[0]] = "## " + part.strip() + "\n"
     for scene in given.scenes or list(SCENES):
         sections[scene] = ablate(scene, [int(s) for s in given.seeds.split(",")], given.threads)
-        head = "<!-- written by scripts/ablations.py -->\n\n# What each effect does to the ranking\n\nAccuracy on *simulated* data; rows without an effect show the change in percentage points, mean ± standard\nerror over seeds; bold: told from no change (paired t-test, 5 % over the methods of a row).\n\n"
+        head = "<!-- written by scripts/ablations.py -->\n\n# What each effect does to the ranking\n\nAccuracy on *simulated* data. Rows without an effect show the change in percentage points, mean ± standard\nerror over seeds. Bold: significant (paired t-test, 5 % over the methods of a row).\n\n"
         part = path.with_suffix(".part")
         part.write_text(head + "\n".join(sections[s] for s in SCENES if s in sections))
         part.replace(path)

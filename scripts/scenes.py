@@ -315,7 +315,8 @@ def statistics() -> None:
         "simulated: gripper, whole grasp, mean of each tick": vibration(ticks, 100, coarse),
         "real: biotac-slide20, sliding, mean of each tick": vibration(slide[0]["x"][:, 19], 100, coarse) if slide else None,
     }
-    text = "<!-- written by scripts/scenes.py -->\n\n"
+    text = "<!-- written by scripts/scenes.py -->\n\n# Scenes beside real recordings\n\n"
+    text += "Statistics of simulated samples beside those of the nearest real recordings. [scenes.md](../scenes.md) says how far they agree.\n\n"
     text += table("Grasp: five force-sensitive resistors, 50 readings, shares of full scale", grasps) + "\n"
     text += table("Squeeze: 21 frames from first touch to full force", squeeze) + "\n"
     text += table("AC in the hold, 2200 Hz", hold) + "\n" + table("AC at 100 Hz", slow)
@@ -364,7 +365,9 @@ def difficulty() -> None:
     def tell(line: str, note: str) -> None:
         # Written as it goes: the whole takes minutes.
         lines.append(line), notes.append(note)
-        text = "<!-- written by scripts/scenes.py -->\n\n" + "\n".join(lines) + "\n\n" + "\n".join(notes) + "\n"
+        head = "<!-- written by scripts/scenes.py -->\n\n# How hard the scenes are\n\n"
+        head += "Accuracy on *simulated* samples: chance, three nearest neighbours on raw samples, and a small network.\n\n"
+        text = head + "\n".join(lines) + "\n\n" + "\n".join(notes) + "\n"
         (OUT / "difficulty.md").write_text(text)
         print(line, note, sep="\n", flush=True)
 
@@ -409,7 +412,7 @@ def squeezes(paper: str, subset: str, samples: int, tell) -> None:
     name, right = f"palpation, {paper}, {subset}", lambda guess: 100 * (guess == y[test]).mean()
     tell(
         f"| {name}, {samples} samples | {len(names)} | {100 / len(names):.1f} % | {nearest(x, y, fit, test):.1f} % | {right(predicted):.1f} % |",
-        f"- {name}: from one random frame of each squeeze the network has {right(single):.1f} %; most confused: {confused(y[test], predicted, names)}.",
+        f"- {name}: from one random frame of each squeeze the network reaches {right(single):.1f} %. Most confused: {confused(y[test], predicted, names)}.",
     )
 
 
@@ -427,7 +430,7 @@ def grips(tell) -> None:
             near = nearest(z[:, :, ::3], y[:, k], fit, test)
             tell(
                 f"| gripper, {attribute}, {split}, 900 samples | 10 | 10.0 % | {near:.1f} % | {100 * (gap == 0).mean():.1f} % |",
-                f"- gripper, {attribute}, {split}: {by_one:.0f} % of the network's misses are by one level; mean absolute error {gap.mean():.2f} levels.",
+                f"- gripper, {attribute}, {split}: {by_one:.0f} % of the network's errors are by one level. Mean absolute error: {gap.mean():.2f} levels.",
             )
 
 

@@ -212,17 +212,19 @@ const HEAD: &str = "\
 <!-- Written by `cargo run -p taxel-zoo --example costs_page > docs/costs.md`; a test holds it. -->
 # What the networks cost
 
-Counted from the graphs, which tests hold against PyTorch twins; nothing here is measured. A MAC is one
-multiply–accumulate of a convolution, linear or recurrent layer; batch norm, activations and pools are not
-counted. FLOPs are 2·MAC and one addition per bias and output value. Everything is for one sample in 32-bit
-floats. `taxel cost MODEL` gives the same per layer.
+All numbers are counted from the graphs, which tests compare with PyTorch twins; nothing is measured. They are for one sample in
+32-bit floats. `taxel cost MODEL` prints them per layer.
+
+- A MAC is one multiply–accumulate of a convolution, linear or recurrent layer. Batch norm, activations and pools are not counted.
+- FLOPs are 2·MAC and one addition per bias and output value.
+- 000 to 004 are the short ids of the five [papers](papers.md).
 
 ";
 
 fn networks(page: &mut String) {
     *page += "## Every network at its own input
 
-MiB: parameters and batch-norm statistics, 2²⁰ bytes. Activations: the outputs of all nodes, kept apart; an
+MiB (2²⁰ bytes) are parameters and batch-norm statistics. Activations are the outputs of all nodes, each in memory of its own; an
 execution that shares memory needs less.
 
 | network | crate | published in | input | parameters | statistics | MiB | MACs | FLOPs | activations MiB |
@@ -251,12 +253,12 @@ execution that shares memory needs less.
 
 fn table_5(page: &mut String) {
     *page += "
-## Paper 000, Table 5
+## Kaewrakmuk and Srinonchat 2026, Table 5
 
-*Published* beside computed. Sizes agree within 0.02 MB or 2 % once \"MB\" is read as 2²⁰ bytes of parameters and
+*Published* beside computed. Sizes agree within 0.02 MB or 2 % if \"MB\" means 2²⁰ bytes of parameters and
 batch-norm statistics. No single convention explains the GFLOPs: the last column names the one that gives the
-printed digits. Where it says none, every convention misses, also with other images near the size (a test tries
-them); the row is shown and held against nothing.
+printed digits. For \"none\", every convention misses, also with other image sizes near it (a test tries
+them). Such a row is shown but not checked.
 
 | network | *MB* | MiB | *GFLOPs* | 1·MAC | 2·MAC | 2·MAC + bias | explained by |
 |---|---:|---:|---:|---:|---:|---:|---|
@@ -305,7 +307,7 @@ fn compression(page: &mut String) {
     let _ = write!(
         page,
         "
-## Paper 001, section 7
+## Rouhafzay et al. 2021, section 7
 
 Two of MobileNetV2 against the two-stream network, 6 classes. *Published: {} KB / {} KB = {:.4}*, of
 compressed files; {} to {} is agreement.
@@ -326,7 +328,7 @@ compressed files; {} to {} is agreement.
 
 fn table_1(page: &mut String) {
     *page += "
-## Paper 004, Table 1
+## Zhang et al. 2022, Table 1
 
 Rows × columns × channels of `multiscale-cnn`; every shape is the printed one.
 
@@ -344,8 +346,8 @@ fn layers(page: &mut String) {
     *page += "
 ## Layer numbers of MobileNetV2
 
-Paper 001 freezes ranges of MATLAB's 154 layers (Table 6). `mobilenet-v2` counts alike, dropout left out: `18:139`
-freezes all between the first two blocks and the last. Layer 153 is MATLAB's softmax, 154 its output.
+Rouhafzay et al. 2021 freeze ranges of MATLAB's 154 layers (Table 6). `mobilenet-v2` counts in the same way, without dropout: `18:139`
+freezes everything between the first two blocks and the last. Layer 153 is MATLAB's softmax, 154 its output.
 
 | block | layers |
 |---|---:|
