@@ -188,7 +188,7 @@ def changes(results):
         return ""
     head = "| network | mean of all | first third | second | last | most |\n| --- | ---: | ---: | ---: | ---: | --- |\n"
     words = ("How far training moved the convolutions from where they started: mean squared difference of both kernels "
-             "scaled to 0..1, mean over folds, frozen ones 0 (paper 001, Figs. 3 and 4; all layers are in `results.json`).")
+             "scaled to 0..1, mean over folds, frozen ones 0 (Rouhafzay et al. 2021, Figs. 3 and 4; all layers are in `results.json`).")
     return f"\n\n{words}\n\n{head}" + "\n".join(rows)
 
 
@@ -204,7 +204,7 @@ def other_statistics(results):
 
 
 def attributes(results):
-    """Of several attributes each by itself, and every level of it, as paper 004's Table 2 has them."""
+    """Of several attributes each by itself, and every level of it, as Table 2 of Zhang et al. 2022 has them."""
     parts = []
     for at, attribute in enumerate(results.get("attributes", [])):
         own = {n["network"]: n["attributes"][at] for n in results["networks"] if n["mean"]}

@@ -170,7 +170,7 @@ def bags(folder, threads):
     return [head, "|---|---:|---:|---:|---:|", *rows]
 
 
-# What is changed of paper 004's network or of its training, one thing at a time: folder, words, settings, of the network too.
+# What is changed of the network of Zhang et al. 2022 or of its training, one thing at a time: folder, words, settings, of the network too.
 CHANGES = [
     ("as-is", "as the paper has it", [], ""),
     ("he", "weights drawn by He's rule, not normal with SD 1", ['train.init="he"'], ""),
@@ -184,7 +184,7 @@ CHANGES = [
 
 
 def multiscale(folder, threads):
-    """Why paper 004's network lags behind MiniRocket on its own scene; on grasps that no page is measured on (another seed)."""
+    """Why the network of Zhang et al. 2022 lags behind MiniRocket on its own scene; on grasps that no page is measured on (another seed)."""
     rows = []
     for name, words, changed, own in CHANGES:
         baselines = ["majority", "mini-rocket"] if name in ("as-is", "grasps-6000") else ["majority"]

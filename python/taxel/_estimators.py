@@ -104,7 +104,7 @@ class Classifier(_Fitted):
         :meth:`taxel.Graph.open` give. Weights that it has are the start of the training.
     recipe : dict, optional
         The table `[train]` of a config: `{"epochs": 60, "batch_size": 64, "optimizer": {"name": "adam", "lr": 0.001}}`.
-        What is left out is paper 000's: 100 epochs, batches of 64, SGD with momentum.
+        What is left out is that of Kaewrakmuk and Srinonchat 2026: 100 epochs, batches of 64, SGD with momentum.
     encoding : dict, optional
         The table `[encoding]` of a config: `{"signal": {"kind": "quantile-code"}}`. By default z-scores of a signal; for
         networks that read images the Gramian difference field of series, the pixels of images, the peak frame of

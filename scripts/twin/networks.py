@@ -252,7 +252,7 @@ class TactNet3d(nn.Module):
 
 
 class Scale(nn.Module):
-    """One scale of paper 004: convolution of 3, batch norm, pool."""
+    """One scale of Zhang et al. 2022: convolution of 3, batch norm, pool."""
 
     def __init__(self, inputs, outputs):
         super().__init__()
@@ -391,7 +391,7 @@ ACTIVE_KERNELS, PALPATION_KERNELS = [(5, 5, 3), (5, 3, 3)], [(5, 3, 8), (5, 3, 8
 
 
 def squeeze(filters, cases, kernels=ACTIVE_KERNELS, **published):
-    """A network of papers 002 and 003: filters, kernels, and the settings that differ from paper 002's second row."""
+    """A network of Gandarias et al. 2019b and Pastor et al. 2019: filters, kernels, and what differs from the second row of the former."""
     sizes = dict(classes=9, in_channels=1, height=28, width=50, frames=10)
     make = lambda **settings: TactNet3d(filters, kernels, **settings)  # noqa: E731
     return Twin(make, {**sizes, **published}, [TENSOR], cases, dropouts={"drop3": "fc3/relu/dropout"})
