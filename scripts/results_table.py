@@ -199,7 +199,12 @@ def other_statistics(results):
         own = [n for n in results["networks"] if n.get("other_statistics", {}).get("batch_norm") == kind]
         score = lambda n: n["other_statistics"].get("score", n["other_statistics"].get("accuracy"))
         words = [f"`{n['network']}` {score(n):.2f} ({score(n) - n['mean']['accuracy']:+.2f})" for n in own]
-        lines += [f"\n\nAccuracy % of the same weights with *{kind}* batch-norm statistics: " + ", ".join(words) + "."] if words else []
+        says = f"\n\nAccuracy % of the same weights with *{kind}* batch-norm statistics:"
+        # A sentence holds a few networks, a list any number.
+        if len(words) > 4:
+            lines.append(f"{says}\n\n" + "\n".join(f"- {word}" for word in words))
+        elif words:
+            lines.append(f"{says} " + ", ".join(words) + ".")
     return "".join(lines)
 
 
@@ -222,9 +227,9 @@ def shortcut(results):
     found = results.get("shortcut")
     if not found:
         return ""
-    return (f"\n\n**Confounded?** {len(found['statistics'])} global statistics of a sample ({', '.join(found['statistics'])}) "
-            f"alone tell {100 * found['accuracy']:.1f} % of the samples (chance {100 * found['chance']:.1f} %): part of "
-            "every score may be the recording, not touch.")
+    return (f"\n\n**Confounded?** {len(found['statistics'])} global statistics of a sample alone tell "
+            f"{100 * found['accuracy']:.1f} % of the samples (chance {100 * found['chance']:.1f} %): part of every score may be "
+            f"the recording, not touch. They are {', '.join(found['statistics'])}.")
 
 
 def hardening(folder):
