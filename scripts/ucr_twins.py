@@ -21,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 
-from results_table import commit
+from results_table import commit, remarks_line
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "results" / "ucr-twins.md"
@@ -103,6 +103,8 @@ Made again by:
 ```sh
 {command}
 ```
+
+{remarks_line("ucr-twins")}
 
 | set | test series | network | taxel | PyTorch twin | difference | each seed, taxel/twin |
 |---|---:|---|---:|---:|---:|---|
