@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Compares the time of one answer with onnxruntime's; prints a table and, with --write, writes it to docs/benchmarks/.
+"""Compares the time of one prediction with onnxruntime's; prints a table and, with --write, writes it to docs/benchmarks/.
 
     python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--int8 | --tract] [--write]
 
-Needs cargo and a Python with torch, onnx, onnxruntime and, for --tract, tract. The same network (PyTorch's from `scripts/twin/networks.py`, exported
-to ONNX; input shapes and numbers of parameters are held against taxel's), one sample, one thread: taxel's frozen network,
-taxel's training engine in evaluation mode, onnxruntime, and with --tract tract. Each is a process of its own that stays alive; they work in turns,
-the next round the other way round, and a cell is the median over rounds of CPU time per answer. CPU time suffers less from
-other programs than wall time; they still share caches and memory, so publish what a quiet machine gave (the page says
-how busy it was). --int8 is about eight bits: taxel's frozen network in floats and in eight bits, and onnxruntime in floats and
-in eight bits (QDQ, weights per channel), of 2D and 3D networks.
+Needs cargo and a Python with torch, onnx, onnxruntime and, for --tract, tract. The same network predicts one sample on one thread in
+taxel's runtime, in taxel's training engine in evaluation mode, in onnxruntime and, with --tract, in tract. The network is PyTorch's from
+`scripts/twin/networks.py`, exported to ONNX. Its input shapes and numbers of parameters must equal taxel's.
+
+Each program is a process of its own that stays alive. They work in turns, in reversed order in the next round. A cell is the median
+over rounds of CPU time per prediction. Other programs disturb CPU time less than wall time, but they share caches and memory.
+So publish numbers of a quiet machine; the page says how busy it was. --int8 compares 2D and 3D networks in floats and in eight bits,
+in taxel's runtime and in onnxruntime (QDQ, weights per channel).
 """
 
 import argparse

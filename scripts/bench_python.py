@@ -5,15 +5,15 @@
 
 Needs TAXEL_DATA and a Python with the wheel of scripts/python, torch, aeon and numpy.
 
-*What is compared.* On fsr-glove28 (5 force sensors × 50 readings, 28 objects; every fifth sample is tested):
+*Programs.* On fsr-glove28 (5 force sensors × 50 time steps, 28 objects; every fifth sample is tested):
 `taxel.Classifier("resnet8-lite-1d").fit` with the recipe of configs/real/fsr-glove28.toml, fewer epochs, against the same
-recipe in PyTorch (`scripts/twin`: network, z-scores, shuffles, schedule, population statistics); `taxel.MiniRocket` against
+recipe in PyTorch (`scripts/twin`: network, z-scores, shuffles, schedule, recomputed batch-norm statistics); `taxel.MiniRocket` against
 `aeon`'s MiniRocketClassifier, both with about 10,000 features, `fit` and `predict`. Then how much memory
 `predict_proba` takes for a float32 array of 512 MiB besides the array.
 
-*How.* One after the other in one process, in turns, the order reversed from round to round; each has been run once before.
+*Method.* One after the other in one process, in turns, the order reversed from round to round, each after one warm-up.
 A time is the median over rounds, of the whole process and all of its threads: CPU time, which other programs disturb less
-than wall time, and wall time beside it. With threads that wait actively CPU time counts the waiting too: `--threads 1`
+than wall time, and wall time beside it. CPU time includes threads that wait actively: `--threads 1`
 compares work alone.
 """
 

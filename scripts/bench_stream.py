@@ -4,13 +4,13 @@
     cargo build --release -p taxel
     python3 scripts/bench_stream.py [--model m.safetensors] [--decisions 100000] [--rate 1000] [--busy 1] [--priority 10]
 
-Without --model, resnet8-lite-1d is fitted to simulated grasps (5 channels, windows of 50 readings) first. Three things:
+Without --model, resnet8-lite-1d is first fitted to simulated grasps (5 channels, windows of 50 time steps). Measured are:
 
-- paced: readings replayed from a file at --rate with a hop of 1, so that each has a decision, while --busy processes count
-  as fast as they can; exact quantiles of the latencies that the decisions state, readings dropped, and the resident memory
-  of the process sampled along the way;
-- fast: the same readings as fast as they are answered;
-- start: from before the process is started to its first decision (a window of readings lies ready on standard input), the
+- paced: time steps replayed from a file at --rate with a hop of 1, so that each has a decision, while --busy processes count
+  as fast as they can. Exact quantiles of the latencies in the decisions, dropped time steps, and samples of the resident memory
+  of the process;
+- fast: the same time steps as fast as they are predicted;
+- start: from before the process is started to its first decision (a window of time steps is ready on standard input), the
   median over --starts, and the process's highest resident memory.
 
 Needs Linux (/proc) and nothing beside Python's own library.

@@ -3,16 +3,16 @@
 
     python3 scripts/bench_training.py [--networks mlp,vgg6-lite-2d] [--threads 1,2] [--rounds 15] [--quick]
 
-Needs cargo and a Python with torch (`scripts/twin/steps.py` runs under the same one). Read the numbers
-knowing how they are made:
+Needs cargo and a Python with torch (`scripts/twin/steps.py` runs under the same one). How the numbers
+are made:
 
-*What is compared.* The same network (PyTorch's from `scripts/twin/networks.py`; input shapes and numbers of
-parameters are held against taxel's before anything is timed), the same batch, one training step: forward,
+*Programs.* The same network (PyTorch's from `scripts/twin/networks.py`; input shapes and numbers of
+parameters are compared with taxel's before anything is timed), the same batch, one training step: forward,
 cross-entropy, backward, SGD with momentum 0.9. PyTorch runs in its default memory format, in channels_last
-where an input has rows and columns, and under bfloat16 autocast. The opponent is the faster of the two f32
-columns; bf16 computes something coarser and is shown for information.
+where an input has rows and columns, and under bfloat16 autocast. taxel is compared with the faster of the two f32
+columns; bf16 is less exact and is shown for information.
 
-*How.* Every column is a process of its own that stays alive. They work one at a time, in turns: a round is
+*Method.* Every column is a process of its own that stays alive. They work one at a time, in turns: a round is
 a short run of each (`--seconds`), the next round goes through them backwards, so that a machine that
 gets slower or warmer does so for all. A cell is the median over rounds.
 
@@ -25,10 +25,10 @@ programs took at most a tenth of the processors (`/proc/stat`); there are up to 
 find enough of them, and where that fails, the row says `disturbed` in place of a ratio: with one of two
 cores lost, PyTorch's threads wait for each other and ratios of 100 and more are seen.
 
-*Targets.* A network is met when it is at least `target` times as fast as the opponent; a group is met when
+*Targets.* A network meets its target if it is at least `target` times as fast as PyTorch; a group does if
 its geometric mean is. Both tables are below; a new network is one entry in `NETWORKS` and one twin.
 
-`--quick` is for trying this script out: few short rounds, numbers that mean little.
+`--quick` tests this script: few short rounds, numbers without meaning.
 """
 
 import argparse

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Every listed network's logits against PyTorch: weights made by PyTorch go through `taxel forward`.
+"""Compares the logits of every listed network with PyTorch's: weights made by PyTorch go through `taxel forward`.
 
     cargo build --release --features candle && python3 scripts/check_forward.py [NETWORK...] [--binary target/release/taxel]
 
 Needs torch, numpy and safetensors. For each name that `taxel zoo` lists, its twin in `scripts/twin` gets weights
 from a formula, saves them (`.safetensors`; `.pth` where the name is known from torchvision, as such users have)
-and answers two samples at the published input size in float64. `taxel forward` answers on both backends. Prints
-the largest difference per network, relative to the largest logit; ends with 1 where one is above 1e-4.
+and predicts two samples at the published input size in float64. `taxel forward` predicts with both backends. Prints
+the largest difference per network, relative to the largest logit; ends with 1 if one is above 1e-4.
 """
 
 import argparse

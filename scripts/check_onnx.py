@@ -3,12 +3,12 @@
 
     cargo build --release && python3 scripts/check_onnx.py [NETWORK...] [--binary target/release/taxel] [--most 30000000]
 
-Needs torch, numpy, safetensors (any writer will do: taxel's own is read), onnx, onnxruntime and, for that column, tract.
+Needs torch, numpy, safetensors, onnx, onnxruntime and, for that column, tract.
 For each name that `taxel zoo` lists, its twin in `scripts/twin` gives names and shapes of tensors, a formula their values,
-at the published input size. `taxel export` writes the model, `onnx.checker` checks it in full, and three samples are
-answered by `taxel forward`, by onnxruntime and by tract. Then a model is trained for a few epochs on simulated grasps,
-exported with its encoding, and onnxruntime is asked about raw readings. Ends with 1 where logits differ by more than 1e-4
-of the largest, or the likeliest class is another.
+at the published input size. `taxel export` writes the model, `onnx.checker` checks it in full, and
+`taxel forward`, onnxruntime and tract predict three samples. Then a model is trained for a few epochs on simulated grasps,
+exported with its encoding, and onnxruntime predicts raw samples. Ends with 1 if logits differ by more than 1e-4
+of the largest, or the most likely class differs.
 """
 
 import argparse

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""A report in a real browser: it opens without errors, charts are drawn, tables sort, nothing is clipped.
+"""Checks a report in a real browser: it opens without errors, charts are drawn, tables sort, nothing is clipped.
 
     taxel report runs/quickstart && python3 scripts/check_report.py runs/quickstart/report.html [--shots FOLDER]
 
 Needs Chromium (`chromium` in the path, or --browser). Opens a copy of the page with a probe in it, in light, dark
-and on a phone's width, and prints what the probe found; ends with 1 if anything is wrong. `--shots` takes pictures
-of the whole page in the three ways: look at them.
+and on a phone's width, and prints what the probe found; ends with 1 if anything is wrong. `--shots` saves pictures
+of the whole page in all three.
 """
 
 import argparse

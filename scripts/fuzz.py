@@ -5,8 +5,8 @@
     python3 scripts/fuzz.py --files 100000 npz mat   100,000 over two of them
 
 Needs a nightly compiler, `cargo install cargo-fuzz`, and for --lines `rustup component add --toolchain nightly
-llvm-tools`. A first second per target measures how fast it is; all then get about the same time, so a reader that
-is cheap gets more of the files. Corpora stay in fuzz/corpus and are gone on from. What breaks a reader ends its
+llvm-tools`. A first second per target measures how fast it is. All then get about the same time, so a fast reader
+gets more of the files. Corpora stay in fuzz/corpus and are used again. A file that breaks a reader ends its
 target and lies in fuzz/artifacts/<reader>; the exit code is 1.
 """
 

@@ -6,7 +6,7 @@
 Five networks (1D, 2D, recurrent, 3D-free hybrids with dropout-free and batch-norm layers) and two baselines on the
 simulated fingertip, two folds. Each network's run is killed (SIGKILL) at random moments of its length until
 the kills are used up, and resumed each time. Exit code 0: all bytes are equal; 1: some differ. Wall times
-(timings.jsonl, environment.json, folds/*.timing.json) are no results and not compared.
+(timings.jsonl, environment.json, folds/*.timing.json) are not results and not compared.
 """
 
 import argparse

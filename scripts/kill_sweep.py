@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Kills a sweep at random moments, goes on, and compares every byte with one left alone; then says what sweeps cost.
+"""Kills a sweep at random moments, resumes it, and compares every byte with an undisturbed one; then measures what sweeps cost.
 
     python3 scripts/kill_sweep.py [--taxel target/release/taxel] [--trials 200] [--kills 10] [--planned 10000]
 
 1. `taxel sweep run --jobs 2` over small trials is killed (SIGKILL) until the kills are used up: as many results as
-   trials, none lost, none twice, equal bytes. A kill counts that met the sweep alive.
+   trials, none lost, none twice, equal bytes. A kill counts only if the sweep was alive.
 2. Twenty trials by one `run-one` (GNU time is needed) against the same twenty configs by one `taxel run`: the overhead of a chunk.
-3. Many planned trials of which none is run: seconds and peak memory of plan, emit and collect, and of a tenth.
+3. Many planned trials, none of them run: seconds and peak memory of plan, emit and collect, and of a tenth.
 
 Exit code 0: all equal after all kills; 1: not.
 """

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Writes tests/papers/pins.json, which tests/papers.rs holds the small experiment of each paper to.
+"""Writes tests/papers/pins.json, with which tests/papers.rs compares the small experiment of each paper.
 
     cargo build --release
     python3 scripts/pin_papers.py            # about five minutes on two cores
 
-Of every config in tests/papers two things are kept:
+Two things are kept of every config in tests/papers:
 
-fixed    networks that stay as they were drawn (a rate of 1e-30 changes no weight): costs, losses, confusion. They follow
+fixed    networks with their initial weights (a rate of 1e-30 changes none): costs, losses, confusion. They follow
          from scene, encoding, network, initialisation and protocol alone, to the last digits.
-trained  the accuracy (%) of ten seeds, whose spread tells what one seed may show.
+trained  the accuracy (%) of ten seeds, whose spread says what one seed may show.
 
 A change that moves `fixed` says so in its commit, and why.
 """

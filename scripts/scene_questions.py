@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Where a scene contradicts its paper, one short experiment each: writes docs/scenes/questions.md.
+"""Runs one short experiment for each scene that contradicts its paper: writes docs/scenes/questions.md.
 
     cargo build --release          # or TAXEL=/path/to/taxel
     python3 scripts/scene_questions.py runs/questions [--only fingertip glove gripper bags multiscale] [--threads 2]
 
-Trainings go into folders below the one named and go on where they were ended. fingertip takes about 10 min on two cores,
+Trainings go into folders below the one named and resume where they were stopped. fingertip takes about 10 min on two cores,
 glove five, gripper one, bags about 20, multiscale about 15. glove needs TAXEL_DATA. Needs numpy and scikit-learn.
 """
 
@@ -94,7 +94,7 @@ def glove(folder, threads):
 
 
 def touched(arrays):
-    """What a person would measure of a grasp, per finger: pressure, how it fades in the hold, when it is gone, how the first touch rings."""
+    """Plain measurements of a grasp, per finger: pressure, how it fades in the hold, when it is gone, how the first touch rings."""
     x = arrays["x"].astype(float)
     contact, stop = arrays["contact_s"] / 0.01, arrays["stop_s"] / 0.01
     features = []
@@ -113,7 +113,7 @@ def touched(arrays):
 
 
 def gripper(folder, threads):
-    """Whether recordings of an unseen object tell its elasticity, if one knows where to look."""
+    """Whether recordings of an unseen object contain its elasticity."""
     arrays = simulate(folder / "gripper.npz", "gripper", 1500)
     truth, objects = arrays["elasticity_level"], arrays["group"]
     ridge = make_pipeline(StandardScaler(), PolynomialFeatures(2), RidgeCV(np.logspace(0, 5, 12)))
@@ -126,7 +126,7 @@ def gripper(folder, threads):
 
 
 def looked_at(frames):
-    """What a person would measure of pressure images [N, rows, columns]: load, area, peaks, and how coarse the grain is."""
+    """Plain measurements of pressure images [N, rows, columns]: load, area, peaks, and how coarse the grain is."""
     x = frames.astype(float)
     load, area = x.sum(axis=(1, 2)), (x > 8).sum(axis=(1, 2))
     power = np.abs(np.fft.rfft2(x - x.mean(axis=(1, 2), keepdims=True))) ** 2
@@ -151,7 +151,7 @@ def measured(x, labels):
 
 
 def bags(folder, threads):
-    """Whether the course of a squeeze tells more than its frame of greatest force, to the same network or to a plain look."""
+    """Whether the course of a squeeze says more than its frame of greatest force, to the same network or to plain measurements."""
     rows = []
     for subset in ("in-bag", "deformable"):
         config, source = f"palpation/palpation-003-fig-6-{subset}.toml", folder / f"{subset}.npz"
@@ -170,7 +170,7 @@ def bags(folder, threads):
     return [head, "|---|---:|---:|---:|---:|", *rows]
 
 
-# What is changed of the network of Zhang et al. 2022 or of its training, one thing at a time: folder, words, settings, of the network too.
+# Changes of the network of Zhang et al. 2022 or of its training, one at a time: folder, words, settings, settings of the network.
 CHANGES = [
     ("as-is", "as the paper has it", [], ""),
     ("he", "weights drawn by He's rule, not normal with SD 1", ['train.init="he"'], ""),
@@ -184,7 +184,7 @@ CHANGES = [
 
 
 def multiscale(folder, threads):
-    """Why the network of Zhang et al. 2022 lags behind MiniRocket on its own scene; on grasps that no page is measured on (another seed)."""
+    """Why the network of Zhang et al. 2022 lags behind MiniRocket on this scene; on grasps of a seed that no other page uses."""
     rows = []
     for name, words, changed, own in CHANGES:
         baselines = ["majority", "mini-rocket"] if name in ("as-is", "grasps-6000") else ["majority"]

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""A sweep through a real Slurm whose node is killed twice and whose controller once, against one left alone.
+"""Runs a sweep through a real Slurm, kills its node twice and its controller once, and compares it with an undisturbed one.
 
     sudo python3 scripts/slurm_sweep.py [--taxel target/release/taxel] [--trials 200] [--chunk 5]
 
 Needs Debian's slurm-wlm and munge; installs nothing. Starts munged, slurmctld and slurmd (22.05 was tried) in a
-temporary folder on 127.0.0.1 and ends what it started and nothing else. Killing the node is SIGKILL to slurmd, to
-everything that it has started and to all that comes of that. Exit code 0: every trial has one result, and all bytes
+temporary folder on 127.0.0.1, and ends only what it started. Killing the node is SIGKILL to slurmd and to
+all its descendants. Exit code 0: every trial has one result, and all bytes
 are those of `taxel sweep run`; 1: not.
 """
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Paper 001, section 7: two MobileNetV2 trained apart on pictures and imprints, stitched into one of two streams.
+"""Rouhafzay et al. 2021, section 7: two MobileNetV2 trained apart on pictures and imprints, stitched into one of two streams.
 
     TAXEL_WEIGHTS=... python3 scripts/stitch_experiment.py --taxel target/release/taxel --work runs/stitch
 
 Needs numpy. Simulates imprints with pictures of the same objects, trains configs/visuotactile/
 visuotactile-001-section-7.toml on each (layers 18 to 139 frozen as ImageNet left them), stitches the two with
-`taxel stitch`, and asks the stitched network about the test samples of both: it should answer as its parents
-do. Writes docs/results/visuotactile-001-section-7.md. Published: 100 % visual, 77.63 % tactile.
+`taxel stitch`, and lets the stitched network predict the test samples of both. It should predict what its parents
+predict. Writes docs/results/visuotactile-001-section-7.md. Published: 100 % visual, 77.63 % tactile.
 """
 
 import argparse

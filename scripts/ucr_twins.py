@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Light 1D networks on the UCR and UEA sets beside PyTorch twins of the same recipe: docs/results/ucr-twins.md.
+"""Compares light 1D networks on the UCR and UEA sets with PyTorch twins of the same recipe: docs/results/ucr-twins.md.
 
     TAXEL_DATA=... python3 scripts/ucr_twins.py [--seeds 0,1,2] [--threads 1]
 
@@ -7,8 +7,8 @@ Needs a built target/release/taxel (or TAXEL=...), and torch and numpy, without 
 kept: they do not depend on the program. Every config configs/real/ucr-*.toml is run
 once per seed by `taxel run` and its networks are trained again by scripts/twin/train.py on the same official
 split. Nothing is shared but recordings, recipe and split, so a single seed of so few test series may differ by
-several points: the mean over seeds counts, over ten where there are fewer than a hundred test series. The baselines'
-accuracies stand beside them; they have no seed to speak of.
+several points. The mean over seeds counts, over ten seeds if there are fewer than a hundred test series. The baselines'
+accuracies stand beside them; they hardly depend on a seed.
 """
 
 import argparse

@@ -90,7 +90,7 @@ fn pinned(paper: &str, more: &[&str]) -> Vec<(NetworkResults, FoldRecord)> {
 #[test]
 fn paper_000_hardness_from_fingertips() {
     let found = pinned("paper-000", &[]);
-    // Paper 000, Fig. 6: hardness 20 is taken for 10 more often than for 00.
+    // Kaewrakmuk and Srinonchat 2026, Fig. 6: hardness 20 is taken for 10 more often than for 00.
     let confusion = found[0].0.confusion.as_ref().unwrap().counts().to_vec();
     assert!(confusion[2][1] >= confusion[2][0], "{confusion:?}");
     assert_eq!(confusion.iter().flatten().sum::<u64>(), 150);

@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "words/comments.rs"]
+mod comments;
 #[path = "words/files.rs"]
 mod files;
 #[path = "words/markdown.rs"]
@@ -10,6 +12,7 @@ mod markdown;
 
 use std::path::{Component, Path, PathBuf};
 
+use comments::{Prose, comments, doc_comments};
 use files::{is_ignored, root, text, with_ending};
 use markdown::{anchors, blocks, cells, code_spans, fenced, plain, sentences, targets};
 
@@ -53,32 +56,20 @@ fn pages() -> Vec<String> {
     with_ending(&["md"])
 }
 
-/// The doc comments of the sources: path, first line and text of each run of `///` or `//!` lines.
-fn doc_comments() -> Vec<(String, usize, String)> {
-    let sources = with_ending(&["rs"]).into_iter().filter(|path| path.contains("/src/"));
-    let mut found = Vec::new();
-    for path in sources {
-        let mut open = false;
-        for (at, line) in text(&path).lines().enumerate() {
-            let line = line.trim_start();
-            let doc = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
-            match (doc, found.last_mut()) {
-                (Some(words), Some((_, _, whole))) if open => *whole = format!("{whole}\n{words}"),
-                (Some(words), _) => found.push((path.clone(), at + 1, words.to_string())),
-                (None, _) => {}
-            }
-            open = doc.is_some();
-        }
-    }
-    found
+/// The pages as prose, without the glossary, which lists the words, and the changelog, which tells what was.
+fn checked_pages() -> impl Iterator<Item = Prose> {
+    let pages = pages().into_iter().filter(|path| path != "docs/glossary.md" && path != "CHANGELOG.md");
+    pages.map(|path| Prose { line: 1, text: text(&path), path })
 }
 
 /// A doc line says what a thing does or is: it begins with a verb or a noun.
 #[test]
 fn doc_lines_do_not_begin_with_what() {
     let mut found = Vec::new();
-    for (path, first, whole) in doc_comments() {
-        for (at, line) in whole.lines().enumerate() {
+    for Prose { path, line: first, text } in
+        doc_comments().into_iter().filter(|prose| prose.path.contains("/src/"))
+    {
+        for (at, line) in text.lines().enumerate() {
             let line = line.trim_start();
             if line.strip_prefix("What").is_some_and(|rest| !rest.starts_with(char::is_alphanumeric)) {
                 found.push(format!("{path}:{}: {}", first + at, start(line)));
@@ -142,16 +133,13 @@ fn holds(text: &str, words: &str) -> bool {
     })
 }
 
-/// One thing has one name, in pages, help texts and docs.
+/// One thing has one name, in pages, help texts, docs and comments.
 #[test]
 fn words_are_the_glossarys() {
     let (forbidden, mut found) = (forbidden(), Vec::new());
     assert!(forbidden.len() > 10, "docs/glossary.md: the second table is not read: {forbidden:?}");
-    let pages = pages().into_iter().map(|path| (path.clone(), 1, text(&path)));
-    let texts =
-        pages.filter(|(path, ..)| path != "docs/glossary.md" && path != "CHANGELOG.md").chain(doc_comments());
-    for (path, first, whole) in texts {
-        for block in blocks(&whole) {
+    for Prose { path, line: first, text } in checked_pages().chain(doc_comments()).chain(comments()) {
+        for block in blocks(&text) {
             let shown = plain(&block.text).to_lowercase();
             for words in forbidden.iter().filter(|words| holds(&shown, words)) {
                 found.push(format!("{path}:{}: \"{words}\" in: {}", first + block.line - 1, start(&shown)));
@@ -226,15 +214,14 @@ fn normal(path: &Path) -> PathBuf {
     found
 }
 
-/// Paths of the repository that pages and docs name between backticks are there.
+/// Paths of the repository between backticks are there.
 #[test]
 fn paths_are_there() {
     let mut found = Vec::new();
-    let pages = pages().into_iter().map(|path| (path.clone(), 1, text(&path)));
-    // The changelog tells of files that are gone.
-    for (path, first, whole) in pages.filter(|(path, ..)| path != "CHANGELOG.md").chain(doc_comments()) {
-        for block in blocks(&whole) {
-            let missing = code_spans(&block.text).into_iter().filter(|code| is_path(code) && !is_there(code));
+    for Prose { path, line: first, text } in checked_pages().chain(doc_comments()).chain(comments()) {
+        for block in blocks(&text) {
+            let missing =
+                code_spans(&block.text).into_iter().filter(|code| is_path(code) && !is_there(&path, code));
             found.extend(missing.map(|code| format!("{path}:{}: {code}", first + block.line - 1)));
         }
     }
@@ -248,10 +235,11 @@ fn is_path(code: &str) -> bool {
     plain && folders.iter().any(|folder| code.starts_with(folder))
 }
 
-fn is_there(path: &str) -> bool {
+/// Tells whether a path is in the repository, or in the crate of the file that names it.
+fn is_there(file: &str, path: &str) -> bool {
     let path = path.trim_end_matches('/');
-    // Tests of a crate write `tests/name.rs` of their own.
-    is_ignored(path) || root().join(path).exists()
+    let krate: PathBuf = file.split('/').take(2).collect();
+    is_ignored(path) || root().join(path).exists() || root().join(krate).join(path).exists()
 }
 
 /// The first page is read to its end.

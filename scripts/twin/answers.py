@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Answers of a PyTorch twin in onnxruntime on request: `crates/runtime/examples/answers.rs` in Python.
+"""Predictions of a PyTorch twin in onnxruntime on request: `crates/runtime/examples/answers.rs` in Python.
 
     python3 scripts/twin/answers.py resnet8-lite-1d [--int8 | --tract]
 
 Needs torch, onnx and onnxruntime or tract. Exports the twin in evaluation mode, prints a line about itself, and obeys `run N` on its
-standard input: N answers to one sample on one thread, and a JSON line with the CPU time of the whole process. --int8: in eight bits, as
+standard input: N predictions of one sample on one thread, and a JSON line with the CPU time of the whole process. --int8: in eight bits, as
 onnxruntime's own static quantisation makes them (QDQ, unsigned values, signed weights per channel). --tract: by tract.
 """
 

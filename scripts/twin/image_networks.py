@@ -78,7 +78,7 @@ class Stream(nn.Module):
 
 
 class Split(nn.Module):
-    """Paper 001, section 7: two streams around shared blocks 3 to 16; two outputs."""
+    """Rouhafzay et al. 2021, section 7: two streams around shared blocks 3 to 16; two outputs."""
 
     def __init__(self, classes=6, in_channels=6, **_sizes):
         super().__init__()
@@ -391,7 +391,7 @@ class MnasNet(nn.Module):
         return self.classifier(pooled(self.layers(x)))
 
 
-# Paper 004: two fingers of 23 readings, 300 ticks, twenty outputs.
+# Zhang et al. 2022: two fingers of 23 readings, 300 ticks, twenty outputs.
 FINGERS = dict(classes=20, in_channels=2, height=23, width=300)
 SMALL = dict(in_channels=3, height=61, width=47, classes=4)
 

@@ -41,7 +41,7 @@ class ConvBn(nn.Module):
 
 
 class Vgg6Lite(nn.Module):
-    """Paper 000, section 3.1.1."""
+    """Kaewrakmuk and Srinonchat 2026, section 3.1.1."""
 
     width = 64
 
@@ -71,7 +71,7 @@ class Residual(nn.Module):
 
 
 class ResNet8Lite(nn.Module):
-    """Paper 000, section 3.1.2."""
+    """Kaewrakmuk and Srinonchat 2026, section 3.1.2."""
 
     width = 32
 
@@ -102,7 +102,7 @@ class Dense(nn.Module):
 
 
 class DenseNet6Lite(nn.Module):
-    """Paper 000, section 3.1.3."""
+    """Kaewrakmuk and Srinonchat 2026, section 3.1.3."""
 
     width = 48
 
@@ -121,7 +121,7 @@ class DenseNet6Lite(nn.Module):
 
 
 class Hybrid(nn.Module):
-    """Paper 000, section 3.2."""
+    """Kaewrakmuk and Srinonchat 2026, section 3.2."""
 
     def __init__(self, temporal, spatial, fuse, in_channels, image_channels, classes):
         super().__init__()
@@ -141,7 +141,7 @@ class Hybrid(nn.Module):
 
 
 class Mlp(nn.Module):
-    """Paper 000, Table 5."""
+    """Kaewrakmuk and Srinonchat 2026, Table 5."""
 
     def __init__(self, in_features, hidden, classes):
         super().__init__()
@@ -153,7 +153,7 @@ class Mlp(nn.Module):
 
 
 class Lstm(nn.Module):
-    """Paper 000, Table 5: the last hidden state of one layer that reads the sensors step by step."""
+    """Kaewrakmuk and Srinonchat 2026, Table 5: the last hidden state of one layer that reads the sensors step by step."""
 
     def __init__(self, in_channels, hidden, classes, **_sizes):
         super().__init__()
@@ -229,7 +229,7 @@ class TactResNet(nn.Module):
 
 
 class TactNet3d(nn.Module):
-    """Papers 002 and 003: unpadded 3D convolutions, by default without a pool."""
+    """Gandarias et al. 2019b and Pastor et al. 2019: unpadded 3D convolutions, by default without a pool."""
 
     def __init__(self, filters, kernels, classes, in_channels=1, height=28, width=50, frames=10, hidden=64, pool=1, dropout=0.2):
         super().__init__()
@@ -276,7 +276,7 @@ class MultiscaleBlock(nn.Module):
 
 
 class Multiscale(nn.Module):
-    """Paper 004, Table 1."""
+    """Zhang et al. 2022, Table 1."""
 
     def __init__(self, classes=20, in_channels=2, height=23, width=300, activation="leaky-relu"):
         super().__init__()

@@ -31,7 +31,7 @@ fn answer(graph: &Graph, weights: &Weights, xs: &[&[f32]], n: usize) -> Vec<(Str
     engine.outputs().map(|(name, values)| (name.into(), values.to_vec())).collect()
 }
 
-/// Paper 001, Table 6, against PyTorch; ranges cut blocks, and between a convolution and its batch norm.
+/// Rouhafzay et al. 2021, Table 6, against PyTorch; ranges cut blocks, and between a convolution and its batch norm.
 #[test]
 fn frozen_layers_learn_nothing_and_keep_their_statistics() {
     let twins = Twin::frozen();
@@ -97,7 +97,7 @@ fn blocks_and_ranges_name_nodes() {
     }
 }
 
-/// Paper 003's VGG16_SVM and ResNet50_NN read features at a layer.
+/// VGG16_SVM and ResNet50_NN of Pastor et al. 2019 read features at a layer.
 #[test]
 fn a_part_computes_what_the_whole_does_there() {
     for (name, settings, node, head) in [
@@ -232,7 +232,7 @@ fn a_new_head_is_fresh_and_all_else_must_fit() {
     assert!(refuse(&wrong).contains("tensor `head.bias` is not part of this network"));
 }
 
-/// Paper 001, section 7: the stitched network loses nothing against its parents.
+/// Rouhafzay et al. 2021, section 7: the stitched network loses nothing against its parents.
 #[test]
 fn stitched_streams_answer_as_their_parents_bit_for_bit() {
     let sizes = "height=64 width=47 classes=5";

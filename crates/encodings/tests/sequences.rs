@@ -162,7 +162,7 @@ fn numatac_samples_are_those_of_equations_1_to_3() {
 
 #[test]
 fn bits_become_pascals_by_a_fixed_offset() {
-    // Paper 004, section 3.2.2: 270 bit at an offset of 238; its 3493.8 Pa left the offset out.
+    // Zhang et al. 2022, section 3.2.2: 270 bit at an offset of 238; its 3493.8 Pa left the offset out.
     let mut grasp = Array3::from_elem((2, 23, 320), 2048.0);
     grasp.index_axis_mut(Axis(1), 0).fill(270.0);
     grasp[[1, 5, 10]] = 2300.0;

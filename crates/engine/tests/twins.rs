@@ -1,5 +1,5 @@
 //! Every network against its PyTorch twin: logits, loss, every gradient, running statistics, five
-//! SGDM steps, population statistics. The reference is computed in float64.
+//! SGDM steps, recomputed statistics. The reference is computed in float64.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

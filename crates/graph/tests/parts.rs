@@ -192,7 +192,7 @@ fn two_networks_are_stitched_where_they_share() {
     assert!(error.contains("`second.bias` is another in `vision` than in `touch`"), "{error}");
 }
 
-/// Paper 001, Figs. 3 and 4.
+/// Rouhafzay et al. 2021, Figs. 3 and 4.
 #[test]
 fn changes_are_squared_differences_of_kernels_scaled_to_0_and_1() {
     let net = Network::new("two");

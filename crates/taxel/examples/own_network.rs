@@ -1,4 +1,4 @@
-//! A network of one's own, from recordings to a model that answers.
+//! A custom network, from recordings to a model that answers.
 //!
 //! `cargo run --release --example own_network -- recordings.npz`; without a file, on simulated grasps.
 

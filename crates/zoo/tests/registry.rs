@@ -1,4 +1,4 @@
-//! The registry: names, networks of one's own, and how a network is sized by data.
+//! The registry: names, custom networks, and how a network is sized by data.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -157,7 +157,7 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
     let half = |name: &str, own: &[(&str, Value)]| {
         nodes(of(name, &[own, &[("width_mult", 0.5.into())]].concat()).unwrap())
     };
-    // Paper 002 has TactNet3D with half its filters, and all of its hidden units.
+    // Gandarias et al. 2019b has TactNet3D with half its filters, and all of its hidden units.
     assert_eq!(half("tactnet3d", &[("hidden", 128.into())]), nodes(of("tactnet3d-4-8", &[]).unwrap()));
     assert_eq!(
         half("dilated-resnet-1d", &[]),

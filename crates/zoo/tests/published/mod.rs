@@ -52,7 +52,7 @@ impl Convention {
     }
 }
 
-/// A row of paper 000, Table 5.
+/// A row of Kaewrakmuk and Srinonchat 2026, Table 5.
 pub struct Row {
     pub network: &'static str,
     /// As printed, in "MB".
@@ -71,7 +71,7 @@ const fn row(
     Row { network, megabytes, gflops, convention }
 }
 
-/// Paper 000, Table 5: model size and GFLOPs.
+/// Kaewrakmuk and Srinonchat 2026, Table 5: model size and GFLOPs.
 pub const TABLE_5: [Row; 11] = [
     row("mlp", "0.12", "0.00006", Convention::TwoMac),
     row("lstm", "0.27", "0.0068", Convention::TwoMac),
@@ -107,7 +107,7 @@ impl Row {
     }
 }
 
-/// Paper 001, section 7: kilobytes of two networks, and of the two-stream one in their place.
+/// Rouhafzay et al. 2021, section 7: kilobytes of two networks, and of the two-stream one in their place.
 pub const COMPRESSION: [f64; 2] = [16_644.0, 11_652.0];
 /// What counts as agreement: files are compressed, and hold what a network's tensors do not.
 pub const AGREEMENT: std::ops::Range<f64> = 1.42..1.43;
@@ -129,7 +129,7 @@ pub fn ratios() -> [(&'static str, f64); 3] {
     ]
 }
 
-/// Paper 004, Table 1: layer, what comes out (rows × columns × channels, or features), our node.
+/// Zhang et al. 2022, Table 1: layer, what comes out (rows × columns × channels, or features), our node.
 pub const TABLE_1: [(&str, &[usize], &str); 19] = [
     ("Input", &[23, 300, 2], "image"),
     ("Input max-pooling", &[11, 150, 2], "image/max_pool"),
@@ -158,7 +158,7 @@ pub fn table_1_shape(graph: &Graph, node: &str) -> Option<Vec<usize>> {
     Some([&shape[1..], &shape[..1]].concat())
 }
 
-/// Paper 001, Table 6, and section 7: MATLAB's layer numbers of MobileNetV2, by torchvision's block.
+/// Rouhafzay et al. 2021, Table 6, and section 7: MATLAB's layer numbers of MobileNetV2, by torchvision's block.
 pub fn matlab_blocks() -> Vec<(String, usize, usize)> {
     let graph = graph("mobilenet-v2");
     let mut blocks: Vec<(String, usize, usize)> = vec![];
