@@ -27,11 +27,11 @@ const SENTENCE: usize = 40;
 const README: usize = 150;
 
 /// Debts of each rule.
-const WHAT: Debt = &[];
-const CELLS: Debt = &[];
-const SENTENCES: Debt = &[];
-const WORDS: Debt = &[];
-const KEYS: Debt = &[];
+const WHAT: Debt = &[("", 754)];
+const CELLS: Debt = &[("docs/results/claims.md", 35), ("docs/results/tekscan22-shrink.md", 5)];
+const SENTENCES: Debt = &[("docs/results/", 42)];
+const WORDS: Debt = &[("crates/", 170), ("docs/results/claims.md", 11)];
+const KEYS: Debt = &[("docs/sweeps.md", 1)];
 
 /// Fails with every finding below a path that has more of them than its debt. A finding is `path:line: words`.
 fn report(rule: &str, findings: &[String], debt: Debt) {
