@@ -169,7 +169,8 @@ fn kebab(line: &str, path: &str, number: usize) -> Option<String> {
     // Values between quotes may hold anything, and what follows `#` is a comment.
     let quoted = line.split('"').step_by(2).collect::<Vec<_>>().join("\"\"");
     let code = quoted.split('#').next().unwrap_or_default();
-    let header = code.trim().strip_prefix('[').filter(|_| code.trim().ends_with(']') && !code.contains('='));
+    let table = code.trim().strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let header = table.filter(|_| !code.contains('='));
     let keys = code.split('=').filter(|_| code.contains('='));
     let keys = keys.map(|part| part.trim_end().rsplit([' ', '{', ',', '[']).next().unwrap_or_default());
     let mut keys = keys.take(code.matches('=').count()).chain(header);
