@@ -36,7 +36,7 @@ pub fn experiment_on(config: &str, place: &str, dataset: &taxel::Dataset) -> PyR
         inputs.extend(reads(network)?);
     }
     let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
-    let mut encoding = serde_json::to_value(Encoding::of(&dataset.reading, &inputs)).map_err(refused)?;
+    let mut encoding = serde_json::to_value(Encoding::of(&dataset.spec, &inputs)).map_err(refused)?;
     match (config.remove("encoding"), &mut encoding) {
         (Some(Value::Object(own)), Value::Object(encoding)) => encoding.extend(own),
         (None | Some(Value::Null), _) => {}

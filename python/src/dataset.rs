@@ -141,7 +141,7 @@ impl Dataset {
         let own = &*self.inner;
         serde_json::json!({
             "name": own.name, "source": own.source, "digest": own.digest, "classes": own.output_names(),
-            "reading": own.reading, "official": own.official.is_some(),
+            "reading": own.spec, "official": own.official.is_some(),
         })
         .to_string()
     }

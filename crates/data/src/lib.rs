@@ -7,7 +7,7 @@
 //! moves, scales and turns training images.
 //!
 //! [`Dataset::new`] takes arrays that are in memory already. Either way the facts travel with the samples:
-//! what one sample is ([`Reading`]), whether it was simulated or recorded ([`Source`]), what its labels mean
+//! what one sample is ([`SampleSpec`]), whether it was simulated or recorded ([`Source`]), what its labels mean
 //! ([`Labels`]).
 //!
 //! ```
@@ -24,7 +24,7 @@
 //!     .with_full_scale(20.0)?;
 //! assert_eq!((data.output_names(), data.strata()[0]), (vec!["apple".to_string(), "pear".into()], 1));
 //! assert_eq!(data.source.to_string(), "real: glove");
-//! assert_eq!((data.reading.shape.as_slice(), data.reading.rate), ([5, 50].as_slice(), Some(100.0)));
+//! assert_eq!((data.spec.shape.as_slice(), data.spec.rate), ([5, 50].as_slice(), Some(100.0)));
 //! let folds = stratified_k_fold(&data.strata(), 3, 0, 0, data.units.as_deref())?;
 //! assert_eq!(data.select(&folds[0].test).class_counts(), [1, 1]);
 //! # Ok::<(), taxel_data::Error>(())
@@ -55,7 +55,7 @@ pub use check::values::ChannelRange;
 pub use dataset::dataset::Dataset;
 pub use dataset::digest::{RowHash, digest_of, hash_words};
 pub use dataset::labels::{Attribute, Labels};
-pub use dataset::sample_spec::Reading;
+pub use dataset::sample_spec::SampleSpec;
 pub use dataset::source::{Source, SourceKind};
 pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};

@@ -167,7 +167,7 @@ pub struct ReadOptions {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub topics: Vec<String>,
     /// Of recordings with time stamps the readings per second (Hz) that they are brought to, before `length`: for a
-    /// model that was trained so, [`Reading::recorded_rate`](crate::Reading::recorded_rate). No setting of a file. Default their
+    /// model that was trained so, [`SampleSpec::recorded_rate`](crate::SampleSpec::recorded_rate). No setting of a file. Default their
     /// own: as they are where they are regular, otherwise at the median step.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip)]

@@ -3,7 +3,7 @@
 use crate::dataset::one_hot::settle;
 use crate::dataset::raw::DATA;
 use crate::dataset::raw::Raw;
-use crate::dataset::reading_of::time_axis;
+use crate::dataset::spec_of::time_axis;
 use crate::dataset::validate::channels;
 use crate::formats::bag::path::is_bag;
 use crate::formats::names::is_image;

@@ -76,8 +76,8 @@ fn bags_say_their_class_by_name_or_folder_and_the_card_how_they_were_taken() {
         ("ball cup".into(), &[0, 1, 1][..])
     );
     assert_eq!(data.origins, ["ball_1.mcap", "cup_1.mcap", "cup_02.mcap"]);
-    assert_eq!((data.reading.layout, data.reading.rate), (Layout::Series, Some(50.0)));
-    assert_eq!(data.reading.topics, ["/taxels"], "a model will ask for it");
+    assert_eq!((data.spec.layout, data.spec.rate), (Layout::Series, Some(50.0)));
+    assert_eq!(data.spec.topics, ["/taxels"], "a model will ask for it");
     let card = check(flat.path()).unwrap();
     assert_eq!(
         card.read_as,

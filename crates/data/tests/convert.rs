@@ -38,7 +38,7 @@ fn assert_same([before, after]: [Dataset; 2]) {
         (&after.targets.labels().unwrap(), &after.units)
     );
     let facts = |data: &Dataset| {
-        let own = data.reading.clone();
+        let own = data.spec.clone();
         (own.layout, own.shape, own.unit, own.rate, own.full_scale, data.source.is_simulated())
     };
     assert_eq!(facts(&before), facts(&after));

@@ -5,7 +5,7 @@ mod common;
 
 use common::{f32s, files, i64s, labels, npy, npz, refused, samples};
 use image::RgbImage;
-use taxel_data::{Dataset, Layout, ReadOptions, Reading, Source, load};
+use taxel_data::{Dataset, Layout, ReadOptions, SampleSpec, Source, load};
 use tempfile::tempdir;
 
 fn read(path: &std::path::Path) -> Dataset {
@@ -16,22 +16,22 @@ fn read(path: &std::path::Path) -> Dataset {
 fn the_file_of_names_says_what_readings_are() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
-    let unknown = Reading::new(Layout::Series, &[2, 3]);
-    assert_eq!(read(&path).reading, unknown, "a guess and nothing else");
+    let unknown = SampleSpec::new(Layout::Series, &[2, 3]);
+    assert_eq!(read(&path).spec, unknown, "a guess and nothing else");
     let text = r#"{"classes": ["a", "b"], "layout": "image", "unit": "kPa", "rate": 62.5, "full_scale": 34}"#;
     files(folder.path(), &[("labels.json", text)]);
-    let reading = read(&path).reading;
-    let known = Reading {
+    let spec = read(&path).spec;
+    let known = SampleSpec {
         layout: Layout::Image,
         unit: Some("kPa".into()),
         rate: Some(62.5),
         full_scale: Some(34.0),
         ..unknown.clone()
     };
-    assert_eq!(reading, known);
+    assert_eq!(spec, known);
     let null = r#"{"classes": ["a", "b"], "layout": null, "unit": null, "rate": null, "source": null}"#;
     files(folder.path(), &[("grasps.classes.json", null)]);
-    assert_eq!(read(&path).reading, unknown, "the nearer file counts, and null says nothing");
+    assert_eq!(read(&path).spec, unknown, "the nearer file counts, and null says nothing");
 }
 
 #[test]
@@ -40,14 +40,14 @@ fn options_override_the_file_and_the_file_the_format() {
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "layout": "image", "rate": 50}"#)]);
     let options = ReadOptions { layout: Some(Layout::Series), rate: Some(100.0), ..ReadOptions::default() };
-    let reading = load(&path, &options).unwrap().reading;
-    assert_eq!((reading.layout, reading.rate), (Layout::Series, Some(100.0)));
+    let spec = load(&path, &options).unwrap().spec;
+    assert_eq!((spec.layout, spec.rate), (Layout::Series, Some(100.0)));
 
     let csv = tempdir().unwrap();
     files(csv.path(), &[("a/1.csv", "1,2\n3,4\n"), ("b/1.csv", "5,6\n7,8\n")]);
-    assert_eq!(read(csv.path()).reading.layout, Layout::Series);
+    assert_eq!(read(csv.path()).spec.layout, Layout::Series);
     let image = ReadOptions { layout: Some(Layout::Image), ..ReadOptions::default() };
-    assert_eq!(load(csv.path(), &image).unwrap().reading.layout, Layout::Image);
+    assert_eq!(load(csv.path(), &image).unwrap().spec.layout, Layout::Image);
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn a_layout_is_guessed_from_rank_and_type_alone() {
     for (shape, of_floats, of_bytes) in cases {
         let values: Vec<u8> = (0..12).collect();
         let floats: Vec<f32> = values.iter().map(|v| f32::from(*v)).collect();
-        let layout = |x| read(&npz(folder.path(), &[("x", x), y()])).reading.layout;
+        let layout = |x| read(&npz(folder.path(), &[("x", x), y()])).spec.layout;
         assert_eq!(layout(f32s(shape, &floats)), of_floats, "{shape:?}");
         assert_eq!(layout(npy("|u1", false, shape, &values)), of_bytes, "{shape:?}");
     }
@@ -76,11 +76,11 @@ fn an_image_of_which_planes_are_left_out_is_no_colour_image() {
         let image = RgbImage::from_fn(4, 2, |x, y| image::Rgb([value, x as u8, y as u8]));
         image.save(folder.path().join(class).join("1.png")).unwrap();
     }
-    assert_eq!(read(folder.path()).reading, Reading::new(Layout::Colour, &[3, 2, 4]));
+    assert_eq!(read(folder.path()).spec, SampleSpec::new(Layout::Colour, &[3, 2, 4]));
     let red = ReadOptions { channels: Some(vec![0]), ..ReadOptions::default() };
-    let reading = load(folder.path(), &red).unwrap().reading;
-    let kept = Reading { channels: Some(vec![0]), ..Reading::new(Layout::Sequence, &[1, 2, 4]) };
-    assert_eq!(reading, kept);
+    let spec = load(folder.path(), &red).unwrap().spec;
+    let kept = SampleSpec { channels: Some(vec![0]), ..SampleSpec::new(Layout::Sequence, &[1, 2, 4]) };
+    assert_eq!(spec, kept);
     let colour = ReadOptions { layout: Some(Layout::Colour), ..red };
     let message = load(folder.path(), &colour).unwrap_err().to_string();
     let end = ": layout is colour, but a sample of shape [1, 2, 4] is not a colour image [3, H, W]";
@@ -156,11 +156,11 @@ fn a_source_is_written_and_read_as_one_text() {
 
 #[test]
 fn a_reading_is_written_without_what_nobody_said() {
-    let bare = Reading::new(Layout::Sequence, &[10, 14, 25]);
+    let bare = SampleSpec::new(Layout::Sequence, &[10, 14, 25]);
     let json = r#"{"layout":"sequence","shape":[10,14,25]}"#;
     assert_eq!(serde_json::to_string(&bare).unwrap(), json);
-    assert_eq!(serde_json::from_str::<Reading>(json).unwrap(), bare);
-    let full = Reading {
+    assert_eq!(serde_json::from_str::<SampleSpec>(json).unwrap(), bare);
+    let full = SampleSpec {
         unit: Some("N".into()),
         rate: Some(100.0),
         full_scale: Some(20.0),
@@ -168,6 +168,6 @@ fn a_reading_is_written_without_what_nobody_said() {
         ..bare
     };
     let json = serde_json::to_string(&full).unwrap();
-    assert_eq!(serde_json::from_str::<Reading>(&json).unwrap(), full);
-    assert!(serde_json::from_str::<Reading>(r#"{"layout":"image","shape":[2,2],"hz":3}"#).is_err());
+    assert_eq!(serde_json::from_str::<SampleSpec>(&json).unwrap(), full);
+    assert!(serde_json::from_str::<SampleSpec>(r#"{"layout":"image","shape":[2,2],"hz":3}"#).is_err());
 }

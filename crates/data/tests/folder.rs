@@ -58,7 +58,7 @@ fn csv_files_are_channels_by_time() {
         (vec!["apple".into(), "pear".into()], vec![0, 1, 1])
     );
     assert_eq!(data.origins, ["apple/a.csv", "pear/take9.csv", "pear/take10.csv"]);
-    assert_eq!((data.reading.layout, data.dtype.as_str()), (Layout::Series, "csv"));
+    assert_eq!((data.spec.layout, data.dtype.as_str()), (Layout::Series, "csv"));
     let blocks = ReadOptions { group_block: Some(1), channels: Some(vec![1]), ..ReadOptions::default() };
     let data = load(folder.path(), &blocks).unwrap();
     assert_eq!((data.groups, data.group_name.as_deref()), (Some(vec![0, 0, 1]), Some("position/1")));
@@ -99,7 +99,7 @@ fn images_are_planes_of_their_stored_values() {
     png(root, "a/1.png", grey(4, 2, 0));
     png(root, "b/1.png", grey(4, 2, 100));
     let data = load(root, &ReadOptions::default()).unwrap();
-    assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 4].as_slice(), Layout::Image));
+    assert_eq!((data.x.shape(), data.spec.layout), ([2, 2, 4].as_slice(), Layout::Image));
     assert_eq!(data.x.as_slice().unwrap()[..8], [0., 1., 2., 3., 10., 11., 12., 13.]);
     assert_ne!(data.row_hash[0], data.row_hash[1]);
     let halved = ReadOptions { resize: Some([1, 2]), ..ReadOptions::default() };
@@ -114,7 +114,7 @@ fn images_are_planes_of_their_stored_values() {
     png(root, "a/1.png", rgb.clone());
     png(root, "b/1.png", DynamicImage::ImageRgb8(rgb).to_rgba8());
     let data = load(root, &ReadOptions::default()).unwrap();
-    assert_eq!((data.x.shape(), data.reading.layout), ([2, 3, 2, 3].as_slice(), Layout::Colour));
+    assert_eq!((data.x.shape(), data.spec.layout), ([2, 3, 2, 3].as_slice(), Layout::Colour));
     let plane = data.x.as_slice().unwrap();
     assert_eq!(plane[..8], [0., 1., 2., 0., 1., 2., 50., 50.]);
     assert_eq!(plane[12..24], [[200.; 6], [0., 1., 2., 0., 1., 2.]].concat());
@@ -263,7 +263,7 @@ fn labels_json_speaks_of_folders_too() {
     let facts = r#"{"unit": "N", "rate": 100, "classes": ["pear", "apple"]}"#;
     files(folder.path(), &[("labels.json", facts)]);
     let data = load(folder.path(), &ReadOptions::default()).unwrap();
-    assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("N"), Some(100.0)));
+    assert_eq!((data.spec.unit.as_deref(), data.spec.rate), (Some("N"), Some(100.0)));
     assert_eq!(
         (data.output_names().join(" "), data.strata().to_vec()),
         ("pear apple".to_string(), vec![0, 0, 1])
@@ -271,7 +271,7 @@ fn labels_json_speaks_of_folders_too() {
     assert_eq!(data.origins[2], "apple/a.csv");
     files(folder.path(), &[("labels.json", r#"{"full_scale": 1023}"#)]);
     let data = load(folder.path(), &ReadOptions::default()).unwrap();
-    assert_eq!((data.reading.full_scale, data.strata().to_vec()), (Some(1023.0), vec![0, 1, 1]));
+    assert_eq!((data.spec.full_scale, data.strata().to_vec()), (Some(1023.0), vec![0, 1, 1]));
     for wrong in [
         r#"["apple"]"#,
         r#"["apple", "fig"]"#,

@@ -24,7 +24,7 @@ fn squeezes(groups: bool) -> Dataset {
 fn every_frame_is_a_sample_in_the_order_of_the_recordings() {
     let whole = squeezes(true);
     let each = whole.clone().each_frame().unwrap();
-    assert_eq!((each.reading.layout, each.x.shape()), (Layout::Image, &[6, 1, 3][..]));
+    assert_eq!((each.spec.layout, each.x.shape()), (Layout::Image, &[6, 1, 3][..]));
     assert_eq!(each.sample_shape(), [1, 3]);
     assert!(each.x.iter().eq(whole.x.iter()));
     assert_eq!(each.strata().to_vec(), [0, 0, 1, 1, 0, 0]);

@@ -117,7 +117,7 @@ fn a_table_says_label_and_group_of_each_file() {
         (ordered.output_names().join(" "), ordered.strata().to_vec()),
         ("stiff soft".to_string(), vec![1, 0, 1])
     );
-    assert_eq!((ordered.reading.rate, ordered.origins), (Some(50.0), data.origins));
+    assert_eq!((ordered.spec.rate, ordered.origins), (Some(50.0), data.origins));
     assert_eq!(check(root.path()).unwrap().ignored, [".DS_Store", "t4.csv"], "it is read");
     std::fs::remove_file(root.path().join("labels.json")).unwrap();
     // Other columns by name.

@@ -79,7 +79,7 @@ fn a_length_that_a_recording_has_changes_nothing() {
     for rule in ["resample:4", "pad:4", "crop:4,end", "window:4"] {
         let ruled = load(folder.path(), &with(rule)).unwrap();
         assert_eq!(ruled.x, plain.x, "{rule}");
-        assert_eq!(ruled.reading.length, Some(rule.parse().unwrap()));
+        assert_eq!(ruled.spec.length, Some(rule.parse().unwrap()));
     }
     assert_eq!(load(folder.path(), &with("resample:4")).unwrap().digest, plain.digest);
 }
@@ -218,7 +218,7 @@ fn time_is_where_the_layout_says() {
     let x = [1., 2., 3., 4., 5., 6., 7., 8., 9., 10., f32::NAN, f32::NAN];
     let sequence = npz(folder.path(), &[("x", f32s(&[2, 3, 1, 2], &x)), ("y", i64s(&[2], &[0, 1]))]);
     let data = load(&sequence, &with("crop:2,end")).unwrap();
-    assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 1, 2].as_slice(), Layout::Sequence));
+    assert_eq!((data.x.shape(), data.spec.layout), ([2, 2, 1, 2].as_slice(), Layout::Sequence));
     assert_eq!(rows(&data), [[3., 4., 5., 6.], [7., 8., 9., 10.]]);
     let options = ReadOptions { channels: Some(vec![0]), ..with("crop:1") };
     assert!(refused(&sequence, &options).contains("channels: are picked along the first axis"));
@@ -240,7 +240,7 @@ fn time_is_where_the_layout_says() {
 fn resampling_changes_the_rate_where_there_is_one() {
     let rate = |lengths: &[usize], rule: &str| {
         let options = ReadOptions { rate: Some(100.0), ..with(rule) };
-        load(folder(lengths).path(), &options).unwrap().reading.rate
+        load(folder(lengths).path(), &options).unwrap().spec.rate
     };
     // Eleven readings take a tenth of a second, and so do the six of a sample.
     assert_eq!(rate(&[11, 11], "resample:6"), Some(50.0));

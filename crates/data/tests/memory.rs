@@ -27,7 +27,7 @@ fn arrays_in_memory_become_a_data_set() {
     assert_eq!(data.strata().to_vec(), [3, 2, 1, 0, 2, 3]);
     assert_eq!((data.len(), data.is_empty(), data.class_counts()), (6, false, vec![1, 1, 2, 2]));
     assert_eq!((data.name.as_str(), data.source.clone()), ("glove", Source::real("glove")));
-    assert_eq!((data.sample_shape(), data.reading.layout), ([2, 3].as_slice(), Layout::Series));
+    assert_eq!((data.sample_shape(), data.spec.layout), ([2, 3].as_slice(), Layout::Series));
     assert_eq!(
         (
             data.targets.labels().unwrap().attributes()[0].name.as_str(),
@@ -107,12 +107,9 @@ fn the_memory_order_of_an_array_changes_nothing() {
 fn facts_are_added_one_by_one() {
     let data = set().with_unit("N").with_rate(62.5).unwrap().with_full_scale(20.0).unwrap();
     let data = data.with_rest(vec![0.5]).with_official(vec![false, false, false, true, true, true]).unwrap();
-    let reading = &data.reading;
-    assert_eq!(
-        (reading.unit.as_deref(), reading.rate, reading.full_scale),
-        (Some("N"), Some(62.5), Some(20.0))
-    );
-    assert_eq!((reading.rest.as_deref(), data.digest.clone()), (Some(&[0.5][..]), set().digest));
+    let spec = &data.spec;
+    assert_eq!((spec.unit.as_deref(), spec.rate, spec.full_scale), (Some("N"), Some(62.5), Some(20.0)));
+    assert_eq!((spec.rest.as_deref(), data.digest.clone()), (Some(&[0.5][..]), set().digest));
     assert_eq!(data.official.unwrap().iter().filter(|test| **test).count(), 3);
 }
 
@@ -166,13 +163,13 @@ fn what_does_not_fit_is_refused_by_name() {
 fn another_layout_is_taken_where_the_shape_fits() {
     let mut data = set();
     data.set_layout(Layout::Image).unwrap();
-    assert_eq!(data.reading.layout, Layout::Image);
+    assert_eq!(data.spec.layout, Layout::Image);
     let message = data.set_layout(Layout::Fingers).unwrap_err().to_string();
     assert_eq!(
         message,
         "glove: layout is fingers, but a sample of shape [2, 3] is not a series of several fingers [F, C, T]"
     );
-    assert_eq!(data.reading.layout, Layout::Image, "unchanged");
+    assert_eq!(data.spec.layout, Layout::Image, "unchanged");
 }
 
 #[test]
@@ -190,8 +187,8 @@ fn selected_rows_bring_everything_along() {
     assert_eq!(part.origins, ["x[4]", "x[0]", "x[1]"]);
     assert_eq!((part.row_hash[0], part.row_hash[2]), (data.row_hash[1], data.row_hash[1]));
     assert_eq!(
-        (&part.output_names(), &part.reading, part.class_counts()),
-        (&data.output_names(), &data.reading, vec![0, 0, 2, 1])
+        (&part.output_names(), &part.spec, part.class_counts()),
+        (&data.output_names(), &data.spec, vec![0, 0, 2, 1])
     );
     let anew = Dataset::new("glove", Layout::Series, part.x.clone(), &[2, 3, 2]).unwrap();
     assert_ne!(part.digest, data.digest);
@@ -225,13 +222,11 @@ fn a_saved_data_set_is_read_back_equal() {
     assert_eq!(load(&path, &ReadOptions::default()).unwrap(), own);
     // What the axes are and what is tested is told.
     let marked = own.with_official(vec![true, false, false, true, false, false]).unwrap();
-    let image = Dataset {
-        reading: taxel_data::Reading { layout: Layout::Image, ..marked.reading.clone() },
-        ..marked
-    };
+    let image =
+        Dataset { spec: taxel_data::SampleSpec { layout: Layout::Image, ..marked.spec.clone() }, ..marked };
     image.save(&path).unwrap();
     let read = load(&path, &ReadOptions::default()).unwrap();
-    assert_eq!((&read.official, read.reading.layout), (&image.official, Layout::Image));
+    assert_eq!((&read.official, read.spec.layout), (&image.official, Layout::Image));
     assert!(own_folder_is_missing(&image, folder.path()));
 }
 

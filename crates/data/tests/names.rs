@@ -70,7 +70,7 @@ fn labels_groups_and_marks_are_texts() {
     std::fs::copy(fixture("texts.npz"), folder.path().join("t.npz")).unwrap();
     files(folder.path(), &[("labels.json", r#"{"classes": ["pear", "fig", "äpfel"], "rate": 5}"#)]);
     let data = load(&folder.path().join("t.npz"), &ReadOptions::default()).unwrap();
-    assert_eq!((data.strata().to_vec(), data.reading.rate), (vec![0, 2, 0, 1], Some(5.0)));
+    assert_eq!((data.strata().to_vec(), data.spec.rate), (vec![0, 2, 0, 1], Some(5.0)));
     files(folder.path(), &[("labels.json", r#"["pear", "fig"]"#)]);
     let message = load(&folder.path().join("t.npz"), &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("labels.json: does not name \"äpfel\", which"), "{message}");

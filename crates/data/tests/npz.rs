@@ -94,9 +94,9 @@ fn class_names_come_from_the_nearer_file() {
 fn the_file_of_names_may_say_how_high_readings_go() {
     let folder = tempdir().unwrap();
     let path = npz(folder.path(), &[("x", samples(4)), ("y", labels())]);
-    assert_eq!(load(&path, &ReadOptions::default()).unwrap().reading.full_scale, None);
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().spec.full_scale, None);
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": 255}"#)]);
-    assert_eq!(load(&path, &ReadOptions::default()).unwrap().reading.full_scale, Some(255.0));
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().spec.full_scale, Some(255.0));
     files(folder.path(), &[("labels.json", r#"{"classes": ["a", "b"], "full_scale": -1}"#)]);
     let message = refused(&path, &ReadOptions::default());
     assert!(message.starts_with("labels.json: full_scale is -1, not a number above 0"), "{message}");

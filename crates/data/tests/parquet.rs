@@ -20,7 +20,7 @@ fn rule() -> ReadOptions {
 fn a_long_table_is_that_of_its_csv() {
     let [csv, parquet] = ["long.csv", "long.parquet"].map(|name| load(&fixture(name), &rule()).unwrap());
     assert_eq!((&parquet.digest, parquet.dtype.as_str()), (&csv.digest, "parquet"));
-    assert_eq!((parquet.origins, parquet.reading.rate), (csv.origins, csv.reading.rate));
+    assert_eq!((parquet.origins, parquet.spec.rate), (csv.origins, csv.spec.rate));
     assert_eq!(
         check(&fixture("long.parquet")).unwrap().read_as,
         check(&fixture("long.csv")).unwrap().read_as
@@ -30,7 +30,7 @@ fn a_long_table_is_that_of_its_csv() {
 #[test]
 fn lists_are_columns_of_a_wide_table() {
     let data = load(&fixture("wide.parquet"), &ReadOptions::default()).unwrap();
-    assert_eq!((data.x.shape(), data.reading.layout), (&[12, 6][..], Layout::Features));
+    assert_eq!((data.x.shape(), data.spec.layout), (&[12, 6][..], Layout::Features));
     assert_eq!(data.x.as_slice().unwrap()[6..12], [1.0, 1.5, 2.0, 2.5, 1.0, 0.0], "taxels, count, contact");
     assert_eq!(
         (data.output_names().join(" "), data.strata().to_vec()[..2].to_vec()),
@@ -47,7 +47,7 @@ fn lists_are_columns_of_a_wide_table() {
 fn lerobot_episodes_are_recordings() {
     let root = fixture("lerobot");
     let data = load(&root, &rule()).unwrap();
-    assert_eq!((data.x.shape(), data.reading.rate), (&[3, 5, 5][..], Some(10.0)));
+    assert_eq!((data.x.shape(), data.spec.rate), (&[3, 5, 5][..], Some(10.0)));
     assert_eq!(
         (data.output_names().join(", "), data.strata().to_vec().clone()),
         ("press the sponge, press the can".into(), vec![0, 1, 0])

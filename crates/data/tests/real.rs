@@ -110,7 +110,7 @@ fn gelsight_materials10() {
     let options = ReadOptions { resize: Some([32, 24]), group_block: Some(20), ..ReadOptions::default() };
     let data = load(&path, &options).unwrap();
     assert_eq!(data.x.shape(), [1000, 3, 32, 24]);
-    assert_eq!(data.reading.layout, Layout::Colour);
+    assert_eq!(data.spec.layout, Layout::Colour);
     let mean = data.x.mean().unwrap();
     assert!((60.0..200.0).contains(&mean), "{mean}");
     assert_eq!(data.output_names()[9], "material_10");

@@ -39,7 +39,7 @@ fn the_first_array_says_which_axis_is_time() {
     assert_eq!(data.x.as_slice().unwrap()[6..], [0., 1., 2., 4., 5., 6.]);
     let images = npz(folder.path(), &[("r1", bytes(3)), ("r2", floats(3)), ("y", y())]);
     let data = load(&images, &ReadOptions::default()).unwrap();
-    assert_eq!((data.x.shape(), data.reading.layout), (&[2, 2, 3][..], Layout::Image));
+    assert_eq!((data.x.shape(), data.spec.layout), (&[2, 2, 3][..], Layout::Image));
     let images = npz(folder.path(), &[("r1", bytes(3)), ("r2", floats(4)), ("y", y())]);
     let message = load(&images, &options).unwrap_err().to_string();
     assert!(message.contains("[2, 4]") && message.contains("[2, 3]"), "{message}");

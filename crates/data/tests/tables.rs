@@ -47,7 +47,7 @@ fn message(text: &str, options: &ReadOptions) -> String {
 fn a_row_of_a_wide_table_is_a_sample() {
     let options = slipped("ignore=id");
     let data = read(WIDE, &options);
-    assert_eq!((data.x.shape(), data.reading.layout), ([3, 2].as_slice(), Layout::Features));
+    assert_eq!((data.x.shape(), data.spec.layout), ([3, 2].as_slice(), Layout::Features));
     assert_eq!(data.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.5]);
     assert_eq!(
         (data.output_names().join(" "), data.strata().to_vec().as_slice()),
@@ -91,9 +91,9 @@ fn what_only_looks_like_a_reading_or_a_label_is_not_one() {
 fn rows_of_a_long_table_are_readings_over_time() {
     let options = ReadOptions { length: Some("pad:3".parse().unwrap()), ..ReadOptions::default() };
     let data = read(LONG, &options);
-    assert_eq!((data.x.shape(), data.reading.layout), ([2, 2, 3].as_slice(), Layout::Series));
+    assert_eq!((data.x.shape(), data.spec.layout), ([2, 2, 3].as_slice(), Layout::Series));
     assert_eq!(data.x.as_slice().unwrap()[..9], [1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 3.0, 0.0, 0.0]);
-    assert_eq!((data.reading.rate, data.origins.join(" ")), (Some(100.0), "x y".into()));
+    assert_eq!((data.spec.rate, data.origins.join(" ")), (Some(100.0), "x y".into()));
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("down up".into(), vec![1, 0]));
     assert_eq!(
         card(LONG, &options).read_as,
@@ -108,12 +108,12 @@ fn rows_of_a_long_table_are_readings_over_time() {
     // Under other names, without time.
     let other = "grasp;kind;a\n1;up;1\n1;up;2\n2;down;3\n2;down;4\n";
     let other = read(other, &ReadOptions { y: Some("kind".into()), ..table("long,recording=grasp") });
-    assert_eq!((other.x.shape(), other.reading.rate), ([2, 1, 2].as_slice(), None));
+    assert_eq!((other.x.shape(), other.spec.rate), ([2, 1, 2].as_slice(), None));
     // Rounded stamps are regular.
     let rounded: String =
         (0..24).map(|i| format!("{},{:.3},{i},{}\n", i / 12, f64::from(i % 12) / 120.0, i / 12)).collect();
     let rounded = read(&format!("series_id,t,a,label\n{rounded}"), &ReadOptions::default());
-    let rate = rounded.reading.rate.unwrap();
+    let rate = rounded.spec.rate.unwrap();
     assert!((rate - 120.0).abs() < 0.5 && rounded.x.shape() == [2, 1, 12], "{rate}");
 }
 
@@ -125,7 +125,7 @@ fn irregular_time_stamps_are_interpolated_as_numpy_does() {
     let rule = format!("pad:{}", longest.unwrap());
     let options = ReadOptions { length: Some(rule.parse().unwrap()), ..ReadOptions::default() };
     let data = load(&fixture("long.csv"), &options).unwrap();
-    let rate = data.reading.rate.unwrap();
+    let rate = data.spec.rate.unwrap();
     assert!((rate / twin["rate"].as_f64().unwrap() - 1.0).abs() < 1e-5, "{rate}");
     assert_eq!(
         (data.groups.as_deref(), data.output_names().join(" ")),
@@ -183,7 +183,7 @@ fn recordings_for_a_model_are_brought_to_its_rate() {
 fn a_row_of_taxels_has_the_shape_that_is_said() {
     let skin = "a,b,c,d,e,f,label\n1,2,3,4,5,6,up\n7,8,9,10,11,12,down\n";
     let image = read(skin, &table("shape=2x3"));
-    assert_eq!((image.x.shape(), image.reading.layout), ([2, 2, 3].as_slice(), Layout::Image));
+    assert_eq!((image.x.shape(), image.spec.layout), ([2, 2, 3].as_slice(), Layout::Image));
     assert_eq!(image.x.as_slice().unwrap()[6..], [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
     let card = card(skin, &table("shape=2x3"));
     assert_eq!(card.read_as, ["a wide table: a row is a sample of 2 × 3 readings, labels by \"label\""]);
@@ -192,16 +192,16 @@ fn a_row_of_taxels_has_the_shape_that_is_said() {
     assert_eq!(read(skin, &turned).x.as_slice().unwrap()[..3], [3.0, 2.0, 1.0]);
     let told = |text: &str, layout| ReadOptions { layout: Some(layout), ..table(text) };
     let colour = read(skin, &told("shape=3x1x2", Layout::Colour));
-    assert_eq!((colour.x.shape(), colour.reading.layout), ([2, 3, 1, 2].as_slice(), Layout::Colour));
-    assert_eq!(read(skin, &told("shape=2x3", Layout::Series)).reading.layout, Layout::Series);
+    assert_eq!((colour.x.shape(), colour.spec.layout), ([2, 3, 1, 2].as_slice(), Layout::Colour));
+    assert_eq!(read(skin, &told("shape=2x3", Layout::Series)).spec.layout, Layout::Series);
     // Frames of a recording, one of them between those of another.
     let squeezes = "recording,t,a,b,c,d,label\nx,0,1,2,3,4,up\ny,0,-1,-2,-3,-4,down\nx,1,5,6,7,8,up\ny,1,-5,-6,-7,-8,down\n";
     let frames = read(squeezes, &table("shape=2x2"));
-    assert_eq!((frames.x.shape(), frames.reading.layout), ([2, 2, 2, 2].as_slice(), Layout::Sequence));
+    assert_eq!((frames.x.shape(), frames.spec.layout), ([2, 2, 2, 2].as_slice(), Layout::Sequence));
     assert_eq!(frames.x.as_slice().unwrap()[..8], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
-    assert_eq!(frames.reading.rate, Some(1.0));
+    assert_eq!(frames.spec.rate, Some(1.0));
     // What a model of images knows of its table reads another one, columns by their names.
-    let known = ReadOptions { table: image.reading.table.clone().unwrap(), ..ReadOptions::default() };
+    let known = ReadOptions { table: image.spec.table.clone().unwrap(), ..ReadOptions::default() };
     let asked = "f,e,d,c,b,a\n6,5,4,3,2,1\n";
     let own = with(asked, |path| recordings(path, &known, 2).unwrap());
     assert_eq!(own.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
@@ -227,7 +227,7 @@ fn what_is_said_beside_a_table_counts() {
         (data.output_names().join(" "), data.strata().to_vec()),
         ("stable slip".into(), vec![0, 1, 0])
     );
-    assert_eq!((data.reading.unit.as_deref(), data.reading.full_scale), (Some("counts"), Some(4095.0)));
+    assert_eq!((data.spec.unit.as_deref(), data.spec.full_scale), (Some("counts"), Some(4095.0)));
     files(folder.path(), &[("labels.json", r#"{"classes": ["mug", "can"], "rate": 50}"#)]);
     let data = load(&path, &ReadOptions { y: Some("object".into()), ..table("ignore=id") }).unwrap();
     assert_eq!((data.output_names().join(" "), data.strata().to_vec()), ("mug can".into(), vec![1, 1, 0]));
@@ -386,7 +386,7 @@ fn biotac_sp_grasps_are_one_table() {
 fn a_model_finds_its_columns_by_name() {
     let folder = tempdir().unwrap();
     files(folder.path(), &[("a.csv", "b,a,label\n1,2,u\n3,4,d\n"), ("new.csv", "id,a,c,b\n7,20,0,10\n")]);
-    let known = load(&folder.path().join("a.csv"), &ReadOptions::default()).unwrap().reading.table.unwrap();
+    let known = load(&folder.path().join("a.csv"), &ReadOptions::default()).unwrap().spec.table.unwrap();
     assert_eq!(known.key(), r#"table = { columns = ["b", "a"] }"#);
     let options = ReadOptions { table: known, ..ReadOptions::default() };
     let new = recordings(&folder.path().join("new.csv"), &options, 1).unwrap();

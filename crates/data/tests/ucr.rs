@@ -33,7 +33,7 @@ fn labels_json_beside_the_files_is_read() {
     write(dir.path(), "labels.json", r#"{"classes": ["b", "a"], "unit": "mV", "rate": 50}"#);
     let data = load(&dir.path().join("Plain"), &ReadOptions::default()).unwrap();
     assert_eq!((data.strata().to_vec(), data.output_names().join(" ")), (vec![1, 0, 1], "b a".to_string()));
-    assert_eq!((data.reading.unit.as_deref(), data.reading.rate), (Some("mV"), Some(50.0)));
+    assert_eq!((data.spec.unit.as_deref(), data.spec.rate), (Some("mV"), Some(50.0)));
     write(dir.path(), "Plain.classes.json", r#"["b", "c"]"#);
     let text = load(&dir.path().join("Plain"), &ReadOptions::default()).unwrap_err().to_string();
     assert!(text.contains("Plain.classes.json: names the classes b, c, but they are a, b"), "{text}");

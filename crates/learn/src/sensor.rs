@@ -15,25 +15,25 @@ pub struct SensorFacts {
 
 /// Axes, range and rest values of the readings; what nobody says is taken from the samples in `rows`.
 pub fn sensor(dataset: &Dataset, rows: &[usize]) -> SensorFacts {
-    let reading = &dataset.reading;
+    let spec = &dataset.spec;
     let (mut low, mut most) = (0.0f32, f32::NEG_INFINITY);
     for &row in rows {
         for &value in dataset.x.index_axis(Axis(0), row) {
             (low, most) = (low.min(value), most.max(value));
         }
     }
-    let high = reading.full_scale.map_or(most, |full| full.max(most));
+    let high = spec.full_scale.map_or(most, |full| full.max(most));
     // A range of nothing but zeros has no width; any will do.
     let high = if high > low { high } else { low + 1.0 };
-    let rest = reading.rest.clone().unwrap_or_else(|| resting(dataset, rows));
-    let sensor = Sensor { layout: reading.layout, low, high, rest };
-    SensorFacts { sensor, from_samples: reading.full_scale.is_none() }
+    let rest = spec.rest.clone().unwrap_or_else(|| resting(dataset, rows));
+    let sensor = Sensor { layout: spec.layout, low, high, rest };
+    SensorFacts { sensor, from_samples: spec.full_scale.is_none() }
 }
 
 /// Readings without contact where nobody says what they are: of series the median of each channel's first
 /// reading, since recordings begin before contact; 0 elsewhere.
 fn resting(dataset: &Dataset, rows: &[usize]) -> Vec<f32> {
-    let (channels, ticks) = match (dataset.reading.layout, dataset.reading.shape.as_slice()) {
+    let (channels, ticks) = match (dataset.spec.layout, dataset.spec.shape.as_slice()) {
         (Layout::Features, [ticks]) => (1, *ticks),
         (Layout::Series, [channels, ticks]) => (*channels, *ticks),
         (Layout::Fingers, [fingers, channels, ticks]) => (fingers * channels, *ticks),

@@ -81,8 +81,8 @@ fn a_guard_comes_back_with_its_file_and_a_damaged_one_is_refused() {
     assert!(!text.contains("guard"), "a model without one is written as before");
     assert_eq!(Model::open(&path).unwrap().card().guard, None);
     let mut card = own.card().clone();
-    card.reading.shape = vec![2, 17];
-    assert!(card.guard.unwrap().check(card.reading.layout, &card.reading.shape).is_err());
+    card.spec.shape = vec![2, 17];
+    assert!(card.guard.unwrap().check(card.spec.layout, &card.spec.shape).is_err());
 }
 
 #[test]

@@ -231,12 +231,9 @@ fn samples_that_are_not_what_the_model_reads_are_refused() {
             .x
             .slice_each_axis(|axis| ndarray::Slice::from(..axis.len - usize::from(axis.axis.0 == 2)));
         let error = refusal(short.to_owned());
-        let reading = &model.card().reading;
-        let want = format!(
-            "{name} reads samples of shape {:?} ({}); these have",
-            reading.shape,
-            reading.layout.axes()
-        );
+        let spec = &model.card().spec;
+        let want =
+            format!("{name} reads samples of shape {:?} ({}); these have", spec.shape, spec.layout.axes());
         assert!(error.starts_with(&want), "{error}");
         let none: Vec<usize> = vec![];
         assert!(refusal(dataset.x.select(Axis(0), &none)).ends_with("there are none"));
@@ -358,7 +355,7 @@ fn equal_models_are_equal_files_and_a_file_comes_back_as_itself() {
         again.save(&paths[1]).unwrap();
         assert!(std::fs::read(&paths[0]).unwrap() == std::fs::read(&paths[1]).unwrap());
         let card = again.card();
-        assert_eq!((&card.reading, &card.trained_on.source), (&dataset.reading, &dataset.source));
+        assert_eq!((&card.spec, &card.trained_on.source), (&dataset.spec, &dataset.source));
         assert_eq!((&card.trained_on.digest, card.trained_on.samples), (&dataset.digest, 15));
         assert_eq!(card.task.attributes(), dataset.targets.labels().unwrap().attributes());
         let words = card.to_string();

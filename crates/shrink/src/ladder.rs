@@ -1,6 +1,6 @@
 //! The settings of each axis, from a little less to very little.
 
-use taxel_data::{Layout, Reading};
+use taxel_data::{Layout, SampleSpec};
 use taxel_learn::Reduction;
 use taxel_trainer::Depth;
 use taxel_zoo::{WIDTH_MULT, WITHOUT_BLOCKS};
@@ -54,7 +54,7 @@ pub struct Ladder {
 /// What ladders are made of.
 pub struct Facts<'a> {
     /// The samples.
-    pub reading: &'a Reading,
+    pub spec: &'a SampleSpec,
     /// A number of the network's settings, where it has it.
     pub number: &'a dyn Fn(&str) -> Option<usize>,
     /// What multiplies the network's channels, where something may.
@@ -70,9 +70,9 @@ pub struct Facts<'a> {
 /// # Errors
 /// Why there are none.
 pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
-    let Facts { reading, number, width_mult, depth, quick } = *facts;
-    let (layout, shape) = (reading.layout, reading.shape.as_slice());
-    let (_, readings, _) = reading.around_time();
+    let Facts { spec, number, width_mult, depth, quick } = *facts;
+    let (layout, shape) = (spec.layout, spec.shape.as_slice());
+    let (_, readings, _) = spec.around_time();
     let in_time = || match layout.time_axis() {
         Some(_) if readings > 1 => Ok(()),
         _ => Err(format!("{} has no time axis", layout.describe())),
@@ -84,12 +84,12 @@ pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
         }
         Axis::Rate => {
             in_time()?;
-            let short = reading.rate.map_or(readings.to_string(), |rate| format!("{} Hz", plain(rate)));
-            (of_rate(reading, 1, readings), short, rates(reading, readings))
+            let short = spec.rate.map_or(readings.to_string(), |rate| format!("{} Hz", plain(rate)));
+            (of_rate(spec, 1, readings), short, rates(spec, readings))
         }
         Axis::Window => {
             in_time()?;
-            (format!("{readings} readings"), readings.to_string(), windows(reading, readings))
+            (format!("{readings} readings"), readings.to_string(), windows(spec, readings))
         }
         Axis::Bits => {
             let step = |bits: u32| Step {
@@ -168,18 +168,18 @@ fn plural(count: u32, name: &str) -> String {
 }
 
 /// `13 of 50 readings, 25 Hz`.
-fn of_rate(reading: &Reading, every: usize, readings: usize) -> String {
+fn of_rate(spec: &SampleSpec, every: usize, readings: usize) -> String {
     let left = readings.div_ceil(every);
-    let rate = reading.rate.map_or(String::new(), |rate| format!(", {} Hz", plain(rate / every as f64)));
+    let rate = spec.rate.map_or(String::new(), |rate| format!(", {} Hz", plain(rate / every as f64)));
     let of =
         if every > 1 { format!("{left} of {readings} readings") } else { format!("{readings} readings") };
     format!("{of}{rate}")
 }
 
-fn rates(reading: &Reading, readings: usize) -> Vec<Step> {
+fn rates(spec: &SampleSpec, readings: usize) -> Vec<Step> {
     let step = |every: usize| Step {
-        label: of_rate(reading, every, readings),
-        short: reading.rate.map_or(readings.div_ceil(every).to_string(), |rate| {
+        label: of_rate(spec, every, readings),
+        short: spec.rate.map_or(readings.div_ceil(every).to_string(), |rate| {
             format!("{} Hz", plain(rate / every as f64))
         }),
         cut: Cut::Reduce(Reduction { every: Some(every), ..Reduction::default() }),
@@ -188,9 +188,9 @@ fn rates(reading: &Reading, readings: usize) -> Vec<Step> {
     powers.take_while(|every| readings.div_ceil(*every) >= 2).take(MOST).map(step).collect()
 }
 
-fn windows(reading: &Reading, readings: usize) -> Vec<Step> {
+fn windows(spec: &SampleSpec, readings: usize) -> Vec<Step> {
     let step = |window: usize| {
-        let time = reading.rate.map_or(String::new(), |rate| format!(", {} s", plain(window as f64 / rate)));
+        let time = spec.rate.map_or(String::new(), |rate| format!(", {} s", plain(window as f64 / rate)));
         Step {
             label: format!("the first {window} of {readings} readings{time}"),
             short: window.to_string(),
@@ -270,9 +270,9 @@ mod tests {
     use super::*;
 
     fn of(axis: Axis, layout: Layout, shape: &[usize], quick: bool) -> Result<Vec<String>, String> {
-        let reading = Reading { rate: Some(100.0), ..Reading::new(layout, shape) };
+        let spec = SampleSpec { rate: Some(100.0), ..SampleSpec::new(layout, shape) };
         let number = |key: &str| (key == "width").then_some(64);
-        let facts = Facts { reading: &reading, number: &number, width_mult: None, depth: None, quick };
+        let facts = Facts { spec: &spec, number: &number, width_mult: None, depth: None, quick };
         ladder(axis, &facts).map(|own| own.steps.into_iter().map(|step| step.short).collect())
     }
 
@@ -295,10 +295,10 @@ mod tests {
 
     #[test]
     fn a_network_without_a_width_of_its_own_has_shares_of_what_multiplies_it() {
-        let reading = Reading::new(Layout::Image, &[28, 50]);
+        let spec = SampleSpec::new(Layout::Image, &[28, 50]);
         let of = |width_mult| {
             let facts = Facts {
-                reading: &reading,
+                spec: &spec,
                 number: &|_| None,
                 width_mult,
                 depth: Some(Depth { key: WITHOUT_BLOCKS, out: 1, left: 2 }),

@@ -34,9 +34,8 @@ pub fn ranking(
     sensors: &[Sensor],
     threads: usize,
 ) -> Result<Vec<usize>> {
-    let reading = &dataset.reading;
-    let places: Vec<Vec<usize>> =
-        sensors.iter().map(|own| places(reading.layout, &reading.shape, *own)).collect();
+    let spec = &dataset.spec;
+    let places: Vec<Vec<usize>> = sensors.iter().map(|own| places(spec.layout, &spec.shape, *own)).collect();
     let witnesses: Vec<Witness> = models
         .iter()
         .map(|(model, fold)| Witness::new(model, fold, dataset, threads))
@@ -68,7 +67,7 @@ impl Witness {
     fn new(model: &Model, fold: &Fold, dataset: &Dataset, threads: usize) -> Result<Self> {
         let step = fold.test.len().div_ceil(ASKED).max(1);
         let rows: Vec<usize> = fold.test.iter().copied().step_by(step).collect();
-        let mut sums = vec![0.0f64; dataset.reading.shape.iter().product()];
+        let mut sums = vec![0.0f64; dataset.spec.shape.iter().product()];
         for &row in &fold.train {
             let sample = dataset.x.index_axis(Axis(0), row);
             sums.iter_mut().zip(sample.iter()).for_each(|(sum, value)| *sum += f64::from(*value));

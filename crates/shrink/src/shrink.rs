@@ -250,7 +250,7 @@ fn shared<'a>(
     options: &Options,
 ) -> Result<Shared<'a>> {
     let (primary, chance) = (case.primary(), case.chance()?);
-    let reading = &case.dataset.reading;
+    let spec = &case.dataset.spec;
     let fewer = || experiment.network(network).map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
     let epochs = options.epochs.or(options.quick.then(fewer).flatten());
     let is_sound = |own: &&NetworkResults| {
@@ -263,7 +263,7 @@ fn shared<'a>(
     Ok(Shared {
         name: network,
         dataset: &case.dataset,
-        sensors: sensors(reading.layout, &reading.shape),
+        sensors: sensors(spec.layout, &spec.shape),
         protocol: case.results.protocol.clone(),
         seed: case.results.seed,
         epochs,
@@ -287,8 +287,8 @@ fn ladders(
     let number = |key: &str| experiment.number(network, key, registry);
     let width_mult = experiment.width_mult(network, registry);
     let depth = experiment.depth(network, registry);
-    let reading = &dataset.reading;
-    let facts = Facts { reading, number: &number, width_mult, depth, quick: options.quick };
+    let spec = &dataset.spec;
+    let facts = Facts { spec, number: &number, width_mult, depth, quick: options.quick };
     let (mut found, mut left_out) = (vec![], vec![]);
     let wanted: BTreeSet<Axis> = options.axes.iter().copied().collect();
     for axis in wanted {

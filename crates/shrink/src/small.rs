@@ -23,8 +23,8 @@ pub fn pair(
     model: &Model,
     reduction: &Reduction,
 ) -> Result<Vec<Small>> {
-    let reading = &case.dataset.reading;
-    let plan = reduction.plan(reading.layout, &reading.shape);
+    let spec = &case.dataset.spec;
+    let plan = reduction.plan(spec.layout, &spec.shape);
     let plan = plan.map_err(|error| Error::value("axes", reduction.words(), error.to_string()))?;
     let row = case.results.networks.iter().find(|own| own.network == shrunk.network);
     let whole = row.map_or(Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }, |own| own.costs);
@@ -39,7 +39,7 @@ pub fn pair(
     let outer = &found.combined.outer;
     let scored = (outer.score, outer.score_interval);
     Ok(vec![
-        small("whole", "everything".into(), reading.shape.iter().product(), shrunk.whole, whole),
+        small("whole", "everything".into(), spec.shape.iter().product(), shrunk.whole, whole),
         small("shrunk", reduction.words(), plan.shape().iter().product(), scored, costs),
     ])
 }

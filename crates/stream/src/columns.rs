@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use taxel_data::{Clock, Layout, Reading};
+use taxel_data::{Clock, Layout, SampleSpec};
 
 use crate::error::Error;
 use crate::fault::Fault;
@@ -65,12 +65,11 @@ struct Taken {
 impl Columns {
     /// For readings of this kind; `time` says where stamps are, `clock` their unit. By default a column called `time`,
     /// `timestamp` or `t` is it, with its unit at the end, `time_ms`, or in seconds.
-    pub fn new(reading: &Reading, time: Option<Time>, clock: Option<Clock>) -> Self {
-        let (before, _, after) = reading.around_time();
-        let own = reading.table.as_ref().map_or(vec![], |table| table.columns.clone());
-        let channels = reading.channels.clone().filter(|own| {
-            matches!(reading.layout, Layout::Series | Layout::Fingers)
-                && reading.shape.first() == Some(&own.len())
+    pub fn new(spec: &SampleSpec, time: Option<Time>, clock: Option<Clock>) -> Self {
+        let (before, _, after) = spec.around_time();
+        let own = spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let channels = spec.channels.clone().filter(|own| {
+            matches!(spec.layout, Layout::Series | Layout::Fingers) && spec.shape.first() == Some(&own.len())
         });
         Columns {
             each: before * after,
@@ -173,12 +172,12 @@ mod tests {
 
     use super::*;
 
-    fn series(channels: usize) -> Reading {
-        Reading::new(Layout::Series, &[channels, 10])
+    fn series(channels: usize) -> SampleSpec {
+        SampleSpec::new(Layout::Series, &[channels, 10])
     }
 
-    fn plain(reading: &Reading) -> Columns {
-        Columns::new(reading, None, None)
+    fn plain(spec: &SampleSpec) -> Columns {
+        Columns::new(spec, None, None)
     }
 
     type Read = Option<(Vec<f32>, Option<f64>)>;
@@ -232,17 +231,17 @@ mod tests {
     #[test]
     fn channels_are_found_by_name_and_taken_of_more() {
         let table = TableOptions { columns: vec!["thumb".into(), "index".into()], ..TableOptions::default() };
-        let mut own = plain(&Reading { table: Some(table), ..series(2) });
+        let mut own = plain(&SampleSpec { table: Some(table), ..series(2) });
         read(&mut own, "index,id,thumb").unwrap();
         assert_eq!(good(&mut own, "1,left,2").0, [2.0, 1.0]);
         assert_eq!(good(&mut own, r#"{"thumb":3,"id":"x","index":4}"#).0, [3.0, 4.0]);
         let mut objects = plain(&series(2));
         assert_eq!(good(&mut objects, r#"{"a":1,"b":2}"#).0, [1.0, 2.0]);
         assert_eq!(good(&mut objects, r#"{"b":2,"a":1}"#).0, [1.0, 2.0], "the first object says the order");
-        let mut some = plain(&Reading { channels: Some(vec![2, 0]), ..series(2) });
+        let mut some = plain(&SampleSpec { channels: Some(vec![2, 0]), ..series(2) });
         assert_eq!(good(&mut some, "5,6,7,8").0, [7.0, 5.0]);
-        let fingers = Reading::new(Layout::Fingers, &[1, 2, 10]);
-        let mut second = plain(&Reading { channels: Some(vec![1]), ..fingers });
+        let fingers = SampleSpec::new(Layout::Fingers, &[1, 2, 10]);
+        let mut second = plain(&SampleSpec { channels: Some(vec![1]), ..fingers });
         assert_eq!(good(&mut second, "1,2,3,4").0, [3.0, 4.0]);
     }
 

@@ -7,7 +7,7 @@
 //! press too slow for that, so that a value is compared with the level at rest here, and contact ends where all values
 //! are back within half of the thresholds (hysteresis), which the paper does not say.
 
-use taxel_data::{Layout, Reading};
+use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::NumaTac;
 
 /// Readings whose mean is the level at rest where nobody says what that is.
@@ -36,16 +36,16 @@ pub struct Contact {
 impl Contact {
     /// A judge of readings of this kind. `thresholds` are those of an encoding that has a contact judge; of its fingers the
     /// first feature (DC) is not judged. `full_scale` is the largest possible reading.
-    pub fn new(reading: &Reading, thresholds: Option<NumaTac>, full_scale: Option<f32>) -> Self {
-        let (before, _, after) = reading.around_time();
+    pub fn new(spec: &SampleSpec, thresholds: Option<NumaTac>, full_scale: Option<f32>) -> Self {
+        let (before, _, after) = spec.around_time();
         let each = before * after;
         let on = thresholds.unwrap_or_default();
         let off = NumaTac { above: (1.0 + on.above) / 2.0, below: (1.0 + on.below) / 2.0, ..on };
-        let features = match (reading.layout, reading.shape.as_slice()) {
+        let features = match (spec.layout, spec.shape.as_slice()) {
             (Layout::Fingers, [_, features, _]) if thresholds.is_some() => *features,
             _ => 0,
         };
-        let told = reading.rest.as_ref().and_then(|rest| match rest.as_slice() {
+        let told = spec.rest.as_ref().and_then(|rest| match rest.as_slice() {
             [one] => Some(vec![f64::from(*one); each]),
             own if own.len() == each => Some(own.iter().map(|v| f64::from(*v)).collect()),
             _ => None,
@@ -123,8 +123,8 @@ impl Contact {
 mod tests {
     use super::*;
 
-    fn series(channels: usize) -> Reading {
-        Reading::new(Layout::Series, &[channels, 10])
+    fn series(channels: usize) -> SampleSpec {
+        SampleSpec::new(Layout::Series, &[channels, 10])
     }
 
     /// Where contact begins, and whether each reading is one of contact.
@@ -167,7 +167,7 @@ mod tests {
         assert!(judged(&mut contact, &[0.0; 30]).0.is_empty());
         // A tenth of 5 % of full scale.
         assert_eq!(judged(&mut contact, &[4.9, 5.1]).0, [1]);
-        let mut told = Contact::new(&Reading { rest: Some(vec![100.0]), ..series(1) }, None, None);
+        let mut told = Contact::new(&SampleSpec { rest: Some(vec![100.0]), ..series(1) }, None, None);
         assert_eq!(judged(&mut told, &[111.0]).0, [0], "nothing is to be learned");
         told.begin();
         assert_eq!(judged(&mut told, &[89.0]).0, [0]);
@@ -175,13 +175,13 @@ mod tests {
 
     #[test]
     fn of_fingers_with_thresholds_of_their_own_dc_is_not_judged() {
-        let reading = Reading::new(Layout::Fingers, &[2, 2, 10]);
+        let spec = SampleSpec::new(Layout::Fingers, &[2, 2, 10]);
         let own = NumaTac { above: 1.5, ..NumaTac::default() };
-        let mut contact = Contact::new(&reading, Some(own), None);
+        let mut contact = Contact::new(&spec, Some(own), None);
         (0..20).for_each(|_| assert!(!contact.push(&[100.0; 4])));
         assert!(!contact.push(&[200.0, 140.0, 200.0, 100.0]));
         assert!(contact.push(&[100.0, 100.0, 100.0, 160.0]));
-        let mut plain = Contact::new(&reading, None, None);
+        let mut plain = Contact::new(&spec, None, None);
         (0..20).for_each(|_| assert!(!plain.push(&[100.0; 4])));
         assert!(plain.push(&[200.0, 100.0, 100.0, 100.0]));
     }

@@ -1,6 +1,6 @@
 //! Readings in, decisions out.
 
-use taxel_data::{Padding, Reading};
+use taxel_data::{Padding, SampleSpec};
 use taxel_encodings::NumaTac;
 use taxel_learn::{Card, Predictor, Transform, Workspace};
 
@@ -83,18 +83,18 @@ impl Decider {
     /// Options out of their range or without a meaning for the model; what the model refuses.
     pub fn new(predictor: Predictor, options: &Options) -> Result<Self> {
         let card = predictor.card();
-        let reading = &card.reading;
-        let window = Window::new(reading);
+        let spec = &card.spec;
+        let window = Window::new(spec);
         let ticks = window.ticks();
-        let full_scale = options.full_scale.or(reading.full_scale);
+        let full_scale = options.full_scale.or(spec.full_scale);
         let judge = card.inputs.iter().find_map(|input| numatac(&input.transform));
         let before =
             options.before.unwrap_or_else(|| judge.map_or(0, |own| ticks.saturating_sub(own.window) / 2));
-        check(options, reading, before, ticks)?;
-        let contact = options.contact.then(|| Contact::new(reading, judge, full_scale));
+        check(options, spec, before, ticks)?;
+        let contact = options.contact.then(|| Contact::new(spec, judge, full_scale));
         Ok(Decider {
             workspace: predictor.workspace()?,
-            health: Health::new(reading, full_scale),
+            health: Health::new(spec, full_scale),
             waiting: contact.is_some(),
             contact,
             probabilities: vec![0.0; card.levels().outputs()],
@@ -103,7 +103,7 @@ impl Decider {
             before,
             early: options.early,
             least: options.least.unwrap_or(ticks.div_ceil(10)),
-            padding: options.padding.unwrap_or(reading.padding()),
+            padding: options.padding.unwrap_or(spec.padding()),
             sample: vec![0.0; ticks * window.each()],
             readings: 0,
             pass: 0,
@@ -238,7 +238,7 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
     }
 }
 
-fn check(options: &Options, reading: &Reading, before: usize, ticks: usize) -> Result<()> {
+fn check(options: &Options, spec: &SampleSpec, before: usize, ticks: usize) -> Result<()> {
     let refuse = |option, value: String, why: &str| Err(Error::Option { option, value, why: why.into() });
     if options.hop == Some(0) {
         return refuse("hop", "0".into(), "is the number of readings from one window to the next, from 1");
@@ -249,7 +249,7 @@ fn check(options: &Options, reading: &Reading, before: usize, ticks: usize) -> R
     if let Some(full) = options.full_scale.filter(|full| !(*full > 0.0 && full.is_finite())) {
         return refuse("full-scale", full.to_string(), "is the largest possible reading, above 0");
     }
-    if reading.layout.time_axis().is_none() && (options.early.is_some() || options.contact) {
+    if spec.layout.time_axis().is_none() && (options.early.is_some() || options.contact) {
         let early = options.early.map_or(String::new(), |early| early.to_string());
         let (option, value) =
             if options.contact { ("contact", "asked for".into()) } else { ("early", early) };

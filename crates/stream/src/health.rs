@@ -1,6 +1,6 @@
 //! Which channels are dead, stuck or saturated.
 
-use taxel_data::Reading;
+use taxel_data::SampleSpec;
 
 /// The least readings in which a value does not change before anything is said of it.
 const LEAST: u64 = 20;
@@ -45,10 +45,10 @@ pub struct Health {
 
 impl Health {
     /// For readings of this kind; `full_scale` is the largest possible value.
-    pub fn new(reading: &Reading, full_scale: Option<f32>) -> Self {
-        let (before, ticks, after) = reading.around_time();
+    pub fn new(spec: &SampleSpec, full_scale: Option<f32>) -> Self {
+        let (before, ticks, after) = spec.around_time();
         let each = before * after;
-        let told = reading.rest.as_ref().and_then(|rest| match rest.as_slice() {
+        let told = spec.rest.as_ref().and_then(|rest| match rest.as_slice() {
             [one] => Some(vec![*one; each]),
             own if own.len() == each => Some(own.to_vec()),
             _ => None,
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     fn health(channels: usize, rest: Option<Vec<f32>>, full: Option<f32>) -> Health {
-        Health::new(&Reading { rest, ..Reading::new(Layout::Series, &[channels, 24]) }, full)
+        Health::new(&SampleSpec { rest, ..SampleSpec::new(Layout::Series, &[channels, 24]) }, full)
     }
 
     /// Conditions after `readings` of what `value` says of time and channel.

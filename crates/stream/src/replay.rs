@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use taxel_data::{Reading, Recording};
+use taxel_data::{Recording, SampleSpec};
 
 use crate::error::{Error, Result};
 use crate::pace::Pacer;
@@ -13,7 +13,7 @@ pub(crate) struct Replay<'s> {
     /// What messages call it.
     pub label: String,
     /// What the model reads.
-    pub reading: Reading,
+    pub spec: SampleSpec,
     pub pacer: Pacer,
     /// Readings per second.
     pub rate: Option<f64>,
@@ -70,28 +70,28 @@ impl Replay<'_> {
     }
 
     /// How a recording lies in memory, and where the values of a reading are among those of one instant.
-    fn places(&self, recording: &Recording) -> Result<(Reading, Vec<usize>)> {
-        let own = Reading { shape: recording.shape.clone(), ..self.reading.clone() };
+    fn places(&self, recording: &Recording) -> Result<(SampleSpec, Vec<usize>)> {
+        let own = SampleSpec { shape: recording.shape.clone(), ..self.spec.clone() };
         let refuse = || {
-            let (shape, axes) = (&recording.shape, self.reading.layout.axes());
+            let (shape, axes) = (&recording.shape, self.spec.layout.axes());
             let why = format!(
                 "{}: it has the axes {shape:?}, the model reads {:?} ({axes}), time of any length",
-                recording.origin, self.reading.shape
+                recording.origin, self.spec.shape
             );
             self.broken(why)
         };
-        if own.shape.len() != self.reading.shape.len() {
+        if own.shape.len() != self.spec.shape.len() {
             return Err(refuse());
         }
         let Some(time) = own.layout.time_axis() else {
-            let fits = own.shape == self.reading.shape;
+            let fits = own.shape == self.spec.shape;
             return if fits { Ok((own.clone(), (0..own.around_time().2).collect())) } else { Err(refuse()) };
         };
         let wrong: Vec<usize> = (0..own.shape.len())
-            .filter(|axis| *axis != time && own.shape[*axis] != self.reading.shape[*axis])
+            .filter(|axis| *axis != time && own.shape[*axis] != self.spec.shape[*axis])
             .collect();
         let all = own.around_time();
-        match (&self.reading.channels, wrong.as_slice()) {
+        match (&self.spec.channels, wrong.as_slice()) {
             (_, []) => Ok((own, (0..all.0 * all.2).collect())),
             // A whole recording of which the model reads some channels.
             (Some(channels), [0]) if time > 0 && channels.iter().all(|channel| *channel < own.shape[0]) => {

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use taxel_data::{ReadOptions, Reading, whole_recordings};
+use taxel_data::{ReadOptions, SampleSpec, whole_recordings};
 
 use crate::columns::Columns;
 use crate::error::{Error, Result};
@@ -37,7 +37,7 @@ pub enum Source {
 #[derive(Debug, Clone)]
 pub struct Told {
     /// What the model reads.
-    pub reading: Reading,
+    pub spec: SampleSpec,
     /// What the numbers of a line are.
     pub columns: Columns,
     /// How fast files are replayed.
@@ -70,16 +70,16 @@ pub fn start(source: Source, told: Told, say: impl Fn(&str) + Send + 'static) ->
             let label = path.display().to_string();
             let why = |e: std::io::Error| Error::Source { source_label: label.clone(), why: e.to_string() };
             let file = File::open(&path).map_err(why)?;
-            let (pace, rate) = (told.pace, told.rate.or(told.reading.rate));
+            let (pace, rate) = (told.pace, told.rate.or(told.spec.rate));
             (pace == Pace::Rate, lines(file, label, told, Some((pace, rate)), say))
         }
         Source::Path(path) => {
-            let recordings = whole_recordings(&path, &told.options, told.reading.layout.rank())?;
+            let recordings = whole_recordings(&path, &told.options, told.spec.layout.rank())?;
             let drops = told.pace == Pace::Rate;
             let work = move |feed: &mut Feed| {
-                let rate = told.rate.or(told.reading.rate);
+                let rate = told.rate.or(told.spec.rate);
                 let (label, pacer) = (path.display().to_string(), Pacer::new(told.pace));
-                Replay { label, reading: told.reading, pacer, rate, say: &say }.feed(&recordings, feed)
+                Replay { label, spec: told.spec, pacer, rate, say: &say }.feed(&recordings, feed)
             };
             (drops, Box::new(work))
         }

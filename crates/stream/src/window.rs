@@ -1,6 +1,6 @@
 //! The last readings of a stream, and the sample that they make.
 
-use taxel_data::{Padding, Reading};
+use taxel_data::{Padding, SampleSpec};
 
 /// The last readings of a stream, at most as many as a sample has.
 #[derive(Debug, Clone)]
@@ -16,8 +16,8 @@ pub struct Window {
 
 impl Window {
     /// An empty window for samples of this kind.
-    pub fn new(reading: &Reading) -> Self {
-        let around = reading.around_time();
+    pub fn new(spec: &SampleSpec) -> Self {
+        let around = spec.around_time();
         let (before, ticks, after) = around;
         Window { around, ring: vec![0.0; before * ticks * after], next: 0, known: 0 }
     }
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_series_slides_channel_by_channel() {
-        let mut window = Window::new(&Reading::new(Layout::Series, &[2, 3]));
+        let mut window = Window::new(&SampleSpec::new(Layout::Series, &[2, 3]));
         (0..5).for_each(|t| window.push(&[t as f32, 10.0 + t as f32]));
         assert_eq!(sample(&window, Padding::Zero), [2.0, 3.0, 4.0, 12.0, 13.0, 14.0]);
         window.keep(2);
@@ -102,15 +102,15 @@ mod tests {
 
     #[test]
     fn frames_fingers_and_single_images_lie_as_in_their_samples() {
-        let mut frames = Window::new(&Reading::new(Layout::Sequence, &[2, 1, 2]));
+        let mut frames = Window::new(&SampleSpec::new(Layout::Sequence, &[2, 1, 2]));
         (0..3).for_each(|t| frames.push(&[t as f32, 10.0 + t as f32]));
         assert_eq!(sample(&frames, Padding::Zero), [1.0, 11.0, 2.0, 12.0]);
         frames.keep(1);
         assert_eq!(sample(&frames, Padding::Edge), [2.0, 12.0, 2.0, 12.0]);
-        let mut fingers = Window::new(&Reading::new(Layout::Fingers, &[2, 2, 2]));
+        let mut fingers = Window::new(&SampleSpec::new(Layout::Fingers, &[2, 2, 2]));
         (0..2).for_each(|t| fingers.push(&[0.0, 1.0, 2.0, 3.0].map(|v| v * 10.0 + t as f32)));
         assert_eq!(sample(&fingers, Padding::Zero), [0.0, 1.0, 10.0, 11.0, 20.0, 21.0, 30.0, 31.0]);
-        let mut image = Window::new(&Reading::new(Layout::Image, &[2, 2]));
+        let mut image = Window::new(&SampleSpec::new(Layout::Image, &[2, 2]));
         (0..2).for_each(|t| image.push(&[t as f32; 4]));
         assert_eq!((image.ticks(), image.known()), (1, 1));
         assert_eq!(sample(&image, Padding::Zero), [1.0; 4]);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use taxel_data::{Layout, Npz, ReadOptions, Reading};
+use taxel_data::{Layout, Npz, ReadOptions, SampleSpec};
 use taxel_stream::{Columns, Next, Pace, Source, Told, start};
 
 /// What came of a file: values and stamps of readings, beginnings, how it ended, and what was said.
@@ -18,10 +18,10 @@ struct Came {
     said: Vec<String>,
 }
 
-fn replayed(path: &Path, reading: &Reading, rate: Option<f64>, pace: Pace) -> Came {
-    let columns = Columns::new(reading, None, None);
-    let options = ReadOptions { layout: Some(reading.layout), ..ReadOptions::default() };
-    let told = Told { reading: reading.clone(), columns, pace, rate, options };
+fn replayed(path: &Path, spec: &SampleSpec, rate: Option<f64>, pace: Pace) -> Came {
+    let columns = Columns::new(spec, None, None);
+    let options = ReadOptions { layout: Some(spec.layout), ..ReadOptions::default() };
+    let told = Told { spec: spec.clone(), columns, pace, rate, options };
     let said = Arc::new(Mutex::new(vec![]));
     let heard = Arc::clone(&said);
     let stream =
@@ -59,28 +59,28 @@ fn values(came: &Came) -> Vec<Vec<f32>> {
 #[test]
 fn recordings_of_any_layout_come_instant_by_instant() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |shape: &[usize], reading: &Reading| {
-        replayed(&counted(folder.path(), shape), reading, Some(10.0), Pace::Fast)
+    let at = |shape: &[usize], spec: &SampleSpec| {
+        replayed(&counted(folder.path(), shape), spec, Some(10.0), Pace::Fast)
     };
     // [N, C, T], longer than the model's samples.
-    let series = at(&[2, 2, 3], &Reading::new(Layout::Series, &[2, 2]));
+    let series = at(&[2, 2, 3], &SampleSpec::new(Layout::Series, &[2, 2]));
     assert_eq!(values(&series), [[0.0, 3.0], [1.0, 4.0], [2.0, 5.0], [6.0, 9.0], [7.0, 10.0], [8.0, 11.0]]);
     assert_eq!(series.begins.len(), 2);
     let stamps: Vec<f64> = series.readings.iter().map(|(_, stamp)| stamp.unwrap()).collect();
     assert_eq!(stamps, [0.0, 0.1, 0.2, 0.0, 0.1, 0.2], "each recording has its own time");
     // [N, T, H, W]: a frame lies as it is.
-    let frames = at(&[1, 3, 1, 2], &Reading::new(Layout::Sequence, &[2, 1, 2]));
+    let frames = at(&[1, 3, 1, 2], &SampleSpec::new(Layout::Sequence, &[2, 1, 2]));
     assert_eq!(values(&frames), [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]);
     // [N, F, C, T].
-    let fingers = at(&[1, 2, 2, 2], &Reading::new(Layout::Fingers, &[2, 2, 2]));
+    let fingers = at(&[1, 2, 2, 2], &SampleSpec::new(Layout::Fingers, &[2, 2, 2]));
     assert_eq!(values(&fingers), [[0.0, 2.0, 4.0, 6.0], [1.0, 3.0, 5.0, 7.0]]);
     // Some channels of whole recordings.
-    let some = Reading { channels: Some(vec![2, 0]), ..Reading::new(Layout::Series, &[2, 2]) };
+    let some = SampleSpec { channels: Some(vec![2, 0]), ..SampleSpec::new(Layout::Series, &[2, 2]) };
     assert_eq!(values(&at(&[1, 3, 2], &some)), [[4.0, 0.0], [5.0, 1.0]]);
-    let second = Reading { channels: Some(vec![1]), ..Reading::new(Layout::Fingers, &[1, 2, 2]) };
+    let second = SampleSpec { channels: Some(vec![1]), ..SampleSpec::new(Layout::Fingers, &[1, 2, 2]) };
     assert_eq!(values(&at(&[1, 2, 2, 2], &second)), [[4.0, 6.0], [5.0, 7.0]]);
     // Single images are one stream.
-    let images = at(&[3, 1, 2], &Reading::new(Layout::Image, &[1, 2]));
+    let images = at(&[3, 1, 2], &SampleSpec::new(Layout::Image, &[1, 2]));
     assert_eq!(values(&images), [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]);
     assert_eq!((images.begins.len(), images.readings[2].1), (0, Some(0.2)));
 }
@@ -89,9 +89,9 @@ fn recordings_of_any_layout_come_instant_by_instant() {
 fn what_cannot_be_replayed_says_why() {
     let folder = tempfile::tempdir().unwrap();
     let file = counted(folder.path(), &[1, 3, 2]);
-    let other = replayed(&file, &Reading::new(Layout::Series, &[2, 2]), None, Pace::Fast);
+    let other = replayed(&file, &SampleSpec::new(Layout::Series, &[2, 2]), None, Pace::Fast);
     assert!(other.error.unwrap().contains("[3, 2], the model reads [2, 2] (channels × time)"));
-    let own = Reading::new(Layout::Series, &[3, 2]);
+    let own = SampleSpec::new(Layout::Series, &[3, 2]);
     assert!(replayed(&file, &own, None, Pace::Rate).error.unwrap().contains("say --rate"));
     let lines = folder.path().join("x.csv");
     std::fs::write(&lines, "1,2,3\n1,2,3\n").unwrap();
@@ -104,7 +104,7 @@ fn lines_of_a_file_without_stamps_take_the_rate_and_skipped_ones_their_time() {
     let folder = tempfile::tempdir().unwrap();
     let lines = folder.path().join("x.csv");
     std::fs::write(&lines, "a,b\n1,2\n1,x\n\n3,4\n1,y\n").unwrap();
-    let came = replayed(&lines, &Reading::new(Layout::Series, &[2, 2]), Some(10.0), Pace::Fast);
+    let came = replayed(&lines, &SampleSpec::new(Layout::Series, &[2, 2]), Some(10.0), Pace::Fast);
     assert_eq!(came.readings, [(vec![1.0, 2.0], Some(0.0)), (vec![3.0, 4.0], Some(0.2))]);
     assert_eq!(came.said.len(), 1, "{:?}", came.said);
     assert!(came.said[0].contains("line 3: column 2: \"x\" is no number"));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::json;
-use taxel_data::{Layout, Reading};
+use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::{Scaling, TactileTensor};
 use taxel_learn::{Card, Kind, Model, Transform};
 use taxel_onnx::{Export, PROBABILITIES, Step};
@@ -57,7 +57,7 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     for node in graph.inputs() {
         let transform =
             card.inputs.iter().find(|input| input.name == node.name).map(|input| &input.transform);
-        let reading = transform.and_then(|transform| reading(transform, &card.reading.shape, &node.shape));
+        let reading = transform.and_then(|transform| reading(transform, &card.spec.shape, &node.shape));
         let encoded = match (&reading, transform) {
             (Some(_), _) => None,
             (None, Some(transform)) => Some(words(transform)),
@@ -80,7 +80,7 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
 
 /// What programs may want to know, as `metadata_props`.
 fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<(String, String)> {
-    let Reading { unit, rate, full_scale, .. } = &card.reading;
+    let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
         [one] => json!(one.classes),
         several => json!(

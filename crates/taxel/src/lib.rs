@@ -95,7 +95,7 @@ pub use ndarray;
 pub use progress::IndicatifProgress;
 
 pub use taxel_baselines::Method as Baseline;
-pub use taxel_data::{Attribute, Dataset, Labels, Layout, Length, ReadOptions, Reading, Source, load};
+pub use taxel_data::{Attribute, Dataset, Labels, Layout, Length, ReadOptions, SampleSpec, Source, load};
 pub use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool};
 pub use taxel_learn::{
     Candidate, Card, CrossValidation, Encoder, Encoding, Fit, Model, Optimizer, Predictions, Predictor,

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Deserializer, Serialize};
 use taxel_baselines::Method;
-use taxel_data::Reading;
+use taxel_data::SampleSpec;
 use taxel_faults::{Fault, TrainingFaults};
 use taxel_graph::Loss;
 use taxel_learn::{
@@ -295,14 +295,14 @@ impl Harden {
 
     /// The candidate trained under faults, and once more without each kind that is to be met unknown; nothing
     /// where it is not hardened. `reading` is that of the samples.
-    pub(crate) fn hardened(&self, candidate: &Candidate, reading: &Reading) -> Vec<Candidate> {
+    pub(crate) fn hardened(&self, candidate: &Candidate, spec: &SampleSpec) -> Vec<Candidate> {
         let named = self.only.contains(&candidate.name);
         let wanted = named || self.only.is_empty() && candidate.estimator.gains_by_faults();
         if candidate.faults().is_some() || !wanted {
             return vec![];
         }
         let met: Vec<Fault> =
-            self.faults.plan(reading.layout, &reading.shape).map_or(vec![], |plan| plan.kinds().collect());
+            self.faults.plan(spec.layout, &spec.shape).map_or(vec![], |plan| plan.kinds().collect());
         let left_out = met.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
         let unmet = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
         std::iter::once(candidate.hardened(&self.faults, None)).chain(unmet).collect()

@@ -203,7 +203,7 @@ impl Runner<'_> {
         }
         if let (Some(harden), Some((clean, _))) = (harden, name.rsplit_once('.')) {
             let clean = self.candidate(clean, encoder)?;
-            let hardened = harden.hardened(&clean, &self.dataset.reading);
+            let hardened = harden.hardened(&clean, &self.dataset.spec);
             if let Some(own) = hardened.into_iter().find(|own| own.name == name) {
                 return Ok(own);
             }
@@ -253,9 +253,9 @@ impl Runner<'_> {
         }
         candidates.extend(self.baselines().into_iter().map(Candidate::baseline));
         if let Some(harden) = &self.experiment.config().harden {
-            let reading = &self.dataset.reading;
+            let spec = &self.dataset.spec;
             let more: Vec<Candidate> =
-                candidates.iter().flat_map(|candidate| harden.hardened(candidate, reading)).collect();
+                candidates.iter().flat_map(|candidate| harden.hardened(candidate, spec)).collect();
             candidates.extend(more);
         }
         Ok((candidates, refused))

@@ -1,6 +1,6 @@
 //! The samples of an experiment: simulated or recorded.
 
-use taxel_data::{Attribute, Dataset, Labels, Reading, Source, Targets, hash_words};
+use taxel_data::{Attribute, Dataset, Labels, SampleSpec, Source, Targets, hash_words};
 use taxel_learn::Problem;
 use toml::Value;
 
@@ -33,11 +33,11 @@ impl Experiment {
             }
         };
         // What the encodings take samples for is what they are, where nobody has said it.
-        let implied = self.config().encoding.layout(&dataset.reading.shape).filter(|_| !each_frame);
+        let implied = self.config().encoding.layout(&dataset.spec.shape).filter(|_| !each_frame);
         let told = layout.or(implied.filter(|_| matches!(self.config().data.origin, Origin::Recordings(_))));
         if let Some(told) = told {
             // The rule has worked along what the reader took for time.
-            if dataset.reading.length.is_some() && told.time_axis() != dataset.reading.layout.time_axis() {
+            if dataset.spec.length.is_some() && told.time_axis() != dataset.spec.layout.time_axis() {
                 let reason =
                     format!("data.length needs it: say data.layout = \"{told}\", as the encodings take it");
                 return Err(self.refuse(Problem::new("data.layout", "left out", reason)));
@@ -45,11 +45,11 @@ impl Experiment {
             dataset.set_layout(told)?;
         }
         if let Some(full) = full_scale {
-            dataset.reading.full_scale = Some(*full as f32);
+            dataset.spec.full_scale = Some(*full as f32);
         }
         // Of recordings the reader knows it, and what a length rule makes of it.
         if let (Some(rate), Origin::Scene(_)) = (rate, &self.config().data.origin) {
-            dataset.reading.rate = Some(*rate);
+            dataset.spec.rate = Some(*rate);
         }
         if *each_frame {
             dataset = dataset
@@ -92,11 +92,11 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
     Dataset {
         name: name.into(),
         source: Source::simulated(format!("{name}{left_out}")),
-        reading: Reading {
+        spec: SampleSpec {
             unit: Some(scene.unit.to_string()),
             full_scale: Some(scene.full_scale),
             rest: Some(scene.rest),
-            ..Reading::new(scene.layout, &scene.x.shape()[1..])
+            ..SampleSpec::new(scene.layout, &scene.x.shape()[1..])
         },
         targets: Targets::Classes { labels: Labels::of_classes(&scene.class_names, &scene.y), columns },
         official: None,

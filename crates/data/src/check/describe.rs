@@ -42,7 +42,7 @@ impl Card {
             name: data.name.clone(),
             digest: data.digest.clone(),
             shape: data.x.shape().to_vec(),
-            layout: data.reading.layout,
+            layout: data.spec.layout,
             lengths: None,
             read_as: Vec::new(),
             dtype: data.dtype.clone(),

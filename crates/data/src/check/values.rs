@@ -77,7 +77,7 @@ impl Values {
     pub(crate) fn of(data: &Dataset) -> Self {
         let shape = data.sample_shape();
         let size: usize = shape.iter().product();
-        let layout = data.reading.layout;
+        let layout = data.spec.layout;
         let last: usize = shape.iter().rev().take(1).product();
         let last_two: usize = shape.iter().rev().take(2).product();
         // Taxel and channel of the j-th value of a sample.
@@ -147,7 +147,7 @@ impl Values {
 
     pub(crate) fn constant_taxels(&self, data: &Dataset) -> Vec<Vec<usize>> {
         // Channels of a finger, or taxels of a row.
-        let width = match (data.reading.layout, data.sample_shape()) {
+        let width = match (data.spec.layout, data.sample_shape()) {
             (Layout::Features | Layout::Series, _) => None,
             (Layout::Fingers, shape) => shape.get(1),
             (Layout::Image | Layout::Colour | Layout::Sequence, shape) => shape.last(),

@@ -55,7 +55,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
 
     let mut of_values = Faults::default();
     let x = std::mem::take(&mut raw.x);
-    let Samples { x, reading, windows, lengths, readings } =
+    let Samples { x, spec, windows, lengths, readings } =
         samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
     let rows = Rows::new(&raw, &kept, windows);
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
@@ -73,7 +73,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         None => classes_of(&raw, &rows, &table, classes, attribute, &mut faults),
     };
     let mut dataset = Dataset {
-        reading,
+        spec,
         source: source(&raw),
         digest: digest(&x, &targets, groups.as_deref()),
         targets,

@@ -2,7 +2,7 @@
 
 use crate::dataset::digest::{RowHash, digest};
 use crate::dataset::labels::Labels;
-use crate::dataset::sample_spec::Reading;
+use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
 use crate::dataset::targets::{Targets, Task};
 use crate::{Error, Result};
@@ -20,7 +20,7 @@ pub struct Dataset {
     /// Whether samples were simulated or recorded: stands beside every score.
     pub source: Source,
     /// What one sample is: axes, shape, unit, rate, range.
-    pub reading: Reading,
+    pub spec: SampleSpec,
     /// Samples `[N, ...]` in C order, in the unit of the readings.
     pub x: ArrayD<f32>,
     /// What is learned of each sample: a class, levels of several attributes (see
@@ -63,7 +63,7 @@ impl Dataset {
 
     /// Shape of one sample: the axes of `x` after the first.
     pub fn sample_shape(&self) -> &[usize] {
-        &self.reading.shape
+        &self.spec.shape
     }
 
     /// Returns what splits keep even `[N]`; see [`Targets::strata`].
@@ -152,8 +152,8 @@ impl Dataset {
     ///
     /// [`Error::Layout`] where the shape of a sample does not fit.
     pub fn set_layout(&mut self, layout: Layout) -> Result<()> {
-        refuse_layout(&self.name, layout, &self.reading.shape)?;
-        self.reading.layout = layout;
+        refuse_layout(&self.name, layout, &self.spec.shape)?;
+        self.spec.layout = layout;
         Ok(())
     }
 
@@ -163,7 +163,7 @@ impl Dataset {
         Self {
             name: self.name.clone(),
             source: self.source.clone(),
-            reading: self.reading.clone(),
+            spec: self.spec.clone(),
             x: self.x.select(Axis(0), rows),
             targets: self.targets.select(rows),
             official: self.official.as_ref().map(|test| rows.iter().map(|&row| test[row]).collect()),

@@ -17,10 +17,9 @@ impl Dataset {
     ///
     /// [`Error::Frames`] where samples are no sequences of frames.
     pub fn each_frame(mut self) -> Result<Self> {
-        let (Layout::Sequence, &[frames, height, width]) = (self.reading.layout, &self.reading.shape[..])
-        else {
-            let (name, layout) = (self.name, self.reading.layout);
-            return Err(Error::Frames { name, layout, shape: self.reading.shape });
+        let (Layout::Sequence, &[frames, height, width]) = (self.spec.layout, &self.spec.shape[..]) else {
+            let (name, layout) = (self.name, self.spec.layout);
+            return Err(Error::Frames { name, layout, shape: self.spec.shape });
         };
         let recordings = self.len();
         // All but the values, which stay where they are.
@@ -39,9 +38,9 @@ impl Dataset {
         for (row, origin) in each.origins.iter_mut().enumerate() {
             origin.push_str(&format!(", frame {}", row % frames));
         }
-        each.reading.layout = Layout::Image;
-        each.reading.shape = vec![height, width];
-        (each.reading.length, each.reading.rate, each.reading.stamped) = (None, None, None);
+        each.spec.layout = Layout::Image;
+        each.spec.shape = vec![height, width];
+        (each.spec.length, each.spec.rate, each.spec.stamped) = (None, None, None);
         #[expect(clippy::expect_used, reason = "the number of values stays, and samples lie in C order")]
         let x =
             x.into_shape_with_order(IxDyn(&[recordings * frames, height, width])).expect("as many values");

@@ -4,7 +4,7 @@ use crate::check::duplicates;
 use crate::dataset::dataset::{Dataset, refuse_layout};
 use crate::dataset::digest::hash_rows;
 use crate::dataset::labels::by_name;
-use crate::dataset::sample_spec::Reading;
+use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
 use crate::dataset::targets::Targets;
 use crate::formats::npy::c_order;
@@ -39,14 +39,14 @@ impl Dataset {
             let (sample, index) = (format!("{name}: x[{}]", index[0]), index.slice()[1..].to_vec());
             return Err(Error::NotFinite { sample, index, value: *value });
         }
-        let reading = Reading::new(layout, shape);
+        let spec = SampleSpec::new(layout, shape);
         let x = c_order(x);
         let (classes, y) = by_name(labels.iter().map(ToString::to_string).collect());
         let row_hash = hash_rows(&x);
         let mut dataset = Self {
             name: name.into(),
             source: Source::real(name),
-            reading,
+            spec,
             targets: Targets::classes(&classes, &y),
             official: None,
             groups: None,
@@ -81,7 +81,7 @@ impl Dataset {
 
     /// Says what the unit of the readings is.
     pub fn with_unit(mut self, unit: &str) -> Self {
-        self.reading.unit = Some(unit.into());
+        self.spec.unit = Some(unit.into());
         self
     }
 
@@ -92,7 +92,7 @@ impl Dataset {
     /// A rate that is not above 0 and finite.
     pub fn with_rate(mut self, rate: f64) -> Result<Self> {
         self.refuse_fact("rate", rate)?;
-        self.reading.rate = Some(rate);
+        self.spec.rate = Some(rate);
         Ok(self)
     }
 
@@ -103,13 +103,13 @@ impl Dataset {
     /// A value that is not above 0 and finite.
     pub fn with_full_scale(mut self, full_scale: f32) -> Result<Self> {
         self.refuse_fact("full_scale", f64::from(full_scale))?;
-        self.reading.full_scale = Some(full_scale);
+        self.spec.full_scale = Some(full_scale);
         Ok(self)
     }
 
     /// Says what is read without contact: one value for all, or one per channel.
     pub fn with_rest(mut self, rest: Vec<f32>) -> Self {
-        self.reading.rest = Some(rest);
+        self.spec.rest = Some(rest);
         self
     }
 

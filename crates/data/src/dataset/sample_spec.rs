@@ -8,7 +8,7 @@ use taxel_base::Layout;
 /// What one raw sample is: everything that a model must know to read another one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Reading {
+pub struct SampleSpec {
     /// What the axes are.
     pub layout: Layout,
     /// Lengths of the axes, in the order of [`Layout::axes`].
@@ -42,7 +42,7 @@ pub struct Reading {
     pub rest: Option<Vec<f32>>,
 }
 
-impl Reading {
+impl SampleSpec {
     /// A sample of known axes, and nothing else known.
     pub fn new(layout: Layout, shape: &[usize]) -> Self {
         Self {

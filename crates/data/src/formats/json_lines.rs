@@ -293,7 +293,7 @@ mod tests {
         let folder = set("{\"t\": 0, \"id\": \"a\", \"taxels\": [1, 2], \"force\": 3}\n\n\
                           {\"t\": 0.01, \"id\": \"b\", \"taxels\": [4, 5], \"force\": 6}\n");
         let data = load(folder.path(), &ReadOptions::default()).unwrap();
-        assert_eq!((data.x.shape(), data.reading.rate), (&[2, 3, 2][..], Some(100.0)));
+        assert_eq!((data.x.shape(), data.spec.rate), (&[2, 3, 2][..], Some(100.0)));
         assert_eq!(data.x.as_slice().unwrap()[..6], [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
         let one = recordings(&folder.path().join("soft/1.jsonl"), &ReadOptions::default(), 2).unwrap();
         assert_eq!((one.x.shape(), one.origins.as_slice()), (&[1, 3, 2][..], &["1.jsonl".to_string()][..]));
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn lines_of_arrays_have_no_time() {
         let data = load(set("[1, 2]\n[3, 4]\n[5, 6]").path(), &ReadOptions::default()).unwrap();
-        assert_eq!((data.x.shape(), data.reading.rate), (&[2, 2, 3][..], None));
+        assert_eq!((data.x.shape(), data.spec.rate), (&[2, 2, 3][..], None));
     }
 
     #[test]

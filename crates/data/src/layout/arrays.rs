@@ -2,7 +2,7 @@
 
 use crate::dataset::labels::by_name;
 use crate::dataset::raw::{Facts, Names, Raw, name_of};
-use crate::dataset::reading_of::time_axis;
+use crate::dataset::spec_of::time_axis;
 use crate::dataset::targets::{Quantity, Values};
 use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};

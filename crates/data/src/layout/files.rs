@@ -1,7 +1,7 @@
 //! Files of recordings, one recording each.
 
 use crate::dataset::raw::{Names, Raw, name_of};
-use crate::dataset::reading_of::time_axis;
+use crate::dataset::spec_of::time_axis;
 use crate::layout::listing::{Found, unsorted};
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};

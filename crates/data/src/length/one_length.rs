@@ -2,8 +2,8 @@
 
 use crate::dataset::problems::Faults;
 use crate::dataset::raw::Raw;
-use crate::dataset::reading_of::{layout_of, reading};
-use crate::dataset::sample_spec::Reading;
+use crate::dataset::sample_spec::SampleSpec;
+use crate::dataset::spec_of::{layout_of, spec_of};
 use crate::dataset::validate::not_finite;
 use crate::length::cut::cut;
 use crate::length::length::Length;
@@ -17,7 +17,7 @@ use taxel_base::Layout;
 /// Samples of one length.
 pub(crate) struct Samples {
     pub x: ArrayD<f32>,
-    pub reading: Reading,
+    pub spec: SampleSpec,
     /// Position among the recordings, and first reading, of each sample that is a window.
     pub windows: Option<Vec<(usize, usize)>>,
     pub lengths: Option<Lengths>,
@@ -51,8 +51,8 @@ pub(crate) fn samples(
     let (Some(axis), true) = (axis, x.is_unequal() || options.length.is_some()) else {
         refuse_rule(raw, options, layout)?;
         let x = x.into_array().ok_or_else(|| Error::NoTime { file: raw.file.clone(), layout })?;
-        let reading = reading(raw, options, layout, &x.shape()[1..], None, &[])?;
-        return Ok(Samples { x, reading, windows: None, lengths: None, readings: None });
+        let spec = spec_of(raw, options, layout, &x.shape()[1..], None, &[])?;
+        return Ok(Samples { x, spec, windows: None, lengths: None, readings: None });
     };
     let own = x.lengths(axis);
     let mut lengths = Lengths::of(&own, options.length);
@@ -65,8 +65,8 @@ pub(crate) fn samples(
     if let Length::Window { to, .. } = rule {
         lengths.too_short = own.iter().filter(|length| **length < to).count();
     }
-    let reading = reading(raw, options, layout, &cut.x.shape()[1..], Some(rule), &own)?;
-    Ok(Samples { x: cut.x, reading, windows: cut.windows, lengths: Some(lengths), readings: Some(own) })
+    let spec = spec_of(raw, options, layout, &cut.x.shape()[1..], Some(rule), &own)?;
+    Ok(Samples { x: cut.x, spec, windows: cut.windows, lengths: Some(lengths), readings: Some(own) })
 }
 
 /// Refuses channels of samples that differ in length along the axis on which channels are picked.

@@ -2,7 +2,7 @@
 
 use crate::dataset::assemble::{Checked, assemble};
 use crate::dataset::dataset::Dataset;
-use crate::dataset::reading_of::time_axis;
+use crate::dataset::spec_of::time_axis;
 use crate::length::length::{Length, Longer, Padding};
 use crate::load::open;
 use crate::options::ReadOptions;
@@ -39,7 +39,7 @@ pub fn convert(path: &Path, options: &ReadOptions, output: &Path) -> Result<Conv
         return Err(Error::Option { file, option: "output", why });
     }
     let (mut data, readings) = read(path, options)?;
-    let axis = data.reading.layout.time_axis();
+    let axis = data.spec.layout.time_axis();
     let padded = match (readings, axis) {
         (Some(readings), Some(axis)) => {
             blank(&mut data.x, axis, &readings);

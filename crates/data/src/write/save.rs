@@ -80,15 +80,15 @@ fn arrays(data: &Dataset, group: Option<&str>) -> io::Result<Vec<u8>> {
 
 /// What [`names_file`](crate::layout::names_file) reads.
 fn facts(data: &Dataset, group: Option<&str>) -> Value {
-    let reading = &data.reading;
+    let spec = &data.spec;
     let simulated = data.source.is_simulated().then(|| data.source.to_string());
     // As JSON has it: an f32 in as many digits as it needs.
-    let full_scale = reading.full_scale.and_then(|full| full.to_string().parse::<f64>().ok());
+    let full_scale = spec.full_scale.and_then(|full| full.to_string().parse::<f64>().ok());
     let said = [
         ("source", simulated.map(Value::from)),
-        ("layout", Some(reading.layout.name().into())),
-        ("unit", reading.unit.clone().map(Value::from)),
-        ("rate", reading.rate.map(Value::from)),
+        ("layout", Some(spec.layout.name().into())),
+        ("unit", spec.unit.clone().map(Value::from)),
+        ("rate", spec.rate.map(Value::from)),
         ("full_scale", full_scale.map(Value::from)),
         ("group_array", group.map(Value::from)),
         ("test_array", data.official.as_ref().map(|_| "test".into())),

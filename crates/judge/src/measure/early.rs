@@ -47,14 +47,14 @@ struct Answers {
 /// # Errors
 /// Models that are missing.
 pub(super) fn early(case: &Case, options: &EarlyOptions) -> Result<Option<Early>> {
-    let reading = &case.dataset.reading;
-    let (_, ticks, _) = reading.around_time();
-    if reading.layout.time_axis().is_none() || ticks < 2 {
+    let spec = &case.dataset.spec;
+    let (_, ticks, _) = spec.around_time();
+    if spec.layout.time_axis().is_none() || ticks < 2 {
         return Ok(None);
     }
     let names = case.compared();
     let (parts, of) = parts(case, &names, options.samples)?;
-    let padding = reading.padding();
+    let padding = spec.padding();
     let mut all: Vec<Answers> = names.iter().map(|_| Answers::new()).collect();
     for part in &parts {
         let clean = case.dataset.x.select(Axis(0), &part.rows);
@@ -78,7 +78,7 @@ pub(super) fn early(case: &Case, options: &EarlyOptions) -> Result<Option<Early>
 
 /// The first `seen` % of each sample, at least one reading, filled up.
 fn started(case: &Case, clean: &ArrayD<f32>, seen: u8, padding: Padding) -> ArrayD<f32> {
-    let (before, ticks, after) = case.dataset.reading.around_time();
+    let (before, ticks, after) = case.dataset.spec.around_time();
     let known = known(ticks, seen);
     let mut starts = clean.as_standard_layout().into_owned();
     if let Some(values) = starts.as_slice_mut() {

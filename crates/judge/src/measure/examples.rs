@@ -92,7 +92,7 @@ fn right(record: &FoldRecord, at: usize, width: usize) -> bool {
 fn example(case: &Case, seen: &[Seen], row: usize, at: usize) -> Result<Example> {
     let dataset = &case.dataset;
     let x = dataset.x.select(Axis(0), &[row]);
-    let mut pictures = vec![reading(x.index_axis(Axis(0), 0), dataset.reading.layout)];
+    let mut pictures = vec![reading(x.index_axis(Axis(0), 0), dataset.spec.layout)];
     let mut drawn = BTreeSet::new();
     for (_, card) in seen.iter().filter(|(_, card)| card.graph().is_some()) {
         for input in &card.inputs {

@@ -17,8 +17,8 @@ pub fn survey(surveyed: Surveyed) -> Survey {
     let Surveyed { card, dataset, readings } = surveyed;
     let (groups, copies) = (dataset.groups.as_deref(), dataset.units.as_deref());
     Survey {
-        unit: dataset.reading.unit.clone(),
-        rate: dataset.reading.rate,
+        unit: dataset.spec.unit.clone(),
+        rate: dataset.spec.rate,
         classes: classes(&dataset),
         activity: activity(&dataset),
         lengths: readings.unwrap_or_default(),
@@ -37,7 +37,7 @@ fn classes(data: &Dataset) -> Vec<ClassPictures> {
         let count = rows.len().min(EACH);
         let shown = (0..count).map(|i| rows[if count > 1 { i * (rows.len() - 1) / (count - 1) } else { 0 }]);
         let drawn = |row: usize| {
-            (data.origins[row].clone(), reading(data.x.index_axis(Axis(0), row), data.reading.layout))
+            (data.origins[row].clone(), reading(data.x.index_axis(Axis(0), row), data.spec.layout))
         };
         ClassPictures { name: name.clone(), recordings: shown.map(drawn).collect() }
     };
@@ -49,7 +49,7 @@ fn classes(data: &Dataset) -> Vec<ClassPictures> {
 
 /// Standard deviation of each taxel.
 fn activity(data: &Dataset) -> Option<Picture> {
-    let area: usize = match data.reading.layout {
+    let area: usize = match data.spec.layout {
         Layout::Image | Layout::Sequence => data.sample_shape().iter().rev().take(2).product(),
         _ => return None,
     };

@@ -119,7 +119,7 @@ impl<'a> Encoder<'a> {
     pub fn prepare(&mut self, names: &[&str]) -> Result<()> {
         let baseline = self.encoding.baseline;
         let missing = |own: &Self, name| names.contains(&name) && own.shape(name).is_none();
-        let layout = self.dataset.reading.layout;
+        let layout = self.dataset.spec.layout;
         // The channels of all fingers side by side.
         let flat = |then: Transform| match layout {
             Layout::Fingers => Transform::Series { layout, then: Box::new(then) },
@@ -205,14 +205,14 @@ impl<'a> Encoder<'a> {
 
     /// The transform of what the encoding leaves of a sample.
     fn reduced(&self, then: Transform) -> Result<Transform> {
-        let (reduction, reading) = (&self.encoding.reduce, &self.dataset.reading);
+        let (reduction, spec) = (&self.encoding.reduce, &self.dataset.spec);
         if reduction.is_whole() {
             return Ok(then);
         }
         reduction
-            .plan(reading.layout, &reading.shape)
+            .plan(spec.layout, &spec.shape)
             .map_err(|error| reduction_problem(error).below("encoding"))?;
-        let (layout, reduction) = (reading.layout, reduction.clone());
+        let (layout, reduction) = (spec.layout, reduction.clone());
         Ok(Transform::Reduced { layout, reduction, then: Box::new(then) })
     }
 
@@ -242,13 +242,13 @@ impl<'a> Encoder<'a> {
     ) -> Result<Input> {
         let ms_per_sample = 1e3 * start.elapsed().as_secs_f64() / x.shape()[0].max(1) as f64;
         let sample = &self.dataset.x.shape()[1..];
-        let outside = transform.at_rest(sample, self.dataset.reading.mean_at_rest(), &self.source)?;
+        let outside = transform.at_rest(sample, self.dataset.spec.mean_at_rest(), &self.source)?;
         Ok(Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample, outside, guard: None })
     }
 
     /// `None` for a scale that is fitted per fold.
     fn scaling(&self, scale: Scale) -> Result<Option<Scaling>> {
-        match (scale, self.dataset.reading.full_scale) {
+        match (scale, self.dataset.spec.full_scale) {
             (Scale::ZScore, _) => Ok(None),
             (Scale::Raw, _) => Ok(Some(Scaling::Raw)),
             (Scale::FullScale, Some(full_scale)) => Ok(Some(Scaling::FullScale { full_scale })),

@@ -17,11 +17,11 @@ use crate::problem::Problem;
 /// # Panics
 /// For a row that the data set has not.
 pub fn fitted_guard(dataset: &Dataset, train: &[usize]) -> Result<Guard> {
-    let reading = &dataset.reading;
-    let facts = Facts { full_scale: reading.full_scale, rest: reading.rest.as_deref() };
+    let spec = &dataset.spec;
+    let facts = Facts { full_scale: spec.full_scale, rest: spec.rest.as_deref() };
     let x = dataset.x.select(Axis(0), train);
     let refuse = |e: taxel_guard::Error| Problem::new("encoding.guard", "true", e.to_string()).into();
-    Guard::fit(x.view(), reading.layout, &facts).map_err(refuse)
+    Guard::fit(x.view(), spec.layout, &facts).map_err(refuse)
 }
 
 /// Raw samples `[n, ..]` of the guard's shape as it hands them on, and what it found in each.

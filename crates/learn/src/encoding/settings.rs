@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
-use taxel_data::Reading;
+use taxel_data::SampleSpec;
 use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Method, Order, Reduction};
 
 use super::names::{IMAGE, ROCKET, TENSOR};
@@ -175,16 +175,16 @@ impl Encoding {
     /// What networks that read `inputs` are given of such samples, where nobody says it: z-scores of a signal; of series
     /// the difference field, of images the pixels, of squeezes the frame at their peak or all of them. Pixels and
     /// taxels are shares of the full scale where it is known, z-scores elsewhere.
-    pub fn of(reading: &Reading, inputs: &[&str]) -> Self {
-        let scale = if reading.full_scale.is_some() { Scale::FullScale } else { Scale::ZScore };
-        let image = match reading.layout {
+    pub fn of(spec: &SampleSpec, inputs: &[&str]) -> Self {
+        let scale = if spec.full_scale.is_some() { Scale::FullScale } else { Scale::ZScore };
+        let image = match spec.layout {
             Layout::Series => Some(Image::Gadf(Field::default())),
             Layout::Image | Layout::Colour => Some(Image::Raw(Picture { scale, ..Picture::default() })),
             Layout::Sequence => Some(Image::Frame(SqueezeFrame { scale, ..SqueezeFrame::default() })),
             Layout::Fingers => Some(Image::Numatac(Bits::default())),
             Layout::Features => None,
         };
-        let tensor = (reading.layout == Layout::Sequence).then(|| Tensor { scale, ..Tensor::default() });
+        let tensor = (spec.layout == Layout::Sequence).then(|| Tensor { scale, ..Tensor::default() });
         Encoding {
             image: image.filter(|_| inputs.contains(&IMAGE)),
             tensor: tensor.filter(|_| inputs.contains(&TENSOR)),
@@ -289,8 +289,8 @@ mod tests {
     #[test]
     fn what_networks_are_given_where_nobody_says_it() {
         let of = |layout, full_scale| {
-            let reading = Reading { full_scale, ..Reading::new(layout, &[4, 6]) };
-            Encoding::of(&reading, &[IMAGE, TENSOR])
+            let spec = SampleSpec { full_scale, ..SampleSpec::new(layout, &[4, 6]) };
+            Encoding::of(&spec, &[IMAGE, TENSOR])
         };
         assert_eq!(of(Layout::Series, None).image, Some(Image::Gadf(Field::default())));
         assert_eq!(of(Layout::Image, Some(255.0)).image, Some(Image::Raw(Picture::default())));
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(squeezes.tensor, Some(Tensor { scale: Scale::ZScore, ..Tensor::default() }));
         assert!(matches!(squeezes.image, Some(Image::Frame(own)) if own.scale == Scale::ZScore));
         assert_eq!(of(Layout::Features, None), Encoding::default());
-        assert_eq!(Encoding::of(&Reading::new(Layout::Series, &[4, 6]), &["signal"]), Encoding::default());
+        assert_eq!(Encoding::of(&SampleSpec::new(Layout::Series, &[4, 6]), &["signal"]), Encoding::default());
         for layout in Layout::ALL {
             assert!(of(layout, None).check().is_ok(), "{layout}");
         }

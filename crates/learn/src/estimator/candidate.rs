@@ -156,7 +156,7 @@ impl Candidate {
     /// The first of them.
     pub(crate) fn check_faults(&self, dataset: &Dataset) -> Result<()> {
         let Some(faults) = self.faults() else { return Ok(()) };
-        faults.plan(dataset.reading.layout, &dataset.reading.shape).map_err(fault_problem)?;
+        faults.plan(dataset.spec.layout, &dataset.spec.shape).map_err(fault_problem)?;
         Ok(())
     }
 

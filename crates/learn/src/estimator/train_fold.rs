@@ -111,7 +111,7 @@ fn model(job: &Job, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]) ->
         name: candidate.name.clone(),
         paper: candidate.paper.clone(),
         kind: fitted.kind(),
-        reading: dataset.reading.clone(),
+        spec: dataset.spec.clone(),
         // The same before all inputs.
         guard: inputs.first().and_then(|input| input.guard.as_deref().cloned()),
         inputs: fitted.inputs(inputs).into_iter().map(input).collect(),

@@ -9,7 +9,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use taxel_base::thousands;
 use taxel_baselines::Method;
-use taxel_data::{Reading, Source, Task};
+use taxel_data::{SampleSpec, Source, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
@@ -42,7 +42,8 @@ pub struct Card {
     #[serde(rename = "estimator", alias = "anatomy")]
     pub kind: Kind,
     /// One raw sample: layout, shape, unit, rate, full scale.
-    pub reading: Reading,
+    #[serde(rename = "reading")]
+    pub spec: SampleSpec,
     /// What finds and replaces broken channels and taxels of raw samples, before anything else; none without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guard: Option<Guard>,
@@ -253,7 +254,7 @@ impl Card {
 
     /// Writes what it reads, and which inputs it makes of that.
     fn write_inputs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Reading { layout, shape, length, topics, unit, rate, full_scale, .. } = &self.reading;
+        let SampleSpec { layout, shape, length, topics, unit, rate, full_scale, .. } = &self.spec;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         let mut reading = format!("{layout}, {}: {}", layout.axes(), sizes.join(" × "));
         unit.iter().for_each(|unit| reading += &format!(", in {unit}"));

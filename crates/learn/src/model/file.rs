@@ -228,7 +228,7 @@ fn check_reading(card: &Card) -> std::result::Result<(), String> {
     if card.task.outputs() == 0 || card.levels().sizes().contains(&0) {
         return Err("its card names no classes".into());
     }
-    let (layout, shape) = (card.reading.layout, &card.reading.shape);
+    let (layout, shape) = (card.spec.layout, &card.spec.shape);
     if !layout.fits(shape) {
         return Err(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
     }

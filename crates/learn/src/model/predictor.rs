@@ -43,12 +43,12 @@ impl Predictor {
     /// # Errors
     /// A guard of other samples than the model reads.
     pub fn guarded(self, guard: Option<Arc<Guard>>) -> Result<Self> {
-        let Card { reading, name, .. } = &self.card;
-        let fits = guard.as_ref().map_or(Ok(()), |own| own.check(reading.layout, &reading.shape));
+        let Card { spec, name, .. } = &self.card;
+        let fits = guard.as_ref().map_or(Ok(()), |own| own.check(spec.layout, &spec.shape));
         match fits {
             Ok(()) => Ok(Predictor { guard, ..self }),
             Err(given) => {
-                let expected = format!("a guard of samples of shape {:?}", reading.shape);
+                let expected = format!("a guard of samples of shape {:?}", spec.shape);
                 Err(Error::Samples { model: name.clone(), expected, given })
             }
         }
@@ -106,8 +106,8 @@ impl Predictor {
     /// # Errors
     /// A model whose card says that it reads what its inputs cannot be made of.
     pub fn workspace(&self) -> Result<Workspace> {
-        let Card { inputs, reading, name, .. } = &self.card;
-        let encoders = inputs.iter().map(|input| input.transform.compile(&reading.shape, name));
+        let Card { inputs, spec, name, .. } = &self.card;
+        let encoders = inputs.iter().map(|input| input.transform.compile(&spec.shape, name));
         let memory = self.method.memory();
         let watch = self.guard.clone().map(Watch::new);
         Ok(Workspace::new(watch, encoders.collect::<Result<_>>()?, memory, self.outputs))
@@ -128,7 +128,7 @@ impl Predictor {
     /// # Errors
     /// A reading of another length, that is not finite or cannot be encoded.
     pub fn read(&self, workspace: &mut Workspace, reading: &[f32]) -> Result<()> {
-        let shape = &self.card.reading.shape;
+        let shape = &self.card.spec.shape;
         if reading.len() != shape.iter().product::<usize>() {
             return Err(self.refuse(format!("this one has {} values", reading.len())));
         }
@@ -160,10 +160,10 @@ impl Predictor {
 
     /// Of whole recordings the channels that the model was trained on.
     fn kept<'x>(&self, x: &'x Samples) -> CowArray<'x, f32, IxDyn> {
-        let reading = &self.card.reading;
-        match (&reading.channels, x.shape()) {
+        let spec = &self.card.spec;
+        match (&spec.channels, x.shape()) {
             (Some(channels), [_, given, ..])
-                if *given != reading.shape[0] && channels.iter().all(|channel| channel < given) =>
+                if *given != spec.shape[0] && channels.iter().all(|channel| channel < given) =>
             {
                 x.select(Axis(1), channels).into()
             }
@@ -172,8 +172,8 @@ impl Predictor {
     }
 
     fn refuse(&self, given: String) -> Error {
-        let reading = &self.card.reading;
-        let expected = format!("samples of shape {:?} ({})", reading.shape, reading.layout.axes());
+        let spec = &self.card.spec;
+        let expected = format!("samples of shape {:?} ({})", spec.shape, spec.layout.axes());
         Error::Samples { model: self.card.name.clone(), expected, given }
     }
 
@@ -181,7 +181,7 @@ impl Predictor {
         let refuse = |given: String| Err(self.refuse(given));
         match x.shape() {
             [] | [0, ..] => return refuse("there are none".into()),
-            [_, shape @ ..] if *shape != self.card.reading.shape[..] => {
+            [_, shape @ ..] if *shape != self.card.spec.shape[..] => {
                 return refuse(format!("these have {shape:?}"));
             }
             _ => {}

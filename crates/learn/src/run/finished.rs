@@ -24,7 +24,7 @@ impl RunFolder {
         };
         self.keys_of(&results)?;
         if (results.samples, &results.task, &results.sample_shape)
-            != (dataset.len(), &dataset.task(), &dataset.reading.shape)
+            != (dataset.len(), &dataset.task(), &dataset.spec.shape)
         {
             return Err(refuse("names other samples or classes than the data have".into()));
         }

@@ -153,7 +153,7 @@ impl Results {
             source: dataset.source.clone(),
             data_digest: dataset.digest.clone(),
             samples: dataset.len(),
-            sample_shape: dataset.reading.shape.clone(),
+            sample_shape: dataset.spec.shape.clone(),
             look_alikes: BTreeMap::new(),
             protocol: protocol.clone(),
             folds: 0,

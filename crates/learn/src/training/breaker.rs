@@ -40,8 +40,8 @@ impl<'a> Breaker<'a> {
         if faults.is_clean() {
             return Ok(None);
         }
-        let plan = faults.plan(dataset.reading.layout, &dataset.reading.shape).map_err(fault_problem)?;
-        let (shape, source) = (&dataset.reading.shape, dataset.source.to_string());
+        let plan = faults.plan(dataset.spec.layout, &dataset.spec.shape).map_err(fault_problem)?;
+        let (shape, source) = (&dataset.spec.shape, dataset.source.to_string());
         let encoders =
             inputs.iter().map(|input| input.transform.compile(shape, &source)).collect::<Result<Vec<_>>>()?;
         let sensor = sensor(dataset, rows).sensor;

@@ -17,25 +17,25 @@ pub struct Asked<'a> {
 impl Asked<'_> {
     /// The recordings as the model with this card reads them, and how they were read.
     pub fn of(&self, card: &Card) -> Result<(Recordings, ReadOptions), Box<dyn Error>> {
-        let reading = &card.reading;
+        let spec = &card.spec;
         let options = ReadOptions {
-            resize: resize(self.data, reading),
+            resize: resize(self.data, spec),
             attributes: attributes(card),
-            layout: Some(reading.layout),
-            length: self.length(reading)?,
-            topics: self.topics(reading)?,
-            table: self.table(reading),
-            stamped: reading.recorded_rate(),
+            layout: Some(spec.layout),
+            length: self.length(spec)?,
+            topics: self.topics(spec)?,
+            table: self.table(spec),
+            stamped: spec.recorded_rate(),
             ..self.reading.clone()
         };
-        let to = reading.layout.time_axis().map(|axis| reading.shape[axis]);
-        let read = recordings(self.data, &options, reading.layout.rank());
+        let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);
+        let read = recordings(self.data, &options, spec.layout.rank());
         Ok((read.map_err(|e| with_option_hint(e, to))?, options))
     }
 
     /// The model's own rule, or one for a model that has none.
-    fn length(&self, reading: &taxel::Reading) -> Result<Option<Length>, String> {
-        match (reading.length, self.reading.length) {
+    fn length(&self, spec: &taxel::SampleSpec) -> Result<Option<Length>, String> {
+        match (spec.length, self.reading.length) {
             (Some(own), Some(given)) if own != given => {
                 Err(format!("--length {given}: the model has its own rule, {own}; leave it out"))
             }
@@ -44,13 +44,13 @@ impl Asked<'_> {
     }
 
     /// The columns that the model has learned from, and what is said of these ones.
-    fn table(&self, reading: &taxel::Reading) -> TableOptions {
-        let own = reading.table.clone().unwrap_or_default();
+    fn table(&self, spec: &taxel::SampleSpec) -> TableOptions {
+        let own = spec.table.clone().unwrap_or_default();
         let given = self.reading.table.clone();
         if given == TableOptions::default() {
             return own;
         }
-        let is_wide = reading.layout.rank() == own.shape.len().max(1);
+        let is_wide = spec.layout.rank() == own.shape.len().max(1);
         let form = if is_wide { TableForm::Wide } else { TableForm::Long };
         TableOptions {
             form: given.form.or(Some(form)),
@@ -64,14 +64,14 @@ impl Asked<'_> {
     }
 
     /// The topics that the model has learned from, where it reads bags.
-    fn topics(&self, reading: &taxel::Reading) -> Result<Vec<String>, String> {
+    fn topics(&self, spec: &taxel::SampleSpec) -> Result<Vec<String>, String> {
         let given = &self.reading.topics;
         match taxel::data::are_bags(self.data) {
             false => Ok(given.clone()),
-            true if reading.topics.is_empty() => Ok(given.clone()),
-            true if given.is_empty() || *given == reading.topics => Ok(reading.topics.clone()),
+            true if spec.topics.is_empty() => Ok(given.clone()),
+            true if given.is_empty() || *given == spec.topics => Ok(spec.topics.clone()),
             true => {
-                let [own, given] = [&reading.topics, given].map(|topics| topics.join(", "));
+                let [own, given] = [&spec.topics, given].map(|topics| topics.join(", "));
                 Err(format!("--topic {given}: the model has learned from {own}; leave it out"))
             }
         }
@@ -87,10 +87,10 @@ pub(super) fn attributes(card: &Card) -> Vec<String> {
 }
 
 /// Image files are brought to the size that the model reads.
-pub(super) fn resize(data: &Path, reading: &taxel::Reading) -> Option<[usize; 2]> {
+pub(super) fn resize(data: &Path, spec: &taxel::SampleSpec) -> Option<[usize; 2]> {
     let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
-    match reading.shape[..] {
-        [.., height, width] if reading.layout.has_area() && holds_images() => Some([height, width]),
+    match spec.shape[..] {
+        [.., height, width] if spec.layout.has_area() && holds_images() => Some([height, width]),
         _ => None,
     }
 }

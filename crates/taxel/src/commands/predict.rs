@@ -111,7 +111,7 @@ impl Predict {
 
     /// Whether these are the recordings that the model has learned from.
     fn was_trained_on(&self, card: &taxel::Card, options: ReadOptions) -> bool {
-        let options = ReadOptions { channels: card.reading.channels.clone(), ..options };
+        let options = ReadOptions { channels: card.spec.channels.clone(), ..options };
         taxel::load(&self.data, &options).is_ok_and(|dataset| dataset.digest == card.trained_on.digest)
     }
 

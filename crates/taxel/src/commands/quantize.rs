@@ -53,7 +53,7 @@ impl Quantize {
         }
         let model = Model::open(&self.from)?;
         let (recordings, options) = Asked { data, reading: &self.reading }.of(model.card())?;
-        let options = taxel::ReadOptions { channels: model.card().reading.channels.clone(), ..options };
+        let options = taxel::ReadOptions { channels: model.card().spec.channels.clone(), ..options };
         // Unlabelled recordings are no data set, but have samples.
         let digest = match taxel::load(data, &options) {
             Ok(dataset) => dataset.digest,

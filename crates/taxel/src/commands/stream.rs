@@ -139,7 +139,7 @@ impl Stream {
         }
         let predictor = Model::open(&self.model)?.predictor(1, 1)?;
         let mut decider = Decider::new(predictor, &self.options())?;
-        if let Some(taxel::Length::Resample { to }) = decider.card().reading.length {
+        if let Some(taxel::Length::Resample { to }) = decider.card().spec.length {
             warn(&format!(
                 "the model has learned whole recordings resampled to {to} readings; a window is the last {to} readings as \
                  they come"
@@ -202,24 +202,24 @@ impl Stream {
 
     fn told(&self, decider: &Decider) -> Told {
         let card = decider.card();
-        let reading = card.reading.clone();
+        let spec = card.spec.clone();
         let path = self.input.as_deref();
         let bags = path.is_some_and(taxel::data::are_bags);
         // As `taxel predict` reads recordings, each as long as it is.
         let options = ReadOptions {
-            resize: path.and_then(|path| resize(path, &reading)),
+            resize: path.and_then(|path| resize(path, &spec)),
             attributes: attributes(card),
-            layout: Some(reading.layout),
-            topics: if bags { reading.topics.clone() } else { vec![] },
-            table: reading.table.clone().unwrap_or_default(),
+            layout: Some(spec.layout),
+            topics: if bags { spec.topics.clone() } else { vec![] },
+            table: spec.table.clone().unwrap_or_default(),
             ..ReadOptions::default()
         };
         Told {
-            columns: Columns::new(&reading, self.time.clone(), self.clock),
+            columns: Columns::new(&spec, self.time.clone(), self.clock),
             pace: if self.pace == Speed::Rate { Pace::Rate } else { Pace::Fast },
             rate: self.rate,
             options,
-            reading,
+            spec,
         }
     }
 }
@@ -313,8 +313,7 @@ impl Work {
         };
         let anew = self.stamps.begins_anew(event);
         self.summary.event(event, anew);
-        if let (Some(own), Some(rate), false) =
-            (self.stamps.rate(), decider.card().reading.rate, self.said_rate)
+        if let (Some(own), Some(rate), false) = (self.stamps.rate(), decider.card().spec.rate, self.said_rate)
         {
             self.said_rate = true;
             if (own / rate - 1.0).abs() > OFF {

@@ -125,7 +125,7 @@ impl Serialize for Channel<'_> {
 
 impl Answers {
     pub fn new(card: &Card) -> Self {
-        let channels = card.reading.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let channels = card.spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
         Answers {
             outputs: card.task.output_names(),
             channels,

@@ -2,7 +2,7 @@
 
 use crate::dataset::dataset::refuse_layout;
 use crate::dataset::raw::Raw;
-use crate::dataset::sample_spec::Reading;
+use crate::dataset::sample_spec::SampleSpec;
 use crate::length::length::Length;
 use crate::options::ReadOptions;
 use crate::{Error, Result};
@@ -52,14 +52,14 @@ fn likeliest(
 ///
 /// Resampling changes the rate: `to` readings take the time of the recording. It is known where all recordings
 /// are equally long, and no one number otherwise.
-pub(crate) fn reading(
+pub(crate) fn spec_of(
     raw: &Raw,
     options: &ReadOptions,
     layout: Layout,
     shape: &[usize],
     rule: Option<Length>,
     lengths: &[usize],
-) -> Result<Reading> {
+) -> Result<SampleSpec> {
     if options.rate.is_some_and(|rate| !(rate > 0.0 && rate.is_finite())) {
         let (file, why) = (raw.file.clone(), "is in readings per second (Hz), above 0");
         return Err(Error::Option { file, option: "rate", why });
@@ -72,7 +72,7 @@ pub(crate) fn reading(
         }
         _ => recorded,
     };
-    Ok(Reading {
+    Ok(SampleSpec {
         channels: options.channels.clone(),
         length: rule,
         topics: raw.topics.clone(),
@@ -81,7 +81,7 @@ pub(crate) fn reading(
         rate,
         stamped: raw.facts.stamped,
         full_scale: raw.facts.full_scale,
-        ..Reading::new(layout, shape)
+        ..SampleSpec::new(layout, shape)
     })
 }
 
