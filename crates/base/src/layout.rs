@@ -1,8 +1,8 @@
-//! What the axes of one raw sample are.
+//! The axes of one raw sample.
 //!
 //! # Reference
 //!
-//! None: the five kinds of recordings of papers 000 to 004, and a row of numbers.
+//! None: the five kinds of recordings of the five papers, and a row of numbers.
 
 use std::fmt;
 use std::str::FromStr;
@@ -76,7 +76,7 @@ impl Layout {
         }
     }
 
-    /// What a sample is, and its axes, for messages: `a series [C, T]`.
+    /// Names a kind of sample and its axes, for messages: `a series [C, T]`.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Features => "a row of features [F]",

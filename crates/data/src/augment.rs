@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer), section 5: random reflection, translation and scaling,
+//! Rouhafzay et al. 2021, section 5: random reflection, translation and scaling,
 //! amounts not given. TactNet's authors: reflections, ±3 px, ±10° ([`Augment::tactnet`]). Bilinear
 //! sampling as `scipy.ndimage.affine_transform` does it (`order=1, mode="grid-constant"`).
 

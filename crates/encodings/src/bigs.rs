@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (Transfer of learning from vision to touch), section 3.4: the first 700 values of the 7 x 3
+//! Rouhafzay et al. 2021 (Transfer of learning from vision to touch), section 3.4: the first 700 values of the 7 x 3
 //! electrodes of BiGS recordings, 7 x 3 x 700, are reshaped to 70 x 70 x 3. The text does not say in
 //! which order; its toolbox is MATLAB's, whose `reshape` runs down the first axis first.
 //!

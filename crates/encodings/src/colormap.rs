@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Section 4.2 of paper 000 (Hybrid-CNN hardness recognition) turns the GADF into a colour image
+//! Section 4.2 of Kaewrakmuk and Srinonchat 2026 turns the GADF into a colour image
 //! "using a colormap" and does not name it. The default here is [`Colormap::Jet`], MATLAB's classic
 //! one, with the breakpoints that matplotlib gives it; viridis is matplotlib's table (CC0).
 //! Both have 256 levels, as in matplotlib, so three channels hold 8 bits of the field, not more.

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! None: every message names the thing, its value and the way out.
+//! None: every message names the thing, its value and how to fix it.
 
 /// A reading, a setting or a shape that cannot be encoded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -59,7 +59,7 @@ pub enum Error {
     Shape {
         /// The array.
         what: &'static str,
-        /// What was expected, in words.
+        /// The expected shape, in words.
         expected: String,
         /// The shape given.
         got: Vec<usize>,
@@ -104,7 +104,7 @@ pub enum Error {
     Sample {
         /// Index of the sample in the batch.
         sample: usize,
-        /// What is wrong with it.
+        /// Its error.
         error: Box<Error>,
     },
 }
@@ -117,7 +117,7 @@ pub struct RefusedReduction {
     pub key: &'static str,
     /// The value given.
     pub value: String,
-    /// What would do.
+    /// The values that are allowed.
     pub reason: String,
 }
 

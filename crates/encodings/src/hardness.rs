@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 000 (Hybrid-CNN hardness recognition), section 4.2 and figure 5: 5 x 50 readings are
+//! Kaewrakmuk and Srinonchat 2026, section 4.2 and figure 5: 5 x 50 readings are
 //! flattened row by row to 250, rescaled to `[-1, 1]`, encoded as a 50 x 50 GADF and coloured.
 //!
 //! # What is lost

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 004 (Identifying the strength level of objects' tactile attributes), section 3.1: bits to Pa
+//! Zhang et al. 2022 (Identifying the strength level of objects' tactile attributes), section 3.1: bits to Pa
 //! (equations 1 and 2), and the contact judge, which starts a sample where an AC value is more than 1.1
 //! or less than 0.9 times the one before; section 3.2.3: 300 ticks are kept, z-scores per feature
 //! (equation 3). The judge reads raw bits, and we read "next" and "previous" as neighbours at 2200 Hz.
@@ -15,7 +15,7 @@ use crate::{Error, Result, Scaling};
 use ndarray::{Array3, Array4, ArrayView3, ArrayView4, Ix4};
 use serde::{Deserialize, Serialize};
 
-/// What is subtracted before bits become Pa.
+/// The offset that is subtracted before bits become Pa.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Offset {
@@ -41,7 +41,7 @@ pub struct NumaTac {
     pub above: f32,
     /// Or falls below this factor; between 0 and 1.
     pub below: f32,
-    /// What is subtracted.
+    /// The offset that is subtracted.
     pub offset: Offset,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (Transfer of learning from vision to touch), sections 3 and 5: tactile images are resized
+//! Rouhafzay et al. 2021 (Transfer of learning from vision to touch), sections 3 and 5: tactile images are resized
 //! to the input of the network, grey goes into the red channel and green and blue are zero. Numbers are
 //! those of PyTorch's `interpolate`, modes `bilinear` (`align_corners = False`, no antialiasing) and `area`.
 

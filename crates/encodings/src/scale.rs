@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 000 (Hybrid-CNN hardness recognition), section 4.2, feeds raw counts to its 1D networks
+//! Kaewrakmuk and Srinonchat 2026, section 4.2, feeds raw counts to its 1D networks
 //! ([`Scaling::Raw`]). The other two are common practice and our own addition.
 
 use crate::finite::{self, all_finite};

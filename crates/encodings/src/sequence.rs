@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 003 (Robotic palpation), section 3.3: the frames of a squeeze are stacked along a third axis
+//! Pastor et al. 2019 (Robotic palpation), section 3.3: the frames of a squeeze are stacked along a third axis
 //! of force or time. Section 4.2: 2D methods get the single frames of the same grasps.
 
 use crate::finite::{check_finite, place, values};

@@ -27,7 +27,7 @@ pub enum Error {
     Sample {
         /// Index of the sample.
         sample: usize,
-        /// What is wrong, and the way out.
+        /// The reason, and how to fix it.
         reason: String,
     },
     /// A parameter is impossible.

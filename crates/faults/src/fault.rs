@@ -107,7 +107,7 @@ impl Fault {
         self.row().0
     }
 
-    /// What happens, in a few words.
+    /// Describes the fault in a few words.
     pub fn describe(self) -> &'static str {
         self.row().1
     }

@@ -1,4 +1,4 @@
-//! What a fault has to know about the readings: their axes and their range.
+//! Facts about samples that faults need: their axes and their range.
 //!
 //! # Reference
 //!

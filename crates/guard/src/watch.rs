@@ -30,12 +30,12 @@ pub struct Watch {
     found: Vec<Found>,
 }
 
-/// What does not change from sample to sample.
+/// The part that does not change from sample to sample.
 #[derive(Debug, Clone)]
 struct Known {
     guard: Arc<Guard>,
     places: Places,
-    /// What is said of each element, and of whom each speaks.
+    /// The links to each element, and the elements that each predicts.
     links: Vec<Vec<Link>>,
     hears: Vec<Vec<usize>>,
     is_constant: Vec<bool>,
@@ -88,7 +88,7 @@ impl Watch {
         &self.known.guard
     }
 
-    /// What was found in the last sample.
+    /// Returns the findings in the last sample.
     pub fn found(&self) -> &[Found] {
         &self.found
     }

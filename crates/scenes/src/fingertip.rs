@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! The set-up is that of paper 000 (Hybrid-CNN hardness recognition), sections 4.1 and 4.2: one
+//! The set-up is that of Kaewrakmuk and Srinonchat 2026, sections 4.1 and 4.2: one
 //! FSR 402 on each fingertip of an InMoov-like hand, a preset closing motion, 50 raw 10-bit counts
 //! per finger at 10 Hz, silicone cylinders of Shore A 00, 10 and 20. Section 5.4 names the nuisances:
 //! finger geometry, gripping position and contact location. The physics:
@@ -38,12 +38,12 @@ use serde::{Deserialize, Serialize};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "fingertip";
-/// Samples per recording and their spacing in s (paper 000, section 4.2).
+/// Samples per recording and their spacing in s (Kaewrakmuk and Srinonchat 2026, section 4.2).
 const STEPS: usize = 50;
 const INTERVAL: f64 = 0.1;
 /// Integration steps per reading.
 const SUBSTEPS: usize = 5;
-/// 10-bit converter of an Arduino Mega (paper 000, section 4.2).
+/// 10-bit converter of an Arduino Mega (Kaewrakmuk and Srinonchat 2026, section 4.2).
 const FULL_SCALE: f64 = 1023.0;
 const FINGERS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 const THUMB: usize = 0;
@@ -62,7 +62,7 @@ pub struct Fingertip {
 }
 
 impl Default for Fingertip {
-    /// Paper 000's three levels, in ten sessions (which the paper does not report).
+    /// Kaewrakmuk and Srinonchat 2026's three levels, in ten sessions (which the paper does not report).
     fn default() -> Self {
         Self { shore: vec![0.0, 10.0, 20.0], between: None, sessions: 10 }
     }
@@ -186,7 +186,7 @@ impl Fingertip {
     }
 }
 
-/// What differs from grasp to grasp besides the object.
+/// Values that differ from grasp to grasp besides the object.
 struct Grasp {
     /// The object is nearer to the fingers and farther from the thumb by this much, mm.
     shift: f64,

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer), sections 3.1 and 3.2: twelve clothes under a GelSight (ViTac) and ten objects
+//! Rouhafzay et al. 2021, sections 3.1 and 3.2: twelve clothes under a GelSight (ViTac) and ten objects
 //! under a BathTip (VT-60). How such a sensor sees: M. K. Johnson and E. H. Adelson, "Retrographic sensing for the
 //! measurement of surface texture and shape", CVPR 2009; D. F. Gomes, P. Paoletti and S. Luo, "Generation of GelSight
 //! tactile images for sim2real learning", 2021. What cloths look like: F. T. Peirce, "The geometry of cloth structure",
@@ -56,7 +56,7 @@ const TRUTH: [&str; 3] = ["depth_mm", "spin_deg", "pitch_mm"];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gel {
-    /// What is pressed into the gel.
+    /// The things that are pressed into the gel.
     pub touches: Touches,
     /// Pixels along a side, 8 to 512.
     pub pixels: usize,
@@ -64,7 +64,7 @@ pub struct Gel {
     pub meshes: Option<PathBuf>,
 }
 
-/// What is pressed into the gel.
+/// The things that are pressed into the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Touches {
@@ -83,7 +83,7 @@ impl Default for Gel {
 /// Takes the picture of a sample and returns its truth.
 type Look<'a> = dyn Fn(usize, ArrayViewMut3<f32>) -> Result<Vec<f64>> + Sync + 'a;
 
-/// What differs from touch to touch.
+/// Values that differ from touch to touch.
 struct Press {
     /// How deep the first point goes, in mm.
     depth: f64,

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 004 (Identifying the strength level of objects' tactile attributes), section 3: SynTouch
+//! Zhang et al. 2022 (Identifying the strength level of objects' tactile attributes), section 3: SynTouch
 //! NumaTac sensors on both fingers of a Kinova gripper; per finger and tick of 10 ms one DC value of
 //! the fluid pressure (100 Hz) and 22 AC values of its vibration (2200 Hz), in raw bits. The gripper
 //! closes at constant speed until one DC value reaches 270 bit, runs on for the delay of the command,

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer), section 3.4: grasps of three objects by a Barrett hand (BiGS) whose fingertips
+//! Rouhafzay et al. 2021, section 3.4: grasps of three objects by a Barrett hand (BiGS) whose fingertips
 //! have electrodes under a skin filled with fluid; electrodes at 100 Hz are mapped to 7 × 3, and the first 700 frames
 //! are read. Contact: the gap between two curved bodies near their first touch, of second order in the distance from
 //! it, as in Hertz's theory.
@@ -36,7 +36,7 @@ const REMOVABLE: [&str; 4] = ["placement", "grip", "session", "noise"];
 const OBJECTS: [&str; 3] = ["box", "ball", "cylinder"];
 const ROWS: usize = 7;
 const COLUMNS: usize = 3;
-/// Frames and their rate in Hz (paper 001, section 3.4).
+/// Frames and their rate in Hz (Rouhafzay et al. 2021, section 3.4).
 const FRAMES: usize = 700;
 const RATE: f64 = 100.0;
 /// 12-bit converter.
@@ -58,7 +58,7 @@ impl Default for Hand {
     }
 }
 
-/// What differs from grasp to grasp besides the object.
+/// Values that differ from grasp to grasp besides the object.
 struct Grasp {
     depth: f64,
     contact: f64,

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! The virtual tactile sensor of paper 001 (visuo-tactile transfer), section 3.3: a plane tangent
+//! The virtual tactile sensor of Rouhafzay et al. 2021, section 3.3: a plane tangent
 //! to a triangular mesh at the probed point, n × n sensing elements on it, the distance of each to
 //! the surface along the plane's normal, normalised to 0..1; 30 objects of six classes, as many
 //! imprints of each; 128 × 128 elements, beside a real array of 16 × 16 on 6.5 cm².
@@ -242,7 +242,7 @@ fn effect(name: &str, parameter: &str, value: String, unit: &str, source: &str, 
 }
 
 fn effects_of_the_array(default: &Imprint) -> Vec<Effect> {
-    let paper = "paper 001, section 3.3";
+    let paper = "Rouhafzay et al. 2021, section 3.3";
     vec![
         effect(
             "array",
@@ -257,7 +257,7 @@ fn effects_of_the_array(default: &Imprint) -> Vec<Effect> {
             "pitch_mm",
             format!("{SIDE} / elements"),
             "mm",
-            "paper 001, section 3.3: the real array has 6.5 cm²; taken for the virtual one too",
+            "Rouhafzay et al. 2021, section 3.3: the real array has 6.5 cm²; taken for the virtual one too",
             "a patch, not the object: other resolutions feel the same patch",
         ),
         effect(
@@ -286,7 +286,7 @@ fn effects_of_objects(default: &Imprint) -> Vec<Effect> {
             "meshes",
             "6 classes of 5".into(),
             "objects",
-            "paper 001, section 3.3, names the classes; the shapes are ours",
+            "Rouhafzay et al. 2021, section 3.3, names the classes; the shapes are ours",
             "objects of a class differ: whole objects are left out for a test",
         ),
         effect(

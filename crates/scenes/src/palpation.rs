@@ -2,8 +2,8 @@
 //!
 //! # Reference
 //!
-//! Paper 002 (Active tactile recognition of deformable objects): 9 deformable objects pressed by hand,
-//! 10 frames of 28 x 50 taxels, 0 to 40 N in uneven steps. Paper 003 (Robotic palpation): 24 objects,
+//! Gandarias et al. 2019b (Active tactile recognition of deformable objects): 9 deformable objects pressed by hand,
+//! 10 frames of 28 x 50 taxels, 0 to 40 N in uneven steps. Pastor et al. 2019 (Robotic palpation): 24 objects,
 //! rigid, deformable and in bags, squeezed by two underactuated fingers against the sensor under a
 //! silicone pad; torque runs from 5 % to 90 % of 1.4 N m and back in random steps, 51 frames. The
 //! physics, in files of their own: what the objects are (`objects`), the surface behind each taxel
@@ -59,7 +59,7 @@ pub enum Paper {
     Gripper,
 }
 
-/// Which objects of paper 003.
+/// Which objects of Pastor et al. 2019.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Subset {
@@ -68,7 +68,7 @@ pub enum Subset {
     All,
     /// Cans, bottles, mice, a wheel: 8.
     Rigid,
-    /// Balls and sponges: 8; all 9 of paper 002.
+    /// Balls and sponges: 8; all 9 of Gandarias et al. 2019b.
     Deformable,
     /// Nuts, washers, gears, rivets, pipes: 8.
     InBag,
@@ -80,7 +80,7 @@ pub enum Subset {
 pub struct Palpation {
     /// `002` or `003`. Default 003.
     pub paper: Paper,
-    /// Which objects. Default all; paper 002 has deformable ones only.
+    /// Which objects. Default all; Gandarias et al. 2019b has deformable ones only.
     pub subset: Subset,
     /// Frames of a squeeze and release, 3 to 1000. Default 10 (002) or 51 (003).
     pub frames: Option<usize>,
@@ -89,7 +89,7 @@ pub struct Palpation {
 }
 
 impl Default for Palpation {
-    /// Paper 003 in five sessions (which the paper does not report).
+    /// Pastor et al. 2019 in five sessions (which the paper does not report).
     fn default() -> Self {
         Self { paper: Paper::Gripper, subset: Subset::All, frames: None, sessions: 5 }
     }
@@ -115,7 +115,11 @@ impl Palpation {
         }
         if self.paper == Paper::Manual && matches!(self.subset, Subset::Rigid | Subset::InBag) {
             let value = format!("{:?}", self.subset).to_lowercase();
-            return reject("subset", value, "paper 002 has deformable objects only; use all, or paper = 003");
+            return reject(
+                "subset",
+                value,
+                "paper = 002 has deformable objects only; use all, or paper = 003",
+            );
         }
         Ok(())
     }
@@ -148,7 +152,7 @@ impl Palpation {
     /// Sample i is of object `i % objects`. Truth: `session`, `subset` (0 rigid, 1 deformable, 2 in
     /// bag), `stiffness_kpa_per_mm` and `inclusions` of the object, `peak_force_n` and `peak_depth_mm`
     /// of the squeeze, `shift_along_mm`, `shift_across_mm`, `turn_deg`, `tilt_deg`, `sensitivity` and,
-    /// for paper 003, `force_per_torque` (N per N m on the unsqueezed object; 0 for paper 002).
+    /// for Pastor et al. 2019, `force_per_torque` (N per N m on the unsqueezed object; 0 for Gandarias et al. 2019b).
     ///
     /// # Errors
     ///

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! The classes and numbers of paper 001 (visuo-tactile transfer), section 3.3; see [`objects`].
+//! The classes and numbers of Rouhafzay et al. 2021, section 3.3; see [`objects`].
 
 use std::path::Path;
 

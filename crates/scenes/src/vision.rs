@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer) starts its five networks from ImageNet weights, which are photographs of a
+//! Rouhafzay et al. 2021 starts its five networks from ImageNet weights, which are photographs of a
 //! thousand classes. Nobody who has only taxel has those; this scene stands in for them: the objects of
 //! [`crate::imprint`], as a camera sees them, with light, texture, background and pose of their own in every picture.
 //!
@@ -46,13 +46,13 @@ const SIZE: f64 = 200.0;
 pub struct Vision {
     /// Pixels along a side, 8 to 1024.
     pub pixels: usize,
-    /// What is told apart.
+    /// The classes.
     pub classes: Classes,
     /// A folder of own meshes (OBJ, STL, OFF): one sub-folder per class, or one file per class.
     pub meshes: Option<PathBuf>,
 }
 
-/// What is told apart.
+/// The classes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Classes {
@@ -131,7 +131,7 @@ impl Vision {
     }
 }
 
-/// What is drawn for sample `i`; an effect that is left out has its plainest value.
+/// Draws the look of sample `i`; an effect that is left out has its plainest value.
 fn look(world: &World, i: usize) -> Look {
     let draw = |effect: &str| {
         let mut rng = world.rng(&format!("{i}/{effect}"));

@@ -1,4 +1,4 @@
-//! What every scene draws from: the seed, and the effects that are left out.
+//! The base of every scene: the seed, and the effects that are left out.
 //!
 //! # Reference
 //!

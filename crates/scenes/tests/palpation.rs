@@ -259,7 +259,7 @@ fn impossible_requests_are_refused_by_name() {
         assert!(text.starts_with(&format!("frames = {frames}: must be 3 to 1000")), "{text}");
     }
     let rigid = message(Palpation { paper: Paper::Manual, subset: Subset::Rigid, ..standard.clone() });
-    assert!(rigid.starts_with("subset = rigid: paper 002 has deformable objects only"), "{rigid}");
+    assert!(rigid.starts_with("subset = rigid: paper = 002 has deformable objects only"), "{rigid}");
     assert!(standard.simulate(0, 0, &[]).unwrap_err().to_string().starts_with("samples = 0:"));
     let unknown = simulate(PALPATION, 3, 0, &["gripper".into()]).unwrap_err();
     assert!(matches!(unknown, Error::UnknownEffect { .. }), "{unknown}");

@@ -9,7 +9,7 @@ use crate::parameters::{ASSUMED, Parameter, parameters, rows};
 
 /// The values of the curve that tutorials read off; the vendor calls it reference only.
 const CURVE: &str = "force-resistance curve of the FSR 400 series data sheet (Interlink): about 30 kohm at 20 g, 6 kohm at 100 g, 1 kohm at 1 kg";
-const PAPER: &str = "paper 000, section 4.2";
+const PAPER: &str = "Kaewrakmuk and Srinonchat 2026, section 4.2";
 
 parameters! {
     START: "grasp", "start of the motion", [0.4], "s", ASSUMED, "readings begin before contact";
@@ -33,7 +33,7 @@ parameters! {
         "force decays under a held squeeze, more so on a soft object";
     RELAXATION_TIME: "relaxation", "time constant", [1.0], "s", ASSUMED, "within the hold";
     QUALITY: "contact-quality", "share of the force on the sensor", [0.5, 0.85, 0.9, 0.85, 0.45], "",
-        "paper 000, section 4.1: thumb and little finger vary; values assumed",
+        "Kaewrakmuk and Srinonchat 2026, section 4.1: thumb and little finger vary; values assumed",
         "scales the amplitude of a finger";
     QUALITY_SPREAD: "contact-quality", "log spread per grasp", [0.25, 0.12, 0.12, 0.12, 0.25], "", ASSUMED,
         "scales the amplitude of a finger";

@@ -16,7 +16,7 @@ use super::parameters::{CRIMP, YARN};
 /// Height of the outer face over its deepest place, in pitches, at a place in pitches.
 type Face = fn(f64, f64) -> f64;
 
-/// Twelve cloths, as many as paper 001 takes from ViTac, which it does not name.
+/// Twelve cloths, as many as Rouhafzay et al. 2021 takes from ViTac, which it does not name.
 pub(super) const CLOTHS: [(&str, Face); 12] = [
     ("plain", |x, y| woven(&["10", "01"], x, y)),
     ("basket", |x, y| woven(&["1100", "1100", "0011", "0011"], x, y)),

@@ -8,7 +8,7 @@ use crate::parameters::{ASSUMED, Parameter, parameters};
 
 parameters! {
     SIDE_OBJECTS: "gel", "side, objects", [25.5], "mm",
-        "the array of the scene imprint (paper 001, section 3.3: 6.5 cm²)",
+        "the array of the scene imprint (Rouhafzay et al. 2021, section 3.3: 6.5 cm²)",
         "the same patch of the same objects, so that only the sensor differs";
     SIDE_CLOTHS: "gel", "side, cloths", [15.0], "mm", ASSUMED, "some ten yarns across: a texture, not a shape";
     DEPTH: "depth", "how deep the first point is pressed in", [0.5, 1.5], "mm, uniform", ASSUMED,
@@ -26,7 +26,7 @@ parameters! {
         "edges and yarns run in any direction";
     PITCH: "piece", "yarns of a piece of cloth", [0.7, 1.4], "mm apart, log-uniform", ASSUMED,
         "coarse and fine pieces of every weave: the pitch alone does not tell it; without it 1 mm";
-    PIECES: "piece", "pieces of each cloth", [8.0], "", "paper 001, section 3.1: 100 pieces of clothes; eight of each of twelve",
+    PIECES: "piece", "pieces of each cloth", [8.0], "", "Rouhafzay et al. 2021, section 3.1: 100 pieces of clothes; eight of each of twelve",
         "whole pieces are left out for a test";
     YARN: "cloth", "thickness of a yarn", [0.9], "of the pitch", ASSUMED,
         "round yarns that bend around each other (F. T. Peirce, The geometry of cloth structure, 1937)";

@@ -1,8 +1,8 @@
-//! What is grasped: the 30 objects of paper 004 and their levels.
+//! The grasped objects: the 30 of Zhang et al. 2022 and their levels.
 //!
 //! # Reference
 //!
-//! Names: paper 004, figure 3. Levels stand in its figure 4, of which the text gives one: the mineral
+//! Names: Zhang et al. 2022, figure 3. Levels stand in its figure 4, of which the text gives one: the mineral
 //! water bottle is of elasticity 9 and hardness 3. All other levels are ours, after what the objects
 //! are, with three objects on each level of each attribute as the paper says. Elasticity is how much
 //! of the force an object keeps and returns, hardness how little it yields (section 1).
@@ -71,8 +71,8 @@ pub(super) fn explain() -> Vec<Effect> {
         value: format!("elasticity {}, hardness {}", object.elasticity, object.hardness),
         unit: "levels".into(),
         source: match object.name {
-            "mineral water bottle" => "paper 004, section 3.2.4".into(),
-            _ => "name: paper 004, figure 3; levels: assumed".into(),
+            "mineral water bottle" => "Zhang et al. 2022, section 3.2.4".into(),
+            _ => "name: Zhang et al. 2022, figure 3; levels: assumed".into(),
         },
         why: "a group: what a split by objects never tears apart".into(),
         removable: false,

@@ -9,17 +9,17 @@ use super::objects;
 use crate::Effect;
 use crate::parameters::{ASSUMED, Parameter, parameters, rows};
 
-const COLLECTION: &str = "paper 004, section 3.2.2";
+const COLLECTION: &str = "Zhang et al. 2022, section 3.2.2";
 const BIOTAC: &str = "assumed: as the same maker's BioTac has it";
 
 parameters! {
-    TICK: "sensor", "time from DC value to DC value", [0.01], "s", "paper 004, section 3.1: 100 Hz",
+    TICK: "sensor", "time from DC value to DC value", [0.01], "s", "Zhang et al. 2022, section 3.1: 100 Hz",
         "one column of a recording";
-    BURST: "sensor", "AC values per tick", [22.0], "", "paper 004, section 3.1: 2200 Hz",
+    BURST: "sensor", "AC values per tick", [22.0], "", "Zhang et al. 2022, section 3.1: 2200 Hz",
         "vibration within a tick";
-    DC_UNIT: "sensor", "pressure of a DC bit", [12.94], "Pa", "paper 004, equation 1",
+    DC_UNIT: "sensor", "pressure of a DC bit", [12.94], "Pa", "Zhang et al. 2022, equation 1",
         "a whole squeeze is some fifty steps";
-    AC_UNIT: "sensor", "pressure of an AC bit", [0.13], "Pa", "paper 004, equation 2", "fine steps";
+    AC_UNIT: "sensor", "pressure of an AC bit", [0.13], "Pa", "Zhang et al. 2022, equation 2", "fine steps";
     DC_OFFSET: "sensor", "DC reading at rest", [238.0], "bit", COLLECTION, "not 0: has to be subtracted";
     AC_OFFSET: "sensor", "AC reading at rest", [2048.0], "bit", "assumed: middle of 12 bits; BioTac rests at 2041 in biotac-pr2-hold6",
         "what the ratio of the contact judge is relative to";
@@ -31,16 +31,16 @@ parameters! {
         "in series with the object: hard objects look alike";
 
     SPEED: "grasp", "speed of each finger", [10.0], "mm/s",
-        "constant: paper 004, section 3.2.2; the value: assumed", "soft objects take longer to press back";
+        "constant: Zhang et al. 2022, section 3.2.2; the value: assumed", "soft objects take longer to press back";
     APPROACH: "grasp", "time to contact, least and most", [0.4, 0.9], "s", ASSUMED,
         "a recording begins before contact: the judge has to find it";
     STOP: "grasp", "DC reading of either finger that stops the squeeze", [270.0], "bit", COLLECTION,
         "all objects are squeezed to nearly the same pressure, not depth";
     HOLD: "grasp", "time of the hold", [1.0], "s", "assumed, so that the grasp fits 3 s", "relaxation shows";
     RECORDED: "grasp", "ticks of a recording", [450.0], "ticks",
-        "more than 300: paper 004, section 3.2.3", "longer than the window that the judge cuts out";
+        "more than 300: Zhang et al. 2022, section 3.2.3", "longer than the window that the judge cuts out";
     DELAY: "delay", "from the stop reading to the stop, mean and SD", [0.06, 0.015], "s",
-        "that there is a delay: paper 004, section 3.2.2; the value: assumed",
+        "that there is a delay: Zhang et al. 2022, section 3.2.2; the value: assumed",
         "hard objects overshoot: more pressure in the hold";
 
     SOFTEST: "object", "stiffness of hardness level 1", [0.4], "N/mm", ASSUMED, "rate at which pressure rises";
@@ -59,13 +59,13 @@ parameters! {
     TAP_DAMPING: "tap", "its damping ratio, elasticity levels 10 and 1", [0.03, 0.3], "", ASSUMED,
         "elastic objects ring longer";
     AREA: "placement", "pressure per force, per grasp and finger, log SD", [0.1], "",
-        "slight posture changes: paper 004, section 3.2.2; the amount: assumed", "amplitude says less";
+        "slight posture changes: Zhang et al. 2022, section 3.2.2; the amount: assumed", "amplitude says less";
     OFF_CENTRE: "placement", "object off the middle, SD", [0.25], "mm",
-        "fingers touch almost at the same time: paper 004, section 3.2.2; the amount: assumed",
+        "fingers touch almost at the same time: Zhang et al. 2022, section 3.2.2; the amount: assumed",
         "one finger is later and presses less";
     TAP_SPREAD: "placement", "strength of the tap, per grasp, log SD", [0.08], "", ASSUMED, "amplitude says less";
     SESSION_OFFSET: "offset", "DC and AC rest, per session and finger, SD", [3.0, 10.0], "bit",
-        "atmospheric pressure: paper 004, section 3.2.3; the amount: assumed",
+        "atmospheric pressure: Zhang et al. 2022, section 3.2.3; the amount: assumed",
         "the same stop reading is another force";
     TREMBLE: "noise", "trembling of the arm in AC, SD", [26.0], "bit", "biotac-pr2-hold6, within a hold",
         "slow, as in the recordings";

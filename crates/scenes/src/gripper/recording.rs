@@ -10,7 +10,7 @@ use rand::RngExt;
 use std::f64::consts::TAU;
 use taxel_base::seed::Rng;
 
-/// What an object is made of.
+/// The material of an object.
 pub(super) struct Material {
     /// N/mm.
     pub(super) stiffness: f64,
@@ -27,7 +27,7 @@ impl Material {
     }
 }
 
-/// What differs from grasp to grasp.
+/// Values that differ from grasp to grasp.
 pub(super) struct Grasp {
     material: Material,
     /// Of the first touch, s.
@@ -41,7 +41,7 @@ pub(super) struct Grasp {
     offset: [[f64; 2]; 2],
 }
 
-/// What a grasp came to.
+/// The outcome of a grasp.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
     /// Time at which the fingers stopped, s.

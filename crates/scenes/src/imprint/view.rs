@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer), sections 2 and 7: pictures by a virtual camera, nothing more
+//! Rouhafzay et al. 2021, sections 2 and 7: pictures by a virtual camera, nothing more
 //! is said. Here: parallel projection, one matt material, one lamp beside the camera.
 
 use crate::shapes::mesh::{Frame, Grid, Mesh};

@@ -1,8 +1,8 @@
-//! The underactuated fingers of paper 003: torque in, force on the thumb out.
+//! The underactuated fingers of Pastor et al. 2019: torque in, force on the thumb out.
 //!
 //! # Reference
 //!
-//! Paper 003, section 3.1, equation 1, `F = J^-T T^-T tau`, with its Table 1. The text gives no figure
+//! Pastor et al. 2019, section 3.1, equation 1, `F = J^-T T^-T tau`, with its Table 1. The text gives no figure
 //! of the linkage; we read a five-bar loop of ground e (first joint to servo, at gamma), crank a,
 //! coupler c, lever b (at psi on the second phalanx) and first phalanx l1. d places the servo housing
 //! and is not needed. Both phalanges touch the object as if its section were a circle resting on the

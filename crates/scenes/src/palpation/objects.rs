@@ -1,14 +1,14 @@
-//! What is squeezed: the 9 objects of paper 002 and the 24 of paper 003.
+//! The squeezed objects: the 9 of Gandarias et al. 2019b and the 24 of Pastor et al. 2019.
 //!
 //! # Reference
 //!
-//! Names: paper 002, section III-C; paper 003, figure 5. Neither paper gives a dimension or a
+//! Names: Gandarias et al. 2019b, section III-C; Pastor et al. 2019, figure 5. Neither paper gives a dimension or a
 //! stiffness: nuts and washers have the sizes of ISO 4032 and ISO 7089, cans and bottles those of the
 //! trade, all else is assumed. Twins differ in their inclusions and in nothing else.
 
 use crate::Effect;
 
-/// The three subsets of paper 003; all of paper 002 is deformable.
+/// The three subsets of Pastor et al. 2019; all of Gandarias et al. 2019b is deformable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Rigid,
@@ -153,7 +153,7 @@ const SCRUNCHY: Object = Object {
     ..SPONGE
 };
 
-/// The 9 objects of paper 002, in its order.
+/// The 9 objects of Gandarias et al. 2019b, in its order.
 pub(super) const PAPER_002: [Object; 9] = [
     Object { name: "ball_inclusions", inclusions: BALL_LUMPS, ..BALL },
     Object { name: "ball_rough", texture: Some(Texture { pitch: 7.0, height: 2.0 }), ..BALL },
@@ -193,7 +193,7 @@ const fn bag(name: &'static str, count: usize, items: &'static [Item]) -> Object
     Object { name, shape: Shape::Bag { half: [44.0, 26.0], count, items }, ..BAG }
 }
 
-/// The 24 objects of paper 003, in its order: 8 rigid, 8 deformable, 8 in bags.
+/// The 24 objects of Pastor et al. 2019, in its order: 8 rigid, 8 deformable, 8 in bags.
 pub(super) const PAPER_003: [Object; 24] = [
     Object { name: "bottle of coke", shape: ribbed(33.0, 200.0, 46.0, 2.2), thickness: 66.0, ..THING },
     Object { name: "energy drink can", shape: cylinder(26.5, 135.0), thickness: 53.0, ..THING },
@@ -274,8 +274,10 @@ pub(super) const PAPER_003: [Object; 24] = [
 
 /// The objects as rows of `--explain`.
 pub(super) fn explain() -> Vec<Effect> {
-    let papers: [(&str, &str, &[Object]); 2] =
-        [("002", "paper 002, section III-C", &PAPER_002), ("003", "paper 003, figure 5", &PAPER_003)];
+    let papers: [(&str, &str, &[Object]); 2] = [
+        ("002", "Gandarias et al. 2019b, section III-C", &PAPER_002),
+        ("003", "Pastor et al. 2019, figure 5", &PAPER_003),
+    ];
     let mut effects = Vec::new();
     for (paper, source, objects) in papers {
         for object in objects {

@@ -25,7 +25,7 @@ pub(super) struct Bed {
     lump_stiffness: f32,
 }
 
-/// What presses.
+/// The drive that presses.
 #[derive(Clone, Copy)]
 pub(super) enum Drive<'a> {
     /// So many N, however deep it gets.

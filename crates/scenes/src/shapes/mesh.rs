@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer), section 3.3, casts a ray from each sensing element along
+//! Rouhafzay et al. 2021, section 3.3, casts a ray from each sensing element along
 //! the plane's normal. Those rays are parallel and lie on a grid, so [`Mesh::heights`] goes through
 //! the triangles once and asks each which rays it meets: the same distances as ray casting, without
 //! a search tree.

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! The classes and numbers of paper 001 (visuo-tactile transfer), section 3.3. Its meshes are not
+//! The classes and numbers of Rouhafzay et al. 2021, section 3.3. Its meshes are not
 //! published; these are ours, so no score on them is the paper's.
 
 mod bird;

@@ -58,7 +58,7 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What a folder holds, sorted by name, so that the order is the same everywhere.
+/// Lists a folder, sorted by name, so that the order is the same everywhere.
 fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
     let read = || -> std::io::Result<Vec<PathBuf>> {
         let paths: std::io::Result<Vec<PathBuf>> =

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! Paper 001 (visuo-tactile transfer), section 3.3: a plane tangent to the mesh at the probed point.
+//! Rouhafzay et al. 2021, section 3.3: a plane tangent to the mesh at the probed point.
 
 use super::mesh::{Frame, Grid, Mesh};
 use super::vector::{Vector, add, cross, length, scale};
