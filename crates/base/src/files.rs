@@ -82,7 +82,7 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// # Errors
 ///
-/// The system's errors.
+/// What the system says.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_piecewise(path, |file| file.write_all(bytes))
 }
@@ -92,7 +92,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 ///
 /// # Errors
 ///
-/// The system's errors.
+/// What the system says.
 pub fn write_unflushed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut part = Part::create(path)?;
     part.write_all(bytes)?;
@@ -103,7 +103,7 @@ pub fn write_unflushed(path: &Path, bytes: &[u8]) -> io::Result<()> {
 ///
 /// # Errors
 ///
-/// The errors of the system and of `pieces`.
+/// What the system or `pieces` says.
 pub fn write_piecewise<E: From<io::Error>>(
     path: &Path,
     pieces: impl FnOnce(&mut Part) -> Result<(), E>,
@@ -127,7 +127,7 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// The system's errors.
+    /// What the system says.
     pub fn create(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         if fs::metadata(&path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
@@ -146,7 +146,7 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// The system's errors.
+    /// What the system says.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.flush()?;
         let Some((_, path)) = &self.names else { return Ok(()) };
@@ -179,7 +179,7 @@ impl Write for Part {
 ///
 /// # Errors
 ///
-/// The system's errors.
+/// What the system says.
 pub fn sync_folder(path: &Path) -> io::Result<()> {
     match path.parent() {
         // Other systems cannot open a folder.

@@ -1,4 +1,4 @@
-//! The axes of one raw sample.
+//! What the axes of one raw sample are.
 //!
 //! # Reference
 //!
@@ -76,7 +76,7 @@ impl Layout {
         }
     }
 
-    /// Names a kind of sample and its axes, for messages: `a series [C, T]`.
+    /// What a sample is, and its axes, for messages: `a series [C, T]`.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Features => "a row of features [F]",

@@ -1,4 +1,4 @@
-//! The base of every crate: nearest names, whole files, seeded generators, printed tables, layouts of samples.
+//! What every crate shares: nearest names, whole files, seeded generators, printed tables, layouts of samples.
 //!
 //! - [`names`] finds the name that was meant, for messages about an unknown one.
 //! - [`FileError`] says which file cannot be used, where in it, and why.

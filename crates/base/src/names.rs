@@ -50,7 +50,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
     if found.is_empty() { around } else { found }
 }
 
-/// Describes an unknown name for a message: names that may be meant, then all names if the list is short.
+/// What to say of a name that is not known: those that may be meant, then, of a list short enough, all of them.
 ///
 /// ```
 /// let hint = taxel_base::names::hint("mpl", ["mlp", "lstm"]);

@@ -34,7 +34,7 @@ impl Display for Problem {
     }
 }
 
-/// The outcome of a check.
+/// What a check ends with.
 pub type Check = Result<(), Problem>;
 
 /// A whole number in `least..=most`.
@@ -56,7 +56,7 @@ pub fn share(key: &str, value: f64) -> Check {
 /// Whatever else must hold of a value. Written as "holds", so that NaN fails.
 ///
 /// # Errors
-/// The problem, if `holds` is false.
+/// What does not hold.
 pub fn require(holds: bool, key: &str, value: impl Display, reason: impl Into<String>) -> Check {
     match holds {
         true => Ok(()),

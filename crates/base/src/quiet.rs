@@ -15,7 +15,7 @@ thread_local! {
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work` and returns its result; none if it panics. Nothing of `work` may outlive the call half done. Panics of other
+/// What `work` gives; none where it panics. Nothing of `work` may outlive the call half done. Panics of other
 /// threads are reported as before.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();

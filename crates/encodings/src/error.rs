@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! None: every message names the thing, its value and how to fix it.
+//! None: every message names the thing, its value and the way out.
 
 /// A reading, a setting or a shape that cannot be encoded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -59,7 +59,7 @@ pub enum Error {
     Shape {
         /// The array.
         what: &'static str,
-        /// The expected shape, in words.
+        /// What was expected, in words.
         expected: String,
         /// The shape given.
         got: Vec<usize>,
@@ -104,7 +104,7 @@ pub enum Error {
     Sample {
         /// Index of the sample in the batch.
         sample: usize,
-        /// Its error.
+        /// What is wrong with it.
         error: Box<Error>,
     },
 }
@@ -117,7 +117,7 @@ pub struct RefusedReduction {
     pub key: &'static str,
     /// The value given.
     pub value: String,
-    /// The values that are allowed.
+    /// What would do.
     pub reason: String,
 }
 

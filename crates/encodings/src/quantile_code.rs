@@ -48,7 +48,7 @@ pub struct QuantileCode {
     views: Vec<View>,
 }
 
-/// The fit to one view of one channel.
+/// What is fitted to one view of one channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct View {
@@ -263,7 +263,7 @@ impl CodePlan {
     }
 }
 
-/// Buffers of encoding, used again for the next sample.
+/// What encoding needs besides the code; used again for the next sample.
 #[derive(Debug, Clone)]
 struct Work {
     stride: usize,
@@ -273,7 +273,7 @@ struct Work {
     /// Every `stride`-th value of a view, from the first, the second, .. on: `stride` runs of `steps` values, the
     /// later ones perhaps one short.
     phases: Vec<f32>,
-    /// Factors of the sums of the phases.
+    /// What the sums of the phases are multiplied by.
     shares: Vec<f32>,
 }
 

@@ -13,7 +13,7 @@ use taxel_base::Layout;
 
 use crate::{Error, Result};
 
-/// Less of a raw sample, as a sensor with less of everything would give it. Default: all of it.
+/// What is left of a raw sample, as a sensor with less of everything would have read it. Default all of it.
 ///
 /// Channels, rows and columns are kept first, then the window and every so many-th reading, then taxels are
 /// pooled, and last the converter rounds.
@@ -70,7 +70,7 @@ pub struct ReductionPlan {
     converter: Option<Converter>,
 }
 
-/// The meaning of an axis of a sample.
+/// What an axis of a sample stands for.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Channels,
@@ -93,7 +93,7 @@ fn kinds(layout: Layout) -> &'static [Kind] {
 }
 
 impl Converter {
-    /// Rounds a value to the nearest level.
+    /// What it makes of a reading: the nearest level.
     pub fn convert(&self, reading: f32) -> f32 {
         let (low, high) = (f64::from(self.low), f64::from(self.high));
         let most = f64::from(self.bits).exp2() - 1.0;
@@ -230,7 +230,7 @@ impl Reduction {
         Ok(ReductionPlan { shape: out, readings, sources, ranges, converter: self.converter })
     }
 
-    /// Describes what is left: `channels 0, 3; the first 25 readings; one reading of 2; 4 bits from 0 to 5`.
+    /// What is left, in words: `channels 0, 3; the first 25 readings; one reading of 2; 4 bits from 0 to 5`.
     pub fn words(&self) -> String {
         let mut parts = vec![];
         let list = |kept: &[usize]| kept.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");

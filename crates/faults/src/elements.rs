@@ -50,8 +50,9 @@ pub(crate) fn dead_line(work: &mut Work, count: usize) {
     }
 }
 
-/// Replaces `share` of each value above rest by that share of the mean of its neighbours: the taxels
-/// above, below, left and right, or the channels before and after (of the same finger).
+/// What every reading has above rest becomes `1 - share` of itself and `share` of the mean of its
+/// neighbours': the taxels above, below, left and right, or the channels before and after (of the
+/// same finger).
 pub(crate) fn crosstalk(work: &mut Work, share: f64) {
     let share = share as f32;
     let rest: Vec<f32> = (0..work.elements()).map(|element| work.rest(element)).collect();

@@ -27,7 +27,7 @@ pub enum Error {
     Sample {
         /// Index of the sample.
         sample: usize,
-        /// The reason, and how to fix it.
+        /// What is wrong, and the way out.
         reason: String,
     },
     /// A parameter is impossible.

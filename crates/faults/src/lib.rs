@@ -1,4 +1,4 @@
-//! Faults of tactile sensors in the lab: graded faults on raw samples, to test with
+//! What goes wrong with tactile sensors in the lab: graded faults on raw readings, to test with
 //! ([`Fault::apply`]) and to train under ([`TrainingFaults`]).
 //!
 //! Every fault acts before any encoding, on simulated and on recorded data alike, in five

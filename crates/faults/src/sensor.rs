@@ -1,4 +1,4 @@
-//! Facts about samples that faults need: their axes and their range.
+//! What a fault has to know about the readings: their axes and their range.
 //!
 //! # Reference
 //!

@@ -15,7 +15,7 @@ use crate::sensor::Sensor;
 use crate::work::grid;
 use crate::{Error, Layout, Result};
 
-/// Faults that a training sample may get before it is encoded.
+/// What may happen to a training sample before it is encoded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingFaults {
@@ -154,7 +154,7 @@ impl TrainingFaults {
         self.probability == 0.0 && self.second == 0.0
     }
 
-    /// Returns the faults that are drawn for samples of `layout` with axes `shape`.
+    /// What is drawn for samples of `layout` with axes `shape`.
     ///
     /// # Errors
     /// [`Error::Fault`] for a kind that is asked for and has no meaning, [`Error::Parameter`] where no kind is

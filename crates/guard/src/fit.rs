@@ -10,7 +10,7 @@ use crate::limits::{MARGIN, SHARE, TOLERANCE};
 use crate::places::Places;
 use crate::window::{kinds, residual};
 
-/// Facts about the sensor beside its samples.
+/// What is known of the sensor beside its samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Facts<'f> {
     /// The largest possible reading; otherwise the largest of the samples is taken for it.
@@ -72,7 +72,7 @@ impl Guard {
     }
 }
 
-/// Statistics of each element in training.
+/// What each element read.
 struct Seen {
     mean: Vec<f64>,
     ends: Vec<[f32; 2]>,
@@ -166,7 +166,7 @@ fn scale(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) ->
 
 type Tables = [Vec<f32>; Kind::ALL.len()];
 
-/// Returns the bounds of the residuals, kind by kind, and how often each kind occurs.
+/// What residuals stay below, kind by kind, and how often each kind occurs.
 fn bounds(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) -> (Tables, Tables) {
     const KINDS: usize = Kind::ALL.len();
     const FAR: usize = KINDS - 1;

@@ -1,4 +1,4 @@
-//! A fitted guard, as it stands in a model's card.
+//! What a guard has learned, as it stands in a model's card.
 
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
@@ -39,7 +39,7 @@ impl Kind {
     }
 }
 
-/// Predicts one channel from another: offset + slope · its value.
+/// What one channel says of another: offset + slope · its reading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
@@ -93,7 +93,7 @@ pub(crate) fn own<T: Copy>(list: &[T], element: usize) -> T {
 }
 
 impl Guard {
-    /// Returns the axes of a sample.
+    /// What the axes of a sample are.
     pub fn layout(&self) -> Layout {
         self.layout
     }
@@ -108,7 +108,7 @@ impl Guard {
         self.places().map_or(0, |places| places.elements)
     }
 
-    /// Returns the name of an element: `channel 3`, `taxel (4, 17)`.
+    /// What an element is called: `channel 3`, `taxel (4, 17)`.
     pub fn name(&self, element: usize) -> String {
         let name = |places: Places| places.name(self.layout, &self.shape, element);
         self.places().map_or_else(String::new, name)
@@ -140,7 +140,7 @@ impl Guard {
     /// Whether this is the guard of readings of that layout and shape, and whole.
     ///
     /// # Errors
-    /// The reason.
+    /// What is wrong with it.
     pub fn check(&self, layout: Layout, shape: &[usize]) -> Result<(), String> {
         let places = self.places().filter(|_| (self.layout, self.shape.as_slice()) == (layout, shape));
         let Some(places) = places else {
@@ -170,7 +170,7 @@ impl Guard {
         }
     }
 
-    /// Returns the links to each element, without elements that never varied.
+    /// What is said of each element, those that never varied left out.
     pub(crate) fn table(&self, places: &Places) -> Vec<Vec<Link>> {
         let mut is_constant = vec![false; places.elements];
         self.constant.iter().for_each(|element| is_constant[*element] = true);

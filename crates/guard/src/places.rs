@@ -62,7 +62,7 @@ impl Places {
         near.into_iter().flatten().flatten()
     }
 
-    /// Returns the name of an element.
+    /// What an element is called.
     pub fn name(&self, layout: Layout, shape: &[usize], element: usize) -> String {
         match (layout, self.columns, shape) {
             (_, Some(columns), _) => format!("taxel ({}, {})", element / columns, element % columns),

@@ -30,12 +30,12 @@ pub struct Watch {
     found: Vec<Found>,
 }
 
-/// The part that does not change from sample to sample.
+/// What does not change from sample to sample.
 #[derive(Debug, Clone)]
 struct Known {
     guard: Arc<Guard>,
     places: Places,
-    /// The links to each element, and the elements that each predicts.
+    /// What is said of each element, and of whom each speaks.
     links: Vec<Vec<Link>>,
     hears: Vec<Vec<usize>>,
     is_constant: Vec<bool>,
@@ -88,7 +88,7 @@ impl Watch {
         &self.known.guard
     }
 
-    /// Returns the findings in the last sample.
+    /// What was found in the last sample.
     pub fn found(&self) -> &[Found] {
         &self.found
     }

@@ -4,7 +4,7 @@ use crate::guard::{Guard, Kind, Link, own};
 use crate::limits::{FEWEST, NEIGHBOURS, QUIET, TOLERANCE};
 use crate::places::Places;
 
-/// Predicts an element at one time from its neighbours: the median; none without a neighbour.
+/// What neighbours say of an element at one time: the median; none without a neighbour.
 pub(crate) fn said(
     guard: &Guard,
     places: &Places,

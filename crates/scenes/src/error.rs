@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! None: every message names the thing, its value and how to fix it.
+//! None: every message names the thing, its value and the way out.
 
 use taxel_base::FileError;
 
@@ -23,7 +23,7 @@ pub enum Error {
     Settings {
         /// The scene.
         scene: String,
-        /// The reason.
+        /// What is wrong.
         reason: String,
     },
     /// The scene has no such effect, or could not work without it.

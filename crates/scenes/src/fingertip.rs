@@ -186,7 +186,7 @@ impl Fingertip {
     }
 }
 
-/// Values that differ from grasp to grasp besides the object.
+/// What differs from grasp to grasp besides the object.
 struct Grasp {
     /// The object is nearer to the fingers and farther from the thumb by this much, mm.
     shift: f64,

@@ -56,7 +56,7 @@ const TRUTH: [&str; 3] = ["depth_mm", "spin_deg", "pitch_mm"];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gel {
-    /// The things that are pressed into the gel.
+    /// What is pressed into the gel.
     pub touches: Touches,
     /// Pixels along a side, 8 to 512.
     pub pixels: usize,
@@ -64,7 +64,7 @@ pub struct Gel {
     pub meshes: Option<PathBuf>,
 }
 
-/// The things that are pressed into the gel.
+/// What is pressed into the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Touches {
@@ -83,7 +83,7 @@ impl Default for Gel {
 /// Takes the picture of a sample and returns its truth.
 type Look<'a> = dyn Fn(usize, ArrayViewMut3<f32>) -> Result<Vec<f64>> + Sync + 'a;
 
-/// Values that differ from touch to touch.
+/// What differs from touch to touch.
 struct Press {
     /// How deep the first point goes, in mm.
     depth: f64,

@@ -58,7 +58,7 @@ impl Default for Hand {
     }
 }
 
-/// Values that differ from grasp to grasp besides the object.
+/// What differs from grasp to grasp besides the object.
 struct Grasp {
     depth: f64,
     contact: f64,

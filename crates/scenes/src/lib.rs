@@ -53,7 +53,7 @@ pub struct Scene {
     pub x: ArrayD<f32>,
     /// Further arrays `[N, ..]` by name, such as pictures of the same objects; often none.
     pub streams: Vec<(String, ArrayD<f32>)>,
-    /// The axes of one sample.
+    /// What the axes of one sample are.
     pub layout: Layout,
     /// Class of each sample, an index into `class_names`; column 0 of `attributes` where there are any.
     pub y: Vec<u32>,
@@ -116,7 +116,7 @@ pub struct Effect {
     pub unit: String,
     /// Where the value comes from; `assumed` where nothing is published.
     pub source: String,
-    /// The effect on the samples.
+    /// What the effect does to the readings.
     pub why: String,
     /// Whether `without` may name it.
     pub removable: bool,

@@ -46,13 +46,13 @@ const SIZE: f64 = 200.0;
 pub struct Vision {
     /// Pixels along a side, 8 to 1024.
     pub pixels: usize,
-    /// The classes.
+    /// What is told apart.
     pub classes: Classes,
     /// A folder of own meshes (OBJ, STL, OFF): one sub-folder per class, or one file per class.
     pub meshes: Option<PathBuf>,
 }
 
-/// The classes.
+/// What is told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Classes {
@@ -131,7 +131,7 @@ impl Vision {
     }
 }
 
-/// Draws the look of sample `i`; an effect that is left out has its plainest value.
+/// What is drawn for sample `i`; an effect that is left out has its plainest value.
 fn look(world: &World, i: usize) -> Look {
     let draw = |effect: &str| {
         let mut rng = world.rng(&format!("{i}/{effect}"));

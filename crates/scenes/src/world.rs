@@ -1,4 +1,4 @@
-//! The base of every scene: the seed, and the effects that are left out.
+//! What every scene draws from: the seed, and the effects that are left out.
 //!
 //! # Reference
 //!

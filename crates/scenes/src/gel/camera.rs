@@ -1,4 +1,4 @@
-//! The view of a camera behind the gel on its coat.
+//! What a camera behind the gel sees of its coat.
 //!
 //! # Reference
 //!
@@ -76,7 +76,7 @@ fn lamps() -> [[f64; 3]; 3] {
     })
 }
 
-/// Returns the value of a pixel where nothing touches, in counts.
+/// What a pixel reads where nothing touches, in counts.
 pub(super) fn rest() -> f64 {
     let flat = AMBIENT.get() + (1.0 - AMBIENT.get()) * ELEVATION.get().to_radians().sin();
     (FULL_SCALE * flat).round()

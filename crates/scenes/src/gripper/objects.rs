@@ -1,4 +1,4 @@
-//! The grasped objects: the 30 of Zhang et al. 2022 and their levels.
+//! What is grasped: the 30 objects of Zhang et al. 2022 and their levels.
 //!
 //! # Reference
 //!

@@ -10,7 +10,7 @@ use rand::RngExt;
 use std::f64::consts::TAU;
 use taxel_base::seed::Rng;
 
-/// The material of an object.
+/// What an object is made of.
 pub(super) struct Material {
     /// N/mm.
     pub(super) stiffness: f64,
@@ -27,7 +27,7 @@ impl Material {
     }
 }
 
-/// Values that differ from grasp to grasp.
+/// What differs from grasp to grasp.
 pub(super) struct Grasp {
     material: Material,
     /// Of the first touch, s.
@@ -41,7 +41,7 @@ pub(super) struct Grasp {
     offset: [[f64; 2]; 2],
 }
 
-/// The outcome of a grasp.
+/// What a grasp came to.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
     /// Time at which the fingers stopped, s.

@@ -1,4 +1,4 @@
-//! The squeezed objects: the 9 of Gandarias et al. 2019b and the 24 of Pastor et al. 2019.
+//! What is squeezed: the 9 objects of Gandarias et al. 2019b and the 24 of Pastor et al. 2019.
 //!
 //! # Reference
 //!

@@ -25,7 +25,7 @@ pub(super) struct Bed {
     lump_stiffness: f32,
 }
 
-/// The drive that presses.
+/// What presses.
 #[derive(Clone, Copy)]
 pub(super) enum Drive<'a> {
     /// So many N, however deep it gets.

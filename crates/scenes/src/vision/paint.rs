@@ -15,7 +15,7 @@ const RAYS: usize = 2;
 /// Without a texture: grey; without a background: black.
 const PLAIN: [f64; 3] = [0.75; 3];
 
-/// Values that differ from picture to picture. Angles in radians.
+/// What differs from picture to picture. Angles in radians.
 pub(super) struct Look {
     pub azimuth: f64,
     pub elevation: f64,
