@@ -29,8 +29,12 @@ const README: usize = 150;
 /// Debts of each rule.
 const WHAT: Debt = &[("", 754)];
 const CELLS: Debt = &[("docs/results/claims.md", 35), ("docs/results/tekscan22-shrink.md", 5)];
-const SENTENCES: Debt = &[("docs/results/", 42)];
-const WORDS: Debt = &[("crates/", 170), ("docs/results/claims.md", 11)];
+const SENTENCES: Debt = &[
+    ("docs/results/claims.md", 19),
+    ("docs/results/tekscan22-shrink.md", 9),
+    ("docs/results/fsr-glove28-block-shrink.md", 1),
+];
+const WORDS: Debt = &[("crates/", 132)];
 const KEYS: Debt = &[("docs/sweeps.md", 1)];
 
 /// Fails with every finding below a path that has more of them than its debt. A finding is `path:line: words`.
