@@ -24,8 +24,19 @@ impl FileError {
         FileError { file, place: String::new(), reason: reason.into(), kind: None }
     }
 
+    /// Refuses a path to read where nothing is, in the same words everywhere.
+    pub fn missing(file: &Path) -> Self {
+        FileError {
+            kind: Some(io::ErrorKind::NotFound),
+            ..FileError::new(file, "no such file or folder; check the path")
+        }
+    }
+
     /// Reports what the system said when `file` was to be `action` (`read`, `written`, `created`, `removed`).
     pub fn io(file: &Path, action: &str, source: &io::Error) -> Self {
+        if source.kind() == io::ErrorKind::NotFound && action == "read" {
+            return FileError::missing(file);
+        }
         FileError {
             kind: Some(source.kind()),
             ..FileError::new(file, format!("cannot be {action}: {source}"))
@@ -58,7 +69,9 @@ mod tests {
         assert_eq!(error.to_string(), "runs/a.csv: holds no rows; record again");
         assert_eq!(error.at("line 3").to_string(), "runs/a.csv: line 3: holds no rows; record again");
         let error = FileError::io(file, "read", &io::Error::from(io::ErrorKind::NotFound));
-        assert_eq!(error.to_string(), "runs/a.csv: cannot be read: entity not found");
+        assert_eq!(error.to_string(), "runs/a.csv: no such file or folder; check the path");
         assert_eq!(error.kind, Some(io::ErrorKind::NotFound));
+        let error = FileError::io(file, "read", &io::Error::from(io::ErrorKind::PermissionDenied));
+        assert_eq!(error.to_string(), "runs/a.csv: cannot be read: permission denied");
     }
 }

@@ -66,6 +66,25 @@ pub fn hint<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String 
     }
 }
 
+/// Says that a name is unknown, with the nearest known one and all that are expected; `what` is its kind.
+///
+/// ```
+/// let said = taxel_base::names::unknown("field", "epoch", &["epochs", "loss"]);
+/// assert_eq!(said, "unknown field `epoch`: did you mean `epochs`? expected `epochs` or `loss`");
+/// ```
+pub fn unknown(what: &str, name: &str, expected: &[&str]) -> String {
+    let all = match expected {
+        [] => format!("there are no {what}s"),
+        [one] => format!("expected `{one}`"),
+        [one, two] => format!("expected `{one}` or `{two}`"),
+        several => format!("expected one of `{}`", several.join("`, `")),
+    };
+    match meant(name, expected.iter().copied()) {
+        Some(meant) => format!("unknown {what} `{name}`: {meant} {all}"),
+        None => format!("unknown {what} `{name}`, {all}"),
+    }
+}
+
 /// `did you mean ...?`, where a name is near.
 fn meant<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     match nearest(name, known).as_slice() {

@@ -59,7 +59,7 @@ pub enum Error {
     Excess { at: String, want: u64, shape: Vec<u64> },
     #[error("{at}: shape {shape:?} is more than the {limit} values allowed; {hint}")]
     TooLarge { at: String, shape: Vec<u64>, limit: u64, hint: &'static str },
-    #[error("{at}: {samples} samples are more than the {limit} allowed; raise limits.max-samples")]
+    #[error("{at}: {samples} samples are more than the {limit} allowed; raise limits.max_samples")]
     TooManySamples { at: String, samples: u64, limit: u64 },
     #[error("{at}: has {bytes} bytes, more than the {limit} allowed; raise limits.max-file-bytes")]
     FileTooLarge { at: String, bytes: u64, limit: u64 },
@@ -121,7 +121,7 @@ pub enum Error {
     Columns { file: String, y: String, columns: usize, last: usize },
     #[error("{file}: all samples are of one class, {class}: nothing to tell apart")]
     OneClass { file: String, class: String },
-    #[error("{file}: {at} = {value} is not a group number (0..4294967295); use group-block")]
+    #[error("{file}: {at} = {value} is not a group number (0..4294967295); use group_block")]
     GroupRange { file: String, at: String, value: i64 },
     #[error("{sample}: value at {index:?} is {value}; repair the recording or leave it out")]
     NotFinite { sample: String, index: Vec<usize>, value: f32 },
@@ -228,7 +228,7 @@ pub enum Error {
     Image { file: String, why: String },
     #[error(
         "{file}: is {height} × {width} pixels, more than the {limit} that one image may have; set resize = [height, \
-         width], or raise limits.max-pixels"
+         width], or raise limits.max_pixels"
     )]
     ImageTooLarge { file: String, height: u32, width: u32, limit: u64 },
     #[error(

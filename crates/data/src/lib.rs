@@ -63,7 +63,7 @@ pub use formats::formats;
 pub use formats::table::options::{Clock, NotATable, TableForm, TableOptions};
 pub use length::length::{Length, Longer, NotALength, Padding, Part};
 pub use length::lengths::Lengths;
-pub use load::{Survey, check, check_with, load, read_npy, survey};
+pub use load::{Survey, check, check_with, exists, load, read_npy, survey};
 pub use options::{Drop, Limits, ReadOptions};
 pub use reader::Format;
 pub use recordings::{Recording, Recordings, are_bags, are_images, recordings, whole_recordings};

@@ -6,6 +6,7 @@ use crate::dataset::dataset::Dataset;
 use crate::dataset::one_hot::Columns;
 use crate::dataset::raw::Raw;
 use crate::formats::bag::path::is_bag;
+use crate::formats::ucr::names_pair;
 use crate::formats::{READERS, npy_file};
 use crate::options::ReadOptions;
 use crate::reader::{Place, Purpose};
@@ -103,6 +104,11 @@ pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Resu
         return Err(Error::Option { file: raw.file, option: "topics", why });
     }
     Ok(raw)
+}
+
+/// Checks whether anything lies at a path: a file, a folder, or an archive's two files that it names without their endings.
+pub fn exists(path: &Path) -> bool {
+    path.exists() || names_pair(path)
 }
 
 /// Reads a `.npy` of integers or floats as f32, C order, any rank.

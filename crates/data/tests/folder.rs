@@ -170,7 +170,7 @@ fn a_large_image_is_refused_by_its_head() {
     assert_eq!(
         refused_with(root, &ReadOptions { limits, ..ReadOptions::default() }),
         "a/1.png: is 30 × 40 pixels, more than the 1199 that one image may have; set resize = [height, width], \
-         or raise limits.max-pixels"
+         or raise limits.max_pixels"
     );
     let limits = Limits { max_values: 2399, ..Limits::default() };
     let message = refused_with(root, &ReadOptions { limits, ..ReadOptions::default() });
@@ -327,7 +327,7 @@ fn a_broken_layout_is_refused() {
 fn options_for_other_layouts_are_refused() {
     let folder = csv_set();
     let default = ReadOptions::default;
-    let arrays = "names an array of a .npz; a folder per class has none (group-block divides the \
+    let arrays = "names an array of a .npz; a folder per class has none (group_block divides the \
                   position of each file in its class folder)";
     let cases = [
         ("x", ReadOptions { x: Some("images".into()), ..default() }),

@@ -177,7 +177,7 @@ fn folders_in_class_folders_are_sessions() {
     ignored.sort();
     assert_eq!(ignored, ["README.md", "__MACOSX", "soft/take~", "stiff/.hidden", "stiff/day2/Thumbs.db"]);
     let blocks = ReadOptions { group_block: Some(2), ..ReadOptions::default() };
-    assert!(refused(root.path(), &blocks).contains("group-block: divides the positions"));
+    assert!(refused(root.path(), &blocks).contains("group_block: divides the positions"));
     files(root.path(), &[("other/take1.csv", "1\n2\n")]);
     assert_eq!(
         refused(root.path(), &ReadOptions::default()),

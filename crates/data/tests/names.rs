@@ -205,7 +205,7 @@ fn what_texts_cannot_be_is_refused() {
     let blocks = ReadOptions { group_block: Some(2), ..ReadOptions::default() };
     assert!(
         refused(&path, &blocks)
-            .contains("group-block: divides consecutive numbers, but the groups are texts")
+            .contains("group_block: divides consecutive numbers, but the groups are texts")
     );
     let path =
         npz(folder.path(), &[("x", samples(4)), labels.clone(), ("part", words(true, &["tst", "", "", ""]))]);

@@ -141,7 +141,7 @@ fn group_values_are_divided_into_blocks() {
     assert_eq!(data.group_name.as_deref(), Some("trial/12"));
     options.group_block = Some(0);
     let why = "is the number of consecutive values in a block, from 1";
-    assert_eq!(refused(&path, &options), format!("grasps.npz: group-block: {why}"));
+    assert_eq!(refused(&path, &options), format!("grasps.npz: group_block: {why}"));
     let far = i64s(&[6], &[i64::MIN, i64::MAX, 0, 0, 0, 0]);
     let path =
         npz(folder.path(), &[("x", samples(6)), ("y", i64s(&[6], &[0, 0, 0, 1, 1, 1])), ("trial", far)]);
@@ -249,7 +249,7 @@ fn samples_above_a_number_are_tested() {
     let official = |test_above| load(&path, &options(Some("trial"), test_above)).unwrap().official.unwrap();
     assert_eq!(official(Some(15)), [false, false, true, true]);
     let error = load(&path, &options(Some("trial"), Some(60))).unwrap_err().to_string();
-    assert!(error.contains("test-above: leaves no or all samples to test"), "{error}");
+    assert!(error.contains("test_above: leaves no or all samples to test"), "{error}");
     let error = load(&path, &options(None, Some(15))).unwrap_err().to_string();
-    assert!(error.contains("test-above: needs the name of an array in test"), "{error}");
+    assert!(error.contains("test_above: needs the name of an array in test"), "{error}");
 }

@@ -78,7 +78,7 @@ fn a_missing_array_is_named() {
     let options = ReadOptions { group_block: Some(12), ..ReadOptions::default() };
     assert_eq!(
         refused(&path, &options),
-        "grasps.npz: group-block: needs an array to divide into blocks; name it with group = \"trial\""
+        "grasps.npz: group_block: needs an array to divide into blocks; name it with group = \"trial\""
     );
     let options = ReadOptions { resize: Some([2, 2]), ..ReadOptions::default() };
     assert!(refused(&path, &options).starts_with("grasps.npz: resize: applies to a folder of PNG or JPEG"));
@@ -163,14 +163,14 @@ fn a_wrong_shape_or_length_is_refused() {
     );
     assert_eq!(
         refused_arrays(&[("x", samples(4)), y(), ("group", i64s(&[4], &[0, 1, -1, 2]))]),
-        "grasps.npz: group[2] = -1 is not a group number (0..4294967295); use group-block"
+        "grasps.npz: group[2] = -1 is not a group number (0..4294967295); use group_block"
     );
 }
 
 #[test]
 fn a_header_that_promises_what_is_not_there_is_refused() {
     let y = || ("y", labels());
-    let all = "save fewer or smaller samples or raise limits.max-values";
+    let all = "save fewer or smaller samples or raise limits.max_values";
     assert_eq!(
         refused_arrays(&[("x", f32s(&[4, 1 << 40, 1 << 40], &[0.0])), y()]),
         format!(
@@ -214,8 +214,8 @@ fn a_header_that_promises_what_is_not_there_is_refused() {
         ..ReadOptions::default()
     };
     let message = refused(&npz(folder.path(), &[("x", samples(4)), y()]), &few(3));
-    assert_eq!(message, "grasps.npz: x: 4 samples are more than the 3 allowed; raise limits.max-samples");
-    let more = "save fewer samples or raise limits.max-samples";
+    assert_eq!(message, "grasps.npz: x: 4 samples are more than the 3 allowed; raise limits.max_samples");
+    let more = "save fewer samples or raise limits.max_samples";
     let y = ("y", i64s(&[5], &[0; 5]));
     let message = refused(&npz(folder.path(), &[("x", samples(4)), y]), &few(4));
     assert_eq!(message, format!("grasps.npz: y: shape [5] is more than the 4 values allowed; {more}"));

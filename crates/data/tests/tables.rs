@@ -291,7 +291,7 @@ fn a_broken_table_is_refused_by_line_and_column() {
         ),
         (
             ReadOptions { group_block: Some(2), ..slipped("wide") },
-            "group-block: needs a column to divide into blocks; name it with group = \"trial\"".into(),
+            "group_block: needs a column to divide into blocks; name it with group = \"trial\"".into(),
         ),
         (
             ReadOptions { limits: Limits { max_samples: 2, ..Limits::default() }, ..slipped("wide") },

@@ -80,7 +80,7 @@ fn what_is_wrong_is_named_with_its_line() {
     assert!(text.contains("group: does not apply"), "{text}");
     let options = ReadOptions { test_above: Some(3), ..ReadOptions::default() };
     let text = load(&dir.path().join("Bad"), &options).unwrap_err().to_string();
-    assert!(text.contains("test-above: does not apply"), "{text}");
+    assert!(text.contains("test_above: does not apply"), "{text}");
 }
 
 #[test]

@@ -172,7 +172,7 @@ pub(crate) fn groups(
     if options.group_block == Some(0) {
         return Err(Error::Option {
             file: raw.file.clone(),
-            option: "group-block",
+            option: "group_block",
             why: "is the number of consecutive values in a block, from 1",
         });
     }
@@ -219,7 +219,7 @@ pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Faults) ->
         let file = raw.file.clone();
         let why = "leaves no or all samples to test; choose a value inside the range of the test array";
         faults.push(match options.test_above {
-            Some(_) => Error::Option { file, option: "test-above", why },
+            Some(_) => Error::Option { file, option: "test_above", why },
             None => Error::OneSided { file, array: name.clone() },
         });
     }

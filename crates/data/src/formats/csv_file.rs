@@ -85,7 +85,7 @@ fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
                 at: file.into(),
                 shape: vec![want as u64, rows as u64],
                 limit,
-                hint: "cut the recording or raise limits.max-values",
+                hint: "cut the recording or raise limits.max_values",
             });
         }
     }

@@ -125,7 +125,7 @@ fn stored_shape(
             at: file.into(),
             shape: vec![colours, height.into(), width.into()],
             limit: limits.max_values,
-            hint: "save it smaller or raise limits.max-values",
+            hint: "save it smaller or raise limits.max_values",
         });
     }
     let size = [height as usize, width as usize];

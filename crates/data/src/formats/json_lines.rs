@@ -162,7 +162,7 @@ impl File<'_> {
                     at: self.name.clone(),
                     shape: vec![timed.values.len() as u64],
                     limit: most,
-                    hint: "take fewer recordings or raise limits.max-values",
+                    hint: "take fewer recordings or raise limits.max_values",
                 });
             }
         }

@@ -32,12 +32,12 @@ pub(crate) struct Cap {
 impl Cap {
     /// For samples.
     pub(crate) fn of_samples(limits: &Limits) -> Self {
-        Self { values: limits.max_values, hint: "save fewer or smaller samples or raise limits.max-values" }
+        Self { values: limits.max_values, hint: "save fewer or smaller samples or raise limits.max_values" }
     }
 
     /// For labels and groups.
     pub(crate) fn of_labels(limits: &Limits) -> Self {
-        Self { values: limits.max_samples, hint: "save fewer samples or raise limits.max-samples" }
+        Self { values: limits.max_samples, hint: "save fewer samples or raise limits.max_samples" }
     }
 }
 

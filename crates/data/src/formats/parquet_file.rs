@@ -47,7 +47,7 @@ impl ParquetFile {
                 at: file,
                 shape: vec![samples],
                 limit: limits.max_values,
-                hint: "take fewer rows or raise limits.max-values",
+                hint: "take fewer rows or raise limits.max_values",
             });
         }
         own.refuse_unlikely(&reader)?;

@@ -52,7 +52,7 @@ impl Timed {
             let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
             let (values, limit) = (readings * self.width as f64, options.limits.max_values);
             if values > limit as f64 {
-                let hint = "take fewer recordings or raise limits.max-values";
+                let hint = "take fewer recordings or raise limits.max_values";
                 return Err(Error::TooLarge { at: at.into(), shape: vec![values as u64], limit, hint });
             }
         }

@@ -49,6 +49,11 @@ struct Pair {
     files: [PathBuf; 2],
 }
 
+/// Checks whether a path names the two files of a data set without their endings: `GunPoint`.
+pub(crate) fn names_pair(path: &Path) -> bool {
+    find(path).is_some()
+}
+
 /// The data set that `path` names: `GunPoint`, `GunPoint_TRAIN.ts` or `GunPoint_TEST.ts`, or the folder that
 /// holds both files, which are named like it or are the only ones.
 fn find(path: &Path) -> Option<Pair> {
@@ -162,10 +167,10 @@ fn refuse_options(file: &str, options: &ReadOptions) -> Result<()> {
         ("x", options.names_x()),
         ("y", options.names_y()),
         ("group", options.group.is_some()),
-        ("group-block", options.group_block.is_some()),
+        ("group_block", options.group_block.is_some()),
         ("resize", options.resize.is_some()),
         ("test", options.test.is_some()),
-        ("test-above", options.test_above.is_some()),
+        ("test_above", options.test_above.is_some()),
     ];
     let why = "does not apply to a pair of _TRAIN and _TEST files; leave it out";
     refuse_set(file, &set, why)

@@ -421,7 +421,7 @@ fn read_groups(
     roles: &Roles,
     options: &ReadOptions,
 ) -> Result<Option<(String, Vec<i64>)>> {
-    let refuse = |why| Err(Error::Option { file: file.into(), option: "group-block", why });
+    let refuse = |why| Err(Error::Option { file: file.into(), option: "group_block", why });
     let Some(arrays) = &roles.group else {
         return match options.group_block {
             None => Ok(None),
@@ -456,7 +456,7 @@ fn read_official(
             None => Ok(None),
             Some(_) => {
                 let (file, why) = (file.into(), "needs the name of an array in test");
-                Err(Error::Option { file, option: "test-above", why })
+                Err(Error::Option { file, option: "test_above", why })
             }
         };
     };

@@ -153,14 +153,14 @@ fn refuse_array_options(
         ("y", options.names_y() && !found.is_table),
         ("group", options.group.is_some() && !found.is_table),
         ("test", options.test.is_some()),
-        ("test-above", options.test_above.is_some()),
+        ("test_above", options.test_above.is_some()),
     ];
-    let why = "names an array of a .npz; a folder per class has none (group-block divides \
+    let why = "names an array of a .npz; a folder per class has none (group_block divides \
                   the position of each file in its class folder)";
     refuse_set(file, &set, why)?;
     if options.group_block.is_some() && found.groups.is_some() {
         let why = "divides the positions of files in their class folders; these have groups of their own";
-        return Err(Error::Option { file: file.into(), option: "group-block", why });
+        return Err(Error::Option { file: file.into(), option: "group_block", why });
     }
     Ok(())
 }
@@ -207,6 +207,6 @@ fn total_size(
         at: file.into(),
         shape: std::iter::once(files).chain(shape.iter().copied()).map(|n| n as u64).collect(),
         limit,
-        hint: "shrink images with resize = [height, width], or raise limits.max-values",
+        hint: "shrink images with resize = [height, width], or raise limits.max_values",
     })
 }

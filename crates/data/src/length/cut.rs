@@ -52,7 +52,7 @@ pub(crate) fn cut(
             at: file.into(),
             shape: shape.iter().map(|axis| *axis as u64).collect(),
             limit: limits.max_values,
-            hint: "choose a smaller length or raise limits.max-values",
+            hint: "choose a smaller length or raise limits.max_values",
         });
     };
     let mut out = Vec::with_capacity(values);

@@ -256,7 +256,7 @@ impl Collected {
                 at: self.file.clone(),
                 shape: shape.iter().map(|n| *n as u64).collect(),
                 limit: self.most.max_values,
-                hint: "take fewer recordings or raise limits.max-values",
+                hint: "take fewer recordings or raise limits.max_values",
             });
         }
         if self.lengths.is_empty() {

@@ -129,7 +129,7 @@ fn too_large(file: &str, values: usize, options: &ReadOptions) -> Error {
         at: file.into(),
         shape: vec![values as u64],
         limit: options.limits.max_values,
-        hint: "take fewer recordings or raise limits.max-values",
+        hint: "take fewer recordings or raise limits.max_values",
     }
 }
 

@@ -92,7 +92,7 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
                         at: file.clone(),
                         shape: vec![values],
                         limit: options.limits.max_values,
-                        hint: "take fewer recordings or raise limits.max-values",
+                        hint: "take fewer recordings or raise limits.max_values",
                     });
                 }
             }

@@ -176,7 +176,7 @@ fn refuse_values(table: &TableText, values: f64, options: &ReadOptions) -> Resul
             at: table.file.clone(),
             shape: vec![values as u64],
             limit,
-            hint: "take fewer recordings or raise limits.max-values",
+            hint: "take fewer recordings or raise limits.max_values",
         }),
         false => Ok(()),
     }

@@ -304,7 +304,7 @@ fn groups(
     file: &str,
     options: &ReadOptions,
 ) -> Result<Option<(String, Vec<i64>)>> {
-    let refuse = |why| Err(Error::Option { file: file.into(), option: "group-block", why });
+    let refuse = |why| Err(Error::Option { file: file.into(), option: "group_block", why });
     let Some(name) = name else {
         return match options.group_block {
             None => Ok(None),
