@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use taxel_data::{Dataset, Fold};
 use taxel_judge::{Contrast, Primary, contrasts, knee};
 use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
-use taxel_trainer::Alone;
+use taxel_trainer::Variant;
 use toml::Table;
 
 use crate::desk::{Ask, Desk};
@@ -85,8 +85,8 @@ pub struct Shared<'a> {
 
 impl Shared<'_> {
     /// What `cuts` leave, for a part.
-    pub fn changes(&self, cuts: &[&Cut], part: &Part) -> Alone {
-        let mut changes = Alone { epochs: self.epochs, ..Alone::default() };
+    pub fn changes(&self, cuts: &[&Cut], part: &Part) -> Variant {
+        let mut changes = Variant { epochs: self.epochs, ..Variant::default() };
         for cut in cuts {
             let reduce = match cut {
                 Cut::Keep(count) => kept(&self.sensors, &part.ranking, *count),
@@ -167,7 +167,7 @@ impl Shared<'_> {
             return Ok(teacher);
         }
         let mut teacher = Teacher::new(SHARE, self.dataset.len(), self.dataset.task().outputs());
-        let changes = Alone::default();
+        let changes = Variant::default();
         for (at, fold) in outer.inner.iter().enumerate() {
             let record = match self.best == self.name {
                 true => outer.inner_whole[at].clone(),

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use taxel_data::{Dataset, Fold};
 use taxel_learn::{Candidate, Encoder, FoldKey, FoldRecord, OneFold, Progress, Teacher, Tested};
-use taxel_trainer::{Alone, Experiment, prepared};
+use taxel_trainer::{Experiment, Variant, prepared};
 use taxel_zoo::Registry;
 
 use crate::error::{Error, Result};
@@ -38,7 +38,7 @@ pub struct Desk<'a> {
 /// What is trained now.
 struct Ready<'a> {
     name: String,
-    changes: Alone,
+    changes: Variant,
     experiment: Experiment,
     /// Its config as text.
     text: String,
@@ -53,7 +53,7 @@ pub struct Ask<'q> {
     /// What is said of it while it runs.
     pub label: &'q str,
     /// What becomes less.
-    pub changes: &'q Alone,
+    pub changes: &'q Variant,
     /// Repetition and fold, which seed it.
     pub place: (usize, usize),
     /// The samples.
@@ -145,7 +145,7 @@ impl<'a> Desk<'a> {
         let own = match self.ready.take().filter(same) {
             Some(own) => own,
             None => {
-                let experiment = self.experiment.alone(ask.name, ask.changes, self.registry)?;
+                let experiment = self.experiment.variant(ask.name, ask.changes, self.registry)?;
                 let (name, changes) = (ask.name.to_string(), ask.changes.clone());
                 Ready { name, changes, text: experiment.to_toml(), experiment, built: None }
             }

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use taxel_data::Fold;
 use taxel_judge::Case;
 use taxel_learn::{FoldRecord, Model, inner_folds, sensor};
-use taxel_trainer::Alone;
+use taxel_trainer::Variant;
 
 use crate::curves::{Outer, Part, Shared, inner_place};
 use crate::desk::{Ask, Desk};
@@ -105,7 +105,7 @@ impl Plan {
 fn outer(shared: &Shared, desk: &mut Desk, planned: Planned, ranked: bool) -> Result<Outer> {
     let Planned { record, fold, inner } = planned;
     let place = (record.key.repetition, record.key.fold);
-    let changes = Alone { epochs: shared.epochs, ..Alone::default() };
+    let changes = Variant { epochs: shared.epochs, ..Variant::default() };
     let ask = |place, fold| Ask {
         name: shared.name,
         label: "whole",

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use taxel_data::{Dataset, Fold};
 use taxel_judge::{Case, Criteria, mean_score, named_scores};
 use taxel_learn::{FoldRecord, Model, NetworkResults, Progress, Teacher, sensor};
-use taxel_trainer::{Alone, Experiment};
+use taxel_trainer::{Experiment, Variant};
 use taxel_zoo::Registry;
 
 use crate::axis::Axis;
@@ -69,7 +69,7 @@ pub fn shrink(
 ) -> Result<Finished> {
     check(case, experiment, network, options)?;
     // What cannot be trained by itself is refused while nothing is written.
-    experiment.alone(network, &Alone::default(), registry)?;
+    experiment.variant(network, &Variant::default(), registry)?;
     let dataset = &case.dataset;
     let shared = shared(case, experiment, network, options)?;
     let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);

@@ -1,11 +1,11 @@
-//! What an experiment is: every table of its TOML file, resolved.
+//! The tables of an experiment's TOML file, resolved.
 //!
 //! Nothing here is optional that has a default: defaults are those of the values themselves ([`Recipe`],
 //! [`Protocol`], [`Encoding`]), put below what the file says.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use taxel_baselines::Method;
 use taxel_data::SampleSpec;
 use taxel_faults::{Fault, TrainingFaults};
@@ -19,8 +19,9 @@ use toml::{Table, Value};
 
 use crate::data::Data;
 use crate::merge::merged;
+use crate::misread::Misread;
 use crate::network::{Network, RawNetwork};
-use crate::read::{Misread, read, table_of};
+use crate::read::{read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,14 +31,14 @@ pub struct Config {
     /// One line for tables and reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// What the author expects to come out, in words.
+    /// The result that the author expects, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expect: Option<String>,
     /// Seed of every random choice, 0 to 2^63 - 1.
     pub seed: u64,
     /// Where the samples come from.
     pub data: Data,
-    /// What the networks read.
+    /// The inputs of the networks.
     pub encoding: Encoding,
     /// How samples are divided into training and test.
     pub protocol: Protocol,
@@ -53,34 +54,34 @@ pub struct Config {
     /// Trains everything once more, under faults.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub harden: Option<Harden>,
-    /// Tables of a paper that this run answers, for its page. Default none: all networks in one.
+    /// Tables of a paper that this run reproduces, for its page. Default none: all networks in one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub tables: Vec<View>,
+    pub tables: Vec<TableView>,
 }
 
 /// One of `[[tables]]`: some networks of the run under a title of their own, as a paper prints them. A network
 /// is trained once, whatever number of tables it stands in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct View {
+pub struct TableView {
     /// `Table 2: light networks`.
     pub title: String,
     /// Labels of networks, or names of baselines, in the order of the table.
     pub networks: Vec<String>,
 }
 
-/// The `[harden]` table: every network, MiniRocket and the SVM are trained once more, under faults, as
+/// The `[harden]` table: every network, MiniRocket and the SVM are trained once more, fault-augmented, as
 /// `<label>.hardened`, and stand beside those trained on clean samples.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Harden {
-    /// What the training samples meet. Default every kind that has a meaning for them.
+    /// Faults of the training samples. Default every kind that has a meaning for them.
     pub faults: TrainingFaults,
-    /// Labels of the networks and names of the baselines that are hardened. Default all that can be.
+    /// Labels of the networks and names of the baselines that are trained so. Default all that can be.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub only: Vec<String>,
-    /// Kinds that are left out of one more training each, as `<label>.without-<kind>`: how a hardened network
-    /// meets a fault that it does not know. A training for each kind. Default none.
+    /// Kinds that are left out of one more training each, as `<label>.without-<kind>`: how a fault-augmented
+    /// network predicts under an unseen fault. A training for each kind. Default none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub leave_out: Vec<Fault>,
     /// Whether every kind of the training is left out once, in place of those of `leave_out`. Default false.
@@ -116,26 +117,25 @@ fn fifth() -> f64 {
 #[serde(transparent)]
 pub struct Baseline(pub Method);
 
-impl<'de> Deserialize<'de> for Baseline {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        use serde::de::Error;
-        let value = Value::deserialize(deserializer)?;
+impl Baseline {
+    /// Reads the baseline at position `i` of the list.
+    fn read(i: usize, value: Value) -> Result<Self, Misread> {
+        let key = format!("baselines.{i}");
         let table = match value {
             Value::String(name) => Table::from_iter([("name".to_string(), Value::String(name))]),
             Value::Table(table) => table,
             other => {
                 let message = "the name of a baseline, or a table such as { name = \"k-nn\", k = 3 }";
-                return Err(D::Error::custom(format!("{other} is not {message}")));
+                return Err(Misread::new(key, format!("{other} is not {message}")));
             }
         };
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
         let known: Vec<Method> = Method::all().into_iter().chain(Method::of_values()).collect();
         if !known.iter().any(|method| method.name() == name) {
             let hint = taxel_base::names::hint(name, known.iter().map(Method::name));
-            let message = format!("no baseline is called `{name}`; {hint}");
-            return Err(D::Error::custom(message));
+            return Err(Misread::new(key, format!("no baseline is called `{name}`; {hint}")));
         }
-        Method::deserialize(Value::Table(table)).map(Baseline).map_err(D::Error::custom)
+        read(&key, Value::Table(table)).map(Baseline)
     }
 }
 
@@ -157,28 +157,34 @@ struct Raw {
     train: Table,
     choose: Option<Choose>,
     networks: Vec<RawNetwork>,
-    baselines: Option<Vec<Baseline>>,
+    baselines: Option<Vec<Value>>,
     harden: Option<Harden>,
     #[serde(default)]
-    tables: Vec<View>,
+    tables: Vec<TableView>,
 }
 
 impl Config {
-    /// Resolves a raw table: every default filled in, every override merged.
+    /// Resolves a raw table: fills in every default, merges every override.
     ///
     /// # Errors
     /// An unknown key or a value of the wrong type, by its key.
     pub(crate) fn resolve(table: &Table) -> Result<Self, Misread> {
         if table.contains_key("rivals") {
-            let message = "unknown field `rivals`: it is called `baselines` now".into();
-            return Err(Misread { key: "rivals".into(), message });
+            return Err(Misread::renamed("rivals", "baselines"));
         }
         let raw: Raw = read("", Value::Table(table.clone()))?;
         let train = merged(&table_of(&Recipe::default()), &raw.train);
         let protocol = merged(&table_of(&Protocol::default()), &raw.protocol);
-        let networks = raw.networks.into_iter().enumerate().map(|(i, own)| own.resolve(i, &train));
+        let networks = raw.networks.into_iter().enumerate().map(|(i, network)| network.resolve(i, &train));
         let networks = networks.collect::<Result<_, _>>()?;
-        let baselines = raw.baselines.unwrap_or_else(|| Method::all().map(Baseline).to_vec());
+        let baselines = match raw.baselines {
+            Some(values) => values
+                .into_iter()
+                .enumerate()
+                .map(|(i, value)| Baseline::read(i, value))
+                .collect::<Result<_, _>>()?,
+            None => Method::all().map(Baseline).to_vec(),
+        };
         Ok(Config {
             name: raw.name,
             title: raw.title,
@@ -196,7 +202,7 @@ impl Config {
         })
     }
 
-    /// The first value outside its range, if any.
+    /// Checks all values; the first one outside its range is the error.
     ///
     /// # Errors
     /// Key, value and allowed values.
@@ -238,7 +244,7 @@ impl Config {
         }
     }
 
-    /// What a recipe asks of the experiment's samples.
+    /// Checks a recipe against the experiment's samples.
     fn check_training(&self, recipe: &Recipe) -> Check {
         recipe.check()?;
         let moves = recipe.augment.is_none() || self.encoding.is_warpable();
@@ -250,21 +256,21 @@ impl Config {
         require(!several, "loss", "\"softmax-cross-entropy\"", reason)
     }
 
-    /// The recipes that a network's folds choose from.
+    /// Returns the recipes that a network's folds choose from.
     pub(crate) fn search(&self, recipe: &Recipe) -> Result<Option<Search>, Problem> {
         let Some(choose) = &self.choose else { return Ok(None) };
         let mut grid = vec![];
         for set in choose.combinations() {
-            let own = choose.recipe(recipe, &set)?;
-            self.check_training(&own).map_err(|problem| problem.below("choose.grid"))?;
+            let changed = choose.recipe(recipe, &set)?;
+            self.check_training(&changed).map_err(|problem| problem.below("choose.grid"))?;
             let json = |(key, value): (String, Value)| (key, serde_json::json!(value));
-            grid.push(Combination { set: set.into_iter().map(json).collect(), recipe: own });
+            grid.push(Combination { set: set.into_iter().map(json).collect(), recipe: changed });
         }
         Ok(Some(Search { grid, validation: choose.validation, by: choose.by.clone() }))
     }
 }
 
-/// Every name is one of the experiment's.
+/// Checks that every name is one of the experiment's.
 fn known(key: &str, names: &[String], labels: &BTreeSet<&str>) -> Check {
     for (i, name) in names.iter().enumerate() {
         let hint = taxel_base::names::hint(name, labels.iter().copied());
@@ -274,7 +280,7 @@ fn known(key: &str, names: &[String], labels: &BTreeSet<&str>) -> Check {
     Ok(())
 }
 
-impl View {
+impl TableView {
     fn check(&self, labels: &BTreeSet<&str>) -> Check {
         require(!self.networks.is_empty(), "networks", "[]", "name the networks of the table")?;
         known("networks", &self.networks, labels)
@@ -293,19 +299,19 @@ impl Harden {
         require(!both, "leave_each_out", "true", reason)
     }
 
-    /// The candidate trained under faults, and once more without each kind that is to be met unknown; nothing
-    /// where it is not hardened. `reading` is that of the samples.
-    pub(crate) fn hardened(&self, candidate: &Candidate, spec: &SampleSpec) -> Vec<Candidate> {
+    /// Returns the candidate fault-augmented, and once more without each kind that is to be unseen; nothing where it is
+    /// trained on clean samples only. `spec` is that of the samples.
+    pub(crate) fn fault_augmented(&self, candidate: &Candidate, spec: &SampleSpec) -> Vec<Candidate> {
         let named = self.only.contains(&candidate.name);
         let wanted = named || self.only.is_empty() && candidate.estimator.gains_by_faults();
         if candidate.faults().is_some() || !wanted {
             return vec![];
         }
-        let met: Vec<Fault> =
+        let seen: Vec<Fault> =
             self.faults.plan(spec.layout, &spec.shape).map_or(vec![], |plan| plan.kinds().collect());
-        let left_out = met.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
-        let unmet = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
-        std::iter::once(candidate.hardened(&self.faults, None)).chain(unmet).collect()
+        let left_out = seen.iter().filter(|kind| self.leave_each_out || self.leave_out.contains(kind));
+        let unseen = left_out.map(|&kind| candidate.hardened(&self.faults, Some(kind)));
+        std::iter::once(candidate.hardened(&self.faults, None)).chain(unseen).collect()
     }
 }
 
@@ -323,7 +329,7 @@ impl Choose {
         combinations.iter().try_for_each(|set| self.recipe(recipe, set).map(|_| ()))
     }
 
-    /// Every combination of the grid, first key slowest.
+    /// Returns every combination of the grid, first key slowest.
     fn combinations(&self) -> Vec<BTreeMap<String, Value>> {
         let mut found = vec![BTreeMap::new()];
         for (key, values) in &self.grid {
@@ -340,24 +346,24 @@ impl Choose {
         found
     }
 
-    /// `recipe` with other values at dotted keys.
+    /// Returns `recipe` with other values at dotted keys.
     fn recipe(&self, recipe: &Recipe, set: &BTreeMap<String, Value>) -> Result<Recipe, Problem> {
         let mut table = table_of(recipe);
         for (key, value) in set {
             // As one network's own value would be written.
-            let mut own = value.clone();
+            let mut nested = value.clone();
             for part in key.rsplit('.') {
-                own = Value::Table(Table::from_iter([(part.to_string(), own)]));
+                nested = Value::Table(Table::from_iter([(part.to_string(), nested)]));
             }
-            if let Value::Table(own) = own {
-                table = merged(&table, &own);
+            if let Value::Table(nested) = nested {
+                table = merged(&table, &nested);
             }
         }
         read("", Value::Table(table)).map_err(|misread: Misread| {
             let known = set.keys().find(|key| misread.key == **key).or(set.keys().next());
             let key = known.map_or(String::new(), |key| format!(".{key}"));
             let value = known.map(|key| set[key].to_string()).unwrap_or_default();
-            Problem::new(format!("choose.grid{key}"), value, taxel_base::names::with_meant(&misread.message))
+            Problem::new(format!("choose.grid{key}"), value, misread.message)
         })
     }
 }

@@ -1,4 +1,4 @@
-//! The `[data]` table: a simulated scene or recordings on disk, and what is learned of them.
+//! The `[data]` table: a simulated scene or recordings on disk.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,13 @@ use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
 use crate::merge::leaves;
-use crate::read::{Misread, one_line, read};
+use crate::misread::Misread;
+use crate::read::{one_line, read};
 
-/// Recordings to simulate where nothing else is said: the paper's number (000, section 4).
+/// Recordings to simulate where nothing else is said: the number of Kaewrakmuk and Srinonchat 2026, section 4.
 pub const SAMPLES: usize = 1500;
 
-/// Where samples come from and what is learned of them.
+/// The source of the samples, and the labels that are learned.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Data {
     /// A scene, or recordings on disk.
@@ -23,16 +24,16 @@ pub struct Data {
     /// set with `full_scale` in its labels.json.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub full_scale: Option<f64>,
-    /// What the axes of a sample are, where the data set does not say it.
+    /// Axes of a sample, where the data set does not say them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
     /// Readings per second in Hz, where the data set does not say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// Takes every frame of a squeeze for a sample of its own, as single images are learned from (paper 003).
+    /// Takes every frame of a squeeze for a sample of its own, as single images are learned from (Pastor et al. 2019).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub each_frame: bool,
-    /// Learns every column of labels `[N, k]`, under these names: paper 004's two levels.
+    /// Learns every column of labels `[N, k]`, under these names: the two levels of Zhang et al. 2022.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<String>,
     /// Keeps the samples of these classes only, in this order.
@@ -95,23 +96,21 @@ pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
 const SHARED_KEYS: [&str; 7] =
     ["full_scale", "layout", "rate", "each_frame", "attributes", "classes", "look_alikes"];
 
-/// Says options as the values that `--set` takes: `data.x="images"`.
+/// Returns options as values for `--set`: `data.x="images"`.
 pub fn settings(options: &ReadOptions) -> Vec<String> {
     let keys = Table::try_from(options).map(|table| leaves(&table)).unwrap_or_default();
     keys.into_iter().map(|(key, value)| format!("data.{key}={value}")).collect()
 }
 
-/// The keys that an unknown one of the table itself could have been, all of them.
-fn with_shared(misread: Misread, others: &[&str]) -> Misread {
-    let Misread { key, mut message } = misread;
-    if message.starts_with("unknown field") && key.matches('.').count() == 1 {
-        for key in others.iter().chain(&SHARED_KEYS).map(|key| format!("`{key}`")) {
-            if !message.contains(&key) {
-                message.push_str(&format!(", {key}"));
-            }
+/// Lists all keys that an unknown one of the table itself could have been.
+fn with_shared(mut misread: Misread, others: &[&str]) -> Misread {
+    let is_of_table = misread.unknown.is_some() && misread.key.matches('.').count() == 1;
+    for key in others.iter().chain(&SHARED_KEYS).filter(|_| is_of_table).map(|key| format!("`{key}`")) {
+        if !misread.message.contains(&key) {
+            misread.message.push_str(&format!(", {key}"));
         }
     }
-    Misread { key, message }
+    misread
 }
 
 impl Data {
@@ -130,13 +129,12 @@ impl Data {
         let attributes = take(&mut table, "attributes")?.unwrap_or_default();
         let classes = take(&mut table, "classes")?;
         let look_alikes = take(&mut table, "look_alikes")?.unwrap_or_default();
-        let foreign = |key: &str, message: String| Misread { key: key.into(), message };
         let origin = match (table.contains_key("scene"), table.contains_key("path")) {
             (true, true) => {
-                return Err(foreign("data.path", "give either scene or path, not both".into()));
+                return Err(Misread::new("data.path", "give either scene or path, not both"));
             }
             (false, false) => {
-                return Err(foreign("data", "needs scene = \"..\" or path = \"..\"".into()));
+                return Err(Misread::new("data", "needs scene = \"..\" or path = \"..\""));
             }
             (true, false) => {
                 let scene = read("data", Value::Table(table));
@@ -202,7 +200,7 @@ impl RecordingsOrigin {
         require(!several || options.attribute.is_none(), "attribute", "..", reason)
     }
 
-    /// The options of the reader, with what [`Data`] says of any samples.
+    /// Returns the options of the reader, with those of [`Data`] for any samples.
     pub(crate) fn options(
         &self,
         layout: Option<Layout>,

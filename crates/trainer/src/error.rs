@@ -16,7 +16,7 @@ pub enum Error {
     Config {
         /// `file:line:column`, or `--set key=value`.
         place: String,
-        /// What is wrong and what would do.
+        /// The mistake and how to fix it.
         message: String,
         /// The line itself on a line of its own, or nothing.
         line: String,
@@ -45,7 +45,7 @@ pub enum Error {
     /// No network takes such samples.
     #[error("{reason}")]
     Unfit {
-        /// What the first of them says, and the way out.
+        /// Reason of the first of them, and how to fix it.
         reason: String,
     },
     /// A training, a run folder or a model.

@@ -11,15 +11,15 @@ use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS, SCENE_PATHS, SceneOrigin
 use crate::error::{Error, Result};
 use crate::merge::{leaves, parse_value, put};
 use crate::network::Network;
-use crate::places::Places;
+use crate::positions::Positions;
 use crate::read::table_of;
 
-/// What the command line changes in a config, in this order.
+/// Changes of the command line to a config, in this order.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Overrides {
     /// Whether the values of `[quick]` replace the full ones.
     pub quick: bool,
-    /// `a.b=c`: a dotted key and a TOML value; what is no TOML value is taken as text. Elements of
+    /// `a.b=c`: a dotted key and a TOML value; text that is no TOML value is taken as a string. Elements of
     /// arrays go by their position: `networks.0.train.epochs=5`.
     pub set: Vec<String>,
     /// Recordings in place of the config's data source. A relative path starts at the working folder. The
@@ -35,7 +35,7 @@ pub struct Overrides {
 #[derive(Debug, Clone)]
 pub struct Experiment {
     pub(crate) config: Config,
-    pub(crate) places: Places,
+    pub(crate) positions: Positions,
     quick: bool,
 }
 
@@ -58,7 +58,7 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::load`].
     pub fn parse(text: &str, file: &str, overrides: &Overrides, registry: &Registry) -> Result<Self> {
-        let mut places = Places::of(text, file)?;
+        let mut positions = Positions::of(text, file)?;
         let syntax = |e: toml::de::Error| Error::config(file, e.message());
         let mut table: Table = toml::from_str(text).map_err(syntax)?;
         let quick = match table.remove("quick") {
@@ -71,8 +71,8 @@ impl Experiment {
                 return Err(Error::config(file, "has no [quick] table; leave --quick out"));
             }
             for (key, value) in leaves(&quick) {
-                put(&mut table, &key, value, file, &mut places)?;
-                places.copy(&format!("quick.{key}"), &key);
+                put(&mut table, &key, value, file, &mut positions)?;
+                positions.copy(&format!("quick.{key}"), &key);
             }
         }
         for set in &overrides.set {
@@ -80,37 +80,37 @@ impl Experiment {
             let Some((key, value)) = set.split_once('=') else {
                 return Err(Error::config(place, "must be key=value, such as train.epochs=20"));
             };
-            put(&mut table, key.trim(), parse_value(value.trim()), &place, &mut places)?;
+            put(&mut table, key.trim(), parse_value(value.trim()), &place, &mut positions)?;
         }
         if let Some(data) = &overrides.data {
-            replace_data(&mut table, data, &mut places)?;
+            replace_data(&mut table, data, &mut positions)?;
         }
         if let Some(seed) = overrides.seed {
-            put(&mut table, "seed", Value::Integer(seed as i64), "--seed", &mut places)?;
+            put(&mut table, "seed", Value::Integer(seed as i64), "--seed", &mut positions)?;
         }
-        let config = Config::resolve(&table).map_err(|misread| places.misread(misread))?;
-        config.check(registry).map_err(|problem| places.refuse(problem))?;
-        Ok(Experiment { config, places, quick: overrides.quick })
+        let config = Config::resolve(&table).map_err(|misread| positions.misread(misread))?;
+        config.check(registry).map_err(|problem| positions.refuse(problem))?;
+        Ok(Experiment { config, positions, quick: overrides.quick })
     }
 
-    /// The resolved config.
+    /// Returns the resolved config.
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// `runs/<name>`, with `-quick` behind it under `--quick`.
+    /// Returns `runs/<name>`, with `-quick` behind it under `--quick`.
     pub fn default_out(&self) -> PathBuf {
         let suffix = if self.quick { "-quick" } else { "" };
         Path::new("runs").join(format!("{}{suffix}", self.config.name))
     }
 
-    /// The resolved config as TOML; reading it back gives the same experiment.
+    /// Returns the resolved config as TOML; reading it back gives the same experiment.
     pub fn to_toml(&self) -> String {
         // By way of a table: keys are sorted, and plain values come before tables.
         table_of(&self.config).to_string()
     }
 
-    /// The file or folder of recordings with environment variables filled in; `None` for a scene.
+    /// Returns the file or folder of recordings with environment variables filled in; `None` for a scene.
     ///
     /// # Errors
     /// A variable that is not set, named with the line that uses it.
@@ -122,44 +122,44 @@ impl Experiment {
     }
 
     pub(crate) fn recordings_path(&self, recordings: &RecordingsOrigin) -> Result<PathBuf> {
-        let way_out = "give the data set itself with --data PATH";
-        self.expanded("data.path", &recordings.path, way_out)
+        let fix = "give the data set itself with --data PATH";
+        self.expanded("data.path", &recordings.path, fix)
     }
 
-    /// The checkpoint that a network starts from, likewise; `None` for fresh weights.
+    /// Returns the checkpoint that a network starts from, likewise; `None` for fresh weights.
     ///
     /// # Errors
     /// As [`Experiment::data_path`].
     pub fn weights_path(&self, network: usize) -> Result<Option<PathBuf>> {
         let Some(path) = &self.config.networks[network].weights else { return Ok(None) };
-        let way_out = "write the file's own path in the config";
-        self.expanded(&format!("networks.{network}.weights"), path, way_out).map(Some)
+        let fix = "write the file's own path in the config";
+        self.expanded(&format!("networks.{network}.weights"), path, fix).map(Some)
     }
 
-    /// The file that holds a network, likewise, and the key that names it; `None` for one of the registry.
+    /// Returns the file that holds a network, likewise, and the key that names it; `None` for one of the registry.
     ///
     /// # Errors
     /// As [`Experiment::data_path`].
     pub fn network_path(&self, network: usize) -> Result<Option<(&'static str, PathBuf)>> {
         let Some((key, path)) = self.config.networks[network].source() else { return Ok(None) };
-        let way_out = "write the file's own path in the config";
-        let path = self.expanded(&format!("networks.{network}.{key}"), path, way_out)?;
+        let fix = "write the file's own path in the config";
+        let path = self.expanded(&format!("networks.{network}.{key}"), path, fix)?;
         Ok(Some((key, path)))
     }
 
-    /// The settings of a scene, paths among them likewise.
+    /// Returns the settings of a scene, paths among them likewise.
     pub(crate) fn scene_settings(&self, scene: &SceneOrigin) -> Result<Table> {
         let mut set = scene.set.clone();
         for key in SCENE_PATHS {
             if let Some(Value::String(path)) = set.get_mut(key) {
-                let way_out = "write the folder's own path in the config";
-                *path = self.expanded(&format!("data.set.{key}"), path, way_out)?.display().to_string();
+                let fix = "write the folder's own path in the config";
+                *path = self.expanded(&format!("data.set.{key}"), path, fix)?.display().to_string();
             }
         }
         Ok(set)
     }
 
-    fn expanded(&self, key: &str, path: &str, way_out: &str) -> Result<PathBuf> {
+    fn expanded(&self, key: &str, path: &str, fix: &str) -> Result<PathBuf> {
         let refuse = |reason: String| self.refuse(Problem::new(key, format!("{path:?}"), reason));
         let mut expanded = String::new();
         let mut rest = path;
@@ -170,7 +170,7 @@ impl Experiment {
             let value = std::env::var(name).map_err(|_| {
                 refuse(format!(
                     "environment variable {name} is not set; set it to the folder that holds the file \
-                     (export {name}=/path/to/folder), or {way_out}"
+                     (export {name}=/path/to/folder), or {fix}"
                 ))
             })?;
             expanded.push_str(before);
@@ -181,12 +181,12 @@ impl Experiment {
         Ok(PathBuf::from(expanded))
     }
 
-    /// Paths that are relative to the config's folder, from the root: a run folder opens from anywhere.
+    /// Makes paths that are relative to the config's folder absolute, so that a run folder opens from anywhere.
     fn make_absolute(&mut self, folder: &Path) -> std::io::Result<()> {
-        // However the folder was spelled: a run is gone on with from anywhere.
+        // One spelling of the folder, so that a run can be resumed from anywhere.
         let folder = std::fs::canonicalize(if folder == Path::new("") { Path::new(".") } else { folder })?;
         let absolute = |path: &mut String| {
-            // A variable says where its folder is, on every machine its own.
+            // A path that begins with a variable has its folder from the machine.
             if !path.starts_with("${") && Path::new(path.as_str()).is_relative() {
                 *path = folder.join(&*path).display().to_string();
             }
@@ -207,12 +207,12 @@ impl Experiment {
         Ok(())
     }
 
-    /// An error with the place where the value was written.
+    /// Makes an error of a problem, with the place where the value was written.
     pub(crate) fn refuse(&self, problem: Problem) -> Error {
-        self.places.refuse(problem)
+        self.positions.refuse(problem)
     }
 
-    /// What learning says, with the place of the value that it names.
+    /// Adds to an error of learning the place of the value that it names.
     pub(crate) fn located(&self, error: taxel_learn::Error) -> Error {
         match error {
             taxel_learn::Error::Setting(problem) => self.refuse(problem),
@@ -221,9 +221,9 @@ impl Experiment {
     }
 }
 
-/// Recordings of the user's own in place of the config's data: their name, and nothing that was said or
-/// published of others.
-fn replace_data(table: &mut Table, data: &Path, places: &mut Places) -> Result<()> {
+/// Puts the user's recordings in place of the config's data, with their name; title, expectation and published numbers
+/// belong to other data and go.
+fn replace_data(table: &mut Table, data: &Path, positions: &mut Positions) -> Result<()> {
     let place = format!("--data {}", data.display());
     if let Some(Value::Table(data)) = table.get_mut("data") {
         SCENE_KEYS.iter().for_each(|key| {
@@ -231,8 +231,8 @@ fn replace_data(table: &mut Table, data: &Path, places: &mut Places) -> Result<(
         });
     }
     let absolute = std::path::absolute(data).map_err(|e| Error::io(data, "located", e))?;
-    put(table, "data.path", Value::String(absolute.display().to_string()), &place, places)?;
-    put(table, "name", Value::String(name_of(data)), &place, places)?;
+    put(table, "data.path", Value::String(absolute.display().to_string()), &place, positions)?;
+    put(table, "name", Value::String(name_of(data)), &place, positions)?;
     for key in ["title", "expect"] {
         table.remove(key);
     }
@@ -244,7 +244,7 @@ fn replace_data(table: &mut Table, data: &Path, places: &mut Places) -> Result<(
     Ok(())
 }
 
-/// The name of recordings as a file name: `my glove.npz` is `my-glove`.
+/// Returns the name of recordings as a file name: `my glove.npz` is `my-glove`.
 fn name_of(data: &Path) -> String {
     let stem = data.file_stem().unwrap_or_default().to_string_lossy();
     let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };

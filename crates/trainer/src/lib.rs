@@ -19,20 +19,21 @@
 //! # Ok::<(), taxel_trainer::Error>(())
 //! ```
 
-mod alone;
 mod config;
 mod data;
 mod error;
 mod experiment;
 mod merge;
+mod misread;
 mod network;
 mod network_file;
-mod places;
+mod positions;
 mod read;
 mod run;
 mod samples;
+mod value_reader;
+mod variant;
 
-pub use alone::{Alone, Depth};
 pub use config::{Baseline, Choose, Config};
 pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin, settings};
 pub use error::{Error, Result};
@@ -41,3 +42,4 @@ pub use network::Network;
 pub use network_file::read_network;
 pub use run::{Runner, open, prepared, run};
 pub use samples::{simulate, simulated};
+pub use variant::{Depth, Variant};

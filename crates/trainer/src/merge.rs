@@ -3,22 +3,22 @@
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::places::Places;
+use crate::positions::Positions;
 
 /// Keys that say what kind of thing a table describes: half of another kind's keys would not fit it.
 const KINDS: [&str; 2] = ["kind", "name"];
-/// What one optimiser takes over from another.
+/// Settings that one optimiser takes over from another.
 const SHARED: [&str; 2] = ["lr", "weight_decay"];
 
-/// `base` with the values of `over` in it, key by key. A table of another kind replaces the one below; only
-/// what all optimisers have stays.
+/// Merges the values of `over` into `base`, key by key. A table of another kind replaces the one below; only the
+/// settings of all optimisers stay.
 pub(crate) fn merged(base: &Table, over: &Table) -> Table {
     let kind = KINDS.into_iter().find(|kind| base.contains_key(*kind));
     let other = kind.is_some_and(|kind| over.contains_key(kind) && over[kind] != base[kind]);
     let mut table = if other { shared(base) } else { base.clone() };
     for (key, value) in over {
         let value = match (table.get(key), value) {
-            (Some(Value::Table(below)), Value::Table(own)) => Value::Table(merged(below, own)),
+            (Some(Value::Table(below)), Value::Table(above)) => Value::Table(merged(below, above)),
             _ => value.clone(),
         };
         table.insert(key.clone(), value);
@@ -27,11 +27,11 @@ pub(crate) fn merged(base: &Table, over: &Table) -> Table {
 }
 
 fn shared(table: &Table) -> Table {
-    let own = table.iter().filter(|(key, _)| SHARED.contains(&key.as_str()));
-    own.map(|(key, value)| (key.clone(), value.clone())).collect()
+    let entries = table.iter().filter(|(key, _)| SHARED.contains(&key.as_str()));
+    entries.map(|(key, value)| (key.clone(), value.clone())).collect()
 }
 
-/// Dotted keys and values of nested tables. A table with a `kind` is one value, and so is a grid, whose keys
+/// Lists dotted keys and values of nested tables. A table with a `kind` is one value, and so is a grid, whose keys
 /// are dotted themselves.
 pub(crate) fn leaves(table: &Table) -> Vec<(String, Value)> {
     let mut found = vec![];
@@ -55,7 +55,7 @@ pub(crate) fn put(
     key: &str,
     value: Value,
     place: &str,
-    places: &mut Places,
+    positions: &mut Positions,
 ) -> Result<()> {
     let refuse = |message: String| Error::config(place, message);
     let mut parts: Vec<&str> = key.split('.').map(str::trim).collect();
@@ -82,7 +82,7 @@ pub(crate) fn put(
     if let Value::Table(whole) = root {
         *table = whole;
     }
-    places.put(key, place);
+    positions.put(key, place);
     Ok(())
 }
 
@@ -96,7 +96,7 @@ fn element<'a>(array: &'a mut Value, index: &str) -> std::result::Result<&'a mut
         .ok_or_else(|| format!("`{index}` is not a position in an array of {count}, counted from 0"))
 }
 
-/// A TOML value; what is none is taken as text.
+/// Reads a TOML value; text that is none is taken as a string.
 pub(crate) fn parse_value(text: &str) -> Value {
     match toml::from_str::<Table>(&format!("value = {text}")) {
         Ok(mut table) if table.len() == 1 => {

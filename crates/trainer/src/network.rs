@@ -8,8 +8,9 @@ use taxel_zoo::{Registry, Settings};
 use toml::{Table, Value};
 
 use crate::merge::merged;
+use crate::misread::Misread;
 use crate::network_file::is_onnx;
-use crate::read::{Misread, one_line, read};
+use crate::read::{one_line, read};
 
 /// One of `[[networks]]`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,7 +24,7 @@ pub struct Network {
     /// The same from a `.safetensors` that `taxel import` wrote, or from a trained model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Whether the weights of `onnx` or `file` are left aside and fresh ones drawn. Default false.
+    /// Whether fresh weights are drawn in place of those of `onnx` or `file`. Default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub fresh: bool,
     /// Name in tables and files.
@@ -37,7 +38,7 @@ pub struct Network {
     pub weights: Option<String>,
     /// How this network is trained.
     pub train: Recipe,
-    /// What its authors report on their own data.
+    /// Numbers that its authors report on their data.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub published: Option<Published>,
 }
@@ -61,14 +62,14 @@ pub(crate) struct RawNetwork {
 }
 
 impl RawNetwork {
-    /// The network, `i` of the list, on top of the experiment's `train`.
+    /// Resolves network `i` of the list on top of the experiment's `train`.
     pub(crate) fn resolve(self, i: usize, train: &Table) -> Result<Network, Misread> {
         let train = merged(train, &self.train);
         let path = self.onnx.as_deref().or(self.file.as_deref()).map(Path::new);
         let stem = path.and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
-        let name = self.name.or(stem).ok_or_else(|| Misread {
-            key: format!("networks.{i}"),
-            message: "needs `name`, a network of the zoo, or `onnx` or `file`, a network of your own".into(),
+        let name = self.name.or(stem).ok_or_else(|| {
+            let message = "needs `name`, a network of the zoo, or `onnx` or `file`, a network of your own";
+            Misread::new(format!("networks.{i}"), message)
         })?;
         Ok(Network {
             label: self.label.unwrap_or_else(|| name.clone()),
@@ -85,13 +86,13 @@ impl RawNetwork {
 }
 
 impl Network {
-    /// Key and path of the file that holds the network; none for one of the registry.
+    /// Returns key and path of the file that holds the network; none for one of the registry.
     pub(crate) fn source(&self) -> Option<(&'static str, &String)> {
         let onnx = self.onnx.as_ref().map(|path| ("onnx", path));
         onnx.or(self.file.as_ref().map(|path| ("file", path)))
     }
 
-    /// What a network from a file has none of.
+    /// Refuses settings that a network from a file does not have.
     fn check_file(&self, key: &str, path: &str) -> Check {
         let value = || format!("{path:?}");
         require(
@@ -140,9 +141,9 @@ impl Network {
         }
     }
 
-    /// Settings as the registry reads them.
+    /// Returns the settings as the registry reads them.
     pub(crate) fn settings(&self) -> Settings {
-        let own = self.set.iter();
-        own.map(|(key, value)| (key.clone(), serde_json::json!(value))).collect()
+        let entries = self.set.iter();
+        entries.map(|(key, value)| (key.clone(), serde_json::json!(value))).collect()
     }
 }

@@ -22,7 +22,7 @@ use crate::network::Network;
 use crate::network_file::read_network;
 
 /// A network before its recipe is known.
-struct Source {
+struct SizedNetwork {
     graph: Graph,
     start: Option<Weights>,
     settings: Settings,
@@ -37,7 +37,7 @@ const CONFIG: &str = "config.toml";
 
 /// An experiment with what it needs to run.
 pub struct Runner<'a> {
-    /// What is run.
+    /// The experiment.
     pub experiment: &'a Experiment,
     /// Where its networks come from.
     pub registry: &'a Registry,
@@ -64,7 +64,7 @@ pub fn run(
     Runner { experiment, registry, dataset: &dataset }.run(out, options, progress, cancel)
 }
 
-/// The experiment of a run folder, with its samples, read or simulated again.
+/// Opens the experiment of a run folder, with its samples, read or simulated again.
 ///
 /// # Errors
 /// A folder that holds no experiment, or data that cannot be loaded any more.
@@ -74,7 +74,7 @@ pub fn open(folder: &RunFolder, registry: &Registry) -> Result<(Experiment, Data
     Ok((experiment, dataset))
 }
 
-/// One network or baseline of an experiment, sized by its samples, and what makes its inputs of them.
+/// Returns one network or baseline of an experiment, sized by its samples, and the encoder that makes its inputs.
 ///
 /// # Errors
 /// No such network, data that cannot be encoded, or that the network does not take.
@@ -92,7 +92,7 @@ pub fn prepared<'d>(
 }
 
 impl Runner<'_> {
-    /// As [`run()`], on samples that are loaded already.
+    /// Runs the experiment as [`run()`], on samples that are loaded already.
     ///
     /// # Errors
     /// As [`run()`].
@@ -120,7 +120,7 @@ impl Runner<'_> {
             .map_err(|error| self.experiment.located(error))
     }
 
-    /// Every fold of the run, in order: what [`RunOptions::only`] takes.
+    /// Returns every fold of the run, in order, for [`RunOptions::only`].
     ///
     /// # Errors
     /// As [`run()`], before anything is trained.
@@ -128,7 +128,7 @@ impl Runner<'_> {
         self.validation()?.keys().map_err(|error| self.experiment.located(error))
     }
 
-    /// The folds within any of `parts`, which [`FoldKey::is_within`] reads.
+    /// Returns the folds within any of `parts`, which [`FoldKey::is_within`] reads.
     ///
     /// # Errors
     /// As [`run()`], before anything is trained; a part that no fold is within.
@@ -203,9 +203,9 @@ impl Runner<'_> {
         }
         if let (Some(harden), Some((clean, _))) = (harden, name.rsplit_once('.')) {
             let clean = self.candidate(clean, encoder)?;
-            let hardened = harden.hardened(&clean, &self.dataset.spec);
-            if let Some(own) = hardened.into_iter().find(|own| own.name == name) {
-                return Ok(own);
+            let augmented = harden.fault_augmented(&clean, &self.dataset.spec);
+            if let Some(candidate) = augmented.into_iter().find(|candidate| candidate.name == name) {
+                return Ok(candidate);
             }
         }
         let known = networks.iter().map(|network| network.label.as_str());
@@ -226,11 +226,11 @@ impl Runner<'_> {
         methods
     }
 
-    /// The networks, then the baselines, sized by the samples; and the networks that take no such samples, with
+    /// Returns the networks, then the baselines, sized by the samples; and the networks that take no such samples, with
     /// the reason.
     ///
     /// # Errors
-    /// Whatever else is wrong with a network, and the first reason where no network is left.
+    /// Any other error of a network, and the first reason where no network is left.
     fn candidates(&self, encoder: &mut Encoder) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
         let networks = &self.experiment.config().networks;
         let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);
@@ -255,7 +255,7 @@ impl Runner<'_> {
         if let Some(harden) = &self.experiment.config().harden {
             let spec = &self.dataset.spec;
             let more: Vec<Candidate> =
-                candidates.iter().flat_map(|candidate| harden.hardened(candidate, spec)).collect();
+                candidates.iter().flat_map(|candidate| harden.fault_augmented(candidate, spec)).collect();
             candidates.extend(more);
         }
         Ok((candidates, refused))
@@ -266,20 +266,20 @@ impl Runner<'_> {
             return Err(taxel_learn::Error::labels_only(&network.label).into());
         }
         let config = self.experiment.config();
-        let Source { graph, start, settings, paper } = match self.experiment.network_path(i)? {
+        let SizedNetwork { graph, start, settings, paper } = match self.experiment.network_path(i)? {
             Some((key, path)) => self.filed(&format!("networks.{i}.{key}"), &path, encoder)?,
             None => {
                 let entry = self.registry.find(&network.name)?;
                 let (settings, graph) = self.sized(network, entry, encoder)?;
-                Source { graph, start: None, settings, paper: entry.paper.clone() }
+                SizedNetwork { graph, start: None, settings, paper: entry.paper.clone() }
             }
         };
         let refuse = |problem| self.experiment.refuse(problem);
         let mut recipe = network.train.clone();
         recipe.frozen = self.frozen(i, &recipe.frozen, &graph)?;
         let mut search = config.search(&network.train).map_err(refuse)?;
-        for own in search.iter_mut().flat_map(|search| &mut search.grid) {
-            own.recipe.frozen = self.frozen(i, &own.recipe.frozen, &graph)?;
+        for combination in search.iter_mut().flat_map(|search| &mut search.grid) {
+            combination.recipe.frozen = self.frozen(i, &combination.recipe.frozen, &graph)?;
         }
         let start = start.filter(|_| !network.fresh).map(Arc::new);
         let mut trainable = Trainable { graph, recipe, search, start };
@@ -303,8 +303,8 @@ impl Runner<'_> {
         })
     }
 
-    /// A network from a file, with a head for the data's classes; `key` names the file in the config.
-    fn filed(&self, key: &str, path: &Path, encoder: &mut Encoder) -> Result<Source> {
+    /// Reads a network from a file, with a head for the data's classes; `key` names the file in the config.
+    fn filed(&self, key: &str, path: &Path, encoder: &mut Encoder) -> Result<SizedNetwork> {
         let refuse = |reason: String| {
             self.experiment.refuse(Problem::new(key, format!("{:?}", path.display()), reason))
         };
@@ -335,10 +335,10 @@ impl Runner<'_> {
                 return Err(refuse(reason));
             }
         }
-        Ok(Source { graph, start: Some(weights), settings: Settings::new(), paper: String::new() })
+        Ok(SizedNetwork { graph, start: Some(weights), settings: Settings::new(), paper: String::new() })
     }
 
-    /// The network's settings and graph for the shapes that the encoding makes.
+    /// Returns the network's settings and graph for the shapes that the encoding makes.
     fn sized(&self, network: &Network, entry: &Entry, encoder: &mut Encoder) -> Result<(Settings, Graph)> {
         let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
@@ -348,7 +348,7 @@ impl Runner<'_> {
         Ok((settings, graph))
     }
 
-    /// Frozen nodes by name: paper 001's ranges of MATLAB layers are resolved here.
+    /// Returns frozen nodes by name: ranges of MATLAB layers, as in Rouhafzay et al. 2021, are resolved here.
     fn frozen(&self, i: usize, frozen: &[String], graph: &Graph) -> Result<Vec<String>> {
         let names = matlab::resolve(graph, frozen);
         let checked = names.and_then(|names| graph.covered(&names).map(|_| names));
@@ -360,7 +360,7 @@ impl Runner<'_> {
     }
 }
 
-/// Why a network takes no such samples, and the way out where they are too long.
+/// Says why a network takes no such samples, and how to fix it where they are too long.
 fn reason(error: &taxel_graph::Error) -> String {
     let length = |key: &str| ["length", "frames"].contains(&key);
     match error {
@@ -376,7 +376,7 @@ fn parsed(text: &str) -> Table {
     toml::from_str(text).expect("a resolved config is TOML")
 }
 
-/// The first dotted key, in order of the alphabet, whose values differ, in words.
+/// Describes the first dotted key, in order of the alphabet, whose values differ.
 fn difference(prefix: &str, before: &Value, now: &Value) -> Option<String> {
     let shown = |value: Option<&Value>| value.map_or("not set".into(), ToString::to_string);
     let join = |key: &str| if prefix.is_empty() { key.into() } else { format!("{prefix}.{key}") };

@@ -32,17 +32,18 @@ impl Experiment {
                 taxel_data::load(&path, &options).map_err(|e| self.of_attributes(attributes, e))?
             }
         };
-        // What the encodings take samples for is what they are, where nobody has said it.
+        // Where nobody states the layout, the encodings imply it.
         let implied = self.config().encoding.layout(&dataset.spec.shape).filter(|_| !each_frame);
-        let told = layout.or(implied.filter(|_| matches!(self.config().data.origin, Origin::Recordings(_))));
-        if let Some(told) = told {
-            // The rule has worked along what the reader took for time.
-            if dataset.spec.length.is_some() && told.time_axis() != dataset.spec.layout.time_axis() {
+        let layout =
+            layout.or(implied.filter(|_| matches!(self.config().data.origin, Origin::Recordings(_))));
+        if let Some(layout) = layout {
+            // The length rule was applied along the axis that the reader took for time.
+            if dataset.spec.length.is_some() && layout.time_axis() != dataset.spec.layout.time_axis() {
                 let reason =
-                    format!("data.length needs it: say data.layout = \"{told}\", as the encodings take it");
+                    format!("data.length needs it: say data.layout = \"{layout}\", as the encodings take it");
                 return Err(self.refuse(Problem::new("data.layout", "left out", reason)));
             }
-            dataset.set_layout(told)?;
+            dataset.set_layout(layout)?;
         }
         if let Some(full) = full_scale {
             dataset.spec.full_scale = Some(*full as f32);
@@ -64,7 +65,7 @@ impl Experiment {
         Ok(dataset)
     }
 
-    /// What is wrong with the attributes belongs to their key.
+    /// Adds the key of the attributes to an error about them.
     fn of_attributes(&self, attributes: &[String], error: taxel_data::Error) -> Error {
         match error {
             taxel_data::Error::LearnAttributes { .. } => {
@@ -75,19 +76,19 @@ impl Experiment {
     }
 }
 
-/// What was simulated of the scene `name` without some of its effects, as a data set.
+/// Makes a data set of simulated samples of the scene `name` without some of its effects.
 pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> Dataset {
     let digest = digest(&scene);
     let left_out = match without {
         [] => String::new(),
         names => format!(" without {}", names.join(", ")),
     };
-    let columns = scene.attributes.as_ref().map(|own| {
-        let named = own.class_names.iter().enumerate();
+    let columns = scene.attributes.as_ref().map(|attributes| {
+        let named = attributes.class_names.iter().enumerate();
         let named = named
             .map(|(i, classes)| Attribute { name: format!("attribute-{i}"), classes: classes.clone() })
             .collect();
-        Labels::new(named, own.y.iter().copied().collect())
+        Labels::new(named, attributes.y.iter().copied().collect())
     });
     Dataset {
         name: name.into(),
@@ -112,7 +113,7 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
     }
 }
 
-/// BLAKE3 of shape, values, labels and groups.
+/// Returns the BLAKE3 hash of shape, values, labels and groups.
 fn digest(scene: &taxel_scenes::Scene) -> String {
     let mut hasher = blake3::Hasher::new();
     for axis in scene.x.shape() {
@@ -120,13 +121,13 @@ fn digest(scene: &taxel_scenes::Scene) -> String {
     }
     hash_words(&mut hasher, scene.x.iter().map(|v| v.to_le_bytes()));
     hash_words(&mut hasher, scene.y.iter().chain(&scene.group).map(|v| v.to_le_bytes()));
-    if let Some(own) = &scene.attributes {
-        hash_words(&mut hasher, own.y.iter().map(|v| v.to_le_bytes()));
+    if let Some(attributes) = &scene.attributes {
+        hash_words(&mut hasher, attributes.y.iter().map(|v| v.to_le_bytes()));
     }
     hasher.finalize().to_hex().to_string()
 }
 
-/// A scene by its name, with its own settings.
+/// Simulates a scene by its name, with its default settings.
 ///
 /// # Errors
 /// No such scene, or no samples asked for.

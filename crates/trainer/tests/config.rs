@@ -27,9 +27,9 @@ fn defaults_are_the_papers_recipe() {
     let sgdm = |lr| Optimizer::Sgdm { lr, momentum: 0.9, weight_decay: 0.0, decay: Decay::All };
     assert_eq!(train.optimizer, sgdm(0.01));
     assert_eq!(train.schedule.rate(0.01, 6, 7), 0.01);
-    let own = &config.networks[1].train;
-    assert_eq!((own.epochs, own.batch_size), (7, 8));
-    assert_eq!(own.optimizer, sgdm(1e-4));
+    let recipe = &config.networks[1].train;
+    assert_eq!((recipe.epochs, recipe.batch_size), (7, 8));
+    assert_eq!(recipe.optimizer, sgdm(1e-4));
     let field = field(&experiment);
     assert_eq!((field.size, field.range), (50, Range::PerSample));
     assert_eq!(config.protocol, Protocol::k_fold(5));
@@ -40,13 +40,13 @@ fn defaults_are_the_papers_recipe() {
 /// One optimiser, schedule or protocol takes nothing from another kind but what all optimisers have.
 #[test]
 fn a_table_of_another_kind_replaces_the_one_below() {
-    let with = |train: &str, own: &str| {
-        let text = BASE.replace("epochs = 7", train).replace("lr = 1e-4", own);
+    let with = |train: &str, lr: &str| {
+        let text = BASE.replace("epochs = 7", train).replace("lr = 1e-4", lr);
         parse(&text).unwrap_or_else(|e| panic!("{e}")).config().networks[1].train.clone()
     };
     let adam = "optimizer = { name = \"adam\", lr = 0.5, weight_decay = 0.25, betas = [0.5, 0.6] }";
     let moments = |optimizer: Optimizer| match optimizer {
-        Optimizer::Adam(own) | Optimizer::Adamw(own) => (own.lr, own.weight_decay, own.betas),
+        Optimizer::Adam(adam) | Optimizer::Adamw(adam) => (adam.lr, adam.weight_decay, adam.betas),
         other => panic!("{other:?}"),
     };
     assert_eq!(moments(with(adam, "lr = 1e-4").optimizer), (1e-4, 0.25, [0.5, 0.6]));
@@ -54,8 +54,9 @@ fn a_table_of_another_kind_replaces_the_one_below() {
     let sgdm = Optimizer::Sgdm { lr: 0.5, momentum: 0.9, weight_decay: 0.25, decay: Decay::All };
     assert_eq!(with(adam, "name = \"sgdm\"").optimizer, sgdm);
     let steps = "schedule = { kind = \"steps\", at = [0.5], factor = 0.5 }";
-    let own = BASE.replace("epochs = 7", steps).replace("batch_size = 8", "schedule = { kind = \"cosine\" }");
-    assert_eq!(parse(&own).unwrap().config().networks[1].train.schedule, Schedule::Cosine { floor: 0.0 });
+    let text =
+        BASE.replace("epochs = 7", steps).replace("batch_size = 8", "schedule = { kind = \"cosine\" }");
+    assert_eq!(parse(&text).unwrap().config().networks[1].train.schedule, Schedule::Cosine { floor: 0.0 });
     for (kind, expected) in [
         ("official", "Official { split: Stratified, repetitions: 1 }"),
         ("leave-group-out", "LeaveGroupOut { split: Stratified, repetitions: 1 }"),
@@ -218,8 +219,8 @@ fn paths_of_a_config_start_at_its_folder() {
     assert_eq!(spelled.to_toml(), load(&file).to_toml());
     // A path of the command line does not move with the config.
     let overrides = Overrides { data: Some("mine.npz".into()), ..Overrides::default() };
-    let own = Experiment::load(&file, &overrides, &Registry::built_in()).unwrap();
-    assert_eq!(own.data_path().unwrap(), Some(std::env::current_dir().unwrap().join("mine.npz")));
+    let experiment = Experiment::load(&file, &overrides, &Registry::built_in()).unwrap();
+    assert_eq!(experiment.data_path().unwrap(), Some(std::env::current_dir().unwrap().join("mine.npz")));
 }
 
 #[test]
@@ -232,9 +233,13 @@ fn meshes_start_at_the_configs_folder_and_may_hold_a_variable() {
         Experiment::load(&file, &Overrides::default(), &Registry::built_in()).unwrap()
     };
     let folder = dir.path().canonicalize().unwrap();
-    let own = load("my/meshes");
-    assert!(own.to_toml().contains(&format!("meshes = {:?}", folder.join("my/meshes"))), "{}", own.to_toml());
-    let error = own.dataset().unwrap_err().to_string();
+    let experiment = load("my/meshes");
+    assert!(
+        experiment.to_toml().contains(&format!("meshes = {:?}", folder.join("my/meshes"))),
+        "{}",
+        experiment.to_toml()
+    );
+    let error = experiment.dataset().unwrap_err().to_string();
     assert!(error.contains(&folder.join("my/meshes").display().to_string()), "{error}");
     let variable = load("${CARGO_MANIFEST_DIR}/none");
     assert!(variable.to_toml().contains("meshes = \"${CARGO_MANIFEST_DIR}/none\""));

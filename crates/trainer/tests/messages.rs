@@ -1,4 +1,4 @@
-//! What is said of a config that does not do: the place, what is wrong, what would do.
+//! Errors of configs: the place, the mistake, how to fix it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -163,11 +163,11 @@ fn values_out_of_range_name_the_line_and_the_range() {
     }
 }
 
-/// What a network takes over from `[train]` is wrong where `[train]` says it.
+/// A value that a network takes over from `[train]` is refused at its place in `[train]`.
 #[test]
 fn a_value_that_a_network_takes_over_is_named_where_it_was_written() {
-    let smooth = |train: &str, own: &str| {
-        let text = BASE.replace("epochs = 7", train).replace("batch_size = 8", own);
+    let smooth = |train: &str, network: &str| {
+        let text = BASE.replace("epochs = 7", train).replace("batch_size = 8", network);
         parse(&text).unwrap_err().to_string()
     };
     let text = smooth("label_smoothing = 0.1", "loss = \"mean-squared-error\"");
@@ -198,7 +198,7 @@ fn an_unset_variable_is_named_with_the_line_that_uses_it() {
     assert_eq!(path, std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("set"));
 }
 
-/// What was called rivals once.
+/// The old name of the baselines.
 #[test]
 fn rivals_are_called_baselines_now() {
     let list =

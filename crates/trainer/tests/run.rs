@@ -92,8 +92,8 @@ fn a_network_that_takes_no_such_samples_is_left_out_by_name() {
     let table = Table::of(&folder).unwrap().to_string();
     assert!(table.contains(&format!("left out: resnet8-lite-1d: {wanted}")), "{table}");
     // Where none is left there is nothing to run.
-    let alone = text.replace("name = \"mlp\"", "name = \"resnet8-lite-1d\"\nlabel = \"one\"");
-    let error = go(&load(&alone, &[]), &dir.path().join("none"), &options(false, 1)).unwrap_err().to_string();
+    let one = text.replace("name = \"mlp\"", "name = \"resnet8-lite-1d\"\nlabel = \"one\"");
+    let error = go(&load(&one, &[]), &dir.path().join("none"), &options(false, 1)).unwrap_err().to_string();
     assert_eq!(error, format!("one: {wanted}"));
     assert!(!dir.path().join("none").exists());
 }
@@ -202,7 +202,7 @@ fn predictions_are_readable_arrays() {
     }
 }
 
-/// What a model file says is enough to build the network by hand.
+/// A model file is enough to build the network by hand.
 #[test]
 fn models_rebuild_the_network_that_was_tested() {
     let dir = tempfile::tempdir().unwrap();
@@ -272,10 +272,10 @@ fn the_other_statistics_are_those_that_the_other_setting_tests_with() {
     };
     let ((population, words), (moving, _)) = (of("population"), of("moving"));
     assert!(population[0].other_statistics.is_none(), "an MLP has no batch norm");
-    for (own, other, name) in
+    for (result, other, name) in
         [(&population[1], &moving[1], "moving"), (&moving[1], &population[1], "population")]
     {
-        let seen = own.other_statistics.unwrap();
+        let seen = result.other_statistics.unwrap();
         assert_eq!(seen.batch_norm.name(), name);
         assert!((seen.score - other.score("accuracy").unwrap()).abs() < 1e-9);
         let losses: Vec<f64> = other.folds.iter().map(|fold| fold.test_loss).collect();
@@ -396,7 +396,7 @@ fn a_folder_is_not_overwritten_and_not_mixed() {
     assert_eq!(std::fs::read_dir(&empty).unwrap().count(), 1);
 }
 
-/// What a kill before the first file leaves behind.
+/// Files that a kill before the first file leaves behind.
 #[test]
 fn a_bare_folder_counts_as_empty() {
     let dir = tempfile::tempdir().unwrap();
@@ -484,16 +484,16 @@ fn starting_from_a_checkpoint() {
     assert!(results["networks"][0].get("drawn").is_none());
     // What training changed: nothing in the frozen convolution, something in every other, averaged over folds.
     let changes = results["networks"][0]["changes"].as_array().unwrap();
-    let still = changes.iter().filter(|change| change["change"] == 0.0).count();
-    assert!(changes.len() > 3 && still == 1, "{changes:?}");
+    let unchanged = changes.iter().filter(|change| change["change"] == 0.0).count();
+    assert!(changes.len() > 3 && unchanged == 1, "{changes:?}");
     for change in changes {
         let moved = change["change"].as_f64().unwrap();
         assert_eq!(moved == 0.0, change["layer"] == stem.as_str(), "{change}");
         let of_folds = [0, 1].map(|fold| {
             let record = at(&format!("second/folds/resnet8-lite-1d.r0.f{fold}.json"));
             let record: serde_json::Value = serde_json::from_slice(&std::fs::read(record).unwrap()).unwrap();
-            let own = record["changes"].as_array().unwrap();
-            own.iter().find(|c| c["layer"] == change["layer"]).unwrap()["change"].as_f64().unwrap()
+            let changes = record["changes"].as_array().unwrap();
+            changes.iter().find(|c| c["layer"] == change["layer"]).unwrap()["change"].as_f64().unwrap()
         });
         assert!((of_folds[0] + of_folds[1] - 2.0 * moved).abs() < 1e-15, "{of_folds:?} {change}");
     }

@@ -1,4 +1,4 @@
-//! What a config says about training, down to the trained networks: choosing, attributes, protocols, scenes.
+//! The training of a config, down to the trained networks: choosing, attributes, protocols, scenes.
 //!
 //! The trainings themselves are tested in `taxel-learn`.
 
@@ -54,7 +54,7 @@ fn run_tiny(sets: &[&str]) -> (tempfile::TempDir, RunFolder) {
     (dir, folder)
 }
 
-/// What is said of TINY with `sets` once it has its samples.
+/// Returns the error of TINY with `sets` once it has its samples.
 fn refusal(sets: &[&str]) -> String {
     let dir = tempfile::tempdir().unwrap();
     let experiment = experiment(TINY, sets);
@@ -88,9 +88,9 @@ fn what_only_the_samples_can_refuse_names_its_place() {
     let error = refusal(&[frozen]);
     let want = format!("--set {frozen}: networks.0.train.frozen = [\"fc9\"]: mlp: cannot freeze `fc9`");
     assert!(error.starts_with(&want) && error.contains("`taxel cost mlp`"), "{error}");
-    let own = TINY.replace("set = { hidden = 8 }", "train.frozen = [\"fc9\"]");
-    let own = experiment(&own, &[]);
-    let error = go(&own, &own.dataset().unwrap(), Path::new("never")).unwrap_err().to_string();
+    let text = TINY.replace("set = { hidden = 8 }", "train.frozen = [\"fc9\"]");
+    let frozen = experiment(&text, &[]);
+    let error = go(&frozen, &frozen.dataset().unwrap(), Path::new("never")).unwrap_err().to_string();
     assert!(error.starts_with("tiny.toml:15: networks.0.train.frozen = [\"fc9\"]: "), "{error}");
 
     let error = refusal(&["protocol.split=group", "protocol.folds=200"]);
@@ -336,10 +336,10 @@ fn single_frames_are_counted_and_kept_by_their_squeezes() {
         "encoding={ image = { kind = \"raw\", scale = \"full-scale\" } }",
         "networks=[{ name = \"tactnet4\" }]",
     ];
-    let own = experiment(&text, &sets);
-    let dataset = own.dataset().unwrap();
+    let quick = experiment(&text, &sets);
+    let dataset = quick.dataset().unwrap();
     assert_eq!(dataset.x.shape(), [270, 28, 50]);
-    let folds = own.config().protocol.folds(&dataset, 3, 0).unwrap();
+    let folds = quick.config().protocol.folds(&dataset, 3, 0).unwrap();
     for (fold, squeezes) in folds.iter().zip([1, 2]) {
         assert_eq!(fold.train.len(), 9 * squeezes * 10);
         assert!(fold.train.iter().all(|a| fold.test.iter().all(|b| a / 10 != b / 10)));
@@ -452,9 +452,9 @@ fn augmentation_moves_training_images_alone() {
     assert_eq!(moved.epochs, again.epochs);
     // Without training the test images are the same ones: a rate of almost 0 leaves the same answers.
     let rate = "train.optimizer.lr=1e-30";
-    let (still, turned) = (go_with("still", &[rate]), go_with("turned", &[rate, augment]));
-    assert_ne!(still.epochs[1].train_loss, turned.epochs[1].train_loss);
-    assert_eq!(still.outcome.outputs(), turned.outcome.outputs());
+    let (unmoved, turned) = (go_with("still", &[rate]), go_with("turned", &[rate, augment]));
+    assert_ne!(unmoved.epochs[1].train_loss, turned.epochs[1].train_loss);
+    assert_eq!(unmoved.outcome.outputs(), turned.outcome.outputs());
     let set = "encoding={ image = { kind = \"gadf\" } }";
     let error = parse(IMAGES, &[set, augment]).unwrap_err().to_string();
     assert!(error.contains("train.augment") && error.contains("moves pixels"), "{error}");
@@ -508,7 +508,7 @@ fn hardening_puts_every_network_beside_its_clean_twin() {
         ["harden={leave_out=[\"noise\"]}", "baselines=[\"majority\",\"mini-rocket\"]", "train.epochs=1"];
     let (_keep, folder) = run_tiny(&sets);
     let rows: Vec<String> =
-        folder.results().unwrap().networks.iter().map(|own| own.network.clone()).collect();
+        folder.results().unwrap().networks.iter().map(|network| network.network.clone()).collect();
     let names = ["mlp", "majority", "mini-rocket", "mlp.hardened", "mlp.without-noise"];
     assert_eq!(rows[..5], names);
     assert_eq!(rows[5..], ["mini-rocket.hardened", "mini-rocket.without-noise"]);
@@ -530,10 +530,10 @@ fn hardening_puts_every_network_beside_its_clean_twin() {
 
 #[test]
 fn a_hardened_network_is_fitted_by_its_own_name() {
-    let own = experiment(TINY, &["harden={}", "train.epochs=1", "networks.0.label=\"a.b\""]);
-    let dataset = own.dataset().unwrap();
+    let hardened = experiment(TINY, &["harden={}", "train.epochs=1", "networks.0.label=\"a.b\""]);
+    let dataset = hardened.dataset().unwrap();
     let registry = Registry::built_in();
-    let runner = Runner { experiment: &own, registry: &registry, dataset: &dataset };
+    let runner = Runner { experiment: &hardened, registry: &registry, dataset: &dataset };
     let dir = tempfile::tempdir().unwrap();
     let fit = |name: &str| {
         let options = RunOptions { threads: Some(1), ..RunOptions::default() };
@@ -550,7 +550,7 @@ fn a_hardened_network_is_fitted_by_its_own_name() {
 fn what_cannot_be_hardened_is_refused_by_its_key() {
     let refused = |set: &str| match parse(TINY, &[set]) {
         Err(error) => error.to_string(),
-        Ok(own) => panic!("{:?}", own.config().harden),
+        Ok(experiment) => panic!("{:?}", experiment.config().harden),
     };
     let error = refused("harden={only=[\"mpl\"]}");
     assert!(error.contains("harden.only.0") && error.contains("mlp"), "{error}");

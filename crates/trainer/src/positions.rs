@@ -3,31 +3,30 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use taxel_base::names::with_meant;
 use taxel_learn::Problem;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::Error;
-use crate::read::Misread;
+use crate::misread::Misread;
 
 /// Where the values of a config were written.
 #[derive(Debug, Clone)]
-pub(crate) struct Places {
+pub(crate) struct Positions {
     file: String,
     /// By dotted key; elements of arrays go by their position.
-    known: BTreeMap<String, Place>,
+    known: BTreeMap<String, Position>,
 }
 
 #[derive(Debug, Clone)]
-struct Place {
-    /// `file:line`, or what was said on the command line.
+struct Position {
+    /// `file:line`, or the option on the command line.
     at: String,
     /// Columns of the key and of the value, and the line itself.
     inside: Option<(usize, usize, String)>,
 }
 
-impl Places {
-    /// Every key of `text`.
+impl Positions {
+    /// Finds every key of `text`.
     ///
     /// # Errors
     /// A text that is no TOML.
@@ -36,9 +35,9 @@ impl Places {
             let (place, line) = place_of(text, file, e.span());
             Error::Config { place, message: e.message().trim().replace('\n', "; "), line }
         })?;
-        let mut places = Places { file: file.into(), known: BTreeMap::new() };
-        places.walk(text, table.get_ref(), "");
-        Ok(places)
+        let mut positions = Positions { file: file.into(), known: BTreeMap::new() };
+        positions.walk(text, table.get_ref(), "");
+        Ok(positions)
     }
 
     fn walk(&mut self, text: &str, table: &DeTable<'_>, prefix: &str) {
@@ -70,43 +69,43 @@ impl Places {
     fn add(&mut self, text: &str, path: &str, key: usize, value: usize) {
         let (number, key, shown) = line(text, key);
         let inside = Some((key, line(text, value).1, shown.to_string()));
-        let place = Place { at: format!("{}:{number}", self.file), inside };
+        let place = Position { at: format!("{}:{number}", self.file), inside };
         self.known.entry(path.into()).or_insert(place);
     }
 
-    /// From now on `key` was written somewhere else.
+    /// Notes that `key` was written somewhere else.
     pub fn put(&mut self, key: &str, at: &str) {
         let below = format!("{key}.");
         self.known.retain(|known, _| known != key && !known.starts_with(&below));
-        self.known.insert(key.into(), Place { at: at.into(), inside: None });
+        self.known.insert(key.into(), Position { at: at.into(), inside: None });
     }
 
-    /// What was written at `from` counts for `key`.
+    /// Makes the positions below `from` count for `key` too.
     pub fn copy(&mut self, from: &str, key: &str) {
         let (below, prefix) = (format!("{from}."), format!("{key}."));
-        let own = self.known.iter().filter(|(known, _)| *known == from || known.starts_with(&below));
-        let own: Vec<(String, Place)> = own
+        let copied = self.known.iter().filter(|(known, _)| *known == from || known.starts_with(&below));
+        let copied: Vec<(String, Position)> = copied
             .map(|(known, place)| (known.replacen(&below, &prefix, 1).replace(from, key), place.clone()))
             .collect();
         self.put(key, &self.file.clone());
-        self.known.extend(own);
+        self.known.extend(copied);
     }
 
-    /// Where `key` was written, and whether it was: a value that was left out belongs to its table, one that a
-    /// network takes over to `[train]`.
-    fn nearest(&self, key: &str) -> Option<(&Place, bool)> {
-        let own = self.written(key);
+    /// Returns the place of `key`, and whether the key itself stands there: a value that was left out belongs to its
+    /// table, one that a network takes over to `[train]`.
+    fn nearest(&self, key: &str) -> Option<(&Position, bool)> {
+        let written = self.written(key);
         let network = key.strip_prefix("networks.").and_then(|rest| rest.split_once('.'));
         let shared =
             network.and_then(|(_, key)| key.starts_with("train.").then(|| self.written(key)).flatten());
-        match (own, shared) {
+        match (written, shared) {
             (Some((_, missing)), Some((place, less))) if less < missing => Some((place, less == 0)),
-            (own, _) => own.map(|(place, missing)| (place, missing == 0)),
+            (written, _) => written.map(|(place, missing)| (place, missing == 0)),
         }
     }
 
-    /// The place of `key` or of the table that it would be in, and how many parts of the key are missing there.
-    fn written(&self, key: &str) -> Option<(&Place, usize)> {
+    /// Returns the place of `key` or of the nearest table around it, and how many parts of the key are missing there.
+    fn written(&self, key: &str) -> Option<(&Position, usize)> {
         let (mut written, mut missing) = (key, 0);
         loop {
             if let Some(place) = self.known.get(written) {
@@ -116,23 +115,22 @@ impl Places {
         }
     }
 
-    /// A value out of range, with the place where it was written.
+    /// Makes an error of a value out of range, with the place where it was written.
     pub fn refuse(&self, problem: Problem) -> Error {
         let Problem { key, value, reason } = problem;
         let place = self.nearest(&key).map_or(self.file.clone(), |(place, _)| place.at.clone());
         Error::Value { place, key, value, reason }
     }
 
-    /// A value that could not be read, likewise.
+    /// Makes an error of a value that could not be read, likewise.
     pub fn misread(&self, misread: Misread) -> Error {
-        let Misread { key, message } = misread;
-        let message = with_meant(&message);
+        let Misread { key, message, unknown } = misread;
         let Some((place, exact)) = self.nearest(&key) else { return Error::config(&self.file, message) };
         let number = place.at.rsplit(':').next().unwrap_or_default();
         match (&place.inside, exact) {
             (Some((in_key, in_value, shown)), true) => {
                 // An unknown key is shown itself, a wrong value where it stands.
-                let column = if message.starts_with("unknown field") { in_key } else { in_value };
+                let column = if unknown.is_some() { in_key } else { in_value };
                 let line = format!("\n  {number} | {}", shown.trim_end());
                 Error::Config { place: format!("{}:{column}", place.at), message, line }
             }
@@ -143,7 +141,7 @@ impl Places {
     }
 }
 
-/// Line from 1, column from 1, and the text of the line that holds byte `at`.
+/// Returns line from 1, column from 1, and the text of the line that holds byte `at`.
 fn line(text: &str, at: usize) -> (usize, usize, &str) {
     let at = text.floor_char_boundary(at.min(text.len()));
     let before = &text[..at];
@@ -152,7 +150,7 @@ fn line(text: &str, at: usize) -> (usize, usize, &str) {
     (before.matches('\n').count() + 1, before[start..].chars().count() + 1, &text[start..end])
 }
 
-/// `file:line:column` of a byte range, and the line itself for display below a message.
+/// Returns `file:line:column` of a byte range, and the line itself for display below a message.
 fn place_of(text: &str, file: &str, span: Option<Range<usize>>) -> (String, String) {
     let Some(span) = span else { return (file.into(), String::new()) };
     let (number, column, content) = line(text, span.start);

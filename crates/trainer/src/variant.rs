@@ -1,4 +1,4 @@
-//! One network of an experiment by itself, on less of every sample or in another size.
+//! The variant of an experiment with one of its networks, on less of every sample or in another size.
 
 use taxel_learn::{Problem, Reduction, clean};
 use taxel_zoo::{Entry, Registry, WIDTH_MULT, WITHOUT_BLOCKS, WITHOUT_LAYERS};
@@ -9,10 +9,10 @@ use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::network::Network;
 
-/// What is changed of one network's experiment.
+/// Changes to the experiment of one network.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Alone {
-    /// What is left of a sample, beside what the experiment leaves already.
+pub struct Variant {
+    /// Reduction of a sample, besides that of the experiment.
     pub reduce: Reduction,
     /// Settings of the network in place of its own.
     pub set: Table,
@@ -20,35 +20,37 @@ pub struct Alone {
     pub epochs: Option<usize>,
 }
 
-/// What a network may leave out.
+/// Blocks or layers that a network may leave out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Depth {
-    /// The setting that says how much: [`WITHOUT_BLOCKS`] or [`WITHOUT_LAYERS`].
+    /// The setting that holds the count: [`WITHOUT_BLOCKS`] or [`WITHOUT_LAYERS`].
     pub key: &'static str,
-    /// What is left out already.
+    /// Count that is left out already.
     pub out: usize,
-    /// What could be left out besides, at least 1.
+    /// Count that could be left out besides, at least 1.
     pub left: usize,
 }
 
 impl Experiment {
-    /// The experiment of one of its networks or baselines, by the name that tables give it, with `changes`. The network
-    /// keeps its label, and the experiment is called as before with `-shrunk` behind it.
+    /// Returns the experiment of one of its networks or baselines, by its name in the tables, with `changes`. The network
+    /// keeps its label; `-shrunk` is added to the name of the experiment.
     ///
     /// # Errors
     /// No such network, or a change that it does not allow.
-    pub fn alone(&self, name: &str, changes: &Alone, registry: &Registry) -> Result<Self> {
-        let mut own = self.clone();
-        let config = &mut own.config;
+    pub fn variant(&self, name: &str, changes: &Variant, registry: &Registry) -> Result<Self> {
+        let mut variant = self.clone();
+        let config = &mut variant.config;
         let clean = if config.harden.is_some() { clean(name) } else { name };
         let known = |network: &&Network| network.label == clean;
         if let Some(network) = config.networks.iter().find(known).cloned() {
             (config.networks, config.baselines) = (vec![network], vec![]);
-        } else if let Some(baseline) = config.baselines.iter().find(|own| own.0.name() == clean).copied() {
+        } else if let Some(baseline) =
+            config.baselines.iter().find(|baseline| baseline.0.name() == clean).copied()
+        {
             (config.networks, config.baselines) = (vec![], vec![baseline]);
         } else {
-            let labels = config.networks.iter().map(|own| own.label.as_str());
-            let labels = labels.chain(config.baselines.iter().map(|Baseline(own)| own.name()));
+            let labels = config.networks.iter().map(|network| network.label.as_str());
+            let labels = labels.chain(config.baselines.iter().map(|Baseline(method)| method.name()));
             let reason = format!(
                 "is no network or baseline of this experiment; {}",
                 taxel_base::names::hint(name, labels)
@@ -74,33 +76,31 @@ impl Experiment {
                 (network.train.epochs, network.train.least_steps) = (epochs, None);
             }
         }
-        own.config.check(registry).map_err(|problem| own.places.refuse(problem))?;
-        Ok(own)
+        variant.config.check(registry).map_err(|problem| variant.positions.refuse(problem))?;
+        Ok(variant)
     }
 
-    /// A whole number among the settings of one of its networks, such as a width: what the config says, or else the
-    /// network's own default. None of a baseline, of a network from a file, and where it has no such setting.
+    /// Returns a whole number among the settings of one of its networks, such as a width: the config's, or else the
+    /// network's default. None of a baseline, of a network from a file, and where it has no such setting.
     pub fn number(&self, name: &str, key: &str, registry: &Registry) -> Option<usize> {
         let (network, entry) = self.registered(name, registry)?;
         let default = entry.number(key)?;
-        let own = network.set.get(key).and_then(Value::as_integer);
-        Some(own.and_then(|value| usize::try_from(value).ok()).unwrap_or(default))
+        let set = network.set.get(key).and_then(Value::as_integer);
+        Some(set.and_then(|value| usize::try_from(value).ok()).unwrap_or(default))
     }
 
-    /// What multiplies the channels of one of its networks ([`WIDTH_MULT`]). None of a baseline, and of a network that is
+    /// Returns the factor on the channels of one of its networks ([`WIDTH_MULT`]). None of a baseline, and of a network that is
     /// not from the registry or has no such setting.
     pub fn width_mult(&self, name: &str, registry: &Registry) -> Option<f64> {
         let (network, entry) = self.registered(name, registry)?;
         let default = entry.width_mult()?;
-        let own = network
-            .set
-            .get(WIDTH_MULT)
-            .and_then(|own| own.as_float().or(own.as_integer().map(|own| own as f64)));
-        Some(own.unwrap_or(default))
+        let set = network.set.get(WIDTH_MULT);
+        let set = set.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+        Some(set.unwrap_or(default))
     }
 
-    /// How one of its networks becomes shallower: without blocks that hand on their input where it has any, else without
-    /// plain layers. None of a baseline, of a network that is not from the registry, and of one that has neither.
+    /// Returns how one of its networks becomes shallower: without identity blocks where it has any, else without plain
+    /// layers. None of a baseline, of a network that is not from the registry, and of one that has neither.
     pub fn depth(&self, name: &str, registry: &Registry) -> Option<Depth> {
         let (network, entry) = self.registered(name, registry).filter(|(_, entry)| entry.is_resizable())?;
         let graph = entry.graph(&network.settings()).ok()?;
@@ -110,14 +110,14 @@ impl Experiment {
         (left > 0).then_some(Depth { key, out: usize::try_from(out).ok()?, left })
     }
 
-    /// One of its networks by the name that tables give it, trained under faults or not. None of a baseline.
+    /// Returns one of its networks by its name in the tables, fault-augmented or not. None of a baseline.
     pub fn network(&self, name: &str) -> Option<&Network> {
-        self.config.networks.iter().find(|own| own.label == name || own.label == clean(name))
+        self.config.networks.iter().find(|network| network.label == name || network.label == clean(name))
     }
 
-    /// The same with its entry, if it is one of the registry.
+    /// Returns the same with its entry, if it is one of the registry.
     fn registered<'a>(&'a self, name: &str, registry: &'a Registry) -> Option<(&'a Network, &'a Entry)> {
-        let network = self.network(name).filter(|own| own.source().is_none())?;
+        let network = self.network(name).filter(|network| network.source().is_none())?;
         Some((network, registry.find(&network.name).ok()?))
     }
 }
