@@ -54,7 +54,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("report", &["base"]),
     ("judge", &["base", "data", "faults", "learn", "report"]),
-    ("stream", &["data", "encodings", "learn"]),
+    ("stream", &["base", "data", "encodings", "learn"]),
     ("shrink", &["base", "data", "judge", "learn", "report", "trainer", "zoo"]),
     ("sweep", &["base", "data", "judge", "learn", "report", "trainer", "zoo"]),
     (

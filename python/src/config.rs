@@ -9,13 +9,13 @@ use pyo3::PyResult;
 
 use crate::raise::{raised, refused};
 
-/// A value of settings that Python has written as JSON; `ValueError` names the key at which it is none.
+/// Reads settings that Python has written as JSON; `ValueError` names the key that cannot be read.
 pub fn settings<T: DeserializeOwned>(text: &str) -> PyResult<T> {
     let value: Value = serde_json::from_str(text).map_err(refused)?;
     serde_path_to_error::deserialize(value).map_err(refused)
 }
 
-/// The experiment that a JSON object describes, key by key as a config file does; `place` is its name in messages.
+/// Reads the experiment that a JSON object describes, key by key as a config file does; `place` is its name in messages.
 ///
 /// # Errors
 /// `ValueError` for an unknown key or a value of the wrong type or out of its range.
@@ -24,8 +24,7 @@ pub fn experiment(config: &str, place: &str) -> PyResult<Experiment> {
     parsed(config, place)
 }
 
-/// As [`experiment`]; what networks read is made of the samples as [`Encoding::of`] does, but for the keys that the config
-/// has.
+/// As [`experiment`]; the encoding is that of [`Encoding::of`] for these samples, except for the keys that the config has.
 ///
 /// # Errors
 /// As [`experiment`], and a file that is to hold a network and does not.
@@ -38,7 +37,7 @@ pub fn experiment_on(config: &str, place: &str, dataset: &taxel::Dataset) -> PyR
     let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
     let mut encoding = serde_json::to_value(Encoding::of(&dataset.spec, &inputs)).map_err(refused)?;
     match (config.remove("encoding"), &mut encoding) {
-        (Some(Value::Object(own)), Value::Object(encoding)) => encoding.extend(own),
+        (Some(Value::Object(given)), Value::Object(encoding)) => encoding.extend(given),
         (None | Some(Value::Null), _) => {}
         (Some(other), _) => encoding = other,
     }
@@ -46,7 +45,7 @@ pub fn experiment_on(config: &str, place: &str, dataset: &taxel::Dataset) -> PyR
     parsed(config, place)
 }
 
-/// Names of the inputs of a network of a config; of one that there is not, none.
+/// Returns the names of the inputs of a network of a config; none where there is no such network.
 fn reads(network: &Value) -> PyResult<Vec<String>> {
     let text = |key: &str| network.get(key).and_then(Value::as_str);
     if let Some(file) = text("file").or(text("onnx")) {
@@ -59,18 +58,20 @@ fn reads(network: &Value) -> PyResult<Vec<String>> {
 }
 
 fn parsed(config: Map<String, Value>, place: &str) -> PyResult<Experiment> {
-    let config = told(Value::Object(config));
+    let config = without_null(Value::Object(config));
     let table = toml::Table::try_from(config).map_err(refused)?;
     Experiment::parse(&table.to_string(), place, &Overrides::default(), &Registry::built_in()).map_err(raised)
 }
 
-/// Without what is not told.
-fn told(value: Value) -> Value {
+/// Leaves out keys whose value is null.
+fn without_null(value: Value) -> Value {
     match value {
-        Value::Object(map) => {
-            map.into_iter().filter(|(_, own)| !own.is_null()).map(|(key, own)| (key, told(own))).collect()
-        }
-        Value::Array(list) => list.into_iter().map(told).collect(),
+        Value::Object(map) => map
+            .into_iter()
+            .filter(|(_, value)| !value.is_null())
+            .map(|(key, value)| (key, without_null(value)))
+            .collect(),
+        Value::Array(list) => list.into_iter().map(without_null).collect(),
         other => other,
     }
 }

@@ -19,10 +19,10 @@ pub struct Dataset {
     pub inner: Arc<taxel::Dataset>,
 }
 
-/// What is known of samples in memory besides their values.
+/// Facts about samples in memory besides their values.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Facts {
+struct ArrayFacts {
     name: String,
     layout: String,
     labels: Vec<String>,
@@ -37,49 +37,49 @@ struct Facts {
 
 #[pymethods]
 impl Dataset {
-    /// Samples in memory: copied once, into the data set.
+    /// Makes a data set of samples in memory, which are copied once.
     #[staticmethod]
-    fn of_arrays(py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, facts: Facts) -> PyResult<Self> {
+    fn of_arrays(py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, facts: ArrayFacts) -> PyResult<Self> {
         let x = x.as_array();
         short(py, || {
             let layout: Layout = facts.layout.parse().map_err(refused)?;
-            let mut own =
+            let mut dataset =
                 taxel::Dataset::new(&facts.name, layout, x.to_owned(), &facts.labels).map_err(raised)?;
             if let Some(groups) = &facts.groups {
-                own = own.with_groups(groups).map_err(raised)?;
+                dataset = dataset.with_groups(groups).map_err(raised)?;
             }
             if let Some(official) = facts.official {
-                own = own.with_official(official).map_err(raised)?;
+                dataset = dataset.with_official(official).map_err(raised)?;
             }
             if let Some(unit) = &facts.unit {
-                own = own.with_unit(unit);
+                dataset = dataset.with_unit(unit);
             }
             if let Some(rate) = facts.rate {
-                own = own.with_rate(rate).map_err(raised)?;
+                dataset = dataset.with_rate(rate).map_err(raised)?;
             }
             if let Some(full_scale) = facts.full_scale {
-                own = own.with_full_scale(full_scale).map_err(raised)?;
+                dataset = dataset.with_full_scale(full_scale).map_err(raised)?;
             }
             if let Some(rest) = facts.rest {
-                own = own.with_rest(rest);
+                dataset = dataset.with_rest(rest);
             }
             if let Some(source) = facts.source {
-                own.source = source.parse::<Source>().map_err(raised)?;
+                dataset.source = source.parse::<Source>().map_err(raised)?;
             }
-            Ok(Dataset { inner: Arc::new(own) })
+            Ok(Dataset { inner: Arc::new(dataset) })
         })
     }
 
-    /// The samples that the `[data]` table of a config names.
+    /// Reads the samples that the `[data]` table of a config names.
     #[staticmethod]
     fn read(py: Python<'_>, config: &str) -> PyResult<Self> {
         short(py, || {
-            let own: Experiment = experiment(config, "taxel.read")?;
-            Ok(Dataset { inner: Arc::new(own.dataset().map_err(raised)?) })
+            let loaded: Experiment = experiment(config, "taxel.read")?;
+            Ok(Dataset { inner: Arc::new(loaded.dataset().map_err(raised)?) })
         })
     }
 
-    /// Samples of a scene, and its true physical values by name.
+    /// Simulates samples of a scene, and returns its true physical values by name.
     #[staticmethod]
     fn simulate<'py>(
         py: Python<'py>,
@@ -89,7 +89,7 @@ impl Dataset {
         without: Vec<String>,
         settings: &str,
     ) -> PyResult<(Self, Bound<'py, PyDict>)> {
-        let (own, truth) = short(py, || {
+        let (dataset, truth) = short(py, || {
             let settings: serde_json::Value = serde_json::from_str(settings).map_err(refused)?;
             let settings = scenes::Settings::read(scene, settings).map_err(refused)?;
             let made = settings.simulate(samples, seed, &without).map_err(refused)?;
@@ -100,7 +100,7 @@ impl Dataset {
         for (name, truth) in truth {
             values.set_item(name, truth.into_pyarray(py))?;
         }
-        Ok((Dataset { inner: Arc::new(own) }, values))
+        Ok((Dataset { inner: Arc::new(dataset) }, values))
     }
 
     /// Writes an `.npz` with its names beside it.
@@ -112,7 +112,7 @@ impl Dataset {
         })
     }
 
-    /// The samples of these rows, in this order.
+    /// Returns the samples of these rows, in this order.
     fn select(&self, py: Python<'_>, rows: Vec<usize>) -> PyResult<Self> {
         let n = self.inner.len();
         if let Some(row) = rows.iter().find(|row| **row >= n) {
@@ -121,32 +121,32 @@ impl Dataset {
         short(py, || Ok(Dataset { inner: Arc::new(self.inner.select(&rows)) }))
     }
 
-    /// The readings, copied.
+    /// Returns the samples, copied.
     fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArrayDyn<f32>> {
         self.inner.x.clone().into_pyarray(py)
     }
 
-    /// Number of each sample's class; of values the part of the range that it lies in.
+    /// Returns the number of each sample's class; of values the part of the range that it lies in.
     fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         self.inner.strata().into_owned().into_pyarray(py)
     }
 
-    /// Number of each sample's group, if there are groups.
+    /// Returns the number of each sample's group, if there are groups.
     fn groups<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u32>>> {
         self.inner.groups.clone().map(|groups| groups.into_pyarray(py))
     }
 
-    /// What is known of the samples, as JSON.
+    /// Returns the facts about the samples, as JSON.
     fn facts(&self) -> String {
-        let own = &*self.inner;
+        let dataset = &*self.inner;
         serde_json::json!({
-            "name": own.name, "source": own.source, "digest": own.digest, "classes": own.output_names(),
-            "reading": own.spec, "official": own.official.is_some(),
+            "name": dataset.name, "source": dataset.source, "digest": dataset.digest, "classes": dataset.output_names(),
+            "reading": dataset.spec, "official": dataset.official.is_some(),
         })
         .to_string()
     }
 
-    /// Where each sample comes from.
+    /// Returns the origin of each sample.
     fn origins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         PyList::new(py, &self.inner.origins)
     }

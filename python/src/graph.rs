@@ -17,7 +17,7 @@ use crate::work::short;
 pub struct Graph {
     inner: taxel::Graph,
     weights: Option<Weights>,
-    /// What was left out or renamed when it was read.
+    /// Notes of the reader: parts that were left out or renamed.
     #[pyo3(get)]
     notes: Vec<String>,
 }
@@ -27,7 +27,7 @@ impl Graph {
         Graph { inner, weights, notes: vec![] }
     }
 
-    /// Its weights, or fresh ones.
+    /// Returns its weights, or fresh ones.
     fn weighted(&self) -> Weights {
         let fresh = || Weights::init(&self.inner, Scheme::Pytorch, 0, "graph");
         self.weights.clone().unwrap_or_else(fresh)
@@ -65,13 +65,13 @@ impl Graph {
         })
     }
 
-    /// What [`Graph::to_bytes`] gave.
+    /// Reads the bytes that [`Graph::to_bytes`] returns.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8], weights: bool) -> PyResult<Self> {
         short(py, || {
             let read = network_from_bytes(bytes).map_err(refused)?;
-            let (graph, own) = read.ok_or_else(|| refused("these bytes hold no network"))?;
-            Ok(Graph::of(graph, weights.then_some(own)))
+            let (graph, stored) = read.ok_or_else(|| refused("these bytes hold no network"))?;
+            Ok(Graph::of(graph, weights.then_some(stored)))
         })
     }
 
@@ -114,7 +114,7 @@ impl Graph {
         self.inner.outputs().iter().map(|(name, id)| (name.clone(), shape(*id))).collect()
     }
 
-    /// What it costs, as JSON.
+    /// Returns its costs, as JSON.
     fn costs(&self) -> String {
         costs(&self.inner).to_string()
     }
@@ -139,16 +139,16 @@ pub fn zoo(py: Python<'_>) -> PyResult<String> {
 
 /// One size for every axis, or one each.
 #[derive(FromPyObject)]
-enum Sizes {
+enum AxisSizes {
     One(usize),
     Each(Vec<usize>),
 }
 
-impl From<Sizes> for Extent {
-    fn from(sizes: Sizes) -> Self {
+impl From<AxisSizes> for Extent {
+    fn from(sizes: AxisSizes) -> Self {
         match sizes {
-            Sizes::One(size) => Extent::All(size),
-            Sizes::Each(sizes) => Extent::Each(sizes),
+            AxisSizes::One(size) => Extent::All(size),
+            AxisSizes::Each(sizes) => Extent::Each(sizes),
         }
     }
 }
@@ -157,7 +157,7 @@ impl From<Sizes> for Extent {
 #[derive(FromPyObject)]
 enum Edges {
     Named(String),
-    Zeros(Sizes),
+    Zeros(AxisSizes),
 }
 
 /// Number of the next network under construction.
@@ -190,7 +190,7 @@ impl Builder {
         self.step(self.inner.concat(name, &flows))
     }
 
-    /// The network that has these outputs.
+    /// Returns the network with these outputs.
     fn finish(&self, outputs: Vec<(String, PyRef<'_, Flow>)>) -> PyResult<Graph> {
         outputs.iter().try_for_each(|(_, flow)| self.refuse_other(flow))?;
         let outputs: Vec<(&str, taxel::Flow)> =
@@ -208,9 +208,10 @@ impl Builder {
     }
 
     fn refuse_other(&self, flow: &Flow) -> PyResult<()> {
-        match flow.id == self.id {
-            true => Ok(()),
-            false => Err(refused("a flow of another network; a network is made of its own inputs")),
+        if flow.id == self.id {
+            Ok(())
+        } else {
+            Err(refused("a flow of another network; a network is made of its own inputs"))
         }
     }
 }
@@ -236,10 +237,10 @@ impl Flow {
 /// A convolution without groups, with bias.
 fn convolution(
     filters: usize,
-    kernel: Sizes,
-    stride: Option<Sizes>,
+    kernel: AxisSizes,
+    stride: Option<AxisSizes>,
     padding: Option<Edges>,
-    dilation: Option<Sizes>,
+    dilation: Option<AxisSizes>,
 ) -> PyResult<Conv> {
     let mut conv = Conv::new(filters, kernel);
     if let Some(stride) = stride {
@@ -258,7 +259,12 @@ fn convolution(
     }
 }
 
-fn window(kernel: Sizes, stride: Option<Sizes>, padding: Option<Edges>, round_up: bool) -> PyResult<Pool> {
+fn window(
+    kernel: AxisSizes,
+    stride: Option<AxisSizes>,
+    padding: Option<Edges>,
+    round_up: bool,
+) -> PyResult<Pool> {
     let mut pool = Pool::new(kernel);
     if let Some(stride) = stride {
         pool = pool.stride(stride);
@@ -294,10 +300,10 @@ impl Flow {
         &self,
         name: &str,
         filters: usize,
-        kernel: Sizes,
-        stride: Option<Sizes>,
+        kernel: AxisSizes,
+        stride: Option<AxisSizes>,
         padding: Option<Edges>,
-        dilation: Option<Sizes>,
+        dilation: Option<AxisSizes>,
         groups: usize,
         bias: bool,
     ) -> PyResult<Flow> {
@@ -312,10 +318,10 @@ impl Flow {
         &self,
         prefix: &str,
         filters: usize,
-        kernel: Sizes,
-        stride: Option<Sizes>,
+        kernel: AxisSizes,
+        stride: Option<AxisSizes>,
         padding: Option<Edges>,
-        dilation: Option<Sizes>,
+        dilation: Option<AxisSizes>,
     ) -> PyResult<Flow> {
         let conv = convolution(filters, kernel, stride, padding, dilation)?;
         self.step(self.inner.conv_bn_relu(prefix, conv))
@@ -324,10 +330,9 @@ impl Flow {
     /// Fully connected layer `name`.
     #[pyo3(signature = (name, outputs, *, bias=true))]
     fn linear(&self, name: &str, outputs: usize, bias: bool) -> PyResult<Flow> {
-        self.step(match bias {
-            true => self.inner.linear(name, outputs),
-            false => self.inner.linear_no_bias(name, outputs),
-        })
+        let flow =
+            if bias { self.inner.linear(name, outputs) } else { self.inner.linear_no_bias(name, outputs) };
+        self.step(flow)
     }
 
     /// Batch normalisation `name`.
@@ -343,8 +348,8 @@ impl Flow {
     /// A function of each value, by name: `relu6`, `sigmoid`, `tanh`, `hard_swish`.
     fn activation(&self, name: &str) -> PyResult<Flow> {
         let quoted = serde_json::Value::String(name.into());
-        let own = serde_json::from_value(quoted).map_err(|e| refused(format!("activation: {e}")))?;
-        self.step(self.inner.activation(own))
+        let function = serde_json::from_value(quoted).map_err(|e| refused(format!("activation: {e}")))?;
+        self.step(self.inner.activation(function))
     }
 
     /// Dropout of that share of the values, in training.
@@ -361,8 +366,8 @@ impl Flow {
     #[pyo3(signature = (kernel, *, stride=None, padding=None, round_up=false))]
     fn max_pool(
         &self,
-        kernel: Sizes,
-        stride: Option<Sizes>,
+        kernel: AxisSizes,
+        stride: Option<AxisSizes>,
         padding: Option<Edges>,
         round_up: bool,
     ) -> PyResult<Flow> {
@@ -373,8 +378,8 @@ impl Flow {
     #[pyo3(signature = (kernel, *, stride=None, padding=None, round_up=false, count_padding=true))]
     fn average_pool(
         &self,
-        kernel: Sizes,
-        stride: Option<Sizes>,
+        kernel: AxisSizes,
+        stride: Option<AxisSizes>,
         padding: Option<Edges>,
         round_up: bool,
         count_padding: bool,

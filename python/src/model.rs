@@ -1,4 +1,4 @@
-//! A trained network or baseline that answers.
+//! A trained network or baseline that predicts.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,21 +25,21 @@ impl Model {
         Model { inner, ready: Mutex::default() }
     }
 
-    /// A predictor on so many threads; made once.
+    /// Returns a predictor on so many threads; made once.
     fn predictor(&self, threads: usize) -> PyResult<Arc<Predictor>> {
         let mut ready = self.ready.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, own)) = ready.as_ref().filter(|(own, _)| *own == threads) {
-            return Ok(own.clone());
+        if let Some((_, predictor)) = ready.as_ref().filter(|(made_for, _)| *made_for == threads) {
+            return Ok(predictor.clone());
         }
-        let own = self.inner.predictor(self.inner.card().batch(), threads).map_err(raised)?;
-        let own = Arc::new(own);
-        *ready = Some((threads, own.clone()));
-        Ok(own)
+        let predictor = self.inner.predictor(self.inner.card().batch(), threads).map_err(raised)?;
+        let predictor = Arc::new(predictor);
+        *ready = Some((threads, predictor.clone()));
+        Ok(predictor)
     }
 }
 
 /// Numbers of the likeliest classes `[n · attributes]`, and probabilities `[n, outputs]`.
-type Answers<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f32>>);
+type PredictedArrays<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f32>>);
 
 #[pymethods]
 impl Model {
@@ -55,7 +55,7 @@ impl Model {
         short(py, || taxel::Model::from_bytes(bytes, "model").map(Model::new).map_err(raised))
     }
 
-    /// The bytes of the model file.
+    /// Returns the bytes of the model file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = short(py, || self.inner.to_bytes().map_err(raised))?;
         Ok(PyBytes::new(py, &bytes))
@@ -71,14 +71,14 @@ impl Model {
         short(py, || taxel::export(&self.inner, &path).map(|_| ()).map_err(raised))
     }
 
-    /// Answers samples, which are read where they lie.
+    /// Predicts samples, which are read without a copy.
     #[pyo3(signature = (x, threads=None))]
     fn predict<'py>(
         &self,
         py: Python<'py>,
         x: PyReadonlyArrayDyn<'py, f32>,
         threads: Option<usize>,
-    ) -> PyResult<Answers<'py>> {
+    ) -> PyResult<PredictedArrays<'py>> {
         let x = x.as_array();
         let (labels, probabilities, outputs) = short(py, || {
             let threads = taxel::learn::threads(threads);
@@ -90,21 +90,21 @@ impl Model {
         Ok((labels.into_pyarray(py), probabilities.into_pyarray(py).reshape([n, outputs])?))
     }
 
-    /// How long one answer takes, as JSON.
+    /// Measures the time of one prediction, as JSON.
     fn latency(&self, py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, budget: f64) -> PyResult<String> {
         let x = x.as_array();
         short(py, || {
-            let own = speed(&self.inner, &x, budget).map_err(raised)?;
-            serde_json::to_string(&own).map_err(crate::raise::refused)
+            let measured = speed(&self.inner, &x, budget).map_err(raised)?;
+            serde_json::to_string(&measured).map_err(crate::raise::refused)
         })
     }
 
-    /// The card as JSON.
+    /// Returns the card as JSON.
     fn card(&self) -> PyResult<String> {
         serde_json::to_string(self.inner.card()).map_err(crate::raise::refused)
     }
 
-    /// The card as people read it.
+    /// Returns the card as people read it.
     fn __str__(&self) -> String {
         self.inner.card().to_string()
     }

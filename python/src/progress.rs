@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use taxel::IndicatifProgress;
 use taxel::learn::{FoldKey, Progress, Silent};
 
-/// What is told of long work: `None` a bar on a terminal, `Some(true)` also lines elsewhere, `Some(false)` nothing.
+/// Returns the progress of long work: `None` a bar on a terminal, `Some(true)` also lines elsewhere, `Some(false)` nothing.
 pub fn progress(verbose: Option<bool>) -> Box<dyn Progress + Sync> {
     match (verbose, std::io::stderr().is_terminal()) {
         (Some(false), _) | (None, false) => Box::new(Silent),
@@ -18,11 +18,11 @@ pub fn progress(verbose: Option<bool>) -> Box<dyn Progress + Sync> {
 /// A line on standard error for every tenth of the work.
 #[derive(Default)]
 struct Lines {
-    state: Mutex<Told>,
+    state: Mutex<StepCounts>,
 }
 
 #[derive(Default)]
-struct Told {
+struct StepCounts {
     work: u64,
     done: u64,
     tenths: u64,
@@ -30,8 +30,8 @@ struct Told {
 
 impl Progress for Lines {
     fn start(&self, work: u64) {
-        if let Ok(mut told) = self.state.lock() {
-            *told = Told { work, ..Told::default() };
+        if let Ok(mut counts) = self.state.lock() {
+            *counts = StepCounts { work, ..StepCounts::default() };
         }
     }
 
@@ -40,11 +40,11 @@ impl Progress for Lines {
     }
 
     fn step(&self, work: u64) {
-        if let Ok(mut told) = self.state.lock() {
-            told.done += work;
-            let tenths = 10 * told.done / told.work.max(1);
-            if tenths > told.tenths && told.work > 0 {
-                told.tenths = tenths;
+        if let Ok(mut counts) = self.state.lock() {
+            counts.done += work;
+            let tenths = 10 * counts.done / counts.work.max(1);
+            if tenths > counts.tenths && counts.work > 0 {
+                counts.tenths = tenths;
                 eprintln!("{} %", 10 * tenths.min(10));
             }
         }

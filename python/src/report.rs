@@ -12,7 +12,7 @@ use crate::raise::{raised, refused};
 use crate::train::opened;
 use crate::work::long;
 
-/// Judges a run and writes its page; what it says, as JSON. Without `dataset` the samples are read or simulated again.
+/// Judges a run and writes its page; returns its content, as JSON. Without `dataset` the samples are read or simulated again.
 #[pyfunction]
 #[pyo3(signature = (folder, dataset=None, stress=true, samples=1000, again=false, threads=None, verbose=None))]
 #[expect(clippy::too_many_arguments, reason = "as many as report passes on")]
@@ -26,10 +26,10 @@ pub fn report(
     threads: Option<usize>,
     verbose: Option<bool>,
 ) -> PyResult<String> {
-    let dataset = dataset.map(|own| own.inner.clone());
+    let dataset = dataset.map(|dataset| dataset.inner.clone());
     long(py, |_| {
         let case = match dataset {
-            Some(own) => Case::new(opened(&folder)?, (*own).clone()).map_err(raised)?,
+            Some(dataset) => Case::new(opened(&folder)?, (*dataset).clone()).map_err(raised)?,
             None => reporting::open(&folder).map_err(raised)?,
         };
         let threads = taxel::learn::threads(threads);

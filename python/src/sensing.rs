@@ -1,4 +1,4 @@
-//! Readings: Gramian angular fields, and what goes wrong with a sensor.
+//! Gramian angular fields of samples, and faults of sensors.
 
 use numpy::{IntoPyArray, PyArray4, PyArrayDyn, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -12,7 +12,7 @@ use crate::dataset::Dataset;
 use crate::raise::refused;
 use crate::work::short;
 
-/// Coloured Gramian angular fields `[n, colours, size, size]` of series `[n, channels, time]`.
+/// Returns coloured Gramian angular fields `[n, colours, size, size]` of series `[n, channels, time]`.
 #[pyfunction]
 pub fn gadf<'py>(
     py: Python<'py>,
@@ -29,7 +29,7 @@ pub fn gadf<'py>(
     Ok(images.into_pyarray(py))
 }
 
-/// The samples of a data set, each broken by one fault: a copy of the readings.
+/// Returns a copy of the samples of a data set, each corrupted by one fault.
 #[pyfunction]
 pub fn break_samples<'py>(
     py: Python<'py>,
@@ -38,21 +38,21 @@ pub fn break_samples<'py>(
     severity: u8,
     seed: u64,
 ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-    let own = dataset.inner.clone();
-    let broken = short(py, || {
+    let dataset = dataset.inner.clone();
+    let corrupted = short(py, || {
         let fault: Fault = fault.parse().map_err(refused)?;
-        let rows: Vec<usize> = (0..own.len()).collect();
-        let about = sensor(&own, &rows).sensor;
-        let mut x = own.x.clone();
+        let rows: Vec<usize> = (0..dataset.len()).collect();
+        let about = sensor(&dataset, &rows).sensor;
+        let mut x = dataset.x.clone();
         for (i, sample) in x.axis_iter_mut(Axis(0)).enumerate() {
             fault.apply(sample, &about, severity, seed, i).map_err(refused)?;
         }
         Ok(x)
     })?;
-    Ok(broken.into_pyarray(py))
+    Ok(corrupted.into_pyarray(py))
 }
 
-/// Every fault, as JSON: name, what happens, its five severities and their unit.
+/// Returns every fault, as JSON: name, what happens, its five severities and their unit.
 #[pyfunction]
 pub fn faults() -> String {
     let one = |fault: &Fault| {
@@ -64,13 +64,13 @@ pub fn faults() -> String {
     Fault::ALL.iter().map(one).collect::<serde_json::Value>().to_string()
 }
 
-/// Names of the scenes.
+/// Returns the names of the scenes.
 #[pyfunction]
 pub fn scenes() -> Vec<&'static str> {
     taxel::scenes::names().to_vec()
 }
 
-/// Every effect of a scene, as JSON.
+/// Returns every effect of a scene, as JSON.
 #[pyfunction]
 pub fn explain(scene: &str) -> PyResult<String> {
     serde_json::to_string(&taxel::scenes::explain(scene).map_err(refused)?).map_err(refused)

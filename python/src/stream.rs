@@ -5,13 +5,13 @@ use std::sync::{Mutex, PoisonError};
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use taxel::stream::{Condition, Decider, Options};
+use taxel::stream::{Condition, Decider, StreamOptions};
 
 use crate::model::Model;
 use crate::raise::{raised, refused};
 use crate::work::short;
 
-/// A model that answers the readings of one sensor as they come.
+/// A model that predicts on the readings of one sensor as they come.
 #[pyclass(frozen, module = "taxel._taxel")]
 pub struct Stream {
     decider: Mutex<Decider>,
@@ -32,7 +32,8 @@ impl Stream {
         least: Option<usize>,
         full_scale: Option<f32>,
     ) -> PyResult<Self> {
-        let options = Options { hop, contact, before, early, least, full_scale, ..Options::default() };
+        let options =
+            StreamOptions { hop, contact, before, early, least, full_scale, ..StreamOptions::default() };
         short(py, || {
             let predictor = model.inner.predictor(1, 1).map_err(raised)?;
             let decider = Decider::new(predictor, &options).map_err(raised)?;
@@ -40,29 +41,30 @@ impl Stream {
         })
     }
 
-    /// Hears one reading; what is decided with it, if anything is.
+    /// Takes one reading; returns the decision that it leads to, if any.
     fn push<'py>(
         &self,
         py: Python<'py>,
         reading: PyReadonlyArray1<'py, f32>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let mut decider = self.decider.lock().unwrap_or_else(PoisonError::into_inner);
-        let own: Vec<f32> = reading.as_array().iter().copied().collect();
-        if own.len() != decider.each() {
-            let (each, given) = (decider.each(), own.len());
+        let values: Vec<f32> = reading.as_array().iter().copied().collect();
+        if values.len() != decider.each() {
+            let (each, given) = (decider.each(), values.len());
             return Err(refused(format!("a reading has {each} values; this one has {given}")));
         }
-        if let Some(at) = own.iter().position(|value| !value.is_finite()) {
-            return Err(refused(format!("value {at} of the reading is {}, which is not finite", own[at])));
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            return Err(refused(format!("value {at} of the reading is {}, which is not finite", values[at])));
         }
-        let decided = taxel::panics::caught(|| decider.push(&own)).map_err(|p| crate::raise::defect(&p))?;
+        let decided =
+            taxel::panics::caught(|| decider.push(&values)).map_err(|p| crate::raise::defect(&p))?;
         let Some(decision) = decided else { return Ok(None) };
         let said = PyDict::new(py);
         said.set_item("reading", decision.reading)?;
         said.set_item("known", decision.known)?;
         said.set_item("ticks", decision.ticks)?;
         match decision.probabilities() {
-            Ok(own) => said.set_item("probabilities", own.to_vec().into_pyarray(py))?,
+            Ok(values) => said.set_item("probabilities", values.to_vec().into_pyarray(py))?,
             Err(error) => said.set_item("refused", error.to_string())?,
         }
         let health = decision.health;
@@ -72,7 +74,7 @@ impl Stream {
         Ok(Some(said))
     }
 
-    /// Another recording begins.
+    /// Begins another recording.
     fn begin(&self) {
         self.decider.lock().unwrap_or_else(PoisonError::into_inner).begin();
     }
@@ -84,7 +86,7 @@ impl Stream {
         (decider.each(), decider.ticks(), decider.hop())
     }
 
-    /// How often contact began.
+    /// Counts how often contact began.
     #[getter]
     fn contacts(&self) -> u64 {
         self.decider.lock().unwrap_or_else(PoisonError::into_inner).contacts()

@@ -32,8 +32,8 @@ pub fn fit(
         let registry = Registry::built_in();
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let options = RunOptions { threads, ..RunOptions::default() };
-        let told = progress(verbose);
-        let model = runner.fit(name, &options, None, &*told, cancel).map_err(raised)?;
+        let progress = progress(verbose);
+        let model = runner.fit(name, &options, None, &*progress, cancel).map_err(raised)?;
         model.map(Model::new).ok_or_else(|| PyKeyboardInterrupt::new_err("the training was stopped"))
     })
 }
@@ -56,12 +56,12 @@ pub fn cross_validate(
         let registry = Registry::built_in();
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let options = RunOptions { resume, threads, ..RunOptions::default() };
-        let told = progress(verbose);
-        runner.run(Some(&out), &options, &*told, cancel).map(|_| ()).map_err(raised)
+        let progress = progress(verbose);
+        runner.run(Some(&out), &options, &*progress, cancel).map(|_| ()).map_err(raised)
     })
 }
 
-/// Runs a config file: the run folder.
+/// Runs a config file; returns the run folder.
 #[pyfunction]
 #[pyo3(signature = (path, set, quick=false, data=None, seed=None, out=None, resume=false, threads=None, verbose=None))]
 #[expect(clippy::too_many_arguments, reason = "as many as run passes on")]
@@ -82,13 +82,14 @@ pub fn run(
         let overrides = Overrides { quick, set, data, seed, place: Some("set".into()) };
         let experiment = Experiment::load(&path, &overrides, &registry).map_err(raised)?;
         let options = RunOptions { resume, threads, ..RunOptions::default() };
-        let told = progress(verbose);
-        let folder = taxel::experiment::run(&experiment, &registry, out.as_deref(), &options, &*told, cancel);
+        let progress = progress(verbose);
+        let folder =
+            taxel::experiment::run(&experiment, &registry, out.as_deref(), &options, &*progress, cancel);
         folder.map(|folder| folder.path().to_path_buf()).map_err(raised)
     })
 }
 
-/// The table of a run folder: Markdown, JSON, and as a terminal shows it.
+/// Returns the table of a run folder: Markdown, JSON, and as a terminal shows it.
 #[pyfunction]
 pub fn table(py: Python<'_>, folder: PathBuf) -> PyResult<(String, String, String)> {
     short(py, || {
@@ -98,7 +99,7 @@ pub fn table(py: Python<'_>, folder: PathBuf) -> PyResult<(String, String, Strin
     })
 }
 
-/// The run folder at `path`.
+/// Opens the run folder at `path`.
 pub fn opened(path: &Path) -> PyResult<RunFolder> {
     RunFolder::open(path).map_err(raised)
 }

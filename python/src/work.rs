@@ -1,4 +1,4 @@
-//! Work without Python's lock: short work here, long work on a thread of its own while Ctrl-C is listened to.
+//! Work without Python's lock: short work here, long work on a separate thread while this one watches for Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -10,17 +10,17 @@ use taxel::panics::caught;
 
 use crate::raise::defect;
 
-/// How often Ctrl-C is looked for.
+/// Time between two looks for Ctrl-C.
 const LISTEN: Duration = Duration::from_millis(50);
 /// Stack of a thread that trains; that of a main thread.
 const STACK: usize = 8 << 20;
 
-/// Other threads of Python run on meanwhile.
+/// Runs short work while other threads of Python go on.
 pub fn short<T: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<T> + Send) -> PyResult<T> {
     py.detach(|| caught(work)).map_err(|panic| defect(&panic))?
 }
 
-/// As [`short`]; Ctrl-C sets the flag that `work` is given, and is raised once `work` has ended.
+/// Runs long work as [`short`]; Ctrl-C sets the flag that `work` gets, and is raised once `work` has ended.
 pub fn long<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> PyResult<T> + Send) -> PyResult<T> {
     let cancel = AtomicBool::new(false);
     py.detach(|| {
@@ -53,7 +53,7 @@ pub fn long<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> PyResult<
     })
 }
 
-/// Fails as a defect would: what a panic becomes is tested with it.
+/// Panics, to test what becomes of a defect.
 #[pyfunction]
 pub fn fail(py: Python<'_>, text: &str) -> PyResult<()> {
     #[expect(clippy::panic, reason = "it is what the function is for")]

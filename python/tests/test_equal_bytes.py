@@ -54,7 +54,7 @@ def test_predict_of_a_model_from_python(mlp, grasps, command, tmp_path):
     numbers, probabilities = mlp.model_.answer(grasps.x)
     assert (said["probabilities"] == probabilities).all() and said["probabilities"].dtype == probabilities.dtype
     assert (said["predicted"] == numbers).all()
-    assert json.loads(command("inspect", tmp_path / "own.safetensors", "--json")) == mlp.model_.card
+    assert json.loads(command("inspect", tmp_path / "own.safetensors", "--format", "json")) == mlp.model_.card
 
 
 def test_a_run_from_python_goes_on_in_the_command_line(grasps, command, tmp_path):
@@ -65,7 +65,7 @@ def test_a_run_from_python_goes_on_in_the_command_line(grasps, command, tmp_path
     config = (out / "config.toml").read_text()
     again = tmp_path / "again"
     (tmp_path / "own.toml").write_text(config)
-    command("run", tmp_path / "own.toml", "--out", again)
+    command("run", tmp_path / "own.toml", "--output", again)
     for name in ("results.json", "metrics.jsonl", "predictions.npz"):
         assert (again / name).read_bytes() == (out / name).read_bytes(), name
     models = sorted(own.name for own in (out / "models").iterdir())

@@ -1,4 +1,4 @@
-//! Which numbers of a line are a reading, and which is its time.
+//! Which numbers of a line are a time step, and which is its time.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use taxel_data::{Clock, Layout, SampleSpec};
 
 use crate::error::Error;
 use crate::fault::Fault;
-use crate::numbers::{Names, Numbers};
+use crate::numbers::{LineNumbers, Names};
 
 /// Where time stamps stand.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,23 +33,23 @@ impl FromStr for Time {
     }
 }
 
-/// Makes readings of lines.
+/// Makes time steps of lines.
 ///
 /// A line is numbers separated by commas (or, where there are none, by semicolons, tabs or spaces), a JSON array, or a
 /// JSON object. A first line without any number names the columns. Columns are found by the names of the model's channels
 /// where it knows any; of a recording with more channels than it reads, the model's own are taken.
 #[derive(Debug, Clone)]
-pub struct Columns {
-    /// Values of a reading.
+pub struct LineColumns {
+    /// Values of a time step.
     each: usize,
     /// Channels kept of more, along the first axis of a sample, where that is not time.
     channels: Option<Vec<usize>>,
     /// Names of the model's channels.
-    own: Vec<String>,
+    model_names: Vec<String>,
     time: Option<Time>,
     clock: Option<Clock>,
     names: Names,
-    numbers: Numbers,
+    numbers: LineNumbers,
     taken: Option<Taken>,
 }
 
@@ -62,33 +62,33 @@ struct Taken {
     values: Vec<usize>,
 }
 
-impl Columns {
-    /// For readings of this kind; `time` says where stamps are, `clock` their unit. By default a column called `time`,
+impl LineColumns {
+    /// Prepares for time steps of this kind; `time` says where stamps are, `clock` their unit. By default a column called `time`,
     /// `timestamp` or `t` is it, with its unit at the end, `time_ms`, or in seconds.
     pub fn new(spec: &SampleSpec, time: Option<Time>, clock: Option<Clock>) -> Self {
         let (before, _, after) = spec.around_time();
-        let own = spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
-        let channels = spec.channels.clone().filter(|own| {
-            matches!(spec.layout, Layout::Series | Layout::Fingers) && spec.shape.first() == Some(&own.len())
+        let model_names = spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let channels = spec.channels.clone().filter(|kept| {
+            matches!(spec.layout, Layout::Series | Layout::Fingers) && spec.shape.first() == Some(&kept.len())
         });
-        Columns {
+        LineColumns {
             each: before * after,
             channels,
-            own,
+            model_names,
             time,
             clock,
             names: Names::default(),
-            numbers: Numbers::default(),
+            numbers: LineNumbers::default(),
             taken: None,
         }
     }
 
-    /// Values of a reading.
+    /// Counts the values of a time step.
     pub fn each(&self) -> usize {
         self.each
     }
 
-    /// The reading of a line in `values`, and its time stamp in seconds; none where the line is blank, or names columns.
+    /// Reads a line into `values`; returns its time stamp in seconds, none where the line is blank, or names columns.
     pub(crate) fn read(&mut self, line: &str, values: &mut Vec<f32>) -> Result<Option<Option<f64>>, Fault> {
         let line = line.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
         values.clear();
@@ -96,8 +96,8 @@ impl Columns {
             return Ok(None);
         }
         let is_time = |at: usize, name: Option<&str>| match (&self.time, name) {
-            (Some(Time::At(own)), _) => at == *own,
-            (Some(Time::Named(own)), Some(name)) => own.eq_ignore_ascii_case(name),
+            (Some(Time::At(column)), _) => at == *column,
+            (Some(Time::Named(column)), Some(name)) => column.eq_ignore_ascii_case(name),
             (None, Some(name)) => Clock::of_column(name).is_some(),
             (Some(Time::Named(_)) | None, None) => false,
         };
@@ -105,7 +105,7 @@ impl Columns {
         let (width, time) = (self.numbers.values.len(), self.numbers.time);
         if self.taken.as_ref().is_none_or(|taken| taken.width != width || taken.time != time) {
             let taken = self.take(width, time);
-            // Where something is no number at all, that is what is wrong.
+            // A field that is no number explains a wrong count best.
             let taken = taken.map_err(|fault| self.numbers.no_number(line).unwrap_or(fault))?;
             self.taken = Some(taken);
         }
@@ -129,15 +129,15 @@ impl Columns {
         self.clock.or_else(named).unwrap_or(Clock::Seconds)
     }
 
-    /// Which of `width` numbers are the values of a reading.
+    /// Finds which of `width` numbers are the values of a time step.
     fn take(&self, width: usize, time: Option<usize>) -> Result<Taken, Fault> {
         let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time).collect();
-        let named: Option<Vec<usize>> = match self.own.len() == self.each && self.each > 0 {
-            true => self.own.iter().map(|name| self.names.position(name).filter(|at| *at < width)).collect(),
-            false => None,
-        };
+        let has_names = self.model_names.len() == self.each && self.each > 0;
+        let position = |name: &String| self.names.position(name).filter(|at| *at < width);
+        let named: Option<Vec<usize>> =
+            if has_names { self.model_names.iter().map(position).collect() } else { None };
         let values = named.or_else(|| (others.len() == self.each).then(|| others.clone())).or_else(|| {
-            let channels = self.channels.as_ref().filter(|own| !own.is_empty())?;
+            let channels = self.channels.as_ref().filter(|channels| !channels.is_empty())?;
             let inner = self.each / channels.len();
             let of =
                 |channel: &usize| (channel * inner..(channel + 1) * inner).map(|at| others.get(at).copied());
@@ -176,18 +176,18 @@ mod tests {
         SampleSpec::new(Layout::Series, &[channels, 10])
     }
 
-    fn plain(spec: &SampleSpec) -> Columns {
-        Columns::new(spec, None, None)
+    fn plain(spec: &SampleSpec) -> LineColumns {
+        LineColumns::new(spec, None, None)
     }
 
     type Read = Option<(Vec<f32>, Option<f64>)>;
 
-    fn read(columns: &mut Columns, line: &str) -> Result<Read, Fault> {
+    fn read(columns: &mut LineColumns, line: &str) -> Result<Read, Fault> {
         let mut values = vec![];
         Ok(columns.read(line, &mut values)?.map(|stamp| (values, stamp)))
     }
 
-    fn good(columns: &mut Columns, line: &str) -> (Vec<f32>, Option<f64>) {
+    fn good(columns: &mut LineColumns, line: &str) -> (Vec<f32>, Option<f64>) {
         read(columns, line)
             .unwrap_or_else(|e| panic!("{line:?}: {e:?}"))
             .unwrap_or_else(|| panic!("{line:?}"))
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn time_is_a_column_by_number_name_or_header() {
-        let stamped = |time: &str, clock| Columns::new(&series(2), Some(time.parse().unwrap()), clock);
+        let stamped = |time: &str, clock| LineColumns::new(&series(2), Some(time.parse().unwrap()), clock);
         let want = (vec![1.0, 2.0], Some(0.5));
         assert_eq!(good(&mut stamped("1", None), "0.5,1,2"), want);
         assert_eq!(good(&mut stamped("3", Some(Clock::Milliseconds)), "1,2,500"), want);
@@ -231,10 +231,10 @@ mod tests {
     #[test]
     fn channels_are_found_by_name_and_taken_of_more() {
         let table = TableOptions { columns: vec!["thumb".into(), "index".into()], ..TableOptions::default() };
-        let mut own = plain(&SampleSpec { table: Some(table), ..series(2) });
-        read(&mut own, "index,id,thumb").unwrap();
-        assert_eq!(good(&mut own, "1,left,2").0, [2.0, 1.0]);
-        assert_eq!(good(&mut own, r#"{"thumb":3,"id":"x","index":4}"#).0, [3.0, 4.0]);
+        let mut by_name = plain(&SampleSpec { table: Some(table), ..series(2) });
+        read(&mut by_name, "index,id,thumb").unwrap();
+        assert_eq!(good(&mut by_name, "1,left,2").0, [2.0, 1.0]);
+        assert_eq!(good(&mut by_name, r#"{"thumb":3,"id":"x","index":4}"#).0, [3.0, 4.0]);
         let mut objects = plain(&series(2));
         assert_eq!(good(&mut objects, r#"{"a":1,"b":2}"#).0, [1.0, 2.0]);
         assert_eq!(good(&mut objects, r#"{"b":2,"a":1}"#).0, [1.0, 2.0], "the first object says the order");

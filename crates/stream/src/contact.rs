@@ -1,8 +1,8 @@
-//! When the sensor touches something.
+//! The judge of contact: whether the sensor touches something.
 //!
 //! # Reference
 //!
-//! Paper 004, section 3.1: contact is where a value is more than 1.1 or less than 0.9 times what it was, as
+//! Zhang et al. 2022, section 3.1: contact is where a value is more than 1.1 or less than 0.9 times what it was, as
 //! [`NumaTac::touches`] has it. There the judge compares neighbouring values at 2200 Hz; a stream may be slower, and a
 //! press too slow for that, so that a value is compared with the level at rest here, and contact ends where all values
 //! are back within half of the thresholds (hysteresis), which the paper does not say.
@@ -10,23 +10,23 @@
 use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::NumaTac;
 
-/// Readings whose mean is the level at rest where nobody says what that is.
+/// Time steps whose mean is the level at rest where it is not known.
 const REST: u32 = 20;
-/// Readings in which the level at rest follows a drift.
+/// Time steps in which the level at rest follows a drift.
 const FOLLOWED: f64 = 1000.0;
 /// The least level that thresholds are taken of, as a share of full scale: a tenth of a rest of 0 is nothing.
 const FLOOR: f32 = 0.05;
 
-/// Judges by each reading whether the sensor touches something.
+/// Judges by each time step whether the sensor touches something.
 #[derive(Debug, Clone)]
 pub struct Contact {
     on: NumaTac,
     off: NumaTac,
-    /// Level at rest of each value of a reading; the mean of those seen so far until [`REST`] are.
+    /// Level at rest of each value of a time step; the mean of those seen so far until [`REST`] are.
     rest: Vec<f64>,
     seen: u32,
-    /// What the level at rest was to begin with, where somebody says so.
-    told: Option<Vec<f64>>,
+    /// Level at rest at the beginning, where it is known.
+    known_rest: Option<Vec<f64>>,
     floor: f64,
     /// Which values are judged.
     judged: Vec<bool>,
@@ -34,8 +34,8 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// A judge of readings of this kind. `thresholds` are those of an encoding that has a contact judge; of its fingers the
-    /// first feature (DC) is not judged. `full_scale` is the largest possible reading.
+    /// Makes a judge of time steps of this kind. `thresholds` are those of an encoding that has a contact judge; of its fingers the
+    /// first feature (DC) is not judged. `full_scale` is the largest possible value.
     pub fn new(spec: &SampleSpec, thresholds: Option<NumaTac>, full_scale: Option<f32>) -> Self {
         let (before, _, after) = spec.around_time();
         let each = before * after;
@@ -45,15 +45,15 @@ impl Contact {
             (Layout::Fingers, [_, features, _]) if thresholds.is_some() => *features,
             _ => 0,
         };
-        let told = spec.rest.as_ref().and_then(|rest| match rest.as_slice() {
+        let known_rest = spec.rest.as_ref().and_then(|rest| match rest.as_slice() {
             [one] => Some(vec![f64::from(*one); each]),
-            own if own.len() == each => Some(own.iter().map(|v| f64::from(*v)).collect()),
+            several if several.len() == each => Some(several.iter().map(|v| f64::from(*v)).collect()),
             _ => None,
         });
         let floor = full_scale.map_or(0.0, |full| f64::from(FLOOR * full));
         let judged = (0..each).map(|at| features < 2 || at % features > 0).collect();
         let mut contact =
-            Contact { on, off, rest: vec![0.0; each], seen: 0, told, floor, judged, touching: false };
+            Contact { on, off, rest: vec![0.0; each], seen: 0, known_rest, floor, judged, touching: false };
         contact.begin();
         contact
     }
@@ -62,29 +62,29 @@ impl Contact {
     pub fn begin(&mut self) {
         (self.touching, self.seen) = (false, 0);
         self.rest.fill(0.0);
-        if let Some(told) = &self.told {
-            self.rest.copy_from_slice(told);
+        if let Some(known_rest) = &self.known_rest {
+            self.rest.copy_from_slice(known_rest);
             self.seen = REST;
         }
     }
 
-    /// Forgets that something is touched: readings are missing.
+    /// Forgets that something is touched: time steps are missing.
     pub fn let_go(&mut self) {
         self.touching = false;
     }
 
-    /// Whether something is touched.
+    /// Checks whether something is touched.
     pub fn is_touching(&self) -> bool {
         self.touching
     }
 
-    /// Whether any value has a level at rest that thresholds can be taken of; known from the first readings on.
+    /// Checks whether any value has a level at rest that thresholds can be taken of; known from the first time steps on.
     pub fn can_judge(&self) -> bool {
         let level = |(rest, judged): (&f64, &bool)| *judged && rest.max(self.floor) > 0.0;
         self.seen < REST || self.rest.iter().zip(&self.judged).any(level)
     }
 
-    /// Hears a reading; whether contact begins with it. While the level at rest is not known, none does.
+    /// Takes a time step; returns whether contact begins with it. While the level at rest is not known, none does.
     pub fn push(&mut self, reading: &[f32]) -> bool {
         if self.seen < REST {
             self.seen += 1;
@@ -127,7 +127,7 @@ mod tests {
         SampleSpec::new(Layout::Series, &[channels, 10])
     }
 
-    /// Where contact begins, and whether each reading is one of contact.
+    /// Where contact begins, and whether each time step is one of contact.
     fn judged(contact: &mut Contact, readings: &[f32]) -> (Vec<usize>, Vec<bool>) {
         let mut begins = vec![];
         let mut touching = vec![];
@@ -167,17 +167,17 @@ mod tests {
         assert!(judged(&mut contact, &[0.0; 30]).0.is_empty());
         // A tenth of 5 % of full scale.
         assert_eq!(judged(&mut contact, &[4.9, 5.1]).0, [1]);
-        let mut told = Contact::new(&SampleSpec { rest: Some(vec![100.0]), ..series(1) }, None, None);
-        assert_eq!(judged(&mut told, &[111.0]).0, [0], "nothing is to be learned");
-        told.begin();
-        assert_eq!(judged(&mut told, &[89.0]).0, [0]);
+        let mut known_rest = Contact::new(&SampleSpec { rest: Some(vec![100.0]), ..series(1) }, None, None);
+        assert_eq!(judged(&mut known_rest, &[111.0]).0, [0], "nothing is to be learned");
+        known_rest.begin();
+        assert_eq!(judged(&mut known_rest, &[89.0]).0, [0]);
     }
 
     #[test]
     fn of_fingers_with_thresholds_of_their_own_dc_is_not_judged() {
         let spec = SampleSpec::new(Layout::Fingers, &[2, 2, 10]);
-        let own = NumaTac { above: 1.5, ..NumaTac::default() };
-        let mut contact = Contact::new(&spec, Some(own), None);
+        let thresholds = NumaTac { above: 1.5, ..NumaTac::default() };
+        let mut contact = Contact::new(&spec, Some(thresholds), None);
         (0..20).for_each(|_| assert!(!contact.push(&[100.0; 4])));
         assert!(!contact.push(&[200.0, 140.0, 200.0, 100.0]));
         assert!(contact.push(&[100.0, 100.0, 100.0, 160.0]));

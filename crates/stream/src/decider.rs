@@ -1,4 +1,4 @@
-//! Readings in, decisions out.
+//! Time steps in, decisions out.
 
 use taxel_data::{Padding, SampleSpec};
 use taxel_encodings::NumaTac;
@@ -7,12 +7,12 @@ use taxel_learn::{Card, Predictor, Transform, Workspace};
 use crate::contact::Contact;
 use crate::error::{Error, Result};
 use crate::health::Health;
-use crate::options::Options;
+use crate::options::StreamOptions;
 use crate::window::Window;
 
-/// A model that answers the readings of one sensor as they come. Once it has answered, nothing is allocated any more.
+/// A model that predicts on the time steps of one sensor as they come. After the first prediction it allocates nothing.
 ///
-/// One window fills at a time. When it is full it is decided, unless it was before, and the next one begins `hop` readings
+/// One window fills at a time. When it is full it is decided, unless it was before, and the next one begins `hop` time steps
 /// after it: the two share the rest. Under a contact judge a window begins with contact, is filled whatever follows, and
 /// slides on while contact lasts.
 pub struct Decider {
@@ -26,15 +26,15 @@ pub struct Decider {
     hop: usize,
     before: usize,
     early: Option<f32>,
-    /// Readings before which nothing is decided.
+    /// Time steps before which nothing is decided.
     least: usize,
     padding: Padding,
     sample: Vec<f32>,
-    /// Of the last answer.
+    /// Those of the last prediction.
     probabilities: Vec<f32>,
-    /// Readings since the stream, or the recording, began.
+    /// Time steps since the stream, or the recording, began.
     readings: u64,
-    /// Readings to be passed over before the next window.
+    /// Time steps to be passed over before the next window.
     pass: usize,
     /// Whether the window under way has its decision.
     decided: bool,
@@ -43,45 +43,45 @@ pub struct Decider {
     contacts: u64,
 }
 
-/// What the model says about a window.
+/// A prediction for a window.
 pub struct Decision<'a> {
-    /// The last reading of the window, from 0.
+    /// The last time step of the window, from 0.
     pub reading: u64,
-    /// Readings of the window that were there.
+    /// Time steps of the window that were there.
     pub known: usize,
-    /// Readings of a full window.
+    /// Time steps of a full window.
     pub ticks: usize,
-    /// What is wrong with the channels, as of the last reading.
+    /// Faults of the channels, as of the last time step.
     pub health: &'a Health,
-    answer: std::result::Result<&'a [f32], taxel_learn::Error>,
+    prediction: std::result::Result<&'a [f32], taxel_learn::Error>,
 }
 
 impl Decision<'_> {
-    /// The share of the window that was there, above 0 and at most 1.
+    /// Returns the share of the window that was there, above 0 and at most 1.
     pub fn seen(&self) -> f64 {
         self.known as f64 / self.ticks as f64
     }
 
-    /// Probabilities of the classes, or of the levels of the attributes one after the other.
+    /// Returns the probabilities of the classes, or of the levels of the attributes one after the other.
     ///
     /// # Errors
     /// A window that the model's encoding refuses: one in which it finds no contact, for example.
     pub fn probabilities(&self) -> std::result::Result<&[f32], &taxel_learn::Error> {
-        self.answer.as_ref().map(|answer| *answer)
+        self.prediction.as_ref().map(|prediction| *prediction)
     }
 
-    /// Whether the window was not full.
+    /// Checks whether the window was not full.
     pub fn is_early(&self) -> bool {
         self.known < self.ticks
     }
 }
 
 impl Decider {
-    /// Answers with a model.
+    /// Makes a decider of a model.
     ///
     /// # Errors
-    /// Options out of their range or without a meaning for the model; what the model refuses.
-    pub fn new(predictor: Predictor, options: &Options) -> Result<Self> {
+    /// Options out of their range or without a meaning for the model; samples that the model refuses.
+    pub fn new(predictor: Predictor, options: &StreamOptions) -> Result<Self> {
         let card = predictor.card();
         let spec = &card.spec;
         let window = Window::new(spec);
@@ -89,7 +89,7 @@ impl Decider {
         let full_scale = options.full_scale.or(spec.full_scale);
         let judge = card.inputs.iter().find_map(|input| numatac(&input.transform));
         let before =
-            options.before.unwrap_or_else(|| judge.map_or(0, |own| ticks.saturating_sub(own.window) / 2));
+            options.before.unwrap_or_else(|| judge.map_or(0, |judge| ticks.saturating_sub(judge.window) / 2));
         check(options, spec, before, ticks)?;
         let contact = options.contact.then(|| Contact::new(spec, judge, full_scale));
         Ok(Decider {
@@ -114,37 +114,37 @@ impl Decider {
         })
     }
 
-    /// What the model says about itself.
+    /// Returns the card of the model.
     pub fn card(&self) -> &Card {
         self.predictor.card()
     }
 
-    /// Values of one reading.
+    /// Counts the values of one time step.
     pub fn each(&self) -> usize {
         self.window.each()
     }
 
-    /// Readings of a full window.
+    /// Counts the time steps of a full window.
     pub fn ticks(&self) -> usize {
         self.window.ticks()
     }
 
-    /// Readings from one window to the next.
+    /// Returns the time steps from one window to the next.
     pub fn hop(&self) -> usize {
         self.hop
     }
 
-    /// How often contact began.
+    /// Counts how often contact began.
     pub fn contacts(&self) -> u64 {
         self.contacts
     }
 
-    /// Whether windows wait for a contact that no value can show: all lie at 0 when they rest, and no full scale is known.
+    /// Checks whether windows wait for a contact that no value can show: all lie at 0 when they rest, and no full scale is known.
     pub fn waits_in_vain(&self) -> bool {
         self.contact.as_ref().is_some_and(|contact| !contact.can_judge())
     }
 
-    /// Another recording begins: nothing of the last one counts.
+    /// Begins another recording: nothing of the last one counts.
     pub fn begin(&mut self) {
         self.health.begin();
         self.contact.iter_mut().for_each(Contact::begin);
@@ -152,15 +152,15 @@ impl Decider {
         self.anew();
     }
 
-    /// Readings are missing: the window under way is given up, and another one begins.
+    /// Gives up the window under way and begins another one: time steps are missing.
     pub fn anew(&mut self) {
         self.contact.iter_mut().for_each(Contact::let_go);
         self.window.keep(0);
         (self.pass, self.decided, self.waiting) = (0, false, self.contact.is_some());
     }
 
-    /// Hears a reading, of as many values as [`Decider::each`] says, all of them finite; what is decided with it. A reading
-    /// of another length is passed over.
+    /// Takes a time step of [`Decider::each`] finite values; returns the decision that it leads to. A time step of another length
+    /// is ignored.
     pub fn push(&mut self, reading: &[f32]) -> Option<Decision<'_>> {
         if reading.len() != self.window.each() {
             return None;
@@ -184,29 +184,29 @@ impl Decider {
         }
         let (known, ticks) = (self.window.known(), self.window.ticks());
         let full = known == ticks;
-        let asked =
-            (!self.decided && (full || (self.early.is_some() && known >= self.least))).then(|| self.ask());
-        let decides = asked.as_ref().is_some_and(|sure| full || matches!(sure, Ok(true)));
+        let predicted = (!self.decided && (full || (self.early.is_some() && known >= self.least)))
+            .then(|| self.predict_window());
+        let decides = predicted.as_ref().is_some_and(|sure| full || matches!(sure, Ok(true)));
         self.decided |= decides;
         if full {
             self.next();
         }
-        let asked = asked.filter(|_| decides)?;
+        let predicted = predicted.filter(|_| decides)?;
         let Decider { health, readings, probabilities, .. } = self;
-        let answer = asked.map(|_| &**probabilities);
-        Some(Decision { reading: *readings - 1, known, ticks, health, answer })
+        let prediction = predicted.map(|_| &**probabilities);
+        Some(Decision { reading: *readings - 1, known, ticks, health, prediction })
     }
 
-    /// Asks the model about the window as it is; whether it is confident enough to decide early.
-    fn ask(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
+    /// Predicts the window as it is; returns whether the model is confident enough to decide early.
+    fn predict_window(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
         self.probabilities.copy_from_slice(self.predictor.ask(&mut self.workspace, &self.sample)?);
         // Values have no probabilities to be sure of.
         let Some(least) = self.early.filter(|_| !self.sizes.is_empty()) else { return Ok(false) };
         let mut rest = self.probabilities.as_slice();
         for size in &self.sizes {
-            let (own, after) = rest.split_at(*size);
-            if !own.iter().any(|probability| *probability >= least) {
+            let (attribute, after) = rest.split_at(*size);
+            if !attribute.iter().any(|probability| *probability >= least) {
                 return Ok(false);
             }
             rest = after;
@@ -214,7 +214,7 @@ impl Decider {
         Ok(true)
     }
 
-    /// The window is full: the next one begins.
+    /// Begins the next window: this one is full.
     fn next(&mut self) {
         self.decided = false;
         if self.contact.as_ref().is_some_and(|contact| !contact.is_touching()) {
@@ -227,7 +227,7 @@ impl Decider {
     }
 }
 
-/// The contact judge of an encoding that has one.
+/// Returns the contact judge of an encoding that has one.
 fn numatac(transform: &Transform) -> Option<NumaTac> {
     match transform {
         Transform::Numatac { numatac, .. } => Some(*numatac),
@@ -238,7 +238,7 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
     }
 }
 
-fn check(options: &Options, spec: &SampleSpec, before: usize, ticks: usize) -> Result<()> {
+fn check(options: &StreamOptions, spec: &SampleSpec, before: usize, ticks: usize) -> Result<()> {
     let refuse = |option, value: String, why: &str| Err(Error::Option { option, value, why: why.into() });
     if options.hop == Some(0) {
         return refuse("hop", "0".into(), "is the number of readings from one window to the next, from 1");

@@ -1,6 +1,6 @@
-//! What may be wrong with a stream.
+//! The errors of streams.
 
-/// Why a stream cannot be answered.
+/// Why a stream cannot be predicted.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -9,9 +9,9 @@ pub enum Error {
     Option {
         /// Name of the option.
         option: &'static str,
-        /// What was given.
+        /// The value given.
         value: String,
-        /// What it may be.
+        /// The allowed values.
         why: String,
     },
     /// A source that cannot be opened, or that broke off.
@@ -19,13 +19,16 @@ pub enum Error {
     Source {
         /// File, port, or standard input.
         source_label: String,
-        /// What is wrong, and the way out.
+        /// The problem and how to fix it.
         why: String,
     },
+    /// A file that cannot be opened.
+    #[error(transparent)]
+    File(#[from] taxel_base::FileError),
     /// Recordings that cannot be read.
     #[error(transparent)]
     Data(#[from] taxel_data::Error),
-    /// What the model refuses.
+    /// Samples that the model refuses.
     #[error(transparent)]
     Learn(#[from] taxel_learn::Error),
 }

@@ -1,34 +1,34 @@
-//! A model on a stream of readings.
+//! A model on a stream of time steps.
 //!
-//! A [`Decider`] is pure: readings in, decisions out. It slides a [`Window`] over the readings of one sensor, asks the
-//! model's [`Predictor`](taxel_learn::Predictor) when the window is full, or earlier where the model is confident
-//! enough; a [`Contact`] judge may start the windows, and [`Health`] says which channels are dead, stuck or saturated.
+//! A [`Decider`] is pure: time steps in, decisions out. A time step (in code: a reading) is all values of one instant. It slides a
+//! [`Window`] over the time steps of one sensor and predicts with the model when the window is full, or earlier where the
+//! model is confident enough; a [`Contact`] judge may start the windows, and [`Health`] says which channels are dead, stuck or saturated.
 //! [`Stamps`] watches the time stamps for gaps and jumps.
 //!
-//! What brings readings is a [`Source`]: lines of text from anywhere, recordings replayed, a serial port. [`start`] reads it
-//! on a thread of its own into a bounded queue, the [`Stream`].
+//! Time steps come from a [`StreamSource`]: lines of text, recordings replayed, a serial port. [`start`] reads it on a separate
+//! thread into a bounded queue, the [`ReadingStream`].
 //!
 //! ```
 //! use taxel_data::{Dataset, Layout};
 //! use taxel_graph::Network;
 //! use taxel_learn::{Candidate, Encoding, Recipe, fit};
-//! use taxel_stream::{Decider, Options};
+//! use taxel_stream::{Decider, StreamOptions};
 //!
 //! // A press of a soft thing rises slowly, one of a hard thing fast.
 //! let force = |i: usize, t: usize| (1 + 2 * (i % 2)) as f32 * t as f32;
 //! let x = ndarray::ArrayD::from_shape_fn(vec![12, 1, 10], |at| force(at[0], at[2]));
 //! let labels: Vec<&str> = (0..12).map(|i| ["soft", "hard"][i % 2]).collect();
 //! let presses = Dataset::new("presses", Layout::Series, x, &labels)?;
-//! let net = Network::new("own");
+//! let net = Network::new("linear");
 //! let logits = net.input("signal", &[1, 10]).flatten().linear("fc", 2);
-//! let own = Candidate::network(net.finish(&[("logits", logits)])?, Recipe { epochs: 40, ..Recipe::default() });
-//! let model = fit(&own, &presses, &Encoding::default())?;
+//! let candidate = Candidate::network(net.finish(&[("logits", logits)])?, Recipe { epochs: 40, ..Recipe::default() });
+//! let model = fit(&candidate, &presses, &Encoding::default())?;
 //!
-//! let mut decider = Decider::new(model.predictor(1, 1)?, &Options::default())?;
+//! let mut decider = Decider::new(model.predictor(1, 1)?, &StreamOptions::default())?;
 //! let mut said = vec![];
 //! for t in 0..10 {
 //!     if let Some(decision) = decider.push(&[force(1, t)]) {
-//!         assert!(decision.probabilities().is_ok_and(|own| own.len() == 2));
+//!         assert!(decision.probabilities().is_ok_and(|all| all.len() == 2));
 //!         said.push(decision.reading);
 //!     }
 //! }
@@ -42,6 +42,7 @@ mod decider;
 mod error;
 mod fault;
 mod health;
+mod latency_histogram;
 mod lines;
 mod numbers;
 mod options;
@@ -51,20 +52,19 @@ mod replay;
 #[cfg(feature = "serial")]
 mod serial;
 mod source;
-mod spread;
 mod stamps;
 mod text;
 mod window;
 
-pub use columns::{Columns, Time};
+pub use columns::{LineColumns, Time};
 pub use contact::Contact;
 pub use decider::{Decider, Decision};
 pub use error::{Error, Result};
 pub use health::{Condition, Health};
-pub use options::Options;
+pub use latency_histogram::LatencyHistogram;
+pub use options::StreamOptions;
 pub use pace::Pace;
-pub use queue::{Arrival, Counted, Counts, Next, Stream};
-pub use source::{Source, Told, start};
-pub use spread::Spread;
+pub use queue::{Arrival, Next, ReadingStream, StreamCounters, StreamCounts};
+pub use source::{SourceSettings, StreamSource, start};
 pub use stamps::{Event, Stamps};
 pub use window::Window;

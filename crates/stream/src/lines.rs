@@ -6,12 +6,12 @@ use std::time::Instant;
 /// Bytes asked for at a time.
 const CHUNK: usize = 1 << 16;
 
-/// What came.
+/// A line of the input.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Line<'l> {
+pub(crate) enum InputLine<'l> {
     /// A line, without its end.
     Whole(&'l [u8]),
-    /// A line that is longer than any reading; it was passed over.
+    /// A line that is longer than any time step; it was passed over.
     TooLong,
 }
 
@@ -19,7 +19,7 @@ pub(crate) enum Line<'l> {
 pub(crate) struct Lines<R> {
     from: R,
     buffer: Vec<u8>,
-    /// What is not handed out yet.
+    /// Range of the buffer that is not returned yet.
     start: usize,
     end: usize,
     /// Where to look on for the end of the line.
@@ -44,11 +44,11 @@ impl<R: Read> Lines<R> {
         self.arrived
     }
 
-    /// The next line; none at the end. A source that has nothing for a while is asked again.
+    /// Returns the next line; none at the end. A source that has nothing for a while is read again.
     ///
     /// # Errors
-    /// What the source says.
-    pub fn next(&mut self) -> io::Result<Option<Line<'_>>> {
+    /// The error of the source.
+    pub fn next(&mut self) -> io::Result<Option<InputLine<'_>>> {
         loop {
             let unseen = &self.buffer[self.looked..self.end];
             let found = unseen.iter().position(|byte| *byte == b'\n').map(|at| self.looked + at);
@@ -56,13 +56,15 @@ impl<R: Read> Lines<R> {
                 let line = self.start..at;
                 self.start = (at + 1).min(self.end);
                 self.looked = self.start;
-                return Ok(Some(match std::mem::take(&mut self.too_long) || line.len() > self.most {
-                    true => Line::TooLong,
-                    false => Line::Whole(&self.buffer[line]),
+                let too_long = std::mem::take(&mut self.too_long) || line.len() > self.most;
+                return Ok(Some(if too_long {
+                    InputLine::TooLong
+                } else {
+                    InputLine::Whole(&self.buffer[line])
                 }));
             }
             if self.ended {
-                return Ok(std::mem::take(&mut self.too_long).then_some(Line::TooLong));
+                return Ok(std::mem::take(&mut self.too_long).then_some(InputLine::TooLong));
             }
             self.looked = self.end;
             if self.end - self.start > self.most {
@@ -113,8 +115,8 @@ mod tests {
         let mut found = vec![];
         while let Some(line) = lines.next().unwrap() {
             found.push(match line {
-                Line::Whole(line) => String::from_utf8(line.to_vec()).unwrap(),
-                Line::TooLong => "-".into(),
+                InputLine::Whole(line) => String::from_utf8(line.to_vec()).unwrap(),
+                InputLine::TooLong => "-".into(),
             });
         }
         found
@@ -135,7 +137,7 @@ mod tests {
         let long = vec![b'x'; 10 * CHUNK];
         let mut lines = Lines::new(&long[..], 100);
         let before = lines.buffer.capacity();
-        assert_eq!(lines.next().unwrap(), Some(Line::TooLong));
+        assert_eq!(lines.next().unwrap(), Some(InputLine::TooLong));
         assert_eq!(lines.next().unwrap(), None);
         assert_eq!(lines.buffer.capacity(), before);
     }

@@ -15,7 +15,7 @@ pub(crate) struct Names {
 
 /// The numbers of the last line.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Numbers {
+pub(crate) struct LineNumbers {
     /// Every number, NaN where there is none and in place of the time stamp.
     pub values: Vec<f32>,
     /// Where the time stamp stands among them.
@@ -24,7 +24,7 @@ pub(crate) struct Numbers {
 }
 
 impl Names {
-    /// Whether a line names the columns: the first that is no blank (`first`), without any number, or the same again.
+    /// Checks whether a line names the columns: the first that is no blank (`first`), without any number, or the same again.
     pub fn are_named(&mut self, line: &str, first: bool) -> bool {
         if line.starts_with(['[', '{']) {
             return false;
@@ -39,12 +39,12 @@ impl Names {
         named
     }
 
-    /// Which column is called so.
+    /// Returns the column of this name.
     pub fn position(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|own| own == name)
+        self.names.iter().position(|known| known == name)
     }
 
-    /// What the column of time stamps is called.
+    /// Returns the name of the column of time stamps.
     pub fn of_time(&self, at: Option<usize>) -> Option<&str> {
         self.get(at?)
     }
@@ -54,7 +54,7 @@ impl Names {
     }
 }
 
-impl Numbers {
+impl LineNumbers {
     /// Reads a line; `is_time` knows the time stamp by its place and name.
     pub fn read(
         &mut self,
@@ -66,9 +66,10 @@ impl Numbers {
         (self.time, self.stamp) = (None, None);
         if !line.starts_with(['[', '{']) {
             for (at, field) in fields(line).enumerate() {
-                match is_time(at, names.get(at)) {
-                    true => self.stamp(field.parse().map_err(|_| no_number(at, field))?),
-                    false => self.values.push(field.parse().unwrap_or(f32::NAN)),
+                if is_time(at, names.get(at)) {
+                    self.stamp(field.parse().map_err(|_| no_number(at, field))?);
+                } else {
+                    self.values.push(field.parse().unwrap_or(f32::NAN));
                 }
             }
             return Ok(());
@@ -85,7 +86,7 @@ impl Numbers {
                         object.get(name).ok_or_else(|| Fault::Malformed(format!("it has no {name:?}")))?;
                     match (is_time(self.values.len(), Some(name)), value.as_f64()) {
                         (true, Some(stamp)) => self.stamp(stamp),
-                        // Only a matter if it is one of the reading's values.
+                        // A text is a fault only where it is one of the values of the time step.
                         _ if value.is_string() || value.is_boolean() => self.values.push(f32::NAN),
                         _ => self.flatten(value, name)?,
                     }
@@ -113,7 +114,7 @@ impl Numbers {
         match value {
             Value::Number(number) => self.values.push(number.as_f64().map_or(f32::NAN, |v| v as f32)),
             Value::Null => self.values.push(f32::NAN),
-            Value::Array(all) => all.iter().try_for_each(|own| self.flatten(own, name))?,
+            Value::Array(all) => all.iter().try_for_each(|inner| self.flatten(inner, name))?,
             other => {
                 let text: String = other.to_string().chars().take(SHOWN).collect();
                 return Err(Fault::Malformed(format!("{text} in {name} is no number")));
@@ -122,13 +123,13 @@ impl Numbers {
         Ok(())
     }
 
-    /// The first field of a line of CSV that is no number.
+    /// Finds the first field of a line of CSV that is no number.
     pub fn no_number(&self, line: &str) -> Option<Fault> {
         let mut fields = fields(line).enumerate().filter(|_| !line.starts_with(['[', '{']));
         fields.find(|(_, field)| field.parse::<f32>().is_err()).map(|(at, field)| no_number(at, field))
     }
 
-    /// What is wrong with number `at` of a line, which is not finite.
+    /// Describes number `at` of a line, which is not finite.
     pub fn fault(&self, line: &str, at: usize) -> Fault {
         if line.starts_with(['[', '{']) {
             return Fault::NotFinite(format!("number {} of it is no finite number", at + 1));
@@ -147,10 +148,10 @@ fn no_number(at: usize, field: &str) -> Fault {
     Fault::Malformed(format!("column {}: {text:?} is no number", at + 1))
 }
 
-/// The fields of a line, by commas where there are any, else by semicolons, tabs or blanks.
+/// Splits a line into fields, by commas where there are any, else by semicolons, tabs or blanks.
 fn fields(line: &str) -> impl Iterator<Item = &str> {
-    let separator = [',', ';', '\t'].into_iter().find(|own| line.contains(*own));
-    let split = separator.map(|own| line.split(own).map(str::trim));
+    let separator = [',', ';', '\t'].into_iter().find(|separator| line.contains(*separator));
+    let split = separator.map(|separator| line.split(separator).map(str::trim));
     let blanks = separator.is_none().then(|| line.split_whitespace());
     split.into_iter().flatten().chain(blanks.into_iter().flatten())
 }

@@ -8,14 +8,14 @@ pub enum Pace {
     /// As fast as they are answered.
     #[default]
     Fast,
-    /// Each reading when its time stamp, or the rate, says.
+    /// Each time step when its time stamp, or the rate, says.
     Rate,
 }
 
 /// Seconds that a stamp may be ahead of the one before and still be waited for.
 const LONGEST: f64 = 10.0;
 
-/// Waits until a reading is due.
+/// Waits until a time step is due.
 pub(crate) struct Pacer {
     pace: Pace,
     /// A moment and the stamp that was due at it.
@@ -28,12 +28,12 @@ impl Pacer {
         Pacer { pace, begin: None, last: 0.0 }
     }
 
-    /// Whether readings have to bear time stamps.
+    /// Whether time steps have to bear time stamps.
     pub fn needs_stamps(&self) -> bool {
         self.pace == Pace::Rate
     }
 
-    /// Whether the readings come whether there is room for them or not.
+    /// Whether the time steps come whether there is room for them or not.
     pub fn drops(&self) -> bool {
         self.pace == Pace::Rate
     }

@@ -1,4 +1,4 @@
-//! The bounded queue between the thread that reads and the one that answers.
+//! The bounded queue between the thread that reads and the one that predicts.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,40 +7,40 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 
-/// Bytes of readings that may wait.
+/// Bytes of time steps that may wait.
 const BYTES: usize = 4 << 20;
-/// The least and the most readings that may wait.
+/// The least and the most time steps that may wait.
 const WAITING: (usize, usize) = (16, 1024);
 
-/// A reading that has come.
+/// A time step that has come.
 #[derive(Debug)]
 pub struct Arrival {
-    /// Its values; give them back with [`Stream::give_back`].
+    /// Its values; give them back with [`ReadingStream::give_back`].
     pub values: Vec<f32>,
     /// Its own time stamp, in seconds.
     pub stamp: Option<f64>,
     /// When it came.
     pub at: Instant,
-    /// Readings before it that found no room.
+    /// Time steps before it that found no room.
     pub lost: u64,
 }
 
-/// What a stream brings next.
+/// The next event of a stream.
 #[derive(Debug)]
 pub enum Next {
-    /// A reading.
+    /// A time step.
     Reading(Arrival),
     /// Another recording begins; its name.
     Begin(String),
-    /// Nothing comes any more, or the source has broken off.
+    /// The source has ended, or broken off.
     End(Result<()>),
     /// Nothing came in the time given.
     Quiet,
 }
 
-/// What has been counted of a stream, as it goes on.
+/// Counters of a running stream.
 #[derive(Debug, Default)]
-pub struct Counts {
+pub struct StreamCounters {
     readings: AtomicU64,
     lines: AtomicU64,
     malformed: AtomicU64,
@@ -50,31 +50,31 @@ pub struct Counts {
     dropped: AtomicU64,
 }
 
-/// What has been counted of a stream.
+/// Counts of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counted {
-    /// Readings that came, those dropped included.
+pub struct StreamCounts {
+    /// Time steps that came, those dropped included.
     pub readings: u64,
     /// Lines that came, blank ones and names of columns included; 0 where recordings are replayed.
     pub lines: u64,
     /// Lines that are no numbers.
     pub malformed: u64,
-    /// Lines of more or fewer numbers than a reading has.
+    /// Lines of more or fewer numbers than a time step has.
     pub columns: u64,
-    /// Readings with a value that is not finite.
+    /// Time steps with a value that is not finite.
     pub not_finite: u64,
-    /// Lines that are longer than any reading.
+    /// Lines that are longer than any time step.
     pub too_long: u64,
-    /// Readings that found no room in the queue.
+    /// Time steps that found no room in the queue.
     pub dropped: u64,
 }
 
-impl Counts {
+impl StreamCounters {
     pub(crate) fn line(&self) {
         self.lines.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts a line that is no reading; whether it is the first of its kind.
+    /// Counts a line that is no time step; returns whether it is the first of its kind.
     pub(crate) fn skip(&self, kind: Skip) -> bool {
         let of = match kind {
             Skip::Malformed => &self.malformed,
@@ -85,10 +85,10 @@ impl Counts {
         of.fetch_add(1, Ordering::Relaxed) == 0
     }
 
-    /// The numbers as they are now.
-    pub fn now(&self) -> Counted {
+    /// Returns the numbers as they are now.
+    pub fn now(&self) -> StreamCounts {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
-        Counted {
+        StreamCounts {
             readings: of(&self.readings),
             lines: of(&self.lines),
             malformed: of(&self.malformed),
@@ -100,7 +100,7 @@ impl Counts {
     }
 }
 
-/// Why a line is no reading.
+/// Why a line is no time step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Skip {
     Malformed,
@@ -109,63 +109,63 @@ pub(crate) enum Skip {
     TooLong,
 }
 
-enum Message {
+enum QueueItem {
     Reading(Arrival),
     Begin(String),
     End(Result<()>),
 }
 
-/// The end of the queue that is answered.
-pub struct Stream {
-    from: Receiver<Message>,
+/// The receiving end of the queue.
+pub struct ReadingStream {
+    from: Receiver<QueueItem>,
     spare: SyncSender<Vec<f32>>,
-    counts: Arc<Counts>,
+    counters: Arc<StreamCounters>,
 }
 
-/// The end of the queue that is filled.
+/// The sending end of the queue.
 pub(crate) struct Feed {
-    to: SyncSender<Message>,
+    to: SyncSender<QueueItem>,
     spare: Receiver<Vec<f32>>,
-    pub counts: Arc<Counts>,
-    /// Whether a reading without room is dropped; it waits otherwise.
+    pub counters: Arc<StreamCounters>,
+    /// Whether a time step without room is dropped; it waits otherwise.
     drops: bool,
     lost: u64,
 }
 
-/// Nobody answers any more.
+/// The receiver is gone.
 pub(crate) struct Closed;
 
-/// A queue for readings of `each` values.
-pub(crate) fn queue(each: usize, drops: bool) -> (Feed, Stream) {
+/// Makes a queue for time steps of `each` values.
+pub(crate) fn queue(each: usize, drops: bool) -> (Feed, ReadingStream) {
     let room = (BYTES / (4 * each.max(1))).clamp(WAITING.0, WAITING.1);
     let (to, from) = sync_channel(room);
     let (back, spare) = sync_channel(room + 2);
-    let counts = Arc::new(Counts::default());
-    let feed = Feed { to, spare, counts: Arc::clone(&counts), drops, lost: 0 };
-    (feed, Stream { from, spare: back, counts })
+    let counters = Arc::new(StreamCounters::default());
+    let feed = Feed { to, spare, counters: Arc::clone(&counters), drops, lost: 0 };
+    (feed, ReadingStream { from, spare: back, counters })
 }
 
 impl Feed {
-    /// Hands a reading on: waits for room, or drops it.
+    /// Hands a time step on: waits for room, or drops it.
     pub fn reading(
         &mut self,
         values: &[f32],
         stamp: Option<f64>,
         at: Instant,
     ) -> std::result::Result<(), Closed> {
-        self.counts.readings.fetch_add(1, Ordering::Relaxed);
-        let mut own = self.spare.try_recv().unwrap_or_default();
-        own.clear();
-        own.extend_from_slice(values);
-        let message = Message::Reading(Arrival { values: own, stamp, at, lost: self.lost });
+        self.counters.readings.fetch_add(1, Ordering::Relaxed);
+        let mut copy = self.spare.try_recv().unwrap_or_default();
+        copy.clear();
+        copy.extend_from_slice(values);
+        let item = QueueItem::Reading(Arrival { values: copy, stamp, at, lost: self.lost });
         if !self.drops {
-            return self.to.send(message).map_err(|_| Closed);
+            return self.to.send(item).map_err(|_| Closed);
         }
-        match self.to.try_send(message) {
+        match self.to.try_send(item) {
             Ok(()) => self.lost = 0,
             Err(TrySendError::Full(_)) => {
                 self.lost += 1;
-                self.counts.dropped.fetch_add(1, Ordering::Relaxed);
+                self.counters.dropped.fetch_add(1, Ordering::Relaxed);
             }
             Err(TrySendError::Disconnected(_)) => return Err(Closed),
         }
@@ -173,51 +173,51 @@ impl Feed {
     }
 
     pub fn begin(&self, name: &str) -> std::result::Result<(), Closed> {
-        self.to.send(Message::Begin(name.into())).map_err(|_| Closed)
+        self.to.send(QueueItem::Begin(name.into())).map_err(|_| Closed)
     }
 
     pub fn end(self, how: Result<()>) {
         // Nobody may be there to hear it.
-        let _ = self.to.send(Message::End(how));
+        let _ = self.to.send(QueueItem::End(how));
     }
 }
 
-impl Stream {
-    /// What has been counted so far.
-    pub fn counted(&self) -> Counted {
-        self.counts.now()
+impl ReadingStream {
+    /// Returns the counts so far.
+    pub fn counted(&self) -> StreamCounts {
+        self.counters.now()
     }
 
-    /// What is there already.
+    /// Returns the next event if there is one already.
     pub fn waiting(&self) -> Next {
         match self.from.try_recv() {
-            Ok(message) => message.into(),
+            Ok(item) => item.into(),
             Err(TryRecvError::Empty) => Next::Quiet,
             Err(TryRecvError::Disconnected) => Next::End(Ok(())),
         }
     }
 
-    /// What comes within `wait`.
+    /// Returns the next event within `wait`.
     pub fn next(&self, wait: Duration) -> Next {
         match self.from.recv_timeout(wait) {
-            Ok(message) => message.into(),
+            Ok(item) => item.into(),
             Err(RecvTimeoutError::Timeout) => Next::Quiet,
             Err(RecvTimeoutError::Disconnected) => Next::End(Ok(())),
         }
     }
 
-    /// The memory of a reading, for another one.
+    /// Takes back the memory of a time step, for another one.
     pub fn give_back(&self, values: Vec<f32>) {
         let _ = self.spare.try_send(values);
     }
 }
 
-impl From<Message> for Next {
-    fn from(message: Message) -> Self {
-        match message {
-            Message::Reading(arrival) => Next::Reading(arrival),
-            Message::Begin(name) => Next::Begin(name),
-            Message::End(how) => Next::End(how),
+impl From<QueueItem> for Next {
+    fn from(item: QueueItem) -> Self {
+        match item {
+            QueueItem::Reading(arrival) => Next::Reading(arrival),
+            QueueItem::Begin(name) => Next::Begin(name),
+            QueueItem::End(how) => Next::End(how),
         }
     }
 }
@@ -227,7 +227,7 @@ impl From<Message> for Next {
 mod tests {
     use super::*;
 
-    fn next(stream: &Stream) -> (f32, u64) {
+    fn next(stream: &ReadingStream) -> (f32, u64) {
         match stream.waiting() {
             Next::Reading(Arrival { values, lost, .. }) => {
                 let first = values[0];

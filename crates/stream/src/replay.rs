@@ -1,4 +1,4 @@
-//! Recordings of files as readings.
+//! Recordings of files as time steps.
 
 use std::time::Instant;
 
@@ -8,21 +8,21 @@ use crate::error::{Error, Result};
 use crate::pace::Pacer;
 use crate::queue::{Closed, Feed, Skip};
 
-/// What is replayed.
+/// A replay of recordings.
 pub(crate) struct Replay<'s> {
-    /// What messages call it.
+    /// Name of the source in messages.
     pub label: String,
-    /// What the model reads.
+    /// The sample that the model reads.
     pub spec: SampleSpec,
     pub pacer: Pacer,
-    /// Readings per second.
+    /// Time steps per second.
     pub rate: Option<f64>,
     /// Hears what is odd, once of each kind.
     pub say: &'s dyn Fn(&str),
 }
 
 impl Replay<'_> {
-    /// Hands on every recording, reading by reading.
+    /// Hands on every recording, time step by time step.
     ///
     /// # Errors
     /// Recordings with other axes than the model reads; no rate to replay them at.
@@ -33,13 +33,13 @@ impl Replay<'_> {
         let mut before = 0;
         let mut values = vec![];
         for recording in recordings {
-            let (own, places) = self.places(recording)?;
-            // Single images are the readings of one stream.
-            let is_stream = own.layout.time_axis().is_some();
+            let (recorded, places) = self.places(recording)?;
+            // Single images are the time steps of one stream.
+            let is_stream = recorded.layout.time_axis().is_some();
             if is_stream && feed.begin(&recording.origin).is_err() {
                 return Ok(());
             }
-            let (_, ticks, after) = own.around_time();
+            let (_, ticks, after) = recorded.around_time();
             for tick in 0..ticks {
                 values.clear();
                 let at =
@@ -50,7 +50,7 @@ impl Replay<'_> {
                     self.pacer.wait((before + tick) as f64 / rate);
                 }
                 if values.iter().any(|value| !value.is_finite()) {
-                    if feed.counts.skip(Skip::NotFinite) {
+                    if feed.counters.skip(Skip::NotFinite) {
                         let (label, origin) = (&self.label, &recording.origin);
                         (self.say)(&format!(
                             "{label}: {origin}: reading {tick} is not finite; skipped. It is said once"
@@ -69,9 +69,9 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// How a recording lies in memory, and where the values of a reading are among those of one instant.
+    /// How a recording lies in memory, and where the values of a time step are among those of one instant.
     fn places(&self, recording: &Recording) -> Result<(SampleSpec, Vec<usize>)> {
-        let own = SampleSpec { shape: recording.shape.clone(), ..self.spec.clone() };
+        let recorded = SampleSpec { shape: recording.shape.clone(), ..self.spec.clone() };
         let refuse = || {
             let (shape, axes) = (&recording.shape, self.spec.layout.axes());
             let why = format!(
@@ -80,24 +80,30 @@ impl Replay<'_> {
             );
             self.broken(why)
         };
-        if own.shape.len() != self.spec.shape.len() {
+        if recorded.shape.len() != self.spec.shape.len() {
             return Err(refuse());
         }
-        let Some(time) = own.layout.time_axis() else {
-            let fits = own.shape == self.spec.shape;
-            return if fits { Ok((own.clone(), (0..own.around_time().2).collect())) } else { Err(refuse()) };
+        let Some(time) = recorded.layout.time_axis() else {
+            let fits = recorded.shape == self.spec.shape;
+            return if fits {
+                Ok((recorded.clone(), (0..recorded.around_time().2).collect()))
+            } else {
+                Err(refuse())
+            };
         };
-        let wrong: Vec<usize> = (0..own.shape.len())
-            .filter(|axis| *axis != time && own.shape[*axis] != self.spec.shape[*axis])
+        let wrong: Vec<usize> = (0..recorded.shape.len())
+            .filter(|axis| *axis != time && recorded.shape[*axis] != self.spec.shape[*axis])
             .collect();
-        let all = own.around_time();
+        let all = recorded.around_time();
         match (&self.spec.channels, wrong.as_slice()) {
-            (_, []) => Ok((own, (0..all.0 * all.2).collect())),
+            (_, []) => Ok((recorded, (0..all.0 * all.2).collect())),
             // A whole recording of which the model reads some channels.
-            (Some(channels), [0]) if time > 0 && channels.iter().all(|channel| *channel < own.shape[0]) => {
-                let inner = all.0 * all.2 / own.shape[0];
+            (Some(channels), [0])
+                if time > 0 && channels.iter().all(|channel| *channel < recorded.shape[0]) =>
+            {
+                let inner = all.0 * all.2 / recorded.shape[0];
                 let places = channels.iter().flat_map(|channel| channel * inner..(channel + 1) * inner);
-                Ok((own, places.collect()))
+                Ok((recorded, places.collect()))
             }
             _ => Err(refuse()),
         }

@@ -1,24 +1,25 @@
-//! Where readings come from, and the thread that reads them.
+//! The sources of time steps, and the thread that reads them.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use taxel_base::FileError;
 use taxel_data::{ReadOptions, SampleSpec, whole_recordings};
 
-use crate::columns::Columns;
+use crate::columns::LineColumns;
 use crate::error::{Error, Result};
 use crate::pace::{Pace, Pacer};
-use crate::queue::{Feed, Stream, queue};
+use crate::queue::{Feed, ReadingStream, queue};
 use crate::replay::Replay;
 use crate::text::Text;
 
 /// Endings of files that hold lines; others are recordings.
 const LINES: [&str; 7] = ["csv", "tsv", "txt", "log", "json", "jsonl", "ndjson"];
 
-/// Where readings come from.
+/// A source of time steps.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Source {
+pub enum StreamSource {
     /// Lines from standard input.
     Input,
     /// A file, or a folder: lines of a text file, recordings of anything else that can be read.
@@ -33,60 +34,63 @@ pub enum Source {
     },
 }
 
-/// What is known of the readings.
+/// How a source is read.
 #[derive(Debug, Clone)]
-pub struct Told {
-    /// What the model reads.
+pub struct SourceSettings {
+    /// The sample that the model reads.
     pub spec: SampleSpec,
-    /// What the numbers of a line are.
-    pub columns: Columns,
+    /// Meaning of the numbers of a line.
+    pub columns: LineColumns,
     /// How fast files are replayed.
     pub pace: Pace,
-    /// Readings per second of what bears no time stamps. Default what the model says.
+    /// Time steps per second where there are no time stamps. Default the model's.
     pub rate: Option<f64>,
     /// How recordings are read.
     pub options: ReadOptions,
 }
 
-type Work = Box<dyn FnOnce(&mut Feed) -> Result<()> + Send>;
+type ReadLoop = Box<dyn FnOnce(&mut Feed) -> Result<()> + Send>;
 
-/// Opens a source and reads it on a thread of its own. `say` hears what is odd in it, once of each kind.
+/// Opens a source and reads it on a separate thread. `say` gets a warning of each kind once.
 ///
-/// What comes from standard input and from files waits where answers are slower than readings, and nothing is lost; what
-/// comes at a rate of its own (a serial port, [`Pace::Rate`]) is dropped when the queue is full, and counted.
+/// Standard input and files wait where predictions are slower than time steps, and nothing is lost. Time steps that come at a
+/// fixed rate (a serial port, [`Pace::Rate`]) are dropped when the queue is full, and counted.
 ///
 /// # Errors
 /// A source that cannot be opened, recordings that cannot be read.
-pub fn start(source: Source, told: Told, say: impl Fn(&str) + Send + 'static) -> Result<Stream> {
-    let each = told.columns.each();
-    let (drops, work): (bool, Work) = match source {
-        Source::Input => (false, lines(std::io::stdin(), "standard input".into(), told, None, say)),
+pub fn start(
+    source: StreamSource,
+    settings: SourceSettings,
+    say: impl Fn(&str) + Send + 'static,
+) -> Result<ReadingStream> {
+    let each = settings.columns.each();
+    let (drops, read_loop): (bool, ReadLoop) = match source {
+        StreamSource::Input => (false, lines(std::io::stdin(), "standard input".into(), settings, None, say)),
         #[cfg(feature = "serial")]
-        Source::Serial { port, baud } => {
+        StreamSource::Serial { port, baud } => {
             let from = crate::serial::open(&port, baud)?;
-            (true, lines(from, port, told, None, say))
+            (true, lines(from, port, settings, None, say))
         }
-        Source::Path(path) if holds_lines(&path) => {
+        StreamSource::Path(path) if holds_lines(&path) => {
             let label = path.display().to_string();
-            let why = |e: std::io::Error| Error::Source { source_label: label.clone(), why: e.to_string() };
-            let file = File::open(&path).map_err(why)?;
-            let (pace, rate) = (told.pace, told.rate.or(told.spec.rate));
-            (pace == Pace::Rate, lines(file, label, told, Some((pace, rate)), say))
+            let file = File::open(&path).map_err(|e| Error::from(FileError::io(&path, "read", &e)))?;
+            let (pace, rate) = (settings.pace, settings.rate.or(settings.spec.rate));
+            (pace == Pace::Rate, lines(file, label, settings, Some((pace, rate)), say))
         }
-        Source::Path(path) => {
-            let recordings = whole_recordings(&path, &told.options, told.spec.layout.rank())?;
-            let drops = told.pace == Pace::Rate;
-            let work = move |feed: &mut Feed| {
-                let rate = told.rate.or(told.spec.rate);
-                let (label, pacer) = (path.display().to_string(), Pacer::new(told.pace));
-                Replay { label, spec: told.spec, pacer, rate, say: &say }.feed(&recordings, feed)
+        StreamSource::Path(path) => {
+            let recordings = whole_recordings(&path, &settings.options, settings.spec.layout.rank())?;
+            let drops = settings.pace == Pace::Rate;
+            let read_loop = move |feed: &mut Feed| {
+                let rate = settings.rate.or(settings.spec.rate);
+                let (label, pacer) = (path.display().to_string(), Pacer::new(settings.pace));
+                Replay { label, spec: settings.spec, pacer, rate, say: &say }.feed(&recordings, feed)
             };
-            (drops, Box::new(work))
+            (drops, Box::new(read_loop))
         }
     };
     let (mut feed, stream) = queue(each, drops);
     let run = move || {
-        let how = work(&mut feed);
+        let how = read_loop(&mut feed);
         feed.end(how);
     };
     let thread = std::thread::Builder::new().name("readings".into()).spawn(run);
@@ -101,13 +105,13 @@ pub fn start(source: Source, told: Told, say: impl Fn(&str) + Send + 'static) ->
 fn lines(
     from: impl Read + Send + 'static,
     label: String,
-    told: Told,
+    settings: SourceSettings,
     replayed: Option<(Pace, Option<f64>)>,
     say: impl Fn(&str) + Send + 'static,
-) -> Work {
+) -> ReadLoop {
     let (pace, rate) = replayed.unwrap_or((Pace::Fast, None));
     Box::new(move |feed: &mut Feed| {
-        let text = Text { label, columns: told.columns, pacer: Pacer::new(pace), rate, say: &say };
+        let text = Text { label, columns: settings.columns, pacer: Pacer::new(pace), rate, say: &say };
         text.feed(from, feed)
     })
 }

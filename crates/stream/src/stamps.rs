@@ -7,14 +7,14 @@ const GAP: f64 = 1.5;
 /// A step forward of so many seconds, or windows, is a clock that was set and no gap.
 const JUMP: f64 = 10.0;
 
-/// What a time stamp says.
+/// The step from one time stamp to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// As long after the one before as the others.
     Steady,
     /// The same as the one before.
     Repeated,
-    /// So many readings are missing before it.
+    /// So many time steps are missing before it.
     Gap(u64),
     /// The clock was set by so many seconds; below 0 back.
     Jump(f64),
@@ -23,7 +23,7 @@ pub enum Event {
 /// Watches the time stamps of a stream, in seconds.
 #[derive(Debug, Clone)]
 pub struct Stamps {
-    /// Readings of a window.
+    /// Time steps of a window.
     ticks: usize,
     last: Option<f64>,
     steps: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// For windows of so many readings.
+    /// Watches for windows of so many time steps.
     pub fn new(ticks: usize) -> Self {
         Stamps { ticks, last: None, steps: Vec::with_capacity(STEPS), step: None }
     }
@@ -41,12 +41,12 @@ impl Stamps {
         self.last = None;
     }
 
-    /// Readings per second, once enough of them are known: the median of the first 16 steps.
+    /// Returns the time steps per second, once enough of them are known: the median of the first 16 steps.
     pub fn rate(&self) -> Option<f64> {
         self.step.map(|step| 1.0 / step)
     }
 
-    /// Hears a stamp. Before 16 steps are known only stamps that fall, or rise by 10 s or more, are a matter.
+    /// Takes a stamp. Before 16 steps are known only stamps that fall, or rise by 10 s or more, are a matter.
     pub fn push(&mut self, stamp: f64) -> Event {
         let Some(last) = self.last.replace(stamp) else { return Event::Steady };
         let step = stamp - last;
@@ -71,7 +71,7 @@ impl Stamps {
         }
     }
 
-    /// Whether windows begin anew after `event`: half a window or more is missing, or nobody knows how much.
+    /// Checks whether windows begin anew after `event`: half a window or more is missing, or nobody knows how much.
     pub fn begins_anew(&self, event: Event) -> bool {
         let half = self.ticks as f64 / 2.0;
         match event {
@@ -86,7 +86,7 @@ impl Stamps {
 mod tests {
     use super::*;
 
-    /// A stream at 100 Hz of which 20 readings have come, the last at 0.19 s.
+    /// A stream at 100 Hz of which 20 time steps have come, the last at 0.19 s.
     fn steady() -> Stamps {
         let mut stamps = Stamps::new(10);
         (0..20).for_each(|t| assert_eq!(stamps.push(f64::from(t) / 100.0), Event::Steady));

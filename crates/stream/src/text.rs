@@ -1,25 +1,25 @@
-//! Lines of text as readings.
+//! Lines of text as time steps.
 
 use std::io::Read;
 use std::time::Instant;
 
-use crate::columns::Columns;
+use crate::columns::LineColumns;
 use crate::error::{Error, Result};
 use crate::fault::Fault;
-use crate::lines::{Line, Lines};
+use crate::lines::{InputLine, Lines};
 use crate::pace::Pacer;
-use crate::queue::{Closed, Counts, Feed, Skip};
+use crate::queue::{Closed, Feed, Skip, StreamCounters};
 
 /// Bytes that a number of a line may take, and those that any line may.
 const BYTES: (usize, usize) = (64, 1 << 16);
 
 /// Where lines come from, and what is said about them.
 pub(crate) struct Text<'s> {
-    /// What messages call it.
+    /// Name of the source in messages.
     pub label: String,
-    pub columns: Columns,
+    pub columns: LineColumns,
     pub pacer: Pacer,
-    /// Readings per second of lines without time stamps; none where they are as old as their arrival says.
+    /// Time steps per second of lines without time stamps; none where they are as old as their arrival says.
     pub rate: Option<f64>,
     /// Hears what is odd, once of each kind.
     pub say: &'s dyn Fn(&str),
@@ -29,7 +29,7 @@ impl Text<'_> {
     /// Reads all lines to the end.
     ///
     /// # Errors
-    /// A source that breaks off; one in which nothing is a reading.
+    /// A source that breaks off; one in which nothing is a time step.
     pub fn feed(mut self, from: impl Read, feed: &mut Feed) -> Result<()> {
         let most = BYTES.1.max(BYTES.0 * self.columns.each());
         let mut lines = Lines::new(from, most);
@@ -40,10 +40,10 @@ impl Text<'_> {
             let line = lines.next().map_err(|e| self.broken(&e.to_string()))?;
             let Some(line) = line else { break };
             number += 1;
-            feed.counts.line();
+            feed.counters.line();
             let read = match line {
-                Line::TooLong => Err((Skip::TooLong, format!("it is longer than {most} bytes"))),
-                Line::Whole(line) => match std::str::from_utf8(line) {
+                InputLine::TooLong => Err((Skip::TooLong, format!("it is longer than {most} bytes"))),
+                InputLine::Whole(line) => match std::str::from_utf8(line) {
                     Ok(line) => self.columns.read(line, &mut values).map_err(Fault::parts),
                     Err(_) => Err((Skip::Malformed, "it is no text (UTF-8)".into())),
                 },
@@ -60,13 +60,13 @@ impl Text<'_> {
                 }
                 Err((kind, why)) => {
                     let why = format!("line {number}: {why}");
-                    self.skip(&feed.counts, kind, &why);
+                    self.skip(&feed.counters, kind, &why);
                     first.get_or_insert(why);
                 }
             }
             readings += 1;
         }
-        match (feed.counts.now().readings, first) {
+        match (feed.counters.now().readings, first) {
             (0, Some(why)) => Err(self.broken(&format!(
                 "nothing in {number} lines is a reading of {} numbers: {why}",
                 self.columns.each()
@@ -91,8 +91,8 @@ impl Text<'_> {
         Ok(())
     }
 
-    fn skip(&self, counts: &Counts, kind: Skip, why: &str) {
-        if counts.skip(kind) {
+    fn skip(&self, counters: &StreamCounters, kind: Skip, why: &str) {
+        if counters.skip(kind) {
             (self.say)(&format!("{}: {why}; skipped. It is said once, the summary counts them", self.label));
         }
     }

@@ -1,15 +1,15 @@
-//! The last readings of a stream, and the sample that they make.
+//! The last time steps of a stream, and the sample that they make.
 
 use taxel_data::{Padding, SampleSpec};
 
-/// The last readings of a stream, at most as many as a sample has.
+/// The last time steps of a stream, at most as many as a sample has.
 #[derive(Debug, Clone)]
 pub struct Window {
-    /// Values of a sample before its time axis, readings along it, values after it.
+    /// Values of a sample before its time axis, time steps along it, values after it.
     around: (usize, usize, usize),
-    /// Reading after reading; the oldest is overwritten.
+    /// Time step after time step; the oldest is overwritten.
     ring: Vec<f32>,
-    /// Where the next reading goes, in readings.
+    /// Where the next time step goes, in time steps.
     next: usize,
     known: usize,
 }
@@ -22,23 +22,23 @@ impl Window {
         Window { around, ring: vec![0.0; before * ticks * after], next: 0, known: 0 }
     }
 
-    /// Readings of a full window, at least 1.
+    /// Time steps of a full window, at least 1.
     pub fn ticks(&self) -> usize {
         self.around.1
     }
 
-    /// Values of one reading.
+    /// Values of one time step.
     pub fn each(&self) -> usize {
         self.around.0 * self.around.2
     }
 
-    /// Readings that are there.
+    /// Time steps that are there.
     pub fn known(&self) -> usize {
         self.known
     }
 
-    /// Adds a reading, row-major as in a sample; of a full window the oldest goes. A reading of another length is no
-    /// reading of this window: nothing happens.
+    /// Adds a time step, row-major as in a sample; of a full window the oldest goes. A time step of another length is no
+    /// time step of this window: nothing happens.
     pub fn push(&mut self, reading: &[f32]) {
         let (each, ticks) = (self.each(), self.ticks());
         if reading.len() != each || ticks == 0 {
@@ -54,7 +54,7 @@ impl Window {
         self.known = self.known.min(readings);
     }
 
-    /// Writes the sample that the readings make, the oldest first, filled up by `padding`. A `sample` of another length
+    /// Writes the sample that the time steps make, the oldest first, filled up by `padding`. A `sample` of another length
     /// than the model's is left as it is.
     pub fn sample(&self, padding: Padding, sample: &mut [f32]) {
         if sample.len() != self.ring.len() {

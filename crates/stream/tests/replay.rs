@@ -1,4 +1,4 @@
-//! Recordings and lines of files, reading by reading.
+//! Recordings and lines of files, time step by time step.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use taxel_data::{Layout, Npz, ReadOptions, SampleSpec};
-use taxel_stream::{Columns, Next, Pace, Source, Told, start};
+use taxel_stream::{LineColumns, Next, Pace, SourceSettings, StreamSource, start};
 
-/// What came of a file: values and stamps of readings, beginnings, how it ended, and what was said.
+/// Everything that came of a file: values and stamps of time steps, beginnings, its end, and the warnings.
 #[derive(Debug, Default, PartialEq)]
 struct Came {
     readings: Vec<(Vec<f32>, Option<f64>)>,
@@ -19,14 +19,15 @@ struct Came {
 }
 
 fn replayed(path: &Path, spec: &SampleSpec, rate: Option<f64>, pace: Pace) -> Came {
-    let columns = Columns::new(spec, None, None);
+    let columns = LineColumns::new(spec, None, None);
     let options = ReadOptions { layout: Some(spec.layout), ..ReadOptions::default() };
-    let told = Told { spec: spec.clone(), columns, pace, rate, options };
+    let settings = SourceSettings { spec: spec.clone(), columns, pace, rate, options };
     let said = Arc::new(Mutex::new(vec![]));
     let heard = Arc::clone(&said);
-    let stream =
-        start(Source::Path(path.into()), told, move |what| heard.lock().unwrap().push(what.to_string()))
-            .unwrap();
+    let stream = start(StreamSource::Path(path.into()), settings, move |what| {
+        heard.lock().unwrap().push(what.to_string())
+    })
+    .unwrap();
     let mut came = Came::default();
     loop {
         match stream.next(Duration::from_secs(60)) {
@@ -91,12 +92,12 @@ fn what_cannot_be_replayed_says_why() {
     let file = counted(folder.path(), &[1, 3, 2]);
     let other = replayed(&file, &SampleSpec::new(Layout::Series, &[2, 2]), None, Pace::Fast);
     assert!(other.error.unwrap().contains("[3, 2], the model reads [2, 2] (channels × time)"));
-    let own = SampleSpec::new(Layout::Series, &[3, 2]);
-    assert!(replayed(&file, &own, None, Pace::Rate).error.unwrap().contains("say --rate"));
+    let series = SampleSpec::new(Layout::Series, &[3, 2]);
+    assert!(replayed(&file, &series, None, Pace::Rate).error.unwrap().contains("say --rate"));
     let lines = folder.path().join("x.csv");
     std::fs::write(&lines, "1,2,3\n1,2,3\n").unwrap();
-    assert!(replayed(&lines, &own, None, Pace::Rate).error.unwrap().contains("say --rate HZ"));
-    assert_eq!(replayed(&lines, &own, Some(1e6), Pace::Rate).readings.len(), 2);
+    assert!(replayed(&lines, &series, None, Pace::Rate).error.unwrap().contains("say --rate HZ"));
+    assert_eq!(replayed(&lines, &series, Some(1e6), Pace::Rate).readings.len(), 2);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A small model of series, and readings for it.
+//! A small model of series, and time steps for it.
 
 #![allow(dead_code, clippy::unwrap_used)]
 
@@ -18,14 +18,14 @@ pub fn model() -> Model {
     });
     let labels: Vec<&str> = (0..30).map(|i| ["soft", "medium", "stiff"][i % 3]).collect();
     let presses = Dataset::new("presses", Layout::Series, x, &labels).unwrap();
-    let net = Network::new("own");
+    let net = Network::new("linear");
     let logits = net.input("signal", &[CHANNELS, TICKS]).flatten().linear("fc", 3);
     let graph = net.finish(&[("logits", logits)]).unwrap();
-    let own = Candidate::network(graph, Recipe { epochs: 10, ..Recipe::default() });
-    fit(&own, &presses, &Encoding::default()).unwrap()
+    let candidate = Candidate::network(graph, Recipe { epochs: 10, ..Recipe::default() });
+    fit(&candidate, &presses, &Encoding::default()).unwrap()
 }
 
-/// Reading number `t` of a stream.
+/// Time step number `t` of a stream.
 pub fn reading(t: usize) -> [f32; CHANNELS] {
     let t = t as f32;
     [10.0 + 8.0 * (0.7 * t).sin(), (1.3 * t).cos()]

@@ -1,4 +1,4 @@
-//! How long answers took, in memory of a fixed size.
+//! The latencies of predictions, in memory of a fixed size.
 
 use std::time::Duration;
 
@@ -11,19 +11,19 @@ const BINS: usize = 2400;
 
 /// A histogram of durations that is right to 1 %, from 0.1 µs on.
 #[derive(Debug, Clone)]
-pub struct Spread {
+pub struct LatencyHistogram {
     bins: Vec<u64>,
     count: u64,
     most: Duration,
 }
 
-impl Default for Spread {
+impl Default for LatencyHistogram {
     fn default() -> Self {
-        Spread { bins: vec![0; BINS], count: 0, most: Duration::ZERO }
+        LatencyHistogram { bins: vec![0; BINS], count: 0, most: Duration::ZERO }
     }
 }
 
-impl Spread {
+impl LatencyHistogram {
     /// Adds a duration.
     pub fn push(&mut self, duration: Duration) {
         let bin = (duration.as_secs_f64() / LEAST).max(1.0).ln() / STEP.ln();
@@ -32,17 +32,17 @@ impl Spread {
         self.most = self.most.max(duration);
     }
 
-    /// How many there are.
+    /// Counts the durations.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The longest, in ms.
+    /// Returns the longest, in ms.
     pub fn most_ms(&self) -> f64 {
         self.most.as_nanos() as f64 / 1e6
     }
 
-    /// What a share of them, 0 to 1, took no longer than, in ms, to 1 %; none of nothing.
+    /// Returns the time that a share of them, 0 to 1, did not exceed, in ms, to 1 %; none of no durations.
     pub fn quantile_ms(&self, share: f64) -> Option<f64> {
         let rank = (share * self.count as f64).ceil().max(1.0) as u64;
         let mut seen = 0;
@@ -62,12 +62,12 @@ mod tests {
 
     #[test]
     fn quantiles_are_right_to_a_hundredth() {
-        let mut spread = Spread::default();
+        let mut spread = LatencyHistogram::default();
         assert_eq!(spread.quantile_ms(0.5), None);
         (1..=1000).for_each(|i| spread.push(Duration::from_micros(i)));
         for (share, ms) in [(0.5, 0.5), (0.99, 0.99), (0.0, 0.001), (1.0, 1.0)] {
-            let own = spread.quantile_ms(share).unwrap();
-            assert!((own / ms - 1.0).abs() < 0.011, "{share}: {own}");
+            let quantile = spread.quantile_ms(share).unwrap();
+            assert!((quantile / ms - 1.0).abs() < 0.011, "{share}: {quantile}");
         }
         spread.push(Duration::from_secs(100_000));
         assert_eq!((spread.count(), spread.most_ms()), (1001, 1e8));
