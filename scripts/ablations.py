@@ -56,7 +56,7 @@ SCENES = {
 def accuracies(config: str, settings: list[str], seed: int, threads: int) -> dict[str, float]:
     """Mean accuracy of every method, in %."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [TAXEL, "run", ROOT / "configs" / config, "--out", pathlib.Path(folder) / "run", "--json"]
+        command = [TAXEL, "run", ROOT / "configs" / config, "--output", pathlib.Path(folder) / "run", "--format", "json"]
         command += ["--seed", str(seed), "--threads", str(threads)]
         for setting in settings:
             command += ["--set", setting]
@@ -66,7 +66,7 @@ def accuracies(config: str, settings: list[str], seed: int, threads: int) -> dic
 
 
 def effects(scene: str) -> list[str]:
-    done = subprocess.run([TAXEL, "simulate", scene, "--explain", "--json"], check=True, capture_output=True, text=True)
+    done = subprocess.run([TAXEL, "simulate", scene, "--explain", "--format", "json"], check=True, capture_output=True, text=True)
     return list(dict.fromkeys(e["name"] for e in json.loads(done.stdout) if e["removable"]))
 
 

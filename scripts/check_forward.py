@@ -76,7 +76,7 @@ def main():
     parser.add_argument("networks", nargs="*", metavar="NETWORK")
     parser.add_argument("--binary", default=ROOT / "target" / "release" / "taxel")
     args = parser.parse_args()
-    listed = json.loads(subprocess.run([args.binary, "zoo", "--json"], check=True, capture_output=True).stdout)
+    listed = json.loads(subprocess.run([args.binary, "zoo", "--format", "json"], check=True, capture_output=True).stdout)
     failed = []
     for name in args.networks or [entry["name"] for entry in listed]:
         with tempfile.TemporaryDirectory() as folder:

@@ -97,7 +97,7 @@ def compare(name, folder, binary):
             inputs[-1][1, : shape[0] // 2] = 0
         np.save(folder / f"x{number}.npy", inputs[-1])
     path = folder / "model.onnx"
-    run(binary, "export", name, path, "--weights", folder / "w.safetensors")
+    run(binary, "export", name, "--output", path, "--weights", folder / "w.safetensors")
     onnx.checker.check_model(str(path), full_check=True)
     call = ["forward", "--model", name, "--weights", folder / "w.safetensors", "--output", folder / "y.npy"]
     for number in range(len(inputs)):
@@ -133,11 +133,11 @@ name = "NETWORK"
 def trained(name, folder, binary):
     """A model with its encoding: probabilities of raw readings against `taxel predict`."""
     (folder / "small.toml").write_text(CONFIG.replace("NETWORK", name))
-    run(binary, "run", folder / "small.toml", "--out", folder / "run")
+    run(binary, "run", folder / "small.toml", "--output", folder / "run")
     run(binary, "fit", folder / "run", "--network", name, "--output", folder / "model.safetensors")
     run(binary, "simulate", "fingertip", "--samples", 20, "--seed", 7, "--output", folder / "new.npz")
     run(binary, "predict", folder / "model.safetensors", folder / "new.npz", "--format", "npz", "--output", folder / "answers.npz")
-    run(binary, "export", folder / "model.safetensors", folder / "model.onnx")
+    run(binary, "export", folder / "model.safetensors", "--output", folder / "model.onnx")
     onnx.checker.check_model(str(folder / "model.onnx"), full_check=True)
     x = np.load(folder / "new.npz")["x"].astype(np.float32)
     return difference(np.load(folder / "answers.npz")["probabilities"], by_onnxruntime(folder / "model.onnx", [x])["probabilities"])
@@ -149,7 +149,7 @@ def main():
     parser.add_argument("--binary", default=ROOT / "target" / "release" / "taxel")
     parser.add_argument("--most", type=int, default=10**9, help="parameters of the largest network")
     args = parser.parse_args()
-    listed = json.loads(run(args.binary, "zoo", "--json"))
+    listed = json.loads(run(args.binary, "zoo", "--format", "json"))
     names = args.networks or [entry["name"] for entry in listed if entry["parameters"] <= args.most]
     failed, worst, refused = [], {}, []
     for name in names:

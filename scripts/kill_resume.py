@@ -56,7 +56,7 @@ def contents(folder):
 
 
 def command(args, config, out, resume):
-    base = [args.taxel, "run", str(config), "--out", str(out), "--threads", "1", "--save-every", "0"]
+    base = [args.taxel, "run", str(config), "--output", str(out), "--threads", "1", "--save-every", "0"]
     return base + (["--resume"] if resume else [])
 
 

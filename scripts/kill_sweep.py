@@ -58,7 +58,7 @@ def plan(args, folder, name, key, values, epochs=2):
     (folder / "tiny.toml").write_text(CONFIG.format(epochs=epochs))
     study = folder / "study.toml"
     study.write_text(GRID.format(epochs=epochs, key=key, values=", ".join(map(str, values))))
-    sweep(args, "plan", study, "--out", folder / name)
+    sweep(args, "plan", study, "--output", folder / name)
     return folder / name
 
 
@@ -77,7 +77,7 @@ def compare(alone, other, trials):
 
 
 def collect(args, path):
-    (path / "collected.json").write_text(sweep(args, "collect", path, "--json"))
+    (path / "collected.json").write_text(sweep(args, "collect", path, "--format", "json"))
 
 
 def kills(args, folder):
@@ -130,7 +130,7 @@ def chunk(args, folder):
         path = plan(args, folder, f"chunk-{attempt}", "seed", range(20), args.epochs)
         pair = [
             lambda: ones.append(measured([args.taxel, "sweep", "run-one", path, "--index", 0, "--count", 20, "--threads", 1, "--quiet"])),
-            lambda: runs.append(measured([args.taxel, "run", *configs, "--out", folder / f"own-{attempt}", "--threads", 1])),
+            lambda: runs.append(measured([args.taxel, "run", *configs, "--output", folder / f"own-{attempt}", "--threads", 1])),
         ]
         for one in pair if attempt % 2 else reversed(pair):
             one()
@@ -150,7 +150,7 @@ def many(args, folder):
         study.write_text(GRID.format(epochs=2, key="train.optimizer.lr", values=", ".join(str(1e-6 * (i + 1)) for i in range(count))))
         figures = []
         for name, words in {
-            "plan": ["plan", study, "--out", path],
+            "plan": ["plan", study, "--output", path],
             "emit": ["emit", "slurm", path, "--seconds-per-trial", 5],
             "collect": ["collect", path],
         }.items():

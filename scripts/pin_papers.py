@@ -30,7 +30,7 @@ CHOICE = 'choose.grid={"optimizer.lr"=[1e-30]}'
 def run(binary, config, sets, out):
     """The networks of results.json, each with the loss of its first training."""
     values = [part for one in sets for part in ("--set", one)]
-    command = [binary, "run", config, *values, "--out", out, "--threads", "2"]
+    command = [binary, "run", config, *values, "--output", out, "--threads", "2"]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{config.name}: {done.stderr}")

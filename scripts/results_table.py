@@ -4,7 +4,7 @@
     python3 scripts/results_table.py runs/quickstart [runs/fsr-glove28 ...] [--readme] [--partial] [--check]
     python3 scripts/results_table.py --configs
 
-A page has the name of its run folder: the same config with other values (--set, --out) is another page. It does not
+A page has the name of its run folder: the same config with other values (--set, --output) is another page. It does not
 hold the config. It links the file under configs/, names the settings that the run changed, and states the SHA-256 of
 config.toml in the run folder, which holds the whole. File and settings are found by asking the program
 (target/release/taxel, or TAXEL=/path/to/taxel) which of them give that config.
@@ -34,7 +34,7 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"
 TAXEL = os.environ.get("TAXEL", ROOT / "target" / "release" / "taxel")
-# Samples that `taxel report` asks under faults, where --samples does not say otherwise.
+# Samples that `taxel report` asks under faults, where --max-samples does not say otherwise.
 UNDER_FAULTS = 1000
 
 
@@ -396,12 +396,12 @@ def commands(name, config, made, asked=None):
     """How to make a page again: `taxel run`, `taxel report` where faults are on it, and this script."""
     if made:
         path, sets = made
-        out = "" if name == bare(config)["name"] else f" --out runs/{name}"
+        out = "" if name == bare(config)["name"] else f" --output runs/{name}"
         lines = ["taxel run " + shlex.join([str(path), *(word for own in sets for word in ("--set", own))]) + out]
     else:
         lines = [f"taxel run {name}.toml  # a config that is not kept here"]
     if asked is not None:
-        lines.append(f"taxel report runs/{name}" + (f" --samples {asked}" if asked > UNDER_FAULTS else ""))
+        lines.append(f"taxel report runs/{name}" + (f" --max-samples {asked}" if asked > UNDER_FAULTS else ""))
     lines.append(f"python3 scripts/results_table.py runs/{name}")
     return "Made again by:\n\n```sh\n" + "\n".join(lines) + "\n```"
 

@@ -41,8 +41,8 @@ def again(out, source, arrays):
 
 def run(out, config, threads, rows, *settings):
     """Mean accuracy and standard deviation of each row over its folds, in %."""
-    command = [TAXEL, "run", ROOT / "configs" / config, "--out", out, "--resume", "--threads", str(threads)]
-    done = subprocess.run([*command, "--only", ",".join(rows), "--json", *settings], check=True, capture_output=True, text=True)
+    command = [TAXEL, "run", ROOT / "configs" / config, "--output", out, "--resume", "--threads", str(threads)]
+    done = subprocess.run([*command, "--only", ",".join(rows), "--format", "json", *settings], check=True, capture_output=True, text=True)
     networks = {own["network"]: own["measured"] for own in json.loads(done.stdout)["networks"]}
     own = {row: networks[row] for row in rows}
     return {row: (each["mean"]["accuracy"], (each.get("sd") or {}).get("accuracy")) for row, each in own.items()}
@@ -190,7 +190,7 @@ def multiscale(folder, threads):
         baselines = ["majority", "mini-rocket"] if name in ("as-is", "grasps-6000") else ["majority"]
         settings = [f'networks=[{{ name = "multiscale-cnn"{own} }}]', f"baselines={json.dumps(baselines)}", *changed]
         out = folder / f"multiscale-{name}"
-        command = [TAXEL, "run", ROOT / "configs" / "strength" / "strength-004-table-2.toml", "--out", out, "--resume", "--seed", "1"]
+        command = [TAXEL, "run", ROOT / "configs" / "strength" / "strength-004-table-2.toml", "--output", out, "--resume", "--seed", "1"]
         command += ["--threads", str(threads), *(part for setting in settings for part in ("--set", setting))]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         results = {row["network"]: row for row in json.loads((out / "results.json").read_text())["networks"]}

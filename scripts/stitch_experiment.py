@@ -42,7 +42,7 @@ def train(args, data, stream) -> pathlib.Path:
     run = args.work / stream
     if not (run / "results.json").exists():
         options = [part for value in settings(args, stream) for part in ("--set", value)]
-        call(args.taxel, "run", ROOT / CONFIG, "--data", data, "--threads", args.threads, "--out", run, *options)
+        call(args.taxel, "run", ROOT / CONFIG, "--data", data, "--threads", args.threads, "--output", run, *options)
     return run
 
 

@@ -33,7 +33,7 @@ EXPECTED = {"ucr-gunpoint": 99.3, "ucr-italy-power-demand": 96.5, "ucr-coffee": 
 
 def run(config, seed, threads, folder):
     out = folder / f"{config.stem}-{seed}"
-    subprocess.run([TAXEL, "run", config, "--out", out, "--seed", str(seed), "--threads", str(threads)], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([TAXEL, "run", config, "--output", out, "--seed", str(seed), "--threads", str(threads)], check=True, stdout=subprocess.DEVNULL)
     results = json.loads((out / "results.json").read_text())
     environment = json.loads((out / "environment.json").read_text())
     return results, environment, twins(out, seed, threads)

@@ -99,7 +99,7 @@ impl Case {
     }
 }
 
-/// What this build computes with.
+/// Backends of this build.
 const BACKENDS: &[&str] = if cfg!(feature = "candle") { &["native", "candle"] } else { &["native"] };
 
 #[cfg(not(feature = "candle"))]
@@ -286,12 +286,13 @@ fn forward_refuses_tensors_and_inputs_by_name() {
 
 #[test]
 fn zoo_and_cost_count_alike() {
-    let zoo: serde_json::Value = serde_json::from_str(&good(&["zoo", "--json"])).unwrap();
+    let zoo: serde_json::Value = serde_json::from_str(&good(&["zoo", "--format", "json"])).unwrap();
     let list = zoo.as_array().unwrap();
     assert_eq!(list.len(), taxel_zoo::built_in().entries().count());
     for entry in list {
         let name = entry["name"].as_str().unwrap();
-        let cost: serde_json::Value = serde_json::from_str(&good(&["cost", name, "--json"])).unwrap();
+        let cost: serde_json::Value =
+            serde_json::from_str(&good(&["cost", name, "--format", "json"])).unwrap();
         assert_eq!(cost["total"]["parameters"], entry["parameters"]);
         assert_eq!(cost["total"]["macs"], entry["macs"]);
         let layers = cost["layers"].as_array().unwrap();
@@ -315,12 +316,13 @@ fn simulate_encode_and_check_go_together() {
     assert_eq!(simulate("a.npz", "1"), simulate("b.npz", "1"), "same seed, same bytes");
     assert_ne!(simulate("a.npz", "1"), simulate("b.npz", "2"));
     let card: serde_json::Value =
-        serde_json::from_str(&good(&["data", "check", text(&at("a.npz")), "--json"])).unwrap();
+        serde_json::from_str(&good(&["data", "check", text(&at("a.npz")), "--format", "json"])).unwrap();
     assert_eq!(card["shape"], serde_json::json!([60, 5, 50]));
     assert_eq!(card["classes"][1]["name"], "shore-10");
     let out = at("run");
     let (config, data) = (QUICKSTART, at("a.npz"));
-    let json = good(&["run", config, "--quick", "--data", text(&data), "--out", text(&out), "--json"]);
+    let json =
+        good(&["run", config, "--quick", "--data", text(&data), "--output", text(&out), "--format", "json"]);
     let table: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(
         table["source"], "simulated: fingertip (a)",
@@ -344,7 +346,7 @@ fn simulate_encode_and_check_go_together() {
     let out = at("squeezes.npz");
     good(&["simulate", "palpation", "--set", "paper=002", "--samples", "18", "--output", text(&out)]);
     let card: serde_json::Value =
-        serde_json::from_str(&good(&["data", "check", text(&out), "--json"])).unwrap();
+        serde_json::from_str(&good(&["data", "check", text(&out), "--format", "json"])).unwrap();
     assert_eq!(card["shape"], serde_json::json!([18, 10, 28, 50]));
     assert_eq!(card["dtype"], "|u1");
     let out = at("grasps.npz");
@@ -431,7 +433,7 @@ fn a_table_is_checked_and_converted() {
     let columns = ["--y", "kind", "--table", "long,recording=grasp,time=stamp,clock=ms"];
     let card = |name: &str, more: &[&str]| -> serde_json::Value {
         let path = at(name);
-        let arguments = [&["data", "check", text(&path), "--json"], more].concat();
+        let arguments = [&["data", "check", text(&path), "--format", "json"], more].concat();
         serde_json::from_str(&good(&arguments)).unwrap()
     };
     let table = card("grasps.csv", &columns);
@@ -476,7 +478,7 @@ fn equal_runs_write_equal_bytes_for_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, threads: &str, seed: &str| {
         let out = folder.path().join(name);
-        good(&["run", QUICKSTART, "--quick", "--threads", threads, "--seed", seed, "--out", text(&out)]);
+        good(&["run", QUICKSTART, "--quick", "--threads", threads, "--seed", seed, "--output", text(&out)]);
         shared_files(&out)
     };
     let first = run("first", "1", "3");
@@ -488,11 +490,11 @@ fn equal_runs_write_equal_bytes_for_any_number_of_threads() {
 fn a_printed_config_is_the_one_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let (out, saved) = (folder.path().join("run"), folder.path().join("whole.toml"));
-    let asked = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1"];
-    let printed = good(&[&asked[..], &["--print-config"]].concat());
+    let quick_run = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1"];
+    let printed = good(&[&quick_run[..], &["--print-config"]].concat());
     fs::write(&saved, &printed).unwrap();
     assert_eq!(printed, good(&["run", text(&saved), "--print-config"]));
-    good(&[&asked[..], &["--out", text(&out)]].concat());
+    good(&[&quick_run[..], &["--output", text(&out)]].concat());
     assert_eq!(printed, fs::read_to_string(out.join("config.toml")).unwrap());
 }
 
@@ -500,7 +502,7 @@ fn a_printed_config_is_the_one_of_the_run() {
 fn a_part_of_a_run_and_the_rest_later_make_the_bytes_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
-    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--out"];
+    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--output"];
     good(&[&quick[..], &[text(&whole)]].concat());
     let part = [&quick[..], &[text(&parts)]].concat();
     let error = refused(&[&part[..], &["--only", "mpl"]].concat());
@@ -527,7 +529,7 @@ fn ctrl_c_leaves_a_readable_folder_and_resume_ends_with_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, cut) = (folder.path().join("whole"), folder.path().join("cut"));
     let arguments = |out: &Path| {
-        ["run", QUICKSTART, "--quick", "--set", "train.epochs=12", "--json", "--out", text(out)]
+        ["run", QUICKSTART, "--quick", "--set", "train.epochs=12", "--format", "json", "--output", text(out)]
             .map(String::from)
     };
     let wait = |child: &mut std::process::Child| {
@@ -574,13 +576,13 @@ fn choose_names_the_smallest_that_suffices() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=1", "--set", "data.samples=60"];
-    let baselines = ["--set", "baselines=[\"majority\", \"k-nn\"]", "--out", text(&run)];
+    let baselines = ["--set", "baselines=[\"majority\", \"k-nn\"]", "--output", text(&run)];
     good(&[&quick[..], &baselines].concat());
     let shown = good(&["choose", text(&run), "--by", "size"]);
     assert!(shown.contains("95 % interval") && shown.contains("chosen"), "{shown}");
     assert!(shown.contains("majority") && shown.contains("Too few data"), "{shown}");
     let json: serde_json::Value =
-        serde_json::from_str(&good(&["choose", text(&run), text(&run), "--json"])).unwrap();
+        serde_json::from_str(&good(&["choose", text(&run), text(&run), "--format", "json"])).unwrap();
     let choices = json["choices"].as_array().unwrap();
     assert_eq!((choices.len(), &json["across"]), (2, &serde_json::Value::Null));
     assert_eq!(choices[0]["choice"]["evidence"].as_array().unwrap().len(), 4);
@@ -599,10 +601,10 @@ fn report_makes_pages_of_runs_and_one_of_them_all() {
     let at = |name: &str| folder.path().join(name);
     let (first, second, out) = (at("first run"), at("second"), at("side by side"));
     for run in [&first, &second] {
-        let few = ["--set", "train.epochs=1", "--set", "data.samples=40", "--out", text(run)];
+        let few = ["--set", "train.epochs=1", "--set", "data.samples=40", "--output", text(run)];
         good(&[&["run", QUICKSTART, "--quick"], &few[..]].concat());
     }
-    let said = good(&["report", text(&first), "--samples", "10", "--json"]);
+    let said = good(&["report", text(&first), "--max-samples", "10", "--format", "json"]);
     let said: serde_json::Value = serde_json::from_str(&said).unwrap();
     assert_eq!(
         (said["kind"].as_str(), said["networks"][0]["network"].as_str()),
@@ -612,7 +614,7 @@ fn report_makes_pages_of_runs_and_one_of_them_all() {
     let page = fs::read(first.join("report.html")).unwrap();
     // Measured once: the same judgement makes the same bytes, now beside another run.
     let judgement = fs::read(first.join("judgement.json")).unwrap();
-    let said = good(&["report", text(&first), text(&second), "--no-stress", "--out", text(&out)]);
+    let said = good(&["report", text(&first), text(&second), "--no-stress", "--output", text(&out)]);
     assert!(said.contains("resnet8-lite-1d") && said.contains("report.html"), "{said}");
     assert_eq!(fs::read(first.join("judgement.json")).unwrap(), judgement);
     assert_eq!(fs::read(first.join("report.html")).unwrap(), page);
@@ -623,7 +625,7 @@ fn report_makes_pages_of_runs_and_one_of_them_all() {
         out.join("tables/overview-simulated.csv").is_file() && !out.join("tables/overview-real.csv").exists()
     );
     let error = refused(&["report", text(&at("nothing"))]);
-    assert!(error.contains("nothing") && error.contains("config.toml"), "{error}");
+    assert!(error.contains("nothing") && error.contains("no such file or folder"), "{error}");
 }
 
 #[test]
@@ -633,21 +635,21 @@ fn from_recordings_to_a_shipped_model() {
     good(&["simulate", "fingertip", "--samples", "60", "--output", text(&at("grasps.npz"))]);
     let quick = ["--quick", "--set", "baselines=[\"majority\", \"k-nn\", \"svm-linear\"]"];
     let (data, run) = (at("grasps.npz"), at("run"));
-    good(&[&["run", QUICKSTART, "--data", text(&data), "--out", text(&run)], &quick[..]].concat());
+    good(&[&["run", QUICKSTART, "--data", text(&data), "--output", text(&run)], &quick[..]].concat());
 
     // The run's own model gives the run's own probabilities, bit for bit, in a folder with nothing else.
-    let alone = at("alone");
-    fs::create_dir(&alone).unwrap();
+    let apart = at("alone");
+    fs::create_dir(&apart).unwrap();
     let record: serde_json::Value =
         serde_json::from_slice(&fs::read(run.join("folds/mlp.r0.f0.json")).unwrap()).unwrap();
-    fs::copy(run.join("models/mlp.r0.f0.safetensors"), alone.join("m.safetensors")).unwrap();
+    fs::copy(run.join("models/mlp.r0.f0.safetensors"), apart.join("m.safetensors")).unwrap();
     let rows: Vec<usize> =
         record["index"].as_array().unwrap().iter().map(|i| i.as_u64().unwrap() as usize).collect();
     let set = taxel_data::load(&data, &taxel_data::ReadOptions::default()).unwrap().select(&rows);
     let mut npz = taxel_data::Npz::default();
     npz.add("x", set.x.shape(), set.x.as_slice().unwrap()).unwrap();
-    fs::write(alone.join("tested.npz"), npz.finish().unwrap()).unwrap();
-    let [model, tested, out] = ["m.safetensors", "tested.npz", "p.npz"].map(|name| alone.join(name));
+    fs::write(apart.join("tested.npz"), npz.finish().unwrap()).unwrap();
+    let [model, tested, out] = ["m.safetensors", "tested.npz", "p.npz"].map(|name| apart.join(name));
     good(&["predict", text(&model), text(&tested), "--format", "npz", "--output", text(&out)]);
     let mut answers = npyz::npz::NpzArchive::open(&out).unwrap();
     let got: Vec<f32> = answers.by_name("probabilities").unwrap().unwrap().into_vec().unwrap();
@@ -659,9 +661,10 @@ fn from_recordings_to_a_shipped_model() {
     let [chosen, named] = ["chosen.safetensors", "named.safetensors"].map(at);
     let card = good(&["fit", text(&run), "--output", text(&chosen)]);
     assert!(card.contains("(all of them)") && card.contains("± "), "{card}");
-    good(&["fit", text(&run), "--network", "resnet8-lite-1d", "--output", text(&named), "--json"]);
+    good(&["fit", text(&run), "--network", "resnet8-lite-1d", "--output", text(&named), "--format", "json"]);
     assert!(good(&["inspect", text(&named)]).contains("reads        series, channels × time: 5 × 50"));
-    let json: serde_json::Value = serde_json::from_str(&good(&["inspect", text(&named), "--json"])).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_str(&good(&["inspect", text(&named), "--format", "json"])).unwrap();
     assert_eq!(json["trained_on"]["samples"], 60);
     assert!(json["score"]["mean"]["accuracy"].is_f64());
     let again = at("again.safetensors");

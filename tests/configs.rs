@@ -23,7 +23,15 @@ fn run_quick(config: &Path) {
 fn run_quick_into(out: &Path, config: &Path, variables: &[(&str, &Path)]) {
     let mut command = Command::cargo_bin("taxel").unwrap();
     command.envs(variables.iter().copied());
-    command.args(["run", config.to_str().unwrap(), "--quick", "--json", "--out", out.to_str().unwrap()]);
+    command.args([
+        "run",
+        config.to_str().unwrap(),
+        "--quick",
+        "--format",
+        "json",
+        "--output",
+        out.to_str().unwrap(),
+    ]);
     let output = command.output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{}: {error}", config.display());
@@ -70,10 +78,11 @@ fn visuotactile_ones_run() {
 #[test]
 fn visuotactile_and_palpation_ones_run_on_eyes_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
-    let (eyes, own) = (folder.path().join("eyes"), [configs("visuotactile"), configs("palpation")].concat());
-    let first = own.iter().find(|path| path.ends_with("eyes.toml")).unwrap();
+    let (eyes, with_pictures) =
+        (folder.path().join("eyes"), [configs("visuotactile"), configs("palpation")].concat());
+    let first = with_pictures.iter().find(|path| path.ends_with("eyes.toml")).unwrap();
     run_quick_into(&eyes, first, &[]);
-    let with_eyes: Vec<&PathBuf> = own.iter().filter(|path| holds(path, "TAXEL_EYES")).collect();
+    let with_eyes: Vec<&PathBuf> = with_pictures.iter().filter(|path| holds(path, "TAXEL_EYES")).collect();
     assert_eq!(with_eyes.len(), 6);
     for (i, config) in with_eyes.into_iter().enumerate() {
         let variables = [("TAXEL_EYES", eyes.join("models"))];

@@ -77,7 +77,7 @@ fn ran() -> Ran {
     let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
     let (config, run, data) = (at("full.toml"), at("run"), at("grasps.npz"));
     fs::write(&config, CONFIG).unwrap();
-    assert!(taxel(&["run", &config, "--out", &run]).output().unwrap().status.success());
+    assert!(taxel(&["run", &config, "--output", &run]).output().unwrap().status.success());
     let simulate = ["simulate", "fingertip", "--samples", "40", "--output", &data];
     assert!(taxel(&simulate).output().unwrap().status.success());
     let model = format!("{run}/models/mlp.r0.f0.safetensors");
@@ -86,14 +86,14 @@ fn ran() -> Ran {
 
 #[test]
 fn a_full_device_is_named_and_what_was_there_stays() {
-    let own = ran();
-    let at = |name: &str| own.dir.path().join(name).to_str().unwrap().to_string();
+    let files = ran();
+    let at = |name: &str| files.dir.path().join(name).to_str().unwrap().to_string();
     let (model, answers, grasps) = (at("out.safetensors"), at("out.csv"), at("out.npz"));
     for path in [&model, &answers, &grasps] {
         fs::write(path, "what was there").unwrap();
     }
-    let fit = ["fit", &own.run, "--network", "mlp", "--output", &model];
-    let predict = ["predict", &own.model, &own.data, "--format", "csv", "--output", &answers];
+    let fit = ["fit", &files.run, "--network", "mlp", "--output", &model];
+    let predict = ["predict", &files.model, &files.data, "--format", "csv", "--output", &answers];
     let simulate = ["simulate", "fingertip", "--samples", "40", "--output", &grasps];
     for (arguments, file) in [(&fit[..], &model), (&predict[..], &answers), (&simulate[..], &grasps)] {
         let error = refused(&limited(1, arguments));
@@ -103,23 +103,23 @@ fn a_full_device_is_named_and_what_was_there_stays() {
     // A run, from the first file and from later ones; then it goes on.
     for kilobytes in [0, 1, 4, 16] {
         let out = at(&format!("run-{kilobytes}"));
-        let error = refused(&limited(kilobytes, &["run", &own.config, "--out", &out, "--threads", "1"]));
+        let error = refused(&limited(kilobytes, &["run", &files.config, "--output", &out, "--threads", "1"]));
         assert!(error.contains(&out), "{error}");
         assert_eq!(halves(Path::new(&out)), [""; 0]);
-        let resumed = taxel(&["run", &own.config, "--out", &out, "--resume"]).output().unwrap();
+        let resumed = taxel(&["run", &files.config, "--output", &out, "--resume"]).output().unwrap();
         assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
         let results = |run: &str| fs::read(Path::new(run).join("results.json")).unwrap();
-        assert!(results(&out) == results(&own.run), "{kilobytes} kB");
+        assert!(results(&out) == results(&files.run), "{kilobytes} kB");
     }
-    let report = ["report", own.run.as_str(), "--no-stress"];
+    let report = ["report", files.run.as_str(), "--no-stress"];
     for kilobytes in [1, 64] {
         let error = refused(&limited(kilobytes, &report));
-        assert!(error.contains(&own.run), "{error}");
-        assert!(!Path::new(&own.run).join("report.html").exists(), "the page comes last");
+        assert!(error.contains(&files.run), "{error}");
+        assert!(!Path::new(&files.run).join("report.html").exists(), "the page comes last");
     }
-    assert_eq!(halves(own.dir.path()), [""; 0]);
+    assert_eq!(halves(files.dir.path()), [""; 0]);
     assert!(taxel(&report).output().unwrap().status.success());
-    assert!(Path::new(&own.run).join("report.html").exists(), "it goes on where there is room again");
+    assert!(Path::new(&files.run).join("report.html").exists(), "it goes on where there is room again");
 }
 
 #[test]
@@ -128,15 +128,15 @@ fn a_sweep_on_a_full_device_goes_on_where_there_is_room_again() {
     let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
     fs::write(at("full.toml"), CONFIG).unwrap();
     fs::write(at("study.toml"), "config = \"full.toml\"\n[grid]\nseed = [0, 1]\n").unwrap();
-    let (study, alone, full) = (at("study.toml"), at("alone"), at("full"));
-    let error = refused(&limited(0, &["sweep", "plan", &study, "--out", &full]));
+    let (study, unlimited, full) = (at("study.toml"), at("alone"), at("full"));
+    let error = refused(&limited(0, &["sweep", "plan", &study, "--output", &full]));
     assert!(error.contains("manifest.jsonl"), "{error}");
     assert_eq!(halves(dir.path()), [""; 0]);
-    for out in [&alone, &full] {
-        assert!(taxel(&["sweep", "plan", &study, "--out", out]).output().unwrap().status.success());
+    for out in [&unlimited, &full] {
+        assert!(taxel(&["sweep", "plan", &study, "--output", out]).output().unwrap().status.success());
     }
     let run = |sweep: &str| taxel(&["sweep", "run", sweep, "--threads", "1"]).output().unwrap();
-    assert!(run(&alone).status.success());
+    assert!(run(&unlimited).status.success());
     for kilobytes in [0, 1, 8] {
         let output = limited(kilobytes, &["sweep", "run", &full, "--threads", "1"]);
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -156,26 +156,26 @@ fn a_sweep_on_a_full_device_goes_on_where_there_is_room_again() {
         files.into_iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>()
     };
     assert_eq!(results(&full).len(), 2);
-    assert!(results(&full) == results(&alone));
+    assert!(results(&full) == results(&unlimited));
 }
 
 #[test]
 fn an_output_that_cannot_be_written_is_named() {
-    let own = ran();
-    fs::write(own.dir.path().join("file"), "a file").unwrap();
-    let below = text(&own.dir.path().join("file")).to_string() + "/below";
+    let files = ran();
+    fs::write(files.dir.path().join("file"), "a file").unwrap();
+    let below = text(&files.dir.path().join("file")).to_string() + "/below";
     // Behind a link: a mistake costs the link and not the device.
-    let full = own.dir.path().join("full.npz");
+    let full = files.dir.path().join("full.npz");
     std::os::unix::fs::symlink("/dev/full", &full).unwrap();
-    let full_model = own.dir.path().join("full.safetensors");
+    let full_model = files.dir.path().join("full.safetensors");
     std::os::unix::fs::symlink("/dev/full", &full_model).unwrap();
     for arguments in [
         vec!["simulate", "fingertip", "--samples", "4", "--output", text(&full)],
-        vec!["predict", &own.model, &own.data, "--format", "npz", "--output", text(&full)],
-        vec!["fit", &own.run, "--network", "k-nn", "--output", text(&full_model)],
-        vec!["predict", &own.model, &own.data, "--format", "csv", "--output", &below],
-        vec!["run", &own.config, "--out", &below],
-        vec!["run", &own.config, "--out", "/proc/nowhere"],
+        vec!["predict", &files.model, &files.data, "--format", "npz", "--output", text(&full)],
+        vec!["fit", &files.run, "--network", "k-nn", "--output", text(&full_model)],
+        vec!["predict", &files.model, &files.data, "--format", "csv", "--output", &below],
+        vec!["run", &files.config, "--output", &below],
+        vec!["run", &files.config, "--output", "/proc/nowhere"],
     ] {
         let output = taxel(&arguments).output().unwrap();
         let error = refused(&output);
@@ -186,16 +186,16 @@ fn an_output_that_cannot_be_written_is_named() {
 
 #[test]
 fn a_full_standard_output_is_an_error_and_no_panic() {
-    let own = ran();
-    let out = own.dir.path().join("second");
+    let files = ran();
+    let out = files.dir.path().join("second");
     for arguments in [
-        vec!["run", &own.config, "--out", text(&out)],
-        vec!["stress", &own.run, "--fault", "gain", "--severity", "1"],
-        vec!["report", &own.run, "--no-stress"],
-        vec!["choose", &own.run],
-        vec!["predict", &own.model, &own.data],
+        vec!["run", &files.config, "--output", text(&out)],
+        vec!["stress", &files.run, "--fault", "gain", "--severity", "1"],
+        vec!["report", &files.run, "--no-stress"],
+        vec!["choose", &files.run],
+        vec!["predict", &files.model, &files.data],
         vec!["zoo"],
-        vec!["inspect", &own.model],
+        vec!["inspect", &files.model],
         vec!["completions", "bash"],
     ] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();

@@ -48,7 +48,7 @@ fn a_model_behind_its_guard_answers_broken_recordings() {
     assert!(card.contains("guard        on: 5 channels; readings 0 to 1023, fitted on 90 samples"), "{card}");
     assert!(!out(&[&fit[..], &["--output", &plain]].concat()).contains("guard"));
     assert!(out(&["inspect", &model]).contains("guard        on: 5 channels"));
-    assert_eq!(json(&["inspect", &model, "--json"])["guard"]["layout"], "series");
+    assert_eq!(json(&["inspect", &model, "--format", "json"])["guard"]["layout"], "series");
 
     // A quarter of five channels is one or two in each recording.
     let predict = ["predict", &model, &broken];
@@ -97,16 +97,17 @@ fn a_run_without_a_guard_and_one_with_it_are_asked_both_ways() {
         "--set",
         "networks=[{ name = \"mlp\" }]",
     ];
-    taxel(&[&["run", QUICKSTART, "--out", &plain], &set[..]].concat());
-    taxel(&[&["run", QUICKSTART, "--out", &guarded, "--set", "encoding.guard=true"], &set[..]].concat());
-    let stress =
-        |run: &str| json(&["stress", run, "--guard", "--fault", "stuck", "--severity", "5", "--json"]);
+    taxel(&[&["run", QUICKSTART, "--output", &plain], &set[..]].concat());
+    taxel(&[&["run", QUICKSTART, "--output", &guarded, "--set", "encoding.guard=true"], &set[..]].concat());
+    let stress = |run: &str| {
+        json(&["stress", run, "--compare-guard", "--fault", "stuck", "--severity", "5", "--format", "json"])
+    };
     let [off, on] = [&plain, &guarded].map(|run| stress(run));
     assert_eq!(off["alarms"], on["alarms"], "the same guards, of the same training samples");
     assert_eq!((&off["alarms"]["samples"], &off["alarms"]["elements"]), (&120.into(), &5.into()));
     let mut gained = vec![];
     for (i, name) in ["mlp", "k-nn"].into_iter().enumerate() {
-        let [a, b] = [&off, &on].map(|own| &own["networks"][i]);
+        let [a, b] = [&off, &on].map(|stress| &stress["networks"][i]);
         assert_eq!(
             (&a["network"], &a["other"]["is_guarded"], &b["other"]["is_guarded"]),
             (&name.into(), &true.into(), &false.into())
@@ -118,13 +119,13 @@ fn a_run_without_a_guard_and_one_with_it_are_asked_both_ways() {
         gained.push(accuracy(&points(b)) - accuracy(&points(a)));
     }
     assert!(gained.iter().all(|points| *points >= 0.0) && gained.iter().sum::<f64>() > 5.0, "{gained:?}");
-    let text = out(&["stress", &plain, "--guard", "--fault", "stuck", "--severity", "5"]);
+    let text = out(&["stress", &plain, "--compare-guard", "--fault", "stuck", "--severity", "5"]);
     assert!(text.contains("without a guard > with one") && text.contains("false alarms: in "), "{text}");
     assert!(!out(&["stress", &plain, "--fault", "stuck", "--severity", "5"]).contains("guard"));
     assert!(
         std::fs::read_to_string(folder.path().join("guarded/config.toml")).unwrap().contains("guard = true")
     );
-    out(&["report", &plain, "--guard", "--samples", "20"]);
+    out(&["report", &plain, "--compare-guard", "--max-samples", "20"]);
     let page = std::fs::read_to_string(folder.path().join("plain/report.html")).unwrap();
     assert!(page.contains("Behind a guard"));
 }

@@ -36,7 +36,7 @@ name = "resnet8-lite-1d"
 
 fn taxel(config: &Path, out: &Path, resume: bool) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_taxel"));
-    command.arg("run").arg(config).arg("--out").arg(out).args(["--threads", "1", "--save-every", "0"]);
+    command.arg("run").arg(config).arg("--output").arg(out).args(["--threads", "1", "--save-every", "0"]);
     if resume {
         command.arg("--resume");
     }

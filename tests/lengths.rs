@@ -53,16 +53,18 @@ fn unequal_recordings_are_checked_run_fitted_and_answered() {
     // Sixteen lengths from 20 to 35; the median, the lower of two, is 27.
     let card = ends(1, &["data", "check", &data]);
     assert!(card.contains("proposed    length = { kind = \"resample\", to = 27 }"), "{card}");
-    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=2", "--data", &data, "--out", &run];
+    let quick = ["run", QUICKSTART, "--quick", "--set", "train.epochs=2", "--data", &data, "--output", &run];
     let error = ends(2, &quick);
     let way_out =
         "data.length = { kind = \"resample\", to = 27 }, or on the command line --length resample:27";
     assert!(error.contains("recordings have 20 to 35 readings") && error.contains(way_out), "{error}");
     assert!(!Path::new(&run).join("results.json").exists());
 
-    let checked: Value =
-        serde_json::from_str(&ends(0, &["data", "check", &data, "--length", "resample:27", "--json"]))
-            .unwrap();
+    let checked: Value = serde_json::from_str(&ends(
+        0,
+        &["data", "check", &data, "--length", "resample:27", "--format", "json"],
+    ))
+    .unwrap();
     ends(0, &[&quick[..], &["--length", "resample:27"]].concat());
     let results: Value =
         serde_json::from_str(&fs::read_to_string(Path::new(&run).join("results.json")).unwrap()).unwrap();

@@ -81,7 +81,7 @@ fn a_model_takes_its_z_score_along() {
     taxel::export(&model, &path).unwrap();
     assert!(bytes == fs::read(&path).unwrap());
     for word in ["taxel.classes", &fresh.output_names()[0], "softmax-cross-entropy", "raw readings"] {
-        assert!(bytes.windows(word.len()).any(|own| own == word.as_bytes()), "{word}");
+        assert!(bytes.windows(word.len()).any(|window| window == word.as_bytes()), "{word}");
     }
 }
 
@@ -98,7 +98,7 @@ fn an_encoding_that_onnx_cannot_say_is_named_and_baselines_are_refused() {
     let graph = net.finish(&[("logits", image.global_average_pool().linear("fc", 3))]).unwrap();
     let recipe = Recipe { epochs: 1, batch_size: 16, ..Recipe::default() };
     taxel::fit(&Candidate::network(graph, recipe), &grasps, &encoding).unwrap().save(&file).unwrap();
-    let said = good(&["export", text(&file), text(&path)]);
+    let said = good(&["export", text(&file), "--output", text(&path)]);
     assert!(
         said.contains("input `image`") && said.contains("NOT raw readings, but the coloured Gramian"),
         "{said}"
@@ -107,7 +107,7 @@ fn an_encoding_that_onnx_cannot_say_is_named_and_baselines_are_refused() {
     let baseline =
         taxel::fit(&Candidate::baseline(taxel::Baseline::NearestNeighbours { k: 1 }), &grasps, &encoding);
     baseline.unwrap().save(&file).unwrap();
-    let error = refused(&["export", text(&file), text(&path)]);
+    let error = refused(&["export", text(&file), "--output", text(&path)]);
     assert!(error.contains("k-nn: is a baseline; ONNX is for networks"), "{error}");
     assert!(!path.exists());
     let settings = ["--set", "classes=3", "--set", "length=20"];
@@ -115,37 +115,38 @@ fn an_encoding_that_onnx_cannot_say_is_named_and_baselines_are_refused() {
     let graph =
         graph.graph(serde_json::from_str(r#"{"classes": 3, "length": 20}"#).as_ref().unwrap()).unwrap();
     taxel_checkpoint::write(&file, &Weights::init(&graph, Scheme::Pytorch, 0, "x"), "").unwrap();
-    let call = ["export", "resnet8-lite-1d", text(&path), "--weights", text(&file)];
+    let call = ["export", "resnet8-lite-1d", "--output", text(&path), "--weights", text(&file)];
     let said = good(&[&call[..], &settings].concat());
     assert!(said.contains("opset 17") && said.contains("NOT raw readings"), "{said}");
     assert_eq!(onnx::read(&path).unwrap().graph.nodes(), graph.nodes());
-    assert!(refused(&["export", "resnet8-lite-1d", text(&path)]).contains("give its --weights"));
+    assert!(refused(&["export", "resnet8-lite-1d", "--output", text(&path)]).contains("give its --weights"));
 }
 
 #[test]
 fn pytorchs_network_is_imported_counted_and_asked() {
     let folder = tempfile::tempdir().unwrap();
-    let own = folder.path().join("mine.safetensors");
-    let said = good(&["import", text(&fixture("cnn1d.script.onnx")), "--output", text(&own)]);
+    let imported = folder.path().join("mine.safetensors");
+    let said = good(&["import", text(&fixture("cnn1d.script.onnx")), "--output", text(&imported)]);
     assert!(said.contains("input `signal`: channels 5 × length 30"), "{said}");
-    let cost = good(&["cost", text(&own)]);
+    let cost = good(&["cost", text(&imported)]);
     assert_eq!(cost, good(&["cost", text(&fixture("cnn1d.script.onnx"))]));
     assert!(cost.contains("features.0"), "{cost}");
     let x = folder.path().join("x.npy");
     fs::write(&x, taxel::data::npy_bytes(&[2, 5, 30], &vec![0.5f32; 300]).unwrap()).unwrap();
     let mut answers = vec![];
-    for model in [text(&own), text(&fixture("cnn1d.script.onnx"))] {
+    for model in [text(&imported), text(&fixture("cnn1d.script.onnx"))] {
         let y = folder.path().join("y.npy");
         good(&["forward", "--model", model, "--input", text(&x), "--output", text(&y)]);
         answers.push(fs::read(&y).unwrap());
     }
     assert!(answers[0] == answers[1]);
-    let error = refused(&["inspect", text(&own)]);
+    let error = refused(&["inspect", text(&imported)]);
     assert!(error.contains("mine.safetensors: holds a network with its weights, but no model"), "{error}");
-    let error = refused(&["import", text(&x), "--output", text(&own)]);
+    let error = refused(&["import", text(&x), "--output", text(&imported)]);
     assert!(error.contains("x.npy: is no ONNX model"), "{error}");
     assert!(
-        refused(&["cost", text(&own), "--set", "classes=2"]).contains("settings are for networks of the zoo")
+        refused(&["cost", text(&imported), "--set", "classes=2"])
+            .contains("settings are for networks of the zoo")
     );
 }
 
@@ -168,25 +169,25 @@ fn an_imported_network_trains_is_judged_and_shipped() {
     let here = folder.path();
     fs::copy(fixture("cnn1d.script.onnx"), here.join("mine.onnx")).unwrap();
     good(&["import", text(&here.join("mine.onnx")), "--output", text(&here.join("own.safetensors"))]);
-    let networks = "[[networks]]\nonnx = \"mine.onnx\"\n[[networks]]\nfile = \"own.safetensors\"\n\
+    let networks = "[[networks]]\nonnx = \"mine.onnx\"\n[[networks]]\nfile = \"imported.safetensors\"\n\
                     [[networks]]\nonnx = \"mine.onnx\"\nlabel = \"fresh\"\nfresh = true\n[[networks]]\nname = \"mlp\"\n";
     let (run, shipped) = (here.join("run"), here.join("model.safetensors"));
-    let table = good(&["run", text(&config(here, networks)), "--out", text(&run)]);
+    let table = good(&["run", text(&config(here, networks)), "--output", text(&run)]);
     for label in ["mine", "own", "fresh", "mlp"] {
         assert!(table.contains(label), "{table}");
     }
     let fold = |label: &str| Model::open(&run.join(format!("models/{label}.r0.f0.safetensors"))).unwrap();
-    let [mine, own, fresh] = ["mine", "own", "fresh"].map(fold);
+    let [mine, imported, fresh] = ["mine", "own", "fresh"].map(fold);
     let weight = |model: &Model| model.weights().get("features.0.weight").unwrap().clone();
     // One start, one recipe: the same network; drawn anew it is another.
-    assert_eq!(weight(&mine), weight(&own));
+    assert_eq!(weight(&mine), weight(&imported));
     assert_ne!(weight(&mine), weight(&fresh));
     assert_eq!(mine.weights().get("head.3.weight").unwrap().shape, [3, 6]);
     good(&["fit", text(&run), "--network", "mine", "--output", text(&shipped)]);
-    good(&["export", text(&shipped), text(&here.join("shipped.onnx"))]);
+    good(&["export", text(&shipped), "-o", text(&here.join("shipped.onnx"))]);
     // A trained model is a start of another.
     let again = config(here, "[[networks]]\nfile = \"model.safetensors\"\nlabel = \"again\"\n");
-    good(&["run", text(&again), "--out", text(&here.join("again"))]);
+    good(&["run", text(&again), "--output", text(&here.join("again"))]);
 }
 
 #[test]
@@ -198,7 +199,7 @@ fn a_network_that_does_not_fit_says_so_where_it_is_named() {
     fs::write(here.join("broken.onnx"), "no model").unwrap();
     let error = |networks: &str| {
         let out = here.join("run");
-        refused(&["run", text(&config(here, networks)), "--out", text(&out)])
+        refused(&["run", text(&config(here, networks)), "--output", text(&out)])
     };
     let cases = [
         (

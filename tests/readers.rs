@@ -116,9 +116,9 @@ fn damaged_files_are_read_or_refused() {
     // Symbols for backtraces, where they are asked for, take more memory than any file here: once, and now.
     let _ = std::backtrace::Backtrace::force_capture().to_string();
     let only = std::env::var("TAXEL_FUZZ_READER").ok();
-    let asked = |reader: &&Reader| only.as_deref().is_none_or(|name| name == reader.name);
-    assert!(READERS.iter().any(|reader| asked(&reader)), "no reader is called {only:?}");
-    for reader in READERS.iter().filter(asked) {
+    let is_wanted = |reader: &&Reader| only.as_deref().is_none_or(|name| name == reader.name);
+    assert!(READERS.iter().any(|reader| is_wanted(&reader)), "no reader is called {only:?}");
+    for reader in READERS.iter().filter(is_wanted) {
         let folder = tempfile::tempdir().unwrap();
         let mut seeds = (reader.seeds)();
         // Some seeds are of versions that are refused by name.

@@ -30,7 +30,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (run, data) = (at("run"), at("more.npz"));
-    done(&["run", QUICKSTART, "--quick", "--set", "baselines=[\"majority\"]", "--out", &run]);
+    done(&["run", QUICKSTART, "--quick", "--set", "baselines=[\"majority\"]", "--output", &run]);
     // So little training knows nothing: any loss will do.
     let shrink = [
         "shrink",
@@ -43,7 +43,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
         "--margin",
         "100",
     ];
-    let output = taxel(&[&shrink[..], &["--json"]].concat());
+    let output = taxel(&[&shrink[..], &["--format", "json"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains("mlp: 60 trainings at most, about "));
     let all: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -60,7 +60,7 @@ fn a_run_is_shrunk_and_the_smaller_model_answers_whole_recordings() {
     let answers: Value = serde_json::from_str(&answers).unwrap();
     assert_eq!(answers["answers"].as_array().unwrap().len(), 9);
     let config = at("run/shrink/shrunk.toml");
-    done(&["run", &config, "--out", &at("again"), "--set", "train.epochs=1"]);
+    done(&["run", &config, "--output", &at("again"), "--set", "train.epochs=1"]);
 
     // Once more without training, for another margin.
     let words = done(&[&shrink[..], &["--resume"]].concat());

@@ -42,7 +42,7 @@ fn good(arguments: &[&str]) {
 fn run(dir: &Path) -> String {
     let (config, run) = (dir.join("stopped.toml"), dir.join("run"));
     fs::write(&config, CONFIG).unwrap();
-    good(&["run", config.to_str().unwrap(), "--out", run.to_str().unwrap()]);
+    good(&["run", config.to_str().unwrap(), "--output", run.to_str().unwrap()]);
     run.to_str().unwrap().into()
 }
 

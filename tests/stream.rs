@@ -55,7 +55,7 @@ fn stream(arguments: &[&str]) -> Command {
     command
 }
 
-/// What is said to `lines` on standard input.
+/// Returns the output for `lines` on standard input.
 fn piped(arguments: &[&str], lines: &str) -> Output {
     let mut child = stream(arguments).spawn().unwrap();
     let mut to = child.stdin.take().unwrap();
@@ -84,7 +84,7 @@ fn summary(output: &Output) -> Value {
 }
 
 fn lasts(output: &Output) -> Vec<u64> {
-    decisions(output).iter().map(|own| own["reading"].as_u64().unwrap()).collect()
+    decisions(output).iter().map(|decision| decision["reading"].as_u64().unwrap()).collect()
 }
 
 /// A value of a stream in newton.
@@ -124,7 +124,7 @@ fn piped_lines_are_answered_whatever_they_are_written_in() {
     assert_eq!(summary["lines"], 85);
     // The same readings as JSON, and with a header: the same answers.
     let answers = |output: &Output| {
-        decisions(output).iter().map(|own| own["probabilities"].clone()).collect::<Vec<_>>()
+        decisions(output).iter().map(|decision| decision["probabilities"].clone()).collect::<Vec<_>>()
     };
     let want = answers(&output);
     let arrays: String = (0..85).map(|t| format!("[{}]\n", numbers(t))).collect();
@@ -316,8 +316,8 @@ fn recordings(folder: &Path) -> PathBuf {
 
 /// Probabilities of an answer as bits.
 fn bits(answer: &Value) -> Vec<u32> {
-    let own = answer["probabilities"].as_object().unwrap();
-    own.values().map(|p| (p.as_f64().unwrap() as f32).to_bits()).collect()
+    let probabilities = answer["probabilities"].as_object().unwrap();
+    probabilities.values().map(|p| (p.as_f64().unwrap() as f32).to_bits()).collect()
 }
 
 #[test]
@@ -333,18 +333,21 @@ fn replayed_recordings_get_the_answers_of_predict_bit_for_bit() {
         let output =
             taxel(&[&["stream", text(&MODEL.1), "--input", text(&file), "--hop", "7"], more].concat());
         let output = { output }.output().unwrap();
-        let own = decisions(&output);
-        assert_eq!(own.len(), want.len(), "{}", said(&output));
-        for (own, want) in own.iter().zip(want) {
-            assert_eq!(own["recording"], want["sample"]);
-            assert_eq!(own["reading"].as_u64().unwrap() + 1 - TICKS as u64, want["start"].as_u64().unwrap());
-            assert_eq!(bits(own), bits(want));
-            assert_eq!(own["class"], want["predicted"]["class"]);
+        let made = decisions(&output);
+        assert_eq!(made.len(), want.len(), "{}", said(&output));
+        for (decision, want) in made.iter().zip(want) {
+            assert_eq!(decision["recording"], want["sample"]);
+            assert_eq!(
+                decision["reading"].as_u64().unwrap() + 1 - TICKS as u64,
+                want["start"].as_u64().unwrap()
+            );
+            assert_eq!(bits(decision), bits(want));
+            assert_eq!(decision["class"], want["predicted"]["class"]);
         }
         let rate = if more.is_empty() { 100.0 } else { 2000.0 };
-        for own in &own {
-            let (time, reading) = (own["time"].as_f64().unwrap(), own["reading"].as_f64().unwrap());
-            assert!((time - reading / rate).abs() < 1e-9, "{own}");
+        for decision in &made {
+            let (time, reading) = (decision["time"].as_f64().unwrap(), decision["reading"].as_f64().unwrap());
+            assert!((time - reading / rate).abs() < 1e-9, "{decision}");
         }
         assert_eq!(summary(&output)["dropped"], 0);
     }
@@ -359,8 +362,8 @@ fn a_csv_is_replayed_and_may_be_decided_early() {
     let whole = stream(&input).output().unwrap();
     assert_eq!(lasts(&whole), [49, 99]);
     let early = stream(&[&input[..], &["--early", "0.01"]].concat()).output().unwrap();
-    let own = decisions(&early);
-    assert_eq!((lasts(&early), &own[0]["seen"]), (vec![4, 54], &0.1.into()));
+    let made = decisions(&early);
+    assert_eq!((lasts(&early), &made[0]["seen"]), (vec![4, 54], &0.1.into()));
     assert_eq!(summary(&early)["early"], 2);
     // What was not there was filled up as predict does it with a rule of the same kind.
     let start = folder.path().join("start.csv");

@@ -51,7 +51,7 @@ impl Bench {
     /// A planned sweep.
     fn plan(&self, name: &str) -> PathBuf {
         let out = self.path(name);
-        let planned = taxel(&["plan"], &self.path("study.toml"), &["--out", out.to_str().unwrap()]);
+        let planned = taxel(&["plan"], &self.path("study.toml"), &["--output", out.to_str().unwrap()]);
         assert!(planned.status.success(), "{}", said(&planned));
         out
     }
@@ -185,7 +185,7 @@ fn folds_apart_come_back_as_the_run_that_was_never_divided() {
     assert!(taxel(&["collect"], &sweep, &[]).status.success());
     let whole = bench.path("whole");
     let undivided = Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(["run", bench.path("tiny.toml").to_str().unwrap(), "--out", whole.to_str().unwrap()])
+        .args(["run", bench.path("tiny.toml").to_str().unwrap(), "--output", whole.to_str().unwrap()])
         .output()
         .unwrap();
     assert!(undivided.status.success(), "{}", said(&undivided));
@@ -277,7 +277,8 @@ fn a_failed_trial_behind_many_missing_ones_is_named() {
 #[test]
 fn what_cannot_be_done_is_said() {
     let bench = Bench::new("[grid]\ntrain.epoch = [1, 2]\n");
-    let planned = taxel(&["plan"], &bench.path("study.toml"), &["--out", bench.path("s").to_str().unwrap()]);
+    let planned =
+        taxel(&["plan"], &bench.path("study.toml"), &["--output", bench.path("s").to_str().unwrap()]);
     assert_eq!(planned.status.code(), Some(2));
     let error = said(&planned);
     assert!(error.contains("study.toml train.epoch=1: unknown field `epoch`"), "{error}");

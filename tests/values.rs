@@ -51,7 +51,7 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
     fs::write(folder.path().join("skin.toml"), CONFIG).unwrap();
     let (config, run, model, new) = (at("skin.toml"), at("run"), at("m.safetensors"), at("new.npz"));
 
-    let table = ends(0, &["run", &config, "--out", &run]);
+    let table = ends(0, &["run", &config, "--output", &run]);
     assert!(table.contains("MAE N") && table.contains("R²"), "{table}");
     assert!(table.contains("left out: mini-rocket: learns classes, and the targets are values"), "{table}");
     let results: Value = serde_json::from_str(&fs::read_to_string(at("run/results.json")).unwrap()).unwrap();
@@ -63,7 +63,7 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
     let interval = &ridge["interval"];
     assert!(interval[0].as_f64().unwrap() <= mae && mae <= interval[1].as_f64().unwrap(), "{interval}");
     // Nothing is trained again, and the scores follow from the records.
-    ends(0, &["run", &config, "--out", &run, "--resume"]);
+    ends(0, &["run", &config, "--output", &run, "--resume"]);
 
     ends(0, &["fit", &run, "--network", "ridge", "--output", &model]);
     let card = ends(0, &["inspect", &model]);
@@ -86,7 +86,7 @@ fn a_network_of_classes_refuses_values_by_name() {
     let config = folder.path().join("skin.toml");
     fs::write(&config, CONFIG.replace("networks = []", "networks = [{ name = \"mlp\" }]")).unwrap();
     let out = folder.path().join("run");
-    let error = ends(2, &["run", config.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let error = ends(2, &["run", config.to_str().unwrap(), "--output", out.to_str().unwrap()]);
     assert!(error.contains("mlp") && error.contains("run a baseline of values, such as ridge"), "{error}");
     assert!(!out.exists());
 }

@@ -51,7 +51,7 @@ class Taxel:
         run = self.work / f"{data}-{split}"
         if not (run / "results.json").exists():
             options = ["--data", str(self.work / f"{data}.npz"), "--set", "data.full_scale=1"]
-            options += ["--set", f'protocol.split="{split}"', "--out", str(run)]
+            options += ["--set", f'protocol.split="{split}"', "--output", str(run)]
             subprocess.run([self.binary, "run", str(ROOT / "configs/visuotactile/imprint.toml"), *options], check=True)
         return json.loads((run / "results.json").read_text())["networks"][0]
 

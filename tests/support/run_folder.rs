@@ -1,4 +1,4 @@
-//! What two equal runs have in common.
+//! The files that two equal runs share.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -16,11 +16,11 @@ fn main() -> taxel::Result<()> {
     let logits = x.global_average_pool().linear("fc", recordings.output_names().len());
     let graph = net.finish(&[("logits", logits)])?;
 
-    let own = Candidate::network(graph, Recipe { epochs: 20, ..Recipe::default() });
-    let results = CrossValidation::new(&recordings).candidate(own.clone()).run()?;
+    let candidate = Candidate::network(graph, Recipe { epochs: 20, ..Recipe::default() });
+    let results = CrossValidation::new(&recordings).candidate(candidate.clone()).run()?;
     println!("{}", Table::new(&results, |_| None));
 
-    let model = taxel::fit(&own, &recordings, &Encoding::default())?.with_score(results.score("own"));
+    let model = taxel::fit(&candidate, &recordings, &Encoding::default())?.with_score(results.score("own"));
     let path = std::env::temp_dir().join("own.safetensors");
     model.save(&path)?;
 

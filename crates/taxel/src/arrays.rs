@@ -13,7 +13,7 @@ pub fn write_npy(path: &Path, array: &ArrayD<f32>) -> Result<(), String> {
     write(path, bytes)
 }
 
-/// Writes what was encoded, or says that the file cannot be written.
+/// Writes encoded bytes, or says that the file cannot be written.
 pub fn write(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<(), String> {
     let written = bytes.and_then(|bytes| taxel_data::write_whole(path, &bytes));
     written.map_err(|e| format!("{}: cannot be written: {e}", path.display()))

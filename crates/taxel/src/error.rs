@@ -1,6 +1,6 @@
-//! Whatever a program that uses this crate may meet.
+//! The error of this crate.
 
-/// An error of any part of taxel; its text names the file, key or sample and the way out.
+/// An error of any part of taxel; its text names the file, key or sample and how to fix it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -38,7 +38,7 @@ pub enum Error {
     #[cfg(feature = "lab")]
     #[error(transparent)]
     Judge(#[from] taxel_judge::Error),
-    /// A stream that cannot be answered.
+    /// A stream that cannot be predicted.
     #[error(transparent)]
     Stream(#[from] taxel_stream::Error),
     /// Many experiments on many machines.

@@ -10,7 +10,7 @@ use taxel_onnx::{Export, PROBABILITIES, Step};
 
 use crate::error::{Error, Result};
 
-/// What was written.
+/// An exported file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exported {
     /// Inputs in their order.
@@ -45,7 +45,7 @@ pub struct ExportedInput {
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
     let Kind::Network { graph, loss, .. } = &card.kind else {
-        let reason = "is a baseline; ONNX is for networks: export one, or ask the model by `taxel predict`";
+        let reason = "is a baseline; ONNX is for networks: export one, or use the model with `taxel predict`";
         return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
     };
     if card.quantized.is_some() {
@@ -78,7 +78,7 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     Ok(Exported { inputs, outputs })
 }
 
-/// What programs may want to know, as `metadata_props`.
+/// Returns facts for programs that run the file, as `metadata_props`.
 fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<(String, String)> {
     let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
@@ -86,7 +86,7 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
         several => json!(
             several
                 .iter()
-                .map(|own| (own.name.clone(), json!(own.classes)))
+                .map(|attribute| (attribute.name.clone(), json!(attribute.classes)))
                 .collect::<serde_json::Map<_, _>>()
         ),
     };
@@ -109,7 +109,7 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
     facts
 }
 
-/// What ONNX does before the network; none where it cannot say the encoding.
+/// Returns the encoding as operations of ONNX before the network; none where ONNX has no such operations.
 fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<taxel_onnx::Reading> {
     let (mut steps, mut now) = (vec![], shape.to_vec());
     add(transform, &mut now, &mut steps)?;

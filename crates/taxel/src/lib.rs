@@ -1,14 +1,14 @@
 //! taxel, the tactile model zoo: train, compare and ship networks on recordings of touch.
 //!
-//! This crate is the whole house behind one door: `taxel::` is all that a program needs to name. What follows
-//! is a tour; the binary of the same name does the same from the command line (`taxel --help`).
+//! This crate re-exports all of taxel, so that a program needs no other. The binary of the same name does the same from the
+//! command line (`taxel --help`).
 //!
 //! # From recordings to a model
 //!
 //! Recordings are a [`Dataset`]: [`load`] reads files, [`Dataset::new`] takes arrays, [`simulate`] makes some.
 //! A network is a value, described with [`Network`] and [`Flow`]. A [`Candidate`] is a network with its
-//! [`Recipe`] (or a baseline), [`CrossValidation`] says how accurate it is on samples that it has not seen,
-//! [`fit`] trains it on everything, and the [`Model`] is one file that says all about itself.
+//! [`Recipe`] (or a baseline), [`CrossValidation`] measures its accuracy on samples that it has not seen,
+//! [`fit`] trains it on everything, and the [`Model`] is one file with everything that a prediction needs.
 //!
 //! ```
 //! use taxel::{Candidate, Conv, CrossValidation, Encoding, Model, Network, Protocol, Recipe};
@@ -16,23 +16,23 @@
 //! // 60 grasps of silicone cylinders of three hardness levels by five fingertip sensors, 50 readings each.
 //! let grasps = taxel::simulate("fingertip", 60, 0, &[])?;
 //!
-//! let net = Network::new("own");
+//! let net = Network::new("mine");
 //! let signal = net.input("signal", grasps.sample_shape());
 //! let features = signal.conv_bn_relu("stem", Conv::new(16, 5).same()).global_average_pool();
 //! let graph = net.finish(&[("logits", features.linear("fc", grasps.classes.len()))])?;
-//! let own = Candidate::network(graph, Recipe { epochs: 5, batch_size: 16, ..Recipe::default() });
+//! let mine = Candidate::network(graph, Recipe { epochs: 5, batch_size: 16, ..Recipe::default() });
 //!
-//! let validation = CrossValidation::new(&grasps).protocol(Protocol::k_fold(2)).candidate(own.clone());
+//! let validation = CrossValidation::new(&grasps).protocol(Protocol::k_fold(2)).candidate(mine.clone());
 //! let results = validation.run()?;
 //! println!("{}", taxel::Table::new(&results, |_| None));
 //!
 //! let path = std::env::temp_dir().join("taxel-tour.safetensors");
-//! taxel::fit(&own, &grasps, &Encoding::default())?.with_score(results.score("own")).save(&path)?;
+//! taxel::fit(&mine, &grasps, &Encoding::default())?.with_score(results.score("mine")).save(&path)?;
 //!
 //! let model = Model::open(&path)?;
-//! let answers = model.predict(&grasps.x)?;
-//! println!("{}{} ({:.0} %)", model.card(), answers.class(0), 100.0 * answers.answers(0)[0].probability);
-//! # assert_eq!(answers.len(), 60);
+//! let predictions = model.predict(&grasps.x)?;
+//! println!("{}{} ({:.0} %)", model.card(), predictions.class(0), 100.0 * predictions.answers(0)[0].probability);
+//! # assert_eq!(predictions.len(), 60);
 //! # std::fs::remove_file(&path)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -62,15 +62,15 @@
 //! | to | look at |
 //! |---|---|
 //! | read, check and split recordings | [`data`] |
-//! | turn readings into images and tensors | [`encodings`] |
+//! | turn samples into images and tensors | [`encodings`] |
 //! | simulate a sensor | [`scenes`] |
-//! | break readings on purpose | [`faults`] |
+//! | corrupt samples on purpose | [`faults`] |
 //! | describe a network, count its cost | [`graph`], [`zoo`] |
 //! | train, cross-validate, save | [`learn`] |
 //! | train step by step | [`engine`] |
 //! | run a config | [`experiment`] |
 //! | judge a run | [`judge`] |
-//! | answer a stream of readings | [`stream`] |
+//! | predict on a stream | [`stream`] |
 //! | find how few sensors, readings and bits suffice | [`shrink`] |
 //! | run many configs on many machines | [`sweep`] |
 
@@ -110,7 +110,7 @@ pub use taxel_zoo::{Entry, Input, Registry, Settings};
 pub use taxel_base as base;
 /// Recordings: reading, checking, cards, splits, augmentation.
 pub use taxel_data as data;
-/// Readings to tensors.
+/// Samples to tensors.
 pub use taxel_encodings as encodings;
 /// Graphs compiled for training on the CPU.
 pub use taxel_engine as engine;
@@ -129,7 +129,7 @@ pub use taxel_onnx as onnx;
 /// Tables, charts and pages.
 #[cfg(feature = "lab")]
 pub use taxel_report as report;
-/// Networks frozen for answering.
+/// Networks frozen for prediction.
 pub use taxel_runtime as runtime;
 /// Simulated worlds.
 #[cfg(feature = "lab")]

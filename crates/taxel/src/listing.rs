@@ -1,4 +1,4 @@
-//! Networks and their costs as JSON: what `taxel zoo --json` and `taxel cost --json` print.
+//! Networks and their costs as JSON, for `taxel zoo --format json` and `taxel cost --format json`.
 
 use serde_json::{Value, json};
 use taxel_graph::{Cost, Graph};
@@ -6,7 +6,7 @@ use taxel_zoo::{Registry, Settings};
 
 use crate::error::Result;
 
-/// Every network of a registry: name, family, paper, inputs with their shapes, parameters, bytes, MACs, FLOPs.
+/// Lists every network of a registry: name, family, paper, inputs with their shapes, parameters, bytes, MACs, FLOPs.
 ///
 /// # Errors
 /// A network that its own defaults do not build.
@@ -23,7 +23,7 @@ pub fn listing(registry: &Registry) -> Result<Value> {
     registry.entries().map(one).collect()
 }
 
-/// What a network costs, layer by layer and in total: parameters, buffers, bytes, MACs, FLOPs, activation bytes.
+/// Returns the costs of a network, layer by layer and in total: parameters, buffers, bytes, MACs, FLOPs, activation bytes.
 pub fn costs(graph: &Graph) -> Value {
     let object = |cost: Cost| {
         json!({

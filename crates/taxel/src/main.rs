@@ -1,62 +1,93 @@
 //! `taxel`: the command line of the tactile model zoo.
 //!
 //! Exit codes: 0 done, 1 ran but a stated target was missed (`data check` found problems, some folds of a run did
-//! not finish), 2 could not run, 75 stopped by a scheduler and to be taken up again (`taxel sweep`), 130 stopped by
-//! Ctrl-C. Messages on standard error name the file, key or sample and the way
-//! out.
+//! not finish), 2 could not run, 75 stopped by a scheduler and to be started again (`taxel sweep`), 130 stopped by
+//! Ctrl-C. Messages on standard error name the file, key or sample and how to fix it.
 
 // Doc comments on arguments are what --help prints, not Markdown.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
 mod arrays;
-mod boundary;
 mod commands;
-mod text;
+mod help;
+mod terminal;
 
-use std::io::Write;
 use std::process::ExitCode;
+use std::time::Instant;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-/// What a command ends with: an exit code, or the one error to print.
-type Outcome = Result<ExitCode, Box<dyn std::error::Error>>;
+use commands::arguments::paths::check_inputs;
+use terminal::messages::{self, FAILED, Verbosity};
+
+/// The end of a command: an exit code, or the one error to print.
+type CommandResult = Result<ExitCode, Box<dyn std::error::Error>>;
 
 /// Which network is accurate enough on this tactile sensor, how fast is it, and where does it break.
 #[derive(Parser)]
 #[command(name = "taxel", version, arg_required_else_help = true)]
-#[cfg_attr(feature = "lab", command(after_help = "Start with:  taxel run configs/quickstart.toml"))]
+#[cfg_attr(
+    feature = "lab",
+    command(
+        after_help = "Start with:  taxel run configs/quickstart.toml\nHelp with examples:  taxel COMMAND --help"
+    )
+)]
 #[cfg_attr(
     not(feature = "lab"),
-    command(after_help = "This build answers; training and reports come with the cargo feature `lab`.")
+    command(after_help = "This build predicts; training and reports come with the cargo feature `lab`.")
 )]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    messages: Messages,
+}
+
+#[derive(Args)]
+struct Messages {
+    /// Prints errors and results only: no notes, no warnings, no progress.
+    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Prints details: threads, files, times.
+    #[arg(long, short, global = true)]
+    verbose: bool,
 }
 
 #[derive(Subcommand)]
 enum Command {
     #[cfg(feature = "lab")]
-    Run(commands::run::Run),
+    #[command(subcommand)]
+    Data(commands::data::Data),
     #[cfg(feature = "lab")]
-    Report(commands::report::Report),
+    Simulate(commands::simulate::Simulate),
     #[cfg(feature = "lab")]
-    Stress(commands::stress::Stress),
+    Encode(commands::encode::Encode),
     #[cfg(feature = "lab")]
-    Choose(commands::choose::Choose),
-    #[cfg(feature = "lab")]
-    Shrink(commands::shrink::Shrink),
+    Run(commands::run::RunExperiments),
     #[cfg(feature = "lab")]
     Fit(commands::fit::Fit),
     #[cfg(feature = "lab")]
-    Quantize(commands::quantize::Quantize),
+    Import(commands::import::Import),
+    #[cfg(feature = "lab")]
+    Stitch(commands::stitch::Stitch),
+    #[cfg(feature = "lab")]
+    Report(commands::report::Report),
+    #[cfg(feature = "lab")]
+    Choose(commands::choose::Choose),
+    #[cfg(feature = "lab")]
+    Stress(commands::stress::Stress),
     Predict(Box<commands::predict::Predict>),
     Stream(commands::stream::Stream),
     Inspect(commands::inspect::Inspect),
     #[cfg(feature = "lab")]
+    Quantize(commands::quantize::Quantize),
+    #[cfg(feature = "lab")]
     Export(commands::export::Export),
     #[cfg(feature = "lab")]
-    Import(commands::import::Import),
+    Shrink(commands::shrink::Shrink),
+    #[cfg(feature = "lab")]
+    #[command(subcommand)]
+    Sweep(commands::sweep::Sweep),
     #[cfg(feature = "lab")]
     Zoo(commands::zoo::Zoo),
     #[cfg(feature = "lab")]
@@ -64,69 +95,75 @@ enum Command {
     #[cfg(feature = "lab")]
     Forward(commands::forward::Forward),
     #[cfg(feature = "lab")]
-    Stitch(commands::stitch::Stitch),
-    #[cfg(feature = "lab")]
-    Encode(commands::encode::Encode),
-    #[cfg(feature = "lab")]
-    Simulate(commands::simulate::Simulate),
-    #[cfg(feature = "lab")]
-    #[command(subcommand)]
-    Data(commands::data::Data),
-    #[cfg(feature = "lab")]
-    #[command(subcommand)]
-    Sweep(commands::sweep::Sweep),
-    #[cfg(feature = "lab")]
     Completions(commands::completions::Completions),
 }
 
 fn main() -> ExitCode {
-    boundary::guarded(command).unwrap_or_else(|error| {
-        // Nobody may be there to read it.
-        let _ = writeln!(std::io::stderr(), "error: {error}");
-        ExitCode::from(2)
+    terminal::guarded(command).unwrap_or_else(|error| {
+        messages::error(error);
+        ExitCode::from(FAILED)
     })
 }
 
-fn command() -> Outcome {
-    match Arguments::parse().command {
-        #[cfg(feature = "lab")]
-        Command::Run(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Report(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Stress(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Choose(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Shrink(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Fit(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Quantize(command) => command.run(),
-        Command::Predict(command) => command.run(),
-        Command::Stream(command) => command.run(),
-        Command::Inspect(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Export(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Import(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Zoo(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Cost(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Forward(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Stitch(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Encode(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Simulate(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Data(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Sweep(command) => command.run(),
-        #[cfg(feature = "lab")]
-        Command::Completions(command) => command.run(),
+fn command() -> CommandResult {
+    let mut tree = help::grouped(Arguments::command());
+    let matches = tree.get_matches_mut();
+    let Arguments { command, messages } =
+        Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    messages::set_verbosity(match messages {
+        Messages { quiet: true, .. } => Verbosity::Quiet,
+        Messages { verbose: true, .. } => Verbosity::Verbose,
+        Messages { .. } => Verbosity::Normal,
+    });
+    check_inputs(&tree, &matches)?;
+    let begun = Instant::now();
+    let outcome = command.run();
+    messages::detail(format!("took {:.2} s", begun.elapsed().as_secs_f64()));
+    outcome
+}
+
+impl Command {
+    fn run(self) -> CommandResult {
+        match self {
+            #[cfg(feature = "lab")]
+            Command::Data(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Simulate(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Encode(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Run(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Fit(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Import(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Stitch(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Report(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Choose(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Stress(command) => command.run(),
+            Command::Predict(command) => command.run(),
+            Command::Stream(command) => command.run(),
+            Command::Inspect(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Quantize(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Export(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Shrink(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Sweep(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Zoo(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Cost(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Forward(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Completions(command) => command.run(),
+        }
     }
 }

@@ -3,13 +3,13 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, Once, PoisonError};
 
-/// Where the last panic happened.
+/// Place of the last panic.
 static PLACE: Mutex<Option<String>> = Mutex::new(None);
 
 /// A panic of taxel or of a library below it: a defect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Panic {
-    /// What it said, as one line.
+    /// Its message, as one line.
     pub text: String,
     /// File and line.
     pub place: String,
@@ -27,8 +27,8 @@ impl std::fmt::Display for Panic {
 
 impl std::error::Error for Panic {}
 
-/// What `work` gives, or its panic, of which nothing is printed unless `RUST_BACKTRACE` asks for it. Nothing of `work`
-/// may outlive the call half done.
+/// Runs `work` and returns its panic as an error. Nothing is printed unless `RUST_BACKTRACE` asks for it. Nothing of
+/// `work` may outlive the call half done.
 ///
 /// # Errors
 /// The panic.
@@ -45,7 +45,7 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     })
 }
 
-/// From now on the places of panics are remembered.
+/// Remembers the places of panics from now on.
 fn listen() {
     static LISTENING: Once = Once::new();
     LISTENING.call_once(|| {

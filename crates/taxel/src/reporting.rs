@@ -8,7 +8,7 @@ use taxel_zoo::Registry;
 
 use crate::error::Result;
 
-/// A run folder with its samples, read or simulated again.
+/// Opens a run folder with its samples, read or simulated again.
 ///
 /// # Errors
 /// A folder that holds no run, and data that cannot be loaded any more.
@@ -18,20 +18,22 @@ pub fn open(path: &Path) -> Result<Case> {
     Ok(Case::new(folder, dataset)?)
 }
 
-/// The judgement in the run folder, if it has the faults that are asked for.
+/// Reads the judgement in the run folder, if it has the faults that are asked for.
 ///
 /// # Errors
 /// A damaged judgement.
 pub fn before(case: &Case, stress: Option<&StressOptions>) -> Result<Option<Judgement>> {
     let has = |judgement: &Judgement| match (stress, &judgement.stress) {
         (None, _) => true,
-        (Some(wanted), Some(had)) => !wanted.guard || had.networks.iter().any(|own| own.other.is_some()),
+        (Some(wanted), Some(had)) => {
+            !wanted.guard || had.networks.iter().any(|network| network.other.is_some())
+        }
         (Some(_), None) => false,
     };
     Ok(Judgement::read(case)?.filter(has))
 }
 
-/// What [`before`] finds, or else [`measure`] measures now.
+/// Reads the judgement that [`before`] finds, or else measures now.
 ///
 /// # Errors
 /// As of the two.
@@ -46,7 +48,7 @@ pub fn judgement(
     }
 }
 
-/// Measures, and keeps what was measured in the run folder, which no other process may write to.
+/// Measures, and writes the judgement into the run folder, which no other process may write to.
 ///
 /// # Errors
 /// A folder that another process writes to, models that are missing or damaged.
@@ -56,7 +58,7 @@ pub fn measure(
     progress: &(dyn Progress + Sync),
 ) -> Result<Judgement> {
     let _lock = case.folder.lock()?;
-    let limits = |own: &StressOptions| EarlyOptions { samples: own.samples, threads: own.threads };
+    let limits = |stress: &StressOptions| EarlyOptions { samples: stress.samples, threads: stress.threads };
     let options = Options {
         early: Some(stress.as_ref().map(limits).unwrap_or_default()),
         stress,
@@ -72,7 +74,7 @@ pub fn measure(
     Ok(judgement)
 }
 
-/// Writes page, tables and charts of one run into its folder: what was written, and the path of the page.
+/// Writes page, tables and charts of one run into its folder; returns them, and the path of the page.
 ///
 /// # Errors
 /// A chart that cannot be drawn, a file that cannot be written.

@@ -3,15 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, across, choose, named_scores};
 use taxel::reporting::open;
 
+use crate::CommandResult;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::{judgement, stress_options};
-use crate::commands::signals::leave_with;
-use crate::{Outcome, text};
+use crate::terminal::signals::leave_with;
+use crate::terminal::tables;
+use crate::{out, outln};
 
-/// Names the smallest network of a run that suffices, with the evidence.
+/// Names the smallest network of a run that is accurate enough, with the evidence.
 ///
 /// A network suffices if it is not significantly worse than the most accurate one: by the corrected
 /// resampled t-test over folds and repetitions (Nadeau and Bengio), or McNemar's exact test where there is
@@ -20,7 +24,7 @@ use crate::{Outcome, text};
 /// data could not have seen such a loss, it says so. Runs on values are compared by their mean absolute error (on one
 /// test part by Wilcoxon's signed-rank test), losses are in its unit.
 ///
-/// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss breaks test
+/// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss corrupts test
 /// samples on purpose first. Five or more RUNs that share networks are ranked together too (Friedman, with
 /// Nemenyi's critical difference).
 ///
@@ -29,16 +33,16 @@ use crate::{Outcome, text};
 #[command(after_help = "Examples:  taxel choose runs/quickstart
            taxel choose runs/quickstart --by size --margin 2
            taxel choose runs/quickstart --max-loss 20
-           taxel choose runs/ucr-* --json > choices.json")]
+           taxel choose runs/ucr-* --format json > choices.json")]
 pub struct Choose {
     /// Run folders.
-    #[arg(required = true)]
+    #[arg(required = true, value_hint = ValueHint::DirPath)]
     run: Vec<PathBuf>,
-    /// What is to be small: time per sample on one thread, bytes, or multiply-accumulates.
-    #[arg(long, value_enum, default_value = "latency")]
-    by: Small,
-    /// Level of significance over the whole table.
-    #[arg(long, default_value_t = 0.05)]
+    /// The cost that is to be small: time per sample on one thread, bytes, or multiply-accumulates.
+    #[arg(long, value_enum, value_name = "COST", default_value = "latency")]
+    by: By,
+    /// Level of significance of all comparisons together, between 0 and 1.
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.05)]
     alpha: f64,
     /// The most accuracy that faults may cost on average, in percentage points; of values in the unit of the error.
     #[arg(long, value_name = "POINTS")]
@@ -47,31 +51,32 @@ pub struct Choose {
     /// values 5 % of the error of always giving the mean].
     #[arg(long, value_name = "POINTS")]
     margin: Option<f64>,
-    /// Prints everything as one JSON object.
-    #[arg(long)]
-    json: bool,
-    /// Caps the threads of the stress test [default: all cores]; results do not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    format: OutputFormat,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Small {
+enum By {
     Latency,
     Size,
     Macs,
 }
 
 impl Choose {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let cost = match self.by {
-            Small::Latency => CostKind::Latency,
-            Small::Size => CostKind::Size,
-            Small::Macs => CostKind::Macs,
+            By::Latency => CostKind::Latency,
+            By::Size => CostKind::Size,
+            By::Macs => CostKind::Macs,
         };
         let criteria = Criteria { cost, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
         leave_with("stopped; what was measured is in judgement.json: the same command goes on")?;
-        let stress = criteria.max_loss.map(|_| stress_options(self.threads));
+        let stress = match criteria.max_loss {
+            Some(_) => Some(stress_options(self.threads.count()?)),
+            None => None,
+        };
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
             let case = open(path)?;
@@ -82,11 +87,11 @@ impl Choose {
             choices.push(choice);
         }
         let ranked = across(&judgements.iter().collect::<Vec<_>>(), criteria.alpha)?;
-        if self.json {
+        if self.format.is_json() {
             let one = |(run, choice): (&PathBuf, &Choice)| serde_json::json!({"run": run.display().to_string(), "choice": choice});
             let runs: Vec<_> = self.run.iter().zip(&choices).map(one).collect();
             let all = serde_json::json!({"choices": runs, "across": ranked});
-            println!("{}", serde_json::to_string_pretty(&named_scores(&all)?)?);
+            outln!("{}", serde_json::to_string_pretty(&named_scores(&all)?)?);
         } else {
             for ((path, judgement), choice) in self.run.iter().zip(&judgements).zip(&choices) {
                 print(path, judgement, choice);
@@ -102,14 +107,14 @@ impl Choose {
 
 fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
     let results = &judgement.results;
-    println!("{}: {}, {}", path.display(), results.source, judgement.protocol);
-    println!();
+    outln!("{}: {}, {}", path.display(), results.source, judgement.protocol);
+    outln!();
     let unit = match choice.criteria.cost {
         CostKind::Latency => "ms",
         CostKind::Size => "kB",
         CostKind::Macs => "MACs",
     };
-    let stressed = choice.evidence.iter().any(|own| own.mean_loss.is_some());
+    let stressed = choice.evidence.iter().any(|network| network.mean_loss.is_some());
     let (primary, head) = (&choice.primary, choice.primary.head());
     let mut header = vec!["network", head.as_str(), "against best", "95 % interval", "p (Holm)", unit];
     if stressed {
@@ -118,23 +123,22 @@ fn print(path: &Path, judgement: &Judgement, choice: &Choice) {
     header.push("");
     let mut evidence: Vec<&Evidence> = choice.evidence.iter().collect();
     evidence.sort_by(|a, b| primary.order(b.score, a.score));
-    let rows: Vec<Vec<String>> = evidence.iter().map(|own| row(own, choice, stressed)).collect();
+    let rows: Vec<Vec<String>> = evidence.iter().map(|network| row(network, choice, stressed)).collect();
     let right: Vec<usize> = (1..header.len() - 1).collect();
-    print!("{}", text::table(&header, &rows, &right));
-    println!();
+    out!("{}", tables::table(&header, &rows, &right));
+    outln!();
     for words in &choice.words {
-        println!("{words}");
+        outln!("{words}");
     }
-    println!();
+    outln!();
 }
 
-fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
+fn row(evidence: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
     let dash = || "-".to_string();
-    let best = own.network == choice.best;
+    let best = evidence.network == choice.best;
     let (primary, longer) = (&choice.primary, choice.primary.show_longer());
-    let signed = |value: f64| match primary.is_percent() {
-        true => format!("{value:+.2}"),
-        false => primary.show_signed()(value),
+    let signed = |value: f64| {
+        if primary.is_percent() { format!("{value:+.2}") } else { primary.show_signed()(value) }
     };
     let cost = |cost: f64| match choice.criteria.cost {
         CostKind::Latency => format!("{cost:.3}"),
@@ -142,18 +146,18 @@ fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
         CostKind::Macs => format!("{cost:.0}"),
     };
     let mut cells = vec![
-        own.network.clone(),
-        longer(own.score),
-        if best { dash() } else { signed(own.difference) },
-        own.interval.map_or_else(dash, |[low, high]| format!("{} to {}", signed(low), signed(high))),
-        own.p_holm.map_or_else(dash, |p| if p < 0.001 { "< 0.001".into() } else { format!("{p:.3}") }),
-        own.cost.map_or_else(dash, cost),
+        evidence.network.clone(),
+        longer(evidence.score),
+        if best { dash() } else { signed(evidence.difference) },
+        evidence.interval.map_or_else(dash, |[low, high]| format!("{} to {}", signed(low), signed(high))),
+        evidence.p_holm.map_or_else(dash, |p| if p < 0.001 { "< 0.001".into() } else { format!("{p:.3}") }),
+        evidence.cost.map_or_else(dash, cost),
     ];
     if stressed {
-        cells.push(own.mean_loss.map_or_else(dash, primary.show()));
+        cells.push(evidence.mean_loss.map_or_else(dash, primary.show()));
     }
-    cells.push(match (&own.refused, own.worse) {
-        _ if choice.chosen.as_ref() == Some(&own.network) => "chosen".into(),
+    cells.push(match (&evidence.refused, evidence.worse) {
+        _ if choice.chosen.as_ref() == Some(&evidence.network) => "chosen".into(),
         (_, true) => "worse".into(),
         (Some(reason), _) => reason.clone(),
         _ if best => "best".into(),
@@ -163,8 +167,8 @@ fn row(own: &Evidence, choice: &Choice, stressed: bool) -> Vec<String> {
 }
 
 fn print_across(ranked: &Across) {
-    println!("{} data sets together: {}", ranked.runs.len(), ranked.runs.join(", "));
-    println!();
+    outln!("{} data sets together: {}", ranked.runs.len(), ranked.runs.join(", "));
+    outln!();
     let rows: Vec<Vec<String>> = (0..ranked.networks.len())
         .map(|at| {
             let p = ranked.p_holm[at].map_or("-".into(), |p| format!("{p:.3}"));
@@ -176,10 +180,10 @@ fn print_across(ranked: &Across) {
         .collect();
     let mean = format!("mean {}", ranked.primary.head());
     let header = ["network", "mean rank", &mean, "p (Wilcoxon, Holm)"];
-    print!("{}", text::table(&header, &rows, &[1, 2, 3]));
-    println!();
-    println!("critical difference of mean ranks at {}: {:.2}", ranked.alpha, ranked.critical_difference);
+    out!("{}", tables::table(&header, &rows, &[1, 2, 3]));
+    outln!();
+    outln!("critical difference of mean ranks at {}: {:.2}", ranked.alpha, ranked.critical_difference);
     for words in &ranked.words {
-        println!("{words}");
+        outln!("{words}");
     }
 }

@@ -1,13 +1,13 @@
-//! `taxel completions`: what a shell needs to complete the command line.
+//! `taxel completions`: completions of the command line for a shell.
 
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory};
 use clap_complete::{Shell, generate};
 
-use crate::{Arguments, Outcome};
+use crate::{Arguments, CommandResult, out};
 
-/// Prints completions for a shell.
+/// Prints the completions of commands and options for a shell.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel completions bash > ~/.local/share/bash-completion/completions/taxel
            taxel completions zsh > ~/.zfunc/_taxel
@@ -19,10 +19,10 @@ pub struct Completions {
 }
 
 impl Completions {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let mut script = vec![];
         generate(self.shell, &mut Arguments::command(), "taxel", &mut script);
-        print!("{}", String::from_utf8_lossy(&script));
+        out!("{}", String::from_utf8_lossy(&script));
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -1,29 +1,32 @@
-//! `taxel data`: a user's own recordings.
+//! `taxel data`: recordings on disk, checked and converted.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
-use crate::Outcome;
-use crate::commands::reading::with_option_hint;
+use crate::CommandResult;
+use crate::commands::arguments::option_hints::with_option_hint;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::outln;
+use crate::terminal::messages::note;
 
-/// Looks at recordings on disk.
+/// Checks recordings on disk, or converts them.
 #[derive(Subcommand)]
 pub enum Data {
     Check(Check),
     Convert(Convert),
 }
 
-/// Arguments of every command here.
+/// The arguments that both commands take.
 #[derive(Args)]
 struct Recordings {
     /// A file or a folder.
     path: PathBuf,
     #[command(flatten)]
-    reading: taxel_data::ReadOptions,
+    read_options: taxel_data::ReadOptions,
     /// Turns that many consecutive group values, or files of a class folder, into one group.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     group_block: Option<u32>,
     /// Names of the columns of y [N, k] where they are attributes and not one-hot.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
@@ -33,8 +36,10 @@ struct Recordings {
     resize: Option<[usize; 2]>,
 }
 
-/// Reads a data set and prints its card: shape, classes, groups, ranges, duplicates, dead channels, and how many
-/// samples a few global statistics alone tell apart: where they tell many, the set may be confounded.
+/// Checks a data set and prints its card: shape, classes, groups, ranges, copies, dead channels.
+///
+/// The card also says how many samples a few global statistics alone tell apart: where they tell many, the set may be
+/// confounded.
 ///
 /// A data set is a .npz, a .h5 or a .mat of MATLAB with x [N, channels, time], [N, rows, columns] or
 /// [N, frames, rows, columns], y [N] (or one-hot) and optionally group [N], with labels.json beside it; a CSV or Parquet
@@ -44,23 +49,23 @@ struct Recordings {
 /// set under a rule. Ends with 1 if something keeps it from being used.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  taxel data check recordings/ --html card.html\n  taxel data check recordings/ --json"
+    after_help = "Examples:\n  taxel data check recordings/ --html card.html\n  taxel data check recordings/ --format json"
 )]
 pub struct Check {
     #[command(flatten)]
     recordings: Recordings,
-    /// JSON instead of text.
-    #[arg(long)]
-    json: bool,
-    /// Draws the set on a page as well: recordings of each class, lengths, ranges of channels, copies, what is dead or
-    /// stuck or clipped, means over the recording order, which of the plainest numbers tells the classes apart.
+    #[command(flatten)]
+    format: OutputFormat,
+    /// Draws the set on a page as well: recordings of each class, lengths, ranges of channels, copies, channels that are
+    /// dead, stuck or clipped, means over the recording order, which of the plainest numbers tells the classes apart.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
 }
 
-/// Writes a data set as one .npz: x [N, ...], y, groups and the authors' test marks, with names, unit, rate and all
-/// else that is known of it in NAME.classes.json beside it. Every other command reads the two as it reads the
-/// original.
+/// Converts a data set to one .npz.
+///
+/// It holds x [N, ...], y, groups and the authors' test marks. Names, unit, rate and everything else that is known of the
+/// set are in NAME.classes.json beside it. Every other command reads the two as it reads the original.
 ///
 /// Recordings of unequal length are filled up with NaN, which is read as unequal length again; with --length they
 /// are written under that rule.
@@ -69,12 +74,12 @@ pub struct Check {
 pub struct Convert {
     #[command(flatten)]
     recordings: Recordings,
-    /// The .npz to write; one that is there is replaced.
-    #[arg(long, value_name = "FILE")]
+    /// The data set to write, `.npz`; one that is there is replaced.
+    #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
 }
 
-/// `40,30`.
+/// Reads a height and a width: `40,30`.
 fn size(text: &str) -> Result<[usize; 2], String> {
     let side = |side: &str| side.trim().parse().ok().filter(|side| (1..=4096).contains(side));
     match text.split_once(',').map(|(height, width)| (side(height), side(width))) {
@@ -89,13 +94,13 @@ impl Recordings {
             group_block: self.group_block,
             resize: self.resize,
             attributes: self.attributes.clone(),
-            ..self.reading.clone()
+            ..self.read_options.clone()
         }
     }
 }
 
 impl Data {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         match self {
             Data::Check(check) => check.run(),
             Data::Convert(convert) => convert.run(),
@@ -104,7 +109,7 @@ impl Data {
 }
 
 impl Check {
-    fn run(self) -> Outcome {
+    fn run(self) -> CommandResult {
         let surveyed = taxel_data::survey(&self.recordings.path, &self.recordings.options())
             .map_err(|e| with_option_hint(e, None))?;
         let card = match &self.html {
@@ -115,20 +120,20 @@ impl Check {
                 survey.card
             }
         };
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&card)?);
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(&card)?);
         } else {
-            println!("{card}");
+            outln!("{card}");
         }
         if let Some(page) = &self.html {
-            eprintln!("drawn in {}", page.display());
+            note(format!("drawn in {}", page.display()));
         }
         Ok(if card.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }
 
 impl Convert {
-    fn run(self) -> Outcome {
+    fn run(self) -> CommandResult {
         let Recordings { path, .. } = &self.recordings;
         let written = taxel_data::convert(path, &self.recordings.options(), &self.output)
             .map_err(|e| with_option_hint(e, None))?;
@@ -139,8 +144,8 @@ impl Convert {
                 format!(", recordings of {shortest} to {longest} readings filled up with NaN")
             }
         };
-        println!("{arrays}: x {:?}{padded}", written.shape);
-        println!("{names}: class names and what else is known");
+        outln!("{arrays}: x {:?}{padded}", written.shape);
+        outln!("{names}: class names and what else is known");
         Ok(ExitCode::SUCCESS)
     }
 }

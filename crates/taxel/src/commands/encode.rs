@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use ndarray::{Array1, Array3, Array4, ArrayD, Axis, Dimension};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -14,10 +14,13 @@ use taxel_encodings::{
 };
 use taxel_zoo::Settings;
 
-use crate::Outcome;
+use crate::CommandResult;
 use crate::arrays::write_npy;
+use crate::commands::arguments::settings::settings;
 
-/// Encodes a batch of recordings, batch first.
+/// Encodes a batch of recordings, as a network reads them.
+///
+/// Arrays have the batch axis N first.
 ///
 /// gadf and gasf take [N, time] or [N, channels, time], flatten each recording row by row, average it to
 /// `size` pieces, rescale it to -1..1 and write the Gramian angular field [N, size, size], values -1..1.
@@ -43,16 +46,16 @@ use crate::arrays::write_npy;
 #[command(after_help = "Examples:  taxel encode gadf --input grasps.npy --output images.npy --set size=50
            taxel encode tactile-tensor --input squeezes.npy --output tensors.npy --set frames=21")]
 pub struct Encode {
-    /// Which encoding.
+    /// The encoding.
     #[arg(value_enum)]
     encoding: Encoding,
-    /// `.npy`, batch first.
-    #[arg(long)]
+    /// The recordings, `.npy`.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     input: PathBuf,
-    /// Where the result goes, `.npy` in 32-bit floats.
-    #[arg(long)]
+    /// The array to write, `.npy` in 32-bit floats.
+    #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// A setting: key=value.
+    /// A setting of the encoding in place of its default: key=value; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -63,56 +66,57 @@ enum Encoding {
     Gadf,
     /// Gramian angular summation field.
     Gasf,
-    /// The whole pipeline of paper 000: difference field and colours.
+    /// The whole pipeline of Kaewrakmuk and Srinonchat 2026: difference field and colours.
     HardnessImage,
-    /// Frames of a squeeze as one 3D tensor (papers 002 and 003).
+    /// Frames of a squeeze as one 3D tensor (Gandarias et al. 2019b, Pastor et al. 2019).
     TactileTensor,
     /// One frame of a squeeze, for 2D methods.
     Frame,
     /// Every frame of a squeeze as an image of its own.
     AllFrames,
-    /// Dual-channel series from contact on, in Pa (paper 004, equations 1 and 2).
+    /// Dual-channel series from contact on, in Pa (Zhang et al. 2022, equations 1 and 2).
     Numatac,
-    /// Grey in the red of three colours (paper 001).
+    /// Grey in the red of three colours (Rouhafzay et al. 2021).
     RedChannel,
-    /// 7 x 3 electrodes over 700 times as a colour image (paper 001).
+    /// 7 x 3 electrodes over 700 times as a colour image (Rouhafzay et al. 2021).
     ElectrodeImage,
     /// Images at another size.
     Resize,
 }
 
+/// Settings of a Gramian angular field.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct Fields {
+struct FieldSettings {
     size: usize,
     range: Range,
     constant: Constant,
     colormap: Option<Value>,
 }
 
-impl Default for Fields {
+impl Default for FieldSettings {
     fn default() -> Self {
         let gaf = Gaf::default();
-        Fields { size: gaf.size, range: gaf.range, constant: gaf.constant, colormap: None }
+        FieldSettings { size: gaf.size, range: gaf.range, constant: gaf.constant, colormap: None }
     }
 }
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields, default)]
-struct FrameOf {
+struct FrameSettings {
     frame: Option<Value>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Nothing {}
+struct NoSettings {}
 
 type Encoded = Result<ArrayD<f32>, String>;
 
 impl Encode {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let array = taxel_data::read_npy(&self.input)?;
-        let encoded = self.encode(array, super::settings(&self.set)?)?;
+        let encoded = self.encode(array, settings(&self.set)?)?;
         write_npy(&self.output, &encoded)?;
         Ok(ExitCode::SUCCESS)
     }
@@ -133,7 +137,7 @@ impl Encode {
                 ndarray::stack(Axis(0), &views).map_err(|_| self.says("has no samples"))
             }
             Encoding::Frame => {
-                let frame = match read::<FrameOf>(settings)?.frame {
+                let frame = match read::<FrameSettings>(settings)?.frame {
                     None => Frame::Peak,
                     Some(Value::Number(index)) => read_value(serde_json::json!({ "at": index }), "frame")?,
                     Some(other) => read_value(other, "frame")?,
@@ -142,7 +146,7 @@ impl Encode {
                 self.done(frame.encode_batch(x.view()))
             }
             Encoding::AllFrames => {
-                read::<Nothing>(settings)?;
+                read::<NoSettings>(settings)?;
                 let x = self.axes(array, sequence)?;
                 self.done(Ok(all_frames(x.view())))
             }
@@ -152,7 +156,7 @@ impl Encode {
                 self.done(numatac.encode_batch(x.view()))
             }
             Encoding::RedChannel => {
-                read::<Nothing>(settings)?;
+                read::<NoSettings>(settings)?;
                 let x: Array3<f32> = self.axes(array, "[N, rows, columns]")?;
                 self.done(Ok(red_channel(x.view())))
             }
@@ -172,9 +176,9 @@ impl Encode {
         }
     }
 
-    fn field(&self, array: ArrayD<f32>, fields: Fields) -> Encoded {
+    fn field(&self, array: ArrayD<f32>, settings: FieldSettings) -> Encoded {
         let method = if self.encoding == Encoding::Gasf { Method::Summation } else { Method::Difference };
-        let Fields { size, range, constant, colormap } = fields;
+        let FieldSettings { size, range, constant, colormap } = settings;
         let gaf = Gaf { size, method, range, constant };
         let colormap: Option<Colormap> = match colormap {
             Some(Value::String(name)) if name == "none" => None,
@@ -197,7 +201,7 @@ impl Encode {
         Ok(fields)
     }
 
-    /// The batch with the axes that the encoding takes.
+    /// Returns the batch with the axes that the encoding takes.
     fn axes<D: Dimension>(
         &self,
         array: ArrayD<f32>,

@@ -4,23 +4,28 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel::IndicatifProgress;
 use taxel::experiment::{Runner, settings};
-use taxel::judge::{Case, Criteria, choose};
+use taxel::judge::Case;
 use taxel::learn::Score;
 use taxel::{Dataset, Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
-use crate::Outcome;
-use crate::commands::interrupt::{INTERRUPTED, flag};
-use crate::commands::judging::judgement;
-use crate::commands::reading::with_option_hint;
+use crate::CommandResult;
+use crate::commands::arguments::option_hints::with_option_hint;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::paths::check_model_output;
+use crate::commands::arguments::threads::Threads;
+use crate::commands::judging::choice;
+use crate::terminal::interrupt::{INTERRUPTED, flag};
+use crate::terminal::messages::{detail, note};
+use crate::terminal::progress::progress;
+use crate::{out, outln};
 
-/// Trains one network, or baseline, on all recordings and writes it as a model: one file that says all about
-/// itself, for `taxel predict` and `taxel inspect`.
+/// Trains one network, or baseline, on all recordings and writes it as a model file to ship.
 ///
-/// From a run folder it is the network that `taxel choose` names, unless --network names another, and the model
-/// carries the cross-validated score of the run. From a config it is the one that --network names; nothing is
-/// scored then. Ctrl-C saves the training: the same command goes on with it.
+/// The file holds everything that `taxel predict` and `taxel inspect` need. From a run folder it is the network that
+/// `taxel choose` names, unless --network names another, and the model carries the cross-validated score of the run. From
+/// a config it is the one that --network names, and nothing is scored. Ctrl-C saves the training: the same command goes
+/// on with it.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel fit runs/quickstart --output hardness.safetensors
            taxel fit runs/glove --network resnet8-lite-1d --output glove.safetensors
@@ -28,16 +33,16 @@ use crate::commands::reading::with_option_hint;
 pub struct Fit {
     /// A run folder, or an experiment file.
     from: PathBuf,
-    /// The network or baseline, by the name that tables give it.
-    #[arg(long)]
+    /// The network or baseline, by its name in the tables [default: the one that is chosen].
+    #[arg(long, value_name = "NAME")]
     network: Option<String>,
-    /// Recordings in place of those of the run or config.
-    #[arg(long)]
+    /// Recordings in place of the config's data.
+    #[arg(long, value_name = "DATA")]
     data: Option<PathBuf>,
     #[command(flatten)]
-    reading: ReadOptions,
-    /// Where the model goes, `.safetensors`.
-    #[arg(long, short)]
+    read_options: ReadOptions,
+    /// The model file to write, `.safetensors`.
+    #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
     /// Uses the values of the config's [quick] table.
     #[arg(long)]
@@ -45,57 +50,53 @@ pub struct Fit {
     /// A config value by its dotted key: train.epochs=20.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Puts a guard before the model, as encoding.guard = true in the config: it finds broken channels and taxels of raw
-    /// recordings and replaces what they read by what the training recordings expect.
+    /// Puts a guard before the model, as encoding.guard = true in the config. It finds broken channels and taxels of raw
+    /// recordings and replaces their values by those that the training recordings make likely.
     #[arg(long)]
     guard: bool,
-    /// A seed in place of the config's.
-    #[arg(long)]
+    /// Seed of every random choice [default: the config's].
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Seconds between two savings of the training [default: 10].
     #[arg(long, value_name = "SECONDS")]
     save_every: Option<f64>,
-    /// Prints the model's card as JSON.
-    #[arg(long)]
-    json: bool,
-    /// Caps all threads [default: all cores]; the model does not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    format: OutputFormat,
+    #[command(flatten)]
+    threads: Threads,
 }
 
-/// What is trained.
-struct Work {
+/// One training: experiment, samples, and the network or baseline by its name.
+struct Training {
     experiment: Experiment,
     dataset: Dataset,
     /// Name of the network or baseline.
     name: String,
-    /// What a run measured of it.
+    /// Cross-validated score of the run, if it belongs to this training.
     score: Option<Score>,
-    /// Whether the model is wanted in eight bits.
+    /// Whether the model is made in eight bits afterwards.
     quantized: bool,
 }
 
 impl Fit {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let cancel = flag()?;
         let registry = Registry::built_in();
-        if self.output.extension().is_none_or(|e| e != "safetensors") {
-            return Err(format!("{}: a model is a .safetensors file", self.output.display()).into());
-        }
-        let Work { experiment, dataset, name, score, quantized } = match self.from.is_dir() {
-            true => self.of_run(&registry)?,
-            false => self.of_config(&registry)?,
-        };
+        check_model_output(&self.output)?;
+        let training = if self.from.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };
+        let Training { experiment, dataset, name, score, quantized } = training;
+        detail(format!("{name} on {} samples, digest {}", dataset.x.shape()[0], dataset.digest));
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
-        let threads = Some(super::threads(self.threads));
+        let threads = Some(self.threads.count()?);
         let save_every = self.save_every;
         let options = RunOptions { resume: true, threads, save_every, ..RunOptions::default() };
         let session = self.session(&experiment, &dataset, &name);
-        let model = runner.fit(&name, &options, Some(&session), &IndicatifProgress::default(), &cancel)?;
+        let model = runner.fit(&name, &options, Some(&session), &*progress(), &cancel)?;
         let Some(model) = model else {
-            match session.is_file() {
-                true => eprintln!("stopped; the same command goes on with {}", session.display()),
-                false => eprintln!("stopped before anything was saved; the same command begins again"),
+            if session.is_file() {
+                note(format!("stopped; the same command goes on with {}", session.display()));
+            } else {
+                note("stopped before anything was saved; the same command begins again");
             }
             return Ok(ExitCode::from(INTERRUPTED));
         };
@@ -103,31 +104,30 @@ impl Fit {
         let model = model.with_score(score);
         model.save(&self.output)?;
         taxel::learn::forget(&session)?;
-        match self.json {
-            true => println!("{}", serde_json::to_string_pretty(model.card())?),
-            false => {
-                print!("{}", model.card());
-                println!("model        {}", self.output.display());
-            }
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(model.card())?);
+        } else {
+            out!("{}", model.card());
+            outln!("model        {}", self.output.display());
         }
         Ok(ExitCode::SUCCESS)
     }
 
     fn overrides(&self) -> Overrides {
         let guard = self.guard.then(|| "encoding.guard=true".to_string());
-        let set = self.set.iter().cloned().chain(settings(&self.reading)).chain(guard).collect();
+        let set = self.set.iter().cloned().chain(settings(&self.read_options)).chain(guard).collect();
         Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None }
     }
 
-    /// The network of an experiment file that --network names.
-    fn of_config(&self, registry: &Registry) -> Result<Work, Box<dyn std::error::Error>> {
+    /// Returns the training of an experiment file: the network that --network names.
+    fn of_config(&self, registry: &Registry) -> Result<Training, Box<dyn std::error::Error>> {
         let experiment = Experiment::load(&self.from, &self.overrides(), registry)?;
         let config = experiment.config();
         let name = match (&self.network, config.networks.as_slice()) {
             (Some(name), _) => name.clone(),
             (None, [one]) => one.label.clone(),
             (None, several) => {
-                let labels: Vec<&str> = several.iter().map(|own| own.label.as_str()).collect();
+                let labels: Vec<&str> = several.iter().map(|network| network.label.as_str()).collect();
                 let file = self.from.display();
                 return Err(format!(
                     "{file} has {}; name one with --network, or run it first and fit from the run folder",
@@ -137,11 +137,11 @@ impl Fit {
             }
         };
         let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
-        Ok(Work { dataset, experiment, name, score: None, quantized: false })
+        Ok(Training { dataset, experiment, name, score: None, quantized: false })
     }
 
-    /// The network of a run that is named, or that suffices.
-    fn of_run(&self, registry: &Registry) -> Result<Work, Box<dyn std::error::Error>> {
+    /// Returns the training of a run: the network that is named, or that suffices.
+    fn of_run(&self, registry: &Registry) -> Result<Training, Box<dyn std::error::Error>> {
         let folder = RunFolder::open(&self.from)?;
         let results = folder.results()?;
         let row = match &self.network {
@@ -149,38 +149,39 @@ impl Fit {
             None => self.chosen(&folder, registry)?,
         };
         // Of a learning curve the row with the most samples stands for its network.
-        let of = |own: &&taxel::learn::NetworkResults| own.network == row || own.candidate == row;
-        let own = results.networks.iter().filter(of).max_by_key(|own| own.per_class);
+        let is_row =
+            |result: &&taxel::learn::NetworkResults| result.network == row || result.candidate == row;
+        let found = results.networks.iter().filter(is_row).max_by_key(|result| result.per_class);
         // In eight bits it is trained in floats.
-        let floats = own.and_then(|own| own.quantized.as_ref());
-        let trained = floats.and_then(|row| results.networks.iter().find(|own| own.network == *row)).or(own);
-        let name = trained.map_or(row.clone(), |own| own.candidate.clone());
+        let floats = found.and_then(|result| result.quantized.as_ref());
+        let trained =
+            floats.and_then(|row| results.networks.iter().find(|result| result.network == *row)).or(found);
+        let name = trained.map_or(row.clone(), |result| result.candidate.clone());
         let overrides = self.overrides();
         let experiment = Experiment::load(&folder.file("config.toml"), &overrides, registry)?;
         let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
-        // What was chosen has been checked already.
+        // A network that was chosen has been checked already.
         if self.network.is_some() && overrides == Overrides::default() {
             folder.finished(&dataset)?;
         }
         // A score belongs to the recordings and the recipe that it was measured with.
         let same = dataset.digest == results.data_digest && !self.quick && self.set.is_empty() && !self.guard;
-        let score = own.filter(|_| same).and_then(|own| results.score(&own.network));
+        let score = found.filter(|_| same).and_then(|result| results.score(&result.network));
         let quantized = floats.is_some();
-        Ok(Work { experiment, dataset, name, score, quantized })
+        Ok(Training { experiment, dataset, name, score, quantized })
     }
 
     fn chosen(&self, folder: &RunFolder, registry: &Registry) -> Result<String, Box<dyn std::error::Error>> {
         let (_, dataset) = taxel::experiment::open(folder, registry)?;
         let case = Case::new(folder.clone(), dataset)?;
-        let judgement = judgement(&case, None)?;
-        let choice = choose(&case, &judgement, &Criteria::default())?;
-        choice.words.iter().for_each(|line| eprintln!("{line}"));
+        let choice = choice(&case)?;
+        choice.words.iter().for_each(note);
         choice.chosen.ok_or_else(|| {
             format!("{}: no network suffices; name one with --network", self.from.display()).into()
         })
     }
 
-    /// Where the training is saved: another training has another file.
+    /// Returns the file that the training is saved in: another training has another one.
     fn session(&self, experiment: &Experiment, dataset: &Dataset, name: &str) -> PathBuf {
         let what = format!("{}\n{}\n{name}", experiment.to_toml(), dataset.digest);
         let key = &blake3::hash(what.as_bytes()).to_hex()[..12];

@@ -1,20 +1,23 @@
-//! `taxel forward`: raw logits of a batch.
+//! `taxel forward`: the logits or features of a batch.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use ndarray::{ArrayD, IxDyn};
-use taxel::learn::read_weights;
 #[cfg(feature = "candle")]
 use taxel_devices::{Device, Model};
 use taxel_engine::{Evaluator, Options};
 use taxel_graph::{Graph, Weights};
 
-use crate::Outcome;
+use crate::CommandResult;
 use crate::arrays::write_npy;
+use crate::commands::arguments::network::weighted;
+use crate::commands::arguments::threads::Threads;
 
-/// Evaluation-mode logits of a batch from named weights, or with --at what a node computes: features.
+/// Computes the logits of a batch of network inputs, or with --at the features of a node.
+///
+/// The network runs in evaluation mode.
 ///
 /// Inputs come in the order of the network's inputs (`taxel zoo`), batch axis first. Weights are
 /// `.safetensors` or, in a build with the cargo feature `candle`, a PyTorch `state_dict` (`.pth`); missing, extra
@@ -25,30 +28,29 @@ use crate::arrays::write_npy;
               taxel forward --model vgg16 --set classes=1000 --weights vgg16.safetensors --at classifier.3/relu \\
                 --input images.npy --output features.npy")]
 pub struct Forward {
-    /// Network name, see `taxel zoo`; or a file: `.onnx`, or a `.safetensors` with a network or model in it.
-    #[arg(long)]
+    /// A network of `taxel zoo`; or a file: `.onnx`, or a `.safetensors` with a network or model in it.
+    #[arg(long, value_name = "NETWORK")]
     model: String,
-    /// Weights under the network's tensor names; a file has its own.
-    #[arg(long)]
+    /// Weights of a network of the zoo, by its tensor names; a file has its own.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     weights: Option<PathBuf>,
-    /// One `.npy` per input, [N, ...].
-    #[arg(long, required = true)]
+    /// The `.npy` of an input, [N, ...]; once per input of the network.
+    #[arg(long, required = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
     input: Vec<PathBuf>,
-    /// Where the logits [N, classes] (features [N, ...]) go; with several outputs, each goes to NAME.<output>.npy.
-    #[arg(long)]
+    /// The `.npy` to write, [N, classes] (features [N, ...]); of several outputs each goes to NAME.<output>.npy.
+    #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// What computes: `native`, taxel's own CPU engine, or `candle` in a build with that cargo feature.
+    /// The engine that computes: `native`, taxel's for CPUs, or `candle` in a build with that cargo feature.
     #[arg(long, default_value = "native", value_parser = backend)]
     backend: Backend,
     /// The node, or the block, whose output is wanted in place of the logits; `taxel cost` lists them.
     #[arg(long, value_name = "NODE")]
     at: Option<String>,
-    /// A configuration value in place of the paper's: key=value.
+    /// A setting of the network in place of its default: key=value; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Threads of the native backend [default: all cores].
-    #[arg(long)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 #[derive(Clone, Copy)]
@@ -73,11 +75,11 @@ fn backend(name: &str) -> Result<Backend, &'static str> {
 const CHUNK: usize = 64;
 
 impl Forward {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let (graph, weights) = self.network()?;
         let inputs = self.inputs(&graph)?;
         let samples = inputs[0].shape()[0];
-        let threads = super::threads(self.threads);
+        let threads = self.threads.count()?;
         let mut outputs: Vec<(String, Vec<f32>)> = vec![];
         let mut keep = |name: &str, values: &[f32]| match outputs.iter_mut().find(|(n, _)| n == name) {
             Some((_, all)) => all.extend_from_slice(values),
@@ -122,16 +124,7 @@ impl Forward {
 
     /// Reads the network, or the part of it up to --at, and its weights.
     fn network(&self) -> Result<(Graph, Weights), Box<dyn std::error::Error>> {
-        let (graph, stored) = super::network::named(&self.model, &self.set)?;
-        let weights = match (&self.weights, stored) {
-            (Some(path), _) => {
-                let weights = read_weights(path)?;
-                weights.check(&graph).map_err(|e| format!("{}: {e}", path.display()))?;
-                weights
-            }
-            (None, Some(weights)) => weights,
-            (None, None) => return Err(format!("{}: give its --weights", self.model).into()),
-        };
+        let (graph, weights) = weighted(&self.model, &self.set, self.weights.as_deref())?;
         let Some(node) = &self.at else { return Ok((graph, weights)) };
         let part = graph.cut(node)?;
         let weights = weights.only(&part);

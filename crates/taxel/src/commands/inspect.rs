@@ -1,32 +1,36 @@
-//! `taxel inspect`: what a model says about itself.
+//! `taxel inspect`: the card of a model.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use taxel::Model;
 
-use crate::Outcome;
+use crate::CommandResult;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::{out, outln};
 
-/// Prints the card of a model file: what it reads and answers, what it was trained on, how it scored.
+/// Prints the card of a model file: its inputs and outputs, its training data, its score.
 ///
-/// The file needs nothing beside it. Whether its tensors are those that the card was written for is checked.
+/// The file needs nothing beside it. The command checks that its tensors belong to its card. With --format json the card
+/// includes the network's graph.
 #[derive(Args)]
-#[command(after_help = "Example:  taxel inspect model.safetensors --json")]
+#[command(after_help = "Example:  taxel inspect model.safetensors --format json")]
 pub struct Inspect {
     /// A model made by `taxel fit`, or one of a run folder's models/.
+    #[arg(value_hint = ValueHint::FilePath)]
     model: PathBuf,
-    /// The whole card as one JSON object, the network's graph included.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: OutputFormat,
 }
 
 impl Inspect {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let model = Model::open(&self.model)?;
-        match self.json {
-            true => println!("{}", serde_json::to_string_pretty(model.card())?),
-            false => print!("{}", model.card()),
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(model.card())?);
+        } else {
+            out!("{}", model.card());
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -1,30 +1,26 @@
-//! What commands that judge runs have in common: threads, a bar on a terminal, what was measured before.
+//! The judgement of a run, for all commands that need one, and the network that it chooses.
 
-use std::io::IsTerminal;
-
-use taxel::IndicatifProgress;
-use taxel::judge::{Case, Judgement, StressOptions};
-use taxel::learn::{Progress, Silent};
+use taxel::judge::{Case, Choice, Criteria, Judgement, StressOptions, choose};
 use taxel::reporting;
 
-/// Default options on at most `threads` threads.
-pub fn stress_options(threads: Option<usize>) -> StressOptions {
-    StressOptions { threads: super::threads(threads), ..StressOptions::default() }
+use crate::terminal::progress::bar;
+
+/// Returns default options on at most `threads` threads.
+pub fn stress_options(threads: usize) -> StressOptions {
+    StressOptions { threads, ..StressOptions::default() }
 }
 
-/// What is in the run folder already, or is measured now.
+/// Chooses by the default criteria, for commands that need one network of a run.
+pub fn choice(case: &Case) -> taxel::Result<Choice> {
+    Ok(choose(case, &judgement(case, None)?, &Criteria::default())?)
+}
+
+/// Reads what was measured before, or measures now.
 pub fn judgement(case: &Case, stress: Option<StressOptions>) -> taxel::Result<Judgement> {
     reporting::judgement(case, stress, &*bar())
 }
 
-/// Measures, with a bar on a terminal.
+/// Measures now, with a bar on a terminal.
 pub fn now(case: &Case, stress: Option<StressOptions>) -> taxel::Result<Judgement> {
     reporting::measure(case, stress, &*bar())
-}
-
-fn bar() -> Box<dyn Progress + Sync> {
-    match std::io::stderr().is_terminal() {
-        true => Box::<IndicatifProgress>::default(),
-        false => Box::new(Silent),
-    }
 }

@@ -3,60 +3,63 @@
 use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use serde_json::json;
 use taxel::judge::{
     Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, named_scores, overview,
 };
 use taxel::reporting::{self, before, open};
 
-use crate::Outcome;
+use crate::CommandResult;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::{now, stress_options};
-use crate::commands::signals::leave_with;
+use crate::outln;
+use crate::terminal::messages::note;
+use crate::terminal::signals::leave_with;
 
-/// Makes the report of each run: which network suffices, accuracy against speed, where networks break.
+/// Makes a page of each run: which network suffices, accuracy against speed, where networks break.
 ///
 /// Nothing is trained. Speeds and faults are measured once and kept in judgement.json; then report.html (one
 /// page that needs no network), tables/ (Markdown, CSV) and charts/ (SVG, PNG) are written into the run folder.
 /// Several runs also get one page side by side. Leave the machine alone while networks are timed.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel report runs/quickstart
-           taxel report runs/quickstart --again --samples 300
-           taxel report runs/hardness runs/fsr-glove28 --out reports")]
+           taxel report runs/quickstart --again --max-samples 300
+           taxel report runs/hardness runs/fsr-glove28 --output reports")]
 pub struct Report {
     /// Run folders.
-    #[arg(required = true)]
+    #[arg(required = true, value_hint = ValueHint::DirPath)]
     run: Vec<PathBuf>,
     /// Folder of the page that sets runs side by side [default: reports, for several runs].
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, short, alias = "out", value_name = "DIR")]
+    output: Option<PathBuf>,
     /// Leaves the faults out.
     #[arg(long)]
     no_stress: bool,
-    /// At most so many test samples of each network under faults.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    samples: usize,
-    /// Asks each network with a guard before it too, as `taxel stress --guard`.
-    #[arg(long)]
-    guard: bool,
+    /// Most test samples of each network under faults.
+    #[arg(long, alias = "samples", value_name = "N", default_value_t = 1000)]
+    max_samples: usize,
+    /// Tests each network behind a guard as well, as `taxel stress --compare-guard`.
+    #[arg(long, alias = "guard")]
+    compare_guard: bool,
     /// Measures anew, also where judgement.json is there.
     #[arg(long)]
     again: bool,
-    /// Prints one JSON object per run instead of tables.
-    #[arg(long)]
-    json: bool,
-    /// Caps the threads of the fault test [default: all cores]; speed is always measured on one.
-    #[arg(long)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    format: OutputFormat,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 impl Report {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         leave_with("stopped; runs that were measured have a judgement.json: the same command goes on")?;
+        let threads = self.threads.count()?;
         let stress = (!self.no_stress).then(|| StressOptions {
-            samples: self.samples.max(1),
-            guard: self.guard,
-            ..stress_options(self.threads)
+            samples: self.max_samples.max(1),
+            guard: self.compare_guard,
+            ..stress_options(threads)
         });
         let mut judged = vec![];
         for run in &self.run {
@@ -72,8 +75,8 @@ impl Report {
             let page = self.one(case, judgement, &choice)?;
             entries.push((page, judgement, choice));
         }
-        if entries.len() > 1 || self.out.is_some() {
-            let folder = self.out.clone().unwrap_or_else(|| "reports".into());
+        if entries.len() > 1 || self.output.is_some() {
+            let folder = self.output.clone().unwrap_or_else(|| "reports".into());
             std::fs::create_dir_all(&folder)
                 .map_err(|e| format!("{}: cannot be made: {e}", folder.display()))?;
             let judgements: Vec<&Judgement> = judged.iter().map(|(_, judgement)| judgement).collect();
@@ -84,9 +87,10 @@ impl Report {
                 linked.push(Entry { page, judgement: judgement.clone(), choice: Some(choice) });
             }
             let page = overview(&linked, ranked.as_ref(), &folder)?;
-            match self.json {
-                true => println!("{}", named_scores(&json!({ "overview": page, "across": ranked }))?),
-                false => println!("side by side: {}", page.display()),
+            if self.format.is_json() {
+                outln!("{}", named_scores(&json!({ "overview": page, "across": ranked }))?);
+            } else {
+                outln!("side by side: {}", page.display());
             }
         }
         Ok(ExitCode::SUCCESS)
@@ -101,27 +105,30 @@ impl Report {
     ) -> Result<PathBuf, Box<dyn std::error::Error>> {
         let (made, page) = reporting::write(case, judgement, choice)?;
         let results = &judgement.results;
-        if self.json {
+        if self.format.is_json() {
             let chance = if judgement.primary().is_percent() { "chance_percent" } else { "chance" };
             let object = json!({
                 "name": results.name, "source": results.source, "kind": judgement.kind(), "page": page,
                 (chance): judgement.chance, "chosen": choice.chosen,
                 "networks": made.summary.json,
             });
-            println!("{object}");
+            outln!("{object}");
         } else {
-            println!(
+            outln!(
                 "{}: {} ({} samples), {}\n",
-                results.name, results.source, results.samples, judgement.protocol
+                results.name,
+                results.source,
+                results.samples,
+                judgement.protocol
             );
-            println!("{}", made.summary.grid.clone().ruled());
-            choice.words.iter().for_each(|line| println!("{line}"));
-            println!("report: {}\n", page.display());
+            outln!("{}", made.summary.grid.clone().ruled());
+            choice.words.iter().for_each(|line| outln!("{line}"));
+            outln!("report: {}\n", page.display());
         }
         Ok(page)
     }
 
-    /// What is in the run folder already, or is measured now.
+    /// Reads what was measured before, or measures now.
     fn judgement(
         &self,
         case: &Case,
@@ -129,17 +136,15 @@ impl Report {
     ) -> Result<Judgement, Box<dyn std::error::Error>> {
         let before = if self.again { None } else { before(case, stress.as_ref())? };
         if let Some(judgement) = before {
-            eprintln!(
-                "{}: measured before; --again measures anew",
-                case.folder.file("judgement.json").display()
-            );
+            let file = case.folder.file("judgement.json");
+            note(format!("{}: measured before; --again measures anew", file.display()));
             return Ok(judgement);
         }
         Ok(now(case, stress)?)
     }
 }
 
-/// The way from `folder` to `page` as a link: relative, so that both can be moved together.
+/// Returns the link from `folder` to `page`: relative, so that both can be moved together.
 fn link(folder: &Path, page: &Path) -> Result<String, Box<dyn std::error::Error>> {
     let full =
         |path: &Path| path.canonicalize().map_err(|e| format!("{}: cannot be read: {e}", path.display()));
@@ -153,7 +158,7 @@ fn link(folder: &Path, page: &Path) -> Result<String, Box<dyn std::error::Error>
     Ok(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
-/// With what a URL may not hold as %XX.
+/// Replaces what a URL may not hold by %XX.
 fn escaped(name: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
     name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()

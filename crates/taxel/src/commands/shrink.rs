@@ -3,17 +3,22 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
-use taxel::IndicatifProgress;
-use taxel::judge::{Case, Criteria, choose};
+use clap::{Args, ValueHint};
+use taxel::judge::Case;
 use taxel::shrink::{Axis, Error, Estimate, Finished, Options, shrink};
 use taxel::{Registry, RunFolder};
 
-use crate::commands::interrupt::{INTERRUPTED, flag};
-use crate::commands::judging::judgement;
-use crate::{Outcome, text};
+use crate::CommandResult;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::threads::Threads;
+use crate::commands::judging::choice;
+use crate::terminal::interrupt::{INTERRUPTED, flag};
+use crate::terminal::messages::note;
+use crate::terminal::progress::progress;
+use crate::terminal::tables;
+use crate::{out, outln};
 
-/// Finds out how little of the sensing and of a network suffices, and writes a smaller model that reads no more.
+/// Finds how little of the sensing and of a network suffices, and writes a smaller model.
 ///
 /// One network of a finished run (or a baseline) is trained again on less and less. --axes says of what:
 ///
@@ -23,16 +28,16 @@ use crate::{Outcome, text};
 ///   window      the first readings of a recording
 ///   bits        bits of the converter, over the full scale
 ///   resolution  squares of taxels as one
-///   width       channels of the layers; a narrower network learns from the best method's answers, too
+///   width       channels of the layers; a narrower network learns from the predictions of the best method, too
 ///   depth       residual blocks and dense layers, or else plain layers, the last ones first, likewise
 ///
 /// Each training part of the run is divided once more: which sensors go and where the knee is, these inner folds say, by the rule of
 /// `taxel choose`: the smallest setting that is not significantly worse than the whole and seems to lose no more than --margin
-/// points. The test parts are asked once for each setting, for the curves; they choose nothing.
+/// points. The test parts are predicted once for each setting, for the curves; they choose nothing.
 ///
 /// The folder (RUN/shrink unless --output names another) then holds index.html with curves and tables, shrink.json,
-/// and, where something may go, shrunk.safetensors, a model that takes whole recordings and leaves aside what it does not
-/// read, and shrunk.toml, its experiment, for `taxel run`. How long it may take is said first; Ctrl-C keeps what is
+/// and, where something may go, shrunk.safetensors, a model that takes whole recordings and leaves out what it does not
+/// need, and shrunk.toml, its experiment, for `taxel run`. How long it may take is said first; Ctrl-C keeps what is
 /// finished, and --resume goes on.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -42,45 +47,44 @@ use crate::{Outcome, text};
            taxel predict runs/glove/shrink/shrunk.safetensors glove/")]
 pub struct Shrink {
     /// A run folder.
+    #[arg(value_hint = ValueHint::DirPath)]
     run: PathBuf,
-    /// The network or baseline [default: the one that taxel choose names, or else the best].
-    #[arg(long)]
+    /// The network or baseline, by its name in the tables [default: the one that taxel choose names, or else the best].
+    #[arg(long, value_name = "NAME")]
     network: Option<String>,
-    /// What may become less [default: all of it].
+    /// The axes along which it shrinks [default: all].
     #[arg(long, value_delimiter = ',', value_name = "AXIS,..")]
     axes: Vec<Axis>,
     /// A loss of accuracy that would matter, in percentage points; of values in the unit of the error [default: 2; of
     /// values 2 % of the error of always giving the mean].
     #[arg(long, value_name = "POINTS")]
     margin: Option<f64>,
-    /// Level of significance over a curve.
-    #[arg(long, default_value_t = 0.05)]
+    /// Level of significance of all comparisons together, between 0 and 1.
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.05)]
     alpha: f64,
     /// Inner folds of each training part.
     #[arg(long, value_name = "N", default_value_t = 2)]
     inner: usize,
-    /// A first look: two test parts, three settings of each axis, a quarter of the epochs.
+    /// A first look in a short time: two test parts, three settings of each axis, a quarter of the epochs.
     #[arg(long)]
     quick: bool,
-    /// Epochs of every training, the whole's too, in place of the run's.
+    /// Epochs of every training, that of the whole network too [default: the run's].
     #[arg(long, value_name = "N")]
     epochs: Option<usize>,
-    /// The folder that is written [default: RUN/shrink].
+    /// Folder of the result [default: RUN/shrink].
     #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Goes on in a folder with finished trainings, or draws its page anew.
+    /// Goes on with what was interrupted, to the same bytes: finished trainings are kept, and the page is drawn anew.
     #[arg(long)]
     resume: bool,
-    /// Prints everything as one JSON object.
-    #[arg(long)]
-    json: bool,
-    /// Caps the threads [default: all cores]; results do not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    format: OutputFormat,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 impl Shrink {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let cancel = flag()?;
         let registry = Registry::built_in();
         let folder = RunFolder::open(&self.run)?;
@@ -90,45 +94,42 @@ impl Shrink {
             Some(name) => name.clone(),
             None => chosen(&case)?,
         };
-        let own = Options::default();
         let options = Options {
-            axes: if self.axes.is_empty() { own.axes } else { self.axes.clone() },
+            axes: if self.axes.is_empty() { Options::default().axes } else { self.axes.clone() },
             margin: self.margin,
             alpha: self.alpha,
             inner: self.inner,
             quick: self.quick,
             epochs: self.epochs,
             resume: self.resume,
-            threads: super::threads(self.threads),
+            threads: self.threads.count()?,
         };
-        let out = self.output.clone().unwrap_or_else(|| self.run.join("shrink"));
-        let progress = IndicatifProgress::default();
-        let say = |estimate: &Estimate| eprintln!("{network}: {}", words(estimate));
+        let output = self.output.clone().unwrap_or_else(|| self.run.join("shrink"));
+        let progress = progress();
+        let say = |estimate: &Estimate| note(format!("{network}: {}", words(estimate)));
         let run = (&case, &experiment, &registry);
-        let finished = match shrink(run, &network, &out, &options, &say, &progress, &cancel) {
+        let finished = match shrink(run, &network, &output, &options, &say, &*progress, &cancel) {
             Ok(finished) => finished,
             Err(Error::Stopped { folder }) => {
-                eprintln!(
+                note(format!(
                     "stopped; finished trainings are in {folder}: the same command with --resume goes on"
-                );
+                ));
                 return Ok(ExitCode::from(INTERRUPTED));
             }
             Err(error) => return Err(error.into()),
         };
-        match self.json {
-            true => {
-                let Finished { shrunk, speed, page, model } = &finished;
-                let all =
-                    serde_json::json!({ "shrunk": shrunk, "speed": speed, "page": page, "model": model });
-                println!("{}", serde_json::to_string_pretty(&all)?);
-            }
-            false => print(&finished),
+        if self.format.is_json() {
+            let Finished { shrunk, speed, page, model } = &finished;
+            let all = serde_json::json!({ "shrunk": shrunk, "speed": speed, "page": page, "model": model });
+            outln!("{}", serde_json::to_string_pretty(&all)?);
+        } else {
+            print(&finished);
         }
         Ok(ExitCode::SUCCESS)
     }
 }
 
-/// `84 trainings at most, about 6 min`.
+/// Says how much there is to do: `84 trainings at most, about 6 min`.
 fn words(estimate: &Estimate) -> String {
     let time = match estimate.seconds {
         None => String::new(),
@@ -139,42 +140,42 @@ fn words(estimate: &Estimate) -> String {
     format!("{} trainings at most{time} if each takes as long as in the run", estimate.trainings)
 }
 
-/// The network that suffices, or else the best; of models in eight bits the network in floats, which can be trained.
+/// Returns the network that suffices, or else the best; of models in eight bits the network in floats, which can be
+/// trained.
 fn chosen(case: &Case) -> Result<String, Box<dyn std::error::Error>> {
-    let judgement = judgement(case, None)?;
-    let choice = choose(case, &judgement, &Criteria::default())?;
-    choice.words.iter().take(1).for_each(|line| eprintln!("{line}"));
+    let choice = choice(case)?;
+    choice.words.iter().take(1).for_each(note);
     let row = choice.chosen.unwrap_or(choice.best);
     Ok(case.results.in_floats(&row).into())
 }
 
 fn print(finished: &Finished) {
     let Finished { shrunk, speed, page, model } = finished;
-    println!("{}: {}, {}, {}", shrunk.run, shrunk.network, shrunk.source, shrunk.protocol);
-    shrunk.notes.iter().for_each(|note| println!("{note}"));
-    println!();
-    shrunk.words.iter().for_each(|words| println!("{words}"));
-    shrunk.left_out.iter().for_each(|(axis, reason)| println!("{axis}: left out: {reason}"));
-    println!();
+    outln!("{}: {}, {}, {}", shrunk.run, shrunk.network, shrunk.source, shrunk.protocol);
+    shrunk.notes.iter().for_each(|note| outln!("{note}"));
+    outln!();
+    shrunk.words.iter().for_each(|words| outln!("{words}"));
+    shrunk.left_out.iter().for_each(|(axis, reason)| outln!("{axis}: left out: {reason}"));
+    outln!();
     if let Some(speed) = speed {
         let (head, longer) = (shrunk.primary.head(), shrunk.primary.show_longer());
         let header = ["model", &head, "values read", "parameters", "MACs", "answer, ms"];
         let times = [speed.whole_p50_ms, speed.small_p50_ms];
-        let rows = shrunk.models.iter().zip(times).map(|(own, ms)| {
+        let rows = shrunk.models.iter().zip(times).map(|(model, ms)| {
             vec![
-                own.name.clone(),
-                longer(own.score),
-                own.readings.to_string(),
-                own.parameters.to_string(),
-                own.macs.to_string(),
+                model.name.clone(),
+                longer(model.score),
+                model.readings.to_string(),
+                model.parameters.to_string(),
+                model.macs.to_string(),
                 format!("{ms:.4}"),
             ]
         });
-        print!("{}", text::table(&header, &rows.collect::<Vec<_>>(), &[1, 2, 3, 4, 5]));
-        println!();
+        out!("{}", tables::table(&header, &rows.collect::<Vec<_>>(), &[1, 2, 3, 4, 5]));
+        outln!();
     }
     if let Some(model) = model {
-        println!("model: {}", model.display());
+        outln!("model: {}", model.display());
     }
-    println!("page: {}", page.display());
+    outln!("page: {}", page.display());
 }

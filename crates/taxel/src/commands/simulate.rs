@@ -8,14 +8,17 @@ use taxel_data::Npz;
 use taxel_faults::Fault;
 use taxel_scenes::Scene;
 
-use crate::Outcome;
+use crate::CommandResult;
 use crate::arrays::write;
-use crate::text;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::settings::settings;
+use crate::outln;
+use crate::terminal::tables;
 
-/// Simulates recordings with labels, groups and true physical values.
+/// Simulates recordings of a sensor, with labels, groups and true physical values.
 ///
-/// Writes x, y, group and one array per true value to the .npz, and the class names to
-/// NAME.classes.json beside it: `taxel data check` and `taxel run --data` read both.
+/// The .npz holds x, y, group and one array per true value; the names of the classes are in NAME.classes.json beside it.
+/// `taxel data check` and `taxel run --data` read both. The settings of the scenes:
 ///
 /// fingertip: shore=[0,10,20]; between=[0,30] (any hardness in the range); sessions=10.
 /// palpation: paper=002|003; subset=all|rigid|deformable|in-bag; frames=51; sessions=5.
@@ -32,44 +35,45 @@ use crate::text;
            taxel simulate imprint --samples 1500 --set elements=16 --set meshes=my-meshes --output touch.npz
            taxel simulate fingertip --samples 300 --fault dead --severity 4 --output broken.npz")]
 pub struct Simulate {
-    /// Scene name.
+    /// The scene: fingertip, palpation, gripper, imprint, gel, hand or vision.
     scene: String,
-    /// Number of recordings.
-    #[arg(long, default_value_t = taxel::experiment::SAMPLES)]
+    /// Recordings to simulate.
+    #[arg(long, value_name = "N", default_value_t = taxel::experiment::SAMPLES)]
     samples: usize,
-    /// Seed of everything random.
-    #[arg(long, default_value_t = 0)]
+    /// Seed of every random choice.
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Where the data set goes.
-    #[arg(long, required_unless_present = "explain")]
+    /// The data set to write, `.npz`.
+    #[arg(long, short, value_name = "FILE", required_unless_present = "explain")]
     output: Option<PathBuf>,
-    /// A setting of the scene in place of its default: key=value; may be repeated.
+    /// A setting of the scene in place of its default: key=value; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Leaves an effect out; may be repeated.
+    /// Leaves an effect out; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
-    /// Breaks every recording by this fault, as `taxel stress` does.
+    /// Corrupts every recording by this fault, as `taxel stress` does.
     #[arg(long, value_name = "FAULT", requires = "severity")]
     fault: Option<Fault>,
-    /// How badly, 1 to 5.
-    #[arg(long, requires = "fault")]
+    /// Severity of the fault, 1 to 5.
+    #[arg(long, value_name = "N", requires = "fault")]
     severity: Option<u8>,
-    /// Prints every effect with value, unit and source instead.
+    /// Prints every effect of the scene with value, unit and source, and simulates nothing.
     #[arg(long)]
     explain: bool,
-    /// With --explain: JSON instead of a table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: OutputFormat,
 }
 
 impl Simulate {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         if self.explain {
             return self.explain();
         }
-        let Some(output) = self.output else { return Err("--output is missing".into()) };
-        let settings = serde_json::Value::Object(super::settings(&self.set)?);
+        let Some(output) = self.output else {
+            return Err("--output is missing; name the .npz to write".into());
+        };
+        let settings = serde_json::Value::Object(settings(&self.set)?);
         let settings = taxel_scenes::Settings::read(&self.scene, settings)?;
         let mut scene = settings.simulate(self.samples, self.seed, &self.without)?;
         let mut source = format!("simulated: {}", self.scene);
@@ -95,21 +99,21 @@ impl Simulate {
         });
         let labels = output.with_extension("classes.json");
         write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;
-        println!("{}: {} of {classes} classes, {}", output.display(), text::shape(&shape), scene.unit);
+        outln!("{}: {} of {classes} classes, {}", output.display(), tables::shape(&shape), scene.unit);
         Ok(ExitCode::SUCCESS)
     }
 
     /// Prints every effect of the scene.
-    fn explain(&self) -> Outcome {
+    fn explain(&self) -> CommandResult {
         let effects = taxel_scenes::explain(&self.scene)?;
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&effects)?);
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(&effects)?);
             return Ok(ExitCode::SUCCESS);
         }
         for effect in effects {
             let removable = if effect.removable { "" } else { "  (always there)" };
-            println!("{} · {} = {} {}{removable}", effect.name, effect.parameter, effect.value, effect.unit);
-            println!("    {}\n    source: {}", effect.why, effect.source);
+            outln!("{} · {} = {} {}{removable}", effect.name, effect.parameter, effect.value, effect.unit);
+            outln!("    {}\n    source: {}", effect.why, effect.source);
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -3,18 +3,21 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
-use taxel::IndicatifProgress;
-use taxel::judge::{Alarms, NetworkStress, Stress as Outcomes, StressOptions, named_scores, stress};
-use taxel::learn::Progress;
+use clap::{Args, ValueHint};
+use taxel::judge::{Alarms, NetworkStress, Stress as Tested, StressOptions, named_scores, stress};
 use taxel::reporting::open;
 use taxel_faults::Fault;
 
+use crate::CommandResult;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::stress_options;
-use crate::commands::signals::leave_with;
-use crate::{Outcome, text};
+use crate::terminal::progress::progress;
+use crate::terminal::signals::leave_with;
+use crate::terminal::tables;
+use crate::{out, outln};
 
-/// Breaks the test samples of a run on purpose and scores its saved networks again.
+/// Corrupts the test samples of a run on purpose and scores its saved networks again.
 ///
 /// Faults act on raw readings, before any encoding, in five severities (docs/faults.md). Printed are the
 /// accuracy lost per fault, in percentage points (of values what is added to the mean absolute error, in its unit),
@@ -22,48 +25,47 @@ use crate::{Outcome, text};
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel stress runs/quickstart
            taxel stress runs/quickstart --fault gain --fault drift --severity 3
-           taxel stress runs/quickstart --json > stress.json")]
+           taxel stress runs/quickstart --format json > stress.json")]
 pub struct Stress {
     /// A run folder.
+    #[arg(value_hint = ValueHint::DirPath)]
     run: PathBuf,
-    /// These faults only.
-    #[arg(long, value_name = "NAME")]
+    /// Tests this fault only; may be given several times [default: all that the samples can have].
+    #[arg(long, value_name = "FAULT")]
     fault: Vec<Fault>,
-    /// This severity only, 1 to 5.
-    #[arg(long)]
+    /// Tests this severity only, 1 to 5.
+    #[arg(long, value_name = "N")]
     severity: Option<u8>,
-    /// At most so many test samples of each network.
-    #[arg(long, default_value_t = 1000)]
-    samples: usize,
-    /// Asks each network with a guard before it too, fitted on the training samples of each fold (of models that have one:
-    /// without it too), and counts its false alarms.
-    #[arg(long)]
-    guard: bool,
-    /// Prints everything as one JSON object.
-    #[arg(long)]
-    json: bool,
-    /// Caps all threads [default: all cores]; results do not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
+    /// Most test samples of each network under faults.
+    #[arg(long, alias = "samples", value_name = "N", default_value_t = 1000)]
+    max_samples: usize,
+    /// Tests each network behind a guard as well, fitted on the training samples of each fold, and counts its false alarms.
+    /// Models that have a guard are tested without it as well.
+    #[arg(long, alias = "guard")]
+    compare_guard: bool,
+    #[command(flatten)]
+    format: OutputFormat,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 impl Stress {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let options = StressOptions {
             faults: self.fault,
             severity: self.severity,
-            samples: self.samples.max(1),
-            guard: self.guard,
-            ..stress_options(self.threads)
+            samples: self.max_samples.max(1),
+            guard: self.compare_guard,
+            ..stress_options(self.threads.count()?)
         };
         leave_with("stopped; nothing was written: the same command begins again")?;
         let case = open(&self.run)?;
-        let progress = IndicatifProgress::default();
+        let progress = progress();
         let outcomes = stress(&case, &options, &|steps| progress.start(steps), &|| progress.step(1));
         progress.finish();
         let outcomes = outcomes?;
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&named_scores(&outcomes)?)?);
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(&named_scores(&outcomes)?)?);
         } else {
             print(&outcomes);
         }
@@ -71,18 +73,18 @@ impl Stress {
     }
 }
 
-fn print(outcomes: &Outcomes) {
-    let Outcomes { samples, of, range, chance, primary, .. } = outcomes;
+fn print(outcomes: &Tested) {
+    let Tested { samples, of, range, chance, primary, .. } = outcomes;
     let (show, longer) = (primary.show(), primary.show_longer());
     let thinned = if samples < of { format!(" of {of}") } else { String::new() };
     let guessed = if range.from_samples { " (of the samples: no full scale is known)" } else { "" };
-    println!(
+    outln!(
         "{samples}{thinned} test samples, readings {} to {}{guessed}, chance {}",
         range.low,
         range.high,
         primary.value(*chance)
     );
-    println!(
+    outln!(
         "{} in {}, mean over severities; !n: half of the margin is gone at n\n",
         primary.lost(false),
         primary.in_points()
@@ -105,29 +107,30 @@ fn print(outcomes: &Outcomes) {
         })
         .collect();
     let right: Vec<usize> = (1..header.len()).collect();
-    print!("{}", text::table(&header, &rows, &right));
+    out!("{}", tables::table(&header, &rows, &right));
     print_guarded(outcomes);
     if let Some(reference) = &outcomes.reference {
-        println!("\nmCE: errors relative to {reference}'s, mean over faults; below 100 is steadier than it");
+        outln!("\nmCE: errors relative to {reference}'s, mean over faults; below 100 is steadier than it");
     }
     for (fault, reason) in &outcomes.left_out {
-        println!("left out: {fault}: {reason}");
+        outln!("left out: {fault}: {reason}");
     }
-    println!();
+    outln!();
     for network in &outcomes.networks {
-        println!("{}: {}", network.network, network.verdict);
+        outln!("{}: {}", network.network, network.verdict);
     }
 }
 
 /// Every network without a guard and with one.
-fn print_guarded(outcomes: &Outcomes) {
-    let Some(alarms) = outcomes.alarms.filter(|_| outcomes.networks.iter().any(|own| own.other.is_some()))
+fn print_guarded(outcomes: &Tested) {
+    let Some(alarms) =
+        outcomes.alarms.filter(|_| outcomes.networks.iter().any(|network| network.other.is_some()))
     else {
         return;
     };
     let (primary, show) = (&outcomes.primary, outcomes.primary.show());
     let (lost, title) = (primary.points(), primary.title());
-    println!("\nwithout a guard > with one, {lost} lost of the clean {title} as saved");
+    outln!("\nwithout a guard > with one, {lost} lost of the clean {title} as saved");
     let clean = primary.head_of("clean");
     let mut header = vec!["network", clean.as_str(), "mean"];
     header.extend(outcomes.faults.iter().map(|about| about.fault.name()));
@@ -147,9 +150,9 @@ fn print_guarded(outcomes: &Outcomes) {
     };
     let rows: Vec<Vec<String>> = outcomes.networks.iter().filter_map(row).collect();
     let right: Vec<usize> = (1..header.len()).collect();
-    print!("{}", text::table(&header, &rows, &right));
+    out!("{}", tables::table(&header, &rows, &right));
     let Alarms { samples, alarmed, replaced, elements } = alarms;
-    println!(
+    outln!(
         "false alarms: in {alarmed} of {samples} clean test samples, {replaced} channels or taxels of {elements} a sample"
     );
 }

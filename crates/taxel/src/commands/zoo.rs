@@ -6,29 +6,30 @@ use clap::Args;
 use taxel::base::thousands;
 use taxel_zoo::{Settings, built_in};
 
-use crate::Outcome;
-use crate::text;
+use crate::CommandResult;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::terminal::tables;
+use crate::{out, outln};
 
-/// Lists every registered network with family, paper, input shape and cost.
+/// Lists all networks with family, paper, input shapes and cost.
 #[derive(Args)]
-#[command(after_help = "Example:  taxel zoo --json")]
+#[command(after_help = "Example:  taxel zoo --format json")]
 pub struct Zoo {
-    /// One JSON array instead of a table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: OutputFormat,
 }
 
 impl Zoo {
-    pub fn run(self) -> Outcome {
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&taxel::listing(built_in())?)?);
+    pub fn run(self) -> CommandResult {
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(&taxel::listing(built_in())?)?);
             return Ok(ExitCode::SUCCESS);
         }
         let mut rows = vec![];
         for entry in built_in().entries() {
             let graph = entry.graph(&Settings::new())?;
             let cost = graph.cost();
-            let inputs: Vec<String> = graph.inputs().map(|n| text::shape(&n.shape)).collect();
+            let inputs: Vec<String> = graph.inputs().map(|n| tables::shape(&n.shape)).collect();
             rows.push(vec![
                 entry.name.clone(),
                 entry.family.clone(),
@@ -39,7 +40,7 @@ impl Zoo {
             ]);
         }
         let header = ["network", "family", "paper", "input", "parameters", "MACs"];
-        print!("{}", text::table(&header, &rows, &[4, 5]));
+        out!("{}", tables::table(&header, &rows, &[4, 5]));
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -1,32 +1,31 @@
-//! Signals that work is saved before, or that end it with words.
+//! Signals that end a command: at once, or after its work is saved.
 
-use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use super::interrupt::INTERRUPTED;
+use super::messages::note;
 
-/// Exit code of what was saved and is to be taken up again (`EX_TEMPFAIL`).
+/// Exit code of work that was saved and has to be started again (`EX_TEMPFAIL`).
 const AGAIN: u8 = 75;
-/// What an epoch may take after the first signal: schedulers kill half a minute after it.
+/// Time that an epoch may take after the first signal: schedulers kill half a minute after it.
 const GRACE: Duration = Duration::from_secs(20);
 
-/// Ctrl-C (or SIGTERM) ends the process with these words: for commands that write whole files and nothing else.
+/// Ends the process with these words at Ctrl-C (or SIGTERM): for commands that write whole files and nothing else.
 pub fn leave_with(words: &'static str) -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(move || {
-        // Nobody may be there to read it.
-        let _ = writeln!(std::io::stderr(), "{words}");
+        note(words);
         std::process::exit(i32::from(INTERRUPTED));
     })
 }
 
-/// What signals say to work that is saved before it ends.
+/// Signals to work that is saved before it ends.
 #[derive(Default)]
 pub struct Signals {
-    /// To end after the epoch under way.
+    /// Ends the work after the epoch under way.
     pub stop: Arc<AtomicBool>,
-    /// To end at once: the epoch was too long.
+    /// Ends the work at once: the epoch took too long.
     pub cancel: Arc<AtomicBool>,
     code: Arc<AtomicUsize>,
 }
@@ -71,7 +70,7 @@ impl Signals {
         })
     }
 
-    /// Exit code of work that was stopped.
+    /// Returns the exit code of work that was stopped.
     pub fn code(&self) -> u8 {
         u8::try_from(self.code.load(Ordering::Relaxed)).ok().filter(|code| *code > 0).unwrap_or(AGAIN)
     }

@@ -1,8 +1,8 @@
-//! Tables and numbers that people read.
+//! Tables and shapes as people read them.
 
 use taxel::base::{Align, Grid};
 
-/// Rows under a ruled header; columns in `right` are aligned to the right.
+/// Returns rows under a ruled header; columns in `right` are aligned to the right.
 pub fn table(header: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {
     let align = |column| if right.contains(&column) { Align::Right } else { Align::Left };
     let columns = header.iter().enumerate();
@@ -11,8 +11,8 @@ pub fn table(header: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {
     grid.to_string()
 }
 
+/// Returns the sizes of a shape: `5×50`, `3×50×50`.
 #[cfg(feature = "lab")]
-/// `5×50`, `3×50×50`.
 pub fn shape(sizes: &[usize]) -> String {
     sizes.iter().map(usize::to_string).collect::<Vec<_>>().join("×")
 }

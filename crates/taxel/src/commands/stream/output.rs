@@ -1,4 +1,4 @@
-//! The lines that `taxel stream` writes: decisions, warnings, the summary.
+//! The lines that `taxel stream` writes: decisions and the summary.
 
 use std::io::Write;
 use std::time::Duration;
@@ -8,19 +8,16 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 use taxel::Card;
 use taxel::data::Attribute;
-use taxel::stream::{Condition, Counted, Decision, Event, Spread};
+use taxel::stream::{Condition, Decision, Event, LatencyHistogram, StreamCounts};
 
-/// Says something odd on standard error, where somebody may be.
-pub fn warn(what: &str) {
-    let _ = writeln!(std::io::stderr(), "warning: {what}");
-}
+use crate::terminal::messages::warn;
 
-/// What decisions are written with.
-pub struct Answers {
+/// Writes decisions, with the names that the model knows.
+pub struct DecisionWriter {
     attributes: Vec<Attribute>,
     /// Names of the probabilities.
     outputs: Vec<String>,
-    /// Names of the values of a reading, where the model knows any.
+    /// Names of the values of a time step, where the model knows any.
     channels: Vec<String>,
     /// The recording that is replayed.
     pub recording: Option<String>,
@@ -28,7 +25,7 @@ pub struct Answers {
 
 /// A decision as it is written.
 #[derive(Serialize)]
-struct Line<'a> {
+struct DecisionLine<'a> {
     time: f64,
     reading: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,7 +33,7 @@ struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     values: Option<ByName<'a>>,
     #[serde(flatten)]
-    labels: Option<Labels<'a>>,
+    labels: Option<PredictedLabels<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     refused: Option<String>,
     latency_ms: f64,
@@ -46,35 +43,36 @@ struct Line<'a> {
     saturated: Channels<'a, usize>,
 }
 
-/// What is said of classes and levels; nulls where there is no prediction.
+/// Class and probabilities; nulls where there is no prediction.
 #[derive(Serialize)]
-struct Labels<'a> {
-    class: Option<Classes<'a>>,
+struct PredictedLabels<'a> {
+    class: Option<LikeliestClasses<'a>>,
     probabilities: Option<ByName<'a>>,
 }
 
 /// The likeliest class, or that of each attribute by its name.
-struct Classes<'a> {
+struct LikeliestClasses<'a> {
     attributes: &'a [Attribute],
     probabilities: &'a [f32],
 }
 
-impl Serialize for Classes<'_> {
+impl Serialize for LikeliestClasses<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut rest = self.probabilities;
-        let mut likeliest = |own: &Attribute| {
-            let (probabilities, after) = rest.split_at(own.classes.len());
+        let mut likeliest = |attribute: &Attribute| {
+            let (probabilities, after) = rest.split_at(attribute.classes.len());
             rest = after;
             // The first of equal ones, as everywhere.
             (0..probabilities.len())
                 .reduce(|best, at| if probabilities[at] > probabilities[best] { at } else { best })
         };
         match self.attributes {
-            [own] => likeliest(own).map(|at| &own.classes[at]).serialize(serializer),
+            [one] => likeliest(one).map(|at| &one.classes[at]).serialize(serializer),
             several => {
                 let mut map = serializer.serialize_map(Some(several.len()))?;
-                for own in several {
-                    map.serialize_entry(&own.name, &likeliest(own).map(|at| &own.classes[at]))?;
+                for attribute in several {
+                    let class = likeliest(attribute).map(|at| &attribute.classes[at]);
+                    map.serialize_entry(&attribute.name, &class)?;
                 }
                 map.end()
             }
@@ -91,24 +89,24 @@ impl Serialize for ByName<'_> {
     }
 }
 
-/// Values of a reading by name or position: those in a condition, or saturated within so many readings.
+/// Values of a time step by name or position: those in a condition, or saturated within so many time steps.
 struct Channels<'a, T> {
     decision: &'a Decision<'a>,
     names: &'a [String],
-    what: T,
+    selection: T,
 }
 
 impl Serialize for Channels<'_, Condition> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let own = self.decision.health.in_condition(self.what);
-        serializer.collect_seq(own.map(|at| Channel(at, self.names.get(at))))
+        let found = self.decision.health.in_condition(self.selection);
+        serializer.collect_seq(found.map(|at| Channel(at, self.names.get(at))))
     }
 }
 
 impl Serialize for Channels<'_, usize> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let own = self.decision.health.saturated(self.what);
-        serializer.collect_seq(own.map(|at| Channel(at, self.names.get(at))))
+        let found = self.decision.health.saturated(self.selection);
+        serializer.collect_seq(found.map(|at| Channel(at, self.names.get(at))))
     }
 }
 
@@ -123,10 +121,10 @@ impl Serialize for Channel<'_> {
     }
 }
 
-impl Answers {
+impl DecisionWriter {
     pub fn new(card: &Card) -> Self {
         let channels = card.spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
-        Answers {
+        DecisionWriter {
             outputs: card.task.output_names(),
             channels,
             recording: None,
@@ -137,7 +135,7 @@ impl Answers {
     /// Writes a decision as one line.
     ///
     /// # Errors
-    /// What writing says.
+    /// An output that cannot be written.
     pub fn write(
         &self,
         decision: &Decision,
@@ -151,35 +149,36 @@ impl Answers {
         };
         let has_labels = !self.attributes.is_empty();
         let names = self.channels.as_slice();
-        let line = Line {
+        let line = DecisionLine {
             time,
             reading: decision.reading,
             recording: self.recording.as_deref(),
             values: outputs.filter(|_| !has_labels).map(|values| ByName(&self.outputs, values)),
-            labels: has_labels.then(|| Labels {
-                class: outputs.map(|own| Classes { attributes: &self.attributes, probabilities: own }),
-                probabilities: outputs.map(|own| ByName(&self.outputs, own)),
+            labels: has_labels.then(|| PredictedLabels {
+                class: outputs
+                    .map(|probabilities| LikeliestClasses { attributes: &self.attributes, probabilities }),
+                probabilities: outputs.map(|probabilities| ByName(&self.outputs, probabilities)),
             }),
             refused,
             latency_ms: milliseconds(latency),
             seen: decision.seen(),
-            dead: Channels { decision, names, what: Condition::Dead },
-            stuck: Channels { decision, names, what: Condition::Stuck },
-            saturated: Channels { decision, names, what: decision.known },
+            dead: Channels { decision, names, selection: Condition::Dead },
+            stuck: Channels { decision, names, selection: Condition::Stuck },
+            saturated: Channels { decision, names, selection: decision.known },
         };
         serde_json::to_writer(&mut *out, &line).map_err(std::io::Error::from)?;
         out.write_all(b"\n")
     }
 }
 
-/// To the nanosecond.
+/// Returns milliseconds, right to the nanosecond.
 fn milliseconds(duration: Duration) -> f64 {
     duration.as_nanos() as f64 / 1e6
 }
 
-/// What has been counted beside the readings.
+/// Counts of a stream beside those of its time steps.
 #[derive(Default)]
-pub struct Summary {
+pub struct StreamSummary {
     decisions: u64,
     early: u64,
     refused: u64,
@@ -188,10 +187,10 @@ pub struct Summary {
     jumps: u64,
     repeated: u64,
     anew: u64,
-    latencies: Spread,
+    latencies: LatencyHistogram,
 }
 
-impl Summary {
+impl StreamSummary {
     pub fn decided(&mut self, decision: &Decision, latency: Duration) {
         self.decisions += 1;
         self.early += u64::from(decision.is_early());
@@ -199,7 +198,7 @@ impl Summary {
         self.latencies.push(latency);
     }
 
-    /// Counts what a time stamp says, and says the first of each kind.
+    /// Counts an event of the time stamps, and prints the first of each kind.
     pub fn event(&mut self, event: Event, anew: bool) {
         let then = if anew { "; the window begins anew" } else { "" };
         match event {
@@ -209,7 +208,7 @@ impl Summary {
                 self.gaps += 1;
                 self.missing += missing;
                 if self.gaps == 1 {
-                    warn(&format!(
+                    warn(format!(
                         "a gap: {missing} readings are missing{then}. It is said once, the summary counts them"
                     ));
                 }
@@ -217,7 +216,7 @@ impl Summary {
             Event::Jump(seconds) => {
                 self.jumps += 1;
                 if self.jumps == 1 {
-                    warn(&format!(
+                    warn(format!(
                         "the clock jumps by {seconds:.3} s{then}. It is said once, the summary counts them"
                     ));
                 }
@@ -229,8 +228,8 @@ impl Summary {
     /// Writes the summary on standard error.
     ///
     /// # Errors
-    /// What is counted is always JSON.
-    pub fn write(&self, counted: &Counted, contacts: u64, ended: &str) -> serde_json::Result<()> {
+    /// None in practice: counts are always JSON.
+    pub fn write(&self, counted: &StreamCounts, contacts: u64, ended: &str) -> serde_json::Result<()> {
         // A quantile is right to 1 %.
         let quantile = |share| self.latencies.quantile_ms(share).map(|ms| (1e5 * ms).round() / 1e5);
         let latency = json!({

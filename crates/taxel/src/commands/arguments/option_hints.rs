@@ -1,10 +1,11 @@
-//! Messages about how recordings are read, as a command line says it.
+//! Hints at options of the command line, for errors about recordings.
 
 use std::error::Error;
 
 use taxel::Length;
 
-/// What the library calls a key is an option here too. `to` is the length that a model reads.
+/// Adds the option of the command line that does the same as the key which an error names. `to` is the length that a
+/// model reads.
 pub fn with_option_hint(error: impl Into<taxel::Error>, to: Option<usize>) -> Box<dyn Error> {
     let error = error.into();
     let data = match &error {

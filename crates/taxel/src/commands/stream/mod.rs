@@ -1,4 +1,6 @@
-//! `taxel stream`: what a model says about readings as they come.
+//! `taxel stream`: predictions for time steps as they come.
+
+mod output;
 
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
@@ -6,58 +8,62 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use taxel::data::{Clock, Padding};
 use taxel::stream::{
-    Arrival, Columns, Decider, Event, Next, Pace, Source, Stamps, Stream as Readings, Time, Told, start,
+    Arrival, Decider, Event, LineColumns, Next, Pace, ReadingStream, SourceSettings, Stamps, StreamOptions,
+    StreamSource, Time, start,
 };
 use taxel::{Model, ReadOptions};
 
-use crate::Outcome;
-use crate::commands::asked::{attributes, resize};
-use crate::commands::interrupt::flag;
-use crate::commands::stream_text::{Answers, Summary, warn};
+use crate::CommandResult;
+use crate::commands::arguments::model_recordings::{attributes, resize};
+use crate::terminal::interrupt::flag;
+use crate::terminal::messages::{unwritable, warn};
+use output::{DecisionWriter, StreamSummary};
 
-/// How long nothing may come before signals are looked for.
+/// Time without a time step after which signals are looked for.
 const QUIET: Duration = Duration::from_millis(20);
-/// How far a stream's rate may be off the model's before it is said.
+/// Difference between the rates of stream and model, as a share, from which on a warning is printed.
 const OFF: f64 = 0.1;
 
-/// Answers readings as they come, with a model that `taxel fit` made: a window slides over them, and each decision is one
-/// line of JSON.
+/// Predicts on a live stream of time steps: a window slides over them, and each decision is one line of JSON.
 ///
-/// A reading is all values of one instant, in the order of a sample of the model without its time: the channels of a
+/// A time step is all values of one instant, in the order of a sample of the model without its time: the channels of a
 /// series, the fingers' channels finger by finger, a frame row by row. A model of single images or rows of features reads
-/// one sample per line; its window is 1. `taxel inspect MODEL` says what a reading is.
+/// one sample per line; its window is 1. `taxel inspect MODEL` prints the shape of a sample.
 ///
-/// Lines are numbers parted by commas (or semicolons, tabs or spaces), JSON arrays, or JSON objects. A header, or the keys,
+/// Lines are numbers separated by commas (or semicolons, tabs or spaces), JSON arrays, or JSON objects. A header, or the keys,
 /// may name the columns: one called time, timestamp or t (time_ms: in ms) holds time stamps, the others are found by the
-/// names that the model knows. Lines that are no reading are skipped and counted.
+/// names that the model knows. Lines that are no time step are skipped and counted.
 ///
-/// A decision has time (s: the stream's own stamp, else since the first reading), reading (the last one of the window, from
-/// 0), class, probabilities, latency_ms (from the arrival of that reading to the decision), seen (share of the window that
-/// was there), and channels by position from 0 or by name: dead (at rest, never moved so far), stuck (has stopped moving
-/// elsewhere, or stopped flickering), saturated (at full scale within the window). Where the model's encoding refuses a
-/// window, class is null and refused says why.
+/// A decision has these keys. time: the time stamp, or else the seconds since the first time step. reading: the number of the
+/// last time step of the window, from 0. class and probabilities; where the model's encoding refuses a window, class is null
+/// and refused says why. latency_ms: from the arrival of that time step to the decision. seen: the share of the window that
+/// was there. dead, stuck and saturated: channels by position from 0 or by name. A dead channel is at rest and has never
+/// moved, a stuck one has stopped moving elsewhere or stopped flickering, a saturated one was at full scale in the window.
 ///
-/// At the end, of the input or by Ctrl-C or SIGTERM, a summary follows on standard error, one line of JSON: what was read,
-/// skipped, dropped, gaps and jumps of the clock, latencies. A gap of half a window or more begins the window anew.
+/// At the end, of the input or by Ctrl-C or SIGTERM, a summary follows on standard error, one line of JSON: time steps,
+/// skipped lines, dropped time steps, gaps and jumps of the clock, latencies. A gap of half a window or more begins the
+/// window anew.
 ///
-/// Readings wait in a queue (1024 at most). When answers are slower than readings, or nobody reads the decisions, standard
-/// input and files wait and nothing is lost; what comes at a rate of its own (--serial, --pace rate) is dropped and counted.
+/// Time steps wait in a queue (1024 at most). When predictions are slower than time steps, or nobody reads the decisions,
+/// standard input and files wait and nothing is lost; time steps that come at a fixed rate (--serial, --pace rate) are
+/// dropped and counted.
 #[derive(Args)]
 #[command(after_help = "Examples:  sensor | taxel stream model.safetensors
            taxel stream model.safetensors --serial /dev/ttyUSB0 --baud 115200 --contact
            taxel stream model.safetensors --input press.csv --pace rate --hop 10 --early 0.9
            taxel stream model.safetensors --input recordings.npz --hop 1")]
 pub struct Stream {
-    /// The model.
+    /// The model file.
+    #[arg(value_hint = ValueHint::FilePath)]
     model: PathBuf,
-    /// Replays a file: lines of CSV or JSON, or recordings of anything that `taxel predict` reads, one after the other
+    /// The file to replay: lines of CSV or JSON, or recordings of anything that `taxel predict` reads, one after the other
     /// [default: lines from standard input].
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
-    /// Reads lines from a serial port.
+    /// The serial port to read lines from.
     #[cfg(feature = "serial")]
     #[arg(long, value_name = "PORT", conflicts_with = "input")]
     serial: Option<String>,
@@ -65,10 +71,10 @@ pub struct Stream {
     #[cfg(feature = "serial")]
     #[arg(long, default_value_t = 115_200, requires = "serial")]
     baud: u32,
-    /// How fast a file is replayed: at its own rate, by its time stamps or --rate, or as fast as it is answered.
+    /// How fast a file is replayed: by its time stamps or --rate, or as fast as possible.
     #[arg(long, value_enum, default_value = "fast", requires = "input")]
     pace: Speed,
-    /// Readings per second where no time stamps say it [default: the model's].
+    /// Time steps per second where there are no time stamps [default: the model's].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// The column of time stamps: its number, from 1, or its name.
@@ -77,31 +83,31 @@ pub struct Stream {
     /// Unit of the time stamps: s, ms, us or ns [default: the end of the column's name, else s].
     #[arg(long, value_name = "UNIT", value_parser = clock)]
     clock: Option<Clock>,
-    /// Readings from one window to the next [default: a quarter of a window].
+    /// Time steps from one window to the next [default: a quarter of a window].
     #[arg(long, value_name = "N")]
     hop: Option<usize>,
     /// Starts a window when a value rises above 1.1 or falls below 0.9 times its level at rest; the window fills whatever
     /// comes then, and slides on until all values are back within 1.05 and 0.95. The level at rest is the model's, or the mean
-    /// of the first 20 readings, and follows slow drift. A model with a contact judge of its own lends its thresholds. Where
-    /// rest is 0, the full scale says what a tenth is: at least half a percent of it.
+    /// of the first 20 time steps, and follows slow drift. A model whose encoding looks for contact lends its thresholds. Where
+    /// rest is 0, the threshold is half a percent of the full scale.
     #[arg(long)]
     contact: bool,
-    /// Readings of a window before the contact that starts it [default: 0; of a model that looks for contact itself half of
+    /// Time steps of a window before the contact that starts it [default: 0; of a model whose encoding looks for contact half of
     /// what it can leave out].
     #[arg(long, value_name = "N", requires = "contact")]
     before: Option<usize>,
-    /// Decides before the window is full, once per window, as soon as the likeliest class is this probable, 0 to 1. What is
-    /// missing is padded. `taxel report` shows how right early answers are.
+    /// Decides before the window is full, once per window, as soon as the likeliest class is this probable, 0 to 1. The rest
+    /// is padded. `taxel report` shows the accuracy of early predictions.
     #[arg(long, value_name = "CONFIDENCE")]
     early: Option<f32>,
-    /// Readings that a window has at least before it is decided early [default: a tenth of a window].
+    /// Fewest time steps of a window that is decided early [default: a tenth of a window].
     #[arg(long, value_name = "N", requires = "early")]
     least: Option<usize>,
-    /// What an early window is filled up with: zeros, or its last reading [default: what the model has learned with, else
-    /// its last reading].
+    /// Padding of an early window: zeros, or its last time step [default: that of the model's length rule, else its last
+    /// time step].
     #[arg(long, value_enum, requires = "early")]
     pad: Option<Filler>,
-    /// The largest possible reading [default: the model's]: what is there is saturated.
+    /// The largest possible value [default: the model's]; a value there is saturated.
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f32>,
 }
@@ -122,17 +128,18 @@ fn clock(name: &str) -> Result<Clock, String> {
     Clock::named(name).ok_or_else(|| "a unit of time is s, ms, us or ns".into())
 }
 
-/// Why a stream is over.
-enum Over {
-    /// Nothing comes any more.
+/// Why a stream ended.
+enum End {
+    /// The input ended.
     Input,
+    /// Ctrl-C or SIGTERM.
     Signal,
     /// Nobody reads the decisions.
     Output,
 }
 
 impl Stream {
-    pub fn run(self) -> Outcome {
+    pub fn run(self) -> CommandResult {
         let cancel = flag()?;
         if self.rate.is_some_and(|rate| !(rate > 0.0 && rate.is_finite())) {
             return Err("--rate is in readings per second (Hz), above 0".into());
@@ -140,25 +147,25 @@ impl Stream {
         let predictor = Model::open(&self.model)?.predictor(1, 1)?;
         let mut decider = Decider::new(predictor, &self.options())?;
         if let Some(taxel::Length::Resample { to }) = decider.card().spec.length {
-            warn(&format!(
-                "the model has learned whole recordings resampled to {to} readings; a window is the last {to} readings as \
+            warn(format!(
+                "the model was trained on whole recordings resampled to {to} readings; a window is the last {to} readings as \
                  they come"
             ));
         }
-        let readings = start(self.source(), self.told(&decider), warn)?;
-        let mut work = Work {
+        let readings = start(self.source(), self.setup(&decider), |text| warn(text))?;
+        let mut answering = Answering {
             stamps: Stamps::new(decider.ticks()),
-            answers: Answers::new(decider.card()),
-            summary: Summary::default(),
-            said_rate: false,
-            said_vain: false,
+            writer: DecisionWriter::new(decider.card()),
+            summary: StreamSummary::default(),
+            rate_compared: false,
+            no_contact_said: false,
             first: None,
         };
-        let how = work.answer(&mut decider, &readings, &cancel);
+        let how = answering.run(&mut decider, &readings, &cancel);
         let (ended, error) = match how {
-            Ok(Over::Input) => ("input", None),
-            Ok(Over::Signal) => ("signal", None),
-            Ok(Over::Output) => ("output", None),
+            Ok(End::Input) => ("input", None),
+            Ok(End::Signal) => ("signal", None),
+            Ok(End::Output) => ("output", None),
             Err(error) => ("error", Some(error)),
         };
         let counted = readings.counted();
@@ -168,17 +175,17 @@ impl Stream {
             );
         } else if counted.readings > 0 && counted.readings < decider.ticks() as u64 {
             let (came, ticks) = (counted.readings, decider.ticks());
-            warn(&format!("{came} readings came, a window has {ticks}; --early decides before it is full"));
+            warn(format!("{came} readings came, a window has {ticks}; --early decides before it is full"));
         }
-        // Of what could not begin there is nothing to be summed up.
+        // A stream that could not begin has no summary.
         if error.is_none() || counted.readings > 0 {
-            work.summary.write(&counted, decider.contacts(), ended)?;
+            answering.summary.write(&counted, decider.contacts(), ended)?;
         }
         error.map_or(Ok(ExitCode::SUCCESS), Err)
     }
 
-    fn options(&self) -> taxel::stream::Options {
-        taxel::stream::Options {
+    fn options(&self) -> StreamOptions {
+        StreamOptions {
             hop: self.hop,
             contact: self.contact,
             before: self.before,
@@ -192,20 +199,20 @@ impl Stream {
         }
     }
 
-    fn source(&self) -> Source {
+    fn source(&self) -> StreamSource {
         #[cfg(feature = "serial")]
         if let Some(port) = &self.serial {
-            return Source::Serial { port: port.clone(), baud: self.baud };
+            return StreamSource::Serial { port: port.clone(), baud: self.baud };
         }
-        self.input.clone().map_or(Source::Input, Source::Path)
+        self.input.clone().map_or(StreamSource::Input, StreamSource::Path)
     }
 
-    fn told(&self, decider: &Decider) -> Told {
+    fn setup(&self, decider: &Decider) -> SourceSettings {
         let card = decider.card();
         let spec = card.spec.clone();
         let path = self.input.as_deref();
         let bags = path.is_some_and(taxel::data::are_bags);
-        // As `taxel predict` reads recordings, each as long as it is.
+        // As `taxel predict` reads recordings, but each at its full length.
         let options = ReadOptions {
             resize: path.and_then(|path| resize(path, &spec)),
             attributes: attributes(card),
@@ -214,8 +221,8 @@ impl Stream {
             table: spec.table.clone().unwrap_or_default(),
             ..ReadOptions::default()
         };
-        Told {
-            columns: Columns::new(&spec, self.time.clone(), self.clock),
+        SourceSettings {
+            columns: LineColumns::new(&spec, self.time.clone(), self.clock),
             pace: if self.pace == Speed::Rate { Pace::Rate } else { Pace::Fast },
             rate: self.rate,
             options,
@@ -224,34 +231,36 @@ impl Stream {
     }
 }
 
-/// A stream on its way.
-struct Work {
+/// A stream that is being predicted.
+struct Answering {
     stamps: Stamps,
-    answers: Answers,
-    summary: Summary,
-    /// Whether it has been said that the rate is not the model's, and that no contact can be seen.
-    said_rate: bool,
-    said_vain: bool,
-    /// When the first reading came.
+    writer: DecisionWriter,
+    summary: StreamSummary,
+    /// Whether the rate was compared with the model's.
+    rate_compared: bool,
+    /// Whether it was said that no contact can be seen.
+    no_contact_said: bool,
+    /// Time at which the first time step came.
     first: Option<Instant>,
 }
 
-impl Work {
-    fn answer(
+impl Answering {
+    /// Predicts until the stream ends.
+    fn run(
         &mut self,
         decider: &mut Decider,
-        readings: &Readings,
+        readings: &ReadingStream,
         cancel: &AtomicBool,
-    ) -> Result<Over, Box<dyn std::error::Error>> {
+    ) -> Result<End, Box<dyn std::error::Error>> {
         let mut out = std::io::BufWriter::new(std::io::stdout().lock());
         loop {
             if cancel.load(Ordering::Relaxed) {
-                return over(out.flush(), Over::Signal);
+                return ended(out.flush(), End::Signal);
             }
             let next = match readings.waiting() {
-                // Nothing else is to be done: whoever reads the decisions gets them.
+                // While nothing waits, the reader gets the decisions so far.
                 Next::Quiet => {
-                    if let gone @ (Ok(Over::Output) | Err(_)) = over(out.flush(), Over::Input) {
+                    if let gone @ (Ok(End::Output) | Err(_)) = ended(out.flush(), End::Input) {
                         return gone;
                     }
                     readings.next(QUIET)
@@ -263,17 +272,17 @@ impl Work {
                 Next::Begin(name) => {
                     decider.begin();
                     self.stamps.begin();
-                    self.answers.recording = Some(name);
+                    self.writer.recording = Some(name);
                 }
                 Next::Reading(arrival) => {
                     let written = self.reading(decider, &arrival, &mut out);
                     readings.give_back(arrival.values);
-                    if let gone @ (Ok(Over::Output) | Err(_)) = over(written, Over::Input) {
+                    if let gone @ (Ok(End::Output) | Err(_)) = ended(written, End::Input) {
                         return gone;
                     }
                 }
                 Next::End(how) => {
-                    let flushed = over(out.flush(), Over::Input);
+                    let flushed = ended(out.flush(), End::Input);
                     how?;
                     return flushed;
                 }
@@ -291,8 +300,8 @@ impl Work {
         if self.is_torn(decider, arrival) {
             decider.anew();
         }
-        if !self.said_vain && decider.waits_in_vain() {
-            self.said_vain = true;
+        if !self.no_contact_said && decider.waits_in_vain() {
+            self.no_contact_said = true;
             warn(
                 "--contact: no value has a level at rest above 0, so that no contact can be seen; say --full-scale",
             );
@@ -301,10 +310,10 @@ impl Work {
         let latency = arrival.at.elapsed();
         let time = arrival.stamp.unwrap_or_else(|| (arrival.at - first).as_secs_f64());
         self.summary.decided(&decision, latency);
-        self.answers.write(&decision, time, latency, out)
+        self.writer.write(&decision, time, latency, out)
     }
 
-    /// Whether what comes before a reading is not what came last.
+    /// Checks whether time steps are missing before this one.
     fn is_torn(&mut self, decider: &Decider, arrival: &Arrival) -> bool {
         let event = match arrival.stamp {
             Some(stamp) => self.stamps.push(stamp),
@@ -313,22 +322,23 @@ impl Work {
         };
         let anew = self.stamps.begins_anew(event);
         self.summary.event(event, anew);
-        if let (Some(own), Some(rate), false) = (self.stamps.rate(), decider.card().spec.rate, self.said_rate)
+        if let (Some(found), Some(rate), false) =
+            (self.stamps.rate(), decider.card().spec.rate, self.rate_compared)
         {
-            self.said_rate = true;
-            if (own / rate - 1.0).abs() > OFF {
-                warn(&format!("readings come at {own:.1} Hz, the model has learned them at {rate} Hz"));
+            self.rate_compared = true;
+            if (found / rate - 1.0).abs() > OFF {
+                warn(format!("readings come at {found:.1} Hz, the model was trained at {rate} Hz"));
             }
         }
         anew
     }
 }
 
-/// What became of writing: nobody may be there to read.
-fn over(written: std::io::Result<()>, otherwise: Over) -> Result<Over, Box<dyn std::error::Error>> {
+/// Returns how a stream goes on after writing: it ends where nobody reads.
+fn ended(written: std::io::Result<()>, otherwise: End) -> Result<End, Box<dyn std::error::Error>> {
     match written {
         Ok(()) => Ok(otherwise),
-        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(Over::Output),
-        Err(e) => Err(format!("standard output: cannot be written: {e}").into()),
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(End::Output),
+        Err(e) => Err(unwritable(&e).into()),
     }
 }

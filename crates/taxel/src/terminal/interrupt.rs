@@ -1,4 +1,4 @@
-//! Ctrl-C and what it leads to.
+//! Ctrl-C, and the flag that it sets.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Exit code after Ctrl-C, as shells have it.
 pub const INTERRUPTED: u8 = 130;
 
-/// A flag that Ctrl-C (or SIGTERM) sets; a second one does not wait for the current batch.
+/// Returns a flag that Ctrl-C (or SIGTERM) sets; a second one does not wait for the current batch.
 pub fn flag() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let cancel = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&cancel);

@@ -1,4 +1,4 @@
-//! What a model's guard found in recordings, in words and as JSON.
+//! Broken channels and taxels that a model's guard replaced, in words and as JSON.
 
 use std::collections::BTreeMap;
 
@@ -9,42 +9,42 @@ use taxel::learn::guard::{Found, Guard};
 /// Channels that a summary names.
 const NAMED: usize = 5;
 
-/// What a guard found in each sample.
-pub struct Mended {
+/// The broken channels and taxels of each sample.
+pub struct Replaced {
     guard: Guard,
     found: Vec<Vec<Found>>,
 }
 
-impl Mended {
+impl Replaced {
     pub fn new(guard: Guard, found: Vec<Vec<Found>>) -> Self {
-        Mended { guard, found }
+        Replaced { guard, found }
     }
 
-    /// How many channels or taxels of a sample were replaced.
+    /// Counts the replaced channels or taxels of a sample.
     pub fn count(&self, sample: usize) -> usize {
         self.found[sample].len()
     }
 
-    /// Those of a sample by number and name, and how each was known to be broken.
+    /// Returns those of a sample by number and name, and the sign by which each was found.
     pub fn json(&self, sample: usize) -> Value {
-        let one = |own: &Found| json!({"element": own.element, "name": self.guard.name(own.element), "how": own.kind});
+        let one = |found: &Found| json!({"element": found.element, "name": self.guard.name(found.element), "how": found.kind});
         self.found[sample].iter().map(one).collect()
     }
 
-    /// The same in words: `channel 3 (at full scale)`.
+    /// Returns the same in words: `channel 3 (at full scale)`.
     pub fn words(&self, sample: usize) -> String {
-        let one = |own: &Found| format!("{} ({})", self.guard.name(own.element), own.kind.words());
+        let one = |found: &Found| format!("{} ({})", self.guard.name(found.element), found.kind.words());
         self.found[sample].iter().map(one).collect::<Vec<_>>().join(", ")
     }
 
-    /// What was replaced in all samples; none where nothing was.
+    /// Sums up all samples; none where nothing was replaced.
     pub fn summary(&self) -> Option<String> {
-        let samples = self.found.iter().filter(|own| !own.is_empty()).count();
+        let samples = self.found.iter().filter(|found| !found.is_empty()).count();
         if samples == 0 {
             return None;
         }
         let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
-        self.found.iter().flatten().for_each(|own| *counts.entry(own.element).or_default() += 1);
+        self.found.iter().flatten().for_each(|found| *counts.entry(found.element).or_default() += 1);
         let mut named: Vec<(usize, usize)> = counts.into_iter().collect();
         named.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         let more = named.len().saturating_sub(NAMED);
@@ -53,7 +53,7 @@ impl Mended {
         words.extend((more > 0).then(|| format!("{more} more")));
         let [samples, all] = [samples, self.found.len()].map(|count| thousands(count as u64));
         Some(format!(
-            "the guard replaced readings in {samples} of {all} samples: {}; --no-guard leaves them",
+            "the guard replaced values in {samples} of {all} samples: {}; --no-guard leaves them",
             words.join(", ")
         ))
     }

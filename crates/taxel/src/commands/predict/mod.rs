@@ -1,141 +1,149 @@
-//! `taxel predict`: what a model says about new recordings.
+//! `taxel predict`: the predictions of a model for new recordings.
+
+mod guard;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use serde_json::json;
 use taxel::base::{Grid, thousands};
 use taxel::data::{Npz, Recordings};
 use taxel::{Model, Predictions, ReadOptions};
 
-use crate::Outcome;
-use crate::arrays::write;
-use crate::commands::asked::Asked;
-use crate::commands::guarding::Mended;
-use crate::text;
+use guard::Replaced;
 
-/// Answers recordings with a model that `taxel fit` made, or one of a run folder's models/.
+use crate::CommandResult;
+use crate::arrays::write;
+use crate::commands::arguments::model_recordings::ModelRecordings;
+use crate::commands::arguments::threads::Threads;
+use crate::out;
+use crate::terminal::messages::note;
+use crate::terminal::tables;
+
+/// Predicts the classes of recordings with a model that `taxel fit` made, or one of a run folder's models/.
 ///
 /// DATA may be anything that `taxel data check` reads, with or without labels, a folder of files, or a single
-/// CSV (rows = time), NPY, MAT, PNG or JPEG file. Labels that are there only say how often the answer is right.
+/// CSV (rows = time), NPY, MAT, PNG or JPEG file. Where there are labels, the command also says how many predictions are
+/// right.
 ///
-/// Recordings may have any length where the model has learned with a length rule: it applies its own. Under the rule
-/// `window` every window has its answer, and `start` says where it begins, in readings of its recording.
+/// Recordings may have any length where the model was trained with a length rule: it applies that rule. Under the rule
+/// `window` every window has a prediction, and `start` is its first time step in the recording.
 ///
-/// table prints sample, class and probability; csv has a row per sample with every probability; json one object
+/// text prints sample, class and probability; csv has a row per sample with every probability; json one object
 /// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs], of windows `recording`
-/// and `start` [N] too. Behind a guard `replaced` says which channels or taxels of each sample it took for broken; csv
-/// and npz count them.
+/// and `start` [N] too. Behind a guard `replaced` names the broken channels or taxels of each sample; csv and npz
+/// count them.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel predict model.safetensors recordings.npz
            taxel predict model.safetensors press.csv
-           taxel predict model.safetensors recordings/ --format csv --output answers.csv")]
+           taxel predict model.safetensors recordings/ --format csv --output predictions.csv")]
 pub struct Predict {
-    /// The model.
+    /// The model file.
+    #[arg(value_hint = ValueHint::FilePath)]
     model: PathBuf,
-    /// Recordings.
+    /// The recordings: a file or a folder.
     data: PathBuf,
-    /// How answers are written.
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
-    /// Where answers go [default: printed]; npz needs it.
-    #[arg(long, short)]
+    /// How the result is printed: text to read, or csv, json or npz for programs.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value = "text")]
+    format: PredictionFormat,
+    /// The file to write [default: the result is printed]; npz needs it.
+    #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    reading: ReadOptions,
-    /// Leaves the model's guard out, if it has one: broken channels and taxels are answered as they read.
+    read_options: ReadOptions,
+    /// Leaves the model's guard out, if it has one: broken channels and taxels keep their values.
     #[arg(long)]
     no_guard: bool,
-    /// Caps all threads [default: all cores]; answers do not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Format {
-    Table,
+enum PredictionFormat {
+    #[value(alias = "table")]
+    Text,
     Csv,
     Json,
     Npz,
 }
 
-/// Answers with what they are about.
-struct Answered<'a> {
+/// Predictions with the samples that they belong to.
+struct SamplePredictions<'a> {
     origins: &'a [String],
-    /// First reading of each, where samples are windows of recordings.
+    /// First time step of each, where samples are windows of recordings.
     starts: Option<&'a [usize]>,
     predictions: &'a Predictions,
-    /// Right names, where the recordings bear any.
+    /// Names of the true classes, where the recordings have labels.
     truth: Option<&'a [Vec<String>]>,
-    /// What the guard of the model found.
-    mended: Option<&'a Mended>,
+    /// Broken channels and taxels that the guard of the model replaced.
+    replaced: Option<&'a Replaced>,
 }
 
 impl Predict {
-    pub fn run(self) -> Outcome {
-        if self.format == Format::Npz && self.output.is_none() {
+    pub fn run(self) -> CommandResult {
+        if self.format == PredictionFormat::Npz && self.output.is_none() {
             return Err("npz is no text: name a file with --output".into());
         }
         let model = Model::open(&self.model)?;
         let card = model.card();
         let (Recordings { x, origins, starts, truth, .. }, options) =
-            Asked { data: &self.data, reading: &self.reading }.of(card)?;
-        let mut predictor = model.predictor(card.batch(), super::threads(self.threads))?;
+            ModelRecordings { data: &self.data, read_options: &self.read_options }.of(card)?;
+        let mut predictor = model.predictor(card.batch(), self.threads.count()?)?;
         if self.no_guard {
             predictor = predictor.guarded(None)?;
         }
         let refuse = |e| format!("{}: {e}", self.data.display());
         let predictions = predictor.predict(&x).map_err(refuse)?;
-        let mended = match predictor.guard() {
-            Some(guard) => Some(Mended::new(guard.clone(), predictor.found(&x).map_err(refuse)?)),
+        let replaced = match predictor.guard() {
+            Some(guard) => Some(Replaced::new(guard.clone(), predictor.found(&x).map_err(refuse)?)),
             None => None,
         };
         let (starts, truth) = (starts.as_deref(), truth.as_deref());
-        let mended = mended.as_ref();
-        let answered = Answered { origins: &origins, starts, predictions: &predictions, truth, mended };
-        self.write(&answered)?;
-        if let Some(line) = mended.and_then(Mended::summary) {
-            eprintln!("{line}");
+        let replaced = replaced.as_ref();
+        let samples =
+            SamplePredictions { origins: &origins, starts, predictions: &predictions, truth, replaced };
+        self.write(&samples)?;
+        if let Some(line) = replaced.and_then(Replaced::summary) {
+            note(line);
         }
-        if let Some(line) = answered.score() {
-            let seen = if self.was_trained_on(card, options) {
-                "; the model was trained on these recordings: of new ones that says nothing"
+        if let Some(line) = samples.score() {
+            let caution = if self.was_trained_on(card, &options) {
+                "; the model was trained on these recordings, so this says nothing about new ones"
             } else {
                 ""
             };
-            eprintln!("{line}{seen}");
+            note(format!("{line}{caution}"));
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Whether these are the recordings that the model has learned from.
-    fn was_trained_on(&self, card: &taxel::Card, options: ReadOptions) -> bool {
-        let options = ReadOptions { channels: card.spec.channels.clone(), ..options };
-        taxel::load(&self.data, &options).is_ok_and(|dataset| dataset.digest == card.trained_on.digest)
+    /// Checks whether the model was trained on these recordings.
+    fn was_trained_on(&self, card: &taxel::Card, options: &ReadOptions) -> bool {
+        taxel::load(&self.data, options).is_ok_and(|dataset| dataset.digest == card.trained_on.digest)
     }
 
-    fn write(&self, answered: &Answered) -> Result<(), Box<dyn std::error::Error>> {
+    fn write(&self, samples: &SamplePredictions) -> Result<(), Box<dyn std::error::Error>> {
         let text = match self.format {
-            Format::Table => answered.table(),
-            Format::Csv => answered.csv(),
-            Format::Json => answered.json()?,
-            Format::Npz => {
-                let path = self.output.as_deref().unwrap_or(Path::new("answers.npz"));
-                return Ok(write(path, answered.npz())?);
+            PredictionFormat::Text => samples.table(),
+            PredictionFormat::Csv => samples.csv(),
+            PredictionFormat::Json => samples.json()?,
+            PredictionFormat::Npz => {
+                let path = self.output.as_deref().unwrap_or(Path::new("predictions.npz"));
+                return Ok(write(path, samples.npz())?);
             }
         };
         match &self.output {
             Some(path) => Ok(write(path, Ok(text.into_bytes()))?),
             None => {
-                print!("{text}");
+                out!("{text}");
                 Ok(())
             }
         }
     }
 }
 
-impl Answered<'_> {
+impl SamplePredictions<'_> {
     fn table(&self) -> String {
         let mut header = vec!["sample".to_string()];
         header.extend(self.starts.map(|_| "start".to_string()));
@@ -148,16 +156,16 @@ impl Answered<'_> {
         let quantities = self.predictions.task.quantities();
         let values: Vec<String> = quantities.iter().map(with_unit).collect();
         header.extend(values.iter().cloned());
-        header.extend(self.mended.map(|_| "replaced".to_string()));
+        header.extend(self.replaced.map(|_| "replaced".to_string()));
         let row = |i: usize| {
             let mut cells = vec![self.origins[i].clone()];
             cells.extend(self.starts.map(|starts| starts[i].to_string()));
-            for (at, answer) in self.predictions.answers(i).into_iter().enumerate() {
-                cells.extend([answer.class.to_string(), format!("{:.3}", answer.probability)]);
+            for (at, predicted) in self.predictions.answers(i).into_iter().enumerate() {
+                cells.extend([predicted.class.to_string(), format!("{:.3}", predicted.probability)]);
                 cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
             }
             cells.extend(self.predictions.values(i).into_iter().map(|(_, value)| format!("{value:.3}")));
-            cells.extend(self.mended.map(|mended| mended.words(i)));
+            cells.extend(self.replaced.map(|replaced| replaced.words(i)));
             cells
         };
         let rows: Vec<Vec<String>> = (0..self.predictions.len()).map(row).collect();
@@ -165,7 +173,7 @@ impl Answered<'_> {
         let is_number =
             |name: &str| ["probability", "start"].contains(&name) || values.iter().any(|v| v == name);
         let right: Vec<usize> = (0..header.len()).filter(|i| is_number(header[*i])).collect();
-        text::table(&header, &rows, &right)
+        tables::table(&header, &rows, &right)
     }
 
     fn csv(&self) -> String {
@@ -175,16 +183,16 @@ impl Answered<'_> {
         let outputs =
             task.output_names().into_iter().map(|name| if has_labels { format!("p({name})") } else { name });
         let start = self.starts.map(|_| "start".to_string());
-        let replaced = self.mended.map(|_| "replaced".to_string());
+        let replaced = self.replaced.map(|_| "replaced".to_string());
         let columns = start.into_iter().chain(attributes).chain(outputs).chain(replaced);
         let mut grid = columns.fold(Grid::new().left("sample"), Grid::left);
         for i in 0..self.predictions.len() {
-            let answers = self.predictions.answers(i);
+            let predicted = self.predictions.answers(i);
             let outputs = self.predictions.row(i);
-            let cells = answers.iter().map(|answer| answer.class.to_string());
+            let cells = predicted.iter().map(|one| one.class.to_string());
             let start = self.starts.map(|starts| starts[i].to_string());
             let sample = [self.origins[i].clone()].into_iter().chain(start);
-            let replaced = self.mended.map(|mended| mended.count(i).to_string());
+            let replaced = self.replaced.map(|replaced| replaced.count(i).to_string());
             grid.row(sample.chain(cells).chain(outputs.iter().map(f32::to_string)).chain(replaced));
         }
         grid.csv()
@@ -197,10 +205,10 @@ impl Answered<'_> {
             let outputs = self.predictions.row(i).iter().map(|p| json!(p));
             let outputs: serde_json::Map<String, serde_json::Value> =
                 names.iter().cloned().zip(outputs).collect();
-            let answers = self.predictions.answers(i);
+            let predicted = self.predictions.answers(i);
             let classes: serde_json::Map<String, serde_json::Value> =
-                answers.iter().map(|answer| (answer.attribute.to_string(), json!(answer.class))).collect();
-            let mut answer = if has_labels {
+                predicted.iter().map(|one| (one.attribute.to_string(), json!(one.class))).collect();
+            let mut sample = if has_labels {
                 json!({
                     "sample": self.origins[i], "predicted": classes, "probabilities": outputs,
                     "true": self.truth.map(|truth| &truth[i]),
@@ -209,12 +217,12 @@ impl Answered<'_> {
                 json!({ "sample": self.origins[i], "predicted": outputs })
             };
             if let Some(starts) = self.starts {
-                answer["start"] = json!(starts[i]);
+                sample["start"] = json!(starts[i]);
             }
-            if let Some(mended) = self.mended {
-                answer["replaced"] = mended.json(i);
+            if let Some(replaced) = self.replaced {
+                sample["replaced"] = replaced.json(i);
             }
-            answer
+            sample
         };
         let all = json!({
             "answers": (0..self.predictions.len()).map(one).collect::<Vec<_>>(),
@@ -234,8 +242,8 @@ impl Answered<'_> {
         } else {
             npz.add("predicted", &shape(self.predictions.width()), outputs)?;
         }
-        if let Some(mended) = self.mended {
-            let replaced: Vec<i64> = (0..n).map(|i| mended.count(i) as i64).collect();
+        if let Some(replaced) = self.replaced {
+            let replaced: Vec<i64> = (0..n).map(|i| replaced.count(i) as i64).collect();
             npz.add("replaced", &[n], &replaced)?;
         }
         if let Some(starts) = self.starts {
@@ -246,7 +254,7 @@ impl Answered<'_> {
         npz.finish()
     }
 
-    /// Number of each window's recording, in the order of the recordings.
+    /// Returns the number of each window's recording, in the order of the recordings.
     fn recordings(&self) -> Vec<i64> {
         let mut number = 0;
         let next = |i: usize| {
@@ -257,16 +265,18 @@ impl Answered<'_> {
         (0..self.origins.len()).map(next).collect()
     }
 
-    /// Answers that are right, of those whose true names the model knows.
+    /// Counts the right predictions, and all whose true names the model knows.
     fn right(&self) -> Option<(usize, usize)> {
         let truth = self.truth?;
-        let known = |own: &taxel::Attribute, name: &String| own.classes.contains(name);
+        let knows = |attribute: &taxel::Attribute, name: &String| attribute.classes.contains(name);
         let (mut right, mut of) = (0, 0);
         let attributes = self.predictions.task.attributes();
         for (i, names) in truth.iter().enumerate() {
-            for ((answer, own), name) in self.predictions.answers(i).iter().zip(&attributes).zip(names) {
-                of += usize::from(known(own, name));
-                right += usize::from(known(own, name) && answer.class == name);
+            for ((predicted, attribute), name) in
+                self.predictions.answers(i).iter().zip(&attributes).zip(names)
+            {
+                of += usize::from(knows(attribute, name));
+                right += usize::from(knows(attribute, name) && predicted.class == name);
             }
         }
         (of > 0).then_some((right, of))

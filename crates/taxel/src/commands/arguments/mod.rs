@@ -1,0 +1,11 @@
+//! Arguments that several commands share, each with one meaning.
+
+pub mod model_recordings;
+#[cfg(feature = "lab")]
+pub mod network;
+pub mod option_hints;
+pub mod output_format;
+pub mod paths;
+#[cfg(feature = "lab")]
+pub mod settings;
+pub mod threads;

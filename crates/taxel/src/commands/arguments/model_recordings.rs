@@ -1,0 +1,97 @@
+//! Recordings for a model, read like those that it was trained on.
+
+use std::error::Error;
+use std::path::Path;
+
+use taxel::data::{Recordings, TableForm, TableOptions, recordings};
+use taxel::{Card, Length, ReadOptions};
+
+use crate::commands::arguments::option_hints::with_option_hint;
+
+/// Recordings on disk, and how the command line says to read them.
+pub struct ModelRecordings<'a> {
+    pub data: &'a Path,
+    pub read_options: &'a ReadOptions,
+}
+
+impl ModelRecordings<'_> {
+    /// Reads the recordings for the model with this card; also returns the options with which they are the data set that the
+    /// model could be trained on.
+    pub fn of(&self, card: &Card) -> Result<(Recordings, ReadOptions), Box<dyn Error>> {
+        let spec = &card.spec;
+        let options = ReadOptions {
+            resize: resize(self.data, spec),
+            attributes: attributes(card),
+            layout: Some(spec.layout),
+            length: self.length(spec)?,
+            topics: self.topics(spec)?,
+            table: self.table(spec),
+            stamped: spec.recorded_rate(),
+            ..self.read_options.clone()
+        };
+        let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);
+        let read = recordings(self.data, &options, spec.layout.rank());
+        let recordings = read.map_err(|e| with_option_hint(e, to))?;
+        Ok((recordings, ReadOptions { channels: spec.channels.clone(), ..options }))
+    }
+
+    /// Returns the length rule of the model, or the given one where the model has none.
+    fn length(&self, spec: &taxel::SampleSpec) -> Result<Option<Length>, String> {
+        match (spec.length, self.read_options.length) {
+            (Some(rule), Some(given)) if rule != given => {
+                Err(format!("--length {given}: the model has its own rule, {rule}; leave it out"))
+            }
+            (rule, given) => Ok(rule.or(given)),
+        }
+    }
+
+    /// Returns the columns that the model was trained on, changed by what is said of these recordings.
+    fn table(&self, spec: &taxel::SampleSpec) -> TableOptions {
+        let trained = spec.table.clone().unwrap_or_default();
+        let given = self.read_options.table.clone();
+        if given == TableOptions::default() {
+            return trained;
+        }
+        let is_wide = spec.layout.rank() == trained.shape.len().max(1);
+        let form = if is_wide { TableForm::Wide } else { TableForm::Long };
+        TableOptions {
+            form: given.form.or(Some(form)),
+            recording: given.recording.or(trained.recording),
+            time: given.time.or(trained.time),
+            clock: given.clock.or(trained.clock),
+            columns: if given.columns.is_empty() { trained.columns } else { given.columns },
+            shape: if given.shape.is_empty() { trained.shape } else { given.shape },
+            ..given
+        }
+    }
+
+    /// Returns the topics that the model was trained on, where the recordings are bags.
+    fn topics(&self, spec: &taxel::SampleSpec) -> Result<Vec<String>, String> {
+        let given = &self.read_options.topics;
+        if !taxel::data::are_bags(self.data) || spec.topics.is_empty() {
+            return Ok(given.clone());
+        }
+        if given.is_empty() || *given == spec.topics {
+            return Ok(spec.topics.clone());
+        }
+        let [trained, given] = [&spec.topics, given].map(|topics| topics.join(", "));
+        Err(format!("--topic {given}: the model was trained on {trained}; leave it out"))
+    }
+}
+
+/// Returns the names of the attributes where the model predicts several.
+pub fn attributes(card: &Card) -> Vec<String> {
+    match card.task.attributes().as_slice() {
+        [_] => vec![],
+        several => several.iter().map(|attribute| attribute.name.clone()).collect(),
+    }
+}
+
+/// Returns the size that image files are brought to: that of the model.
+pub fn resize(data: &Path, spec: &taxel::SampleSpec) -> Option<[usize; 2]> {
+    let holds_images = || taxel::data::are_images(data) || taxel::data::are_bags(data);
+    match spec.shape[..] {
+        [.., height, width] if spec.layout.has_area() && holds_images() => Some([height, width]),
+        _ => None,
+    }
+}
