@@ -34,7 +34,7 @@ const SENTENCES: Debt = &[
     ("docs/results/tekscan22-shrink.md", 9),
     ("docs/results/fsr-glove28-block-shrink.md", 1),
 ];
-const WORDS: Debt = &[("crates/", 132)];
+const WORDS: Debt = &[("crates/", 132), ("docs/results/claims.md", 11)];
 const KEYS: Debt = &[("docs/sweeps.md", 1)];
 
 /// Fails with every finding below a path that has more of them than its debt. A finding is `path:line: words`.
