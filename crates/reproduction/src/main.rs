@@ -53,7 +53,7 @@ enum Command {
         #[arg(default_value = "tests/papers")]
         folder: PathBuf,
     },
-    /// Prints a result page from what `taxel shrink` wrote: its sentences, its tables, the config of the smaller model.
+    /// Prints a result page from what `taxel shrink` wrote: its sentences, its tables, the smaller model's settings.
     Shrink {
         /// The folder that `taxel shrink` wrote.
         folder: PathBuf,
