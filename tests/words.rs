@@ -35,7 +35,7 @@ const SENTENCES: Debt = &[
     ("docs/results/fsr-glove28-block-shrink.md", 1),
 ];
 const WORDS: Debt = &[("crates/", 132), ("docs/results/claims.md", 11)];
-const KEYS: Debt = &[("docs/sweeps.md", 1)];
+const KEYS: Debt = &[];
 
 /// Fails with every finding below a path that has more of them than its debt. A finding is `path:line: words`.
 fn report(rule: &str, findings: &[String], debt: Debt) {

@@ -21,12 +21,12 @@ pub struct Case {
     pub dataset: Dataset,
     /// Finished folds, in the order of the run.
     records: Vec<FoldRecord>,
-    /// What the models that were read say about themselves.
+    /// Cards of the models that were read.
     cards: Mutex<BTreeMap<String, Arc<Card>>>,
 }
 
 impl Case {
-    /// A run folder and the data set that it was run on.
+    /// Opens a run folder with the data set that it was run on.
     ///
     /// # Errors
     /// A folder without finished folds or with damaged ones, or samples that are not those of the run.
@@ -53,7 +53,7 @@ impl Case {
         Levels::of_task(self.task())
     }
 
-    /// The saved model of a finished fold.
+    /// Returns the saved model of a finished fold.
     ///
     /// # Errors
     /// No such fold; a model that is missing, damaged or not the one that the fold wrote.
@@ -66,7 +66,7 @@ impl Case {
         Ok(model)
     }
 
-    /// What the saved model of a fold says about itself; its file is read once.
+    /// Returns the card of the saved model of a fold; its file is read once.
     ///
     /// # Errors
     /// As [`Case::model`].
@@ -78,12 +78,12 @@ impl Case {
         }
     }
 
-    /// Finished folds of `network`, in the order of the run.
+    /// Returns the finished folds of `network`, in the order of the run.
     pub fn records(&self, network: &str) -> impl Iterator<Item = &FoldRecord> {
         self.records.iter().filter(move |record| record.key.network == network)
     }
 
-    /// Finished folds of the first repetition of `network`.
+    /// Returns the finished folds of the first repetition of `network`.
     pub fn first_repetition(&self, network: &str) -> impl Iterator<Item = &FoldRecord> {
         self.records(network).filter(|record| record.key.repetition == 0)
     }
@@ -93,16 +93,17 @@ impl Case {
     pub fn compared(&self) -> Vec<&str> {
         let most = self.results.networks.iter().filter_map(|n| n.per_class).max();
         let rows = self.results.networks.iter().filter(|n| n.per_class == most && !n.folds.is_empty());
-        rows.filter(|n| unmet(n).is_none()).map(|n| n.network.as_str()).collect()
+        rows.filter(|n| left_out(n).is_none()).map(|n| n.network.as_str()).collect()
     }
 
-    /// Rows that were trained without one fault, to tell how it is met unknown, with that fault.
+    /// Returns the rows that were trained under all faults but one, with that fault: they tell how an unseen fault is
+    /// borne.
     pub fn probes(&self) -> Vec<(&str, Fault)> {
         let rows = self.results.networks.iter().filter(|n| !n.folds.is_empty());
-        rows.filter_map(|n| Some((n.network.as_str(), unmet(n)?))).collect()
+        rows.filter_map(|n| Some((n.network.as_str(), left_out(n)?))).collect()
     }
 }
 
-fn unmet(row: &NetworkResults) -> Option<Fault> {
+fn left_out(row: &NetworkResults) -> Option<Fault> {
     row.hardening.as_ref()?.unmet
 }

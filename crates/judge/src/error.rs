@@ -1,4 +1,4 @@
-//! What the judge refuses.
+//! The error type of the judge.
 
 use std::path::Path;
 
@@ -17,17 +17,17 @@ pub enum Error {
     /// A fault that has no meaning for these readings, or cannot be applied to them.
     #[error("{source_label}: {source}")]
     Fault {
-        /// What the samples are.
+        /// Source of the samples.
         source_label: String,
         /// The fault's reason.
         source: taxel_faults::Error,
     },
-    /// A run folder that holds something else than is asked of it.
+    /// A run folder that lacks something, or holds something else.
     #[error("{folder}: {reason}")]
     Run {
         /// The run folder.
         folder: String,
-        /// What is wrong, and the way out.
+        /// The reason, and how to fix it.
         reason: String,
     },
     /// A setting outside its range.
@@ -38,7 +38,7 @@ pub enum Error {
     Threads {
         /// How many.
         threads: usize,
-        /// What the system says.
+        /// Message of the system.
         reason: String,
     },
     /// Values that a statistic cannot be computed of.
@@ -46,7 +46,7 @@ pub enum Error {
     Statistics {
         /// The statistic.
         what: &'static str,
-        /// What is wrong with them.
+        /// The reason.
         reason: String,
     },
     /// A picture of a judgement that cannot be drawn, a file that cannot be written.

@@ -8,7 +8,7 @@
 //! use std::sync::atomic::AtomicBool;
 //! use taxel_baselines::Method;
 //! use taxel_data::{Dataset, Layout};
-//! use taxel_judge::{Case, Criteria, Options, choose, judge};
+//! use taxel_judge::{Case, Criteria, JudgeOptions, choose, judge};
 //! use taxel_learn::{Candidate, CrossValidation, Protocol, RunFolder, RunOptions, Silent};
 //!
 //! // Forty presses: soft ones rise slowly, hard ones at once.
@@ -46,16 +46,16 @@ mod values;
 
 pub use case::Case;
 pub use decide::{
-    Answers, Comparison, Effect, Statistic, across, choose, contrasts, hardening, knee, mean_score, rank,
+    Comparison, Effect, Predicted, Statistic, across, choose, contrasts, hardening, knee, mean_score, rank,
     statistics,
 };
 pub use error::{Error, Result};
-pub use measure::{EarlyOptions, Options, StressOptions, judge, speed, stress, survey};
-pub use report::{Entry, Ranked, Report, Summary, overview, report, survey_page};
-pub use taxel_report::pictures::{Picture, PictureKind};
+pub use measure::{EarlyOptions, JudgeOptions, StressOptions, judge, speed, stress, survey};
+pub use report::{NetworkSummary, OverviewRun, Ranked, Report, overview, report, survey_page};
+pub use taxel_report::pictures::{ArrayPicture, PictureKind};
 pub use values::{
     Across, Alarms, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
     EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
     Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Primary, Score, SensorRange, Speed,
-    Stress, Survey, Test, Unmet, Verdict, named_scores,
+    Stress, Survey, Test, UnseenFault, Verdict, named_scores,
 };

@@ -1,12 +1,12 @@
 //! The Pareto front: what nothing else beats in both cost and merit.
 
-/// Of points (cost, merit) those on the front: no other costs at most as much and has at least the
+/// Returns which points (cost, merit) are on the front: no other costs at most as much and has at least the
 /// merit, and is better in one of the two. Equal points are on the front together.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
-    let beats = |other: &(f64, f64), own: &(f64, f64)| {
-        other.0 <= own.0 && other.1 >= own.1 && (other.0 < own.0 || other.1 > own.1)
+    let beats = |other: &(f64, f64), point: &(f64, f64)| {
+        other.0 <= point.0 && other.1 >= point.1 && (other.0 < point.0 || other.1 > point.1)
     };
-    points.iter().map(|own| !points.iter().any(|other| beats(other, own))).collect()
+    points.iter().map(|point| !points.iter().any(|other| beats(other, point))).collect()
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ pub struct Player {
     pub says: Says,
 }
 
-/// What is divided, and how.
+/// Samples of a synthetic run, and how they are divided.
 pub struct Setting {
     pub protocol: Protocol,
     pub parts: usize,
@@ -71,10 +71,7 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
     let sizes: Vec<usize> = setting.attributes.iter().map(|(_, classes)| classes.len()).collect();
     let outputs: usize = sizes.iter().sum();
     let k_fold = matches!(setting.protocol, Protocol::KFold { .. });
-    let total = match k_fold {
-        true => setting.parts * setting.tested,
-        false => setting.tested + setting.trained,
-    };
+    let total = if k_fold { setting.parts * setting.tested } else { setting.tested + setting.trained };
     let label = |row: usize| sizes.iter().map(|&size| (row % size) as u32).collect::<Vec<_>>();
     let (mut networks, mut judged) = (vec![], vec![]);
     for player in players {
@@ -242,7 +239,7 @@ pub fn stress(losses: &[(&str, f64)]) -> Stress {
         faults: vec![],
         left_out: Default::default(),
         networks: losses.iter().map(network).collect(),
-        unmet: vec![],
+        unseen: vec![],
         alarms: None,
     }
 }

@@ -12,7 +12,9 @@ use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Layout};
 use taxel_faults::Fault;
-use taxel_judge::{Case, Choice, Criteria, Judgement, Options, StressOptions, choose, judge, report, stress};
+use taxel_judge::{
+    Case, Choice, Criteria, JudgeOptions, Judgement, StressOptions, choose, judge, report, stress,
+};
 use taxel_learn::{Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent};
 
 /// 24 presses of two classes, ten readings each.
@@ -43,11 +45,11 @@ fn run(out: &Path, wild: bool) {
 fn run_or_resume(out: &Path, wild: bool, resume: bool) -> Result<RunFolder, taxel_learn::Error> {
     let dataset = presses();
     let mut cv = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).encoding(Encoding::default());
-    let own = mlp(cv.encoder(), "mlp", json!({ "name": "adam", "lr": 1e-2 }));
-    cv = cv.candidate(own).candidate(Candidate::baseline(Method::NearestNeighbours { k: 1 }));
+    let candidate = mlp(cv.encoder(), "mlp", json!({ "name": "adam", "lr": 1e-2 }));
+    cv = cv.candidate(candidate).candidate(Candidate::baseline(Method::NearestNeighbours { k: 1 }));
     if wild {
-        let own = mlp(cv.encoder(), "wild", json!({ "name": "sgdm", "lr": 300.0 }));
-        cv = cv.candidate(own);
+        let candidate = mlp(cv.encoder(), "wild", json!({ "name": "sgdm", "lr": 300.0 }));
+        cv = cv.candidate(candidate);
     }
     let options = RunOptions { threads: Some(1), resume, ..RunOptions::default() };
     cv.run_in(out, &options, &Silent, &AtomicBool::new(false))
@@ -62,10 +64,10 @@ fn one_fault() -> StressOptions {
 }
 
 fn judged(case: &Case) -> Result<Judgement, taxel_judge::Error> {
-    judge(case, &Options { stress: Some(one_fault()), budget: 1e-4, ..Options::default() })
+    judge(case, &JudgeOptions { stress: Some(one_fault()), budget: 1e-4, ..JudgeOptions::default() })
 }
 
-/// What `choose` and `report` do; drawing is left out where `draw` is false.
+/// Runs `choose` and `report`; drawing is left out where `draw` is false.
 fn all(out: &Path, draw: bool) -> Result<Choice, taxel_judge::Error> {
     let case = open(out)?;
     let judgement = match Judgement::read(&case)? {
@@ -84,14 +86,14 @@ fn a_model_of_another_fold_or_run_is_not_scored() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     run(&out, false);
-    let own = out.join("models/mlp.r0.f0.safetensors");
-    fs::copy(out.join("models/mlp.r0.f1.safetensors"), &own).unwrap();
+    let model = out.join("models/mlp.r0.f0.safetensors");
+    fs::copy(out.join("models/mlp.r0.f1.safetensors"), &model).unwrap();
     let case = open(&out).unwrap();
     for error in [
         stress(&case, &one_fault(), &|_| {}, &|| {}).expect_err("stress refuses it").to_string(),
         judged(&case).expect_err("judge refuses it").to_string(),
     ] {
-        assert!(error.starts_with(&own.display().to_string()), "{error}");
+        assert!(error.starts_with(&model.display().to_string()), "{error}");
         assert!(error.contains("is mlp of repetition 0, fold 1"), "{error}");
     }
 }
@@ -105,7 +107,7 @@ fn a_diverged_network_is_never_chosen() {
     let judgement = judged(&case).unwrap();
     // Were it not diverged, this one would be chosen: the most accurate and the smallest.
     let choice = choose(&case, &judgement, &Criteria::default()).unwrap();
-    let wild = choice.evidence.iter().find(|own| own.network == "wild").unwrap();
+    let wild = choice.evidence.iter().find(|evidence| evidence.network == "wild").unwrap();
     assert_eq!(wild.refused.as_deref(), Some("diverged in training (2 of 2 folds)"));
     assert!(choice.chosen.as_deref() != Some("wild") && choice.best != "wild", "{choice:?}");
     let made = report(&judgement, Some(&choice)).unwrap();
@@ -120,15 +122,15 @@ fn places(value: &Value, at: &str, found: &mut Vec<String>) {
     found.push(at.to_string());
     let step = |key: &str| format!("{at}/{}", key.replace('~', "~0").replace('/', "~1"));
     match value {
-        Value::Object(map) => map.iter().for_each(|(key, own)| places(own, &step(key), found)),
+        Value::Object(map) => map.iter().for_each(|(key, value)| places(value, &step(key), found)),
         Value::Array(items) => {
-            items.iter().enumerate().for_each(|(i, own)| places(own, &step(&i.to_string()), found));
+            items.iter().enumerate().for_each(|(i, item)| places(item, &step(&i.to_string()), found));
         }
         _ => {}
     }
 }
 
-/// What may stand in the place of a value.
+/// Values that damage may put in the place of another.
 fn mutations(value: &Value) -> Vec<Value> {
     match value {
         Value::Number(number) => {
@@ -137,7 +139,7 @@ fn mutations(value: &Value) -> Vec<Value> {
             others
         }
         Value::String(_) => vec![json!(""), json!("no-such-thing")],
-        Value::Bool(own) => vec![json!(!own)],
+        Value::Bool(flag) => vec![json!(!flag)],
         Value::Array(items) => {
             let mut others = vec![json!([])];
             if let Some((last, rest)) = items.split_last() {

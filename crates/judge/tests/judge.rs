@@ -1,4 +1,4 @@
-//! A small run judged: models answer as they did, faults break what they must, speed is measured.
+//! A small run judged: models predict as they did, faults break what they must, speed is measured.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -10,8 +10,8 @@ use taxel_baselines::Method;
 use taxel_data::{Dataset, Labels, Source, SourceKind, Targets};
 use taxel_faults::Fault;
 use taxel_judge::{
-    Case, CostKind, Criteria, EarlyOptions, Judgement, Options, StressOptions, Test, across, choose, judge,
-    stress,
+    Case, CostKind, Criteria, EarlyOptions, JudgeOptions, Judgement, StressOptions, Test, across, choose,
+    judge, stress,
 };
 use taxel_learn::{
     Candidate, CrossValidation, Encoding, Protocol, Recipe, RunFolder, RunOptions, Silent, Split,
@@ -19,14 +19,14 @@ use taxel_learn::{
 
 /// Sixty samples of a scene, with these of its attributes.
 fn simulated(scene: &str, seed: u64, attributes: &[&str]) -> Dataset {
-    let own = taxel_scenes::simulate(scene, 60, seed, &[]).unwrap();
-    let names: Vec<&String> = own.y.iter().map(|&y| &own.class_names[y as usize]).collect();
-    let dataset = Dataset::new(scene, own.layout, own.x, &names).unwrap();
-    let dataset = dataset.with_full_scale(own.full_scale).unwrap().with_rest(own.rest);
-    let mut dataset = dataset.with_groups(&own.group).unwrap();
+    let recordings = taxel_scenes::simulate(scene, 60, seed, &[]).unwrap();
+    let names: Vec<&String> = recordings.y.iter().map(|&y| &recordings.class_names[y as usize]).collect();
+    let dataset = Dataset::new(scene, recordings.layout, recordings.x, &names).unwrap();
+    let dataset = dataset.with_full_scale(recordings.full_scale).unwrap().with_rest(recordings.rest);
+    let mut dataset = dataset.with_groups(&recordings.group).unwrap();
     dataset.source = Source::simulated(scene);
     dataset.units = None;
-    if let Some(columns) = own.attributes {
+    if let Some(columns) = recordings.attributes {
         let values = columns.y.iter().copied().collect();
         let Targets::Classes { columns: all, .. } = &mut dataset.targets else { unreachable!("classes") };
         *all = Some(Labels::numbered(columns.class_names, values));
@@ -144,9 +144,9 @@ fn faults_are_scored_on_every_network() {
     assert_eq!((outcome.samples, outcome.of), (60, 60));
     assert_eq!(outcome, quiet(&StressOptions { threads: 1, ..options.clone() }), "threads do not matter");
     assert_eq!(outcome.reference.as_deref(), Some("k-nn"));
-    for (network, own) in outcome.networks.iter().zip(&case.results.networks) {
+    for (network, row) in outcome.networks.iter().zip(&case.results.networks) {
         // The clean accuracy is the run's own.
-        let accuracy = own.score("accuracy").unwrap();
+        let accuracy = row.score("accuracy").unwrap();
         assert!((network.clean.score - accuracy).abs() < 1e-9, "{}: {accuracy}", network.network);
         assert_eq!(network.curves.len(), 2);
         let error: f64 = network.corruption_error.unwrap();
@@ -181,7 +181,13 @@ fn faults_are_scored_on_every_network() {
         assert!(on >= off, "{}: {off} % without, {on} % with a guard", network.network);
     }
     let lost = |name: &str| {
-        both.networks.iter().find(|own| own.network == name).unwrap().sides().unwrap().map(|side| side.2)
+        both.networks
+            .iter()
+            .find(|network| network.network == name)
+            .unwrap()
+            .sides()
+            .unwrap()
+            .map(|side| side.2)
     };
     let [off, on] = lost("mini-rocket");
     assert!(on < off / 2.0, "{off} points without, {on} with a guard");
@@ -196,7 +202,7 @@ fn a_judgement_holds_what_a_report_needs() {
     let case = gripper(folder.path());
     let faults = vec![Fault::Dead, Fault::Onset];
     let wanted = StressOptions { faults, samples: 10, ..StressOptions::default() };
-    let options = Options { stress: Some(wanted), budget: 0.1, ..Options::default() };
+    let options = JudgeOptions { stress: Some(wanted), budget: 0.1, ..JudgeOptions::default() };
     let judgement = judge(&case, &options).unwrap();
     assert_eq!(judgement.kind(), SourceKind::Simulated);
     assert_eq!(judgement.networks.len(), 2);
@@ -213,9 +219,12 @@ fn a_judgement_holds_what_a_report_needs() {
     assert!(stress.samples <= 10 && stress.of == 30, "{} of {}", stress.samples, stress.of);
     let early = judgement.early.as_ref().unwrap();
     assert!(early.samples <= 30 && early.ticks == 450, "{early:?}");
-    for (own, whole) in early.networks.iter().zip(&judgement.networks) {
-        assert_eq!((own.network.as_str(), own.points.len()), (whole.results.network.as_str(), 10));
-        assert!(own.points[9].refused == 0, "{own:?}");
+    for (of_starts, whole) in early.networks.iter().zip(&judgement.networks) {
+        assert_eq!(
+            (of_starts.network.as_str(), of_starts.points.len()),
+            (whole.results.network.as_str(), 10)
+        );
+        assert!(of_starts.points[9].refused == 0, "{of_starts:?}");
     }
     assert!(!judgement.examples.is_empty());
     let example = &judgement.examples[0];
@@ -230,15 +239,15 @@ fn a_judgement_holds_what_a_report_needs() {
 fn a_run_is_chosen_from() {
     let folder = tempfile::tempdir().unwrap();
     let case = fingertip(folder.path());
-    let options = Options { stress: None, budget: 0.05, ..Options::default() };
+    let options = JudgeOptions { stress: None, budget: 0.05, ..JudgeOptions::default() };
     let judgement = judge(&case, &options).unwrap();
     let choice = choose(&case, &judgement, &Criteria::default()).unwrap();
     assert_eq!((choice.test, choice.evidence.len()), (Test::NadeauBengio, 7));
-    let best = choice.evidence.iter().map(|own| own.score).fold(0.0, f64::max);
-    for own in &choice.evidence {
-        assert_eq!(Some(own.score), judgement.network(&own.network).unwrap().score());
-        assert!((own.difference - (own.score - best)).abs() < 1e-9, "{own:?}");
-        assert_eq!(own.p.is_none(), own.network == choice.best);
+    let best = choice.evidence.iter().map(|evidence| evidence.score).fold(0.0, f64::max);
+    for evidence in &choice.evidence {
+        assert_eq!(Some(evidence.score), judgement.network(&evidence.network).unwrap().score());
+        assert!((evidence.difference - (evidence.score - best)).abs() < 1e-9, "{evidence:?}");
+        assert_eq!(evidence.p.is_none(), evidence.network == choice.best);
     }
     // Two folds of thirty tell little, and the words say so.
     assert!(!choice.enough_data, "{choice:#?}");
@@ -259,14 +268,15 @@ fn whole_samples_answered_early_are_the_runs_own_answers() {
     let case = fingertip(folder.path());
     let early = |threads| {
         let wanted = EarlyOptions { threads, ..EarlyOptions::default() };
-        let options = Options { stress: None, early: Some(wanted), budget: 0.05, ..Options::default() };
+        let options =
+            JudgeOptions { stress: None, early: Some(wanted), budget: 0.05, ..JudgeOptions::default() };
         judge(&case, &options).unwrap()
     };
     let judgement = early(2);
-    let own = judgement.early.as_ref().unwrap();
-    assert_eq!((own.samples, own.of, own.ticks), (60, 60, 50));
+    let starts = judgement.early.as_ref().unwrap();
+    assert_eq!((starts.samples, starts.of, starts.ticks), (60, 60, 50));
     assert_eq!(early(1).early, judgement.early, "whatever the threads");
-    for (network, judged) in own.networks.iter().zip(&judgement.networks) {
+    for (network, judged) in starts.networks.iter().zip(&judgement.networks) {
         let folds = &judged.results.folds;
         let tested =
             |fold: &taxel_learn::FoldScores| fold.scores.get("accuracy").unwrap() * fold.test_samples as f64;
@@ -274,17 +284,17 @@ fn whole_samples_answered_early_are_the_runs_own_answers() {
         let whole = network.points[9];
         assert_eq!((whole.seen, whole.refused), (100, 0));
         assert!((whole.score - all).abs() < 1e-9, "{network:?}");
-        for own in &network.decisions {
-            assert!((10.0..=100.0).contains(&own.seen) && own.early <= 100.0, "{own:?}");
+        for decision in &network.decisions {
+            assert!((10.0..=100.0).contains(&decision.seen) && decision.early <= 100.0, "{decision:?}");
         }
-        let seen: Vec<f64> = network.decisions.iter().map(|own| own.seen).collect();
+        let seen: Vec<f64> = network.decisions.iter().map(|decision| decision.seen).collect();
         assert!(seen.is_sorted(), "who wants to be surer waits longer: {network:?}");
         // Of grasps that have hardly begun nobody knows the class; the baseline that reads nothing never learns more.
         let first = network.points[0].score;
         assert!(network.network != "majority" || first == whole.score, "{network:?}");
         assert!(network.network != "mini-rocket" || first < whole.score, "{network:?}");
     }
-    let none = Options { stress: None, early: None, budget: 0.05, ..Options::default() };
+    let none = JudgeOptions { stress: None, early: None, budget: 0.05, ..JudgeOptions::default() };
     assert_eq!(judge(&case, &none).unwrap().early, None);
 }
 
@@ -292,12 +302,13 @@ fn whole_samples_answered_early_are_the_runs_own_answers() {
 fn one_random_split_is_mcnemars() {
     let folder = tempfile::tempdir().unwrap();
     let case = gripper(folder.path());
-    let judgement = judge(&case, &Options { stress: None, budget: 0.05, ..Options::default() }).unwrap();
+    let judgement =
+        judge(&case, &JudgeOptions { stress: None, budget: 0.05, ..JudgeOptions::default() }).unwrap();
     let choice =
         choose(&case, &judgement, &Criteria { cost: CostKind::Macs, ..Criteria::default() }).unwrap();
     assert_eq!(choice.test, Test::McNemar);
     // The gripper's groups are its objects: whole ones are drawn.
-    let other = choice.evidence.iter().find(|own| own.network != choice.best).unwrap();
+    let other = choice.evidence.iter().find(|evidence| evidence.network != choice.best).unwrap();
     let [low, high] = other.interval.unwrap();
     assert!(low <= other.difference && other.difference <= high && low < high, "{other:?}");
     assert!(choice.words.iter().any(|words| words.contains("elasticity and hardness")));

@@ -180,9 +180,9 @@ fn nemenyis_difference_is_that_of_the_studentized_range() {
 #[test]
 fn a_ratio_of_spreads_is_pitmans() {
     for case in cases("spread") {
-        let own = spread_ratio(&floats(&case["a"]), &floats(&case["b"]), 0.95).unwrap().unwrap();
-        close("ratio", own.ratio, &case["ratio"]);
-        close_all("interval", &own.interval, &case["interval"]);
+        let ratio = spread_ratio(&floats(&case["a"]), &floats(&case["b"]), 0.95).unwrap().unwrap();
+        close("ratio", ratio.ratio, &case["ratio"]);
+        close_all("interval", &ratio.interval, &case["interval"]);
     }
     assert_eq!(spread_ratio(&[1.0; 4], &[1.0, 2.0, 3.0, 4.0], 0.95).unwrap(), None);
     assert_eq!(spread_ratio(&[1.0, 2.0, 3.0], &[2.0, 4.0, 6.0], 0.95).unwrap(), None);
@@ -197,11 +197,14 @@ fn the_bootstrap_draws_whole_clusters_and_keeps_pairs() {
     let clusters = [3, 3, 3, 5, 5, 8, 8, 9, 9];
     let mean =
         |rows: &[usize]| Some(rows.iter().map(|&row| differences[row]).sum::<f64>() / rows.len() as f64);
-    let own = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
+    let interval = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
     let twin = Clusters::new(&differences, &clusters).interval(0.9, 500, 4, "x");
-    assert!((own[0] - twin.0).abs() < 1e-12 && (own[1] - twin.1).abs() < 1e-12, "{own:?} {twin:?}");
+    assert!(
+        (interval[0] - twin.0).abs() < 1e-12 && (interval[1] - twin.1).abs() < 1e-12,
+        "{interval:?} {twin:?}"
+    );
     let again = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
-    assert_eq!(own, again);
+    assert_eq!(interval, again);
     // One cluster says nothing about others; a statistic that is mostly undefined has no interval.
     assert_eq!(cluster_bootstrap(&[7; 9], mean, 0.9, 500, (4, "x")).unwrap(), None);
     assert!(cluster_bootstrap(&[7, 7, 8], mean, 0.9, 500, (4, "x")).unwrap().is_some());

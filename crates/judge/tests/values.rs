@@ -9,7 +9,7 @@ use taxel_baselines::Method;
 use taxel_data::{Dataset, Layout, Quantity, Targets, Values};
 use taxel_faults::{Fault, TrainingFaults};
 use taxel_judge::{
-    Case, Criteria, Judgement, Options, StressOptions, Test, choose, contrasts, judge, report,
+    Case, Criteria, JudgeOptions, Judgement, StressOptions, Test, choose, contrasts, judge, report,
 };
 use taxel_learn::metrics::Outcome as Predictions;
 use taxel_learn::{
@@ -60,7 +60,7 @@ fn one_part() -> Protocol {
 fn judged(case: &Case) -> Judgement {
     let faults = vec![Fault::Noise, Fault::Gain];
     let stress = StressOptions { faults, guard: true, ..StressOptions::default() };
-    judge(case, &Options { stress: Some(stress), budget: 0.01, ..Options::default() }).unwrap()
+    judge(case, &JudgeOptions { stress: Some(stress), budget: 0.01, ..JudgeOptions::default() }).unwrap()
 }
 
 /// Mean absolute error of records of one quantity.
@@ -92,7 +92,7 @@ fn values_are_stressed_chosen_and_reported_by_their_error() {
         let choice = choose(&case, &judgement, &Criteria::default()).unwrap();
         assert_eq!((choice.best.as_str(), choice.test), (RIDGE, test));
         assert!((choice.margin() - 0.05 * judgement.chance).abs() < 1e-12, "{:?}", choice.criteria);
-        let evidence = choice.evidence.iter().find(|own| own.network == HARDENED).unwrap();
+        let evidence = choice.evidence.iter().find(|evidence| evidence.network == HARDENED).unwrap();
         assert!((evidence.difference - (other - best)).abs() < 1e-9, "{evidence:?}");
         assert!(evidence.p_holm.unwrap() < 0.05 && evidence.worse, "{evidence:?}");
         let [low, high] = evidence.interval.unwrap();
@@ -101,8 +101,14 @@ fn values_are_stressed_chosen_and_reported_by_their_error() {
         let most = judgement.stress.as_ref().unwrap().mean_loss(RIDGE).unwrap() * 0.99;
         let criteria = Criteria { max_loss: Some(most), margin: Some(other), ..Criteria::default() };
         let steady = choose(&case, &judgement, &criteria).unwrap();
-        let refused =
-            steady.evidence.iter().find(|own| own.network == RIDGE).unwrap().refused.clone().unwrap();
+        let refused = steady
+            .evidence
+            .iter()
+            .find(|evidence| evidence.network == RIDGE)
+            .unwrap()
+            .refused
+            .clone()
+            .unwrap();
         assert!(refused.starts_with("loses ") && refused.contains(" N to faults on average"), "{refused}");
 
         judgement.write(&case.folder).unwrap();
@@ -125,8 +131,8 @@ fn is_worse_under_faults(case: &Case, judgement: &Judgement) {
         assert!(network.mean_loss > 0.0 && network.folds.iter().all(|fold| fold.loss > 0.0), "{network:?}");
     }
     let gain = |at: usize| {
-        let own = &stress.networks[at];
-        own.curves[1].loss(own.clean, &stress.primary)
+        let network = &stress.networks[at];
+        network.curves[1].loss(network.clean, &stress.primary)
     };
     assert!(gain(1) < gain(0), "training under gain makes it steadier");
     // Noise of a fifth of full scale leaves less than half of what is better than the mean.
@@ -146,7 +152,7 @@ fn is_worse_under_faults(case: &Case, judgement: &Judgement) {
 /// Page and tables have the metric with its unit, and nothing of classes.
 fn speaks_of_errors(report: &taxel_judge::Report) {
     let file = |name: &str| {
-        let (_, bytes) = report.files().iter().find(|(own, _)| own == name).unwrap();
+        let (_, bytes) = report.files().iter().find(|(known, _)| known == name).unwrap();
         std::str::from_utf8(bytes).unwrap()
     };
     let page = file("report.html");
@@ -177,9 +183,9 @@ fn a_setting_that_reads_less_has_the_higher_error() {
         };
         let (whole, less) = (of(Encoding::default(), "whole"), of(less.clone(), "less"));
         let settings = [less.clone(), whole.clone()];
-        let own = contrasts(&whole, &settings, &dataset, &protocol, 0, 0.05).unwrap();
+        let contrasts = contrasts(&whole, &settings, &dataset, &protocol, 0, 0.05).unwrap();
         let primary = taxel_judge::Primary::of(&dataset.task());
-        let (worse, same) = (own[0].unwrap(), own[1].unwrap());
+        let (worse, same) = (contrasts[0].unwrap(), contrasts[1].unwrap());
         assert!((worse.difference - (mae(less.iter()) - mae(whole.iter()))).abs() < 1e-6, "{worse:?}");
         assert!(worse.worse && primary.loss(worse.difference) > 0.0, "{worse:?}");
         assert!(!worse.suffices(0.05, &primary) && same.suffices(0.05, &primary), "{worse:?} {same:?}");

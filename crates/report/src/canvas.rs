@@ -1,4 +1,4 @@
-//! What charts are drawn on: lines, marks and text in inks, with values to hover over; SVG and PNG.
+//! The canvas of charts: lines, marks and text in inks, with values to hover over; SVG and PNG.
 
 use std::io::Cursor;
 
@@ -33,7 +33,7 @@ pub enum Anchor {
 
 /// How a text looks.
 #[derive(Debug, Clone, Copy)]
-pub struct Type {
+pub struct TextStyle {
     /// Size of the font, in CSS pixels.
     pub size: u32,
     /// Its colour.
@@ -45,7 +45,7 @@ pub struct Type {
 }
 
 /// The usual text of a chart.
-pub const PLAIN: Type = Type { size: 12, ink: Ink::Text, anchor: Anchor::Left, bold: false };
+pub const PLAIN: TextStyle = TextStyle { size: 12, ink: Ink::Text, anchor: Anchor::Left, bold: false };
 
 /// How a line looks.
 #[derive(Debug, Clone, Copy)]
@@ -124,7 +124,7 @@ impl Canvas {
         });
     }
 
-    /// A square that stands on a corner.
+    /// Draws a square that stands on a corner.
     pub fn diamond(&mut self, (x, y): (f64, f64), r: f64, fill: Ink, edge: Ink) {
         let d = format!("M {} {y} L {x} {} L {} {y} L {x} {} Z", x - r, y - r, x + r, y + r);
         let (fill, stroke) = (Some(self.colour(fill)), self.colour(edge));
@@ -132,7 +132,7 @@ impl Canvas {
         self.scene.elements.push(Primitive::Path(Box::new(path)));
     }
 
-    /// A filled rectangle `(x, y, width, height)`.
+    /// Draws a filled rectangle `(x, y, width, height)`.
     pub fn block(&mut self, (x, y, width, height): (f64, f64, f64, f64), fill: Ink, opacity: f64) {
         let (fill, opacity) = (self.colour(fill), Some(opacity));
         self.scene.elements.push(Primitive::Rect {
@@ -148,16 +148,16 @@ impl Canvas {
     }
 
     /// Writes `text`, its base line at `at`.
-    pub fn text(&mut self, at: (f64, f64), text: &str, look: Type) {
+    pub fn text(&mut self, at: (f64, f64), text: &str, look: TextStyle) {
         self.write(at, text, look, None);
     }
 
-    /// Text that runs from the bottom to the top.
-    pub fn upright(&mut self, at: (f64, f64), text: &str, look: Type) {
+    /// Writes text that runs from the bottom to the top.
+    pub fn upright(&mut self, at: (f64, f64), text: &str, look: TextStyle) {
         self.write(at, text, look, Some(-90.0));
     }
 
-    fn write(&mut self, (x, y): (f64, f64), text: &str, look: Type, rotate: Option<f64>) {
+    fn write(&mut self, (x, y): (f64, f64), text: &str, look: TextStyle, rotate: Option<f64>) {
         if text.is_empty() {
             return;
         }
@@ -172,7 +172,7 @@ impl Canvas {
         self.scene.elements.push(Primitive::Text { x, y, content, size, anchor, rotate, bold, color });
     }
 
-    /// What `draw` draws, with a value to hover over.
+    /// Adds the drawing of `draw`, with `title` shown while the pointer is over it.
     pub fn hover(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
         let title = Some(clean(title));
         self.scene.elements.push(Primitive::GroupStart { transform: None, title, extra_attrs: None });
@@ -180,7 +180,7 @@ impl Canvas {
         self.scene.elements.push(Primitive::GroupEnd);
     }
 
-    /// The drawing as SVG; screen readers hear `label`.
+    /// Returns the drawing as SVG; screen readers hear `label`.
     pub fn svg(&self, label: &str) -> String {
         let svg = SvgBackend::new().render_scene(&self.scene);
         #[expect(clippy::expect_used, reason = "the backend writes an svg element")]
@@ -201,7 +201,7 @@ impl Canvas {
         )
     }
 
-    /// The drawing as PNG, with a font of its own.
+    /// Returns the drawing as PNG, with a font of its own.
     ///
     /// # Errors
     /// A drawing that kuva cannot turn into pixels.
@@ -210,10 +210,10 @@ impl Canvas {
         let finer = if fine > MOST_PIXELS { 1 } else { FINER };
         let large =
             RasterBackend { scale: (SCALE * finer) as f32 }.render_scene(&self.scene).map_err(refuse)?;
-        let mut own = image::ImageReader::with_format(Cursor::new(large), image::ImageFormat::Png);
+        let mut reader = image::ImageReader::with_format(Cursor::new(large), image::ImageFormat::Png);
         // The limits are meant for pictures of others.
-        own.no_limits();
-        let large = own.decode().map_err(refuse)?.to_rgb8();
+        reader.no_limits();
+        let large = reader.decode().map_err(refuse)?.to_rgb8();
         let (width, height) = (large.width() / finer, large.height() / finer);
         let small = image::imageops::thumbnail(&large, width, height);
         let mut png = Cursor::new(vec![]);
@@ -226,7 +226,7 @@ fn refuse(reason: impl ToString) -> Error {
     Error::Write { path: "a drawing as PNG".into(), reason: reason.to_string() }
 }
 
-/// The strokes of a dashed path.
+/// Returns the strokes of a dashed path.
 fn dashes(points: Vec<(f64, f64)>, (stroke, gap): (f64, f64)) -> Vec<Vec<(f64, f64)>> {
     if stroke <= 0.0 || gap <= 0.0 {
         return vec![points];
@@ -261,21 +261,23 @@ fn dashes(points: Vec<(f64, f64)>, (stroke, gap): (f64, f64)) -> Vec<Vec<(f64, f
     pieces
 }
 
-/// Width that `text` takes at most, nearly.
+/// Returns the width that `text` takes at most, nearly.
 pub fn width_of(text: &str, size: u32) -> f64 {
     let width = |c: char| WIDTHS.iter().find(|(all, _)| all.contains(c)).map_or(WIDTH, |(_, width)| *width);
     f64::from(size) * text.chars().map(width).sum::<f64>()
 }
 
-/// At most `most` characters of `text`.
+/// Returns at most `most` characters of `text`.
 pub fn short(text: &str, most: usize) -> String {
-    match text.chars().count() > most {
-        true => text.chars().take(most.saturating_sub(1)).chain(['…']).collect(),
-        false => text.into(),
+    if text.chars().count() > most {
+        text.chars().take(most.saturating_sub(1)).chain(['…']).collect()
+    } else {
+        text.into()
     }
 }
 
-/// At most `most` characters of `text`, of its beginning and of its end: of names that differ in their last word.
+/// Returns at most `most` characters of `text`, of its beginning and of its end: of names that differ in their last
+/// word.
 pub fn ends(text: &str, most: usize) -> String {
     let chars: Vec<char> = text.chars().collect();
     if chars.len() <= most {
@@ -286,7 +288,7 @@ pub fn ends(text: &str, most: usize) -> String {
     chars[..head].iter().chain(&['…']).chain(&chars[chars.len() - tail..]).collect()
 }
 
-/// `text` without characters that no XML may hold.
+/// Returns `text` without characters that no XML may hold.
 fn clean(text: &str) -> String {
     let allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     text.chars().map(|c| if allowed(c) { c } else { ' ' }).collect()

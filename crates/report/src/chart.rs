@@ -1,6 +1,6 @@
 //! A chart: drawn twice from one description, for the page in the colours of its theme and for files.
 
-use crate::canvas::{Canvas, PLAIN, Type};
+use crate::canvas::{Canvas, PLAIN, TextStyle};
 use crate::palette::Paint;
 
 /// A chart with all that is said about it.
@@ -25,16 +25,16 @@ impl<'a> Chart<'a> {
         Chart { name: name.into(), title: title.into(), reading: reading.into(), draw: Box::new(draw) }
     }
 
-    /// What screen readers hear.
+    /// Returns the text for screen readers.
     pub fn label(&self) -> String {
         format!("{}. {}", self.title, self.reading)
     }
 
-    /// The drawing.
+    /// Returns the drawing.
     pub fn canvas(&self, paint: Paint) -> Canvas {
         (self.draw)(paint)
     }
 }
 
 /// A heading inside a chart.
-pub const HEADING: Type = Type { size: 13, bold: true, ..PLAIN };
+pub const HEADING: TextStyle = TextStyle { size: 13, bold: true, ..PLAIN };

@@ -1,4 +1,4 @@
-//! What cannot be drawn or written.
+//! The error type of reports.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ pub enum Error {
     Picture {
         /// Name of the picture.
         name: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
     /// A file that cannot be written.
@@ -19,7 +19,7 @@ pub enum Error {
     Write {
         /// The file.
         path: String,
-        /// What the system says.
+        /// Message of the system.
         reason: String,
     },
 }
@@ -28,7 +28,7 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A file that cannot be written, and why.
+    /// Returns the error of a file that cannot be written.
     pub fn write(path: &Path, reason: impl ToString) -> Self {
         Error::Write { path: path.display().to_string(), reason: reason.to_string() }
     }

@@ -13,7 +13,7 @@ use crate::table::{Cell, Table};
 /// Rows up to which a table is shown as it is.
 pub const LONG: usize = 30;
 
-/// A page that needs no other file.
+/// Returns a page that needs no other file.
 pub fn frame(title: &str, body: &Markup) -> Markup {
     let style = format!(
         ":root{{color-scheme:light dark;{}}}@media (prefers-color-scheme:dark){{:root{{{}}}}}\
@@ -43,19 +43,20 @@ pub fn frame(title: &str, body: &Markup) -> Markup {
     }
 }
 
-/// A table that scrolls in its own box and can be sorted by its heads.
+/// Returns a table that scrolls in its own box and can be sorted by its heads.
 pub fn table(table: &Table) -> Markup {
     let scroll = html! {
         (scroll(table))
         p.files { "As files: " code { "tables/" (table.name) ".csv" } ", " code { "tables/" (table.name) ".md" } }
     };
-    match table.rows.len() > LONG {
-        true => folded(&format!("{} ({} rows)", table.caption, table.rows.len()), &scroll),
-        false => scroll,
+    if table.rows.len() > LONG {
+        folded(&format!("{} ({} rows)", table.caption, table.rows.len()), &scroll)
+    } else {
+        scroll
     }
 }
 
-/// The table alone, of a page that has no files beside it.
+/// Returns the table alone, of a page that has no files beside it.
 pub fn scroll(table: &Table) -> Markup {
     let id = format!("table-{}", table.name);
     // What is not known of any row is no column of the page.
@@ -99,12 +100,12 @@ fn field(cell: &Cell, first: bool, right: bool) -> Markup {
     }
 }
 
-/// What is shown on demand.
+/// Returns content that is shown on demand.
 pub fn folded(summary: &str, content: &Markup) -> Markup {
     html! { details { summary { (summary) } (content) } }
 }
 
-/// A chart with how to read it, and its numbers as a table for those who cannot see it.
+/// Returns a chart with a text on how to read it, and its numbers as a table for those who cannot see it.
 pub fn chart(chart: &Chart, numbers: &str) -> Markup {
     html! {
         figure {
@@ -118,7 +119,7 @@ pub fn chart(chart: &Chart, numbers: &str) -> Markup {
     }
 }
 
-/// A chart beside others that are read alike.
+/// Returns a chart beside others that are read alike.
 pub fn small_chart(chart: &Chart) -> Markup {
     html! {
         figure {
@@ -128,12 +129,12 @@ pub fn small_chart(chart: &Chart) -> Markup {
     }
 }
 
-/// An SVG in a box of its own, which scrolls on a narrow screen.
+/// Returns an SVG in a box of its own, which scrolls on a narrow screen.
 pub fn drawing(canvas: &Canvas, label: &str) -> Markup {
     html! { div.drawing tabindex="0" role="group" aria-label="chart" { (PreEscaped(canvas.svg(label))) } }
 }
 
-/// A picture of a reading or of an encoding.
+/// Returns a picture of a reading or of an encoding.
 pub fn picture(shown: &Shown, label: &str) -> Markup {
     match shown {
         Shown::Drawing(canvas) => drawing(canvas, label),

@@ -10,7 +10,7 @@ pub const SIZE: u32 = 12;
 
 /// Where a label goes: the base of its text, and where that begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct LabelPlace {
     /// Where the text is anchored.
     pub at: (f64, f64),
     /// Which of its points is there.
@@ -25,15 +25,15 @@ fn overlap(a: Area, b: Area) -> f64 {
     if width > 0.0 && height > 0.0 { width * height } else { 0.0 }
 }
 
-/// A place for each label next to its mark, inside `inside` and off `taken`; of all that were tried the one
+/// Returns a place for each label next to its mark, inside `inside` and off `taken`; of all that were tried the one
 /// that covers least.
-pub fn place(marks: &[((f64, f64), &str)], inside: Area, taken: &[Area]) -> Vec<Place> {
+pub fn place(marks: &[((f64, f64), &str)], inside: Area, taken: &[Area]) -> Vec<LabelPlace> {
     let mut taken = taken.to_vec();
     taken.extend(marks.iter().map(|((x, y), _)| (x - 7.0, y - 7.0, x + 7.0, y + 7.0)));
     let mut places = vec![];
     for ((x, y), name) in marks {
         let width = width_of(name, SIZE);
-        let mut best: Option<(f64, Place, Area)> = None;
+        let mut best: Option<(f64, LabelPlace, Area)> = None;
         for (number, (dx, dy, anchor)) in candidates().enumerate() {
             let at = (x + dx, y + dy + 4.0);
             let left = match anchor {
@@ -51,7 +51,7 @@ pub fn place(marks: &[((f64, f64), &str)], inside: Area, taken: &[Area]) -> Vec<
             let cost = 100.0 * outside + covered + 0.5 * number as f64;
             if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
                 let far = dx.hypot(dy) > 22.0;
-                best = Some((cost, Place { at, anchor, far }, area));
+                best = Some((cost, LabelPlace { at, anchor, far }, area));
             }
         }
         if let Some((_, place, area)) = best {
@@ -62,7 +62,7 @@ pub fn place(marks: &[((f64, f64), &str)], inside: Area, taken: &[Area]) -> Vec<
     places
 }
 
-/// Offsets from a mark, near ones first.
+/// Returns the offsets from a mark, near ones first.
 fn candidates() -> impl Iterator<Item = (f64, f64, Anchor)> {
     [0.0, 14.0, 28.0, 44.0, 62.0].into_iter().flat_map(|more| {
         [
@@ -85,7 +85,7 @@ mod tests {
         let marks: Vec<_> =
             (0..6).map(|i| ((200.0 + 4.0 * f64::from(i), 150.0), "resnet8-lite-1d")).collect();
         let places = place(&marks, (0.0, 0.0, 600.0, 300.0), &[]);
-        let area = |p: &Place| {
+        let area = |p: &LabelPlace| {
             let width = width_of("resnet8-lite-1d", SIZE);
             let left = match p.anchor {
                 Anchor::Left => p.at.0,

@@ -1,6 +1,6 @@
 //! Numbers as people read them.
 
-/// Three digits that count: 0.0123, 1.23, 123, 12,345.
+/// Returns three digits that count: 0.0123, 1.23, 123, 12,345.
 pub fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "-".into();
@@ -16,7 +16,7 @@ pub fn digits(value: f64) -> String {
     format!("{value:.places$}")
 }
 
-/// With a prefix of the SI: 12.3 k, 1.23 M.
+/// Returns a number with a prefix of the SI: 12.3 k, 1.23 M.
 pub fn si(value: f64) -> String {
     let (scaled, prefix) = match value.abs() {
         v if v >= 1e9 => (value / 1e9, " G"),
@@ -24,13 +24,14 @@ pub fn si(value: f64) -> String {
         v if v >= 1e3 => (value / 1e3, " k"),
         _ => (value, " "),
     };
-    match scaled == scaled.trunc() && scaled.abs() < 1e3 {
-        true => format!("{scaled:.0}{}", prefix.trim_end()),
-        false => format!("{}{}", digits(scaled), prefix.trim_end()),
+    if scaled == scaled.trunc() && scaled.abs() < 1e3 {
+        format!("{scaled:.0}{}", prefix.trim_end())
+    } else {
+        format!("{}{}", digits(scaled), prefix.trim_end())
     }
 }
 
-/// 12.3 kB.
+/// Returns a size in bytes: 12.3 kB.
 pub fn bytes(value: f64) -> String {
     match si(value) {
         plain if plain.ends_with(['k', 'M', 'G']) => format!("{plain}B"),
@@ -38,13 +39,13 @@ pub fn bytes(value: f64) -> String {
     }
 }
 
-/// A tick of an axis without needless digits: 0.01, 1, 100.
+/// Returns a tick of an axis without needless digits: 0.01, 1, 100.
 pub fn tick(value: f64) -> String {
     let text = format!("{value:.9}");
     text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// 3 percentage points lost: `3.0`; `-0.0` is `0.0`.
+/// Returns a number with one decimal: `3.0`; `-0.0` is `0.0`.
 pub fn tenth(value: f64) -> String {
     match format!("{value:.1}").as_str() {
         "-0.0" => "0.0".into(),
@@ -52,9 +53,14 @@ pub fn tenth(value: f64) -> String {
     }
 }
 
-/// An interval behind its number: ` (1.0 to 3.2)`; nothing where there is none.
-pub fn between(own: Option<[f64; 2]>) -> String {
-    own.map_or(String::new(), |[low, high]| format!(" ({} to {})", tenth(low), tenth(high)))
+/// Words intervals behind their numbers: ` (1.0 to 3.2)`.
+pub fn between(show: fn(f64) -> String) -> impl Fn([f64; 2]) -> String + Copy {
+    move |[low, high]| format!(" ({} to {})", show(low), show(high))
+}
+
+/// Words intervals behind their numbers: ` [1.0, 3.2]`.
+pub fn in_brackets(show: fn(f64) -> String) -> impl Fn([f64; 2]) -> String + Copy {
+    move |[low, high]| format!(" [{}, {}]", show(low), show(high))
 }
 
 #[cfg(test)]

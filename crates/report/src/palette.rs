@@ -2,7 +2,7 @@
 
 use kuva::render::color::Color;
 
-/// What a colour is for.
+/// Purpose of a colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ink {
     /// Text and axes.
@@ -11,9 +11,9 @@ pub enum Ink {
     Muted,
     /// Grid lines.
     Grid,
-    /// What is behind.
+    /// Background.
     Paper,
-    /// What a reader should see first.
+    /// Marks that a reader should see first.
     Accent,
     /// The same without insisting: what joins marks.
     Soft,
@@ -81,7 +81,7 @@ impl Ink {
     }
 }
 
-/// The variables of one theme as CSS declarations.
+/// Returns the variables of one theme as CSS declarations.
 pub fn variables(dark: bool) -> String {
     let value = |&(name, light, night): &(&str, &str, &str)| {
         format!("--{name}:{};", if dark { night } else { light })

@@ -3,13 +3,13 @@
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde::{Deserialize, Serialize};
 
-use crate::axes::{Frame, Scale, widened};
+use crate::axes::{AxisScale, PlotFrame, widened};
 use crate::canvas::{Canvas, Stroke};
 use crate::error::{Error, Result};
 use crate::numbers::tick;
 use crate::palette::{Ink, Paint};
 
-/// How [`Picture::values`] are drawn.
+/// How [`ArrayPicture::values`] are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PictureKind {
@@ -25,7 +25,7 @@ pub enum PictureKind {
 
 /// An array to be drawn.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Picture {
+pub struct ArrayPicture {
     /// `reading`, or the name of an input.
     pub name: String,
     /// How it is drawn.
@@ -50,7 +50,7 @@ pub enum Shown {
 ///
 /// # Errors
 /// An array that is not what its kind says.
-pub fn show(picture: &Picture, paint: Paint) -> Result<Shown> {
+pub fn show(picture: &ArrayPicture, paint: Paint) -> Result<Shown> {
     let values = &picture.values;
     let refuse = |reason: String| Error::Picture { name: picture.name.clone(), reason };
     if values.is_empty() || values.len() != picture.shape.iter().product::<usize>() {
@@ -66,21 +66,21 @@ pub fn show(picture: &Picture, paint: Paint) -> Result<Shown> {
     }
 }
 
-/// One line for each `ticks` values.
+/// Draws one line for each `ticks` values.
 fn lines(values: &[f32], ticks: usize, paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(SIZE.0, SIZE.1, paint);
     let values: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
     let limits = (f64::NEG_INFINITY, f64::INFINITY);
     let last = ticks.saturating_sub(1).max(1) as f64;
-    let frame = Frame {
-        x: Scale::linear((0.0, last), (54.0, SIZE.0 - 10.0)),
-        y: Scale::linear(widened(&values, limits), (SIZE.1 - 26.0, 8.0)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((0.0, last), (54.0, SIZE.0 - 10.0)),
+        y: AxisScale::linear(widened(&values, limits), (SIZE.1 - 26.0, 8.0)),
     };
     frame.draw_y(&mut canvas, tick);
     frame.draw_x(&mut canvas, &frame.x.ticks(), tick);
-    for (channel, own) in values.chunks_exact(ticks).enumerate() {
+    for (channel, series) in values.chunks_exact(ticks).enumerate() {
         // What is not finite is no place; the line goes on behind it.
-        let finite = own.iter().enumerate().filter(|(_, v)| v.is_finite());
+        let finite = series.iter().enumerate().filter(|(_, v)| v.is_finite());
         let line = finite.map(|(t, v)| frame.at(t as f64, *v)).collect();
         let stroke = Stroke::of(Ink::Series(channel), 1.5);
         canvas.hover(&format!("channel {channel}"), |canvas| canvas.path(line, stroke));
@@ -88,7 +88,7 @@ fn lines(values: &[f32], ticks: usize, paint: Paint) -> Canvas {
     canvas
 }
 
-/// To 0..=255, from the least to the largest value.
+/// Scales values to 0..=255, from the least to the largest.
 fn scaled(values: &[f32]) -> Vec<u8> {
     let ends = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let width = if ends.1 > ends.0 { ends.1 - ends.0 } else { 1.0 };
@@ -99,25 +99,25 @@ fn grey(values: &[f32]) -> Vec<[u8; 3]> {
     scaled(values).into_iter().map(|v| [v; 3]).collect()
 }
 
-/// `[3, H, W]` to one colour per pixel.
+/// Turns `[3, H, W]` into one colour per pixel.
 fn interleaved(values: &[f32], area: usize) -> Vec<[u8; 3]> {
     let all = scaled(values);
     (0..area).map(|i| [all[i], all[area + i], all[2 * area + i]]).collect()
 }
 
-/// `[K, H, W]` side by side, one pixel apart.
+/// Puts frames `[K, H, W]` side by side, one pixel apart.
 fn frames(values: &[f32], k: usize, h: usize, w: usize) -> Vec<[u8; 3]> {
     let width = k * (w + 1) - 1;
     let mut sheet = vec![[128u8; 3]; h * width];
-    for (frame, own) in scaled(values).chunks_exact(h * w).enumerate() {
-        for (i, v) in own.iter().enumerate() {
+    for (frame, pixels) in scaled(values).chunks_exact(h * w).enumerate() {
+        for (i, v) in pixels.iter().enumerate() {
             sheet[(i / w) * width + frame * (w + 1) + i % w] = [*v; 3];
         }
     }
     sheet
 }
 
-/// One colour per pixel as PNG; what is wrong in words.
+/// Encodes one colour per pixel as PNG.
 fn pixels(colours: &[[u8; 3]], h: usize, w: usize) -> std::result::Result<Shown, String> {
     let side = |length: usize| u32::try_from(length).map_err(|e| e.to_string());
     let mut png = vec![];
@@ -134,13 +134,13 @@ mod tests {
 
     #[test]
     fn pixels_keep_their_places() {
-        let picture = |kind, shape: &[usize], values: &[f32]| Picture {
+        let picture = |kind, shape: &[usize], values: &[f32]| ArrayPicture {
             name: "x".into(),
             kind,
             shape: shape.to_vec(),
             values: values.to_vec(),
         };
-        let decode = |picture: &Picture| match show(picture, Paint::Print) {
+        let decode = |picture: &ArrayPicture| match show(picture, Paint::Print) {
             Ok(Shown::Pixels(_, _, png)) => image::load_from_memory(&png).unwrap().to_rgb8(),
             _ => panic!("no pixels"),
         };

@@ -7,11 +7,11 @@ use taxel_base::{Align, Grid, markdown_text, thousands};
 /// One field of a row.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cell {
-    /// What people read.
+    /// Text for people.
     pub shown: String,
-    /// What a column is sorted by; by what is shown where it is none.
+    /// Value that a column is sorted by; without one it is sorted by `shown`.
     pub order: Option<f64>,
-    /// What programs read, one value for each CSV column.
+    /// Text for programs, one value for each CSV column.
     pub values: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ impl Cell {
         Cell::number(Some(count as f64), |_| thousands(count))
     }
 
-    /// A number; `–` and an empty field where there is none.
+    /// Returns a cell of a number; `–` and an empty field where there is none.
     pub fn number(value: Option<f64>, show: impl Fn(f64) -> String) -> Self {
         let value = value.filter(|v| v.is_finite());
         Cell {
@@ -43,7 +43,12 @@ impl Cell {
         }
     }
 
-    /// More behind the number: `shown` is what people read after it, `more` what programs do.
+    /// Adds an interval behind the number, worded by `shown`; nothing for people where there is none.
+    pub fn interval(self, bounds: Option<[f64; 2]>, shown: impl Fn([f64; 2]) -> String) -> Self {
+        self.and(bounds.map_or(String::new(), shown), &bounds.map_or([None, None], |ends| ends.map(Some)))
+    }
+
+    /// Adds more behind the number: `shown` for people, `more` for programs.
     pub fn and(mut self, shown: String, more: &[Option<f64>]) -> Self {
         self.shown += &shown;
         self.values.extend(more.iter().map(|v| v.map_or(String::new(), |v| v.to_string())));
@@ -61,7 +66,7 @@ pub struct Column<'a, R> {
 }
 
 impl<'a, R> Column<'a, R> {
-    /// A column of text; `csv` names its field.
+    /// Returns a column of text; `csv` names its field.
     pub fn text(head: &str, csv: &str, cell: impl Fn(&R) -> Cell + 'a) -> Self {
         Column {
             head: head.into(),
@@ -72,13 +77,28 @@ impl<'a, R> Column<'a, R> {
         }
     }
 
-    /// A column of numbers; `csv` names their fields, with their units.
+    /// Returns a column of numbers; `csv` names their fields, with their units.
     pub fn number(head: &str, csv: &[&str], cell: impl Fn(&R) -> Cell + 'a) -> Self {
         let csv = csv.iter().map(|name| (*name).into()).collect();
         Column { head: head.into(), csv, right: true, in_files: false, cell: Box::new(cell) }
     }
 
-    /// Left out of the page, where the same is said elsewhere.
+    /// Returns a column of one number a row; `csv` names its field, with its unit.
+    pub fn value(
+        head: &str,
+        csv: &str,
+        show: impl Fn(f64) -> String + 'a,
+        value: impl Fn(&R) -> Option<f64> + 'a,
+    ) -> Self {
+        Column::number(head, &[csv], move |row| Cell::number(value(row), &show))
+    }
+
+    /// Returns a column of whole numbers; `csv` names its field.
+    pub fn count(head: &str, csv: &str, count: impl Fn(&R) -> u64 + 'a) -> Self {
+        Column::number(head, &[csv], move |row| Cell::count(count(row)))
+    }
+
+    /// Leaves the column out of the page, where the same is said elsewhere.
     pub fn in_files(self) -> Self {
         Column { in_files: true, ..self }
     }
@@ -102,7 +122,7 @@ pub struct Head {
 pub struct Table {
     /// Name of its files.
     pub name: Cow<'static, str>,
-    /// What it shows, on what.
+    /// Heading: the quantity and the samples.
     pub caption: String,
     /// One for each column.
     pub heads: Vec<Head>,
@@ -128,7 +148,7 @@ impl Table {
         Table { name, caption, heads, rows, marked: vec![] }
     }
 
-    /// What people read.
+    /// Returns the cells for people.
     pub fn shown(&self) -> Grid {
         let align = |head: &Head| if head.right { Align::Right } else { Align::Left };
         let heads = self.heads.iter();
@@ -137,13 +157,13 @@ impl Table {
         grid
     }
 
-    /// The table in Markdown, with its caption above.
+    /// Returns the table in Markdown, with its caption above.
     pub fn markdown(&self) -> String {
         format!("{}\n\n{}", markdown_text(&self.caption), self.shown().markdown())
     }
 
-    /// What programs read, in full precision: units in the names of the columns, empty fields for what is not
-    /// known.
+    /// Returns the table for programs, in full precision: units in the names of the columns, empty fields for unknown
+    /// values.
     pub fn csv(&self) -> String {
         let names = self.heads.iter().flat_map(|head| &head.csv);
         let mut grid = names.fold(Grid::new(), |grid, name| grid.left(name));

@@ -1,35 +1,35 @@
-//! The page of all claims on all runs that were asked: `claims.md`.
+//! The page of all claims tested on all runs: `claims.md`.
 
 use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use crate::claims::{Claim, Outcome};
+use crate::claims::{Claim, Verdict};
 use crate::error::{Error, Result};
-use crate::kept::{Row, merged, read, text};
+use crate::kept::{ClaimRow, merged, read, text};
 use crate::pages::{Pages, TITLES, row};
 
 const KEPT: &str = "reference/claims.csv";
 const WHY: &str = "why.toml";
 
-/// What was found out about claims that do not hold.
+/// Explanations of claims that do not hold.
 #[derive(Deserialize)]
 struct Why {
-    claims: Vec<Found>,
+    claims: Vec<Explanation>,
 }
 
 #[derive(Deserialize)]
-struct Found {
+struct Explanation {
     claim: String,
     why: String,
 }
 
-/// All runs that were asked about one claim.
-struct Asked<'a> {
+/// A claim with its results on all runs.
+struct TestedClaim<'a> {
     says: &'a str,
     paper: &'a str,
     place: &'a str,
-    rows: Vec<&'a Row>,
+    rows: Vec<&'a ClaimRow>,
 }
 
 /// Keeps what `claims` say of their runs and writes the page of all; without claims the page is drawn anew. Returns the
@@ -40,16 +40,16 @@ struct Asked<'a> {
 pub fn claims_page(pages: &Pages, claims: &[Claim]) -> Result<PathBuf> {
     let path = pages.file(KEPT);
     let kept = if path.exists() { read(&path)? } else { vec![] };
-    let rows = merged(kept, claims.iter().map(Row::of).collect(), &path)?;
+    let rows = merged(kept, claims.iter().map(ClaimRow::of).collect(), &path)?;
     let why: Why = pages.read(WHY)?;
     let page = page(pages, &rows, &why.claims)?;
     pages.write(KEPT, &text(&rows, &path)?)?;
     pages.write("claims.md", &page)
 }
 
-fn page(pages: &Pages, rows: &[Row], why: &[Found]) -> Result<String> {
+fn page(pages: &Pages, rows: &[ClaimRow], why: &[Explanation]) -> Result<String> {
     let claims = by_claim(rows);
-    if let Some(unknown) = why.iter().find(|own| claims.iter().all(|claim| claim.says != own.claim)) {
+    if let Some(unknown) = why.iter().find(|entry| claims.iter().all(|claim| claim.says != entry.claim)) {
         return Err(Error::file(
             &pages.file(WHY),
             format!("no claim of the program reads `{}`", unknown.claim),
@@ -57,52 +57,61 @@ fn page(pages: &Pages, rows: &[Row], why: &[Found]) -> Result<String> {
     }
     let mut lines = head(rows);
     for (paper, title) in TITLES {
-        let asked: Vec<&Asked> = claims.iter().filter(|claim| claim.paper == paper).collect();
-        if asked.is_empty() {
+        let of_paper: Vec<&TestedClaim> = claims.iter().filter(|claim| claim.paper == paper).collect();
+        if of_paper.is_empty() {
             continue;
         }
         lines.extend([format!("## Paper {paper}: {title}"), String::new()]);
         lines.push(row(&["claim", "printed in", "simulated", "real"]));
         lines.push(row(&["---"; 4]));
-        lines.extend(asked.iter().map(|own| {
-            row(&[own.says, own.place, &of_kind(pages, own, "simulated"), &of_kind(pages, own, "real")])
+        lines.extend(of_paper.iter().map(|claim| {
+            row(&[
+                claim.says,
+                claim.place,
+                &of_kind(pages, claim, "simulated"),
+                &of_kind(pages, claim, "real"),
+            ])
         }));
         lines.push(String::new());
     }
     lines.extend(["## What does not hold, and why".into(), String::new()]);
     lines.extend(
-        claims.iter().filter_map(|own| against(pages, own, why)).flat_map(|line| [line, String::new()]),
+        claims.iter().filter_map(|claim| against(pages, claim, why)).flat_map(|line| [line, String::new()]),
     );
     Ok(lines.join("\n").trim_end().to_string() + "\n")
 }
 
 /// Returns the claims in the order in which rows first name them.
-fn by_claim(rows: &[Row]) -> Vec<Asked<'_>> {
-    let mut claims: Vec<Asked> = vec![];
+fn by_claim(rows: &[ClaimRow]) -> Vec<TestedClaim<'_>> {
+    let mut claims: Vec<TestedClaim> = vec![];
     for row in rows {
-        let same =
-            |own: &&mut Asked| (own.paper, own.place, own.says) == (&row.paper, &row.place, &row.claim);
+        let same = |claim: &&mut TestedClaim| {
+            (claim.paper, claim.place, claim.says) == (&row.paper, &row.place, &row.claim)
+        };
         match claims.iter_mut().find(same) {
-            Some(own) => own.rows.push(row),
-            None => {
-                claims.push(Asked { says: &row.claim, paper: &row.paper, place: &row.place, rows: vec![row] })
-            }
+            Some(claim) => claim.rows.push(row),
+            None => claims.push(TestedClaim {
+                says: &row.claim,
+                paper: &row.paper,
+                place: &row.place,
+                rows: vec![row],
+            }),
         }
     }
     claims
 }
 
-fn head(rows: &[Row]) -> Vec<String> {
+fn head(rows: &[ClaimRow]) -> Vec<String> {
     let mut lines: Vec<String> =
         ["# Claims of the papers", "", "Generated by `taxel-reproduction claims` from run folders.", ""]
             .map(String::from)
             .into();
     for kind in ["simulated", "real"] {
-        let count = |outcome: Outcome| {
+        let count = |outcome: Verdict| {
             let count = rows.iter().filter(|row| row.kind == kind && row.outcome == outcome.words()).count();
             (count > 0).then(|| format!("{count} {}", outcome.words()))
         };
-        let outcomes = [Outcome::Holds, Outcome::DoesNotHold, Outcome::TooFewData];
+        let outcomes = [Verdict::Holds, Verdict::DoesNotHold, Verdict::TooFewData];
         let counts: Vec<String> = outcomes.into_iter().filter_map(count).collect();
         let counts = if counts.is_empty() { "nothing tested".into() } else { counts.join(", ") };
         lines.push(format!("- *{kind}*: {counts} (each claim counted once for each run that can test it)"));
@@ -119,8 +128,8 @@ fn head(rows: &[Row]) -> Vec<String> {
 }
 
 /// Returns what the runs of one kind say about a claim; where none can test it, what they lack.
-fn of_kind(pages: &Pages, asked: &Asked, kind: &str) -> String {
-    let rows = || asked.rows.iter().filter(|row| row.kind == kind);
+fn of_kind(pages: &Pages, claim: &TestedClaim, kind: &str) -> String {
+    let rows = || claim.rows.iter().filter(|row| row.kind == kind);
     let tested: Vec<String> = rows().filter(|row| row.is_tested()).map(|row| cell(pages, row)).collect();
     if !tested.is_empty() {
         return tested.join("<br>");
@@ -129,12 +138,12 @@ fn of_kind(pages: &Pages, asked: &Asked, kind: &str) -> String {
     shortest.map_or("no run".into(), |reason| format!("cannot be tested: {reason}"))
 }
 
-fn cell(pages: &Pages, row: &Row) -> String {
+fn cell(pages: &Pages, row: &ClaimRow) -> String {
     format!("**{}**{}: {} ({})", row.outcome, size(row), row.effect, linked(pages, &row.run))
 }
 
 /// Returns ` size [low, high]`, or nothing where the effect has no interval.
-fn size(row: &Row) -> String {
+fn size(row: &ClaimRow) -> String {
     let ends = [&row.size, &row.size_low, &row.size_high].map(|text| text.parse().ok().map(significant));
     match ends {
         [Some(size), Some(low), Some(high)] => format!(" {size} [{low}, {high}]"),
@@ -148,16 +157,16 @@ fn linked(pages: &Pages, run: &str) -> String {
 }
 
 /// Returns a claim that does not hold on some run, with what was found out about it.
-fn against(pages: &Pages, asked: &Asked, why: &[Found]) -> Option<String> {
-    let refuting = asked.rows.iter().filter(|row| row.outcome == Outcome::DoesNotHold.words());
+fn against(pages: &Pages, claim: &TestedClaim, why: &[Explanation]) -> Option<String> {
+    let refuting = claim.rows.iter().filter(|row| row.outcome == Verdict::DoesNotHold.words());
     let runs: Vec<String> = refuting.map(|row| linked(pages, &row.run)).collect();
     if runs.is_empty() {
         return None;
     }
     let found: Vec<&str> =
-        why.iter().filter(|own| own.claim == asked.says).map(|own| own.why.trim()).collect();
+        why.iter().filter(|entry| entry.claim == claim.says).map(|entry| entry.why.trim()).collect();
     let found = if found.is_empty() { "Not looked into.".into() } else { found.join(" ") };
-    Some(format!("**{}** (paper {}; on {}). {found}", asked.says, asked.paper, runs.join(", ")))
+    Some(format!("**{}** (paper {}; on {}). {found}", claim.says, claim.paper, runs.join(", ")))
 }
 
 /// Returns three digits that count without trailing zeros, as C's `%.3g`.

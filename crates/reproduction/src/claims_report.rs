@@ -1,15 +1,15 @@
-//! What some runs say of the claims, as a page with tables beside it.
+//! The claims tested on some runs, as a page with tables beside it.
 
 use std::path::{Path, PathBuf};
 
 use maud::html;
 use taxel::data::SourceKind;
-use taxel::report::files::{make, of_table, write};
-use taxel::report::html::{frame, table};
-use taxel::report::numbers::digits;
+use taxel::report::files::write_page;
+use taxel::report::html::table;
+use taxel::report::numbers::{digits, in_brackets};
 use taxel::report::table::{Cell, Column, Table};
 
-use crate::claims::{Claim, Outcome};
+use crate::claims::{Claim, Verdict};
 use crate::error::Result;
 use crate::kept::kind;
 
@@ -18,20 +18,16 @@ use crate::kept::kind;
 /// # Errors
 /// A file that cannot be written.
 pub fn claims_report(claims: &[Claim], folder: &Path) -> Result<PathBuf> {
-    let tables: Vec<Table> = asked(claims).into_iter().chain([all(claims)]).collect();
-    make(&folder.join("tables"))?;
-    tables.iter().flat_map(of_table).try_for_each(|file| write(folder, &file))?;
+    let tables: Vec<Table> = tested(claims).into_iter().chain([all(claims)]).collect();
     let body = html! {
         header {
             p.kicker { "taxel reproduction" }
             h1 { "Claims of the papers" }
             p { "Only claims that some run here can test are set side by side; the second table has all." }
         }
-        main id="main" { @for own in &tables { section { (table(own)) } } }
+        main id="main" { @for shown in &tables { section { (table(shown)) } } }
     };
-    let page = frame("Claims of the papers", &body).into_string();
-    write(folder, &("index.html".into(), page.into_bytes()))?;
-    Ok(folder.join("index.html"))
+    Ok(write_page(folder, ("Claims of the papers", &body), &tables, [])?)
 }
 
 /// Returns every claim of every run, with effects.
@@ -46,16 +42,14 @@ fn all(claims: &[Claim]) -> Table {
         Column::text("outcome", "outcome", |c: &Claim| Cell::text(c.outcome.words())),
         Column::text("effect", "effect", |c: &Claim| Cell::text(&c.effect)),
         Column::number("size [95 % interval]", &["size", "size_low", "size_high"], |c: &Claim| {
-            let ends = c.interval.map_or([None, None], |ends| ends.map(Some));
-            let interval = c.interval.map(|[low, high]| format!(" [{}, {}]", digits(low), digits(high)));
-            Cell::number(c.size, digits).and(interval.unwrap_or_default(), &ends)
+            Cell::number(c.size, digits).interval(c.interval, in_brackets(digits))
         }),
     ];
     Table::new("claims", "What the papers claim, and what of it holds here".into(), columns, claims)
 }
 
 /// Returns the claims that some run can test, and what each run says.
-fn asked(claims: &[Claim]) -> Option<Table> {
+fn tested(claims: &[Claim]) -> Option<Table> {
     let mut runs: Vec<(&str, SourceKind)> = vec![];
     let mut rows: Vec<Vec<&Claim>> = vec![];
     for claim in claims {
@@ -71,7 +65,7 @@ fn asked(claims: &[Claim]) -> Option<Table> {
             None => rows.push(vec![claim]),
         }
     }
-    rows.retain(|row| row.iter().any(|claim| claim.outcome != Outcome::CannotBeTested));
+    rows.retain(|row| row.iter().any(|claim| claim.outcome != Verdict::CannotBeTested));
     if rows.is_empty() {
         return None;
     }
@@ -83,8 +77,8 @@ fn asked(claims: &[Claim]) -> Option<Table> {
     for (run, of) in runs {
         let name = run.to_string();
         columns.push(Column::text(&format!("{run} ({})", kind(of)), run, move |row: &Vec<&Claim>| {
-            let own = row.iter().find(|claim| claim.run == name);
-            let tested = own.filter(|claim| claim.outcome != Outcome::CannotBeTested);
+            let found = row.iter().find(|claim| claim.run == name);
+            let tested = found.filter(|claim| claim.outcome != Verdict::CannotBeTested);
             Cell::text(tested.map_or("–", |claim| claim.outcome.words()))
         }));
     }
@@ -107,7 +101,7 @@ mod tests {
             says: HOSTILE.into(),
             run: "run".into(),
             source: Source::simulated("fingertip"),
-            outcome: Outcome::DoesNotHold,
+            outcome: Verdict::DoesNotHold,
             effect: "accuracy, pp".into(),
             size: Some(-1.5),
             interval: Some([-3.0, 0.5]),
@@ -117,8 +111,8 @@ mod tests {
     #[test]
     fn several_runs_share_a_page_of_claims() {
         let untested =
-            Claim { says: "nobody can test this".into(), outcome: Outcome::CannotBeTested, ..claim() };
-        let elsewhere = Claim { run: "other".into(), outcome: Outcome::Holds, ..claim() };
+            Claim { says: "nobody can test this".into(), outcome: Verdict::CannotBeTested, ..claim() };
+        let elsewhere = Claim { run: "other".into(), outcome: Verdict::Holds, ..claim() };
         let folder = tempfile::tempdir().unwrap();
         let page = claims_report(&[claim(), elsewhere, untested], folder.path()).unwrap();
         let page = std::fs::read_to_string(page).unwrap();

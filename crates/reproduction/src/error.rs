@@ -1,4 +1,4 @@
-//! What the study refuses.
+//! The error type of the study.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub enum Error {
     File {
         /// The file.
         file: String,
-        /// What is wrong with it, and how to fix it.
+        /// The reason, and how to fix it.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! What every run said about each claim: `reference/claims.csv`.
+//! Results of every run for each claim: `reference/claims.csv`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use taxel::data::SourceKind;
 
-use crate::claims::{CLAIMS, Claim, Outcome};
+use crate::claims::{CLAIMS, Claim, Verdict};
 use crate::error::{Error, Result};
 
-/// What one run says about one claim; numbers as they are printed, empty where there is none.
+/// Result of one run for one claim; numbers as they are printed, empty where there is none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Row {
+pub(crate) struct ClaimRow {
     pub paper: String,
     pub place: String,
     pub claim: String,
@@ -25,7 +25,7 @@ pub(crate) struct Row {
     pub size_high: String,
 }
 
-/// Returns `simulated` or `real`.
+/// Returns the kind in words: `simulated` or `real`.
 pub(crate) fn kind(kind: SourceKind) -> &'static str {
     match kind {
         SourceKind::Simulated => "simulated",
@@ -33,11 +33,11 @@ pub(crate) fn kind(kind: SourceKind) -> &'static str {
     }
 }
 
-impl Row {
+impl ClaimRow {
     pub fn of(claim: &Claim) -> Self {
         let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let [low, high] = claim.interval.map_or([None, None], |ends| ends.map(Some));
-        Row {
+        ClaimRow {
             paper: claim.paper.clone(),
             place: claim.place.clone(),
             claim: claim.says.clone(),
@@ -52,20 +52,20 @@ impl Row {
         }
     }
 
-    /// Returns whether the run could be asked.
+    /// Checks whether the claim could be tested on the run.
     pub fn is_tested(&self) -> bool {
-        self.outcome != Outcome::CannotBeTested.words()
+        self.outcome != Verdict::CannotBeTested.words()
     }
 }
 
 /// Reads the kept rows.
-pub(crate) fn read(path: &Path) -> Result<Vec<Row>> {
+pub(crate) fn read(path: &Path) -> Result<Vec<ClaimRow>> {
     let mut reader = csv::Reader::from_path(path).map_err(|e| Error::file(path, e))?;
     reader.deserialize().collect::<std::result::Result<_, _>>().map_err(|e| Error::file(path, e))
 }
 
 /// Returns the rows as a CSV file.
-pub(crate) fn text(rows: &[Row], path: &Path) -> Result<String> {
+pub(crate) fn text(rows: &[ClaimRow], path: &Path) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
     rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|e| Error::file(path, e))?;
     let bytes = writer.into_inner().map_err(|e| Error::file(path, e))?;
@@ -77,11 +77,11 @@ pub(crate) fn text(rows: &[Row], path: &Path) -> Result<String> {
 ///
 /// # Errors
 /// A row about a claim that the program does not know.
-pub(crate) fn merged(kept: Vec<Row>, new: Vec<Row>, path: &Path) -> Result<Vec<Row>> {
-    let told: BTreeSet<String> = new.iter().map(|row| row.run.clone()).collect();
-    let mut rows: Vec<Row> = kept.into_iter().filter(|row| !told.contains(&row.run)).collect();
+pub(crate) fn merged(kept: Vec<ClaimRow>, new: Vec<ClaimRow>, path: &Path) -> Result<Vec<ClaimRow>> {
+    let renewed: BTreeSet<String> = new.iter().map(|row| row.run.clone()).collect();
+    let mut rows: Vec<ClaimRow> = kept.into_iter().filter(|row| !renewed.contains(&row.run)).collect();
     rows.extend(new);
-    let place = |row: &Row| CLAIMS.iter().position(|claim| claim.says == row.claim);
+    let place = |row: &ClaimRow| CLAIMS.iter().position(|claim| claim.says == row.claim);
     if let Some(unknown) = rows.iter().find(|row| place(row).is_none()) {
         let reason = format!("no claim of the program reads `{}`; delete its rows", unknown.claim);
         return Err(Error::file(path, reason));
@@ -101,7 +101,7 @@ pub(crate) fn merged(kept: Vec<Row>, new: Vec<Row>, path: &Path) -> Result<Vec<R
     }
     let reasons: BTreeSet<usize> =
         shortest.iter().filter(|(key, _)| !tested.contains(*key)).map(|(_, at)| *at).collect();
-    let keep = |(at, row): &(usize, &Row)| row.is_tested() || reasons.contains(at);
+    let keep = |(at, row): &(usize, &ClaimRow)| row.is_tested() || reasons.contains(at);
     Ok(rows.iter().enumerate().filter(keep).map(|(_, row)| row.clone()).collect())
 }
 
@@ -109,9 +109,9 @@ pub(crate) fn merged(kept: Vec<Row>, new: Vec<Row>, path: &Path) -> Result<Vec<R
 mod tests {
     use super::*;
 
-    fn row(claim: usize, run: &str, outcome: Outcome, effect: &str) -> Row {
+    fn row(claim: usize, run: &str, outcome: Verdict, effect: &str) -> ClaimRow {
         let claim = &CLAIMS[claim];
-        Row {
+        ClaimRow {
             paper: claim.paper.into(),
             place: claim.place.into(),
             claim: claim.says.into(),
@@ -129,20 +129,20 @@ mod tests {
     #[test]
     fn a_run_that_is_asked_again_replaces_its_rows() {
         let kept = vec![
-            row(0, "b", Outcome::Holds, "old"),
-            row(0, "c", Outcome::TooFewData, "stays"),
-            row(1, "b", Outcome::CannotBeTested, "the run lacks a and b"),
-            row(1, "c", Outcome::CannotBeTested, "the run lacks a"),
+            row(0, "b", Verdict::Holds, "old"),
+            row(0, "c", Verdict::TooFewData, "stays"),
+            row(1, "b", Verdict::CannotBeTested, "the run lacks a and b"),
+            row(1, "c", Verdict::CannotBeTested, "the run lacks a"),
         ];
         let new = vec![
-            row(0, "b", Outcome::DoesNotHold, "new"),
-            row(1, "b", Outcome::CannotBeTested, "the run lacks a and b"),
+            row(0, "b", Verdict::DoesNotHold, "new"),
+            row(1, "b", Verdict::CannotBeTested, "the run lacks a and b"),
         ];
         let rows = merged(kept, new, Path::new("claims.csv")).unwrap();
         let said: Vec<(&str, &str)> =
             rows.iter().map(|row| (row.run.as_str(), row.effect.as_str())).collect();
         assert_eq!(said, [("b", "new"), ("c", "stays"), ("c", "the run lacks a")]);
-        let mut unknown = row(0, "b", Outcome::Holds, "");
+        let mut unknown = row(0, "b", Verdict::Holds, "");
         unknown.claim = "nobody says this".into();
         let error = merged(vec![unknown], vec![], Path::new("claims.csv")).unwrap_err().to_string();
         assert!(error.starts_with("claims.csv: ") && error.contains("`nobody says this`"), "{error}");

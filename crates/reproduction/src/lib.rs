@@ -3,14 +3,14 @@
 //! The papers' networks, scenes and recipes are part of taxel; what is here only reads finished run folders and the pages of
 //! `docs/results`. Nothing depends on this crate. Its binary writes the pages:
 //!
-//! - [`claims()`] asks runs about every claim; [`claims_page()`] keeps what they say and writes `claims.md`,
+//! - [`claims()`] tests every claim on runs; [`claims_page()`] keeps the findings and writes `claims.md`,
 //!   [`claims_report()`] writes a page of these runs alone.
 //! - [`papers_page()`] writes `papers.md`: every table of the papers, published, simulated and real side by side.
 //! - [`shrink_page()`] makes a result page from a folder of `taxel shrink`.
 //! - [`pin()`] writes what tests hold a small experiment of each paper to.
 //!
 //! ```
-//! use taxel_reproduction::{Claim, Outcome, claims_report};
+//! use taxel_reproduction::{Claim, Verdict, claims_report};
 //!
 //! let claim = Claim {
 //!     paper: "000".into(),
@@ -40,7 +40,7 @@ mod papers_page;
 mod pins;
 mod shrink_page;
 
-pub use claims::{Claim, Outcome, claims};
+pub use claims::{Claim, Verdict, claims};
 pub use claims_page::claims_page;
 pub use claims_report::claims_report;
 pub use error::{Error, Result};

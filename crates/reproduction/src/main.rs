@@ -27,11 +27,11 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Asks runs about every claim of the papers and writes claims.md.
+    /// Tests every claim of the papers on runs and writes claims.md.
     ///
-    /// What the runs say takes the place of what reference/claims.csv said of them, so that runs may be asked one after
-    /// another, on any machine; without a run the page is drawn anew. A run without a judgement is measured first. What
-    /// was found out about a claim that does not hold comes from why.toml.
+    /// Results of these runs replace their rows in reference/claims.csv, so runs can be tested one after another, on any
+    /// machine. Without a run the page is written again from that file. A run without a judgement is measured first.
+    /// Explanations of claims that do not hold come from why.toml.
     Claims {
         /// Run folders.
         runs: Vec<PathBuf>,
@@ -81,8 +81,10 @@ fn main() -> ExitCode {
 /// Runs a command and returns what it prints: a page, or the path of one.
 fn run(arguments: Arguments) -> Result<String> {
     let path = match arguments.command {
-        Command::Claims { runs, output: Some(folder) } => claims_report(&asked(&runs)?, &folder)?,
-        Command::Claims { runs, output: None } => claims_page(&Pages::at(&arguments.pages)?, &asked(&runs)?)?,
+        Command::Claims { runs, output: Some(folder) } => claims_report(&tested(&runs)?, &folder)?,
+        Command::Claims { runs, output: None } => {
+            claims_page(&Pages::at(&arguments.pages)?, &tested(&runs)?)?
+        }
         Command::Papers => papers_page(&Pages::at(&arguments.pages)?)?,
         Command::Pin { folder } => pin(&folder)?,
         Command::Shrink { folder, title, command } => {
@@ -92,8 +94,8 @@ fn run(arguments: Arguments) -> Result<String> {
     Ok(format!("{}\n", path.display()))
 }
 
-/// Asks all runs together: those on the same samples, divided alike, share their networks.
-fn asked(runs: &[PathBuf]) -> Result<Vec<Claim>> {
+/// Tests all runs together: those on the same samples, divided alike, share their networks.
+fn tested(runs: &[PathBuf]) -> Result<Vec<Claim>> {
     let mut judged = vec![];
     for path in runs {
         let case = open(path)?;

@@ -2,7 +2,7 @@
 
 /// A table below a heading.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Table {
+pub(crate) struct MarkdownTable {
     /// The heading of second order above it.
     pub heading: String,
     /// Names of the columns.
@@ -10,7 +10,7 @@ pub(crate) struct Table {
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl MarkdownTable {
     /// Returns the last row whose first cell is `name`, as code or plain.
     pub fn row(&self, name: &str) -> Option<&[String]> {
         let named = |row: &&Vec<String>| row.first().is_some_and(|first| first.trim_matches('`') == name);
@@ -19,8 +19,8 @@ impl Table {
 }
 
 /// Reads the tables of a page.
-pub(crate) fn tables(page: &str) -> Vec<Table> {
-    let (mut found, mut heading, mut inside): (Vec<Table>, _, _) = (vec![], String::new(), false);
+pub(crate) fn tables(page: &str) -> Vec<MarkdownTable> {
+    let (mut found, mut heading, mut inside): (Vec<MarkdownTable>, _, _) = (vec![], String::new(), false);
     for line in page.lines() {
         if let Some(text) = line.strip_prefix("## ") {
             heading = text.into();
@@ -32,7 +32,7 @@ pub(crate) fn tables(page: &str) -> Vec<Table> {
         let cells: Vec<String> =
             line.trim().trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect();
         match found.last_mut().filter(|_| inside) {
-            None => found.push(Table { heading: heading.clone(), heads: cells, rows: vec![] }),
+            None => found.push(MarkdownTable { heading: heading.clone(), heads: cells, rows: vec![] }),
             Some(_) if line.chars().all(|c| "|-: ".contains(c)) => {}
             Some(table) => table.rows.push(cells),
         }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
-use crate::markdown::{Table, tables};
+use crate::markdown::{MarkdownTable, tables};
 use crate::pages::{Pages, TITLES, capital, read, row};
 
-/// What a table names a page for, and the head of its column.
+/// Kinds of pages that a table names, with the head of their column.
 const HEADS: [(&str, &str); 5] = [
     ("simulated", "simulated"),
     ("sessions", "simulated, unseen sessions"),
@@ -244,7 +244,7 @@ fn score(pages: &Pages, page: &str, name: &str, kind: &str, column: &str) -> Res
         return Ok(None);
     }
     for table in tables(&read(&path)?) {
-        let Table { heads, .. } = &table;
+        let MarkdownTable { heads, .. } = &table;
         let at = heads.iter().position(|head| head.starts_with(column));
         let (Some(at), Some(cells)) = (at, table.row(name)) else { continue };
         let sources: Vec<&String> = heads.iter().filter(|head| head.contains('[')).collect();

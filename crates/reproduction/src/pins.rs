@@ -1,4 +1,4 @@
-//! What tests hold the small experiment of each paper to: `tests/papers/pins.json`.
+//! Expected values for the small experiment of each paper: `tests/papers/pins.json`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ fn line(value: &Value) -> String {
         Value::Array(all) => format!("[{}]", all.iter().map(line).collect::<Vec<_>>().join(", ")),
         Value::Object(all) => {
             let pairs: Vec<String> =
-                all.iter().map(|(key, own)| format!("\"{key}\": {}", line(own))).collect();
+                all.iter().map(|(key, pin)| format!("\"{key}\": {}", line(pin))).collect();
             format!("{{{}}}", pairs.join(", "))
         }
         other => other.to_string(),

@@ -1,4 +1,4 @@
-//! A small run is asked about the claims.
+//! The claims, tested on a small run.
 
 #![allow(clippy::unwrap_used)]
 
@@ -6,11 +6,11 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use taxel::experiment::run;
-use taxel::judge::{Options, judge};
+use taxel::judge::{JudgeOptions, judge};
 use taxel::learn::Silent;
 use taxel::reporting::open;
 use taxel::{Experiment, Overrides, Registry, RunOptions, Source};
-use taxel_reproduction::{Outcome, claims};
+use taxel_reproduction::{Verdict, claims};
 
 const CONFIG: &str = r#"
 name = "judged"
@@ -51,10 +51,11 @@ fn a_run_is_asked_about_claims() {
     run(&experiment, &registry, Some(&out), &RunOptions::default(), &Silent, &AtomicBool::new(false))
         .unwrap();
     let case = open(&out).unwrap();
-    let judgement = judge(&case, &Options { stress: None, budget: 0.05, ..Options::default() }).unwrap();
-    let asked = claims(&[(&case, &judgement)]).unwrap();
-    let says = |part: &str| asked.iter().find(|claim| claim.says.contains(part)).unwrap();
-    assert_eq!(says("1D beats 2D: ResNet8").outcome, Outcome::CannotBeTested);
+    let judgement =
+        judge(&case, &JudgeOptions { stress: None, budget: 0.05, ..JudgeOptions::default() }).unwrap();
+    let tested = claims(&[(&case, &judgement)]).unwrap();
+    let says = |part: &str| tested.iter().find(|claim| claim.says.contains(part)).unwrap();
+    assert_eq!(says("1D beats 2D: ResNet8").outcome, Verdict::CannotBeTested);
     assert!(says("1D beats 2D: ResNet8").effect.contains("lacks resnet8-lite-2d"));
     let shore = says("commonest error of 2D-Vgg6-Lite");
     assert!(shore.size.is_some_and(f64::is_finite), "{shore:?}");

@@ -1,11 +1,11 @@
-//! What may become less.
+//! Quantities that shrinking can reduce.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::error::Error;
 
-/// What may become less.
+/// A quantity that shrinking can reduce.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Axis {
     /// Channels of a series, fingers, rows and columns of an array.
@@ -29,7 +29,7 @@ impl Axis {
     pub const ALL: [Self; 7] =
         [Self::Sensors, Self::Rate, Self::Window, Self::Bits, Self::Resolution, Self::Width, Self::Depth];
 
-    /// Name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sensors => "sensors",
@@ -42,7 +42,7 @@ impl Axis {
         }
     }
 
-    /// As a heading.
+    /// Returns the name as a heading.
     pub fn title(self) -> &'static str {
         match self {
             Self::Sensors => "Sensors",

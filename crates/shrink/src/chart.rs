@@ -1,16 +1,14 @@
 //! The primary metric against what is left of one thing: on test parts, on inner folds, and where the knee is.
 
 use taxel_judge::Contrast;
-use taxel_judge::Primary;
-use taxel_report::axes::{Frame, Scale, widened};
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, width_of};
+use taxel_report::axes::{AxisScale, PlotFrame, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, TextStyle, width_of};
 use taxel_report::chart::Chart;
 use taxel_report::files::slug;
-use taxel_report::numbers::tick;
+use taxel_report::numbers::{between, tick};
 use taxel_report::palette::{Ink, Paint};
 
-use crate::shrunk::{Curve, Rung, Shrunk};
-use crate::words::margin_words;
+use crate::shrunk::{Curve, CurveStep, Shrunk};
 
 const WIDTH: f64 = 860.0;
 /// Left and right end of the settings.
@@ -20,15 +18,15 @@ const HEIGHTS: (f64, f64) = (64.0, 344.0);
 /// Room between the ends and the first and the last setting.
 const INSET: f64 = 30.0;
 
-/// One point per setting, the whole at the left.
-pub(crate) fn curve<'a>(curve: &'a Curve, shrunk: &'a Shrunk) -> Chart<'a> {
+/// Draws one point per setting, the whole at the left.
+pub(crate) fn curve_chart<'a>(curve: &'a Curve, shrunk: &'a Shrunk) -> Chart<'a> {
     let primary = &shrunk.primary;
     let reading = format!(
         "{} against what is left ({}). Full line: test parts, with 95 % intervals; dashed: inner folds of the training parts, \
          which are trained on less and find the knee. Dotted: {} {} the whole.",
         primary.heading(),
         curve.title.to_lowercase(),
-        margin_words(primary, shrunk.margin),
+        primary.margin(shrunk.margin),
         if primary.loss(1.0) < 0.0 { "below" } else { "above" }
     );
     let name = format!("curve-{}", slug(&curve.axis));
@@ -40,19 +38,20 @@ fn draw(curve: &Curve, shrunk: &Shrunk, paint: Paint) -> Canvas {
     // As much worse than the whole as still suffices.
     let limit = whole.0 - primary.merit(shrunk.margin);
     let mut canvas = Canvas::new(WIDTH, HEIGHTS.1 + 56.0, paint);
-    let scores = |of: fn(&Rung) -> Option<Contrast>| {
-        curve.rungs.iter().map(|rung| of(rung).map(|own| own.score)).collect::<Vec<_>>()
+    let scores = |of: fn(&CurveStep) -> Option<Contrast>| {
+        curve.steps.iter().map(|step| of(step).map(|contrast| contrast.score)).collect::<Vec<_>>()
     };
-    let (outer, inner) = (scores(|rung| rung.outer), scores(|rung| rung.inner));
+    let (outer, inner) = (scores(|step| step.outer), scores(|step| step.inner));
     let known = |values: &[Option<f64>]| values.iter().flatten().copied().collect::<Vec<_>>();
     // What the whole has on inner folds, from any setting beside it.
-    let inner_whole = curve.rungs.iter().find_map(|rung| rung.inner.map(|own| own.score - own.difference));
-    let bars = curve.rungs.iter().filter_map(|rung| rung.outer?.score_interval);
+    let inner_whole =
+        curve.steps.iter().find_map(|step| step.inner.map(|contrast| contrast.score - contrast.difference));
+    let bars = curve.steps.iter().filter_map(|step| step.outer?.score_interval);
     let bars: Vec<f64> = bars.chain(whole.1).flatten().collect();
     let values = [known(&outer), known(&inner), bars, vec![whole.0, limit]].concat();
-    let frame = Frame {
-        x: Scale::linear((0.0, steps(curve)), (ENDS.0 + INSET, ENDS.1 - INSET)),
-        y: Scale::linear(widened(&values, primary.range()), (HEIGHTS.1, HEIGHTS.0)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((0.0, steps(curve)), (ENDS.0 + INSET, ENDS.1 - INSET)),
+        y: AxisScale::linear(widened(&values, primary.range()), (HEIGHTS.1, HEIGHTS.0)),
     };
     draw_axes(&mut canvas, curve, &frame, &primary.axis());
     let limit = frame.y.at(limit);
@@ -70,15 +69,15 @@ fn draw(curve: &Curve, shrunk: &Shrunk, paint: Paint) -> Canvas {
 
 /// Returns the steps from the whole to the smallest setting.
 fn steps(curve: &Curve) -> f64 {
-    curve.rungs.len().max(1) as f64
+    curve.steps.len().max(1) as f64
 }
 
 /// Draws both axes: scores, and the name of each setting below its place.
-fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &Frame, scores: &str) {
-    let wide = Frame { x: Scale::linear((0.0, 1.0), ENDS), y: frame.y };
+fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &PlotFrame, scores: &str) {
+    let wide = PlotFrame { x: AxisScale::linear((0.0, 1.0), ENDS), y: frame.y };
     wide.draw_y(canvas, tick);
     let names: Vec<&str> = std::iter::once(&curve.short)
-        .chain(curve.rungs.iter().map(|rung| &rung.short))
+        .chain(curve.steps.iter().map(|step| &step.short))
         .map(String::as_str)
         .collect();
     wide.draw_x(canvas, &[], tick);
@@ -86,41 +85,44 @@ fn draw_axes(canvas: &mut Canvas, curve: &Curve, frame: &Frame, scores: &str) {
     let widest = names.iter().map(|name| width_of(name, PLAIN.size)).fold(0.0, f64::max);
     let size = if widest > step - 6.0 { 10 } else { PLAIN.size };
     for (at, name) in names.iter().enumerate() {
-        let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, size, ..PLAIN };
+        let look = TextStyle { ink: Ink::Muted, anchor: Anchor::Middle, size, ..PLAIN };
         canvas.text((frame.x.at(at as f64), HEIGHTS.1 + 17.0), name, look);
     }
     wide.titles(canvas, &format!("what is left: {}", curve.title.to_lowercase()), scores);
 }
 
-fn draw_knee(canvas: &mut Canvas, curve: &Curve, frame: &Frame) {
+fn draw_knee(canvas: &mut Canvas, curve: &Curve, frame: &PlotFrame) {
     let Some(knee) = curve.knee else { return };
     let x = frame.x.at(knee as f64 + 1.0);
     canvas.line((x, HEIGHTS.0 - 14.0), (x, HEIGHTS.1), Stroke::of(Ink::Accent, 1.2).dashed((4.0, 3.0)));
-    let look = Type { ink: Ink::Accent, anchor: Anchor::Middle, bold: true, ..PLAIN };
-    canvas.text((x, HEIGHTS.0 - 20.0), &format!("knee: {}", curve.rungs[knee].short), look);
+    let look = TextStyle { ink: Ink::Accent, anchor: Anchor::Middle, bold: true, ..PLAIN };
+    canvas.text((x, HEIGHTS.0 - 20.0), &format!("knee: {}", curve.steps[knee].short), look);
 }
 
 /// Draws a dot with its interval for the whole and for each setting on the test parts.
-fn draw_points(canvas: &mut Canvas, curve: &Curve, shrunk: &Shrunk, frame: &Frame) {
+fn draw_points(canvas: &mut Canvas, curve: &Curve, shrunk: &Shrunk, frame: &PlotFrame) {
     let (primary, whole) = (&shrunk.primary, shrunk.whole);
     let mut points = vec![(0, "whole".to_string(), whole.0, whole.1)];
-    for (at, rung) in curve.rungs.iter().enumerate() {
-        points.extend(rung.outer.map(|own| (at + 1, rung.label.clone(), own.score, own.score_interval)));
+    for (at, step) in curve.steps.iter().enumerate() {
+        points.extend(
+            step.outer.map(|contrast| (at + 1, step.label.clone(), contrast.score, contrast.score_interval)),
+        );
     }
     for (at, label, score, interval) in points {
         let (x, y) = frame.at(at as f64, score);
-        canvas.hover(&format!("{label}: {}{}", primary.value(score), between(primary, interval)), |canvas| {
-            if let Some([low, high]) = interval {
-                let (low, high) = (frame.y.at(low), frame.y.at(high));
-                canvas.line((x, low), (x, high), Stroke::of(Ink::Soft, 2.0));
-            }
-            canvas.circle((x, y), 4.5, Ink::Series(0), Ink::Paper);
-        });
+        canvas.hover(
+            &format!(
+                "{label}: {}{}",
+                primary.value(score),
+                interval.map_or(String::new(), between(primary.show()))
+            ),
+            |canvas| {
+                if let Some([low, high]) = interval {
+                    let (low, high) = (frame.y.at(low), frame.y.at(high));
+                    canvas.line((x, low), (x, high), Stroke::of(Ink::Soft, 2.0));
+                }
+                canvas.circle((x, y), 4.5, Ink::Series(0), Ink::Paper);
+            },
+        );
     }
-}
-
-/// An interval behind its number: ` (1.0 to 3.2)`; nothing where there is none.
-pub(crate) fn between(primary: &Primary, interval: Option<[f64; 2]>) -> String {
-    let show = primary.show();
-    interval.map_or(String::new(), |[low, high]| format!(" ({} to {})", show(low), show(high)))
 }

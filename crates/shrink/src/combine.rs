@@ -5,8 +5,8 @@ use std::slice::from_ref;
 use taxel_judge::{Contrast, Primary};
 use taxel_learn::FoldRecord;
 
-use crate::curves::{Outer, Shared};
-use crate::desk::Desk;
+use crate::cache::Cache;
+use crate::curves::{Context, Outer};
 use crate::error::Result;
 use crate::ladder::{Cut, Ladder};
 use crate::shrunk::{Combined, Curve};
@@ -14,53 +14,50 @@ use crate::shrunk::{Combined, Curve};
 /// Combinations that are tried at most.
 const TRIES: usize = 6;
 
-/// What is left of everything.
+/// A combination that was tested.
 pub struct Together {
-    /// What is taken away on each axis.
+    /// The reduction on each axis.
     pub cuts: Vec<Cut>,
-    /// What is said of it.
+    /// Its scores, in words and numbers.
     pub combined: Combined,
-    /// Its answers to the test parts.
+    /// Its predictions for the test parts.
     pub records: Vec<FoldRecord>,
 }
 
-/// What came of the knees together.
-pub enum Found {
+/// Result of combining all knees.
+pub enum Combining {
     /// A combination that was tested.
     Combination(Box<Together>),
     /// None; in words, what was tried.
     None(Vec<String>),
 }
 
-/// Answers of a combination, beside the whole where they have test parts in common; none where it cannot be trained.
-type Answered = Option<(Vec<FoldRecord>, Option<Contrast>)>;
+/// Predictions of a combination, beside the whole where they have test parts in common; none where it cannot be trained.
+type Tried = Option<(Vec<FoldRecord>, Option<Contrast>)>;
 
 /// Trains the knees of all curves together. Where they lose too much on inner folds, or cannot be trained, the axis that lost
 /// most by itself takes its next larger setting; the last combination that is tried is tested all the same.
 ///
 /// # Errors
-/// What stops everything.
+/// An error that ends the shrinking.
 pub fn together(
-    shared: &Shared,
-    desk: &mut Desk,
+    context: &Context,
+    cache: &mut Cache,
     outers: &[Outer],
     tried: &[(Ladder, Curve)],
-) -> Result<Found> {
-    search(tried, (&shared.primary, shared.margin), &mut |is_inner, cuts| {
-        let answers = match is_inner {
-            true => {
-                desk.expect(outers.iter().map(|outer| outer.inner.len()).sum());
-                shared.on_inner(desk, outers, "together", cuts)
-            }
-            false => {
-                desk.expect(outers.len());
-                shared.on_outer(desk, outers, "together", cuts)
-            }
+) -> Result<Combining> {
+    search(tried, (&context.primary, context.margin), &mut |is_inner, cuts| {
+        let predictions = if is_inner {
+            cache.expect(outers.iter().map(|outer| outer.inner.len()).sum());
+            context.on_inner(cache, outers, "together", cuts)
+        } else {
+            cache.expect(outers.len());
+            context.on_outer(cache, outers, "together", cuts)
         };
-        match answers {
+        match predictions {
             Ok(records) => {
-                let own = shared.beside(outers, is_inner, from_ref(&records))?.pop().flatten();
-                Ok(Some((records, own)))
+                let contrast = context.beside(outers, is_inner, from_ref(&records))?.pop().flatten();
+                Ok(Some((records, contrast)))
             }
             Err(error) if error.is_of_setting() => Ok(None),
             Err(error) => Err(error),
@@ -68,12 +65,13 @@ pub fn together(
     })
 }
 
-/// `ask` trains a combination on inner folds, where the first argument says so, or for the test parts.
+/// Searches the largest combination that suffices. `request` trains a combination: on inner folds where its first
+/// argument is true, else for the test parts.
 fn search(
     tried: &[(Ladder, Curve)],
     (primary, margin): (&Primary, f64),
-    ask: &mut dyn FnMut(bool, &[&Cut]) -> Result<Answered>,
-) -> Result<Found> {
+    request: &mut dyn FnMut(bool, &[&Cut]) -> Result<Tried>,
+) -> Result<Combining> {
     // Position of the setting on each axis that has one.
     let mut chosen: Vec<(usize, usize)> =
         tried.iter().enumerate().filter_map(|(axis, (_, curve))| Some((axis, curve.knee?))).collect();
@@ -85,19 +83,19 @@ fn search(
         let steps: Vec<_> = chosen.iter().map(|&(axis, at)| &tried[axis].0.steps[at]).collect();
         let cuts: Vec<&Cut> = steps.iter().map(|step| &step.cut).collect();
         let parts: Vec<String> = steps.iter().map(|step| step.label.clone()).collect();
-        let inner = ask(true, &cuts)?.and_then(|(_, own)| own);
-        let does = inner.is_some_and(|own| own.suffices(margin, primary));
+        let inner = request(true, &cuts)?.and_then(|(_, contrast)| contrast);
+        let does = inner.is_some_and(|contrast| contrast.suffices(margin, primary));
         let is_last = chosen.len() == 1 || attempt == TRIES;
-        let answered = if does || is_last { ask(false, &cuts)? } else { None };
-        if let Some((records, Some(outer))) = answered {
+        let tried_out = if does || is_last { request(false, &cuts)? } else { None };
+        if let Some((records, Some(outer))) = tried_out {
             let cuts = cuts.into_iter().cloned().collect();
             let combined = Combined { parts, loosened, inner, outer };
-            return Ok(Found::Combination(Box::new(Together { cuts, combined, records })));
+            return Ok(Combining::Combination(Box::new(Together { cuts, combined, records })));
         }
         let lost = match inner {
             Some(_) if does => "could not be trained on whole training parts".into(),
-            Some(own) => {
-                let lost = primary.difference(primary.loss(own.difference));
+            Some(contrast) => {
+                let lost = primary.difference(primary.loss(contrast.difference));
                 format!("lost {lost} on inner folds")
             }
             None => "could not be trained on inner folds".into(),
@@ -105,13 +103,13 @@ fn search(
         loosened.push(format!("Together, {} {lost}.", parts.join("; ")));
         loosen(&mut chosen, primary, tried);
     }
-    Ok(Found::None(loosened))
+    Ok(Combining::None(loosened))
 }
 
-/// The axis whose setting lost most by itself takes the next larger one, or gives up its place.
+/// Gives the axis whose setting lost most by itself the next larger setting, or removes it.
 fn loosen(chosen: &mut Vec<(usize, usize)>, primary: &Primary, tried: &[(Ladder, Curve)]) {
     let lost = |&(axis, at): &(usize, usize)| {
-        tried[axis].1.rungs[at].inner.map_or(0.0, |own| primary.loss(own.difference))
+        tried[axis].1.steps[at].inner.map_or(0.0, |contrast| primary.loss(contrast.difference))
     };
     let most = chosen.iter().enumerate().max_by(|(_, a), (_, b)| lost(a).total_cmp(&lost(b)));
     let Some((place, _)) = most else { return };
@@ -126,12 +124,12 @@ fn loosen(chosen: &mut Vec<(usize, usize)>, primary: &Primary, tried: &[(Ladder,
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
-    use crate::shrunk::Rung;
+    use crate::shrunk::CurveStep;
 
     use super::*;
     use crate::axis::Axis;
     use crate::error::Error;
-    use crate::ladder::Step;
+    use crate::ladder::LadderStep;
 
     fn contrast(difference: f64) -> Contrast {
         let score = 90.0 + difference;
@@ -140,12 +138,12 @@ mod tests {
 
     /// An axis of five settings, the smallest of them its knee; each loses `lost` more than the one before.
     fn axis(axis: Axis, lost: f64) -> (Ladder, Curve) {
-        let step = |at: usize| Step {
+        let step = |at: usize| LadderStep {
             label: format!("{axis} {at}"),
             short: at.to_string(),
             cut: Cut::Set("width", toml::Value::Integer(at as i64)),
         };
-        let rung = |at: usize| Rung {
+        let curve_step = |at: usize| CurveStep {
             label: format!("{axis} {at}"),
             short: at.to_string(),
             kept: vec![],
@@ -156,20 +154,20 @@ mod tests {
         let (whole, short) = ("all".to_string(), "all".to_string());
         let steps = (0..5).map(step).collect();
         let ladder = Ladder { axis, whole: whole.clone(), short: short.clone(), steps };
-        let rungs = (0..5).map(rung).collect();
+        let steps = (0..5).map(curve_step).collect();
         let (name, title) = (axis.name().into(), axis.title().into());
-        (ladder, Curve { axis: name, title, whole, short, rungs, knee: Some(4), words: String::new() })
+        (ladder, Curve { axis: name, title, whole, short, steps, knee: Some(4), words: String::new() })
     }
 
-    /// What is found where inner folds and test parts say so, and how often either was asked.
+    /// Returns the combination found with these losses on inner folds and test parts, and the number of trainings on either.
     fn found(
         tried: &[(Ladder, Curve)],
         inner: impl Fn(&[usize]) -> Option<f64>,
         outer: impl Fn(&[usize]) -> Option<f64>,
-    ) -> (Found, [usize; 2]) {
-        let mut asked = [0, 0];
+    ) -> (Combining, [usize; 2]) {
+        let mut trainings = [0, 0];
         let found = search(tried, (&Primary::default(), 2.0), &mut |is_inner, cuts| {
-            asked[usize::from(!is_inner)] += 1;
+            trainings[usize::from(!is_inner)] += 1;
             let place = |cut: &&Cut| match cut {
                 Cut::Set(_, toml::Value::Integer(at)) => *at as usize,
                 _ => panic!(),
@@ -178,38 +176,38 @@ mod tests {
             let lost = if is_inner { inner(&at) } else { outer(&at) };
             Ok(lost.map(|lost| (vec![], Some(contrast(-lost)))))
         });
-        (found.unwrap(), asked)
+        (found.unwrap(), trainings)
     }
 
     #[test]
     fn the_axis_that_lost_most_is_loosened_until_inner_folds_say_that_it_does() {
         let tried = [axis(Axis::Rate, 0.1), axis(Axis::Bits, 0.3)];
-        let (own, asked) = found(&tried, |at| Some(if at[1] > 2 { 5.0 } else { 1.0 }), |_| Some(1.5));
-        let Found::Combination(own) = own else { panic!() };
-        assert_eq!(own.combined.parts, ["rate 4", "bits 2"]);
-        assert_eq!(own.combined.loosened[0], "Together, rate 4; bits 4 lost 5.0 points on inner folds.");
-        assert_eq!((own.combined.loosened.len(), own.combined.outer), (2, contrast(-1.5)));
-        assert_eq!(asked, [3, 1], "the test parts are asked once");
+        let (outcome, trainings) = found(&tried, |at| Some(if at[1] > 2 { 5.0 } else { 1.0 }), |_| Some(1.5));
+        let Combining::Combination(outcome) = outcome else { panic!() };
+        assert_eq!(outcome.combined.parts, ["rate 4", "bits 2"]);
+        assert_eq!(outcome.combined.loosened[0], "Together, rate 4; bits 4 lost 5.0 points on inner folds.");
+        assert_eq!((outcome.combined.loosened.len(), outcome.combined.outer), (2, contrast(-1.5)));
+        assert_eq!(trainings, [3, 1], "the test parts are asked once");
     }
 
     #[test]
     fn the_last_combination_is_tested_whatever_inner_folds_say() {
         let tried = [axis(Axis::Rate, 0.1), axis(Axis::Bits, 0.1)];
-        let (own, asked) = found(&tried, |_| Some(9.0), |_| Some(9.0));
-        let Found::Combination(own) = own else { panic!() };
-        assert_eq!((own.combined.inner, asked), (Some(contrast(-9.0)), [6, 1]));
+        let (outcome, trainings) = found(&tried, |_| Some(9.0), |_| Some(9.0));
+        let Combining::Combination(outcome) = outcome else { panic!() };
+        assert_eq!((outcome.combined.inner, trainings), (Some(contrast(-9.0)), [6, 1]));
     }
 
     #[test]
     fn a_combination_that_cannot_be_trained_is_loosened_and_stops_nothing() {
         let tried = [axis(Axis::Rate, 0.1), axis(Axis::Bits, 0.3)];
-        let (own, asked) = found(&tried, |_| Some(1.0), |at| (at[1] < 4).then_some(1.0));
-        let Found::Combination(own) = own else { panic!() };
+        let (outcome, trainings) = found(&tried, |_| Some(1.0), |at| (at[1] < 4).then_some(1.0));
+        let Combining::Combination(outcome) = outcome else { panic!() };
         let words = "Together, rate 4; bits 4 could not be trained on whole training parts.";
-        assert_eq!((own.combined.loosened, asked), (vec![words.to_string()], [2, 2]));
-        let (own, asked) = found(&tried, |_| None, |_| None);
-        let Found::None(words) = own else { panic!() };
-        assert_eq!((words.len(), asked), (6, [6, 1]));
+        assert_eq!((outcome.combined.loosened, trainings), (vec![words.to_string()], [2, 2]));
+        let (outcome, trainings) = found(&tried, |_| None, |_| None);
+        let Combining::None(words) = outcome else { panic!() };
+        assert_eq!((words.len(), trainings), (6, [6, 1]));
         assert_eq!(words[0], "Together, rate 4; bits 4 could not be trained on inner folds.");
     }
 
@@ -220,7 +218,7 @@ mod tests {
             Err(Error::Stopped { folder: String::new() })
         });
         assert!(matches!(stopped, Err(Error::Stopped { .. })));
-        let (own, asked) = found(&[], |_| None, |_| None);
-        assert!(matches!(own, Found::None(words) if words.is_empty() && asked == [0, 0]));
+        let (outcome, trainings) = found(&[], |_| None, |_| None);
+        assert!(matches!(outcome, Combining::None(words) if words.is_empty() && trainings == [0, 0]));
     }
 }

@@ -8,20 +8,20 @@ use taxel_learn::{Converter, FoldRecord, Protocol, Reduction, Teacher};
 use taxel_trainer::Variant;
 use toml::Table;
 
-use crate::desk::{Ask, Desk};
+use crate::cache::{Cache, Request};
 use crate::error::{Error, Result};
-use crate::ladder::{Cut, Ladder, Step};
+use crate::ladder::{Cut, Ladder, LadderStep};
 use crate::sensors::{Sensor, kept};
-use crate::shrunk::{Curve, Rung};
+use crate::shrunk::{Curve, CurveStep};
 use crate::words::{knee_words, roughly};
 
 /// Inner folds are numbered so far from all others, for their own random choices.
 const INNER: usize = 1_000_000;
 
-/// What depends on a training part.
+/// Facts that each training part decides for itself.
 #[derive(Debug, Clone)]
-pub struct Part {
-    /// The most important sensor first; empty where nobody has asked.
+pub struct TrainingPart {
+    /// Sensors, the most important first; empty where no axis needs it.
     pub ranking: Vec<usize>,
     /// Lowest and highest reading.
     pub range: [f32; 2],
@@ -39,26 +39,26 @@ pub struct Outer {
     pub whole: FoldRecord,
     /// The whole on its inner folds.
     pub inner_whole: Vec<FoldRecord>,
-    /// What its training part says.
-    pub part: Part,
-    /// Whose answers smaller networks learn from on it; empty until one asks.
+    /// Facts of its training part.
+    pub part: TrainingPart,
+    /// Teacher of the smaller networks on it; empty until one needs it.
     pub teacher: OnceCell<Teacher>,
 }
 
 impl Outer {
-    /// Repetition and fold of its inner fold `at`.
+    /// Returns the repetition and fold of its inner fold `at`.
     pub fn inner_place(&self, at: usize) -> (usize, usize) {
         inner_place(self.place, at)
     }
 }
 
-/// Repetition and fold of the inner fold `at` of the fold at `place`.
+/// Returns the repetition and fold of the inner fold `at` of the fold at `place`.
 pub fn inner_place((repetition, fold): (usize, usize), at: usize) -> (usize, usize) {
     (repetition, INNER * (at + 1) + fold)
 }
 
-/// What all parts of the work know.
-pub struct Shared<'a> {
+/// Facts that all steps of the shrinking share.
+pub struct Context<'a> {
     /// The network or baseline.
     pub name: &'a str,
     /// The samples.
@@ -79,13 +79,13 @@ pub struct Shared<'a> {
     pub hopeless: f64,
     /// Level of significance over a curve.
     pub alpha: f64,
-    /// The most accurate method of the run, from whose answers smaller networks learn.
+    /// The most accurate method of the run: the teacher of smaller networks.
     pub best: String,
 }
 
-impl Shared<'_> {
-    /// What `cuts` leave, for a part.
-    pub fn changes(&self, cuts: &[&Cut], part: &Part) -> Variant {
+impl Context<'_> {
+    /// Returns the settings that remain after `cuts`, for a part.
+    pub fn changes(&self, cuts: &[&Cut], part: &TrainingPart) -> Variant {
         let mut changes = Variant { epochs: self.epochs, ..Variant::default() };
         for cut in cuts {
             let reduce = match cut {
@@ -106,24 +106,25 @@ impl Shared<'_> {
         changes
     }
 
-    /// The settings beside the whole, on inner folds or on test parts.
+    /// Compares the settings with the whole, on inner folds or on test parts.
     pub fn beside(
         &self,
         outers: &[Outer],
         inner: bool,
         settings: &[Vec<FoldRecord>],
     ) -> Result<Vec<Option<Contrast>>> {
-        let whole: Vec<FoldRecord> = match inner {
-            true => outers.iter().flat_map(|outer| outer.inner_whole.iter().cloned()).collect(),
-            false => outers.iter().map(|outer| outer.whole.clone()).collect(),
+        let whole: Vec<FoldRecord> = if inner {
+            outers.iter().flat_map(|outer| outer.inner_whole.iter().cloned()).collect()
+        } else {
+            outers.iter().map(|outer| outer.whole.clone()).collect()
         };
         Ok(contrasts(&whole, settings, self.dataset, &self.protocol, self.seed, self.alpha)?)
     }
 
-    /// Answers of a setting on all inner folds: for those it learns from labels alone.
+    /// Returns the predictions of a setting on all inner folds, where it learns from labels only.
     pub fn on_inner(
         &self,
-        desk: &mut Desk,
+        cache: &mut Cache,
         outers: &[Outer],
         label: &str,
         cuts: &[&Cut],
@@ -133,18 +134,19 @@ impl Shared<'_> {
             let changes = self.changes(cuts, &outer.part);
             for (at, fold) in outer.inner.iter().enumerate() {
                 let place = outer.inner_place(at);
-                let ask = Ask { name: self.name, label, changes: &changes, place, fold, teacher: None };
-                records.push(desk.answers(ask)?);
+                let request =
+                    Request { name: self.name, label, changes: &changes, place, fold, teacher: None };
+                records.push(cache.predictions(request)?);
             }
         }
         Ok(records)
     }
 
-    /// Answers of a setting on all test parts, trained on all of the training parts; a smaller network learns from a teacher
+    /// Returns the predictions of a setting on all test parts, trained on all of the training parts; a smaller network learns from a teacher
     /// too.
     pub fn on_outer(
         &self,
-        desk: &mut Desk,
+        cache: &mut Cache,
         outers: &[Outer],
         label: &str,
         cuts: &[&Cut],
@@ -152,30 +154,29 @@ impl Shared<'_> {
         let is_smaller = cuts.iter().any(|cut| matches!(cut, Cut::Set(..)));
         let mut records = vec![];
         for outer in outers {
-            let teacher = if is_smaller { Some(self.teacher(desk, outer)?) } else { None };
+            let teacher = if is_smaller { Some(self.teacher(cache, outer)?) } else { None };
             let changes = self.changes(cuts, &outer.part);
             let (place, fold) = (outer.place, &outer.fold);
-            let ask = Ask { name: self.name, label, changes: &changes, place, fold, teacher };
-            records.push(desk.answers(ask)?);
+            let request = Request { name: self.name, label, changes: &changes, place, fold, teacher };
+            records.push(cache.predictions(request)?);
         }
         Ok(records)
     }
 
-    /// The best method's answers to a training part: on inner folds, each by a model that has not seen them.
-    fn teacher<'o>(&self, desk: &mut Desk, outer: &'o Outer) -> Result<&'o Teacher> {
+    /// Returns the best method's outputs for a training part: of each inner fold by a model that has not seen it.
+    fn teacher<'o>(&self, cache: &mut Cache, outer: &'o Outer) -> Result<&'o Teacher> {
         if let Some(teacher) = outer.teacher.get() {
             return Ok(teacher);
         }
         let mut teacher = Teacher::new(SHARE, self.dataset.len(), self.dataset.task().outputs());
         let changes = Variant::default();
         for (at, fold) in outer.inner.iter().enumerate() {
-            let record = match self.best == self.name {
-                true => outer.inner_whole[at].clone(),
-                false => {
-                    desk.expect(1);
-                    let (name, label, place) = (self.best.as_str(), "teacher", outer.inner_place(at));
-                    desk.answers(Ask { name, label, changes: &changes, place, fold, teacher: None })?
-                }
+            let record = if self.best == self.name {
+                outer.inner_whole[at].clone()
+            } else {
+                cache.expect(1);
+                let (name, label, place) = (self.best.as_str(), "teacher", outer.inner_place(at));
+                cache.predictions(Request { name, label, changes: &changes, place, fold, teacher: None })?
             };
             teacher.tell(&record.index, record.outcome.outputs());
         }
@@ -183,29 +184,29 @@ impl Shared<'_> {
     }
 }
 
-/// How much a teacher's answers count beside the labels.
+/// Weight of a teacher's outputs beside the labels.
 pub const SHARE: f32 = 0.5;
 
 /// Returns the primary metric over all records together, for a first look.
-fn score(shared: &Shared, records: &[FoldRecord]) -> f64 {
+fn score(context: &Context, records: &[FoldRecord]) -> f64 {
     let outcomes = records.iter().map(|record| &record.outcome);
-    shared.primary.metric().pooled(&shared.dataset.task(), outcomes)
+    context.primary.metric().pooled(&context.dataset.task(), outcomes)
 }
 
 /// Trains every setting of a ladder; the knee is found on inner folds.
 ///
 /// # Errors
-/// What stops everything; a setting that cannot be trained says so in its place.
-pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder) -> Result<Curve> {
+/// An error that ends the shrinking; a setting that cannot be trained keeps its reason.
+pub fn curve(context: &Context, cache: &mut Cache, outers: &[Outer], ladder: &Ladder) -> Result<Curve> {
     let whole: Vec<FoldRecord> = outers.iter().flat_map(|outer| outer.inner_whole.iter().cloned()).collect();
-    let (primary, whole) = (&shared.primary, score(shared, &whole));
+    let (primary, whole) = (&context.primary, score(context, &whole));
     let (mut inner, mut outer, mut refused) = (vec![], vec![], vec![]);
     let mut over: Option<String> = None;
     for step in &ladder.steps {
         let label = format!("{} {}", ladder.axis, step.short);
         let done = match &over {
             Some(reason) => Err(reason.clone()),
-            None => match one(shared, desk, outers, &label, &step.cut) {
+            None => match one(context, cache, outers, &label, &step.cut) {
                 Ok(both) => Ok(both),
                 Err(error) if error.is_of_setting() => Err(format!("could not be tried: {}", said(&error))),
                 Err(error) => return Err(error),
@@ -213,8 +214,8 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
         };
         match done {
             Ok((on_inner, on_outer)) => {
-                let lost = primary.worsening(score(shared, &on_inner), whole);
-                if lost > shared.hopeless {
+                let lost = primary.worsening(score(context, &on_inner), whole);
+                if lost > context.hopeless {
                     let lost = roughly(primary, lost);
                     over.get_or_insert(format!("not tried: {} lost {lost} on inner folds", step.label));
                 }
@@ -229,14 +230,14 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
             }
         }
     }
-    let (inner, outer) = (shared.beside(outers, true, &inner)?, shared.beside(outers, false, &outer)?);
-    let at = knee(&inner, shared.margin, primary);
-    let rungs =
+    let (inner, outer) = (context.beside(outers, true, &inner)?, context.beside(outers, false, &outer)?);
+    let at = knee(&inner, context.margin, primary);
+    let steps =
         ladder.steps.iter().zip(inner).zip(outer).zip(refused).map(|(((step, inner), outer), refused)| {
-            Rung {
+            CurveStep {
                 label: step.label.clone(),
                 short: step.short.clone(),
-                kept: kept_by(shared, outers, step),
+                kept: kept_by(context, outers, step),
                 inner,
                 outer,
                 refused,
@@ -247,37 +248,37 @@ pub fn curve(shared: &Shared, desk: &mut Desk, outers: &[Outer], ladder: &Ladder
         title: ladder.axis.title().into(),
         whole: ladder.whole.clone(),
         short: ladder.short.clone(),
-        rungs: rungs.collect(),
+        steps: steps.collect(),
         knee: at,
         words: String::new(),
     };
-    curve.words = knee_words(&curve, primary, shared.margin);
+    curve.words = knee_words(&curve, primary, context.margin);
     Ok(curve)
 }
 
-/// A setting on inner folds, then on test parts.
+/// Trains a setting on inner folds, then for test parts.
 fn one(
-    shared: &Shared,
-    desk: &mut Desk,
+    context: &Context,
+    cache: &mut Cache,
     outers: &[Outer],
     label: &str,
     cut: &Cut,
 ) -> Result<(Vec<FoldRecord>, Vec<FoldRecord>)> {
-    let inner = shared.on_inner(desk, outers, label, &[cut])?;
-    Ok((inner, shared.on_outer(desk, outers, label, &[cut])?))
+    let inner = context.on_inner(cache, outers, label, &[cut])?;
+    Ok((inner, context.on_outer(cache, outers, label, &[cut])?))
 }
 
-/// What each training part keeps, where they choose.
-fn kept_by(shared: &Shared, outers: &[Outer], step: &Step) -> Vec<String> {
+/// Returns the sensors that each training part keeps, for reductions that they choose.
+fn kept_by(context: &Context, outers: &[Outer], step: &LadderStep) -> Vec<String> {
     match step.cut {
         Cut::Keep(_) => {
-            outers.iter().map(|outer| shared.changes(&[&step.cut], &outer.part).reduce.words()).collect()
+            outers.iter().map(|outer| context.changes(&[&step.cut], &outer.part).reduce.words()).collect()
         }
         _ => vec![],
     }
 }
 
-/// Why a setting cannot be trained, on one line.
+/// Says why a setting cannot be trained, on one line.
 pub fn said(error: &Error) -> String {
     error.to_string().lines().next().unwrap_or_default().to_string()
 }

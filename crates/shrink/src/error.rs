@@ -27,7 +27,7 @@ pub enum Error {
         key: &'static str,
         /// The value given.
         value: String,
-        /// What would do.
+        /// Allowed values, or how to fix it.
         reason: String,
     },
     /// A file or folder.
@@ -53,7 +53,7 @@ impl Error {
         Error::Value { key, value: value.to_string(), reason: reason.into() }
     }
 
-    /// Whether it says that one setting cannot be trained, and others may.
+    /// Checks whether it says that one setting cannot be trained, and others may.
     pub(crate) fn is_of_setting(&self) -> bool {
         use taxel_learn::Error as Learn;
         let learn = |error: &Learn| {

@@ -14,7 +14,7 @@ const MOST: usize = 8;
 /// The same where it has to be quick.
 const FEW: usize = 3;
 
-/// What one setting takes away.
+/// The reduction of one setting.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cut {
     /// So many of the most important sensors are kept; which, each training part says.
@@ -29,48 +29,48 @@ pub enum Cut {
 
 /// One setting.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub struct LadderStep {
     /// `3 of 5 channels`.
     pub label: String,
     /// `3`.
     pub short: String,
-    /// What it takes away.
+    /// The reduction.
     pub cut: Cut,
 }
 
 /// The settings of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ladder {
-    /// What becomes less.
+    /// The quantity that is reduced.
     pub axis: Axis,
-    /// What there is, in words.
+    /// The unreduced quantity, in words.
     pub whole: String,
     /// The same for a chart.
     pub short: String,
     /// From the largest to the smallest.
-    pub steps: Vec<Step>,
+    pub steps: Vec<LadderStep>,
 }
 
-/// What ladders are made of.
-pub struct Facts<'a> {
+/// Facts about samples and network that ladders are made from.
+pub struct LadderInputs<'a> {
     /// The samples.
     pub spec: &'a SampleSpec,
     /// A number of the network's settings, where it has it.
     pub number: &'a dyn Fn(&str) -> Option<usize>,
-    /// What multiplies the network's channels, where something may.
+    /// The multiplier of the network's channels, where it has one.
     pub width_mult: Option<f64>,
-    /// What the network could leave out, where there is anything.
+    /// Blocks or layers that the network could leave out, where there are some.
     pub depth: Option<Depth>,
     /// Whether it has to be quick.
     pub quick: bool,
 }
 
-/// The settings of `axis`.
+/// Returns the settings of `axis`.
 ///
 /// # Errors
 /// Why there are none.
-pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
-    let Facts { spec, number, width_mult, depth, quick } = *facts;
+pub fn ladder(axis: Axis, facts: &LadderInputs) -> Result<Ladder, String> {
+    let LadderInputs { spec, number, width_mult, depth, quick } = *facts;
     let (layout, shape) = (spec.layout, spec.shape.as_slice());
     let (_, readings, _) = spec.around_time();
     let in_time = || match layout.time_axis() {
@@ -92,7 +92,7 @@ pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
             (format!("{readings} readings"), readings.to_string(), windows(spec, readings))
         }
         Axis::Bits => {
-            let step = |bits: u32| Step {
+            let step = |bits: u32| LadderStep {
                 label: plural(bits, "bit"),
                 short: bits.to_string(),
                 cut: Cut::Bits(bits),
@@ -124,22 +124,23 @@ pub fn ladder(axis: Axis, facts: &Facts) -> Result<Ladder, String> {
     Ok(Ladder { axis, whole, short, steps })
 }
 
-/// At most `most` settings, spread evenly, the smallest among them.
-fn thinned(steps: &mut Vec<Step>, most: usize) {
+/// Keeps at most `most` settings, spread evenly, the smallest among them.
+fn thinned(steps: &mut Vec<LadderStep>, most: usize) {
     let all = steps.len();
     if all > most {
-        let kept: Vec<Step> = (1..=most).map(|at| steps[(at * all).div_ceil(most) - 1].clone()).collect();
+        let kept: Vec<LadderStep> =
+            (1..=most).map(|at| steps[(at * all).div_ceil(most) - 1].clone()).collect();
         *steps = kept;
     }
 }
 
-/// Falling numbers below `all` that are these shares of it, and 1.
+/// Returns falling numbers below `all` that are these shares of it, and 1.
 fn falling(all: usize, shares: &[(usize, usize)]) -> Vec<usize> {
     let mut found: Vec<usize> = match all {
         0..=6 => (1..all).rev().collect(),
         _ => shares.iter().map(|(part, of)| (all * part).div_ceil(*of)).chain([1]).collect(),
     };
-    found.retain(|own| (1..all).contains(own));
+    found.retain(|number| (1..all).contains(number));
     found.sort_unstable_by(|a, b| b.cmp(a));
     found.dedup();
     found
@@ -147,8 +148,8 @@ fn falling(all: usize, shares: &[(usize, usize)]) -> Vec<usize> {
 
 const SHARES: [(usize, usize); 8] = [(3, 4), (1, 2), (1, 3), (1, 4), (1, 6), (1, 8), (1, 12), (1, 16)];
 
-fn keep(all: usize, name: &str) -> Vec<Step> {
-    let step = |count: usize| Step {
+fn keep(all: usize, name: &str) -> Vec<LadderStep> {
+    let step = |count: usize| LadderStep {
         label: format!("{count} of {all} {name}"),
         short: count.to_string(),
         cut: Cut::Keep(count),
@@ -167,7 +168,7 @@ fn plural(count: u32, name: &str) -> String {
     if count == 1 { format!("1 {name}") } else { format!("{count} {name}s") }
 }
 
-/// `13 of 50 readings, 25 Hz`.
+/// Returns a rate in words: `13 of 50 readings, 25 Hz`.
 fn of_rate(spec: &SampleSpec, every: usize, readings: usize) -> String {
     let left = readings.div_ceil(every);
     let rate = spec.rate.map_or(String::new(), |rate| format!(", {} Hz", plain(rate / every as f64)));
@@ -176,8 +177,8 @@ fn of_rate(spec: &SampleSpec, every: usize, readings: usize) -> String {
     format!("{of}{rate}")
 }
 
-fn rates(spec: &SampleSpec, readings: usize) -> Vec<Step> {
-    let step = |every: usize| Step {
+fn rates(spec: &SampleSpec, readings: usize) -> Vec<LadderStep> {
+    let step = |every: usize| LadderStep {
         label: of_rate(spec, every, readings),
         short: spec.rate.map_or(readings.div_ceil(every).to_string(), |rate| {
             format!("{} Hz", plain(rate / every as f64))
@@ -188,10 +189,10 @@ fn rates(spec: &SampleSpec, readings: usize) -> Vec<Step> {
     powers.take_while(|every| readings.div_ceil(*every) >= 2).take(MOST).map(step).collect()
 }
 
-fn windows(spec: &SampleSpec, readings: usize) -> Vec<Step> {
+fn windows(spec: &SampleSpec, readings: usize) -> Vec<LadderStep> {
     let step = |window: usize| {
         let time = spec.rate.map_or(String::new(), |rate| format!(", {} s", plain(window as f64 / rate)));
-        Step {
+        LadderStep {
             label: format!("the first {window} of {readings} readings{time}"),
             short: window.to_string(),
             cut: Cut::Reduce(Reduction { window: Some(window), ..Reduction::default() }),
@@ -207,10 +208,10 @@ fn area(layout: Layout, shape: &[usize]) -> Option<[usize; 2]> {
     }
 }
 
-fn pools(rows: usize, columns: usize) -> Vec<Step> {
+fn pools(rows: usize, columns: usize) -> Vec<LadderStep> {
     let step = |side: usize| {
         let left = [rows, columns].map(|all| all.div_ceil(side));
-        Step {
+        LadderStep {
             label: format!("{} × {} of {rows} × {columns} taxels", left[0], left[1]),
             short: format!("{} × {}", left[0], left[1]),
             cut: Cut::Reduce(Reduction { pool: Some(side), ..Reduction::default() }),
@@ -220,18 +221,18 @@ fn pools(rows: usize, columns: usize) -> Vec<Step> {
     [2, 3, 4, 6, 8, 12, 16].into_iter().filter(fits).map(step).collect()
 }
 
-/// A setting of the network.
-fn set(key: &'static str, value: Value, short: impl ToString, label: String) -> Step {
-    Step { label, short: short.to_string(), cut: Cut::Set(key, value) }
+/// Returns a setting of the network.
+fn set(key: &'static str, value: Value, short: impl ToString, label: String) -> LadderStep {
+    LadderStep { label, short: short.to_string(), cut: Cut::Set(key, value) }
 }
 
-fn widths(all: usize) -> Vec<Step> {
-    let halves = (1..).map(|power| all >> power).take_while(|own| *own >= 2).take(5);
-    halves.map(|own| set("width", number_of(own), own, format!("width {own} of {all}"))).collect()
+fn widths(all: usize) -> Vec<LadderStep> {
+    let halves = (1..).map(|power| all >> power).take_while(|width| *width >= 2).take(5);
+    halves.map(|width| set("width", number_of(width), width, format!("width {width} of {all}"))).collect()
 }
 
-/// A half to a sixteenth of the channels that a network has `width_mult` times of.
-fn narrower(width_mult: f64) -> Vec<Step> {
+/// Returns the settings with a half to a sixteenth of the channels, for a network whose channels are multiplied by `width_mult`.
+fn narrower(width_mult: f64) -> Vec<LadderStep> {
     let step = |part: u32| {
         let value = Value::Float(width_mult / f64::from(part));
         set(WIDTH_MULT, value, format!("1/{part}"), format!("1/{part} of the channels"))
@@ -239,13 +240,13 @@ fn narrower(width_mult: f64) -> Vec<Step> {
     [2, 4, 8, 16].map(step).to_vec()
 }
 
-fn blocks(all: usize) -> Vec<Step> {
+fn blocks(all: usize) -> Vec<LadderStep> {
     let fewer = (1..all).rev();
-    fewer.map(|own| set("blocks", number_of(own), own, format!("{own} of {all} blocks"))).collect()
+    fewer.map(|count| set("blocks", number_of(count), count, format!("{count} of {all} blocks"))).collect()
 }
 
-/// Without the last, the last two, … of what the network could leave out.
-fn shallower(depth: Depth) -> Vec<Step> {
+/// Returns the settings without the last, the last two, … of the blocks or layers that may go.
+fn shallower(depth: Depth) -> Vec<LadderStep> {
     let Depth { key, out, left: all } = depth;
     let step = |without: usize| {
         let left = all - without;
@@ -259,8 +260,8 @@ fn depth_name(depth: Depth) -> &'static str {
     if depth.key == WITHOUT_BLOCKS { "identity blocks" } else { "layers that can go" }
 }
 
-fn number_of(own: usize) -> Value {
-    Value::Integer(i64::try_from(own).unwrap_or(i64::MAX))
+fn number_of(count: usize) -> Value {
+    Value::Integer(i64::try_from(count).unwrap_or(i64::MAX))
 }
 
 #[cfg(test)]
@@ -272,8 +273,8 @@ mod tests {
     fn of(axis: Axis, layout: Layout, shape: &[usize], quick: bool) -> Result<Vec<String>, String> {
         let spec = SampleSpec { rate: Some(100.0), ..SampleSpec::new(layout, shape) };
         let number = |key: &str| (key == "width").then_some(64);
-        let facts = Facts { spec: &spec, number: &number, width_mult: None, depth: None, quick };
-        ladder(axis, &facts).map(|own| own.steps.into_iter().map(|step| step.short).collect())
+        let facts = LadderInputs { spec: &spec, number: &number, width_mult: None, depth: None, quick };
+        ladder(axis, &facts).map(|ladder| ladder.steps.into_iter().map(|step| step.short).collect())
     }
 
     #[test]
@@ -297,25 +298,26 @@ mod tests {
     fn a_network_without_a_width_of_its_own_has_shares_of_what_multiplies_it() {
         let spec = SampleSpec::new(Layout::Image, &[28, 50]);
         let of = |width_mult| {
-            let facts = Facts {
+            let facts = LadderInputs {
                 spec: &spec,
                 number: &|_| None,
                 width_mult,
                 depth: Some(Depth { key: WITHOUT_BLOCKS, out: 1, left: 2 }),
                 quick: false,
             };
-            let depth = ladder(Axis::Depth, &facts).map(|own| own.steps);
+            let depth = ladder(Axis::Depth, &facts).map(|ladder| ladder.steps);
             let cuts: Vec<Cut> = depth.unwrap_or_default().into_iter().map(|step| step.cut).collect();
-            assert_eq!(cuts, [2, 3].map(|own| Cut::Set("without_blocks", Value::Integer(own))));
+            assert_eq!(cuts, [2, 3].map(|without| Cut::Set("without_blocks", Value::Integer(without))));
             let plain = Depth { key: WITHOUT_LAYERS, out: 0, left: 2 };
-            let depth = ladder(Axis::Depth, &Facts { depth: Some(plain), ..facts }).map(|own| own.steps);
+            let depth =
+                ladder(Axis::Depth, &LadderInputs { depth: Some(plain), ..facts }).map(|ladder| ladder.steps);
             let labels: Vec<String> = depth.unwrap_or_default().into_iter().map(|step| step.label).collect();
             assert_eq!(labels, ["1 of 2 layers that can go", "0 of 2 layers that can go"]);
-            ladder(Axis::Width, &facts).map(|own| own.steps)
+            ladder(Axis::Width, &facts).map(|ladder| ladder.steps)
         };
         let steps = of(Some(0.5)).unwrap_or_default();
         let cuts: Vec<Cut> = steps.iter().map(|step| step.cut.clone()).collect();
-        let want = [0.25, 0.125, 0.0625, 0.03125].map(|own| Cut::Set("width_mult", Value::Float(own)));
+        let want = [0.25, 0.125, 0.0625, 0.03125].map(|width| Cut::Set("width_mult", Value::Float(width)));
         assert_eq!(cuts, want);
         assert_eq!(steps.first().map(|step| step.label.as_str()), Some("1/2 of the channels"));
         assert!(of(None).is_err_and(|why| why.contains("narrower")));

@@ -3,13 +3,13 @@
 //! [`shrink()`] takes a finished run and one of its networks or baselines and trains it again on less and less:
 //! fewer channels or taxels, readings, bits, a shorter window, larger taxels, a narrower or shallower network. What
 //! is left is chosen on inner folds of each training part, by the rule of [`taxel_judge::choose`]; the test
-//! parts are asked once for each setting and choose nothing. All knees together become a smaller model.
+//! parts are predicted once for each setting and choose nothing. All knees together become a smaller model.
 //!
 //! ```no_run
 //! use std::sync::atomic::AtomicBool;
 //! use taxel_judge::Case;
 //! use taxel_learn::{RunFolder, Silent};
-//! use taxel_shrink::{Axis, Options, shrink};
+//! use taxel_shrink::{Axis, ShrinkOptions, shrink};
 //! use taxel_zoo::Registry;
 //!
 //! let (folder, registry) = (RunFolder::open("runs/glove".as_ref())?, Registry::built_in());
@@ -32,10 +32,10 @@
 //! ```
 
 mod axis;
+mod cache;
 mod chart;
 mod combine;
 mod curves;
-mod desk;
 mod error;
 mod ladder;
 mod options;
@@ -50,9 +50,9 @@ mod words;
 
 pub use axis::Axis;
 pub use error::{Error, Result};
-pub use options::Options;
+pub use options::ShrinkOptions;
 pub use page::shrunk_page;
 pub use plan::Estimate;
 pub use shrink::{Finished, shrink};
-pub use shrunk::{Combined, Curve, Rung, Shrunk, Small, SmallSpeed};
+pub use shrunk::{Combined, Curve, CurveStep, ModelSummary, Shrunk, SmallSpeed};
 pub use words::{knee_words, shrunk_words};

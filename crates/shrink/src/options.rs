@@ -4,8 +4,8 @@ use crate::axis::Axis;
 
 /// How a run is shrunk.
 #[derive(Debug, Clone)]
-pub struct Options {
-    /// What may become less. Default everything.
+pub struct ShrinkOptions {
+    /// Quantities to reduce. Default all.
     pub axes: Vec<Axis>,
     /// A loss that would matter, in percentage points of accuracy, (0, 100], or in the unit of the metric, above 0. None
     /// is 2 percentage points, and for a metric in the unit of a quantity 2 % of what always giving the mean scores.
@@ -24,9 +24,9 @@ pub struct Options {
     pub threads: usize,
 }
 
-impl Default for Options {
+impl Default for ShrinkOptions {
     fn default() -> Self {
-        Options {
+        ShrinkOptions {
             axes: Axis::ALL.to_vec(),
             margin: None,
             alpha: 0.05,

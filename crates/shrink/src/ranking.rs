@@ -1,4 +1,4 @@
-//! Which sensors matter: a trained network asked while some of them say what they say on average.
+//! Importance of sensors: the loss of a trained network while some sensors read their mean.
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::{Dataset, Fold, Targets};
@@ -8,12 +8,12 @@ use taxel_learn::{Model, Predictor};
 use crate::error::Result;
 use crate::sensors::{Sensor, places};
 
-/// Test samples that a network is asked at most.
+/// Test samples that a network predicts at most.
 const ASKED: usize = 200;
 /// Of so many sensors that are left, one goes at a time.
 const AT_ONCE: usize = 8;
 
-/// A network with the samples that it is asked about.
+/// A network with the samples that it predicts.
 struct Witness {
     predictor: Predictor,
     x: ArrayD<f32>,
@@ -22,12 +22,12 @@ struct Witness {
     mean: Vec<f32>,
 }
 
-/// Positions of `sensors`, the most important first. Those go first whose readings, replaced by their mean over the training
-/// samples, cost the least log-loss on the inner test parts, beside those that are gone already; of more than eight that are
-/// left an eighth goes at a time. Each of `models` was trained on the fold beside it.
+/// Returns the positions of `sensors`, the most important first. Those go first whose readings, replaced by their mean over
+/// the training samples, cost the least log-loss on the inner test parts, beside those that are gone already; of more
+/// than eight that are left an eighth goes at a time. Each of `models` was trained on the fold beside it.
 ///
 /// # Errors
-/// What a model refuses.
+/// Samples that a model refuses.
 pub fn ranking(
     models: &[(Model, &Fold)],
     dataset: &Dataset,
@@ -35,7 +35,8 @@ pub fn ranking(
     threads: usize,
 ) -> Result<Vec<usize>> {
     let spec = &dataset.spec;
-    let places: Vec<Vec<usize>> = sensors.iter().map(|own| places(spec.layout, &spec.shape, *own)).collect();
+    let places: Vec<Vec<usize>> =
+        sensors.iter().map(|sensor| places(spec.layout, &spec.shape, *sensor)).collect();
     let witnesses: Vec<Witness> = models
         .iter()
         .map(|(model, fold)| Witness::new(model, fold, dataset, threads))
@@ -94,7 +95,7 @@ impl Witness {
     }
 }
 
-/// One ranking of several: by mean position, of equals the first sensor.
+/// Joins several rankings to one: by mean position, of equals the first sensor.
 pub fn together(rankings: &[Vec<usize>]) -> Vec<usize> {
     let count = rankings.first().map_or(0, Vec::len);
     let mut sums = vec![0; count];

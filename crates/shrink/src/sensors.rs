@@ -14,7 +14,7 @@ pub enum Sensor {
     Column(usize),
 }
 
-/// All sensors of samples of a shape.
+/// Returns all sensors of samples of a shape.
 pub fn sensors(layout: Layout, shape: &[usize]) -> Vec<Sensor> {
     let area = |rows: usize, columns: usize| {
         (0..rows).map(Sensor::Row).chain((0..columns).map(Sensor::Column)).collect()
@@ -28,7 +28,7 @@ pub fn sensors(layout: Layout, shape: &[usize]) -> Vec<Sensor> {
     }
 }
 
-/// What they are called.
+/// Returns the plural name of the sensors.
 pub fn called(layout: Layout) -> &'static str {
     match layout {
         Layout::Features => "features",
@@ -38,43 +38,44 @@ pub fn called(layout: Layout) -> &'static str {
     }
 }
 
-/// Positions of a sensor's readings in a sample, row-major.
+/// Returns the positions of a sensor's readings in a sample, row-major.
 pub fn places(layout: Layout, shape: &[usize], sensor: Sensor) -> Vec<usize> {
     let all: usize = shape.iter().product();
     let (rows, columns) = match shape {
         [.., rows, columns] => (*rows, *columns),
         _ => (1, all),
     };
-    let own = |at: usize| match sensor {
+    let belongs = |at: usize| match sensor {
         Sensor::Channel(channel) => at / (all / shape[0].max(1)).max(1) == channel,
         Sensor::Row(row) => at / columns % rows == row,
         Sensor::Column(column) => at % columns == column,
     };
     debug_assert!(layout.fits(shape), "samples of the layout");
-    (0..all).filter(|at| own(*at)).collect()
+    (0..all).filter(|at| belongs(*at)).collect()
 }
 
-/// The reduction that keeps the first `count` of `ranking`, positions in `sensors` with the most important first. Of an array
-/// it keeps a row and a column at least: where the first `count` are all rows or all columns, one more than `count`.
+/// Returns the reduction that keeps the first `count` of `ranking`, positions in `sensors` with the most important
+/// first. Of an array it keeps a row and a column at least: where the first `count` are all rows or all columns, one
+/// more than `count`.
 pub fn kept(sensors: &[Sensor], ranking: &[usize], count: usize) -> Reduction {
-    let mut own: Vec<Sensor> = ranking.iter().take(count).map(|&at| sensors[at]).collect();
+    let mut kept: Vec<Sensor> = ranking.iter().take(count).map(|&at| sensors[at]).collect();
     let rest = ranking.iter().skip(count).map(|&at| sensors[at]);
     let needed: [fn(&Sensor) -> bool; 2] =
-        [|own| matches!(own, Sensor::Row(_)), |own| matches!(own, Sensor::Column(_))];
+        [|sensor| matches!(sensor, Sensor::Row(_)), |sensor| matches!(sensor, Sensor::Column(_))];
     for is in needed {
-        if sensors.iter().any(is) && !own.iter().any(is) {
-            own.extend(rest.clone().find(is));
+        if sensors.iter().any(is) && !kept.iter().any(is) {
+            kept.extend(rest.clone().find(is));
         }
     }
     let positions = |get: fn(&Sensor) -> Option<usize>| {
-        let mut found: Vec<usize> = own.iter().filter_map(get).collect();
+        let mut found: Vec<usize> = kept.iter().filter_map(get).collect();
         found.sort_unstable();
         (!found.is_empty()).then_some(found)
     };
     Reduction {
-        channels: positions(|own| if let Sensor::Channel(at) = own { Some(*at) } else { None }),
-        rows: positions(|own| if let Sensor::Row(at) = own { Some(*at) } else { None }),
-        columns: positions(|own| if let Sensor::Column(at) = own { Some(*at) } else { None }),
+        channels: positions(|sensor| if let Sensor::Channel(at) = sensor { Some(*at) } else { None }),
+        rows: positions(|sensor| if let Sensor::Row(at) = sensor { Some(*at) } else { None }),
+        columns: positions(|sensor| if let Sensor::Column(at) = sensor { Some(*at) } else { None }),
         ..Reduction::default()
     }
 }

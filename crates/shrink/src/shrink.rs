@@ -11,14 +11,14 @@ use taxel_trainer::{Experiment, Variant};
 use taxel_zoo::Registry;
 
 use crate::axis::Axis;
-use crate::combine::{Found, Together, together};
-use crate::curves::{Outer, Part, SHARE, Shared, curve, said};
-use crate::desk::{Ask, Desk};
+use crate::cache::{Cache, Request};
+use crate::combine::{Combining, Together, together};
+use crate::curves::{Context, Outer, SHARE, TrainingPart, curve, said};
 use crate::error::{Error, Result};
-use crate::ladder::{Cut, Facts, Ladder, ladder};
-use crate::options::Options;
+use crate::ladder::{Cut, Ladder, LadderInputs, ladder};
+use crate::options::ShrinkOptions;
 use crate::page::shrunk_page;
-use crate::plan::{Estimate, Plan};
+use crate::plan::{Division, Estimate};
 use crate::ranking;
 use crate::sensors::sensors;
 use crate::shrunk::{Curve, Shrunk, SmallSpeed};
@@ -35,18 +35,18 @@ const MODEL: &str = "shrunk.safetensors";
 const CONFIG: &str = "shrunk.toml";
 /// Name of the file with everything that was found out.
 const RESULT: &str = "shrink.json";
-/// Name of the file with the times of answers.
+/// Name of the file with the times of predictions.
 const SPEED: &str = "speed.json";
 /// Folder of finished trainings.
 const RECORDS: &str = "records";
 /// A quick look trains for so many times fewer epochs.
 const QUICK_EPOCHS: usize = 4;
 
-/// What came out.
+/// The result of shrinking.
 pub struct Finished {
     /// Everything that was found out.
     pub shrunk: Shrunk,
-    /// How long an answer takes; none where no smaller model was written.
+    /// Time of a prediction; none where no smaller model was written.
     pub speed: Option<SmallSpeed>,
     /// The page.
     pub page: PathBuf,
@@ -62,7 +62,7 @@ pub fn shrink(
     (case, experiment, registry): (&Case, &Experiment, &Registry),
     network: &str,
     out: &Path,
-    options: &Options,
+    options: &ShrinkOptions,
     say: &dyn Fn(&Estimate),
     progress: &dyn Progress,
     cancel: &AtomicBool,
@@ -71,21 +71,21 @@ pub fn shrink(
     // What cannot be trained by itself is refused while nothing is written.
     experiment.variant(network, &Variant::default(), registry)?;
     let dataset = &case.dataset;
-    let shared = shared(case, experiment, network, options)?;
+    let context = context(case, experiment, network, options)?;
     let (ladders, left_out) = ladders(experiment, network, dataset, registry, options);
-    let plan = Plan::new(case, &shared, &ladders, options)?;
+    let plan = Division::new(case, &context, &ladders, options)?;
     let records = prepare(out, options.resume)?;
-    let mut desk = Desk::new((experiment, registry, dataset), records, options.threads, progress, cancel);
-    let estimate = plan.estimate(case, &shared);
+    let mut cache = Cache::new((experiment, registry, dataset), records, options.threads, progress, cancel);
+    let estimate = plan.estimate(case, &context);
     say(&estimate);
-    desk.expect(estimate.trainings);
-    progress.start(plan.samples(case, &shared));
-    let trained = train(&shared, &mut desk, case, plan, ladders);
+    cache.expect(estimate.trainings);
+    progress.start(plan.samples(case, &context));
+    let trained = train(&context, &mut cache, case, plan, ladders);
     progress.finish();
     let trained = trained?;
-    let mut shrunk = gathered(case, &shared, options, left_out, &trained)?;
+    let mut shrunk = gathered(case, &context, options, left_out, &trained)?;
     let mut speed = None;
-    if let (Found::Combination(found), Some(Ok((model, experiment)))) = (trained.found, trained.small) {
+    if let (Combining::Combination(found), Some(Ok((model, experiment)))) = (trained.found, trained.small) {
         let reduction = &experiment.config().encoding.reduce;
         shrunk.models = small::pair(case, &shrunk, &found, &model, reduction)?;
         let interval = found.combined.outer.score_interval;
@@ -100,50 +100,56 @@ pub fn shrink(
     Ok(Finished { shrunk, speed, page, model })
 }
 
-/// What trainings gave.
+/// Results of all trainings.
 struct Trained {
     outers: Vec<Outer>,
     tried: Vec<(Ladder, Curve)>,
-    found: Found,
-    small: Option<Small>,
+    found: Combining,
+    small: Option<SmallerModel>,
 }
 
 /// The smaller model, trained on everything, and its experiment; or why it could not be trained.
-type Small = std::result::Result<(Model, Experiment), String>;
+type SmallerModel = std::result::Result<(Model, Experiment), String>;
 
-/// All trainings, the smaller model's last.
-fn train(shared: &Shared, desk: &mut Desk, case: &Case, plan: Plan, ladders: Vec<Ladder>) -> Result<Trained> {
-    let ranked = ladders.iter().any(|own| own.axis == Axis::Sensors);
-    let outers = plan.outers(shared, desk, ranked)?;
+/// Does all trainings, the smaller model's last.
+fn train(
+    context: &Context,
+    cache: &mut Cache,
+    case: &Case,
+    plan: Division,
+    ladders: Vec<Ladder>,
+) -> Result<Trained> {
+    let ranked = ladders.iter().any(|ladder| ladder.axis == Axis::Sensors);
+    let outers = plan.outers(context, cache, ranked)?;
     let mut tried = vec![];
     for ladder in ladders {
-        let own = curve(shared, desk, &outers, &ladder)?;
-        desk.progress.say(&format!("{}: {}", own.title, own.words));
-        tried.push((ladder, own));
+        let curve = curve(context, cache, &outers, &ladder)?;
+        cache.progress.say(&format!("{}: {}", curve.title, curve.words));
+        tried.push((ladder, curve));
     }
-    let found = together(shared, desk, &outers, &tried)?;
+    let found = together(context, cache, &outers, &tried)?;
     let small = match &found {
-        Found::Combination(own) => Some(small_model(shared, desk, case, &outers, own)?),
-        Found::None(_) => None,
+        Combining::Combination(combination) => Some(small_model(context, cache, case, &outers, combination)?),
+        Combining::None(_) => None,
     };
     Ok(Trained { outers, tried, found, small })
 }
 
-/// What was found out, but for the models and the sentences.
+/// Returns the result without the models and the sentences.
 fn gathered(
     case: &Case,
-    shared: &Shared,
-    options: &Options,
+    context: &Context,
+    options: &ShrinkOptions,
     left_out: Vec<(String, String)>,
     trained: &Trained,
 ) -> Result<Shrunk> {
     let Trained { outers, tried, found, small } = trained;
     let whole: Vec<FoldRecord> = outers.iter().map(|outer| outer.whole.clone()).collect();
     let (protocol, seed) = (&case.results.protocol, case.results.seed);
-    let mut notes = notes(case, shared, outers, options);
+    let mut notes = notes(case, context, outers, options);
     let combined = match found {
-        Found::Combination(own) => Some(own.combined.clone()),
-        Found::None(words) => {
+        Combining::Combination(combination) => Some(combination.combined.clone()),
+        Combining::None(words) => {
             notes.extend(words.iter().cloned());
             None
         }
@@ -155,17 +161,17 @@ fn gathered(
     }
     Ok(Shrunk {
         run: case.results.name.clone(),
-        network: shared.name.into(),
+        network: context.name.into(),
         source: case.results.source.to_string(),
-        samples: shared.dataset.len(),
+        samples: context.dataset.len(),
         protocol: protocol.words(),
         parts: outers.len(),
         inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
-        primary: shared.primary.clone(),
-        margin: shared.margin,
-        alpha: shared.alpha,
+        primary: context.primary.clone(),
+        margin: context.margin,
+        alpha: context.alpha,
         notes,
-        whole: mean_score(&whole, shared.dataset, protocol, seed)?.unwrap_or((0.0, None)),
+        whole: mean_score(&whole, context.dataset, protocol, seed)?.unwrap_or((0.0, None)),
         curves: tried.iter().map(|(_, curve)| curve.clone()).collect(),
         left_out,
         combined,
@@ -179,7 +185,7 @@ fn finish(out: &Path, shrunk: &Shrunk, speed: Option<&SmallSpeed>) -> Result<Pat
     let json =
         |value: serde_json::Result<String>, path: &Path| value.map_err(|error| Error::file(path, error));
     let (result, times) = (out.join(RESULT), out.join(SPEED));
-    let text = named_scores(shrunk).and_then(|own| serde_json::to_string_pretty(&own));
+    let text = named_scores(shrunk).and_then(|value| serde_json::to_string_pretty(&value));
     write(&result, json(text, &result)?.as_bytes())?;
     match speed {
         Some(speed) => write(&times, json(serde_json::to_string_pretty(speed), &times)?.as_bytes())?,
@@ -200,8 +206,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     taxel_base::files::write_whole(path, bytes).map_err(|error| Error::file(path, error))
 }
 
-fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options) -> Result<()> {
-    let Options { margin, alpha, inner, epochs, .. } = *options;
+fn check(case: &Case, experiment: &Experiment, network: &str, options: &ShrinkOptions) -> Result<()> {
+    let ShrinkOptions { margin, alpha, inner, epochs, .. } = *options;
     Criteria { margin, alpha, ..Criteria::default() }.check(&case.primary())?;
     if !(2..=100).contains(&inner) {
         return Err(Error::value("inner", inner, "must be in 2..=100"));
@@ -221,7 +227,7 @@ fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options)
         let reason = format!("is in eight bits: shrink {floats:?}, then quantize the smaller model");
         return Err(Error::value("network", network, reason));
     }
-    let known = || case.results.networks.iter().map(|own| own.network.as_str());
+    let known = || case.results.networks.iter().map(|row| row.network.as_str());
     if case.records(network).next().is_none() {
         let hint = taxel_base::names::hint(network, known());
         return Err(Error::value("network", network, format!("has no finished fold in this run; {hint}")));
@@ -229,9 +235,9 @@ fn check(case: &Case, experiment: &Experiment, network: &str, options: &Options)
     Ok(())
 }
 
-/// The folder with its place for records.
+/// Makes the folder with its place for records.
 fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
-    let is_used = out.read_dir().is_ok_and(|mut own| own.next().is_some());
+    let is_used = out.read_dir().is_ok_and(|mut entries| entries.next().is_some());
     if is_used && !resume {
         return Err(Error::file(
             out,
@@ -243,24 +249,24 @@ fn prepare(out: &Path, resume: bool) -> Result<PathBuf> {
     Ok(records)
 }
 
-fn shared<'a>(
+fn context<'a>(
     case: &'a Case,
     experiment: &Experiment,
     network: &'a str,
-    options: &Options,
-) -> Result<Shared<'a>> {
+    options: &ShrinkOptions,
+) -> Result<Context<'a>> {
     let (primary, chance) = (case.primary(), case.chance()?);
     let spec = &case.dataset.spec;
-    let fewer = || experiment.network(network).map(|own| own.train.epochs.div_ceil(QUICK_EPOCHS));
+    let fewer = || experiment.network(network).map(|network| network.train.epochs.div_ceil(QUICK_EPOCHS));
     let epochs = options.epochs.or(options.quick.then(fewer).flatten());
-    let is_sound = |own: &&NetworkResults| {
+    let is_sound = |row: &&NetworkResults| {
         // A row in eight bits is no network of the experiment: inner folds cannot train it.
-        own.hardening.is_none() && own.quantized.is_none() && own.diverged == 0
+        row.hardening.is_none() && row.quantized.is_none() && row.diverged == 0
     };
     let sound = case.results.networks.iter().filter(is_sound);
-    let merit = |own: &&NetworkResults| own.primary().map_or(f64::NEG_INFINITY, |score| primary.merit(score));
-    let best = sound.max_by(|a, b| merit(a).total_cmp(&merit(b))).map_or(network, |own| own.network.as_str());
-    Ok(Shared {
+    let merit = |row: &&NetworkResults| row.primary().map_or(f64::NEG_INFINITY, |score| primary.merit(score));
+    let best = sound.max_by(|a, b| merit(a).total_cmp(&merit(b))).map_or(network, |row| row.network.as_str());
+    Ok(Context {
         name: network,
         dataset: &case.dataset,
         sensors: sensors(spec.layout, &spec.shape),
@@ -276,79 +282,79 @@ fn shared<'a>(
     })
 }
 
-/// A ladder for each axis, and why others have none.
+/// Returns a ladder for each axis, and why others have none.
 fn ladders(
     experiment: &Experiment,
     network: &str,
     dataset: &Dataset,
     registry: &Registry,
-    options: &Options,
+    options: &ShrinkOptions,
 ) -> (Vec<Ladder>, Vec<(String, String)>) {
     let number = |key: &str| experiment.number(network, key, registry);
     let width_mult = experiment.width_mult(network, registry);
     let depth = experiment.depth(network, registry);
     let spec = &dataset.spec;
-    let facts = Facts { spec, number: &number, width_mult, depth, quick: options.quick };
+    let facts = LadderInputs { spec, number: &number, width_mult, depth, quick: options.quick };
     let (mut found, mut left_out) = (vec![], vec![]);
     let wanted: BTreeSet<Axis> = options.axes.iter().copied().collect();
     for axis in wanted {
         match ladder(axis, &facts) {
-            Ok(own) => found.push(own),
+            Ok(ladder) => found.push(ladder),
             Err(reason) => left_out.push((axis.title().to_string(), reason)),
         }
     }
     (found, left_out)
 }
 
-/// The smaller model, trained on everything, and its experiment.
+/// Trains the smaller model on everything. Returns it with its experiment.
 fn small_model(
-    shared: &Shared,
-    desk: &mut Desk,
+    context: &Context,
+    cache: &mut Cache,
     case: &Case,
     outers: &[Outer],
     found: &Together,
-) -> Result<Small> {
-    let dataset = shared.dataset;
+) -> Result<SmallerModel> {
+    let dataset = context.dataset;
     let all: Vec<usize> = (0..dataset.len()).collect();
     let facts = sensor(dataset, &all).sensor;
     let rankings: Vec<Vec<usize>> = outers.iter().map(|outer| outer.part.ranking.clone()).collect();
-    let part = Part { ranking: ranking::together(&rankings), range: [facts.low, facts.high] };
+    let part = TrainingPart { ranking: ranking::together(&rankings), range: [facts.low, facts.high] };
     let cuts: Vec<&Cut> = found.cuts.iter().collect();
-    let changes = shared.changes(&cuts, &part);
-    // What the run's folds answered to samples that they had not seen.
+    let changes = context.changes(&cuts, &part);
+    // Its outputs are those of the run's folds for samples that they had not seen.
     let teacher = cuts.iter().any(|cut| matches!(cut, Cut::Set(..))).then(|| {
         let mut teacher = Teacher::new(SHARE, dataset.len(), dataset.task().outputs());
-        case.records(&shared.best).for_each(|own| teacher.tell(&own.index, own.outcome.outputs()));
+        case.records(&context.best).for_each(|record| teacher.tell(&record.index, record.outcome.outputs()));
         teacher
     });
     let fold = Fold { train: all, test: vec![], validation: vec![] };
     // No fold of the run has this number.
     let place = (0, u32::MAX as usize);
-    let ask = Ask {
-        name: shared.name,
+    let request = Request {
+        name: context.name,
         label: "smaller model",
         changes: &changes,
         place,
         fold: &fold,
         teacher: teacher.as_ref(),
     };
-    desk.expect(1);
-    match desk.train(ask) {
-        Ok(own) if own.record.diverged => Ok(Err("its loss ended far above that of guessing".into())),
-        Ok(own) => Ok(Ok((own.model.of_everything(), desk.alone(&ask)?.clone()))),
+    cache.expect(1);
+    match cache.train(request) {
+        Ok(tested) if tested.record.diverged => Ok(Err("its loss ended far above that of guessing".into())),
+        Ok(tested) => Ok(Ok((tested.model.of_everything(), cache.experiment_of(&request)?.clone()))),
         Err(error) if error.is_of_setting() => Ok(Err(said(&error))),
         Err(error) => Err(error),
     }
 }
 
-/// What was done in less time than the run would ask.
-fn notes(case: &Case, shared: &Shared, outers: &[Outer], options: &Options) -> Vec<String> {
+/// Says where time was saved: fewer parts, epochs or inner folds than a full look.
+fn notes(case: &Case, context: &Context, outers: &[Outer], options: &ShrinkOptions) -> Vec<String> {
     let mut notes = vec![];
-    let all = case.records(shared.name).count();
+    let all = case.records(context.name).count();
     if outers.len() < all {
         notes.push(format!("A quick look: {} of {all} test parts, with few settings.", outers.len()));
     }
-    if let Some(epochs) = shared.epochs {
+    if let Some(epochs) = context.epochs {
         notes.push(format!(
             "Everything was trained for {epochs} epochs, the whole too, and not as long as in the run: what a full training \
              needs may be less or more."

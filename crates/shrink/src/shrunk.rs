@@ -5,17 +5,17 @@ use taxel_judge::{Contrast, Primary};
 
 /// One setting of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Rung {
-    /// What is left, in words: `3 of 5 channels`.
+pub struct CurveStep {
+    /// The rest, in words: `3 of 5 channels`.
     pub label: String,
     /// The same for an axis of a chart: `3`.
     pub short: String,
-    /// What was kept, where folds choose for themselves: one entry per outer fold.
+    /// Sensors kept, where folds choose for themselves: one entry per outer fold.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kept: Vec<String>,
     /// On inner folds of the training parts: by this the knee is found.
     pub inner: Option<Contrast>,
-    /// On the test parts, each asked once: by this the knee is reported.
+    /// On the test parts, each predicted once: by this the knee is reported.
     pub outer: Option<Contrast>,
     /// That it could not be trained or was not tried, and why, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -25,16 +25,17 @@ pub struct Rung {
 /// Less and less of one thing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// What becomes less: `sensors`, `rate`, …
+    /// The quantity that is reduced: `sensors`, `rate`, …
     pub axis: String,
     /// The same as a heading.
     pub title: String,
-    /// What there is, in words: `5 channels`.
+    /// The unreduced quantity, in words: `5 channels`.
     pub whole: String,
     /// The same for an axis of a chart.
     pub short: String,
     /// From the largest to the smallest.
-    pub rungs: Vec<Rung>,
+    #[serde(rename = "rungs")]
+    pub steps: Vec<CurveStep>,
     /// The smallest that suffices, by position; none where all is needed.
     pub knee: Option<usize>,
     /// The knee in a sentence, with its evidence.
@@ -42,12 +43,12 @@ pub struct Curve {
     pub words: String,
 }
 
-/// What a model is and costs.
+/// Reads, scores and costs of a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Small {
+pub struct ModelSummary {
     /// Which of the two.
     pub name: String,
-    /// What it reads of a recording, in words.
+    /// Part of a recording that it reads, in words.
     pub reads: String,
     /// Values of a raw sample that it reads.
     pub readings: usize,
@@ -59,17 +60,17 @@ pub struct Small {
     pub score_interval: Option<[f64; 2]>,
     /// Trained values.
     pub parameters: u64,
-    /// Multiply-accumulates of one answer.
+    /// Multiply-accumulates of one prediction.
     pub macs: u64,
     /// Bytes of parameters and batch-norm statistics in f32.
     pub bytes: u64,
 }
 
-/// How long an answer of each model takes, from raw recording to prediction, on one thread: it differs from machine to
+/// Time of a prediction by each model, from raw recording to prediction, on one thread: it differs from machine to
 /// machine, and is kept apart from the rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SmallSpeed {
-    /// Half of the answers of the whole took no longer, in ms.
+    /// Half of the predictions of the whole took no longer, in ms.
     pub whole_p50_ms: f64,
     /// 95 % did not.
     pub whole_p95_ms: f64,
@@ -82,7 +83,7 @@ pub struct SmallSpeed {
 /// All knees together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Combined {
-    /// What is left on each axis, in words.
+    /// The rest on each axis, in words.
     pub parts: Vec<String>,
     /// Combinations that were tried before on inner folds and lost too much, in words.
     pub loosened: Vec<String>,
@@ -116,8 +117,7 @@ pub struct Shrunk {
     pub margin: f64,
     /// Level of significance over a curve.
     pub alpha: f64,
-    /// What was done in less time than the run would ask, and combinations that could not be trained where none is left, in
-    /// words.
+    /// Where time was saved, and combinations that could not be trained, in words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// The whole on the test parts: primary metric, and its 95 % interval.
@@ -129,7 +129,7 @@ pub struct Shrunk {
     /// The knees together; none where nothing may go.
     pub combined: Option<Combined>,
     /// The whole and the smaller model; empty where nothing may go.
-    pub models: Vec<Small>,
+    pub models: Vec<ModelSummary>,
     /// The result in sentences.
     pub words: Vec<String>,
 }

@@ -7,12 +7,12 @@ use taxel_learn::{Costs, FoldRecord, Model, Reduction, Score};
 
 use crate::combine::Together;
 use crate::error::{Error, Result};
-use crate::shrunk::{Shrunk, Small, SmallSpeed};
+use crate::shrunk::{ModelSummary, Shrunk, SmallSpeed};
 
 /// Seconds that timing a model takes at most.
 const BUDGET: f64 = 2.0;
 
-/// Both models of a shrunk run: of the smaller one what was `found`, trained on everything.
+/// Returns both models of a shrunk run: of the smaller one what was `found`, trained on everything.
 ///
 /// # Errors
 /// A reduction that does not fit the samples.
@@ -22,19 +22,22 @@ pub fn pair(
     found: &Together,
     model: &Model,
     reduction: &Reduction,
-) -> Result<Vec<Small>> {
+) -> Result<Vec<ModelSummary>> {
     let spec = &case.dataset.spec;
     let plan = reduction.plan(spec.layout, &spec.shape);
     let plan = plan.map_err(|error| Error::value("axes", reduction.words(), error.to_string()))?;
-    let row = case.results.networks.iter().find(|own| own.network == shrunk.network);
-    let whole = row.map_or(Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }, |own| own.costs);
+    let row = case.results.networks.iter().find(|row| row.network == shrunk.network);
+    let whole = row.map_or(Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }, |row| row.costs);
     // A baseline has no graph, and says what it costs; as in the table of a run, the most that any fold needs.
-    let fitted =
-        found.records.iter().filter_map(|own| own.costs).max_by_key(|own| (own.macs, own.parameters));
+    let fitted = found
+        .records
+        .iter()
+        .filter_map(|record| record.costs)
+        .max_by_key(|costs| (costs.macs, costs.parameters));
     let costs = model.card().graph().map(|graph| graph.cost().into()).or(fitted).unwrap_or(whole);
     let small = |name: &str, reads: String, readings, (score, score_interval), costs: Costs| {
         let Costs { parameters, bytes, macs, .. } = costs;
-        Small { name: name.into(), reads, readings, score, score_interval, parameters, macs, bytes }
+        ModelSummary { name: name.into(), reads, readings, score, score_interval, parameters, macs, bytes }
     };
     let outer = &found.combined.outer;
     let scored = (outer.score, outer.score_interval);
@@ -44,7 +47,7 @@ pub fn pair(
     ])
 }
 
-/// How long an answer of either takes, on this machine.
+/// Measures how long a prediction of either takes on this machine.
 ///
 /// # Errors
 /// A model that cannot be read, or that refuses a sample.
@@ -64,7 +67,7 @@ pub fn speed(case: &Case, network: &str, small: &Model) -> Result<SmallSpeed> {
     })
 }
 
-/// What the smaller model's recipe scored on the test parts.
+/// Returns the score of the smaller model's recipe on the test parts.
 ///
 /// # Errors
 /// Damaged records.

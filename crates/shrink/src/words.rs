@@ -1,57 +1,51 @@
-//! What a curve says in a sentence, and all of them together.
+//! Sentences for a curve, and for all of them together.
 
 use taxel_judge::{Contrast, Primary};
-use taxel_report::numbers::digits;
+use taxel_report::numbers::{between, digits};
 
 use crate::shrunk::{Curve, Shrunk};
 
-/// `-0.4 points (-1.9 to +1.1)`.
-fn difference(primary: &Primary, own: &Contrast) -> String {
+/// Returns a difference in words: `-0.4 points (-1.9 to +1.1)`.
+fn difference(primary: &Primary, contrast: &Contrast) -> String {
     let signed = primary.show_signed();
-    let interval =
-        own.interval.map_or(String::new(), |[low, high]| format!(" ({} to {})", signed(low), signed(high)));
-    format!("{}{interval}", with_unit(primary, signed(zero(primary, own.difference))))
+    let interval = contrast.interval.map_or(String::new(), between(signed));
+    format!("{}{interval}", with_unit(primary, signed(zero(primary, contrast.difference))))
 }
 
-/// `lost 3.1 points (1.0 to 5.2)`.
-fn loss(primary: &Primary, own: &Contrast) -> String {
-    let (show, lost) = (primary.show(), primary.loss(own.difference));
-    let interval = own.interval.map_or(String::new(), |bounds| {
+/// Returns a loss in words: `lost 3.1 points (1.0 to 5.2)`.
+fn loss(primary: &Primary, contrast: &Contrast) -> String {
+    let (show, lost) = (primary.show(), primary.loss(contrast.difference));
+    let interval = contrast.interval.map_or(String::new(), |bounds| {
         let [low, high] = primary.losses(bounds).map(|bound| show(zero(primary, bound)));
         format!(" ({low} to {high})")
     });
     if lost > 0.0 {
         format!("lost {}{interval}", with_unit(primary, show(lost)))
     } else {
-        format!("lost nothing ({})", difference(primary, own))
+        format!("lost nothing ({})", difference(primary, contrast))
     }
 }
 
-/// `3.1 points`, `0.12 N`.
+/// Returns a number with the unit of differences: `3.1 points`, `0.12 N`.
 fn with_unit(primary: &Primary, number: String) -> String {
     format!("{number} {}", primary.points()).trim_end().into()
 }
 
-/// No `-0.0`.
+/// Returns 0 for values that would print as `-0.0`.
 fn zero(primary: &Primary, value: f64) -> f64 {
     if primary.is_percent() && value.abs() < 0.05 { 0.0 } else { value }
 }
 
-/// A large loss: `30 points`, `1.25 N`.
+/// Returns a large loss in words: `30 points`, `1.25 N`.
 pub fn roughly(primary: &Primary, loss: f64) -> String {
     with_unit(primary, if primary.is_percent() { format!("{loss:.0}") } else { digits(loss) })
-}
-
-/// The margin as it was asked for: `2 points`.
-pub fn margin_words(primary: &Primary, margin: f64) -> String {
-    with_unit(primary, if primary.is_percent() { margin.to_string() } else { digits(margin) })
 }
 
 /// Names the knee of a curve with its evidence: how it does on the test parts, and what the next smaller setting loses.
 pub fn knee_words(curve: &Curve, primary: &Primary, margin: f64) -> String {
     let at = curve.knee.map_or(0, |knee| knee + 1);
-    let next = curve.rungs.get(at).map(|rung| {
-        let part = match (&rung.refused, rung.inner, rung.outer) {
+    let next = curve.steps.get(at).map(|step| {
+        let part = match (&step.refused, step.inner, step.outer) {
             (Some(reason), ..) => reason.clone(),
             (_, Some(inner), Some(outer)) => {
                 let (outer, inner) = (loss(primary, &outer), loss(primary, &inner));
@@ -60,9 +54,9 @@ pub fn knee_words(curve: &Curve, primary: &Primary, margin: f64) -> String {
             (_, Some(inner), None) => format!("{} on inner folds", loss(primary, &inner)),
             _ => "was not tried".into(),
         };
-        format!("{}: {part}", rung.label)
+        format!("{}: {part}", step.label)
     });
-    let Some(knee) = curve.knee.and_then(|knee| curve.rungs.get(knee)) else {
+    let Some(knee) = curve.knee.and_then(|knee| curve.steps.get(knee)) else {
         let next = next.map_or(String::new(), |next| format!("; {next}"));
         return format!("Nothing may go of {}{next}.", curve.whole);
     };
@@ -72,13 +66,14 @@ pub fn knee_words(curve: &Curve, primary: &Primary, margin: f64) -> String {
         (None, None) => "no evidence".into(),
     };
     let next = next.map_or("; nothing smaller was tried".into(), |next| format!("; {next}"));
-    let evidence = match knee.outer.and_then(|own| own.interval).map(|bounds| primary.losses(bounds)[1]) {
-        // The same question as of a choice: could a loss that matters have been missed?
-        Some(most) if most > margin => {
-            format!("{evidence}, where a loss of {} could have been missed", primary.show()(most))
-        }
-        _ => evidence,
-    };
+    let evidence =
+        match knee.outer.and_then(|contrast| contrast.interval).map(|bounds| primary.losses(bounds)[1]) {
+            // The same question as of a choice: could a loss that matters have been missed?
+            Some(most) if most > margin => {
+                format!("{evidence}, where a loss of {} could have been missed", primary.show()(most))
+            }
+            _ => evidence,
+        };
     let doubt = match knee.outer {
         Some(outer) if !outer.suffices(margin, primary) => {
             ". The test parts do not bear out what the inner folds said: take the next larger setting"
@@ -88,16 +83,15 @@ pub fn knee_words(curve: &Curve, primary: &Primary, margin: f64) -> String {
     format!("{} suffice: {evidence}{next}{doubt}.", knee.label)
 }
 
-/// The result in sentences: what may go, what it costs, what is saved.
+/// Returns the result in sentences: what may go, what it costs, what is saved.
 pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
     let mut words: Vec<String> =
         shrunk.curves.iter().map(|curve| format!("{}: {}", curve.title, curve.words)).collect();
     let Some(combined) = &shrunk.combined else {
-        words.push(match shrunk.curves.iter().any(|curve| curve.knee.is_some()) {
-            true => {
-                "What suffices by itself could not be trained together; no smaller model was written.".into()
-            }
-            false => format!("{} needs all that was tried; no smaller model was written.", shrunk.network),
+        words.push(if shrunk.curves.iter().any(|curve| curve.knee.is_some()) {
+            "What suffices by itself could not be trained together; no smaller model was written.".into()
+        } else {
+            format!("{} needs all that was tried; no smaller model was written.", shrunk.network)
         });
         return words;
     };
@@ -106,8 +100,8 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
     words.push(format!("All together ({}): {evidence} on the test parts.", combined.parts.join("; ")));
     let inner = match combined.inner {
         None => Some("could not be trained on inner folds".into()),
-        Some(own) if own.suffices(shrunk.margin, primary) => None,
-        Some(own) => Some(format!("{} on inner folds, too much", loss(primary, &own))),
+        Some(contrast) if contrast.suffices(shrunk.margin, primary) => None,
+        Some(contrast) => Some(format!("{} on inner folds, too much", loss(primary, &contrast))),
     };
     if let Some(inner) = &inner {
         words.push(format!(
@@ -119,11 +113,11 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
         let unseen = if inner.is_none() { ", which the inner folds did not show" } else { "" };
         words.push(format!(
             "Together they lose more on the test parts than {}{unseen}: ship it only if that does not matter.",
-            margin_words(primary, shrunk.margin)
+            primary.margin(shrunk.margin)
         ));
     }
     if let [whole, small] = shrunk.models.as_slice() {
-        let share = |own: u64, all: u64| 100.0 * own as f64 / all.max(1) as f64;
+        let share = |part: u64, all: u64| 100.0 * part as f64 / all.max(1) as f64;
         words.push(format!(
             "The smaller model reads {} of {} values of a recording and takes {:.0} % of the multiply-accumulates and {:.0} % of the \
              parameters.",
@@ -139,7 +133,7 @@ pub fn shrunk_words(shrunk: &Shrunk) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shrunk::{Combined, Rung};
+    use crate::shrunk::{Combined, CurveStep};
 
     fn contrast(difference: f64, half: f64) -> Option<Contrast> {
         Some(Contrast {
@@ -152,8 +146,8 @@ mod tests {
         })
     }
 
-    fn rung(left: usize, by: f64) -> Rung {
-        Rung {
+    fn step(left: usize, by: f64) -> CurveStep {
+        CurveStep {
             label: format!("{left} of 28 channels"),
             short: left.to_string(),
             kept: vec![],
@@ -163,45 +157,45 @@ mod tests {
         }
     }
 
-    fn curve(knee: Option<usize>, rungs: Vec<Rung>) -> Curve {
+    fn curve(knee: Option<usize>, steps: Vec<CurveStep>) -> Curve {
         let (axis, title) = ("sensors".into(), "Sensors".into());
         let (whole, short) = ("28 channels".into(), "28".into());
-        Curve { axis, title, whole, short, rungs, knee, words: String::new() }
+        Curve { axis, title, whole, short, steps, knee, words: String::new() }
     }
 
     #[test]
     fn a_knee_is_named_with_numbers() {
-        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), rung(6, -3.1)]), &Primary::default(), 2.0);
+        let words = knee_words(&curve(Some(0), vec![step(7, -0.4), step(6, -3.1)]), &Primary::default(), 2.0);
         assert_eq!(
             words,
             "7 of 28 channels suffice: -0.4 points (-1.9 to +1.1) on the test parts; 6 of 28 channels: lost 3.1 points \
              (1.6 to 4.6) on the test parts (lost 3.1 points (1.1 to 5.1) on inner folds)."
         );
-        let all = knee_words(&curve(None, vec![rung(7, -5.0)]), &Primary::default(), 2.0);
+        let all = knee_words(&curve(None, vec![step(7, -5.0)]), &Primary::default(), 2.0);
         assert!(all.starts_with("Nothing may go of 28 channels; 7 of 28 channels: lost 5.0"), "{all}");
     }
 
     #[test]
     fn a_knee_says_what_loss_could_have_been_missed() {
-        let mut own = curve(Some(0), vec![rung(7, -0.4)]);
-        own.rungs[0].outer = contrast(-0.4, 9.0);
-        let words = knee_words(&own, &Primary::default(), 2.0);
+        let mut curve = curve(Some(0), vec![step(7, -0.4)]);
+        curve.steps[0].outer = contrast(-0.4, 9.0);
+        let words = knee_words(&curve, &Primary::default(), 2.0);
         assert!(words.contains("on the test parts, where a loss of 9.4 could have been missed;"), "{words}");
     }
 
     #[test]
     fn a_next_setting_that_was_not_trained_says_why_once() {
         let reason = "not tried: 7 of 28 channels lost 30 points on inner folds";
-        let next = Rung { inner: None, outer: None, refused: Some(reason.into()), ..rung(6, 0.0) };
-        let words = knee_words(&curve(Some(0), vec![rung(7, -0.4), next]), &Primary::default(), 40.0);
+        let next = CurveStep { inner: None, outer: None, refused: Some(reason.into()), ..step(6, 0.0) };
+        let words = knee_words(&curve(Some(0), vec![step(7, -0.4), next]), &Primary::default(), 40.0);
         assert!(words.ends_with(&format!("; 6 of 28 channels: {reason}.")), "{words}");
     }
 
     #[test]
     fn a_knee_that_the_test_parts_contradict_says_so() {
-        let mut own = curve(Some(0), vec![rung(7, -0.4)]);
-        own.rungs[0].outer = contrast(-4.0, 1.0);
-        let words = knee_words(&own, &Primary::default(), 2.0);
+        let mut curve = curve(Some(0), vec![step(7, -0.4)]);
+        curve.steps[0].outer = contrast(-4.0, 1.0);
+        let words = knee_words(&curve, &Primary::default(), 2.0);
         assert!(words.contains("do not bear out") && words.contains("nothing smaller was tried"), "{words}");
     }
 
@@ -220,7 +214,7 @@ mod tests {
             alpha: 0.05,
             notes: vec![],
             whole: (90.0, None),
-            curves: vec![curve(Some(0), vec![rung(7, -0.4)])],
+            curves: vec![curve(Some(0), vec![step(7, -0.4)])],
             left_out: vec![],
             combined: together.map(|(inner, outer)| Combined {
                 parts: vec!["7 of 28 channels".into(), "2 bits".into()],
@@ -241,30 +235,33 @@ mod tests {
         };
         let all = "All together (7 of 28 channels; 2 bits): -1.0 points (-2.0 to +0.0) on the test parts.";
         assert_eq!(of(little, little), all);
-        let own = of(much, little);
+        let words = of(much, little);
         assert!(
-            own.contains("Together they lost 4.0 points (3.0 to 5.0) on inner folds, too much, and no"),
-            "{own}"
+            words.contains("Together they lost 4.0 points (3.0 to 5.0) on inner folds, too much, and no"),
+            "{words}"
         );
-        assert!(!own.contains("more on the test parts"), "{own}");
-        let own = of(little, much);
+        assert!(!words.contains("more on the test parts"), "{words}");
+        let words = of(little, much);
         assert!(
-            own.contains("more on the test parts than 2 points, which the inner folds did not show: "),
-            "{own}"
+            words.contains("more on the test parts than 2 points, which the inner folds did not show: "),
+            "{words}"
         );
-        assert!(!own.contains("on inner folds"), "{own}");
-        let own = of(much, much);
-        assert!(own.contains("on inner folds, too much") && own.contains("than 2 points: ship"), "{own}");
+        assert!(!words.contains("on inner folds"), "{words}");
+        let words = of(much, much);
+        assert!(
+            words.contains("on inner folds, too much") && words.contains("than 2 points: ship"),
+            "{words}"
+        );
         assert!(of(None, little).contains("Together they could not be trained on inner folds, and no"));
     }
 
     #[test]
     fn no_combination_says_whether_anything_may_go_by_itself() {
-        let mut own = shrunk(None);
+        let mut shrunk = shrunk(None);
         assert!(
-            shrunk_words(&own)[1].starts_with("What suffices by itself could not be trained together; no")
+            shrunk_words(&shrunk)[1].starts_with("What suffices by itself could not be trained together; no")
         );
-        own.curves[0].knee = None;
-        assert_eq!(shrunk_words(&own)[1], "mlp needs all that was tried; no smaller model was written.");
+        shrunk.curves[0].knee = None;
+        assert_eq!(shrunk_words(&shrunk)[1], "mlp needs all that was tried; no smaller model was written.");
     }
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use taxel_data::{Dataset, Npz};
 use taxel_judge::Case;
 use taxel_learn::{Model, Protocol, RunFolder, RunOptions, Silent, inner_folds, quantize_run};
-use taxel_shrink::{Axis, Curve, Error, Finished, Options, Shrunk, shrink};
+use taxel_shrink::{Axis, Curve, Error, Finished, ShrinkOptions, Shrunk, shrink};
 use taxel_trainer::{Experiment, Overrides, Runner};
 use taxel_zoo::Registry;
 
@@ -103,7 +103,7 @@ fn is_tested(sample: usize) -> bool {
 const FOLDS: &str = "kind = \"k-fold\"\nfolds = 3";
 
 impl Planted {
-    fn shrunk(&self, axes: &[Axis], options: Options) -> Finished {
+    fn shrunk(&self, axes: &[Axis], options: ShrinkOptions) -> Finished {
         self.try_shrink("shrink", axes, options, &AtomicBool::new(false)).unwrap()
     }
 
@@ -111,10 +111,10 @@ impl Planted {
         &self,
         name: &str,
         axes: &[Axis],
-        options: Options,
+        options: ShrinkOptions,
         cancel: &AtomicBool,
     ) -> Result<Finished, Error> {
-        let options = Options { axes: axes.to_vec(), ..options };
+        let options = ShrinkOptions { axes: axes.to_vec(), ..options };
         let run = (&self.case, &self.experiment, &self.registry);
         shrink(run, self.network, &self.folder.path().join(name), &options, &|_| {}, &Silent, cancel)
     }
@@ -126,7 +126,7 @@ impl Planted {
 
 fn left(shrunk: &Shrunk, curve: usize) -> Option<&str> {
     let curve = &shrunk.curves[curve];
-    Some(curve.rungs[curve.knee?].short.as_str())
+    Some(curve.steps[curve.knee?].short.as_str())
 }
 
 /// The first bit of the class is in channel 1, the second in channel 3: a step up in the second half of the recording.
@@ -142,13 +142,13 @@ fn two_of_five(_: usize, class: usize, channel: usize, time: usize) -> f32 {
 #[test]
 fn channels_that_carry_the_classes_are_kept_and_the_model_reads_no_others() {
     let planted = planted(two_of_five, FOLDS, false);
-    let own = planted.shrunk(&[Axis::Sensors, Axis::Bits], Options::default());
-    let Finished { shrunk, model, .. } = &own;
+    let finished = planted.shrunk(&[Axis::Sensors, Axis::Bits], ShrinkOptions::default());
+    let Finished { shrunk, model, .. } = &finished;
     assert_eq!(left(shrunk, 0), Some("2"), "{:#?}", shrunk.curves[0]);
     let curve: &Curve = &shrunk.curves[0];
-    let knee = &curve.rungs[curve.knee.unwrap()];
+    let knee = &curve.steps[curve.knee.unwrap()];
     assert_eq!(knee.kept, ["channels 1, 3"; 3], "every fold keeps both");
-    let one = &curve.rungs[curve.knee.unwrap() + 1];
+    let one = &curve.steps[curve.knee.unwrap() + 1];
     assert!(one.inner.unwrap().difference < -30.0, "{one:?}");
     assert!(curve.words.starts_with("2 of 5 channels suffice: "), "{}", curve.words);
     // A step of the full range needs few bits.
@@ -160,13 +160,13 @@ fn channels_that_carry_the_classes_are_kept_and_the_model_reads_no_others() {
     // The model takes whole recordings, and what other channels say is nothing to it.
     let model = Model::open(model.as_ref().unwrap()).unwrap();
     let dataset = &planted.case.dataset;
-    let answers = model.predict(&dataset.x).unwrap();
+    let predictions = model.predict(&dataset.x).unwrap();
     let mut other = dataset.x.clone();
     other.indexed_iter_mut().filter(|(at, _)| ![1, 3].contains(&at[1])).for_each(|(_, v)| *v = 1e6);
-    assert_eq!(answers.outputs, model.predict(&other).unwrap().outputs);
+    assert_eq!(predictions.outputs, model.predict(&other).unwrap().outputs);
     let card = model.card().to_string();
     assert!(card.contains("of which     channels 1, 3; "), "{card}");
-    let right = (0..SAMPLES).filter(|&i| answers.labels[i] == dataset.strata().to_vec()[i]).count();
+    let right = (0..SAMPLES).filter(|&i| predictions.labels[i] == dataset.strata().to_vec()[i]).count();
     assert!(right * 100 >= 95 * SAMPLES, "{right} of {SAMPLES}");
 
     // Its config makes it again, by itself.
@@ -176,9 +176,9 @@ fn channels_that_carry_the_classes_are_kept_and_the_model_reads_no_others() {
     let runner = Runner { experiment: &experiment, registry: &planted.registry, dataset };
     let (session, cancel) = (planted.folder.path().join("s.safetensors"), AtomicBool::new(false));
     let again = runner.fit("mlp", &RunOptions::default(), Some(&session), &Silent, &cancel).unwrap().unwrap();
-    let apart = again.weights().iter().map(|(name, own)| {
+    let apart = again.weights().iter().map(|(name, tensor)| {
         let other = &model.weights().get(name).unwrap().data;
-        own.data.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        tensor.data.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
     });
     assert_eq!(again.card().inputs, model.card().inputs);
     assert_eq!(apart.fold(0.0, f32::max), 0.0);
@@ -190,17 +190,17 @@ fn slow_signals_need_few_readings_and_fast_ones_all() {
     // The class is how high it steps in the middle.
     let step = |_, class, _, time| if time >= READINGS / 2 { class as f32 } else { 0.0 };
     let slow = planted(step, FOLDS, false);
-    let own = slow.shrunk(&[Axis::Rate, Axis::Window], Options::default());
-    assert_eq!(left(&own.shrunk, 0), Some("2 Hz"), "{:#?}", own.shrunk.curves[0]);
-    assert_eq!(left(&own.shrunk, 1), Some("12"), "the first half is the same for all classes");
+    let finished = slow.shrunk(&[Axis::Rate, Axis::Window], ShrinkOptions::default());
+    assert_eq!(left(&finished.shrunk, 0), Some("2 Hz"), "{:#?}", finished.shrunk.curves[0]);
+    assert_eq!(left(&finished.shrunk, 1), Some("12"), "the first half is the same for all classes");
     // Every second reading is the same for all classes.
     let fast = planted(|_, class, _, time| if time % 2 == 1 { class as f32 } else { 0.0 }, FOLDS, false);
-    let own = fast.shrunk(&[Axis::Rate], Options::default());
-    assert_eq!(left(&own.shrunk, 0), None);
-    assert!(own.model.is_none() && !fast.file("shrunk.safetensors").exists());
-    assert!(own.shrunk.words.last().unwrap().contains("no smaller model was written"));
+    let finished = fast.shrunk(&[Axis::Rate], ShrinkOptions::default());
+    assert_eq!(left(&finished.shrunk, 0), None);
+    assert!(finished.model.is_none() && !fast.file("shrunk.safetensors").exists());
+    assert!(finished.shrunk.words.last().unwrap().contains("no smaller model was written"));
     // What comes after a hopeless setting is not trained.
-    let refused = own.shrunk.curves[0].rungs[1].refused.as_ref().unwrap();
+    let refused = finished.shrunk.curves[0].steps[1].refused.as_ref().unwrap();
     assert!(refused.starts_with("not tried: 8 of 16 readings, 8 Hz lost "), "{refused}");
 }
 
@@ -212,13 +212,13 @@ fn test_parts_choose_nothing() {
         _ => 0.0,
     };
     let planted = planted(value, "kind = \"official\"", true);
-    let own = planted.shrunk(&[Axis::Sensors], Options { inner: 3, ..Options::default() });
-    let curve = &own.shrunk.curves[0];
-    assert_eq!(left(&own.shrunk, 0), Some("1"), "{curve:#?}");
-    assert_eq!(curve.rungs[curve.knee.unwrap()].kept, ["channels 1"]);
-    let last = curve.rungs.last().unwrap();
+    let finished = planted.shrunk(&[Axis::Sensors], ShrinkOptions { inner: 3, ..ShrinkOptions::default() });
+    let curve = &finished.shrunk.curves[0];
+    assert_eq!(left(&finished.shrunk, 0), Some("1"), "{curve:#?}");
+    assert_eq!(curve.steps[curve.knee.unwrap()].kept, ["channels 1"]);
+    let last = curve.steps.last().unwrap();
     assert!(last.inner.unwrap().score > 90.0 && last.outer.unwrap().score < 60.0, "{last:?}");
-    assert_eq!((own.shrunk.parts, own.shrunk.inner), (1, 3));
+    assert_eq!((finished.shrunk.parts, finished.shrunk.inner), (1, 3));
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn inner_folds_lie_in_the_training_part_and_keep_groups_together() {
 fn a_stopped_shrinking_goes_on_to_the_same_bytes_at_any_thread_count() {
     let planted = planted(two_of_five, FOLDS, false);
     let axes = [Axis::Sensors, Axis::Window];
-    let quick = |threads, resume| Options { quick: true, threads, resume, ..Options::default() };
+    let quick = |threads, resume| ShrinkOptions { quick: true, threads, resume, ..ShrinkOptions::default() };
     let whole = planted.try_shrink("shrink", &axes, quick(1, false), &AtomicBool::new(false)).unwrap();
     assert!(whole.shrunk.notes[0].starts_with("A quick look: 2 of 3 test parts"));
     assert!(whole.shrunk.notes[1].contains("for 3 epochs"), "{:?}", whole.shrunk.notes);
@@ -291,13 +291,17 @@ fn a_stopped_shrinking_goes_on_to_the_same_bytes_at_any_thread_count() {
 #[test]
 fn what_cannot_be_shrunk_is_refused_before_anything_is_trained() {
     let planted = planted(two_of_five, FOLDS, false);
-    let refused = |options: Options| {
-        let own = planted.try_shrink("shrink", &[Axis::Bits], options, &AtomicBool::new(false));
-        own.err().unwrap().to_string()
+    let refused = |options: ShrinkOptions| {
+        let result = planted.try_shrink("shrink", &[Axis::Bits], options, &AtomicBool::new(false));
+        result.err().unwrap().to_string()
     };
-    assert!(refused(Options { margin: Some(0.0), ..Options::default() }).starts_with("margin = 0: "));
-    assert!(refused(Options { inner: 1, ..Options::default() }).starts_with("inner = 1: "));
-    assert!(refused(Options { epochs: Some(0), ..Options::default() }).starts_with("epochs = 0: "));
+    assert!(
+        refused(ShrinkOptions { margin: Some(0.0), ..ShrinkOptions::default() }).starts_with("margin = 0: ")
+    );
+    assert!(refused(ShrinkOptions { inner: 1, ..ShrinkOptions::default() }).starts_with("inner = 1: "));
+    assert!(
+        refused(ShrinkOptions { epochs: Some(0), ..ShrinkOptions::default() }).starts_with("epochs = 0: ")
+    );
     assert!(!planted.file("records").exists());
     let error = "sensor".parse::<Axis>().err().unwrap().to_string();
     assert!(
@@ -309,11 +313,12 @@ fn what_cannot_be_shrunk_is_refused_before_anything_is_trained() {
 #[test]
 fn a_network_gets_narrower_and_shallower_and_learns_from_the_whole() {
     let planted = planted_for("dilated-resnet-1d", two_of_five, FOLDS, false);
-    let own = planted.shrunk(&[Axis::Width, Axis::Depth], Options { epochs: Some(8), ..Options::default() });
-    let Shrunk { curves, combined, models, .. } = &own.shrunk;
-    let shorts = |at: usize| curves[at].rungs.iter().map(|rung| rung.short.as_str()).collect::<Vec<_>>();
+    let finished = planted
+        .shrunk(&[Axis::Width, Axis::Depth], ShrinkOptions { epochs: Some(8), ..ShrinkOptions::default() });
+    let Shrunk { curves, combined, models, .. } = &finished.shrunk;
+    let shorts = |at: usize| curves[at].steps.iter().map(|step| step.short.as_str()).collect::<Vec<_>>();
     assert_eq!(shorts(0), ["32", "16", "8", "4", "2"]);
-    assert_eq!((shorts(1), left(&own.shrunk, 1)), (vec!["1"], Some("1")), "{:#?}", curves[1]);
+    assert_eq!((shorts(1), left(&finished.shrunk, 1)), (vec!["1"], Some("1")), "{:#?}", curves[1]);
     assert!(curves[0].knee.is_some(), "{:#?}", curves[0]);
     assert!(combined.is_some());
     let [whole, small] = models.as_slice() else { panic!() };
@@ -321,24 +326,29 @@ fn a_network_gets_narrower_and_shallower_and_learns_from_the_whole() {
     assert_eq!(small.readings, whole.readings);
     let text = std::fs::read_to_string(planted.file("shrunk.toml")).unwrap();
     assert!(text.contains("blocks = 1") && text.contains("epochs = 8"), "{text}");
-    let none =
-        planted.try_shrink("mlp", &[Axis::Resolution], Options::default(), &AtomicBool::new(false)).unwrap();
+    let none = planted
+        .try_shrink("mlp", &[Axis::Resolution], ShrinkOptions::default(), &AtomicBool::new(false))
+        .unwrap();
     assert_eq!(none.shrunk.left_out[0].0, "Resolution of the array");
 }
 
 #[test]
 fn a_baseline_is_shrunk_and_stopped_as_a_network_is() {
     let planted = planted_for(KNN, two_of_five, FOLDS, false);
-    let own = planted.shrunk(&[Axis::Sensors], Options::default());
-    assert_eq!(left(&own.shrunk, 0), Some("2"), "{:#?}", own.shrunk.curves[0]);
-    let [whole, small] = own.shrunk.models.as_slice() else { panic!() };
+    let finished = planted.shrunk(&[Axis::Sensors], ShrinkOptions::default());
+    assert_eq!(left(&finished.shrunk, 0), Some("2"), "{:#?}", finished.shrunk.curves[0]);
+    let [whole, small] = finished.shrunk.models.as_slice() else { panic!() };
     // It compares two channels of five.
-    assert_eq!(small.macs * 5, whole.macs * 2, "{:?}", own.shrunk.models);
-    let alone =
-        Experiment::load(&own.page.with_file_name("shrunk.toml"), &Overrides::default(), &planted.registry);
-    assert!(alone.unwrap().config().networks.is_empty(), "it would train what nobody asked for");
-    assert!(small.parameters < whole.parameters && small.bytes < whole.bytes, "{:?}", own.shrunk.models);
-    let stopped = planted.try_shrink("other", &[Axis::Sensors], Options::default(), &AtomicBool::new(true));
+    assert_eq!(small.macs * 5, whole.macs * 2, "{:?}", finished.shrunk.models);
+    let baseline_only = Experiment::load(
+        &finished.page.with_file_name("shrunk.toml"),
+        &Overrides::default(),
+        &planted.registry,
+    );
+    assert!(baseline_only.unwrap().config().networks.is_empty(), "it would train what nobody asked for");
+    assert!(small.parameters < whole.parameters && small.bytes < whole.bytes, "{:?}", finished.shrunk.models);
+    let stopped =
+        planted.try_shrink("other", &[Axis::Sensors], ShrinkOptions::default(), &AtomicBool::new(true));
     assert!(matches!(stopped, Err(Error::Stopped { .. })), "it was cancelled before the first training");
 }
 
@@ -352,7 +362,8 @@ fn rows_in_eight_bits_are_neither_shrunk_nor_teachers() {
     assert_eq!(planted.case.results.networks[1].network, "dilated-resnet-1d.int8");
     assert!(accuracy(1) >= accuracy(0), "else the row would teach nobody in any case");
     planted.network = "dilated-resnet-1d.int8";
-    let refused = planted.try_shrink("shrink", &[Axis::Depth], Options::default(), &AtomicBool::new(false));
+    let refused =
+        planted.try_shrink("shrink", &[Axis::Depth], ShrinkOptions::default(), &AtomicBool::new(false));
     let reason = refused.err().unwrap().to_string();
     assert_eq!(
         reason,
@@ -360,8 +371,8 @@ fn rows_in_eight_bits_are_neither_shrunk_nor_teachers() {
     );
     assert!(!planted.file("records").exists(), "the corrected command may use the folder");
     planted.network = "dilated-resnet-1d";
-    let own = planted.shrunk(&[Axis::Depth], Options::default());
-    assert_eq!(own.shrunk.curves[0].rungs[0].refused, None);
+    let finished = planted.shrunk(&[Axis::Depth], ShrinkOptions::default());
+    assert_eq!(finished.shrunk.curves[0].steps[0].refused, None);
 }
 
 #[test]
@@ -374,7 +385,7 @@ fn a_smaller_model_that_diverges_on_all_samples_leaves_a_page_without_it() {
     };
     let protocol = "kind = \"official\"\n[encoding]\nsignal = { scale = \"raw\" }";
     let planted = planted_by("{ name = \"sgdm\", lr = 0.05 }", "mlp", value, protocol, true);
-    let Finished { shrunk, model, speed, page } = planted.shrunk(&[Axis::Rate], Options::default());
+    let Finished { shrunk, model, speed, page } = planted.shrunk(&[Axis::Rate], ShrinkOptions::default());
     assert!(model.is_none() && speed.is_none() && shrunk.models.is_empty());
     assert!(shrunk.combined.is_some(), "what suffices is said all the same: {:?}", shrunk.words);
     let last = shrunk.notes.last().unwrap();

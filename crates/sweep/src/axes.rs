@@ -17,7 +17,7 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    /// The axes of a study.
+    /// Returns the axes of a study.
     ///
     /// # Errors
     /// An axis without values, a key that two axes vary, or more points than can be counted.
@@ -42,11 +42,11 @@ impl Axes {
                 )));
             }
         }
-        let product = axes.counts().iter().try_fold(1usize, |all, own| all.checked_mul(*own));
+        let product = axes.counts().iter().try_fold(1usize, |all, count| all.checked_mul(*count));
         product.map(|_| axes).ok_or_else(|| refuse("the axes have more points than can be counted".into()))
     }
 
-    /// Keys that are varied, each once per axis.
+    /// Returns the keys that are varied, each once per axis.
     fn keys(&self) -> Vec<&String> {
         let mut list: Vec<&String> = self.list.iter().flatten().map(|(key, _)| key).collect();
         list.sort();
@@ -56,7 +56,7 @@ impl Axes {
         grid.chain(list).chain(random).collect()
     }
 
-    /// Number of values of each axis, the slowest first: keys of the grid, the list, the draws.
+    /// Returns the number of values of each axis, the slowest first: keys of the grid, the list, the draws.
     fn counts(&self) -> Vec<usize> {
         let mut counts: Vec<usize> = self.grid.iter().map(|(_, values)| values.len()).collect();
         counts.push(self.list.len().max(1));
@@ -64,12 +64,12 @@ impl Axes {
         counts
     }
 
-    /// Number of points; 1 where nothing is varied.
+    /// Returns the number of points; 1 where nothing is varied.
     pub fn len(&self) -> usize {
         self.counts().iter().product()
     }
 
-    /// The point of number `at`.
+    /// Returns the point of number `at`.
     pub fn point(&self, at: usize) -> Point {
         let mut rest = at;
         let mut places = vec![];
@@ -93,7 +93,7 @@ impl Axes {
     }
 }
 
-/// The value of a key in draw number `draw`: keys that are added do not change the others.
+/// Returns the value of a key in draw number `draw`: keys that are added do not change the others.
 fn drawn(how: &Draw, seed: u64, draw: usize, key: &str) -> Value {
     let mut rng = taxel_base::seed::rng(seed, &format!("sweep/{draw}/{key}"));
     match how {
@@ -171,7 +171,7 @@ mod tests {
             seed = 4
             [random.over]
             a = { uniform = [-1.0, 2.0] }
-            b = { log-uniform = [1e-4, 1e-1] }
+            b = { log_uniform = [1e-4, 1e-1] }
             c = { integer = [2, 4] }
             d = { choice = ["x", "y"] }
         "#;
@@ -190,6 +190,19 @@ mod tests {
         }
         assert!((70..130).contains(&below), "{below}");
         assert_eq!(seen.len(), 6, "{seen:?}");
+    }
+
+    #[test]
+    fn an_old_spelling_draws_the_same() {
+        let over = |draw: &str| {
+            let text =
+                format!("config = \"a.toml\"\n[random]\ndraws = 3\nover.rate = {{ {draw} = [1e-4, 1e-1] }}");
+            let axes = Axes::new(&study(&text))?;
+            Ok::<_, Error>((0..3).map(|at| shown(&axes.point(at))).collect::<Vec<_>>())
+        };
+        assert_eq!(over("log_uniform").unwrap(), over("log-uniform").unwrap());
+        let error = over("loguniform").unwrap_err().to_string();
+        assert!(error.contains("random.over.rate") && error.contains("{ log_uniform = "), "{error}");
     }
 
     #[test]

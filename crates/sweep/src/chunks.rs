@@ -1,4 +1,4 @@
-//! What is missing, cut into tasks that are long enough for a scheduler.
+//! Missing trials, cut into tasks that are long enough for a scheduler.
 
 use std::collections::HashSet;
 
@@ -7,7 +7,7 @@ use crate::folder::SweepFolder;
 use crate::manifest::Manifest;
 use crate::record::TrialTiming;
 
-/// Finished trials that are asked how long one takes.
+/// Finished trials whose times are averaged.
 const ASKED: usize = 200;
 /// Seconds of a task, where nothing else is said: a minute is the least that schedulers are made for.
 const TASK_SECONDS: f64 = 120.0;
@@ -60,7 +60,7 @@ pub fn tasks(folder: &SweepFolder, chunking: &Chunking) -> Result<Tasks> {
                 open.push(number);
             }
         } else if timed.len() < ASKED {
-            timed.extend(TrialTiming::read(folder, &trial.identity)?.map(|own| own.seconds));
+            timed.extend(TrialTiming::read(folder, &trial.identity)?.map(|timing| timing.seconds));
         }
     }
     let each = each(folder, chunking, &timed, open.len())?;
@@ -76,7 +76,7 @@ fn each(folder: &SweepFolder, chunking: &Chunking, timed: &[f64], open: usize) -
         }
         value => Ok(value),
     };
-    let told = positive("seconds per trial", chunking.seconds_per_trial)?;
+    let given = positive("seconds per trial", chunking.seconds_per_trial)?;
     let wanted = positive("seconds of a task", chunking.task_seconds)?.unwrap_or(TASK_SECONDS);
     if let Some(count) = chunking.count {
         let reason = "must be at least 1";
@@ -84,7 +84,7 @@ fn each(folder: &SweepFolder, chunking: &Chunking, timed: &[f64], open: usize) -
         return if count == 0 { Err(refused()) } else { Ok(count) };
     }
     let mean = (!timed.is_empty()).then(|| timed.iter().sum::<f64>() / timed.len() as f64);
-    match told.or(mean) {
+    match given.or(mean) {
         Some(seconds) => Ok(((wanted / seconds.max(1e-3)).ceil() as usize).clamp(1, open.max(1))),
         None if open == 0 => Ok(1),
         None => Err(Error::file(

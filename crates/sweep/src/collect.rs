@@ -7,19 +7,19 @@ use std::time::Duration;
 use taxel_judge::{Criteria, rank};
 use taxel_zoo::Registry;
 
-use crate::claim::{begun, tidy_all, tidy_up};
 use crate::collected::{OpenTrial, Sweep};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::gather::put_together;
 use crate::json;
+use crate::lease::{begun, tidy_all, tidy_up};
 use crate::manifest::Manifest;
 use crate::page::sweep_page;
 use crate::record::{Failure, TrialResult, TrialTiming};
-use crate::samples::{Loader, Samples};
-use crate::tables::Tables;
+use crate::samples::{Loader, TrialSamples};
+use crate::tables::ResultTables;
 use crate::tally::Tally;
-use crate::trial::{Piece, Trial};
+use crate::trial::{Trial, TrialFold};
 
 /// Trials without a result that the page names, failed ones before others; `trials.csv` has all.
 const NAMED: usize = 200;
@@ -40,7 +40,7 @@ pub fn collect(
     let out = folder.collected();
     std::fs::create_dir_all(&out).map_err(|e| Error::io(&out, "created", e))?;
     let keys = keys(folder)?;
-    let samples = Samples::default();
+    let samples = TrialSamples::default();
     let mut collector = Collector {
         folder,
         registry,
@@ -53,7 +53,7 @@ pub fn collect(
         sweep: Sweep { name: name.into(), ..Sweep::default() },
         waiting: vec![],
     };
-    let mut tables = Tables::new(&out, &keys)?;
+    let mut tables = ResultTables::new(&out, &keys)?;
     for next in Manifest::open(folder, 0)? {
         let (number, trial) = next?;
         collector.trial(number, &trial, &mut tables)?;
@@ -64,7 +64,7 @@ pub fn collect(
     Ok((sweep, page))
 }
 
-/// Every key that the manifest varies, in the order of the alphabet.
+/// Returns every key that the manifest varies, in the order of the alphabet.
 fn keys(folder: &SweepFolder) -> Result<Vec<String>> {
     let mut keys = HashSet::new();
     for next in Manifest::open(folder, 0)? {
@@ -87,7 +87,7 @@ struct Collector<'a> {
     begun: HashSet<String>,
     seen: HashSet<String>,
     /// Finished folds of runs that are not put together yet.
-    folds: HashMap<String, Vec<(String, Piece)>>,
+    folds: HashMap<String, Vec<(String, TrialFold)>>,
     tally: Tally,
     /// The failed ones of the trials without a result stand here first.
     sweep: Sweep,
@@ -96,7 +96,7 @@ struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    fn trial(&mut self, number: usize, trial: &Trial, tables: &mut Tables) -> Result<()> {
+    fn trial(&mut self, number: usize, trial: &Trial, tables: &mut ResultTables) -> Result<()> {
         let progress = &mut self.sweep.progress;
         if !self.seen.insert(trial.identity.clone()) {
             progress.duplicates += 1;
@@ -116,7 +116,7 @@ impl Collector<'_> {
         };
         let timing = TrialTiming::read(self.folder, &trial.identity)?;
         self.sweep.progress.finished += 1;
-        self.sweep.progress.seconds += timing.as_ref().map_or(0.0, |own| own.seconds);
+        self.sweep.progress.seconds += timing.as_ref().map_or(0.0, |timing| timing.seconds);
         tables.trial(number, trial, "finished", "", timing.as_ref())?;
         if self.is_begun(&trial.identity) {
             tidy_up(self.folder, &trial.identity)?;
@@ -128,7 +128,7 @@ impl Collector<'_> {
     }
 
     /// Counts the fold of a run; the last one puts it together.
-    fn fold(&mut self, trial: &Trial, piece: &Piece, tables: &mut Tables) -> Result<()> {
+    fn fold(&mut self, trial: &Trial, piece: &TrialFold, tables: &mut ResultTables) -> Result<()> {
         let folds = self.folds.entry(piece.run.clone()).or_default();
         folds.push((trial.identity.clone(), piece.clone()));
         if folds.len() < piece.of {
@@ -154,12 +154,12 @@ impl Collector<'_> {
         }
     }
 
-    fn score(&mut self, trial: &Trial, result: &TrialResult, tables: &mut Tables) -> Result<()> {
+    fn score(&mut self, trial: &Trial, result: &TrialResult, tables: &mut ResultTables) -> Result<()> {
         self.tally.add(trial, result);
         tables.scores(trial, result, &self.folder.run(&trial.name, &result.identity))
     }
 
-    /// State of a trial without a result, and why.
+    /// Returns the state of a trial without a result, and why.
     fn state(&self, trial: &Trial) -> Result<(&'static str, String)> {
         let failure: Option<Failure> = json::read(&self.folder.failure(&trial.identity))?;
         if let Some(failure) = failure {
@@ -168,10 +168,10 @@ impl Collector<'_> {
         Ok((if self.is_begun(&trial.identity) { "begun" } else { "missing" }, String::new()))
     }
 
-    /// Whether somebody took it up and has not tidied up yet.
+    /// Checks whether somebody took it up and has not tidied up yet.
     fn is_begun(&self, identity: &str) -> bool {
-        let claim = self.folder.claim(identity, 1);
-        self.begun.contains(&*claim.file_stem().unwrap_or_default().to_string_lossy())
+        let lease = self.folder.lease(identity, 1);
+        self.begun.contains(&*lease.file_stem().unwrap_or_default().to_string_lossy())
     }
 
     fn count(&mut self, state: &str) {
@@ -193,7 +193,7 @@ impl Collector<'_> {
         self.sweep.axes = self.tally.axes(VALUES);
         match self.tally.contests() {
             Some(contests) => {
-                if contests.iter().any(|own| own.primary != contests[0].primary) {
+                if contests.iter().any(|contest| contest.primary != contests[0].primary) {
                     let note = "Data sets are scored by different metrics: no ranks over them.";
                     self.sweep.notes.push(note.into());
                 }

@@ -1,4 +1,4 @@
-//! What came of many trials, ready to be shown.
+//! Results of many trials, ready to be shown.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,13 +13,13 @@ pub struct Sweep {
     pub progress: SweepProgress,
     /// Each network with each of its settings on each data set, the best of a data set first.
     pub settings: Vec<Setting>,
-    /// What each varied key does.
-    pub axes: Vec<Axis>,
+    /// Effects of the varied keys.
+    pub axes: Vec<KeyEffect>,
     /// The first trials without a result, failed ones before others; [`SweepProgress::open`] says how many there are.
     pub open: Vec<OpenTrial>,
     /// Networks with their settings ranked over data sets, where there are enough of both.
     pub across: Option<Across>,
-    /// What a reader should know, in sentences.
+    /// Notes for the reader, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -43,7 +43,7 @@ pub struct SweepProgress {
 }
 
 impl SweepProgress {
-    /// Trials without a result.
+    /// Counts the trials without a result.
     pub fn open(&self) -> usize {
         self.failed + self.begun + self.missing
     }
@@ -63,12 +63,12 @@ pub struct Setting {
     pub primary: Primary,
     /// That metric over its trials.
     #[serde(rename = "accuracy", alias = "score")]
-    pub score: Spread,
+    pub score: ScoreSpread,
 }
 
 /// Several values of one thing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
+pub struct ScoreSpread {
     /// How many.
     pub count: usize,
     /// Their mean.
@@ -81,16 +81,16 @@ pub struct Spread {
     pub most: f64,
 }
 
-/// What one varied key does, everything else averaged over.
+/// Effect of one varied key, averaged over everything else.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
+pub struct KeyEffect {
     /// The dotted key.
     pub key: String,
     /// The metric of the scores.
     #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
     pub primary: Primary,
     /// Network, value, score; networks in the order of the configs, values in that of the plan.
-    pub rows: Vec<(String, String, Spread)>,
+    pub rows: Vec<(String, String, ScoreSpread)>,
 }
 
 /// A trial without a result.

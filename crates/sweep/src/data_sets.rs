@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::trial::DataOf;
 
-/// The data sets that were met so far. A table with several seeds is one, and so are tables with the same samples.
+/// The data sets seen so far. A table with several seeds is one, and so are tables with the same samples.
 #[derive(Default)]
 pub(crate) struct DataSets {
     /// Place of each table.
@@ -16,7 +16,7 @@ pub(crate) struct DataSets {
 }
 
 impl DataSets {
-    /// Place of the `[data]` table of a trial.
+    /// Returns the place of the `[data]` table of a trial.
     pub fn place(&mut self, data: &DataOf) -> usize {
         let next = self.earlier.len();
         let place = *self.tables.entry(data.set.clone()).or_insert(next);
@@ -29,7 +29,7 @@ impl DataSets {
         place
     }
 
-    /// The data set of a table: the place of its first table.
+    /// Returns the data set of a table: the place of its first table.
     pub fn data_set(&self, mut place: usize) -> usize {
         while self.earlier[place] != place {
             place = self.earlier[place];

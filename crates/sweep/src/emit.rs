@@ -6,7 +6,7 @@ use crate::chunks::{Task, Tasks};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 
-/// What scripts say besides their tasks.
+/// Program and threads that scripts name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Emit {
     /// The program, by its absolute path.
@@ -15,7 +15,7 @@ pub struct Emit {
     pub threads: usize,
 }
 
-/// What Slurm's arrays have besides.
+/// Settings of Slurm's job arrays.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Arrays {
     /// Tasks of one array: Slurm's `MaxArraySize` less one, and what a user may submit.
@@ -33,11 +33,11 @@ pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit, arrays: &Arrays) 
         let reason = "must be at least 1".into();
         return Err(Error::Value { key: "tasks of an array", value: "0".into(), reason });
     }
-    let own = absolute(folder.path())?;
-    let out = own.join("slurm");
+    let root = absolute(folder.path())?;
+    let out = root.join("slurm");
     let logs = out.join("logs");
     std::fs::create_dir_all(&logs).map_err(|e| Error::io(&logs, "created", e))?;
-    let (sweep, taxel) = (quoted(&own)?, quoted(&emit.program)?);
+    let (sweep, taxel) = (quoted(&root)?, quoted(&emit.program)?);
     let list: String = tasks.tasks.iter().map(|Task { first, count }| format!("{first} {count}\n")).collect();
     write(&out.join("tasks"), &list)?;
     let task = include_str!("task.sh")
@@ -46,7 +46,7 @@ pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit, arrays: &Arrays) 
         .replace("@SWEEP@", &sweep);
     write(&out.join("task.sh"), &task)?;
     write(&out.join("collect.sh"), &format!("#!/bin/sh\nexec {taxel} sweep collect {sweep}\n"))?;
-    let options = arrays.options.iter().map(|own| shell(own)).collect::<Result<Vec<_>>>()?;
+    let options = arrays.options.iter().map(|option| shell(option)).collect::<Result<Vec<_>>>()?;
     let log = quoted(&logs)?;
     let mut text = format!(
         "#!/bin/sh\n# {} of {} trials have no result: {} tasks of at most {} of them.\nset -eu\n\
@@ -79,9 +79,9 @@ pub fn slurm(folder: &SweepFolder, tasks: &Tasks, emit: &Emit, arrays: &Arrays) 
 /// # Errors
 /// As [`slurm`].
 pub fn make(folder: &SweepFolder, tasks: &Tasks, emit: &Emit) -> Result<PathBuf> {
-    let own = absolute(folder.path())?;
+    let root = absolute(folder.path())?;
     let plain = |path: &Path| Ok::<_, Error>(quoted(path)?.replace('$', "$$"));
-    let (sweep, taxel) = (plain(&own)?, plain(&emit.program)?);
+    let (sweep, taxel) = (plain(&root)?, plain(&emit.program)?);
     let names: Vec<String> =
         tasks.tasks.iter().map(|Task { first, count }| format!("{first}+{count}")).collect();
     let text = format!(
@@ -99,7 +99,7 @@ pub fn make(folder: &SweepFolder, tasks: &Tasks, emit: &Emit) -> Result<PathBuf>
         names.join(" "),
         emit.threads,
     );
-    let path = own.join("Makefile");
+    let path = root.join("Makefile");
     write(&path, &text)?;
     Ok(path)
 }
@@ -108,7 +108,7 @@ fn absolute(path: &Path) -> Result<PathBuf> {
     std::path::absolute(path).map_err(|e| Error::io(path, "located", e))
 }
 
-/// A path as one word of a shell.
+/// Quotes a path as one word of a shell.
 fn quoted(path: &Path) -> Result<String> {
     let text = path.to_str().filter(|text| !text.contains('\n'));
     shell(text.ok_or_else(|| Error::file(path, "cannot stand in a script; give a path of plain text"))?)

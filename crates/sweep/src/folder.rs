@@ -16,7 +16,7 @@ const SHORT: usize = 16;
 /// | `pieces/<name>-<id>/` | run folders of one fold each |
 /// | `results/<id>.json` | the scores of a finished trial; `<id>.timing.json`: how long it took, and where |
 /// | `failed/<id>.json` | why a trial could not be run |
-/// | `claims/`, `work/` | who works on what, and as far as they are |
+/// | `leases/`, `work/` | who works on what, and as far as they are |
 /// | `collected/` | the page and the tables |
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SweepFolder {
@@ -24,74 +24,75 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// The sweep at `path`.
+    /// Opens the sweep at `path`.
     ///
     /// # Errors
     /// A folder without a manifest.
     pub fn open(path: &Path) -> Result<Self> {
         let folder = SweepFolder::at(path);
-        match folder.manifest().is_file() {
-            true => Ok(folder),
-            false => Err(Error::file(path, "holds no manifest.jsonl; make one with taxel sweep plan")),
+        if folder.manifest().is_file() {
+            Ok(folder)
+        } else {
+            Err(Error::file(path, "holds no manifest.jsonl; make one with taxel sweep plan"))
         }
     }
 
-    /// The folder of a sweep that may not be planned yet.
+    /// Returns the folder of a sweep that may not be planned yet.
     pub fn at(path: &Path) -> Self {
         SweepFolder { path: path.into() }
     }
 
-    /// The folder itself.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The plan.
+    /// Returns the path of the plan.
     pub fn manifest(&self) -> PathBuf {
         self.path.join("manifest.jsonl")
     }
 
-    /// The run folder of the run `identity`.
+    /// Returns the run folder of the run `identity`.
     pub fn run(&self, name: &str, identity: &str) -> PathBuf {
         self.path.join("runs").join(format!("{name}-{}", short(identity)))
     }
 
-    /// The run folder of one fold.
+    /// Returns the run folder of one fold.
     pub(crate) fn piece(&self, name: &str, identity: &str) -> PathBuf {
         self.path.join("pieces").join(format!("{name}-{}", short(identity)))
     }
 
-    /// The scores of a finished trial or run.
+    /// Returns the path of the scores of a finished trial or run.
     pub(crate) fn result(&self, identity: &str) -> PathBuf {
         self.path.join("results").join(format!("{}.json", short(identity)))
     }
 
-    /// How long it took.
+    /// Returns the path of its time.
     pub(crate) fn timing(&self, identity: &str) -> PathBuf {
         self.path.join("results").join(format!("{}.timing.json", short(identity)))
     }
 
-    /// Why it could not be run.
+    /// Returns the path of the reason why it could not be run.
     pub(crate) fn failure(&self, identity: &str) -> PathBuf {
         self.path.join("failed").join(format!("{}.json", short(identity)))
     }
 
-    /// Who works on it: one file for each time that somebody took it up, counted from 1.
-    pub(crate) fn claim(&self, identity: &str, generation: u32) -> PathBuf {
-        self.claims().join(format!("{}.{generation}", short(identity)))
+    /// Returns the path of a lease: one file for each time that somebody took the trial up, counted from 1.
+    pub(crate) fn lease(&self, identity: &str, generation: u32) -> PathBuf {
+        self.leases().join(format!("{}.{generation}", short(identity)))
     }
 
-    /// The folder of all claims.
-    pub(crate) fn claims(&self) -> PathBuf {
+    /// Returns the folder of all leases.
+    pub(crate) fn leases(&self) -> PathBuf {
         self.path.join("claims")
     }
 
-    /// Where it is worked on.
+    /// Returns the path of a working folder.
     pub(crate) fn work(&self, identity: &str, generation: u32) -> PathBuf {
         self.path.join("work").join(format!("{}.{generation}", short(identity)))
     }
 
-    /// The page and the tables of all that is finished.
+    /// Returns the path of the page and the tables of all that is finished.
     pub fn collected(&self) -> PathBuf {
         self.path.join("collected")
     }

@@ -7,13 +7,13 @@ use taxel_learn::{RunFolder, RunOptions, Silent, gather};
 use taxel_trainer::Runner;
 use taxel_zoo::Registry;
 
-use crate::claim::{Claim, Taken};
 use crate::error::Result;
 use crate::folder::SweepFolder;
 use crate::json;
+use crate::lease::{Lease, Taken};
 use crate::record::TrialResult;
 use crate::samples::Loader;
-use crate::trial::{Piece, Trial};
+use crate::trial::{Trial, TrialFold};
 use crate::work::{publish, resolved};
 
 /// Puts the finished folds of one run together, unless that is done or somebody else is at it. The run folder is
@@ -23,7 +23,7 @@ use crate::work::{publish, resolved};
 /// A fold whose files are damaged, samples that are not there any more, a folder that cannot be written.
 pub(crate) fn put_together(
     folder: &SweepFolder,
-    folds: &[(String, Piece)],
+    folds: &[(String, TrialFold)],
     any: &Trial,
     (registry, loader): (&Registry, &mut Loader),
     stale: Duration,
@@ -32,10 +32,10 @@ pub(crate) fn put_together(
     if let Some(result) = TrialResult::read(folder, run)? {
         return Ok(Some(result));
     }
-    let Taken::Mine(claim) = Claim::take(folder, run, stale)? else { return Ok(None) };
+    let Taken::Mine(lease) = Lease::take(folder, run, stale)? else { return Ok(None) };
     let out = folder.run(&any.name, run);
     if !out.is_dir() {
-        let work = claim.work()?;
+        let work = lease.work()?;
         // What a killed process has begun is begun anew: nothing is trained here.
         if work.is_dir() {
             std::fs::remove_dir_all(&work).map_err(|e| crate::Error::io(&work, "removed", e))?;
@@ -58,6 +58,6 @@ pub(crate) fn put_together(
     let results = RunFolder::open(&out)?.results()?;
     let result = TrialResult::of(run, &any.data, &results);
     json::write(&folder.result(run), &result)?;
-    claim.finish()?;
+    lease.finish()?;
     Ok(Some(result))
 }

@@ -11,14 +11,14 @@ use taxel_zoo::Registry;
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::manifest::Manifest;
-use crate::samples::Samples;
+use crate::samples::TrialSamples;
 use crate::trial::Trial;
-use crate::work::{Outcome, WorkOptions, Worker};
+use crate::work::{TrialOutcome, WorkOptions, Worker};
 
 /// Time between two looks at a trial that somebody else is at.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// What came of several trials.
+/// Counts of outcomes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Finished now.
@@ -44,10 +44,10 @@ pub fn work(
     shares: &[usize],
     options: &WorkOptions,
     registry: &Registry,
-    say: &(dyn Fn(usize, &Trial, &Outcome) + Sync),
+    say: &(dyn Fn(usize, &Trial, &TrialOutcome) + Sync),
 ) -> Result<Tally> {
     folder.make()?;
-    let samples = Samples::default();
+    let samples = TrialSamples::default();
     let queue = Queue {
         options,
         say,
@@ -71,7 +71,7 @@ pub fn work(
     Ok(queue.tally.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Threads of each of `jobs` jobs, at most one job per thread: together they are `threads`.
+/// Returns the threads of each of `jobs` jobs, at most one job per thread: together they are `threads`.
 pub fn shares(threads: usize, jobs: usize) -> Vec<usize> {
     let threads = threads.max(1);
     let jobs = jobs.clamp(1, threads);
@@ -87,9 +87,9 @@ struct Held {
 
 struct Queue<'a> {
     options: &'a WorkOptions,
-    say: &'a (dyn Fn(usize, &Trial, &Outcome) + Sync),
+    say: &'a (dyn Fn(usize, &Trial, &TrialOutcome) + Sync),
     open: Mutex<std::iter::Take<Manifest>>,
-    /// What others were at when its turn came, the longest not looked at first.
+    /// Trials that other processes worked on, the one that was checked longest ago first.
     held: Mutex<VecDeque<Held>>,
     tally: Mutex<Tally>,
 }
@@ -123,20 +123,20 @@ impl Queue<'_> {
     }
 
     /// Works on one trial. That somebody else is at it is news once.
-    fn one(&self, worker: &mut Worker, own: Held) -> Result<()> {
-        let outcome = worker.one(&own.trial)?;
-        if own.seen.is_none() || !matches!(outcome, Outcome::Held(_)) {
-            (self.say)(own.number, &own.trial, &outcome);
+    fn one(&self, worker: &mut Worker, held: Held) -> Result<()> {
+        let outcome = worker.one(&held.trial)?;
+        if held.seen.is_none() || !matches!(outcome, TrialOutcome::Held(_)) {
+            (self.say)(held.number, &held.trial, &outcome);
         }
         self.count(|tally| match &outcome {
-            Outcome::Finished { .. } => tally.finished += 1,
-            Outcome::Before => tally.before += 1,
-            Outcome::Failed(_) => tally.failed += 1,
-            Outcome::Stopped => tally.stopped = true,
-            Outcome::Held(_) => {}
+            TrialOutcome::Finished { .. } => tally.finished += 1,
+            TrialOutcome::Before => tally.before += 1,
+            TrialOutcome::Failed(_) => tally.failed += 1,
+            TrialOutcome::Stopped => tally.stopped = true,
+            TrialOutcome::Held(_) => {}
         });
-        if let Outcome::Held(_) = outcome {
-            let held = Held { seen: Some(Instant::now()), ..own };
+        if let TrialOutcome::Held(_) = outcome {
+            let held = Held { seen: Some(Instant::now()), ..held };
             self.held.lock().unwrap_or_else(PoisonError::into_inner).push_back(held);
         }
         Ok(())

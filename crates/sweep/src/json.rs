@@ -8,12 +8,12 @@ use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
 
-/// Flushed to disk before it gets its name.
+/// Writes a file that is flushed to disk before it gets its name.
 pub(crate) fn write(path: &Path, value: &impl Serialize) -> Result<()> {
     put(path, value, taxel_base::files::write_whole)
 }
 
-/// A power cut may leave it empty.
+/// Writes a file without flushing it: a power cut may leave it empty.
 pub(crate) fn write_unflushed(path: &Path, value: &impl Serialize) -> Result<()> {
     put(path, value, taxel_base::files::write_unflushed)
 }
@@ -24,14 +24,14 @@ fn put(path: &Path, value: &impl Serialize, write: fn(&Path, &[u8]) -> io::Resul
     write(path, format!("{text}\n").as_bytes()).map_err(|e| Error::io(path, "written", e))
 }
 
-/// `None` where there is no such file.
+/// Reads a file; `None` where there is none.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     let Some(bytes) = bytes(path)? else { return Ok(None) };
     let damaged = |e| Error::file(path, format!("cannot be read: {e}; delete it and run its trial again"));
     serde_json::from_slice(&bytes).map(Some).map_err(damaged)
 }
 
-/// `None` where there is no such file.
+/// Reads a file; `None` where there is none.
 pub(crate) fn bytes(path: &Path) -> Result<Option<Vec<u8>>> {
     match std::fs::read(path) {
         Ok(bytes) => Ok(Some(bytes)),

@@ -17,7 +17,7 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// The manifest of a sweep, from trial `first` on.
+    /// Opens the manifest of a sweep, from trial `first` on.
     ///
     /// # Errors
     /// A file that cannot be read, or that has no such trial.

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use maud::{Markup, html};
 use taxel_judge::{Primary, Ranked};
 use taxel_report::chart::Chart;
-use taxel_report::files::{make, of_chart, of_table, slug, write};
-use taxel_report::html::{chart, frame, table};
+use taxel_report::files::{slug, write_page};
+use taxel_report::html::{chart, table};
 use taxel_report::numbers::digits;
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::chart::{axis, name_of};
-use crate::collected::{Axis, OpenTrial, Setting, Spread, Sweep};
+use crate::collected::{KeyEffect, OpenTrial, ScoreSpread, Setting, Sweep};
 use crate::error::Result;
 use crate::record::sd_of;
 
@@ -25,29 +25,21 @@ const DRAWN: usize = 60;
 /// # Errors
 /// A file that cannot be written.
 pub fn sweep_page(sweep: &Sweep, folder: &Path) -> Result<PathBuf> {
-    let tables = Tables {
+    let tables = PageTables {
         best: settings(&sweep.settings[..sweep.settings.len().min(MOST)]),
-        axes: sweep.axes.iter().map(|own| (drawn(own), effect(own))).collect(),
+        axes: sweep.axes.iter().map(|axis| (drawn(axis), effect(axis))).collect(),
         ranked: sweep.across.as_ref().map(Ranked::new),
         open: open(&sweep.open[..sweep.open.len().min(MOST)]),
     };
-    make(&folder.join("tables"))?;
-    make(&folder.join("charts"))?;
-    let axes = tables.axes.iter().map(|(_, own)| own);
-    let ranked = tables.ranked.iter().map(|own| &own.numbers);
+    let axes = tables.axes.iter().map(|(_, numbers)| numbers);
+    let ranked = tables.ranked.iter().map(|ranked| &ranked.numbers);
     let all = tables.best.iter().chain([&tables.open]).chain(axes).chain(ranked);
-    all.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
-    let charts = tables.axes.iter().filter_map(|(drawn, _)| drawn.as_ref());
-    for own in charts.chain(tables.ranked.iter().map(|own| &own.drawn)) {
-        of_chart(own)?.iter().try_for_each(|file| write(folder, file))?;
-    }
-    let page = "index.html";
-    let html = frame(&format!("{}: sweep", sweep.name), &body(sweep, &tables)).into_string();
-    write(folder, &(page.into(), html.into_bytes()))?;
-    Ok(folder.join(page))
+    let drawn = tables.axes.iter().filter_map(|(drawn, _)| drawn.as_ref());
+    let charts = drawn.chain(tables.ranked.iter().map(|ranked| &ranked.drawn));
+    Ok(write_page(folder, (&format!("{}: sweep", sweep.name), &body(sweep, &tables)), all, charts)?)
 }
 
-struct Tables<'a> {
+struct PageTables<'a> {
     /// One for each metric.
     best: Vec<Table>,
     axes: Vec<(Option<Chart<'a>>, Table)>,
@@ -55,7 +47,7 @@ struct Tables<'a> {
     open: Table,
 }
 
-fn body(sweep: &Sweep, tables: &Tables) -> Markup {
+fn body(sweep: &Sweep, tables: &PageTables) -> Markup {
     let progress = &sweep.progress;
     html! {
         header {
@@ -89,7 +81,7 @@ fn body(sweep: &Sweep, tables: &Tables) -> Markup {
                     }
                 }
             }
-            @if let Some(own) = &tables.ranked { (own.section()) }
+            @if let Some(ranked) = &tables.ranked { (ranked.section()) }
             @if !tables.open.rows.is_empty() {
                 section {
                     h2 { "Without a result" }
@@ -106,45 +98,49 @@ fn body(sweep: &Sweep, tables: &Tables) -> Markup {
     }
 }
 
-/// What the axes show, at the beginning of a sentence.
+/// Returns the name of the metric that the charts show, at the beginning of a sentence.
 fn scores(sweep: &Sweep) -> String {
     let first = sweep.axes.first().map(|axis| axis.primary.heading()).unwrap_or_default();
     let is_one = sweep.axes.iter().all(|axis| axis.primary.heading() == first);
     if is_one { first } else { "The primary metric".into() }
 }
 
-fn spread<R>(primary: &Primary, get: impl Fn(&R) -> &Spread + Copy + 'static) -> [Column<'static, R>; 4] {
+fn spread<R>(
+    primary: &Primary,
+    get: impl Fn(&R) -> &ScoreSpread + Copy + 'static,
+) -> [Column<'static, R>; 4] {
     let (show, name) = (primary.show(), primary.column(""));
     [
-        Column::number("trials", &["trials"], move |row| Cell::count(get(row).count as u64)),
-        Column::number(&primary.head(), &[&name], move |row| Cell::number(Some(get(row).mean), show)),
-        Column::number(
+        Column::count("trials", "trials", move |row| get(row).count as u64),
+        Column::value(&primary.head(), &name, show, move |row| Some(get(row).mean)),
+        Column::value(
             &primary.head_of_loss("SD"),
-            &[&primary.column_of_loss(&sd_of(primary))],
-            move |row| Cell::number(get(row).sd, show),
+            &primary.column_of_loss(&sd_of(primary)),
+            show,
+            move |row| get(row).sd,
         ),
         Column::number(
             &primary.head_of("least to most"),
             &[&format!("least_{name}"), &format!("most_{name}")],
             move |row| {
-                let own = get(row);
-                let shown = format!(" to {}", show(own.most));
-                Cell::number(Some(own.least), show).and(shown, &[Some(own.most)])
+                let score = get(row);
+                let shown = format!(" to {}", show(score.most));
+                Cell::number(Some(score.least), show).and(shown, &[Some(score.most)])
             },
         ),
     ]
 }
 
-/// One table for each metric, in the order of the rows.
+/// Returns one table for each metric, in the order of the rows.
 fn settings(rows: &[Setting]) -> Vec<Table> {
     let mut primaries: Vec<&Primary> = vec![];
-    for own in rows {
-        if !primaries.contains(&&own.primary) {
-            primaries.push(&own.primary);
+    for row in rows {
+        if !primaries.contains(&&row.primary) {
+            primaries.push(&row.primary);
         }
     }
     let of =
-        |primary: &&Primary| rows.iter().filter(|own| own.primary == **primary).cloned().collect::<Vec<_>>();
+        |primary: &&Primary| rows.iter().filter(|row| row.primary == **primary).cloned().collect::<Vec<_>>();
     match primaries.as_slice() {
         [] => vec![settings_of(&Primary::default(), &[])],
         some => some.iter().map(|primary| settings_of(primary, &of(primary))).collect(),
@@ -153,40 +149,38 @@ fn settings(rows: &[Setting]) -> Vec<Table> {
 
 fn settings_of(primary: &Primary, rows: &[Setting]) -> Table {
     let mut columns = vec![
-        Column::text("on", "source", |own: &Setting| Cell::text(&own.source)),
-        Column::text("network", "network", |own: &Setting| Cell::text(&own.network)),
-        Column::text("with", "settings", |own: &Setting| Cell::text(&own.set)),
+        Column::text("on", "source", |setting: &Setting| Cell::text(&setting.source)),
+        Column::text("network", "network", |setting: &Setting| Cell::text(&setting.network)),
+        Column::text("with", "settings", |setting: &Setting| Cell::text(&setting.set)),
     ];
-    columns.extend(spread(primary, |own: &Setting| &own.score));
+    columns.extend(spread(primary, |setting: &Setting| &setting.score));
     let caption = format!("Mean {} over seeds, the best of each data set first", primary.title());
-    let name = match primary.is_accuracy() {
-        true => "settings".into(),
-        false => format!("settings-{}", slug(&primary.head())),
-    };
+    let name =
+        if primary.is_accuracy() { "settings".into() } else { format!("settings-{}", slug(&primary.head())) };
     Table::new(name, caption, columns, rows)
 }
 
-fn effect(own: &Axis) -> Table {
-    type Row = (String, String, Spread);
+fn effect(axis: &KeyEffect) -> Table {
+    type Row = (String, String, ScoreSpread);
     let mut columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(&row.0)),
-        Column::text(&own.key, "value", |row: &Row| Cell::text(&row.1)),
+        Column::text(&axis.key, "value", |row: &Row| Cell::text(&row.1)),
     ];
-    columns.extend(spread(&own.primary, |row: &Row| &row.2));
-    let caption = format!("{} by {}", own.primary.heading(), own.key);
-    Table::new(name_of(own), caption, columns, &own.rows)
+    columns.extend(spread(&axis.primary, |row: &Row| &row.2));
+    let caption = format!("{} by {}", axis.primary.heading(), axis.key);
+    Table::new(name_of(axis), caption, columns, &axis.rows)
 }
 
-fn drawn(own: &Axis) -> Option<Chart<'_>> {
-    (own.rows.len() <= DRAWN).then(|| axis(own))
+fn drawn(varied: &KeyEffect) -> Option<Chart<'_>> {
+    (varied.rows.len() <= DRAWN).then(|| axis(varied))
 }
 
 fn open(rows: &[OpenTrial]) -> Table {
     let columns = vec![
-        Column::number("trial", &["trial"], |own: &OpenTrial| Cell::count(own.number as u64)),
-        Column::text("what", "what", |own: &OpenTrial| Cell::text(&own.trial)),
-        Column::text("state", "state", |own: &OpenTrial| Cell::text(&own.state)),
-        Column::text("because", "reason", |own: &OpenTrial| Cell::text(&own.reason)),
+        Column::count("trial", "trial", |open: &OpenTrial| open.number as u64),
+        Column::text("what", "what", |open: &OpenTrial| Cell::text(&open.trial)),
+        Column::text("state", "state", |open: &OpenTrial| Cell::text(&open.state)),
+        Column::text("because", "reason", |open: &OpenTrial| Cell::text(&open.reason)),
     ];
     Table::new("open", "Trials without a result".into(), columns, rows)
 }

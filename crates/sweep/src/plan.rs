@@ -13,11 +13,11 @@ use crate::axes::{Axes, Point};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::manifest::write_line;
-use crate::samples::{Loader, Samples, data_key};
+use crate::samples::{Loader, TrialSamples, data_key};
 use crate::study::{Folds, Study, values};
-use crate::trial::{DataOf, Piece, Trial, fold_identity, hashed, run_identity, toml_of};
+use crate::trial::{DataOf, Trial, TrialFold, fold_identity, hashed, run_identity, toml_of};
 
-/// What was planned.
+/// Counts of a plan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Planned {
     /// Trials of the manifest.
@@ -35,7 +35,7 @@ pub fn plan(study: &Study, folder: &SweepFolder, registry: &Registry) -> Result<
     let axes = Axes::new(study)?;
     std::fs::create_dir_all(folder.path()).map_err(|e| Error::io(folder.path(), "created", e))?;
     let path = folder.manifest();
-    let samples = Samples::default();
+    let samples = TrialSamples::default();
     let mut planner = Planner {
         study,
         registry,
@@ -61,7 +61,7 @@ pub fn plan(study: &Study, folder: &SweepFolder, registry: &Registry) -> Result<
     Ok(planner.planned)
 }
 
-/// What ends a plan: its file, or a trial.
+/// An error that ends a plan: of its file, or of a trial.
 enum Stop {
     Io(std::io::Error),
     Own(Error),
@@ -111,7 +111,7 @@ impl Planner<'_> {
         let keys = self.keys(&experiment)?;
         for key in &keys {
             let identity = fold_identity(&run, key);
-            let fold = Some(Piece { run: run.clone(), of: keys.len(), key: key.clone() });
+            let fold = Some(TrialFold { run: run.clone(), of: keys.len(), key: key.clone() });
             self.write(&Trial { identity, fold, ..whole.clone() }, out)?;
         }
         Ok(())
@@ -126,7 +126,7 @@ impl Planner<'_> {
         write_line(out, trial).map_err(|e| Error::io(self.path, "written", e))
     }
 
-    /// What a trial's tables say of it.
+    /// Returns the varied settings of a trial, for its rows in tables.
     fn settings(&self, config: &Path, point: Point) -> Map<String, serde_json::Value> {
         let mut set = Map::new();
         if self.study.configs().len() > 1 {

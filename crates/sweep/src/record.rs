@@ -1,4 +1,4 @@
-//! What is kept of a finished trial besides its run folder: enough for tables, small enough for thousands.
+//! Records of finished trials besides their run folders: enough for tables, small enough for thousands.
 
 use serde::{Deserialize, Serialize};
 use taxel_judge::Primary;
@@ -66,17 +66,17 @@ pub struct TrialTiming {
 pub struct Failure {
     /// Identity of the trial.
     pub identity: String,
-    /// What it ended with.
+    /// The error that ended it.
     pub error: String,
 }
 
 impl TrialTiming {
-    /// Without waiting for the disk: a trial counts by its result alone.
+    /// Writes the file without waiting for the disk: a trial counts by its result alone.
     pub(crate) fn write(&self, folder: &SweepFolder, identity: &str) -> Result<()> {
         json::write_unflushed(&folder.timing(identity), self)
     }
 
-    /// How a finished trial was made; none where a power cut has left nothing of it.
+    /// Reads how a finished trial was made; none where a power cut lost the file.
     ///
     /// # Errors
     /// A file that cannot be opened.
@@ -94,16 +94,16 @@ impl TrialResult {
             .filter(|metric| metric.is_shown)
             .map(|metric| metric.name)
             .collect();
-        let score = |own: &taxel_learn::NetworkResults| {
-            let mean = own.mean.as_ref()?;
+        let score = |results: &taxel_learn::NetworkResults| {
+            let mean = results.mean.as_ref()?;
             let mut scores = Scores::default();
             for name in &shown {
                 scores.set(name, mean.get(name)?);
-                if let Some(sd) = own.primary_spread().filter(|_| *name == primary.name()) {
+                if let Some(sd) = results.primary_spread().filter(|_| *name == primary.name()) {
                     scores.set(&sd_of(&primary), sd);
                 }
             }
-            let (network, zoo, folds) = (own.network.clone(), own.zoo.clone(), own.folds.len());
+            let (network, zoo, folds) = (results.network.clone(), results.zoo.clone(), results.folds.len());
             Some(NetworkScore { network, zoo, folds, scores })
         };
         TrialResult {
@@ -116,7 +116,7 @@ impl TrialResult {
         }
     }
 
-    /// The result of a finished trial or run; `None` where it is not finished.
+    /// Reads the result of a finished trial or run; `None` where it is not finished.
     ///
     /// # Errors
     /// A damaged file, or one of another trial.
@@ -124,8 +124,8 @@ impl TrialResult {
         let path = folder.result(identity);
         let read: Option<TrialResult> = json::read(&path)?;
         match &read {
-            Some(own) if own.identity != identity => {
-                let reason = format!("is of {}, not of {identity}; delete it", own.identity);
+            Some(record) if record.identity != identity => {
+                let reason = format!("is of {}, not of {identity}; delete it", record.identity);
                 Err(Error::file(&path, reason))
             }
             _ => Ok(read),

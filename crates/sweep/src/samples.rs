@@ -11,24 +11,24 @@ use crate::trial::{hashed, toml_of};
 
 /// Samples that some trial of this process has in use.
 #[derive(Default)]
-pub(crate) struct Samples {
+pub(crate) struct TrialSamples {
     known: Mutex<HashMap<String, Weak<Dataset>>>,
 }
 
 /// Who goes from trial to trial, and keeps the samples of the last one: the next has often the same.
 pub(crate) struct Loader<'a> {
-    samples: &'a Samples,
+    samples: &'a TrialSamples,
     last: Option<Arc<Dataset>>,
 }
 
-impl Samples {
+impl TrialSamples {
     pub fn loader(&self) -> Loader<'_> {
         Loader { samples: self, last: None }
     }
 }
 
 impl Loader<'_> {
-    /// The samples of an experiment.
+    /// Returns the samples of an experiment.
     ///
     /// # Errors
     /// Data that cannot be loaded.
@@ -49,7 +49,7 @@ impl Loader<'_> {
     }
 }
 
-/// All that the samples of a config depend on: its `[data]`, the seed of a scene, and the encoding, which says
+/// Returns a key for all that the samples of a config depend on: its `[data]`, the seed of a scene, and the encoding, which says
 /// what the axes of recordings are.
 pub(crate) fn data_key(config: &Config) -> String {
     let seed = match config.data.origin {

@@ -1,4 +1,4 @@
-//! What a sweep varies: `sweep.toml`, read and checked.
+//! A study: the settings that a sweep varies, read from TOML and checked.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 
 /// A study: base configs and what is varied in them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields)]
 pub struct Study {
     /// Name of the sweep's folder and of its page. Default the name of the file.
     #[serde(default)]
@@ -48,9 +48,9 @@ pub enum Configs {
     Several(Vec<PathBuf>),
 }
 
-/// What a trial is.
+/// Size of a trial.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum Folds {
     /// A config with all its folds.
     #[default]
@@ -68,17 +68,18 @@ pub struct Random {
     /// Seed of the draws, not of the experiments. Default 0.
     #[serde(default)]
     pub seed: u64,
-    /// What is drawn, by dotted key: [`Draw`].
+    /// Distributions by dotted key: [`Draw`].
     pub over: Table,
 }
 
 /// How one value is drawn.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum Draw {
     /// Evenly between two numbers.
     Uniform([f64; 2]),
     /// Evenly between the logarithms of two positive numbers.
+    #[serde(alias = "log-uniform")]
     LogUniform([f64; 2]),
     /// A whole number from the first to the second.
     Integer([i64; 2]),
@@ -106,7 +107,7 @@ impl Study {
         Ok(study)
     }
 
-    /// The configs, from the folder of the study.
+    /// Returns the paths of the configs, from the folder of the study.
     pub fn configs(&self) -> Vec<PathBuf> {
         let base = self.file.parent().unwrap_or(Path::new(""));
         let all = match &self.config {
@@ -118,7 +119,7 @@ impl Study {
 }
 
 impl Random {
-    /// What is drawn, by dotted key.
+    /// Returns the distributions by dotted key.
     ///
     /// # Errors
     /// Nothing to draw, or a range that is none.
@@ -130,7 +131,7 @@ impl Random {
             let draw: Draw = value.clone().try_into().map_err(|_| {
                 format!(
                     "random.over.{key} = {value}: must be one of {{ uniform = [0.0, 1.0] }}, \
-                     {{ log-uniform = [1e-4, 1e-1] }}, {{ integer = [8, 64] }}, {{ choice = [..] }}"
+                     {{ log_uniform = [1e-4, 1e-1] }}, {{ integer = [8, 64] }}, {{ choice = [..] }}"
                 )
             })?;
             draw.check().map_err(|reason| format!("random.over.{key}: {reason}"))?;
@@ -148,22 +149,23 @@ impl Draw {
             Draw::Integer([low, high]) => low <= high,
             Draw::Choice(values) => !values.is_empty(),
         };
-        match holds {
-            true => Ok(()),
-            false => Err(match self {
+        if holds {
+            Ok(())
+        } else {
+            Err(match self {
                 Draw::Choice(_) => "needs values to choose from".into(),
                 Draw::LogUniform(ends) => format!("{ends:?} must be two positive numbers, the smaller first"),
                 Draw::Uniform(ends) => format!("{ends:?} must be two numbers, the smaller first"),
                 Draw::Integer(ends) => format!("{ends:?} must be two whole numbers, the smaller first"),
-            }),
+            })
         }
     }
 }
 
 /// Tables that are one value: how something is drawn.
-const DRAWS: [&str; 4] = ["uniform", "log-uniform", "integer", "choice"];
+const DRAWS: [&str; 5] = ["uniform", "log_uniform", "log-uniform", "integer", "choice"];
 
-/// Dotted keys and values of nested tables, so that `train.epochs = 3` and `"train.epochs" = 3` are the same. A
+/// Returns the dotted keys and values of nested tables, so that `train.epochs = 3` and `"train.epochs" = 3` are the same. A
 /// table with a text as `kind` or `name` is one value, as in a config.
 pub(crate) fn values(table: &Table) -> Vec<(String, Value)> {
     let mut found = vec![];

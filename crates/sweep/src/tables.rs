@@ -12,26 +12,26 @@ use crate::record::{TrialResult, TrialTiming, sd_of};
 use crate::trial::{Trial, shown};
 
 /// Both tables while they are written, under other names.
-pub(crate) struct Tables {
+pub(crate) struct ResultTables {
     folder: PathBuf,
     keys: Vec<String>,
-    trials: Table,
+    trials: CsvTable,
     /// One for each metric that runs are scored by: the first is `scores.csv`, others bear its name.
-    scores: Vec<(Primary, Scored)>,
+    scores: Vec<(Primary, ScoreTable)>,
 }
 
 /// A table of scores with the names of the metrics in its last columns.
-struct Scored {
-    table: Table,
+struct ScoreTable {
+    table: CsvTable,
     metrics: Vec<String>,
 }
 
-struct Table {
+struct CsvTable {
     path: PathBuf,
     out: csv::Writer<Part>,
 }
 
-impl Tables {
+impl ResultTables {
     /// Begins both tables below `folder`, with a column for each varied key.
     ///
     /// # Errors
@@ -42,17 +42,17 @@ impl Tables {
             keys,
             &["network", "repetition", "fold", "state", "reason", "seconds", "host", "attempts"],
         );
-        Ok(Tables {
+        Ok(ResultTables {
             folder: folder.into(),
             keys: keys.to_vec(),
-            trials: Table::new(folder.join("trials.csv"), &trials)?,
+            trials: CsvTable::new(folder.join("trials.csv"), &trials)?,
             scores: vec![],
         })
     }
 
-    /// The table of runs that are scored by that metric, which is begun where there is none.
-    fn scored(&mut self, primary: &Primary) -> Result<&mut Scored> {
-        let at = match self.scores.iter().position(|(own, _)| own == primary) {
+    /// Returns the table of runs that are scored by that metric, which is begun where there is none.
+    fn scored(&mut self, primary: &Primary) -> Result<&mut ScoreTable> {
+        let at = match self.scores.iter().position(|(known, _)| known == primary) {
             Some(at) => at,
             None => {
                 let name = match self.scores.len() {
@@ -64,8 +64,8 @@ impl Tables {
                 let metrics = metric_names(primary);
                 let mut heads = around(&before, &self.keys, &["network", "zoo", "folds"]);
                 heads.extend(metrics.iter().map(|name| column(primary, name)));
-                let table = Table::new(self.folder.join(name), &heads)?;
-                self.scores.push((primary.clone(), Scored { table, metrics }));
+                let table = CsvTable::new(self.folder.join(name), &heads)?;
+                self.scores.push((primary.clone(), ScoreTable { table, metrics }));
                 self.scores.len() - 1
             }
         };
@@ -93,20 +93,23 @@ impl Tables {
         let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
         row.extend([state.into(), reason]);
         match timing {
-            Some(own) => row.extend([own.seconds.to_string(), own.host.clone(), own.attempts.to_string()]),
+            Some(timing) => {
+                row.extend([timing.seconds.to_string(), timing.host.clone(), timing.attempts.to_string()])
+            }
             None => row.extend([const { String::new() }; 3]),
         }
         self.trials.write(&row)
     }
 
     pub fn scores(&mut self, trial: &Trial, result: &TrialResult, run: &Path) -> Result<()> {
-        for own in &result.networks {
+        for network in &result.networks {
             let mut row = vec![run.display().to_string(), result.identity.clone(), result.name.clone()];
             row.extend([result.data.source.clone(), result.data.digest.clone(), result.seed.to_string()]);
             row.extend(self.settings(trial));
-            row.extend([own.network.clone(), own.zoo.clone(), own.folds.to_string()]);
+            row.extend([network.network.clone(), network.zoo.clone(), network.folds.to_string()]);
             let scored = self.scored(&result.primary)?;
-            let score = |name: &String| own.scores.get(name).map_or(String::new(), |value| value.to_string());
+            let score =
+                |name: &String| network.scores.get(name).map_or(String::new(), |value| value.to_string());
             row.extend(scored.metrics.iter().map(score));
             scored.table.write(&row)?;
         }
@@ -123,11 +126,11 @@ impl Tables {
             self.scored(&Primary::default())?;
         }
         self.trials.finish()?;
-        self.scores.into_iter().try_for_each(|(_, own)| own.table.finish())
+        self.scores.into_iter().try_for_each(|(_, scores)| scores.table.finish())
     }
 }
 
-/// Heads of a table, with those of the varied keys between.
+/// Returns the heads of a table, with those of the varied keys between.
 fn around(before: &[&str], keys: &[String], behind: &[&str]) -> Vec<String> {
     let strings = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
     [strings(before), keys.to_vec(), strings(behind)].concat()
@@ -138,12 +141,12 @@ fn metric_names(primary: &Primary) -> Vec<String> {
     let tasks = [Task::Classes(vec![]), Task::Values(vec![])];
     let of_task = tasks.iter().map(metrics).find(|all| all[0].name == primary.name()).unwrap_or_default();
     let mut names: Vec<String> =
-        of_task.iter().filter(|own| own.is_shown).map(|own| own.name.into()).collect();
+        of_task.iter().filter(|metric| metric.is_shown).map(|metric| metric.name.into()).collect();
     names.insert(1.min(names.len()), sd_of(primary));
     names
 }
 
-/// `accuracy_percent`, `accuracy_sd_points`; of values the name itself.
+/// Returns the name of a column: `accuracy_percent`, `accuracy_sd_points`; of values the name itself.
 fn column(primary: &Primary, name: &str) -> String {
     match (primary.is_percent(), name == sd_of(primary)) {
         (_, true) => primary.column_of_loss(name),
@@ -152,10 +155,10 @@ fn column(primary: &Primary, name: &str) -> String {
     }
 }
 
-impl Table {
+impl CsvTable {
     fn new(path: PathBuf, heads: &[String]) -> Result<Self> {
         let part = Part::create(&path).map_err(|e| Error::io(&path, "written", e))?;
-        let mut table = Table { path, out: csv::Writer::from_writer(part) };
+        let mut table = CsvTable { path, out: csv::Writer::from_writer(part) };
         table.write(heads)?;
         Ok(table)
     }
@@ -165,7 +168,7 @@ impl Table {
     }
 
     fn finish(self) -> Result<()> {
-        let Table { path, out } = self;
+        let CsvTable { path, out } = self;
         let part = out.into_inner().map_err(csv::IntoInnerError::into_error);
         part.and_then(Part::finish).map_err(|e| Error::io(&path, "written", e))
     }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use taxel_judge::{Contest, MAJORITY, Primary};
 
-use crate::collected::{Axis, Setting, Spread};
+use crate::collected::{KeyEffect, ScoreSpread, Setting};
 use crate::data_sets::DataSets;
 use crate::record::{NetworkScore, TrialResult};
 use crate::trial::{Trial, shown};
@@ -15,7 +15,7 @@ const RANKED: usize = 30;
 
 /// Mean and spread of numbers that go by (Welford).
 #[derive(Debug, Clone, Copy)]
-struct Count {
+struct RunningSpread {
     count: usize,
     mean: f64,
     squares: f64,
@@ -23,9 +23,9 @@ struct Count {
     most: f64,
 }
 
-impl Count {
-    const NONE: Count =
-        Count { count: 0, mean: 0.0, squares: 0.0, least: f64::INFINITY, most: f64::NEG_INFINITY };
+impl RunningSpread {
+    const NONE: RunningSpread =
+        RunningSpread { count: 0, mean: 0.0, squares: 0.0, least: f64::INFINITY, most: f64::NEG_INFINITY };
 
     fn add(&mut self, value: f64) {
         self.count += 1;
@@ -36,26 +36,26 @@ impl Count {
         self.most = self.most.max(value);
     }
 
-    fn spread(&self) -> Spread {
+    fn spread(&self) -> ScoreSpread {
         let sd = (self.count > 1).then(|| (self.squares / (self.count - 1) as f64).sqrt());
-        Spread { count: self.count, mean: self.mean, sd, least: self.least, most: self.most }
+        ScoreSpread { count: self.count, mean: self.mean, sd, least: self.least, most: self.most }
     }
 }
 
-/// Counts by key, in the order in which keys were met.
-struct Counts<K> {
+/// Counts by key, in the order in which keys came first.
+struct KeyedCounts<K> {
     places: HashMap<K, usize>,
-    rows: Vec<(K, Count)>,
+    rows: Vec<(K, RunningSpread)>,
 }
 
-impl<K: Clone + Eq + std::hash::Hash> Counts<K> {
+impl<K: Clone + Eq + std::hash::Hash> KeyedCounts<K> {
     fn new() -> Self {
-        Counts { places: HashMap::new(), rows: vec![] }
+        KeyedCounts { places: HashMap::new(), rows: vec![] }
     }
 
     fn add(&mut self, key: K, value: f64) {
         let place = *self.places.entry(key.clone()).or_insert_with(|| {
-            self.rows.push((key, Count::NONE));
+            self.rows.push((key, RunningSpread::NONE));
             self.rows.len() - 1
         });
         self.rows[place].1.add(value);
@@ -64,7 +64,7 @@ impl<K: Clone + Eq + std::hash::Hash> Counts<K> {
 
 /// A network with its settings on the samples of one `[data]` table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-struct Where {
+struct SettingKey {
     /// Place of the table.
     place: usize,
     source: String,
@@ -82,26 +82,26 @@ type Keys = Vec<(String, String)>;
 
 /// All that is counted.
 pub(crate) struct Tally {
-    settings: Counts<Where>,
+    settings: KeyedCounts<SettingKey>,
     /// Key, metric, network, value.
-    axes: Counts<(String, Primary, String, String)>,
+    axes: KeyedCounts<(String, Primary, String, String)>,
     data_sets: DataSets,
 }
 
 /// A network with its settings on one data set.
-struct Row<'a> {
-    /// Data sets stand in the order in which they were met.
+struct SettingRow<'a> {
+    /// Data sets stand in the order in which they came first.
     data_set: usize,
     /// The data set in words.
     name: String,
     set: String,
-    own: &'a Where,
-    count: &'a Count,
+    setting: &'a SettingKey,
+    count: &'a RunningSpread,
 }
 
 impl Tally {
     pub fn new() -> Self {
-        Tally { settings: Counts::new(), axes: Counts::new(), data_sets: DataSets::default() }
+        Tally { settings: KeyedCounts::new(), axes: KeyedCounts::new(), data_sets: DataSets::default() }
     }
 
     /// Counts a finished run; `trial` says what the axes say of it.
@@ -113,7 +113,7 @@ impl Tally {
         for NetworkScore { network, zoo, scores, .. } in &result.networks {
             let Some(score) = scores.primary() else { continue };
             let primary = &result.primary;
-            let own = Where {
+            let setting = SettingKey {
                 place,
                 source: result.data.source.clone(),
                 of_data: of_data.clone(),
@@ -122,56 +122,63 @@ impl Tally {
                 primary: primary.clone(),
                 set: set.clone(),
             };
-            self.settings.add(own, score);
+            self.settings.add(setting, score);
             for (key, value) in &keys {
                 self.axes.add((key.clone(), primary.clone(), network.clone(), value.clone()), score);
             }
         }
     }
 
-    /// What is counted, by data set. A key of the data that all its trials share belongs to its name; one that
-    /// they do not share leads to the same samples whatever its value, and is a setting like others.
-    fn rows<'a>(&'a self) -> Vec<Row<'a>> {
+    /// Returns the counted settings by data set. A data key that all trials of a data set share is part of its name. A data
+    /// key with several values there leads to the same samples, so it is a setting like others.
+    fn rows<'a>(&'a self) -> Vec<SettingRow<'a>> {
         let mut shared: HashMap<usize, Vec<&(String, String)>> = HashMap::new();
-        for (own, _) in &self.settings.rows {
+        for (setting, _) in &self.settings.rows {
             shared
-                .entry(self.data_sets.data_set(own.place))
-                .and_modify(|all| all.retain(|pair| own.of_data.contains(pair)))
-                .or_insert_with(|| own.of_data.iter().collect());
+                .entry(self.data_sets.data_set(setting.place))
+                .and_modify(|all| all.retain(|pair| setting.of_data.contains(pair)))
+                .or_insert_with(|| setting.of_data.iter().collect());
         }
-        let row = |(own, count): &'a (Where, Count)| {
-            let data_set = self.data_sets.data_set(own.place);
+        let row = |(setting, count): &'a (SettingKey, RunningSpread)| {
+            let data_set = self.data_sets.data_set(setting.place);
             let shared = &shared[&data_set];
-            let name = format!("{} {}", own.source, words(shared.iter().copied()));
-            let others = own.of_data.iter().filter(|pair| !shared.contains(pair));
-            Row { data_set, name: name.trim().into(), set: words(others.chain(&own.set)), own, count }
+            let name = format!("{} {}", setting.source, words(shared.iter().copied()));
+            let others = setting.of_data.iter().filter(|pair| !shared.contains(pair));
+            SettingRow {
+                data_set,
+                name: name.trim().into(),
+                set: words(others.chain(&setting.set)),
+                setting,
+                count,
+            }
         };
         self.settings.rows.iter().map(row).collect()
     }
 
-    /// Every network with every setting, data sets in the order of the plan, the best of each first.
+    /// Returns every network with every setting, data sets in the order of the plan, the best of each first.
     pub fn settings(&self) -> Vec<Setting> {
         let mut rows = self.rows();
-        let better_first = |a: &Row, b: &Row| a.own.primary.order(b.count.mean, a.count.mean);
+        let better_first =
+            |a: &SettingRow, b: &SettingRow| a.setting.primary.order(b.count.mean, a.count.mean);
         rows.sort_by(|a, b| a.data_set.cmp(&b.data_set).then(better_first(a, b)));
-        let setting = |row: Row| Setting {
+        let setting = |row: SettingRow| Setting {
             source: row.name,
-            network: row.own.network.clone(),
+            network: row.setting.network.clone(),
             set: row.set,
-            primary: row.own.primary.clone(),
+            primary: row.setting.primary.clone(),
             score: row.count.spread(),
         };
         rows.into_iter().map(setting).collect()
     }
 
-    /// What each key does, keys in the order of the alphabet, networks in that of the plan; keys with more than
+    /// Returns the effect of each key, keys in alphabetical order, networks in the order of the plan; keys with more than
     /// `most` rows are left out.
-    pub fn axes(&self, most: usize) -> Vec<Axis> {
-        let mut axes: Vec<Axis> = vec![];
+    pub fn axes(&self, most: usize) -> Vec<KeyEffect> {
+        let mut axes: Vec<KeyEffect> = vec![];
         for ((key, primary, network, value), count) in &self.axes.rows {
-            let is_own = |axis: &Axis| axis.key == *key && axis.primary == *primary;
+            let is_own = |axis: &KeyEffect| axis.key == *key && axis.primary == *primary;
             let at = axes.iter().position(is_own).unwrap_or_else(|| {
-                axes.push(Axis { key: key.clone(), primary: primary.clone(), rows: vec![] });
+                axes.push(KeyEffect { key: key.clone(), primary: primary.clone(), rows: vec![] });
                 axes.len() - 1
             });
             axes[at].rows.push((network.clone(), value.clone(), count.spread()));
@@ -190,17 +197,18 @@ impl Tally {
         axes
     }
 
-    /// Networks with their settings by data set, for ranks; the baseline that reads nothing is left out. None
-    /// where there are too many to be told apart.
+    /// Returns the networks with their settings by data set, for ranks; the baseline that reads nothing is left out. None
+    /// where there are too many to tell apart.
     pub fn contests(&self) -> Option<Vec<Contest>> {
         let mut contests: Vec<(usize, Contest)> = vec![];
-        for row in self.rows().into_iter().filter(|row| row.own.zoo != MAJORITY) {
-            let at = contests.iter().position(|(own, _)| *own == row.data_set).unwrap_or_else(|| {
-                let primary = row.own.primary.clone();
-                contests.push((row.data_set, Contest { name: row.name, primary, scores: vec![] }));
-                contests.len() - 1
-            });
-            let name = format!("{} {}", row.own.network, row.set).trim().to_string();
+        for row in self.rows().into_iter().filter(|row| row.setting.zoo != MAJORITY) {
+            let at =
+                contests.iter().position(|(data_set, _)| *data_set == row.data_set).unwrap_or_else(|| {
+                    let primary = row.setting.primary.clone();
+                    contests.push((row.data_set, Contest { name: row.name, primary, scores: vec![] }));
+                    contests.len() - 1
+                });
+            let name = format!("{} {}", row.setting.network, row.set).trim().to_string();
             let scores = &mut contests[at].1.scores;
             scores.push((name, row.count.mean));
             if scores.len() > RANKED {
@@ -211,12 +219,12 @@ impl Tally {
     }
 }
 
-/// Keys and values on one line.
+/// Returns the keys and values on one line.
 fn words<'a>(keys: impl Iterator<Item = &'a (String, String)>) -> String {
     keys.map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether a key says which samples a trial has.
+/// Checks whether a key says which samples a trial has.
 fn is_data(key: &str) -> bool {
     key == "config" || key.starts_with("data.")
 }
@@ -273,9 +281,9 @@ mod tests {
         assert_eq!(shown[0], "simulated: s data.samples=40|a|lr=0.2|95");
         assert_eq!(shown[1], "simulated: s data.samples=40|a|lr=0.1|85");
         assert_eq!(shown[6], "simulated: s data.samples=80|a|lr=0.1|99");
-        let own = settings[1].score;
-        assert_eq!((own.count, own.least, own.most), (2, 80.0, 90.0));
-        assert!((own.sd.unwrap() - 50f64.sqrt()).abs() < 1e-12);
+        let score = settings[1].score;
+        assert_eq!((score.count, score.least, score.most), (2, 80.0, 90.0));
+        assert!((score.sd.unwrap() - 50f64.sqrt()).abs() < 1e-12);
 
         let contests = tally.contests().unwrap();
         assert_eq!(contests.len(), 2);
@@ -305,7 +313,7 @@ mod tests {
         // Another data set has a config of its own: that is its name.
         add_on(&mut tally, r#"{"config":"e","seed":0}"#, ("u", "2"), [70.0, 50.0]);
         let contests = tally.contests().unwrap();
-        let names: Vec<&str> = contests.iter().map(|own| own.name.as_str()).collect();
+        let names: Vec<&str> = contests.iter().map(|contest| contest.name.as_str()).collect();
         assert_eq!(names, ["simulated: s", "simulated: s config=e"]);
         assert_eq!(contests[0].of("a config=d"), Some(80.0));
         assert_eq!((contests[0].scores.len(), contests[1].scores.len()), (8, 2));

@@ -12,12 +12,12 @@ pub struct Trial {
     pub identity: String,
     /// Name of the experiment.
     pub name: String,
-    /// What the axes of the sweep say of it, by dotted key.
+    /// Its values of the varied keys, by dotted key.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub set: Map<String, Value>,
     /// The fold, where folds are trials of their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fold: Option<Piece>,
+    pub fold: Option<TrialFold>,
     /// The samples.
     pub data: DataOf,
     /// Version and commit of the program that planned it; another one refuses to run it.
@@ -28,7 +28,7 @@ pub struct Trial {
 
 /// One fold of a run whose folds are trials of their own.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Piece {
+pub struct TrialFold {
     /// Identity of the whole run.
     pub run: String,
     /// How many folds it has.
@@ -50,12 +50,12 @@ pub struct DataOf {
 }
 
 impl Trial {
-    /// Identity of the run that it is, or that it is a fold of.
+    /// Returns the identity of the run that it is, or that it is a fold of.
     pub fn run(&self) -> &str {
         self.fold.as_ref().map_or(&self.identity, |piece| &piece.run)
     }
 
-    /// Name, settings and fold on one line.
+    /// Returns the name, settings and fold on one line.
     pub fn words(&self) -> String {
         let mut words = self.name.clone();
         for (key, value) in &self.set {
@@ -68,22 +68,22 @@ impl Trial {
     }
 }
 
-/// A value as it stands in tables: text without quotes.
+/// Returns a value as it stands in tables: text without quotes.
 pub(crate) fn shown(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }
 
-/// Identity of a run: of its resolved config on its samples by this program.
+/// Returns the identity of a run: of its resolved config on its samples by this program.
 pub(crate) fn run_identity(config: &str, data_digest: &str, program: &str) -> String {
     hashed(&[config, data_digest, program])
 }
 
-/// Identity of one fold of a run.
+/// Returns the identity of one fold of a run.
 pub(crate) fn fold_identity(run: &str, key: &FoldKey) -> String {
     hashed(&[run, &key.to_string()])
 }
 
-/// BLAKE3 of several texts; each with its length, so that no two lists are one.
+/// Returns the BLAKE3 digest of several texts; each with its length, so that no two lists are one.
 pub(crate) fn hashed(parts: &[&str]) -> String {
     let mut hasher = blake3::Hasher::new();
     for part in parts {
@@ -105,13 +105,13 @@ mod tests {
 
     #[test]
     fn each_part_makes_another_identity() {
-        let own = run_identity("seed = 1", "d", "0.1.0");
+        let identity = run_identity("seed = 1", "d", "0.1.0");
         let others = [("seed = 2", "d", "0.1.0"), ("seed = 1", "e", "0.1.0"), ("seed = 1", "d", "0.1.1")];
         for (config, digest, program) in others {
-            assert_ne!(own, run_identity(config, digest, program));
+            assert_ne!(identity, run_identity(config, digest, program));
         }
         assert_ne!(run_identity("ab", "c", ""), run_identity("a", "bc", ""), "parts do not run together");
         let key = |fold| FoldKey { network: "mlp".into(), repetition: 0, fold };
-        assert_ne!(fold_identity(&own, &key(0)), fold_identity(&own, &key(1)));
+        assert_ne!(fold_identity(&identity, &key(0)), fold_identity(&identity, &key(1)));
     }
 }

@@ -1,4 +1,4 @@
-//! One trial from claim to result.
+//! One trial from lease to result.
 
 use std::fs;
 use std::path::Path;
@@ -11,10 +11,10 @@ use taxel_learn::{RunFolder, RunOptions, Silent, program};
 use taxel_trainer::{Experiment, Overrides, Runner};
 use taxel_zoo::Registry;
 
-use crate::claim::{Claim, Holder, Taken};
 use crate::error::{Error, Result};
 use crate::folder::SweepFolder;
 use crate::json;
+use crate::lease::{Holder, Lease, Taken};
 use crate::record::{Failure, TrialResult, TrialTiming};
 use crate::samples::Loader;
 use crate::trial::Trial;
@@ -32,9 +32,9 @@ pub struct WorkOptions {
     pub cancel: Arc<AtomicBool>,
 }
 
-/// What came of one trial.
+/// The outcome of one trial.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
+pub enum TrialOutcome {
     /// It is finished now.
     Finished {
         /// Seconds that it took.
@@ -82,51 +82,48 @@ impl Worker<'_> {
     ///
     /// # Errors
     /// A sweep folder that cannot be read or written.
-    pub fn one(&mut self, trial: &Trial) -> Result<Outcome> {
+    pub fn one(&mut self, trial: &Trial) -> Result<TrialOutcome> {
         let identity = &trial.identity;
         if TrialResult::read(self.folder, identity)?.is_some() {
-            return Ok(Outcome::Before);
+            return Ok(TrialOutcome::Before);
         }
         let start = Instant::now();
-        let claim = match Claim::take(self.folder, identity, self.options.stale)? {
-            Taken::Mine(claim) => claim,
-            Taken::Held(holder) => return Ok(Outcome::Held(holder)),
+        let lease = match Lease::take(self.folder, identity, self.options.stale)? {
+            Taken::Mine(lease) => lease,
+            Taken::Held(holder) => return Ok(TrialOutcome::Held(holder)),
         };
-        // Somebody may have finished it since it was asked for.
+        // Another process may have finished it since the check above.
         if TrialResult::read(self.folder, identity)?.is_some() {
-            claim.finish()?;
-            return Ok(Outcome::Before);
+            lease.finish()?;
+            return Ok(TrialOutcome::Before);
         }
         let out = match &trial.fold {
             None => self.folder.run(&trial.name, identity),
             Some(_) => self.folder.piece(&trial.name, identity),
         };
-        let run = |this: &mut Self| match out.is_dir() {
-            // Its process was killed between the run folder and the result.
-            true => Ok(()),
-            false => this.run(trial, &claim.work()?, &out),
-        };
-        match run(self) {
+        let run = |this: &mut Self| this.run(trial, &lease.work()?, &out);
+        // A run folder without a result: its process was killed between the two.
+        match if out.is_dir() { Ok(()) } else { run(self) } {
             Ok(()) => {}
             Err(Ended::Stopped) => {
-                claim.release()?;
-                return Ok(Outcome::Stopped);
+                lease.release()?;
+                return Ok(TrialOutcome::Stopped);
             }
             Err(Ended::Failed(error)) => {
-                if let Some(holder) = claim.successor()? {
-                    return Ok(Outcome::Held(holder));
+                if let Some(holder) = lease.successor()? {
+                    return Ok(TrialOutcome::Held(holder));
                 }
                 let error = error.to_string();
                 let failure = Failure { identity: identity.clone(), error: error.clone() };
                 json::write(&self.folder.failure(identity), &failure)?;
-                claim.release()?;
-                return Ok(Outcome::Failed(error));
+                lease.release()?;
+                return Ok(TrialOutcome::Failed(error));
             }
         }
         let seconds = start.elapsed().as_secs_f64();
-        self.keep(trial, &out, seconds, claim.attempts())?;
-        claim.finish()?;
-        Ok(Outcome::Finished { seconds })
+        self.keep(trial, &out, seconds, lease.attempts())?;
+        lease.finish()?;
+        Ok(TrialOutcome::Finished { seconds })
     }
 
     /// Trains in `work` and puts the finished run folder at `out`.
@@ -174,15 +171,15 @@ impl Worker<'_> {
     }
 }
 
-/// The experiment of a trial, as it was planned.
+/// Returns the experiment of a trial, as it was planned.
 ///
 /// # Errors
 /// A trial that another program has planned.
 pub(crate) fn resolved(trial: &Trial, registry: &Registry) -> Result<Experiment> {
-    let own = program();
-    if trial.program != own {
+    let current = program();
+    if trial.program != current {
         let reason = format!(
-            "was planned by taxel {}, this is {own}; plan the sweep again, or run it with that one",
+            "was planned by taxel {}, this is {current}; plan the sweep again, or run it with that one",
             trial.program
         );
         return Err(Error::Value { key: "trial", value: trial.words(), reason });

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use taxel_judge::{Contest, Primary, rank};
-use taxel_sweep::{Axis, OpenTrial, Setting, Spread, Sweep, SweepProgress, sweep_page};
+use taxel_sweep::{KeyEffect, OpenTrial, ScoreSpread, Setting, Sweep, SweepProgress, sweep_page};
 
-fn spread(mean: f64) -> Spread {
-    Spread { count: 3, mean, sd: Some(1.5), least: mean - 2.0, most: mean + 2.0 }
+fn spread(mean: f64) -> ScoreSpread {
+    ScoreSpread { count: 3, mean, sd: Some(1.5), least: mean - 2.0, most: mean + 2.0 }
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn a_page_says_how_far_it_is_what_keys_do_and_what_is_missing() {
             primary: Primary::default(),
             score: spread(91.25),
         }],
-        axes: vec![Axis {
+        axes: vec![KeyEffect {
             key: "train.epochs".into(),
             primary: Primary::default(),
             rows: vec![row("3", 91.25), row("1", 70.0)],

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel_judge::{Case, Choice, EarlyOptions, Judgement, Options, Report, StressOptions};
+use taxel_judge::{Case, Choice, EarlyOptions, JudgeOptions, Judgement, Report, StressOptions};
 use taxel_learn::{Progress, RunFolder};
 use taxel_zoo::Registry;
 
@@ -59,13 +59,13 @@ pub fn measure(
 ) -> Result<Judgement> {
     let _lock = case.folder.lock()?;
     let limits = |stress: &StressOptions| EarlyOptions { samples: stress.samples, threads: stress.threads };
-    let options = Options {
+    let options = JudgeOptions {
         early: Some(stress.as_ref().map(limits).unwrap_or_default()),
         stress,
         say: &|what| progress.say(what),
         start: &|steps| progress.start(steps),
         tick: &|| progress.step(1),
-        ..Options::default()
+        ..JudgeOptions::default()
     };
     let judgement = taxel_judge::judge(case, &options);
     progress.finish();

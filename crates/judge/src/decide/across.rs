@@ -29,17 +29,18 @@ pub fn across(judgements: &[&Judgement], alpha: f64) -> Result<Option<Across>> {
         let scores = networks.filter_map(|n| Some((n.results.network.clone(), n.score()?)));
         Contest { name: set.results.name.clone(), primary: set.primary(), scores: scores.collect() }
     };
-    let mut own = rank(&sets.iter().map(contest).collect::<Vec<_>>(), alpha)?;
+    let mut across = rank(&sets.iter().map(contest).collect::<Vec<_>>(), alpha)?;
     let left_out = alike.len() - sets.len();
-    if let Some(own) = own.as_mut().filter(|_| left_out > 0) {
-        own.words.push(format!("{left_out} runs on samples that another run has were left out."));
+    if let Some(across) = across.as_mut().filter(|_| left_out > 0) {
+        across.words.push(format!("{left_out} runs on samples that another run has were left out."));
     }
-    if let Some(own) = own.as_mut().filter(|_| !others.is_empty()) {
+    if let Some(across) = across.as_mut().filter(|_| !others.is_empty()) {
         let (count, metric) = (others.len(), primary.head());
-        own.words
+        across
+            .words
             .push(format!("{count} runs that are scored by another metric than {metric} were left out."));
     }
-    Ok(own)
+    Ok(across)
 }
 
 /// Ranks the networks that all data sets of `sets` share. `None` with fewer than five data sets or three shared
@@ -74,7 +75,7 @@ pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
     let against = |at: usize| wilcoxon(&scores.iter().map(|row| row[at] - row[0]).collect::<Vec<_>>());
     let p = (1..networks.len()).map(against).collect::<Result<Vec<_>>>()?;
     let p_holm = std::iter::once(None).chain(holm(&p).into_iter().map(Some)).collect();
-    let mut own = Across {
+    let mut across = Across {
         runs: sets.iter().map(|set| set.name.clone()).collect(),
         critical_difference: nemenyi(networks.len(), sets.len(), alpha)?,
         networks,
@@ -85,8 +86,8 @@ pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
         p_holm,
         words: vec![],
     };
-    own.words = words(&own);
-    Ok(Some(own))
+    across.words = words(&across);
+    Ok(Some(across))
 }
 
 /// Scores as numbers that are higher for the better.
@@ -94,20 +95,21 @@ fn merits(primary: &Primary, scores: &[Vec<f64>]) -> Vec<Vec<f64>> {
     scores.iter().map(|row| row.iter().map(|score| primary.merit(*score)).collect()).collect()
 }
 
-/// What `own` says, in sentences.
-fn words(own: &Across) -> Vec<String> {
-    let (count, best) = (own.runs.len(), &own.networks[0]);
-    let p = shown(own.friedman.p_iman_davenport);
+/// Returns the result in sentences.
+fn words(across: &Across) -> Vec<String> {
+    let (count, best) = (across.runs.len(), &across.networks[0]);
+    let p = shown(across.friedman.p_iman_davenport);
     let mut words = vec![];
-    if own.friedman.p_iman_davenport >= own.alpha {
+    if across.friedman.p_iman_davenport >= across.alpha {
         words.push(format!(
             "Over {count} data sets no network is better than another beyond chance (Friedman, Iman and \
              Davenport's p {p})."
         ));
     } else {
-        let far = |at: &usize| own.friedman.ranks[*at] - own.friedman.ranks[0] >= own.critical_difference;
+        let far =
+            |at: &usize| across.friedman.ranks[*at] - across.friedman.ranks[0] >= across.critical_difference;
         let worse: Vec<&str> =
-            (1..own.networks.len()).filter(far).map(|at| own.networks[at].as_str()).collect();
+            (1..across.networks.len()).filter(far).map(|at| across.networks[at].as_str()).collect();
         let beaten = match worse.as_slice() {
             [] => "but no single one is worse than the best by the critical difference".into(),
             some => format!("{best} ranks better than {} beyond doubt", some.join(", ")),
@@ -151,14 +153,14 @@ mod tests {
 
     #[test]
     fn shared_networks_are_ranked_over_data_sets() {
-        let own = of(&judgements(6)).unwrap();
-        assert_eq!(own.networks, ["good", "fair", "poor"]);
-        assert_eq!(own.friedman.ranks, [1.0, 2.0, 3.0]);
-        assert_eq!(own.scores[0], [98.0, 88.0, 68.0]);
+        let across = of(&judgements(6)).unwrap();
+        assert_eq!(across.networks, ["good", "fair", "poor"]);
+        assert_eq!(across.friedman.ranks, [1.0, 2.0, 3.0]);
+        assert_eq!(across.scores[0], [98.0, 88.0, 68.0]);
         // Six of six one way: 2 / 64, twice for two comparisons.
-        assert_eq!(own.p_holm, [None, Some(0.0625), Some(0.0625)]);
-        assert!((own.critical_difference - 1.353).abs() < 1e-3, "{}", own.critical_difference);
-        assert!(own.words[0].contains("good ranks better than poor beyond doubt"), "{:?}", own.words);
+        assert_eq!(across.p_holm, [None, Some(0.0625), Some(0.0625)]);
+        assert!((across.critical_difference - 1.353).abs() < 1e-3, "{}", across.critical_difference);
+        assert!(across.words[0].contains("good ranks better than poor beyond doubt"), "{:?}", across.words);
     }
 
     #[test]
@@ -166,9 +168,9 @@ mod tests {
         assert_eq!(of(&judgements(4)), None);
         let mut same = judgements(6);
         same[5].results.data_digest = "0".into();
-        let own = of(&same).unwrap();
-        assert_eq!(own.runs.len(), 5);
-        assert!(own.words[1].starts_with("1 runs on samples"), "{:?}", own.words);
+        let across = of(&same).unwrap();
+        assert_eq!(across.runs.len(), 5);
+        assert!(across.words[1].starts_with("1 runs on samples"), "{:?}", across.words);
         same[4].results.data_digest = "0".into();
         assert_eq!(of(&same), None);
         let mut missing = judgements(5);

@@ -10,10 +10,11 @@ use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJORITY, Primary};
 
-/// The smallest network of a run that suffices: of those that are not significantly worse than the most
-/// accurate one, by the primary metric of the task, the cheapest, with the evidence. Baselines take part. Never chosen are majority, which reads
-/// nothing, what diverged in training, what is no better than chance, and what seems to lose more than [`Criteria::margin`],
-/// significantly or not. Of a learning curve only the rows with the most training samples take part.
+/// Chooses the smallest network of a run that suffices: of those that are not significantly worse than the most
+/// accurate one, by the primary metric of the task, the cheapest, with the evidence. Baselines take part. Never chosen
+/// are majority, which reads nothing, what diverged in training, what is no better than chance, and what seems to lose
+/// more than [`Criteria::margin`], significantly or not. Of a learning curve only the rows with the most training
+/// samples take part.
 ///
 /// # Errors
 /// Criteria outside their range, or a limit on losses without a stress test.
@@ -33,7 +34,7 @@ pub fn choose(case: &Case, judgement: &Judgement, criteria: &Criteria) -> Result
     decide(&Comparison::of(case), judgement, &case.compared(), criteria)
 }
 
-/// The same from records and a judgement alone.
+/// Returns the same choice from records and a judgement alone.
 pub(super) fn decide(
     comparison: &Comparison,
     judgement: &Judgement,
@@ -56,14 +57,15 @@ pub(super) fn decide(
         rows.iter().map(|row| one(comparison, judgement, row, best, criteria)).collect::<Result<Vec<_>>>()?;
     correct(&primary, &mut evidence, criteria.alpha);
     let margin = criteria.margin_of(&primary, judgement.chance);
-    for own in evidence.iter_mut().filter(|own| own.refused.is_none() && !own.worse) {
-        let lost = primary.loss(own.difference);
-        own.refused = (lost > margin)
+    for network in evidence.iter_mut().filter(|network| network.refused.is_none() && !network.worse) {
+        let lost = primary.loss(network.difference);
+        network.refused = (lost > margin)
             .then(|| format!("seems to lose {}, but the data cannot tell", primary.difference(lost)));
     }
     let best = best.results.network.clone();
-    let chosen = cheapest(&primary, &evidence).map(|own| own.network.clone());
-    let enough_data = evidence.iter().all(|own| own.network == best || !unseen(&primary, own, margin));
+    let chosen = cheapest(&primary, &evidence).map(|network| network.network.clone());
+    let enough_data =
+        evidence.iter().all(|network| network.network == best || !unseen(&primary, network, margin));
     let mut choice = Choice {
         criteria: Criteria { margin: Some(margin), ..criteria.clone() },
         primary,
@@ -78,7 +80,7 @@ pub(super) fn decide(
     Ok(choice)
 }
 
-/// Of equals the cheaper; one whose training diverged only where all did.
+/// Returns the most accurate row; of equals the cheaper, and one whose training diverged only where all did.
 fn most_accurate<'a>(primary: &Primary, rows: &[&'a Judged], by: CostKind) -> Option<&'a Judged> {
     let cost = |row: &Judged| cost(row, by).unwrap_or(f64::INFINITY);
     let sound = |row: &Judged| row.results.diverged == 0;
@@ -89,7 +91,7 @@ fn most_accurate<'a>(primary: &Primary, rows: &[&'a Judged], by: CostKind) -> Op
     })
 }
 
-/// One row beside the best, before its p is corrected.
+/// Returns one row beside the best, before its p is corrected.
 fn one(
     comparison: &Comparison,
     judgement: &Judgement,
@@ -98,9 +100,10 @@ fn one(
     criteria: &Criteria,
 ) -> Result<Evidence> {
     let (name, best_name) = (&row.results.network, &best.results.network);
-    let effect = match name == best_name {
-        true => Some(Effect { size: 0.0, interval: None, p: None }),
-        false => comparison.difference(name, best_name, None)?,
+    let effect = if name == best_name {
+        Some(Effect { size: 0.0, interval: None, p: None })
+    } else {
+        comparison.difference(name, best_name, None)?
     };
     let mean_loss = judgement.stress.as_ref().and_then(|stress| stress.mean_loss(name));
     Ok(Evidence {
@@ -124,7 +127,7 @@ fn score(row: &Judged) -> f64 {
     row.score().unwrap_or(0.0)
 }
 
-/// What is to be small.
+/// Returns the cost that is to be small.
 fn cost(row: &Judged, by: CostKind) -> Option<f64> {
     match by {
         CostKind::Latency => row.speed.map(|speed| speed.whole.p50_ms),
@@ -133,7 +136,7 @@ fn cost(row: &Judged, by: CostKind) -> Option<f64> {
     }
 }
 
-/// Why a network cannot be chosen, however accurate it is.
+/// Says why a network cannot be chosen, however accurate it is.
 fn refusal(
     row: &Judged,
     judgement: &Judgement,
@@ -164,21 +167,21 @@ fn refusal(
     }
 }
 
-/// Holm over all comparisons with the best; what is worse beyond doubt.
+/// Corrects all p-values by Holm's method and marks the rows that are worse beyond doubt.
 fn correct(primary: &Primary, evidence: &mut [Evidence], alpha: f64) {
-    let p: Vec<f64> = evidence.iter().filter_map(|own| own.p).collect();
-    let tested = evidence.iter_mut().filter(|own| own.p.is_some());
-    for (own, corrected) in tested.zip(holm(&p)) {
-        own.p_holm = Some(corrected);
-        own.worse = corrected < alpha && primary.loss(own.difference) > 0.0;
+    let p: Vec<f64> = evidence.iter().filter_map(|network| network.p).collect();
+    let tested = evidence.iter_mut().filter(|network| network.p.is_some());
+    for (network, corrected) in tested.zip(holm(&p)) {
+        network.p_holm = Some(corrected);
+        network.worse = corrected < alpha && primary.loss(network.difference) > 0.0;
     }
 }
 
-/// The cheapest that is neither refused nor worse; of equals the more accurate.
+/// Returns the cheapest that is neither refused nor worse; of equals the more accurate.
 fn cheapest<'a>(primary: &Primary, evidence: &'a [Evidence]) -> Option<&'a Evidence> {
-    let candidates = evidence.iter().filter(|own| own.refused.is_none() && !own.worse);
+    let candidates = evidence.iter().filter(|network| network.refused.is_none() && !network.worse);
     candidates.min_by(|a, b| {
-        let cost = |own: &Evidence| own.cost.unwrap_or(f64::INFINITY);
+        let cost = |network: &Evidence| network.cost.unwrap_or(f64::INFINITY);
         cost(a).total_cmp(&cost(b)).then(primary.order(b.score, a.score))
     })
 }

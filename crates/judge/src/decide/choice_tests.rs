@@ -37,7 +37,7 @@ fn the_cheapest_that_is_not_worse_is_chosen() {
     assert_eq!((choice.best.as_str(), choice.chosen.as_deref()), ("large", Some("small")));
     assert_eq!(choice.test, Test::NadeauBengio);
     assert!(choice.enough_data, "{choice:#?}");
-    let worse: Vec<bool> = choice.evidence.iter().map(|own| own.worse).collect();
+    let worse: Vec<bool> = choice.evidence.iter().map(|network| network.worse).collect();
     assert_eq!(worse, [false, false, true, true]);
     let small = &choice.evidence[1];
     assert!((small.difference + 0.4).abs() < 1e-9, "{small:?}");
@@ -253,12 +253,12 @@ fn holm_counts_every_comparison() {
     const WORSE: &[usize] = &[7, 9, 6, 8, 6, 9, 7, 7, 9, 5];
     let setting = Setting { parts: 10, tested: 50, trained: 450, ..Setting::default() };
     let two = || vec![player("large", 10.0, BETTER), player("small", 1.0, WORSE)];
-    let alone = chosen(&setting, two(), &Criteria::default());
-    assert!(alone.evidence[1].worse, "{:#?}", alone.evidence);
+    let single = chosen(&setting, two(), &Criteria::default());
+    assert!(single.evidence[1].worse, "{:#?}", single.evidence);
     let crowd = two().into_iter().chain((0..40).map(|_| player("same", 20.0, BETTER))).collect();
     let (comparison, judgement) = synthetic(&setting, crowd);
     let together = run(&comparison, &judgement, &Criteria::default());
-    assert!(!together.evidence[1].worse && together.evidence[1].p == alone.evidence[1].p);
+    assert!(!together.evidence[1].worse && together.evidence[1].p == single.evidence[1].p);
     assert_eq!(together.chosen.as_deref(), Some("small"));
 }
 
@@ -313,11 +313,11 @@ fn a_wish_outside_its_range_is_refused() {
         assert!(error.starts_with(name), "{error}");
     }
     assert!(decide(&comparison, &judgement, &[], &Criteria::default()).is_err());
-    let alone = run(&comparison, &judgement, &Criteria::default());
+    let single = run(&comparison, &judgement, &Criteria::default());
     assert!(
-        alone.enough_data && says(&alone, "nothing in the table that beats chance is cheaper"),
+        single.enough_data && says(&single, "nothing in the table that beats chance is cheaper"),
         "{:#?}",
-        alone.words
+        single.words
     );
 }
 
@@ -371,7 +371,7 @@ fn paired_changes_are_those_of_the_folds() {
     let [low, high] = change.interval.unwrap();
     assert!((low + high + 20.0).abs() < 1e-9 && high - low > 4.0, "{low} {high}");
     // A twin that was not broken leaves nothing to compare.
-    let mut alone = judgement;
-    alone.stress.as_mut().unwrap().networks.remove(0);
-    assert_eq!(hardening(&alone).unwrap(), []);
+    let mut single = judgement;
+    single.stress.as_mut().unwrap().networks.remove(0);
+    assert_eq!(hardening(&single).unwrap(), []);
 }

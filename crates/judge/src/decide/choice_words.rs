@@ -8,20 +8,22 @@ use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Pri
 /// Percentage points of mean loss under faults that are worth a word; of values as [`Primary::share`] says.
 const NOTABLE: f64 = 2.0;
 
-/// What is chosen, what it gives up, what it saves, whether faults speak against it, what is not known.
+/// Says which network is chosen, how much worse than the best and how much cheaper it is, how it stands faults, and which
+/// doubts remain.
 pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[Hardened]) -> Vec<String> {
-    let own = |name: &str| choice.evidence.iter().find(|own| own.network == name);
+    let evidence_of = |name: &str| choice.evidence.iter().find(|evidence| evidence.network == name);
     let mut words = vec![];
-    let Some(chosen) = choice.chosen.as_deref().and_then(own) else {
+    let Some(chosen) = choice.chosen.as_deref().and_then(evidence_of) else {
         words.push(format!("Nothing suffices: {}.", refusals(choice)));
         words.extend(doubts(choice, judgement, None));
         return words;
     };
     #[expect(clippy::expect_used, reason = "the best is one of the rows")]
-    let best = own(&choice.best).expect("the best has evidence");
-    words.push(match chosen.network == best.network {
-        true => is_best(choice, chosen),
-        false => suffices(choice, chosen, best),
+    let best = evidence_of(&choice.best).expect("the best has evidence");
+    words.push(if chosen.network == best.network {
+        is_best(choice, chosen)
+    } else {
+        suffices(choice, chosen, best)
     });
     if let (Some(small), Some(large)) = (judgement.network(&chosen.network), judgement.network(&best.network))
     {
@@ -41,32 +43,34 @@ pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[
     words
 }
 
-/// Whether a loss larger than `margin` could have stayed unseen, or is seen and not sure. Majority counts:
+/// Checks whether a loss larger than `margin` could have stayed unseen, or is seen and not sure. Majority counts:
 /// data that cannot tell it from the best tell nothing.
-pub(super) fn unseen(primary: &Primary, own: &Evidence, margin: f64) -> bool {
-    let counts = own.refused.is_none() || own.network == MAJORITY || primary.loss(own.difference) > margin;
-    counts && !own.worse && own.interval.is_none_or(|bounds| primary.losses(bounds)[1] > margin)
+pub(super) fn unseen(primary: &Primary, evidence: &Evidence, margin: f64) -> bool {
+    let counts = evidence.refused.is_none()
+        || evidence.network == MAJORITY
+        || primary.loss(evidence.difference) > margin;
+    counts && !evidence.worse && evidence.interval.is_none_or(|bounds| primary.losses(bounds)[1] > margin)
 }
 
 fn is_best(choice: &Choice, chosen: &Evidence) -> String {
     let primary = &choice.primary;
-    let others = choice.evidence.iter().filter(|own| own.network != chosen.network);
+    let others = choice.evidence.iter().filter(|evidence| evidence.network != chosen.network);
     let cheaper: Vec<String> = others
-        .filter(|own| own.network != MAJORITY && own.cost < chosen.cost)
-        .map(|own| match (&own.refused, own.p_holm) {
-            (Some(reason), _) => format!("{} {reason}", own.network),
+        .filter(|evidence| evidence.network != MAJORITY && evidence.cost < chosen.cost)
+        .map(|evidence| match (&evidence.refused, evidence.p_holm) {
+            (Some(reason), _) => format!("{} {reason}", evidence.network),
             (_, Some(p)) => {
-                let (by, points) = (primary.show_signed()(own.difference), primary.points());
-                format!("{} ({}, p {})", own.network, format!("{by} {points}").trim_end(), shown(p))
+                let (by, points) = (primary.show_signed()(evidence.difference), primary.points());
+                format!("{} ({}, p {})", evidence.network, format!("{by} {points}").trim_end(), shown(p))
             }
-            _ => own.network.clone(),
+            _ => evidence.network.clone(),
         })
         .collect();
     let beyond = match cheaper.as_slice() {
         [] => "nothing in the table that beats chance is cheaper".into(),
         some => format!("cheaper ones do not suffice: {}", some.join("; ")),
     };
-    let score = scored(primary, chosen.score);
+    let score = primary.named_value(chosen.score);
     format!("{} suffices, and is the most accurate ({score}): {beyond}.", chosen.network)
 }
 
@@ -80,27 +84,18 @@ fn suffices(choice: &Choice, chosen: &Evidence, best: &Evidence) -> String {
         (false, true) => format!("gives up no {title}"),
         (false, false) => format!("gives up nothing ({title})"),
     };
-    let suffices = match unseen(primary, chosen, choice.margin()) {
-        true => "would suffice, but the data are too few to tell",
-        false => "suffices",
+    let suffices = if unseen(primary, chosen, choice.margin()) {
+        "would suffice, but the data are too few to tell"
+    } else {
+        "suffices"
     };
     format!(
         "{} {suffices}: {}, it {gives_up} against {}, the most accurate ({}); the two cannot be told apart{p}.",
         chosen.network,
-        if primary.is_percent() {
-            format!("{} right", scored(primary, chosen.score))
-        } else {
-            scored(primary, chosen.score)
-        },
+        primary.named_value(chosen.score) + if primary.is_percent() { " right" } else { "" },
         best.network,
-        scored(primary, best.score)
+        primary.named_value(best.score)
     )
-}
-
-/// `93.5 %`, or `MAE 0.412 N`.
-fn scored(primary: &Primary, score: f64) -> String {
-    let value = primary.value(score);
-    if primary.is_percent() { value } else { format!("{} {value}", primary.title()) }
 }
 
 fn test(test: Test) -> &'static str {
@@ -111,49 +106,49 @@ fn test(test: Test) -> &'static str {
     }
 }
 
-/// How much faster and smaller one is than another.
+/// Says how much faster and smaller one network is than another.
 fn saves(small: &Judged, large: &Judged) -> Option<String> {
-    let times = |own: f64, other: f64, more: &str, less: &str| {
-        let ratio = other / own;
+    let times = |one: f64, other: f64, more: &str, less: &str| {
+        let ratio = other / one;
         match ratio {
             r if !r.is_finite() || (0.95..=1.05).contains(&r) => None,
             r if r > 1.0 => Some(format!("{} times {more}", rounded(r))),
             r => Some(format!("{} times {less}", rounded(1.0 / r))),
         }
     };
-    let (own, other) = (small.results.costs, large.results.costs);
+    let (one, other) = (small.results.costs, large.results.costs);
     let mut parts = vec![];
-    if let (Some(own), Some(other)) = (small.speed, large.speed) {
-        parts.extend(times(own.whole.p50_ms, other.whole.p50_ms, "faster", "slower").map(|t| {
-            format!("{t} ({} against {} ms)", digits(own.whole.p50_ms), digits(other.whole.p50_ms))
+    if let (Some(one), Some(other)) = (small.speed, large.speed) {
+        parts.extend(times(one.whole.p50_ms, other.whole.p50_ms, "faster", "slower").map(|t| {
+            format!("{t} ({} against {} ms)", digits(one.whole.p50_ms), digits(other.whole.p50_ms))
         }));
     }
     parts.extend(
-        times(own.bytes as f64, other.bytes as f64, "smaller", "larger")
-            .map(|t| format!("{t} ({} against {} kB)", kilobytes(own.bytes), kilobytes(other.bytes))),
+        times(one.bytes as f64, other.bytes as f64, "smaller", "larger")
+            .map(|t| format!("{t} ({} against {} kB)", kilobytes(one.bytes), kilobytes(other.bytes))),
     );
-    let macs = times(own.macs as f64, other.macs as f64, "fewer", "more")
+    let macs = times(one.macs as f64, other.macs as f64, "fewer", "more")
         .map(|t| format!("needs {t} multiply-accumulates"));
     let is = (!parts.is_empty()).then(|| format!("is {}", listed(&parts)));
     let all: Vec<String> = is.into_iter().chain(macs).collect();
     (!all.is_empty()).then(|| format!("It {}.", all.join(", and ")))
 }
 
-/// Whether faults speak against the chosen one.
+/// Says whether faults speak against the chosen network.
 fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<String> {
     let stress = judgement.stress.as_ref()?;
     let loss = chosen.mean_loss?;
     let verdict = stress.networks.iter().find(|n| n.network == chosen.network).map(|n| n.verdict.as_str());
     let primary = judgement.primary();
     let notable = primary.share(NOTABLE, judgement.chance);
-    let own = points(&primary, loss);
+    let cost = points(&primary, loss);
     let against = match best.mean_loss.filter(|_| best.network != chosen.network) {
         Some(other) => {
             let speak = if loss > other + notable { "speak" } else { "do not speak" };
             let other = number(&primary, other);
-            format!("Faults {speak} against it: they cost it {own} on average, {} {other}", best.network)
+            format!("Faults {speak} against it: they cost it {cost} on average, {} {other}", best.network)
         }
-        None => format!("Faults cost it {own} on average"),
+        None => format!("Faults cost it {cost} on average"),
     };
     Some(match verdict {
         Some(verdict) if !verdict.is_empty() => {
@@ -163,37 +158,38 @@ fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<S
     })
 }
 
-/// What training under faults would change, or has changed.
+/// Says how training under faults changes the loss, for the chosen network.
 fn hardened(primary: &Primary, chosen: &Evidence, hardening: &[Hardened]) -> Option<String> {
-    let own = hardening.iter().find(|own| [&own.network, &own.clean].contains(&&chosen.network))?;
-    let [before, after] = own.loss;
-    let (change, signed) = (own.score_change, primary.show_signed());
+    let found = hardening.iter().find(|found| [&found.network, &found.clean].contains(&&chosen.network))?;
+    let [before, after] = found.loss;
+    let (change, signed) = (found.score_change, primary.show_signed());
     let costs = if primary.loss(change.mean) > 0.0 { "costs" } else { "gains" };
     let interval = change.interval.map_or("one fold: no interval".into(), |[low, high]| {
         format!("95 % interval of the difference {} to {}", signed(low), signed(high))
     });
     let by = points(primary, change.mean.abs());
     let clean = format!("{costs} {by} on unbroken samples ({interval})");
-    Some(match chosen.network == own.network {
-        true => format!(
+    Some(if chosen.network == found.network {
+        format!(
             "It was trained under faults, which cost it {} on average and {} without that training; the training \
              {clean}.",
             points(primary, after),
             number(primary, before)
-        ),
-        false => format!(
+        )
+    } else {
+        format!(
             "Trained under faults ({}) it loses {} to them on average instead of {}; that {clean}.",
-            own.network,
+            found.network,
             points(primary, after),
             number(primary, before)
-        ),
+        )
     })
 }
 
-/// What is not known.
+/// Returns the doubts that remain.
 fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> Vec<String> {
     let (primary, margin, mut words) = (&choice.primary, choice.margin(), vec![]);
-    if let Some(chosen) = chosen.filter(|own| own.network != choice.best) {
+    if let Some(chosen) = chosen.filter(|network| network.network != choice.best) {
         words.push(match chosen.interval.map(|bounds| primary.losses(bounds)[1]) {
             Some(most) if most > 0.0 => format!(
                 "The data could not have excluded that {} is up to {} less accurate than {} (95 % interval).",
@@ -208,22 +204,24 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
     let hidden: Vec<String> = choice
         .evidence
         .iter()
-        .filter(|own| own.network != choice.best && unseen(primary, own, margin))
-        .map(|own| match own.interval {
-            Some(bounds) => format!("{} (up to {})", own.network, primary.show()(primary.losses(bounds)[1])),
-            None => format!("{} (no interval)", own.network),
+        .filter(|evidence| evidence.network != choice.best && unseen(primary, evidence, margin))
+        .map(|evidence| match evidence.interval {
+            Some(bounds) => {
+                format!("{} (up to {})", evidence.network, primary.show()(primary.losses(bounds)[1]))
+            }
+            None => format!("{} (no interval)", evidence.network),
         })
         .collect();
     if !choice.enough_data {
         words.push(format!(
             "Too few data: a loss of more than {} could have stayed unseen for {}. More samples, folds or \
              repetitions would tell.",
-            margin_words(primary, margin),
+            primary.margin(margin),
             listed(&hidden)
         ));
     }
-    let majority = choice.evidence.iter().find(|own| own.network == MAJORITY && !own.worse);
-    if majority.is_some_and(|own| own.network != choice.best) {
+    let majority = choice.evidence.iter().find(|evidence| evidence.network == MAJORITY && !evidence.worse);
+    if majority.is_some_and(|evidence| evidence.network != choice.best) {
         words.push("Not even majority, which reads nothing, can be told from the best.".into());
     } else if choice.best == MAJORITY {
         words.push("Majority, which reads nothing, is the most accurate: nothing has been learned.".into());
@@ -232,7 +230,7 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
     words
 }
 
-/// What the numbers rest on.
+/// Returns the circumstances that limit the numbers.
 fn circumstances(judgement: &Judgement) -> Vec<String> {
     let mut words = vec![];
     if judgement.stress.is_none() {
@@ -261,13 +259,13 @@ fn circumstances(judgement: &Judgement) -> Vec<String> {
     words
 }
 
-/// Why none of those that are accurate enough can be chosen.
+/// Says why none of those that are accurate enough can be chosen.
 fn refusals(choice: &Choice) -> String {
     let reasons: Vec<String> = choice
         .evidence
         .iter()
-        .filter(|own| !own.worse)
-        .filter_map(|own| Some(format!("{} {}", own.network, own.refused.as_ref()?)))
+        .filter(|evidence| !evidence.worse)
+        .filter_map(|evidence| Some(format!("{} {}", evidence.network, evidence.refused.as_ref()?)))
         .collect();
     match reasons.as_slice() {
         [] => "no network is accurate enough".into(),
@@ -275,7 +273,7 @@ fn refusals(choice: &Choice) -> String {
     }
 }
 
-/// `a, b and c`.
+/// Joins parts as `a, b and c`.
 fn listed(parts: &[String]) -> String {
     match parts {
         [] => String::new(),
@@ -284,7 +282,7 @@ fn listed(parts: &[String]) -> String {
     }
 }
 
-/// A loss without its unit and without the minus of a rounded zero.
+/// Returns a loss without its unit and without the minus of a rounded zero.
 fn number(primary: &Primary, value: f64) -> String {
     if primary.is_percent() {
         format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
@@ -293,22 +291,16 @@ fn number(primary: &Primary, value: f64) -> String {
     }
 }
 
-/// The same with its unit: `3.1 points`.
+/// Returns the same with its unit: `3.1 points`.
 fn points(primary: &Primary, value: f64) -> String {
     format!("{} {}", number(primary, value), primary.points()).trim_end().into()
-}
-
-/// The margin as it was asked for: `5 points`, `0.0213 N`.
-pub(crate) fn margin_words(primary: &Primary, margin: f64) -> String {
-    let shown = if primary.is_percent() { margin.to_string() } else { numbers::digits(margin) };
-    format!("{shown} {}", primary.points()).trim_end().into()
 }
 
 fn rounded(ratio: f64) -> String {
     if ratio < 10.0 { format!("{ratio:.1}") } else { format!("{ratio:.0}") }
 }
 
-/// Two significant digits of small numbers.
+/// Returns milliseconds with two significant digits of small numbers.
 fn digits(ms: f64) -> String {
     match ms {
         v if v < 0.01 => format!("{v:.4}"),

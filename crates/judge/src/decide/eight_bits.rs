@@ -3,7 +3,7 @@
 use super::statistics::mcnemar;
 use crate::values::{EightBits, Judgement};
 
-/// Every row in eight bits whose row in floats was measured too, in the order of the run.
+/// Returns every row in eight bits whose row in floats was measured too, in the order of the run.
 pub fn eight_bits(judgement: &Judgement) -> Vec<EightBits> {
     let lost = |name: &str| judgement.stress.as_ref()?.mean_loss(name);
     let both = |a: Option<f64>, b: Option<f64>| Some([a?, b?]);

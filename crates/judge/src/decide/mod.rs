@@ -1,4 +1,4 @@
-//! What follows from measured values: comparisons, choices, ranks.
+//! Decisions by measured values: comparisons, choices, ranks.
 
 mod across;
 mod choice;
@@ -16,8 +16,7 @@ mod choice_tests;
 
 pub use across::{across, rank};
 pub use choice::choose;
-pub(crate) use choice_words::margin_words;
-pub use comparison::{Answers, Comparison, Effect, Statistic};
+pub use comparison::{Comparison, Effect, Predicted, Statistic};
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
 pub use shrinking::{contrasts, knee, mean_score};

@@ -3,14 +3,15 @@
 use taxel_data::Dataset;
 use taxel_learn::{FoldRecord, Protocol};
 
-use super::comparison::{Answers, Comparison, Effect};
+use super::comparison::{Comparison, Effect, Predicted};
 use super::statistics::holm;
 use crate::error::Result;
 use crate::values::{Contrast, Primary};
 
-/// Each of `settings` beside the `whole`: records of the same test parts, of all samples of `dataset`. One without a test part in
-/// common with the whole has no contrast. The differences are tested as [`choose`](super::choose) does: by the corrected
-/// resampled t-test, or on a single part by McNemar's or the signed-rank test, with Holm's correction over the settings.
+/// Compares each of `settings` with the `whole`: records of the same test parts, of all samples of `dataset`. One
+/// without a test part in common with the whole has no contrast. The differences are tested as
+/// [`choose`](super::choose) does: by the corrected resampled t-test, or on a single part by McNemar's or the
+/// signed-rank test, with Holm's correction over the settings.
 ///
 /// # Errors
 /// None that records of trainings cause.
@@ -33,27 +34,27 @@ pub fn contrasts(
         protocol: protocol.clone(),
         seed,
     };
-    let score = |own: &[Answers]| Some(own[0].score());
+    let score = |predicted: &[Predicted]| Some(predicted[0].score());
     let mut found: Vec<Option<(Effect, Effect)>> = vec![];
     for name in &names {
         let difference = comparison.difference(name, WHOLE, None)?;
-        let own = comparison.effect(&[name, WHOLE], &score, 0.95)?;
-        found.push(own.zip(difference));
+        let whole = comparison.effect(&[name, WHOLE], &score, 0.95)?;
+        found.push(whole.zip(difference));
     }
     let p: Vec<f64> = found.iter().flatten().filter_map(|(_, difference)| difference.p).collect();
     let mut corrected = holm(&p).into_iter();
-    let mut one = |(own, difference): (Effect, Effect)| {
+    let mut one = |(score, difference): (Effect, Effect)| {
         let p_holm = difference.p.and_then(|_| corrected.next());
         Contrast {
-            score: own.size,
-            score_interval: own.interval.map(|bounds| primary.clamped(bounds)),
+            score: score.size,
+            score_interval: score.interval.map(|bounds| primary.clamped(bounds)),
             difference: difference.size,
             interval: difference.interval,
             p_holm,
             worse: p_holm.is_some_and(|p| p < alpha) && primary.loss(difference.size) > 0.0,
         }
     };
-    Ok(found.into_iter().map(|own| own.map(&mut one)).collect())
+    Ok(found.into_iter().map(|pair| pair.map(&mut one)).collect())
 }
 
 /// Returns the primary metric as the mean over test parts, and its 95 % interval.
@@ -66,15 +67,16 @@ pub fn mean_score(
     protocol: &Protocol,
     seed: u64,
 ) -> Result<Option<(f64, Option<[f64; 2]>)>> {
-    let own = contrasts(records, &[records.to_vec()], dataset, protocol, seed, 0.05)?;
-    Ok(own.into_iter().flatten().next().map(|own| (own.score, own.score_interval)))
+    let contrast = contrasts(records, &[records.to_vec()], dataset, protocol, seed, 0.05)?;
+    Ok(contrast.into_iter().flatten().next().map(|contrast| (contrast.score, contrast.score_interval)))
 }
 
-/// The smallest setting that suffices and that no larger one of the curve contradicts; settings come from the largest to the
-/// smallest.
+/// Returns the smallest setting that suffices and that no larger one of the curve contradicts; settings come from the
+/// largest to the smallest.
 pub fn knee(contrasts: &[Option<Contrast>], margin: f64, primary: &Primary) -> Option<usize> {
-    let enough = |own: &Option<Contrast>| own.is_some_and(|own| own.suffices(margin, primary));
-    contrasts.iter().take_while(|own| enough(own)).count().checked_sub(1)
+    let enough =
+        |contrast: &Option<Contrast>| contrast.is_some_and(|contrast| contrast.suffices(margin, primary));
+    contrasts.iter().take_while(|contrast| enough(contrast)).count().checked_sub(1)
 }
 
 #[cfg(test)]
@@ -97,12 +99,12 @@ mod tests {
     #[test]
     fn a_knee_is_the_last_before_the_first_that_does_not_do() {
         let percent = Primary::default();
-        let own = |all: &[(f64, bool)]| {
+        let knee_of = |all: &[(f64, bool)]| {
             knee(&all.iter().map(|(by, worse)| contrast(*by, *worse)).collect::<Vec<_>>(), 2.0, &percent)
         };
-        assert_eq!(own(&[(0.0, false), (-2.0, false), (-2.1, false), (1.0, false)]), Some(1));
-        assert_eq!(own(&[(0.5, false), (-0.5, true), (0.0, false)]), Some(0));
-        assert_eq!(own(&[(-3.0, false), (0.0, false)]), None);
+        assert_eq!(knee_of(&[(0.0, false), (-2.0, false), (-2.1, false), (1.0, false)]), Some(1));
+        assert_eq!(knee_of(&[(0.5, false), (-0.5, true), (0.0, false)]), Some(0));
+        assert_eq!(knee_of(&[(-3.0, false), (0.0, false)]), None);
         assert_eq!(knee(&[contrast(0.0, false), None, contrast(0.0, false)], 2.0, &percent), Some(0));
         assert_eq!(knee(&[], 2.0, &percent), None);
     }
@@ -119,7 +121,7 @@ mod tests {
         let labels: Vec<u32> = (0..500).map(|row| row % 2).collect();
         let x = ndarray::ArrayD::from_shape_fn(vec![500, 1], |at| at[0] as f32);
         let dataset = Dataset::new("own", taxel_data::Layout::Features, x, &labels).unwrap();
-        let own = contrasts(
+        let contrasts = contrasts(
             &records(0),
             &[records(1), records(2), vec![]],
             &dataset,
@@ -128,12 +130,12 @@ mod tests {
             0.05,
         )
         .unwrap();
-        let (same, worse) = (own[0].unwrap(), own[1].unwrap());
+        let (same, worse) = (contrasts[0].unwrap(), contrasts[1].unwrap());
         assert!(same.suffices(2.0, &Primary::default()) && same.difference.abs() < 1e-9, "{same:?}");
         assert!(worse.worse && (worse.difference + 20.0).abs() < 1e-9, "{worse:?}");
         let [low, high] = worse.interval.unwrap();
         assert!(low < -20.0 && high > -20.0 && high < -10.0);
-        assert!((same.score - 95.0).abs() < 1e-9 && own[2].is_none());
-        assert_eq!(knee(&own, 2.0, &Primary::default()), Some(0));
+        assert!((same.score - 95.0).abs() < 1e-9 && contrasts[2].is_none());
+        assert_eq!(knee(&contrasts, 2.0, &Primary::default()), Some(0));
     }
 }

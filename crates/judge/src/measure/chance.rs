@@ -1,4 +1,4 @@
-//! What a method gets that knows nothing of the sample.
+//! The score of a method that knows nothing of the sample.
 
 use taxel_data::{Dataset, Targets, Values};
 use taxel_learn::metrics::{Metric, Outcome};
@@ -46,8 +46,8 @@ pub(super) fn chance(dataset: &Dataset) -> Result<f64> {
 pub(super) fn means(values: &Values) -> Vec<f32> {
     let width = values.quantities().len();
     let mean = |column: usize| {
-        let own = values.values().iter().skip(column).step_by(width);
-        let (sum, count) = own.fold((0.0, 0usize), |(sum, count), v| (sum + f64::from(*v), count + 1));
+        let column = values.values().iter().skip(column).step_by(width);
+        let (sum, count) = column.fold((0.0, 0usize), |(sum, count), v| (sum + f64::from(*v), count + 1));
         (sum / count.max(1) as f64) as f32
     };
     (0..width).map(mean).collect()

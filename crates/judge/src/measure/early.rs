@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use taxel_data::Padding;
 use taxel_learn::metrics::{Levels, Metric, Outcome};
 
-use super::parts::{Asked, BATCH, Part, ask, outcome, parts};
+use super::parts::{BATCH, RawOutputs, TestPart, outcome, parts, predict};
 use super::threads::on;
 use crate::case::Case;
 use crate::error::Result;
@@ -16,7 +16,7 @@ const SHARES: [u8; 10] = [10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 /// Confidences at which is decided.
 const CONFIDENCES: [f64; 7] = [0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99];
 
-/// What starts of samples may cost.
+/// Options of the scores on starts of samples.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EarlyOptions {
     /// At most so many test samples of each network; the others are left out evenly. Default 1000.
@@ -31,9 +31,9 @@ impl Default for EarlyOptions {
     }
 }
 
-/// The answers of one network to the test samples of its folds, each share by itself.
-struct Answers {
-    /// What each sample adds to the primary metric.
+/// Scores of one network on the starts of its test samples, share by share.
+struct EarlyScores {
+    /// Contribution of each sample to the primary metric.
     terms: Vec<Vec<f64>>,
     /// Of each sample the least of the attributes' highest probabilities; below 0 where it was refused. Nothing of
     /// values.
@@ -41,7 +41,7 @@ struct Answers {
     refused: Vec<usize>,
 }
 
-/// Asks the saved networks of a run about the starts of test samples, filled up as `taxel stream` does it. None for
+/// Scores the saved networks of a run on the starts of test samples, filled up as `taxel stream` does it. None for
 /// samples without time.
 ///
 /// # Errors
@@ -55,28 +55,27 @@ pub(super) fn early(case: &Case, options: &EarlyOptions) -> Result<Option<Early>
     let names = case.compared();
     let (parts, of) = parts(case, &names, options.samples)?;
     let padding = spec.padding();
-    let mut all: Vec<Answers> = names.iter().map(|_| Answers::new()).collect();
+    let mut all: Vec<EarlyScores> = names.iter().map(|_| EarlyScores::new()).collect();
     for part in &parts {
         let clean = case.dataset.x.select(Axis(0), &part.rows);
         let starts: Vec<ArrayD<f32>> = SHARES.map(|seen| started(case, &clean, seen, padding)).into();
         for key in &part.keys {
             let predictor = case.model(key)?.predictor(BATCH, 1)?;
-            let Some(own) = names.iter().position(|name| *name == key.network) else { continue };
-            let ask = || starts.par_iter().map(|start| ask(&predictor, &clean, start)).collect();
-            let answers: Vec<Asked> = on(taxel_learn::threads(Some(options.threads)), ask)?;
-            all[own].hear(case, part, answers);
+            let Some(at) = names.iter().position(|name| *name == key.network) else { continue };
+            let predict = || starts.par_iter().map(|start| predict(&predictor, &clean, start)).collect();
+            all[at].add(case, part, on(taxel_learn::threads(Some(options.threads)), predict)?);
         }
     }
     let mut folds: Vec<(usize, usize)> = parts.iter().map(|part| (part.fold, part.len())).collect();
     folds.sort_unstable();
     folds.dedup();
     let metric = case.primary().metric();
-    let networks = names.iter().zip(all).map(|(name, own)| own.network(name, metric)).collect();
+    let networks = names.iter().zip(all).map(|(name, network)| network.network(name, metric)).collect();
     let samples = folds.into_iter().map(|(_, count)| count).sum();
     Ok(Some(Early { samples, of, ticks, padding, networks }))
 }
 
-/// The first `seen` % of each sample, at least one reading, filled up.
+/// Returns the first `seen` % of each sample, at least one reading, filled up.
 fn started(case: &Case, clean: &ArrayD<f32>, seen: u8, padding: Padding) -> ArrayD<f32> {
     let (before, ticks, after) = case.dataset.spec.around_time();
     let known = known(ticks, seen);
@@ -89,23 +88,23 @@ fn started(case: &Case, clean: &ArrayD<f32>, seen: u8, padding: Padding) -> Arra
     starts
 }
 
-/// Readings that are `seen` % of `ticks`.
+/// Returns the number of readings that are `seen` % of `ticks`.
 fn known(ticks: usize, seen: u8) -> usize {
     (ticks * usize::from(seen)).div_ceil(100)
 }
 
-impl Answers {
+impl EarlyScores {
     fn new() -> Self {
         let count = SHARES.len();
-        Answers { terms: vec![vec![]; count], sure: vec![vec![]; count], refused: vec![0; count] }
+        EarlyScores { terms: vec![vec![]; count], sure: vec![vec![]; count], refused: vec![0; count] }
     }
 
-    /// Hears the answers of one model to the samples of its test part, share by share.
-    fn hear(&mut self, case: &Case, part: &Part, answers: Vec<Asked>) {
+    /// Adds the outputs of one model for the starts of its test part, share by share.
+    fn add(&mut self, case: &Case, part: &TestPart, shares: Vec<RawOutputs>) {
         let (task, levels) = (case.task(), case.levels());
-        for (at, asked) in answers.into_iter().enumerate() {
-            let (first, refused) = (self.sure[at].len(), asked.1.clone());
-            let outcome = outcome(&case.dataset, part, asked);
+        for (at, outputs) in shares.into_iter().enumerate() {
+            let (first, refused) = (self.sure[at].len(), outputs.1.clone());
+            let outcome = outcome(&case.dataset.targets, part, outputs);
             self.terms[at].extend(Metric::primary(task).terms(task, &outcome).unwrap_or_default());
             self.refused[at] += refused.len();
             if let Outcome::Labels { probabilities, .. } = &outcome {
@@ -125,7 +124,7 @@ impl Answers {
             EarlyPoint { seen, score, refused: self.refused[at] }
         };
         // Values are as likely at one start as at another.
-        let is_sure_of_any = self.sure.iter().any(|own| !own.is_empty());
+        let is_sure_of_any = self.sure.iter().any(|sure| !sure.is_empty());
         let confidences = if is_sure_of_any { &CONFIDENCES[..] } else { &[] };
         let decided = |&confidence: &f64| {
             let last = SHARES.len() - 1;
@@ -153,13 +152,13 @@ impl Answers {
     }
 }
 
-/// The least of the attributes' highest probabilities.
+/// Returns the least of the attributes' highest probabilities.
 fn least_sure(row: &[f32], levels: &Levels) -> f32 {
     let mut rest = row;
     let highest = |size: &usize| {
-        let (own, after) = rest.split_at(*size);
+        let (part, after) = rest.split_at(*size);
         rest = after;
-        own.iter().copied().fold(0.0f32, f32::max)
+        part.iter().copied().fold(0.0f32, f32::max)
     };
     levels.sizes().iter().map(highest).fold(f32::INFINITY, f32::min)
 }
@@ -180,18 +179,20 @@ mod tests {
 
     #[test]
     fn a_sample_is_decided_at_the_first_share_that_is_sure() {
-        let mut own = Answers::new();
+        let mut scores = EarlyScores::new();
         // One sample: wrong and unsure up to 40 %, sure and wrong at 50 %, right from 60 % on. One that is refused early.
         for (at, seen) in SHARES.iter().enumerate() {
-            own.terms[at] = vec![f64::from(u8::from(*seen > 50)), 1.0];
-            own.sure[at] = vec![if *seen < 50 { 0.4 } else { 0.75 }, if *seen < 30 { -1.0 } else { 0.96 }];
+            scores.terms[at] = vec![f64::from(u8::from(*seen > 50)), 1.0];
+            scores.sure[at] = vec![if *seen < 50 { 0.4 } else { 0.75 }, if *seen < 30 { -1.0 } else { 0.96 }];
         }
-        own.refused[0] = 1;
-        let network = own.network("own", Metric::primary(&Task::Classes(vec![])));
+        scores.refused[0] = 1;
+        let network = scores.network("own", Metric::primary(&Task::Classes(vec![])));
         let accuracies: Vec<f64> = network.points.iter().map(|point| point.score).collect();
         assert_eq!(accuracies, [50.0, 50.0, 50.0, 50.0, 50.0, 100.0, 100.0, 100.0, 100.0, 100.0]);
         assert_eq!((network.points[0].seen, network.points[0].refused), (10, 1));
-        let of = |confidence: f64| network.decisions.iter().find(|own| own.confidence == confidence).copied();
+        let of = |confidence: f64| {
+            network.decisions.iter().find(|decision| decision.confidence == confidence).copied()
+        };
         let want = |confidence, score, seen, early| Some(EarlyDecisions { confidence, score, seen, early });
         assert_eq!(of(0.7), want(0.7, 50.0, 40.0, 100.0));
         assert_eq!(of(0.95), want(0.95, 100.0, 65.0, 50.0));

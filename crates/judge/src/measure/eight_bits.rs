@@ -6,18 +6,18 @@ use taxel_learn::metrics::{Metric, Outcome};
 use crate::case::Case;
 use crate::values::Changed;
 
-/// One value for each row in eight bits, over the test parts of the first repetition.
+/// Returns one value for each row in eight bits, over the test parts of the first repetition.
 pub(super) fn changed(case: &Case) -> Vec<Changed> {
-    let rows = case.results.networks.iter().filter_map(|own| Some((own, own.quantized.as_ref()?)));
-    let all = rows.map(|(own, floats)| {
+    let rows = case.results.networks.iter().filter_map(|row| Some((row, row.quantized.as_ref()?)));
+    let all = rows.map(|(row, floats)| {
         let mut changed = Changed {
-            network: own.network.clone(),
+            network: row.network.clone(),
             floats: floats.clone(),
             samples: 0,
             differ: 0,
             only: [0; 2],
         };
-        for bytes in case.first_repetition(&own.network) {
+        for bytes in case.first_repetition(&row.network) {
             let twin = case.first_repetition(floats);
             let same = |other: &&FoldRecord| other.key.fold == bytes.key.fold && other.index == bytes.index;
             if let Some(floats) = twin.into_iter().find(same) {
@@ -29,14 +29,14 @@ pub(super) fn changed(case: &Case) -> Vec<Changed> {
         }
         changed
     });
-    all.filter(|own| own.samples > 0).collect()
+    all.filter(|eight_bits| eight_bits.samples > 0).collect()
 }
 
 fn count(floats: &FoldRecord, bytes: &FoldRecord, changed: &mut Changed) {
     let ((truth, before), (_, after)) = (floats.outcome.labels(), bytes.outcome.labels());
     let attributes = (truth.len() / floats.index.len().max(1)).max(1);
-    let answers = before.chunks(attributes).zip(after.chunks(attributes));
-    for ((before, after), truth) in answers.zip(truth.chunks(attributes)) {
+    let predictions = before.chunks(attributes).zip(after.chunks(attributes));
+    for ((before, after), truth) in predictions.zip(truth.chunks(attributes)) {
         changed.samples += 1;
         changed.differ += u64::from(before != after);
         changed.only[0] += u64::from(before == truth && after != truth);

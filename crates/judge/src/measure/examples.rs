@@ -18,10 +18,10 @@ use crate::values::{Example, Primary, Verdict};
 const MOST: usize = 6;
 
 /// A network's first fold: what it said, and how it reads.
-type Seen<'a> = (&'a FoldRecord, Arc<Card>);
+type FirstFold<'a> = (&'a FoldRecord, Arc<Card>);
 
-/// Some test samples of the first fold: those that divide the networks most, and one that all get right; of values one
-/// that all come near to.
+/// Returns some test samples of the first fold: those that divide the networks most, and one that all get right; of
+/// values one that all come near to.
 ///
 /// # Errors
 /// Damaged models.
@@ -42,7 +42,7 @@ pub(super) fn examples(case: &Case) -> Result<Vec<Example>> {
         }
     }
     chosen.extend(order.agreed.iter().find(|at| !chosen.contains(at)));
-    let seen: Vec<Seen> =
+    let seen: Vec<FirstFold> =
         records.into_iter().map(|record| Ok((record, case.card(&record.key)?))).collect::<Result<_>>()?;
     chosen.into_iter().map(|at| example(case, &seen, index[at], at)).collect()
 }
@@ -82,14 +82,14 @@ fn by_distance(task: &Task, records: &[&FoldRecord]) -> Order {
     Order { divided, agreed }
 }
 
-/// Whether every label of the test sample number `at` is right.
+/// Checks whether every label of the test sample number `at` is right.
 fn right(record: &FoldRecord, at: usize, width: usize) -> bool {
-    let (own, (truth, predicted)) = (at * width..(at + 1) * width, record.outcome.labels());
-    truth[own.clone()] == predicted[own]
+    let (places, (truth, predicted)) = (at * width..(at + 1) * width, record.outcome.labels());
+    truth[places.clone()] == predicted[places]
 }
 
-/// The sample `row` of the data set, number `at` of the test part.
-fn example(case: &Case, seen: &[Seen], row: usize, at: usize) -> Result<Example> {
+/// Returns the sample `row` of the data set, number `at` of the test part.
+fn example(case: &Case, seen: &[FirstFold], row: usize, at: usize) -> Result<Example> {
     let dataset = &case.dataset;
     let x = dataset.x.select(Axis(0), &[row]);
     let mut pictures = vec![reading(x.index_axis(Axis(0), 0), dataset.spec.layout)];
@@ -110,7 +110,7 @@ fn example(case: &Case, seen: &[Seen], row: usize, at: usize) -> Result<Example>
     })
 }
 
-/// The true target of the sample `row` of the data set.
+/// Returns the true target of the sample `row` of the data set.
 fn truth(case: &Case, row: usize) -> String {
     match Outcome::new(&case.dataset.targets, &[row], vec![0.0; case.task().outputs()]) {
         Outcome::Labels { truth, .. } => named(&case.task().attributes(), &truth),
@@ -143,7 +143,7 @@ fn verdict(task: &Task, record: &FoldRecord, at: usize) -> Verdict {
     }
 }
 
-/// `1.25 N`, or `force 1.25 N, depth 0.310 mm`.
+/// Returns values in words: `1.25 N`, or `force 1.25 N, depth 0.310 mm`.
 fn valued(task: &Task, values: &[f32]) -> String {
     let quantities = task.quantities();
     let one = |(quantity, &value): (&taxel_data::Quantity, &f32)| {
@@ -154,7 +154,7 @@ fn valued(task: &Task, values: &[f32]) -> String {
     quantities.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// `shore-10`, or `elasticity:3, hardness:7`.
+/// Returns labels in words: `shore-10`, or `elasticity:3, hardness:7`.
 fn named(attributes: &[Attribute], labels: &[u32]) -> String {
     let name = |(attribute, &label): (&Attribute, &u32)| {
         let class = &attribute.classes[label as usize];

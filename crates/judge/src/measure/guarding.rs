@@ -9,17 +9,17 @@ use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::values::Alarms;
 
-/// The guard of the models of one fold: their own, or, where it is `wanted` and none has one, a new one of the fold's
-/// training samples alone.
+/// Returns the guard of the models of one fold: their own, or, where it is `wanted` and none has one, a new one of the
+/// fold's training samples alone.
 pub(super) fn guard(
     case: &Case,
     keys: &[FoldKey],
     models: &[Model],
     wanted: bool,
 ) -> Result<Option<Arc<Guard>>> {
-    let own = models.iter().find_map(|model| model.card().guard.clone());
-    match (own, keys.first()) {
-        (Some(own), _) => Ok(Some(Arc::new(own))),
+    let guard = models.iter().find_map(|model| model.card().guard.clone());
+    match (guard, keys.first()) {
+        (Some(guard), _) => Ok(Some(Arc::new(guard))),
         (None, Some(key)) if wanted => {
             Ok(Some(Arc::new(fitted_guard(&case.dataset, &trained_on(case, key)?)?)))
         }
@@ -27,7 +27,7 @@ pub(super) fn guard(
     }
 }
 
-/// The rows that a fold was trained on, as its protocol divides them.
+/// Returns the rows that a fold was trained on, as its protocol divides them.
 fn trained_on(case: &Case, key: &FoldKey) -> Result<Vec<usize>> {
     let folds = case.results.protocol.folds(&case.dataset, case.results.seed, key.repetition)?;
     let record = case.records(&key.network).find(|record| record.key == *key);
@@ -45,17 +45,17 @@ fn trained_on(case: &Case, key: &FoldKey) -> Result<Vec<usize>> {
 }
 
 impl Alarms {
-    /// What was found in some samples.
+    /// Counts the replacements in some samples.
     pub(super) fn of(guard: &Guard, found: &[Vec<Found>]) -> Self {
         Alarms {
             samples: found.len(),
-            alarmed: found.iter().filter(|own| !own.is_empty()).count(),
+            alarmed: found.iter().filter(|places| !places.is_empty()).count(),
             replaced: found.iter().map(Vec::len).sum(),
             elements: guard.elements(),
         }
     }
 
-    /// Both together.
+    /// Returns both together.
     pub(super) fn and(self, other: Self) -> Self {
         Alarms {
             samples: self.samples + other.samples,

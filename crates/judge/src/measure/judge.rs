@@ -18,11 +18,11 @@ use crate::values::{EpochPoint, Judged, Judgement, Primary, Speed};
 /// Name of a judgement in its run folder.
 const FILE: &str = "judgement.json";
 
-/// What a judgement may cost, and who hears how far it is.
-pub struct Options<'a> {
+/// Options of a judgement: measurements, time, progress.
+pub struct JudgeOptions<'a> {
     /// Faults to try; none leaves the stress test out.
     pub stress: Option<StressOptions>,
-    /// Whether and how to ask about the starts of samples.
+    /// Options of the scores on starts of samples; none leaves them out.
     pub early: Option<EarlyOptions>,
     /// Seconds for timing one network.
     pub budget: f64,
@@ -34,9 +34,9 @@ pub struct Options<'a> {
     pub tick: &'a (dyn Fn() + Sync),
 }
 
-impl Default for Options<'_> {
+impl Default for JudgeOptions<'_> {
     fn default() -> Self {
-        Options {
+        JudgeOptions {
             stress: Some(StressOptions::default()),
             early: Some(EarlyOptions::default()),
             budget: 2.0,
@@ -51,14 +51,14 @@ impl Default for Options<'_> {
 ///
 /// # Errors
 /// Models that are missing or damaged, readings that cannot be broken.
-pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
+pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
     let compared = case.compared();
-    let of_one_fault = |own: &&NetworkResults| own.hardening.as_ref().is_some_and(|how| how.unmet.is_some());
+    let of_one_fault = |row: &&NetworkResults| row.hardening.as_ref().is_some_and(|how| how.unmet.is_some());
     let (probes, rows): (Vec<_>, Vec<_>) = case.results.networks.iter().partition(of_one_fault);
     let mut networks = vec![];
-    for own in rows {
-        let timed = compared.contains(&own.network.as_str());
-        networks.push(judged(case, own, timed, options)?);
+    for row in rows {
+        let timed = compared.contains(&row.network.as_str());
+        networks.push(judged(case, row, timed, options)?);
     }
     mark_front(&mut networks, &case.primary());
     let stress = match &options.stress {
@@ -91,14 +91,14 @@ pub fn judge(case: &Case, options: &Options) -> Result<Judgement> {
     })
 }
 
-/// One row; `timed` says whether its speed is measured.
-fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> Result<Judged> {
-    let records: Vec<&FoldRecord> = case.records(&own.network).collect();
+/// Judges one row; `timed` says whether its speed is measured.
+fn judged(case: &Case, row: &NetworkResults, timed: bool, options: &JudgeOptions) -> Result<Judged> {
+    let records: Vec<&FoldRecord> = case.records(&row.network).collect();
     let (mut card, mut measured): (_, Option<Speed>) = (None, None);
     if let Some(first) = records.first() {
         let model = case.model(&first.key)?;
         if timed {
-            (options.say)(&format!("timing {}", own.network));
+            (options.say)(&format!("timing {}", row.network));
             measured = Some(speed(&model, &case.dataset.x.select(Axis(0), &first.index), options.budget)?);
         }
         card = Some(model.card().clone());
@@ -114,16 +114,16 @@ fn judged(case: &Case, own: &NetworkResults, timed: bool, options: &Options) -> 
         speed: measured,
         train_seconds: mean(timings.iter().map(|timing| timing.train_seconds)).unwrap_or(0.0),
         epoch_seconds: per_epoch,
-        calibration_error: calibration_error(case, own),
+        calibration_error: calibration_error(case, row),
         on_front: false,
         training: (0..epochs).map(|epoch| point(epoch, &records)).collect(),
-        results: own.clone(),
+        results: row.clone(),
     })
 }
 
 /// Returns the mean over folds, 0 without one; none of values, which have no probability.
-fn calibration_error(case: &Case, own: &NetworkResults) -> Option<f64> {
-    let of_folds = own.folds.iter().filter_map(|fold| fold.scores.get("calibration_error"));
+fn calibration_error(case: &Case, row: &NetworkResults) -> Option<f64> {
+    let of_folds = row.folds.iter().filter_map(|fold| fold.scores.get("calibration_error"));
     case.task().quantities().is_empty().then(|| mean(of_folds).unwrap_or(0.0))
 }
 
@@ -134,7 +134,7 @@ fn frozen(card: &Card) -> Vec<String> {
     }
 }
 
-/// How long a finished fold took.
+/// Reads how long a finished fold took.
 fn timing(case: &Case, record: &FoldRecord) -> Result<Timing> {
     case.folder.timing(&record.key)?.ok_or_else(|| {
         let reason = format!("fold {} has no timing; delete its record and resume the run", record.key);
@@ -142,13 +142,13 @@ fn timing(case: &Case, record: &FoldRecord) -> Result<Timing> {
     })
 }
 
-/// None of nothing.
+/// Returns the mean; none without values.
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let all: Vec<f64> = values.collect();
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-/// Mean of one epoch over the folds that got so far: one did at least.
+/// Returns the mean of one epoch over the folds that got so far: one did at least.
 fn point(epoch: usize, records: &[&FoldRecord]) -> EpochPoint {
     let lines = || records.iter().filter_map(|record| record.epochs.get(epoch));
     let over = |value: fn(&Epoch) -> f64| lines().map(value).sum::<f64>() / lines().count() as f64;
@@ -171,7 +171,7 @@ fn mark_front(networks: &mut [Judged], primary: &Primary) {
 }
 
 impl Judgement {
-    /// The judgement in a run folder, if there is one of this version and it is about the run as it is now.
+    /// Reads the judgement in a run folder, if there is one of this version and it is about the run as it is now.
     ///
     /// # Errors
     /// A file that is damaged or was changed since it was measured.
@@ -186,11 +186,11 @@ impl Judgement {
             }
             _ => None,
         };
-        let own = |j: &Judgement| {
+        let is_of_run = |j: &Judgement| {
             let networks = j.networks.iter().map(|n| &n.results);
             networks.eq(&case.results.networks) && j.results.data_digest == case.results.data_digest
         };
-        Ok(read.filter(own))
+        Ok(read.filter(is_of_run))
     }
 
     /// Writes the judgement into its run folder, whole or not at all.

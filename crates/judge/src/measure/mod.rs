@@ -1,4 +1,4 @@
-//! What is measured about a run: speed, scores under faults, examples.
+//! Measurements of a run: speed, scores under faults, examples.
 
 mod chance;
 mod early;
@@ -16,7 +16,7 @@ mod threads;
 mod verdict;
 
 pub use early::EarlyOptions;
-pub use judge::{Options, judge};
+pub use judge::{JudgeOptions, judge};
 pub use speed::speed;
 pub use stress::{StressOptions, stress};
 pub use survey::survey;

@@ -1,226 +1,187 @@
-//! The work of a stress test: parts of the data, jobs, and the threads that do them.
+//! Models on the test parts of a run: on unbroken samples, under faults, behind a guard.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use ndarray::{ArrayD, Axis};
-use taxel_data::{Dataset, Targets};
+use rayon::prelude::*;
+use taxel_data::Targets;
 use taxel_faults::{Fault, Sensor};
 use taxel_learn::guard::{Found, Guard};
 use taxel_learn::metrics::Outcome;
-use taxel_learn::{FoldKey, FoldRecord, Model, Predictor, mended};
+use taxel_learn::{FoldKey, FoldRecord, Predictor, mended};
 
 use super::chance::means;
 use super::guarding::guard;
-use super::threads::alone;
+use super::threads::on;
 use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::values::Alarms;
 
-/// Samples that a network answers at a time.
+/// Samples that a network predicts at a time.
 pub(super) const BATCH: usize = 64;
 
 /// Rows of the data set that a fold tests, with the models that have not seen them.
-pub(super) struct Part {
+pub(super) struct TestPart {
     pub fold: usize,
     pub rows: Vec<usize>,
     pub keys: Vec<FoldKey>,
 }
 
-impl Part {
-    /// Number of samples.
+impl TestPart {
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 }
 
-/// One part, unbroken or under one fault.
-pub(super) struct Job {
-    pub part: usize,
-    pub broken: Option<(Fault, u8)>,
-}
+/// A fault and its severity; none for unbroken samples.
+pub(super) type Corruption = Option<(Fault, u8)>;
 
-/// What one network says about a part.
-pub(super) struct Answer {
+/// Predictions of one network for a part, beside the true targets.
+pub(super) struct PartOutcome {
     pub network: String,
     pub fold: usize,
-    pub broken: Option<(Fault, u8)>,
+    pub broken: Corruption,
     pub outcome: Outcome,
     pub refused: usize,
 }
 
-/// The test parts of the first repetition, thinned out evenly to `most` samples; and how many there are.
-pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<Part>, usize)> {
+/// Returns the test parts of the first repetition, thinned out evenly to `most` samples, and the number of all samples.
+pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<TestPart>, usize)> {
     let records = || names.iter().flat_map(|name| case.first_repetition(name));
     let size = |name: &&str| case.first_repetition(name).map(|r| r.index.len()).sum::<usize>();
     let of = names.iter().map(size).max().unwrap_or(0);
     let every = of.div_ceil(most.max(1)).max(1);
-    let mut parts: Vec<Part> = vec![];
+    let mut parts: Vec<TestPart> = vec![];
     for FoldRecord { key, index, .. } in records() {
         let rows: Vec<usize> = index.iter().copied().step_by(every).collect();
         match parts.iter_mut().find(|part| part.fold == key.fold && part.rows == rows) {
             Some(part) => part.keys.push(key.clone()),
-            None => parts.push(Part { fold: key.fold, rows, keys: vec![key.clone()] }),
+            None => parts.push(TestPart { fold: key.fold, rows, keys: vec![key.clone()] }),
         }
     }
     Ok((parts, of))
 }
 
-/// Models of a part, and the guard of its fold.
-#[derive(Clone)]
-struct Shelved {
-    models: Arc<Vec<Model>>,
-    guard: Option<Arc<Guard>>,
-}
-
-/// The models of the part that is being worked on, read once for all threads.
-struct Shelf {
-    /// Whether a fold without a guard gets one.
-    guard: bool,
-    newest: Mutex<Option<(usize, Shelved)>>,
-}
-
-impl Shelf {
-    /// The models of part number `at`.
-    fn models(&self, case: &Case, parts: &[Part], at: usize) -> Result<Shelved> {
-        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*newest {
-            Some((own, shelved)) if *own == at => Ok(shelved.clone()),
-            _ => {
-                let keys = &parts[at].keys;
-                let models = keys.iter().map(|key| case.model(key)).collect::<Result<Vec<_>>>()?;
-                let guard = guard(case, keys, &models, self.guard)?;
-                let shelved = Shelved { models: Arc::new(models), guard };
-                *newest = Some((at, shelved.clone()));
-                Ok(shelved)
-            }
-        }
-    }
-}
-
-/// Predictors of a part without a guard, whether each model has one, and the guard.
-struct Bench {
+/// Predictors of a part without a guard, each with whether its model has one, and the guard of the fold.
+struct PartModels {
     predictors: Vec<(Predictor, bool)>,
     guard: Option<Arc<Guard>>,
-    /// Whether each is asked with the guard and without.
+    /// Whether each predicts with the guard and without.
     both: bool,
 }
 
-impl Bench {
-    fn new(shelved: &Shelved, both: bool) -> Result<Self> {
-        let own = |model: &Model| -> Result<(Predictor, bool)> {
-            Ok((model.predictor(BATCH, 1)?.guarded(None)?, model.card().guard.is_some()))
-        };
-        let predictors = shelved.models.iter().map(own).collect::<Result<_>>()?;
-        Ok(Bench { predictors, guard: shelved.guard.clone(), both })
-    }
-}
-
-/// What all networks say.
+/// Outcomes of all networks on all parts.
 #[derive(Default)]
-pub(super) struct Answered {
+pub(super) struct StressOutcomes {
     /// With a guard where their models have one.
-    pub own: Vec<Answer>,
-    /// The other way, where that was asked for.
-    pub other: Vec<Answer>,
+    pub saved: Vec<PartOutcome>,
+    /// The other way, where that was wanted.
+    pub other: Vec<PartOutcome>,
     /// In unbroken samples; none without a guard.
     pub alarms: Option<Alarms>,
 }
 
-/// Does the jobs on `threads` threads; each takes the next one that is free and keeps the predictors of its
-/// part. Answers are in the order of the jobs.
-pub(super) fn answer(
-    case: &Case,
-    sensor: &Sensor,
-    parts: &[Part],
-    jobs: &[Job],
-    (is_guarded, threads): (bool, usize),
-    tick: &(dyn Fn() + Sync),
-) -> Result<Answered> {
-    let (next, shelf) = (AtomicUsize::new(0), Shelf { guard: is_guarded, newest: Mutex::default() });
-    let done: Mutex<Vec<(usize, Answered)>> = Mutex::new(vec![]);
-    let worker = || -> Result<()> {
-        let mut open: Option<(usize, Bench)> = None;
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(job) = jobs.get(number) else { return Ok(()) };
-            let bench = match open.take() {
-                Some((at, bench)) if at == job.part => bench,
-                _ => Bench::new(&shelf.models(case, parts, job.part)?, is_guarded)?,
-            };
-            let answers = answers(case, sensor, &parts[job.part], job, &bench)?;
-            open = Some((job.part, bench));
-            done.lock().unwrap_or_else(PoisonError::into_inner).push((number, answers));
-            tick();
-        }
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(|| alone(worker))).collect();
-        let ends = workers.into_iter().map(|w| w.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
-        ends.collect::<Result<Vec<()>>>()
-    })?;
-    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
-    done.sort_by_key(|(number, _)| *number);
-    let mut all = Answered::default();
-    for (_, Answered { own, other, alarms }) in done {
-        all.own.extend(own);
-        all.other.extend(other);
-        all.alarms = match (all.alarms, alarms) {
+impl StressOutcomes {
+    fn extend(&mut self, more: Self) {
+        self.saved.extend(more.saved);
+        self.other.extend(more.other);
+        self.alarms = match (self.alarms, more.alarms) {
             (Some(before), Some(alarms)) => Some(before.and(alarms)),
             (before, alarms) => before.or(alarms),
         };
     }
+}
+
+/// Predicts every part under each of `corruptions` on `threads` threads. Outcomes are in the order of parts and
+/// corruptions. `tick` hears each of them.
+pub(super) fn stressed_parts(
+    case: &Case,
+    sensor: &Sensor,
+    parts: &[TestPart],
+    corruptions: &[Corruption],
+    (is_guarded, threads): (bool, usize),
+    tick: &(dyn Fn() + Sync),
+) -> Result<StressOutcomes> {
+    let mut all = StressOutcomes::default();
+    for part in parts {
+        let models = PartModels::new(case, part, is_guarded)?;
+        let outcomes = |corruption: &Corruption| {
+            let outcomes = models.outcomes(case, sensor, part, *corruption)?;
+            tick();
+            Ok(outcomes)
+        };
+        let done: Vec<StressOutcomes> =
+            on(threads, || corruptions.par_iter().map(outcomes).collect::<Result<_>>())?;
+        done.into_iter().for_each(|outcomes| all.extend(outcomes));
+    }
     Ok(all)
 }
 
-fn answers(case: &Case, sensor: &Sensor, part: &Part, job: &Job, bench: &Bench) -> Result<Answered> {
-    let clean = case.dataset.x.select(Axis(0), &part.rows);
-    let broken = match job.broken {
-        Some((fault, severity)) => corrupt(case, sensor, &clean, part, fault, severity)?,
-        None => clean.clone(),
-    };
-    let behind = bench.guard.as_ref().map(|guard| mended(guard, &broken));
-    let alarms = match (&bench.guard, &behind, job.broken) {
-        (Some(guard), Some((_, found)), None) => Some(Alarms::of(guard, found)),
-        _ => None,
-    };
-    let mut answers = Answered { alarms, ..Answered::default() };
-    let probes = case.probes();
-    for ((predictor, is_guarded), key) in bench.predictors.iter().zip(&part.keys) {
-        // A row that is there for one fault is asked about that one alone.
-        let unmet = probes.iter().find(|(name, _)| *name == key.network).map(|(_, fault)| *fault);
-        if unmet.zip(job.broken).is_some_and(|(own, (fault, _))| own != fault) {
-            continue;
+impl PartModels {
+    /// Reads the models of a part; `both` says whether a fold without a guard gets one.
+    fn new(case: &Case, part: &TestPart, both: bool) -> Result<Self> {
+        let models = part.keys.iter().map(|key| case.model(key)).collect::<Result<Vec<_>>>()?;
+        let guard = guard(case, &part.keys, &models, both)?;
+        let mut predictors = vec![];
+        for model in &models {
+            predictors.push((model.predictor(BATCH, 1)?.guarded(None)?, model.card().guard.is_some()));
         }
-        let without = match bench.both || !is_guarded {
-            true => Some(ask(predictor, &clean, &broken)?),
-            false => None,
+        Ok(PartModels { predictors, guard, both })
+    }
+
+    fn outcomes(
+        &self,
+        case: &Case,
+        sensor: &Sensor,
+        part: &TestPart,
+        broken: Corruption,
+    ) -> Result<StressOutcomes> {
+        let clean = case.dataset.x.select(Axis(0), &part.rows);
+        let x = match broken {
+            Some((fault, severity)) => corrupt(case, sensor, &clean, part, fault, severity)?,
+            None => clean.clone(),
         };
-        let with = match &behind {
-            Some((x, found)) if bench.both || *is_guarded => {
-                Some(ask_behind(predictor, &clean, x, found, without.as_ref())?)
-            }
+        let behind = self.guard.as_ref().map(|guard| mended(guard, &x));
+        let alarms = match (&self.guard, &behind, broken) {
+            (Some(guard), Some((_, found)), None) => Some(Alarms::of(guard, found)),
             _ => None,
         };
-        let of = |asked: Asked| answer_of(&case.dataset, part, key, job, asked);
-        let (own, other) = if *is_guarded { (with, without) } else { (without, with) };
-        answers.own.extend(own.map(of));
-        answers.other.extend(other.map(of));
+        let mut outcomes = StressOutcomes { alarms, ..StressOutcomes::default() };
+        let probes = case.probes();
+        for ((predictor, is_guarded), key) in self.predictors.iter().zip(&part.keys) {
+            // A row that was trained without one fault is tested under that fault only.
+            let left_out = probes.iter().find(|(name, _)| *name == key.network).map(|(_, fault)| *fault);
+            if left_out.zip(broken).is_some_and(|(left_out, (fault, _))| left_out != fault) {
+                continue;
+            }
+            let without = if self.both || !is_guarded { Some(predict(predictor, &clean, &x)?) } else { None };
+            let with = match &behind {
+                Some((mended, found)) if self.both || *is_guarded => {
+                    Some(predict_behind(predictor, &clean, mended, found, without.as_ref())?)
+                }
+                _ => None,
+            };
+            let of = |outputs: RawOutputs| PartOutcome {
+                network: key.network.clone(),
+                fold: part.fold,
+                broken,
+                refused: outputs.1.len(),
+                outcome: outcome(&case.dataset.targets, part, outputs),
+            };
+            let (saved, other) = if *is_guarded { (with, without) } else { (without, with) };
+            outcomes.saved.extend(saved.map(of));
+            outcomes.other.extend(other.map(of));
+        }
+        Ok(outcomes)
     }
-    Ok(answers)
-}
-
-/// What a network says, for scores.
-fn answer_of(dataset: &Dataset, part: &Part, key: &FoldKey, job: &Job, asked: Asked) -> Answer {
-    let (network, fold, broken, refused) = (key.network.clone(), part.fold, job.broken, asked.1.len());
-    Answer { network, fold, broken, outcome: outcome(dataset, part, asked), refused }
 }
 
 /// Returns outputs beside the true targets of a part. A sample that was refused has no class, which is never right, or
 /// the mean of each value.
-pub(super) fn outcome(dataset: &Dataset, part: &Part, (outputs, refused): Asked) -> Outcome {
-    let mut outcome = Outcome::new(&dataset.targets, &part.rows, outputs);
-    match (&mut outcome, &dataset.targets) {
+pub(super) fn outcome(targets: &Targets, part: &TestPart, (outputs, refused): RawOutputs) -> Outcome {
+    let mut outcome = Outcome::new(targets, &part.rows, outputs);
+    match (&mut outcome, targets) {
         (Outcome::Values { predicted, .. }, Targets::Values(values)) => {
             let means = means(values);
             for &row in &refused {
@@ -238,12 +199,12 @@ pub(super) fn outcome(dataset: &Dataset, part: &Part, (outputs, refused): Asked)
     outcome
 }
 
-/// The samples of a part under one fault.
+/// Returns the samples of a part under one fault.
 fn corrupt(
     case: &Case,
     sensor: &Sensor,
     clean: &ArrayD<f32>,
-    part: &Part,
+    part: &TestPart,
     fault: Fault,
     severity: u8,
 ) -> Result<ArrayD<f32>> {
@@ -257,27 +218,27 @@ fn corrupt(
     Ok(x)
 }
 
-/// Outputs, and which samples cannot be encoded.
-pub(super) type Asked = (Vec<f32>, Vec<usize>);
+/// Outputs, and the samples that cannot be encoded.
+pub(super) type RawOutputs = (Vec<f32>, Vec<usize>);
 
-/// The answers to samples `x` behind a guard; where it found nothing they are those `without` it.
-fn ask_behind(
+/// Predicts samples `x` behind a guard; where it found nothing the outputs are those `without` it.
+fn predict_behind(
     predictor: &Predictor,
     clean: &ArrayD<f32>,
     x: &ArrayD<f32>,
     found: &[Vec<Found>],
-    without: Option<&Asked>,
-) -> Result<Asked> {
-    let Some((outputs, refused)) = without else { return ask(predictor, clean, x) };
+    without: Option<&RawOutputs>,
+) -> Result<RawOutputs> {
+    let Some((outputs, refused)) = without else { return predict(predictor, clean, x) };
     let rows: Vec<usize> = (0..found.len()).filter(|row| !found[*row].is_empty()).collect();
     let (mut outputs, mut refused) = (outputs.clone(), refused.clone());
     if rows.is_empty() {
         return Ok((outputs, refused));
     }
-    let (own, unread) = ask(predictor, &clean.select(Axis(0), &rows), &x.select(Axis(0), &rows))?;
-    let width = own.len() / rows.len();
-    for (row, own) in rows.iter().zip(own.chunks_exact(width.max(1))) {
-        outputs[row * width..][..width].copy_from_slice(own);
+    let (predicted, unread) = predict(predictor, &clean.select(Axis(0), &rows), &x.select(Axis(0), &rows))?;
+    let width = predicted.len() / rows.len();
+    for (row, predicted) in rows.iter().zip(predicted.chunks_exact(width.max(1))) {
+        outputs[row * width..][..width].copy_from_slice(predicted);
     }
     refused.retain(|row| !rows.contains(row));
     refused.extend(unread.into_iter().map(|at| rows[at]));
@@ -285,9 +246,12 @@ fn ask_behind(
     Ok((outputs, refused))
 }
 
-/// Outputs for `broken` samples, and which of them cannot be encoded; the clean ones stand in for
-/// those, so that the others still make a batch.
-pub(super) fn ask(predictor: &Predictor, clean: &ArrayD<f32>, broken: &ArrayD<f32>) -> Result<Asked> {
+/// Predicts `broken` samples. Clean ones stand in for those that cannot be encoded, so that the others make a batch.
+pub(super) fn predict(
+    predictor: &Predictor,
+    clean: &ArrayD<f32>,
+    broken: &ArrayD<f32>,
+) -> Result<RawOutputs> {
     if let Ok(inputs) = predictor.encode(broken) {
         return Ok((predictor.answer(&inputs)?, vec![]));
     }

@@ -2,15 +2,15 @@
 
 use ndarray::{ArrayD, ArrayViewD, Axis};
 use taxel_data::Layout;
-use taxel_report::pictures::{Picture, PictureKind};
+use taxel_report::pictures::{ArrayPicture, PictureKind};
 
 /// Frames shown of a sequence.
 const FRAMES: usize = 5;
 /// Readings shown of a line; longer ones are thinned out.
 const READINGS: usize = 400;
 
-/// A reading as its layout says.
-pub(super) fn reading(x: ArrayViewD<f32>, layout: Layout) -> Picture {
+/// Returns a picture of a raw sample, as its layout says.
+pub(super) fn reading(x: ArrayViewD<f32>, layout: Layout) -> ArrayPicture {
     match layout {
         Layout::Features => picture("reading", PictureKind::Lines, thinned(x.insert_axis(Axis(0)))),
         Layout::Series => picture("reading", PictureKind::Lines, thinned(x)),
@@ -21,8 +21,8 @@ pub(super) fn reading(x: ArrayViewD<f32>, layout: Layout) -> Picture {
     }
 }
 
-/// A picture of an encoded input; none of an own network's input whose axes have no picture.
-pub(super) fn picture_of(name: &str, x: ArrayViewD<f32>) -> Option<Picture> {
+/// Returns a picture of an encoded input; none of an input whose axes have no picture.
+pub(super) fn picture_of(name: &str, x: ArrayViewD<f32>) -> Option<ArrayPicture> {
     let one = |x: ArrayViewD<f32>| x.index_axis_move(Axis(0), 0).to_owned();
     match x.shape() {
         [_, _] => Some(picture(name, PictureKind::Lines, thinned(x))),
@@ -38,12 +38,12 @@ pub(super) fn picture_of(name: &str, x: ArrayViewD<f32>) -> Option<Picture> {
     }
 }
 
-/// An array as it is.
-pub(super) fn picture(name: &str, kind: PictureKind, x: ArrayD<f32>) -> Picture {
-    Picture { name: name.into(), kind, shape: x.shape().to_vec(), values: x.iter().copied().collect() }
+/// Returns a picture of an array.
+pub(super) fn picture(name: &str, kind: PictureKind, x: ArrayD<f32>) -> ArrayPicture {
+    ArrayPicture { name: name.into(), kind, shape: x.shape().to_vec(), values: x.iter().copied().collect() }
 }
 
-/// A few entries along `axis`, from the first to the last.
+/// Returns a few entries along `axis`, from the first to the last.
 fn spread(x: ArrayViewD<f32>, axis: usize) -> ArrayD<f32> {
     let (axis, all) = (Axis(axis), x.len_of(Axis(axis)));
     let count = FRAMES.min(all);

@@ -3,29 +3,29 @@
 use taxel_data::Task;
 use taxel_learn::metrics::{Levels, Outcome};
 
-use super::parts::Answer;
+use super::parts::PartOutcome;
 use crate::error::Result;
 use crate::values::{FaultCurve, FoldLoss, NetworkStress, Primary, Score};
 
 /// Scores over all parts.
-pub(super) fn score(task: &Task, answers: &[&Answer]) -> Result<Score> {
+pub(super) fn score(task: &Task, outcomes: &[&PartOutcome]) -> Result<Score> {
     Ok(Score {
-        score: pooled(task, answers),
-        calibration_error: calibration_error(task, answers)?,
-        refused: answers.iter().map(|a| a.refused).sum(),
+        score: pooled(task, outcomes),
+        calibration_error: calibration_error(task, outcomes)?,
+        refused: outcomes.iter().map(|a| a.refused).sum(),
     })
 }
 
 /// Returns the primary metric over all samples.
-fn pooled(task: &Task, answers: &[&Answer]) -> f64 {
-    Primary::of(task).metric().pooled(task, answers.iter().map(|a| &a.outcome))
+fn pooled(task: &Task, outcomes: &[&PartOutcome]) -> f64 {
+    Primary::of(task).metric().pooled(task, outcomes.iter().map(|a| &a.outcome))
 }
 
 /// Returns the expected calibration error over all samples; none of values, which have no probability.
-fn calibration_error(task: &Task, answers: &[&Answer]) -> Result<Option<f64>> {
+fn calibration_error(task: &Task, outcomes: &[&PartOutcome]) -> Result<Option<f64>> {
     let (mut labels, mut all) = (vec![], vec![]);
-    for answer in answers {
-        let Outcome::Labels { truth, probabilities, .. } = &answer.outcome else { return Ok(None) };
+    for part in outcomes {
+        let Outcome::Labels { truth, probabilities, .. } = &part.outcome else { return Ok(None) };
         labels.extend_from_slice(truth);
         all.extend_from_slice(probabilities);
     }
@@ -33,16 +33,16 @@ fn calibration_error(task: &Task, answers: &[&Answer]) -> Result<Option<f64>> {
 }
 
 /// Returns score and loss of one network fold by fold.
-pub(super) fn folds(task: &Task, answers: &[&Answer]) -> Vec<FoldLoss> {
-    let mut numbers: Vec<usize> = answers.iter().map(|a| a.fold).collect();
+pub(super) fn folds(task: &Task, outcomes: &[&PartOutcome]) -> Vec<FoldLoss> {
+    let mut numbers: Vec<usize> = outcomes.iter().map(|a| a.fold).collect();
     numbers.sort_unstable();
     numbers.dedup();
     let primary = Primary::of(task);
     let of = |fold: usize| {
-        let own = || answers.iter().filter(move |a| a.fold == fold);
-        let score = |a: &&Answer| pooled(task, &[*a]);
-        let clean = own().find(|a| a.broken.is_none()).map(score)?;
-        let broken: Vec<f64> = own().filter(|a| a.broken.is_some()).map(score).collect();
+        let of_fold = || outcomes.iter().filter(move |a| a.fold == fold);
+        let score = |a: &&PartOutcome| pooled(task, &[*a]);
+        let clean = of_fold().find(|a| a.broken.is_none()).map(score)?;
+        let broken: Vec<f64> = of_fold().filter(|a| a.broken.is_some()).map(score).collect();
         let mean = broken.iter().sum::<f64>() / broken.len().max(1) as f64;
         Some(FoldLoss { fold, score: clean, loss: primary.worsening(mean, clean) })
     };
@@ -57,15 +57,15 @@ pub(super) fn has_margin(primary: &Primary, clean: f64, chance: f64) -> bool {
     primary.worsening(chance, clean) > primary.share(MARGIN, chance)
 }
 
-/// The first severity at which half of the margin above chance is lost; none without a margin.
+/// Returns the first severity at which half of the margin above chance is lost; none without a margin.
 pub(super) fn breaks_at(primary: &Primary, points: &[(u8, Score)], clean: f64, chance: f64) -> Option<u8> {
     let half = chance + (clean - chance) / 2.0;
     let has_margin = has_margin(primary, clean, chance);
-    let broken = |(_, own): &&(u8, Score)| has_margin && !primary.prefers(own.score, half);
+    let broken = |(_, score): &&(u8, Score)| has_margin && !primary.prefers(score.score, half);
     points.iter().find(broken).map(|(severity, _)| *severity)
 }
 
-/// One network under all faults, before it is related to another.
+/// Returns one network under all faults, before it is related to another.
 pub(super) fn stressed(
     primary: &Primary,
     network: &str,
@@ -92,14 +92,14 @@ pub(super) fn stressed(
     }
 }
 
-/// Corruption errors relative to the reference's (Hendrycks & Dietterich 2019, equations 1 and 2): per
+/// Sets corruption errors relative to the reference's (Hendrycks & Dietterich 2019, equations 1 and 2): per
 /// fault the ratio of errors summed over severities, then the mean over faults.
 pub(super) fn relate(primary: &Primary, networks: &mut [NetworkStress], reference: Option<&str>) {
     let Some(reference) = networks.iter().find(|n| Some(n.network.as_str()) == reference).cloned() else {
         return;
     };
     // A metric that says no error leaves nothing finite.
-    let error = |curve: &FaultCurve| curve.mean(|own| primary.error(own.score).unwrap_or(f64::NAN));
+    let error = |curve: &FaultCurve| curve.mean(|score| primary.error(score.score).unwrap_or(f64::NAN));
     // Faults that cost the reference nothing say nothing relative to it.
     let mean = |ratios: Vec<f64>| {
         let finite: Vec<f64> = ratios.into_iter().filter(|r| r.is_finite()).collect();
@@ -107,11 +107,11 @@ pub(super) fn relate(primary: &Primary, networks: &mut [NetworkStress], referenc
     };
     for network in networks {
         let pairs = || network.curves.iter().zip(&reference.curves);
-        let plain = pairs().map(|(own, other)| error(own) / error(other)).collect();
+        let plain = pairs().map(|(one, other)| error(one) / error(other)).collect();
         let beyond = pairs()
             // What rounding leaves is no loss.
             .filter(|(_, other)| other.loss(reference.clean, primary) > 1e-9)
-            .map(|(own, other)| own.loss(network.clean, primary) / other.loss(reference.clean, primary))
+            .map(|(one, other)| one.loss(network.clean, primary) / other.loss(reference.clean, primary))
             .collect();
         (network.corruption_error, network.relative_corruption_error) = (mean(plain), mean(beyond));
     }

@@ -1,9 +1,9 @@
-//! How fast one sample gets its answer, measured on this machine.
+//! Time that the prediction of one sample takes on this machine.
 
 use ndarray::{ArrayRef, Axis, IxDyn};
 use taxel_learn::{Latency, Model, Stopwatch, milliseconds};
 
-use super::threads::alone;
+use super::threads::on;
 use crate::error::Result;
 use crate::values::Speed;
 
@@ -18,9 +18,9 @@ const LEAST: usize = 5;
 /// fewer where that would take longer than `budget` seconds; then whole batches for a tenth of it.
 ///
 /// # Errors
-/// What the model refuses.
+/// Samples that the model refuses.
 pub fn speed(model: &Model, x: &ArrayRef<f32, IxDyn>, budget: f64) -> Result<Speed> {
-    alone(|| timed(model, x, budget))
+    on(1, || timed(model, x, budget))
 }
 
 fn timed(model: &Model, x: &ArrayRef<f32, IxDyn>, budget: f64) -> Result<Speed> {
@@ -36,14 +36,14 @@ fn timed(model: &Model, x: &ArrayRef<f32, IxDyn>, budget: f64) -> Result<Speed> 
     let times = watch.time(|run| {
         let (encoding, read) = milliseconds(|| single.read(&mut workspace, &samples[run % samples.len()]));
         read?;
-        let (network, answer) = milliseconds(|| single.decide(&mut workspace).map(|_| ()));
-        answer.map(|()| (encoding, network))
+        let (network, done) = milliseconds(|| single.decide(&mut workspace).map(|_| ()));
+        done.map(|()| (encoding, network))
     })?;
     let latency = |part: fn(&(f64, f64)) -> f64| Latency::of(times.iter().map(part).collect());
     let watch = Stopwatch { warm_up: 1, runs: RUNS, least: 1, budget: budget / 10.0 };
     let batches = watch.time(|_| {
-        let (ms, answer) = milliseconds(|| many.answer(&inputs));
-        answer.map(|_| ms)
+        let (ms, done) = milliseconds(|| many.answer(&inputs));
+        done.map(|_| ms)
     })?;
     let seconds = batches.iter().sum::<f64>() / 1e3;
     Ok(Speed {

@@ -7,7 +7,7 @@ use taxel_faults::{Fault, Layout};
 use taxel_learn::{ModelInput, SensorFacts, require};
 
 use super::chance::chance;
-use super::parts::{Answer, Answered, Job, Part, answer, parts};
+use super::parts::{Corruption, PartOutcome, StressOutcomes, TestPart, parts, stressed_parts};
 use super::scores::{breaks_at, folds, relate, score, stressed};
 use super::verdict::verdict;
 use crate::case::Case;
@@ -17,7 +17,7 @@ use crate::values::{FaultCurve, FaultInfo, NetworkStress, OtherWay, Primary, Sco
 /// Baselines and networks that corruption errors are relative to, the first that a run has.
 const REFERENCES: [&str; 4] = ["k-nn", "mini-rocket", "mlp", "ridge"];
 
-/// What is broken, and how much time it may take.
+/// Faults of a stress test, and limits on its time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StressOptions {
     /// These faults only; all that have a meaning where it is empty.
@@ -26,10 +26,10 @@ pub struct StressOptions {
     pub severity: Option<u8>,
     /// At most so many test samples of each network; the others are left out evenly. Default 1000.
     pub samples: usize,
-    /// Whether each network is asked both with and without a guard: its own, or one that is fitted on the training
+    /// Whether each network is tested both with and without a guard: its own, or one that is fitted on the training
     /// part of each fold. Default false.
     pub guard: bool,
-    /// Worker threads, at most one per core, however many are asked for; results do not depend on them.
+    /// Worker threads, at most one per core; results do not depend on them.
     pub threads: usize,
 }
 
@@ -68,29 +68,26 @@ pub fn stress(
     let (names, probes) = (case.compared(), case.probes());
     let tested: Vec<&str> = names.iter().copied().chain(probes.iter().map(|(name, _)| *name)).collect();
     let (parts, of) = parts(case, &tested, options.samples)?;
-    let mut jobs = vec![];
-    for part in 0..parts.len() {
-        jobs.push(Job { part, broken: None });
-        for &fault in &faults {
-            jobs.extend(severities.iter().map(|&severity| Job { part, broken: Some((fault, severity)) }));
-        }
+    let mut corruptions: Vec<Corruption> = vec![None];
+    for &fault in &faults {
+        corruptions.extend(severities.iter().map(|&severity| Some((fault, severity))));
     }
-    start(jobs.len() as u64);
+    start((parts.len() * corruptions.len()) as u64);
     let threads = taxel_learn::threads(Some(options.threads));
-    let answers = answer(case, &sensor, &parts, &jobs, (options.guard, threads), tick)?;
+    let outcomes = stressed_parts(case, &sensor, &parts, &corruptions, (options.guard, threads), tick)?;
     let chance = chance(&case.dataset)?;
     let mut networks = vec![];
     for name in &names {
-        networks.push(network(case, name, &answers, (&faults, &severities), chance)?);
+        networks.push(network(case, name, &outcomes, (&faults, &severities), chance)?);
     }
-    let mut unmet = vec![];
+    let mut unseen = vec![];
     for (name, fault) in probes.into_iter().filter(|(_, fault)| faults.contains(fault)) {
-        unmet.push(network(case, name, &answers, (&[fault], &severities), chance)?);
+        unseen.push(network(case, name, &outcomes, (&[fault], &severities), chance)?);
     }
     // In a learning curve rows bear the number of samples too.
     let row = |name: &str| {
-        let rows = case.results.networks.iter().filter(|own| names.contains(&own.network.as_str()));
-        rows.into_iter().find(|own| own.candidate == name || own.network == name)
+        let rows = case.results.networks.iter().filter(|row| names.contains(&row.network.as_str()));
+        rows.into_iter().find(|row| row.candidate == name || row.network == name)
     };
     let reference = REFERENCES.into_iter().find_map(|name| Some(row(name)?.network.as_str()));
     let primary = case.primary();
@@ -110,8 +107,8 @@ pub fn stress(
         faults: faults.into_iter().map(FaultInfo::of).collect(),
         left_out,
         networks,
-        unmet,
-        alarms: answers.alarms,
+        unseen,
+        alarms: outcomes.alarms,
     })
 }
 
@@ -119,50 +116,49 @@ pub fn stress(
 fn network(
     case: &Case,
     name: &str,
-    answers: &Answered,
+    outcomes: &StressOutcomes,
     tried: (&[Fault], &[u8]),
     chance: f64,
 ) -> Result<NetworkStress> {
-    fn of<'a>(answers: &'a [Answer], name: &str) -> Vec<&'a Answer> {
-        answers.iter().filter(|a| a.network == name).collect()
+    fn of<'a>(outcomes: &'a [PartOutcome], name: &str) -> Vec<&'a PartOutcome> {
+        outcomes.iter().filter(|outcome| outcome.network == name).collect()
     }
-    let (own, switched) = (of(&answers.own, name), of(&answers.other, name));
+    let (saved, switched) = (of(&outcomes.saved, name), of(&outcomes.other, name));
     let (task, primary) = (case.task(), case.primary());
-    let clean = under(task, &own, None)?;
-    let curves = curves(task, &own, tried, (clean, chance))?;
-    let other = match switched.is_empty() {
-        true => None,
-        false => {
-            let curves = self::curves(task, &switched, tried, (clean, chance))?;
-            let losses = curves.iter().map(|curve| curve.loss(clean, &primary)).sum::<f64>();
-            let first = case.first_repetition(name).next();
-            let own = first.map(|first| case.card(&first.key)).transpose()?;
-            Some(OtherWay {
-                is_guarded: own.is_none_or(|card| card.guard.is_none()),
-                clean: under(task, &switched, None)?,
-                mean_loss: losses / curves.len().max(1) as f64,
-                curves,
-            })
-        }
+    let clean = under(task, &saved, None)?;
+    let curves = curves(task, &saved, tried, (clean, chance))?;
+    let other = if switched.is_empty() {
+        None
+    } else {
+        let curves = self::curves(task, &switched, tried, (clean, chance))?;
+        let losses = curves.iter().map(|curve| curve.loss(clean, &primary)).sum::<f64>();
+        let first = case.first_repetition(name).next();
+        let card = first.map(|first| case.card(&first.key)).transpose()?;
+        Some(OtherWay {
+            is_guarded: card.is_none_or(|card| card.guard.is_none()),
+            clean: under(task, &switched, None)?,
+            mean_loss: losses / curves.len().max(1) as f64,
+            curves,
+        })
     };
-    Ok(NetworkStress { folds: folds(task, &own), other, ..stressed(&primary, name, clean, curves) })
+    Ok(NetworkStress { folds: folds(task, &saved), other, ..stressed(&primary, name, clean, curves) })
 }
 
 /// Scores of one network on samples that are broken so.
-fn under(task: &Task, answers: &[&Answer], broken: Option<(Fault, u8)>) -> Result<Score> {
-    score(task, &answers.iter().copied().filter(|a| a.broken == broken).collect::<Vec<_>>())
+fn under(task: &Task, outcomes: &[&PartOutcome], broken: Corruption) -> Result<Score> {
+    score(task, &outcomes.iter().copied().filter(|a| a.broken == broken).collect::<Vec<_>>())
 }
 
 /// Scores of one network under every fault, beside what it has on unbroken samples.
 fn curves(
     task: &Task,
-    answers: &[&Answer],
+    outcomes: &[&PartOutcome],
     (faults, severities): (&[Fault], &[u8]),
     (clean, chance): (Score, f64),
 ) -> Result<Vec<FaultCurve>> {
     let (primary, mut curves) = (Primary::of(task), vec![]);
     for &fault in faults {
-        let point = |&severity: &u8| Ok((severity, under(task, answers, Some((fault, severity)))?));
+        let point = |&severity: &u8| Ok((severity, under(task, outcomes, Some((fault, severity)))?));
         let points: Vec<(u8, Score)> = severities.iter().map(point).collect::<Result<_>>()?;
         curves.push(FaultCurve {
             fault,
@@ -173,7 +169,7 @@ fn curves(
     Ok(curves)
 }
 
-/// How the first saved fold of a network reads samples.
+/// Returns the inputs of the first saved fold of a network.
 fn inputs(case: &Case, network: &str) -> Result<Vec<ModelInput>> {
     match case.first_repetition(network).next() {
         Some(first) => Ok(case.card(&first.key)?.inputs.clone()),
@@ -181,7 +177,7 @@ fn inputs(case: &Case, network: &str) -> Result<Vec<ModelInput>> {
     }
 }
 
-/// The faults to be tested, and those that have no meaning here.
+/// Returns the faults to be tested, and those that have no meaning here.
 fn faults(
     case: &Case,
     options: &StressOptions,
@@ -192,9 +188,9 @@ fn faults(
     }
     let (mut faults, mut left_out) = (vec![], BTreeMap::new());
     for fault in Fault::ALL {
-        let asked = options.faults.contains(&fault);
+        let is_wanted = options.faults.contains(&fault);
         match fault.refusal(layout) {
-            Some(reason) if asked => {
+            Some(reason) if is_wanted => {
                 let (fault, layout) = (fault.name(), layout.describe());
                 let source = taxel_faults::Error::Fault { fault, layout, reason };
                 return Err(Error::Fault { source_label: case.dataset.source.to_string(), source });
@@ -202,15 +198,15 @@ fn faults(
             Some(reason) => {
                 left_out.insert(fault.name().into(), reason.into());
             }
-            None if asked || options.faults.is_empty() => faults.push(fault),
+            None if is_wanted || options.faults.is_empty() => faults.push(fault),
             None => {}
         }
     }
     Ok((faults, left_out))
 }
 
-/// Different test samples over all parts.
-fn different(parts: &[Part]) -> usize {
+/// Counts the different test samples of all parts.
+fn different(parts: &[TestPart]) -> usize {
     let mut folds: Vec<(usize, usize)> = parts.iter().map(|part| (part.fold, part.len())).collect();
     folds.sort_unstable();
     folds.dedup();

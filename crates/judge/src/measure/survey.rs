@@ -2,7 +2,7 @@
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::{Dataset, Drift, Layout, Shortcut, Survey as Surveyed};
-use taxel_report::pictures::{Picture, PictureKind};
+use taxel_report::pictures::{ArrayPicture, PictureKind};
 
 use super::pictures::{picture, reading};
 use crate::values::{ClassPictures, Survey};
@@ -29,7 +29,7 @@ pub fn survey(surveyed: Surveyed) -> Survey {
     }
 }
 
-/// The first, the middle and the last recording of each class.
+/// Returns the first, the middle and the last recording of each class.
 fn classes(data: &Dataset) -> Vec<ClassPictures> {
     let strata = data.strata();
     let of_class = |(class, name): (usize, &String)| {
@@ -43,12 +43,12 @@ fn classes(data: &Dataset) -> Vec<ClassPictures> {
     };
     // The names of one attribute; levels of several are no classes.
     let names = data.task().attributes();
-    let names = names.first().filter(|_| names.len() == 1).map_or(&[][..], |own| own.classes.as_slice());
+    let names = names.first().filter(|_| names.len() == 1).map_or(&[][..], |names| names.classes.as_slice());
     names.iter().enumerate().take(CLASSES).map(of_class).collect()
 }
 
-/// Standard deviation of each taxel.
-fn activity(data: &Dataset) -> Option<Picture> {
+/// Returns the standard deviation of each taxel.
+fn activity(data: &Dataset) -> Option<ArrayPicture> {
     let area: usize = match data.spec.layout {
         Layout::Image | Layout::Sequence => data.sample_shape().iter().rev().take(2).product(),
         _ => return None,

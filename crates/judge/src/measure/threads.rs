@@ -1,16 +1,8 @@
-//! As many threads as are asked for, for what would spread over more.
+//! Thread pools of a given size.
 
 use crate::error::{Error, Result};
 
-/// Runs `work` where rayon has one thread: baselines spread over the threads of their pool.
-///
-/// # Errors
-/// A thread that cannot be started, or what `work` refuses.
-pub(super) fn alone<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-    on(1, work)
-}
-
-/// Runs `work` where rayon has so many threads.
+/// Runs `work` where rayon has so many threads; baselines spread over all of them.
 ///
 /// # Errors
 /// Threads that cannot be started, or what `work` refuses.

@@ -1,4 +1,4 @@
-//! What the numbers of a stress test say, in words.
+//! The numbers of a stress test in words.
 
 use taxel_faults::Fault;
 use taxel_learn::ModelInput;
@@ -9,7 +9,7 @@ use crate::values::{FaultCurve, FaultInfo, NetworkStress, Primary};
 /// Percentage points below which a loss is not worth a word; of values as [`Primary::share`] says.
 const SMALL: f64 = 2.0;
 
-/// What breaks a network first, what it stands, and why, where its inputs explain it.
+/// Names the fault that breaks a network first and the faults that it stands, with the reason where its inputs explain it.
 pub(super) fn verdict(
     primary: &Primary,
     network: &NetworkStress,
@@ -51,7 +51,7 @@ pub(super) fn verdict(
     words
 }
 
-/// What the inputs of a network explain, if the numbers show it.
+/// Returns the explanation that the inputs of a network give, if the numbers agree with it.
 fn reason(fault: Fault, breaks: bool, held: bool, inputs: &[ModelInput]) -> Option<String> {
     let blind = |input: &ModelInput| input.transform.is_blind_to_amplitude();
     let (all, any) = (!inputs.is_empty() && inputs.iter().all(blind), inputs.iter().any(blind));

@@ -60,7 +60,7 @@ fn network(number: usize) -> Value {
 
 fn stress() -> Value {
     let score = |accuracy: f64| json!({"accuracy": accuracy, "calibration_error": 0.125});
-    let own = |number: usize| {
+    let example = |number: usize| {
         let (name, clean, ..) = NETWORKS[number];
         let curve = |fault: &str, step: f64| {
             let points: Vec<Value> =
@@ -79,22 +79,22 @@ fn stress() -> Value {
         "seed": 3, "samples": 40, "of": 120, "range": {"low": 0.0, "high": 1023.0, "from_samples": false}, "chance": 33.3,
         "reference": "k-nn", "faults": [fault(Fault::Noise), fault(Fault::Gain)], "left_out": {"shift": HOSTILE},
         "alarms": {"samples": 40, "alarmed": 2, "replaced": 3, "elements": 5},
-        "networks": (0..NETWORKS.len()).map(own).collect::<Vec<_>>(),
+        "networks": (0..NETWORKS.len()).map(example).collect::<Vec<_>>(),
     })
 }
 
 fn early() -> Value {
-    let own = |(name, accuracy, ..): (&str, f64, f64, u64, bool)| {
+    let network = |(name, accuracy, ..): (&str, f64, f64, u64, bool)| {
         let point = |seen: u8| json!({"seen": seen, "accuracy": accuracy - 0.5 * f64::from(100 - seen), "refused": 0});
         let points: Vec<Value> = (1..=10).map(|tenth| point(10 * tenth)).collect();
         let decisions =
             json!([{"confidence": 0.9, "accuracy": accuracy - 1.25, "seen": 62.5, "early": 80.0}]);
         json!({"network": name, "points": points, "decisions": decisions})
     };
-    json!({"samples": 40, "of": 120, "ticks": 50, "padding": "zero", "networks": NETWORKS.map(own)})
+    json!({"samples": 40, "of": 120, "ticks": 50, "padding": "zero", "networks": NETWORKS.map(network)})
 }
 
-/// What a report shows, every part of it.
+/// A judgement with every part that a report shows.
 pub(super) fn judgement() -> Judgement {
     let environment = json!({
         "taxel": "0.1.0", "commit": "0123abc", "optimised": true, "platform": "linux-x86_64", "cpu": HOSTILE, "cores": 2,

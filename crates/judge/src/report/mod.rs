@@ -18,7 +18,7 @@ mod tables;
 mod tests;
 mod words;
 
-pub use overview::{Entry, overview};
+pub use overview::{OverviewRun, overview};
 pub use ranked::Ranked;
-pub use report::{Report, Summary, report};
+pub use report::{NetworkSummary, Report, report};
 pub use survey::survey_page;

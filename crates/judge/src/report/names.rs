@@ -29,7 +29,7 @@ pub(super) mod table {
     pub const RANKS: &str = "ranks";
     pub const SPEED: &str = "speed";
     pub const TRAINING: &str = "training";
-    pub const UNMET: &str = "unmet-faults";
+    pub const UNSEEN: &str = "unmet-faults";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
 }
 
@@ -37,7 +37,7 @@ pub(super) mod table {
 pub(super) mod chart {
     pub const CALIBRATION: &str = "calibration";
     pub const CARRIER: &str = "carrier";
-    /// What the names of all confusion matrices begin with.
+    /// Prefix of the names of all confusion matrices.
     pub const CONFUSION: &str = "confusion-";
     pub const CRITICAL_DIFFERENCE: &str = "critical-difference";
     pub const EARLY: &str = "early";

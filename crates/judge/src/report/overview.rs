@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
 use taxel_data::SourceKind;
-use taxel_report::files::{make, of_chart, of_table, write};
-use taxel_report::html::{frame, table};
+use taxel_report::files::write_page;
+use taxel_report::html::table;
 use taxel_report::numbers::digits;
 use taxel_report::table::{Cell, Column, Table};
 
@@ -17,17 +17,17 @@ use crate::error::Result;
 use crate::values::{Across, Choice, Judgement, Primary};
 
 /// One run of an overview.
-pub struct Entry {
+pub struct OverviewRun {
     /// Where its page is, relative to the overview or absolute.
     pub page: String,
-    /// What is known about it.
+    /// Its judgement.
     pub judgement: Judgement,
     /// Its recommendation.
     pub choice: Option<Choice>,
 }
 
-impl Entry {
-    /// The most accurate network: name, primary metric, latency in ms.
+impl OverviewRun {
+    /// Returns the most accurate network: name, primary metric, latency in ms.
     fn best(&self) -> Option<(&str, f64, Option<f64>)> {
         let scored =
             self.judgement.networks.iter().filter_map(|n| {
@@ -46,8 +46,8 @@ impl Entry {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn overview(entries: &[Entry], across: Option<&Across>, folder: &Path) -> Result<PathBuf> {
-    let tables = Tables {
+pub fn overview(entries: &[OverviewRun], across: Option<&Across>, folder: &Path) -> Result<PathBuf> {
+    let tables = OverviewTables {
         side: [SourceKind::Simulated, SourceKind::Real]
             .into_iter()
             .map(|kind| (kind, side_by_side(entries, kind)))
@@ -56,23 +56,15 @@ pub fn overview(entries: &[Entry], across: Option<&Across>, folder: &Path) -> Re
         again: again(entries),
         ranked: across.map(Ranked::new),
     };
-    let side = tables.side.iter().map(|(_, own)| own);
-    let ranked = tables.ranked.iter().map(|own| &own.numbers);
+    let side = tables.side.iter().map(|(_, numbers)| numbers);
+    let ranked = tables.ranked.iter().map(|ranked| &ranked.numbers);
     let every = side.chain(ranked).chain(&tables.again);
-    make(&folder.join("tables"))?;
-    every.flat_map(of_table).try_for_each(|file| write(folder, &file))?;
-    if let Some(own) = &tables.ranked {
-        make(&folder.join("charts"))?;
-        of_chart(&own.drawn)?.iter().try_for_each(|file| write(folder, file))?;
-    }
-    let page = "index.html";
-    let html = frame("taxel reports", &body(entries, &tables)).into_string();
-    write(folder, &(page.into(), html.into_bytes()))?;
-    Ok(folder.join(page))
+    let charts = tables.ranked.iter().map(|ranked| &ranked.drawn);
+    Ok(write_page(folder, ("taxel reports", &body(entries, &tables)), every, charts)?)
 }
 
-/// What an overview shows besides the list of its runs.
-struct Tables<'a> {
+/// Tables of an overview.
+struct OverviewTables<'a> {
     /// Runs of one kind side by side.
     side: Vec<(SourceKind, Table)>,
     /// The same readings, divided or seeded otherwise.
@@ -80,7 +72,7 @@ struct Tables<'a> {
     ranked: Option<Ranked<'a>>,
 }
 
-fn body(entries: &[Entry], tables: &Tables) -> Markup {
+fn body(entries: &[OverviewRun], tables: &OverviewTables) -> Markup {
     html! {
         header {
             p.kicker { "taxel reports" }
@@ -99,9 +91,9 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
                     }
                 }
             }
-            @for (own, numbers) in &tables.side {
+            @for (source, numbers) in &tables.side {
                 section {
-                    h2 { "On " (kind(*own)) " readings" }
+                    h2 { "On " (kind(*source)) " readings" }
                     (table(numbers))
                 }
             }
@@ -112,44 +104,50 @@ fn body(entries: &[Entry], tables: &Tables) -> Markup {
                         "What " (scores(entries)) " owes to the split (random folds put grasps of one session or object into training "
                         "and test alike) and to the seed."
                     }
-                    @for own in &tables.again { (table(own)) }
+                    @for numbers in &tables.again { (table(numbers)) }
                 }
             }
-            @if let Some(own) = &tables.ranked { (own.section()) }
+            @if let Some(ranked) = &tables.ranked { (ranked.section()) }
         }
     }
 }
 
-fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
-    let rows: Vec<&Entry> = entries.iter().filter(|entry| entry.judgement.kind() == of).collect();
+fn side_by_side(entries: &[OverviewRun], of: SourceKind) -> Table {
+    let rows: Vec<&OverviewRun> = entries.iter().filter(|entry| entry.judgement.kind() == of).collect();
     let primaries: Vec<Primary> = rows.iter().map(|entry| entry.judgement.primary()).collect();
     // One column for runs of one metric; of several each number names its own.
-    let shared = primaries.first().cloned().filter(|first| primaries.iter().all(|own| own == first));
+    let shared = primaries.first().cloned().filter(|first| primaries.iter().all(|primary| primary == first));
     let (chance, best) = match &shared {
-        Some(own) => (own.head_of("chance"), format!("its {}", own.head())),
+        Some(primary) => (primary.head_of("chance"), format!("its {}", primary.head())),
         None => ("chance".into(), "its score".into()),
     };
     let fields = match &shared {
-        Some(own) if own.is_percent() => ["chance_percent".into(), format!("best_{}", own.column(""))],
-        Some(own) => ["chance".into(), format!("best_{}", own.column(""))],
+        Some(primary) if primary.is_percent() => {
+            ["chance_percent".into(), format!("best_{}", primary.column(""))]
+        }
+        Some(primary) => ["chance".into(), format!("best_{}", primary.column(""))],
         None => ["chance".into(), "best_score".into()],
     };
     let is_shared = shared.is_some();
-    let scored = move |entry: &Entry, score: Option<f64>| {
+    let scored = move |entry: &OverviewRun, score: Option<f64>| {
         let primary = entry.judgement.primary();
-        Cell::number(score, |v| if is_shared { primary.show()(v) } else { scored(&primary, v) })
+        Cell::number(score, |v| if is_shared { primary.show()(v) } else { primary.named_value(v) })
     };
     let columns = vec![
-        Column::text("run", "run", |e: &&Entry| Cell::text(&e.judgement.results.name)),
-        Column::text("readings", "source", |e: &&Entry| Cell::text(e.judgement.results.source.to_string())),
-        Column::text("protocol", "protocol", |e: &&Entry| Cell::text(&e.judgement.protocol)),
-        Column::number("samples", &["samples"], |e: &&Entry| Cell::count(e.judgement.results.samples as u64)),
-        Column::number(&chance, &[&fields[0]], move |e: &&Entry| scored(e, Some(e.judgement.chance))),
-        Column::text("recommended", "recommended", |e: &&Entry| Cell::text(e.chosen().unwrap_or("–"))),
-        Column::text("most accurate", "best", |e: &&Entry| Cell::text(e.best().map_or("–", |best| best.0))),
-        Column::number(&best, &[&fields[1]], move |e: &&Entry| scored(e, e.best().map(|best| best.1))),
-        Column::number("its latency p50, ms", &["best_latency_p50_ms"], |e: &&Entry| {
-            Cell::number(e.best().and_then(|best| best.2), digits)
+        Column::text("run", "run", |e: &&OverviewRun| Cell::text(&e.judgement.results.name)),
+        Column::text("readings", "source", |e: &&OverviewRun| {
+            Cell::text(e.judgement.results.source.to_string())
+        }),
+        Column::text("protocol", "protocol", |e: &&OverviewRun| Cell::text(&e.judgement.protocol)),
+        Column::count("samples", "samples", |e: &&OverviewRun| e.judgement.results.samples as u64),
+        Column::number(&chance, &[&fields[0]], move |e: &&OverviewRun| scored(e, Some(e.judgement.chance))),
+        Column::text("recommended", "recommended", |e: &&OverviewRun| Cell::text(e.chosen().unwrap_or("–"))),
+        Column::text("most accurate", "best", |e: &&OverviewRun| {
+            Cell::text(e.best().map_or("–", |best| best.0))
+        }),
+        Column::number(&best, &[&fields[1]], move |e: &&OverviewRun| scored(e, e.best().map(|best| best.1))),
+        Column::value("its latency p50, ms", "best_latency_p50_ms", digits, |e: &&OverviewRun| {
+            e.best().and_then(|best| best.2)
         }),
     ];
     let name = match of {
@@ -159,32 +157,26 @@ fn side_by_side(entries: &[Entry], of: SourceKind) -> Table {
     Table::new(name, format!("Runs on {} readings", kind(of)), columns, &rows)
 }
 
-/// What the tables show, within a sentence.
-fn scores(entries: &[Entry]) -> &'static str {
+/// Returns the name of the metric that the tables show, within a sentence.
+fn scores(entries: &[OverviewRun]) -> &'static str {
     let mut titles = entries.iter().map(|entry| entry.judgement.primary().title());
     let first = titles.next().unwrap_or("accuracy");
-    if titles.all(|own| own == first) { first } else { "the score" }
+    if titles.all(|title| title == first) { first } else { "the score" }
 }
 
-/// `93.5 %`, or `MAE 0.412 N`.
-fn scored(primary: &Primary, score: f64) -> String {
-    let value = primary.value(score);
-    if primary.is_percent() { value } else { format!("{} {value}", primary.title()) }
-}
-
-/// One table for all runs on the same readings: the score of each network in each, and how far they lie apart.
-fn again(entries: &[Entry]) -> Vec<Table> {
+/// Returns one table for all runs on the same readings: the score of each network in each, and how far they lie apart.
+fn again(entries: &[OverviewRun]) -> Vec<Table> {
     let mut groups: Vec<Vec<&Judgement>> = vec![];
-    for own in entries.iter().map(|entry| &entry.judgement) {
+    for judgement in entries.iter().map(|entry| &entry.judgement) {
         // Simulated readings differ with the seed; the scene and the number of samples are the same.
         let same = |group: &&mut Vec<&Judgement>| {
-            let (a, b) = (&group[0].results, &own.results);
+            let (a, b) = (&group[0].results, &judgement.results);
             (&a.source, a.samples, &a.task.output_names()) == (&b.source, b.samples, &b.task.output_names())
-                && group[0].primary() == own.primary()
+                && group[0].primary() == judgement.primary()
         };
         match groups.iter_mut().find(same) {
-            Some(group) => group.push(own),
-            None => groups.push(vec![own]),
+            Some(group) => group.push(judgement),
+            None => groups.push(vec![judgement]),
         }
     }
     groups
@@ -212,8 +204,7 @@ fn beside(number: usize, group: &[&Judgement]) -> Option<Table> {
         let unit = primary.unit();
         let head = format!("{}: {}, seed {}, {unit}", run.results.name, run.protocol, run.results.seed);
         let field = format!("run_{}_{}", i + 1, primary.column(""));
-        columns
-            .push(Column::number(&head, &[&field], move |name: &&str| Cell::number(score(run, name), show)));
+        columns.push(Column::value(&head, &field, show, move |name: &&str| score(run, name)));
     }
     let apart = if primary.is_percent() { "apart_pp" } else { "apart" };
     columns.push(Column::number(&primary.head_of_loss("apart"), &[apart], move |name: &&str| {

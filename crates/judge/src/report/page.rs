@@ -6,24 +6,23 @@ use taxel_learn::Environment;
 use taxel_report::chart::Chart;
 use taxel_report::html::{LONG, chart, folded, frame, picture, small_chart, table};
 use taxel_report::palette::Paint;
-use taxel_report::pictures::{Picture, PictureKind, Shown, show};
+use taxel_report::pictures::{ArrayPicture, PictureKind, Shown, show};
 use taxel_report::table::Table;
 
 use super::names::{chart as charts, table as tables};
 use super::words::{kind, runs, stress_basis};
-use crate::decide::margin_words;
 use crate::error::Result;
 use crate::values::{Choice, Example, Judged, Judgement};
 
 /// Everything that a page is made of.
-struct Parts<'a> {
+struct PageParts<'a> {
     judgement: &'a Judgement,
     choice: Option<&'a Choice>,
     tables: &'a [Table],
     charts: &'a [Chart<'a>],
 }
 
-/// The page.
+/// Returns the page of a run.
 ///
 /// # Errors
 /// A picture of the judgement that is not what it says.
@@ -33,7 +32,7 @@ pub(super) fn page(
     tables: &[Table],
     charts: &[Chart],
 ) -> Result<Markup> {
-    let parts = Parts { judgement, choice, tables, charts };
+    let parts = PageParts { judgement, choice, tables, charts };
     let against_speed = format!("{} against speed", judgement.primary().heading());
     let sections: Vec<(&str, &str, Markup)> = [
         ("recommendation", "Recommendation", Some(parts.recommendation())),
@@ -66,36 +65,36 @@ pub(super) fn page(
     Ok(frame(&title, &body))
 }
 
-/// The badge that says what was measured on.
+/// Returns the badge that says what was measured on.
 pub(super) fn badge(of: SourceKind) -> Markup {
     html! { span class={ "badge " (kind(of)) } { (kind(of)) " readings" } }
 }
 
-impl Parts<'_> {
+impl PageParts<'_> {
     fn table(&self, name: &str) -> Option<Markup> {
-        self.tables.iter().find(|own| own.name == name).map(table)
+        self.tables.iter().find(|shown| shown.name == name).map(table)
     }
 
-    /// A table that is long, or said elsewhere.
+    /// Returns a table that is long, or repeats what stands elsewhere, folded.
     fn folded(&self, name: &str) -> Markup {
-        match self.tables.iter().find(|own| own.name == name) {
-            Some(own) if own.rows.len() <= LONG => folded(&own.caption, &table(own)),
-            Some(own) => table(own),
+        match self.tables.iter().find(|shown| shown.name == name) {
+            Some(short) if short.rows.len() <= LONG => folded(&short.caption, &table(short)),
+            Some(long) => table(long),
             None => html! {},
         }
     }
 
     fn chart(&self, name: &str, numbers: &str) -> Option<Markup> {
-        self.charts.iter().find(|own| own.name == name).map(|own| chart(own, numbers))
+        self.charts.iter().find(|drawn| drawn.name == name).map(|drawn| chart(drawn, numbers))
     }
 
-    /// The chart of the primary metric against a cost.
+    /// Returns the chart of the primary metric against a cost.
     fn against(&self, cost: &str, numbers: &str) -> Markup {
         let name = charts::against(self.judgement.primary().name(), cost);
         self.chart(&name, numbers).unwrap_or_default()
     }
 
-    /// The title of the run, or its name.
+    /// Returns the title of the run, or its name.
     fn heading(&self) -> &str {
         let results = &self.judgement.results;
         results.title.as_deref().unwrap_or(&results.name)
@@ -128,10 +127,11 @@ impl Parts<'_> {
         }
     }
 
-    /// `wild in 2 of 5 folds`.
+    /// Returns the networks that diverged: `wild in 2 of 5 folds`.
     fn diverged(&self) -> Option<String> {
-        let own = self.judgement.networks.iter().map(|n| &n.results).filter(|n| n.diverged > 0);
-        let words: Vec<String> = own.map(|n| format!("{} in {}", n.network, n.diverged_folds())).collect();
+        let diverged = self.judgement.networks.iter().map(|n| &n.results).filter(|n| n.diverged > 0);
+        let words: Vec<String> =
+            diverged.map(|n| format!("{} in {}", n.network, n.diverged_folds())).collect();
         (!words.is_empty()).then(|| words.join(", "))
     }
 
@@ -147,7 +147,7 @@ impl Parts<'_> {
                     @if !choice.enough_data {
                         p.warning role="note" {
                             "Too few data to tell: a network may be worse than the best by "
-                            (margin_words(&choice.primary, choice.margin())) " or more without this table seeing it."
+                            (choice.primary.margin(choice.margin())) " or more without this table seeing it."
                         }
                     }
                 }
@@ -160,7 +160,7 @@ impl Parts<'_> {
         }
     }
 
-    /// The front in words, the most accurate first.
+    /// Returns the front in words, the most accurate first.
     fn front(&self) -> String {
         fn scored(n: &Judged) -> Option<(f64, &str)> {
             Some((n.score()?, n.results.network.as_str()))
@@ -205,7 +205,7 @@ impl Parts<'_> {
             @if let Some(hardening) = self.table(tables::HARDENING) {
                 h3 { "Trained under faults" }
                 (hardening)
-                (self.table(tables::UNMET).unwrap_or_default())
+                (self.table(tables::UNSEEN).unwrap_or_default())
             }
             @if let Some(guard) = self.table(tables::GUARD) {
                 h3 { "Behind a guard" }
@@ -267,7 +267,7 @@ impl Parts<'_> {
             @if let Some(first) = matrices.first() {
                 h3 { "What is taken for what" }
                 p.reading { (first.reading) " Numbers: " a href={ "#table-" (numbers) } { "table" } "." }
-                div.grid { @for own in &matrices { (small_chart(own)) } }
+                div.grid { @for matrix in &matrices { (small_chart(matrix)) } }
             }
             (self.folded(tables::CONFUSION))
             (self.table(tables::ATTRIBUTES).unwrap_or_default())
@@ -281,7 +281,7 @@ impl Parts<'_> {
             return Ok(None);
         }
         let all = self.judgement.examples.iter().enumerate();
-        let articles = all.map(|(i, own)| example(i + 1, own)).collect::<Result<Vec<_>>>()?;
+        let articles = all.map(|(i, shown)| example(i + 1, shown)).collect::<Result<Vec<_>>>()?;
         Ok(Some(html! {
             p {
                 "Test samples of the first fold: those that divide the networks most, and one that all "
@@ -312,15 +312,15 @@ impl Parts<'_> {
     }
 }
 
-/// What was measured on what, and how.
+/// Returns the circumstances of the measurements: samples, protocol, machines.
 fn facts(judgement: &Judgement) -> Vec<(String, String)> {
     let primary = judgement.primary();
     let (then, now) = (&judgement.environment, &judgement.judged_on);
-    let machine = |own: &Environment| {
-        let cpu = own.processor().unwrap_or("unknown processor".into());
-        let build = if own.optimised { "release build" } else { "debug build" };
-        let commit = own.commit.as_deref().unwrap_or("unknown commit");
-        format!("{cpu}, {}, taxel {} ({commit}, {build})", own.platform, own.taxel)
+    let machine = |environment: &Environment| {
+        let cpu = environment.processor().unwrap_or("unknown processor".into());
+        let build = if environment.optimised { "release build" } else { "debug build" };
+        let commit = environment.commit.as_deref().unwrap_or("unknown commit");
+        format!("{cpu}, {}, taxel {} ({commit}, {build})", environment.platform, environment.taxel)
     };
     vec![
         ("Readings".into(), judgement.results.source.to_string()),
@@ -353,20 +353,20 @@ fn facts(judgement: &Judgement) -> Vec<(String, String)> {
     ]
 }
 
-fn example(number: usize, own: &Example) -> Result<Markup> {
+fn example(number: usize, example: &Example) -> Result<Markup> {
     let drawn = |picture| Ok((label(picture), show(picture, Paint::Page)?));
-    let pictures: Vec<(String, Shown)> = own.pictures.iter().map(drawn).collect::<Result<_>>()?;
+    let pictures: Vec<(String, Shown)> = example.pictures.iter().map(drawn).collect::<Result<_>>()?;
     Ok(html! {
         article.example {
-            h3 { "Example " (number) ": " (own.truth) }
-            p.reading { (own.origin) }
+            h3 { "Example " (number) ": " (example.truth) }
+            p.reading { (example.origin) }
             div.pictures {
                 @for (label, shown) in &pictures {
                     figure { (picture(shown, label)) figcaption { (label) } }
                 }
             }
             ul.answers {
-                @for verdict in &own.verdicts {
+                @for verdict in &example.verdicts {
                     li class=[verdict.right.map(|right| if right { "right" } else { "wrong" })] {
                         @if let Some(right) = verdict.right {
                             span.mark aria-hidden="true" { (if right { "✓" } else { "✕" }) }
@@ -383,8 +383,8 @@ fn example(number: usize, own: &Example) -> Result<Markup> {
     })
 }
 
-/// `image, 3×50×50 colours by rows by columns`.
-pub(super) fn label(picture: &Picture) -> String {
+/// Returns the label of a picture: `image, 3×50×50 colours by rows by columns`.
+pub(super) fn label(picture: &ArrayPicture) -> String {
     let shape: Vec<String> = picture.shape.iter().map(usize::to_string).collect();
     let kind = match picture.kind {
         PictureKind::Lines => "channels by readings",

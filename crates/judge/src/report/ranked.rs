@@ -25,7 +25,7 @@ impl<'a> Ranked<'a> {
         Ranked { drawn: ranks(across), numbers: numbers(across), words: &across.words }
     }
 
-    /// The section of a page.
+    /// Returns the section of a page.
     pub fn section(&self) -> Markup {
         html! {
             section {
@@ -42,11 +42,9 @@ fn numbers(across: &Across) -> Table {
     let rows: Vec<usize> = (0..across.networks.len()).collect();
     let columns = vec![
         Column::text("network", "network", |&i: &usize| Cell::text(&across.networks[i])),
-        Column::number("mean rank", &["mean_rank"], |&i: &usize| {
-            Cell::number(across.friedman.ranks.get(i).copied(), digits)
-        }),
-        Column::number("p against the first (Wilcoxon, Holm)", &["p_holm"], |&i: &usize| {
-            Cell::number(across.p_holm.get(i).copied().flatten(), digits)
+        Column::value("mean rank", "mean_rank", digits, |&i: &usize| across.friedman.ranks.get(i).copied()),
+        Column::value("p against the first (Wilcoxon, Holm)", "p_holm", digits, |&i: &usize| {
+            across.p_holm.get(i).copied().flatten()
         }),
     ];
     let caption = format!("Mean ranks over {} data sets", across.runs.len());

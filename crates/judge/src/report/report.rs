@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use taxel_base::Grid;
 use taxel_report::files::{File, make, of_chart, of_table, slug, write};
 use taxel_report::palette::Paint;
-use taxel_report::pictures::{Picture, Shown, show};
+use taxel_report::pictures::{ArrayPicture, Shown, show};
 use taxel_report::table::Table;
 
 use super::charts::charts;
@@ -23,15 +23,15 @@ use crate::values::{Choice, Judgement};
 pub struct Report {
     files: Vec<File>,
     /// The first table of the page.
-    pub summary: Summary,
+    pub summary: NetworkSummary,
 }
 
 /// The table of the networks, for a terminal and for scripts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// What people read.
+pub struct NetworkSummary {
+    /// The table for people.
     pub grid: Grid,
-    /// What programs read: one object per row, units in the keys, null for what is not known.
+    /// The table for programs: one object per row, units in the keys, null for what is not known.
     pub json: Vec<Map<String, Value>>,
 }
 
@@ -58,10 +58,10 @@ pub fn report(judgement: &Judgement, choice: Option<&Choice>) -> Result<Report> 
             files.extend(pictured(&name, picture)?);
         }
     }
-    Ok(Report { files, summary: Summary::of(&networks(judgement, choice)) })
+    Ok(Report { files, summary: NetworkSummary::of(&networks(judgement, choice)) })
 }
 
-fn pictured(name: &str, picture: &Picture) -> Result<Vec<File>> {
+fn pictured(name: &str, picture: &ArrayPicture) -> Result<Vec<File>> {
     Ok(match show(picture, Paint::Print)? {
         Shown::Drawing(canvas) => vec![
             (format!("{name}.svg"), canvas.svg(&picture.name).into_bytes()),
@@ -71,7 +71,7 @@ fn pictured(name: &str, picture: &Picture) -> Result<Vec<File>> {
     })
 }
 
-impl Summary {
+impl NetworkSummary {
     fn of(table: &Table) -> Self {
         // Of a number what is not known is null, of a text it is empty.
         let value = |right: bool, text: &str| match (right, text.parse::<f64>()) {
@@ -88,12 +88,12 @@ impl Summary {
             }
             json.push(object);
         }
-        Summary { grid: table.shown().ruled(), json }
+        NetworkSummary { grid: table.shown().ruled(), json }
     }
 }
 
 impl Report {
-    /// Paths below the run folder and what stands there.
+    /// Returns the files: paths below the run folder, and contents.
     pub fn files(&self) -> &[(String, Vec<u8>)] {
         &self.files
     }
@@ -108,13 +108,13 @@ impl Report {
             make(&folder.join(part))?;
         }
         self.files.iter().rev().try_for_each(|file| write(folder, file))?;
-        let own: BTreeSet<PathBuf> = self.files.iter().map(|(name, _)| folder.join(name)).collect();
+        let written: BTreeSet<PathBuf> = self.files.iter().map(|(name, _)| folder.join(name)).collect();
         for part in FOLDERS {
             let part = folder.join(part);
             for entry in fs::read_dir(&part).map_err(|e| Error::write(&part, e))? {
                 let path = entry.map_err(|e| Error::write(&part, e))?.path();
-                let ours = path.extension().is_some_and(|e| ENDINGS.iter().any(|own| e == *own));
-                if ours && !own.contains(&path) {
+                let ours = path.extension().is_some_and(|e| ENDINGS.iter().any(|ending| e == *ending));
+                if ours && !written.contains(&path) {
                     fs::remove_file(&path).map_err(|e| Error::write(&path, e))?;
                 }
             }

@@ -60,7 +60,7 @@ pub fn survey_page(survey: &Survey, path: &Path) -> Result<()> {
     Ok(write(folder, &(name.to_string_lossy().into_owned(), page.into_bytes()))?)
 }
 
-/// What it is, and what to mind.
+/// Returns the name, size and warnings of the data set.
 fn header(survey: &Survey) -> Markup {
     let card = &survey.card;
     let shape: Vec<String> = card.shape.iter().map(usize::to_string).collect();
@@ -83,7 +83,8 @@ fn header(survey: &Survey) -> Markup {
 }
 
 fn recordings(survey: &Survey) -> Result<Option<Markup>> {
-    let articles = survey.classes.iter().map(|own| class(survey, own)).collect::<Result<Vec<_>>>()?;
+    let articles =
+        survey.classes.iter().map(|pictures| class(survey, pictures)).collect::<Result<Vec<_>>>()?;
     let more = survey.card.classes.len().saturating_sub(articles.len());
     Ok((!articles.is_empty()).then(|| {
         html! {
@@ -96,17 +97,17 @@ fn recordings(survey: &Survey) -> Result<Option<Markup>> {
     }))
 }
 
-fn class(survey: &Survey, own: &ClassPictures) -> Result<Markup> {
+fn class(survey: &Survey, pictures: &ClassPictures) -> Result<Markup> {
     let samples =
-        survey.card.classes.iter().find(|class| class.name == own.name).map_or(0, |class| class.samples);
-    let drawn = own
+        survey.card.classes.iter().find(|class| class.name == pictures.name).map_or(0, |class| class.samples);
+    let drawn = pictures
         .recordings
         .iter()
         .map(|(origin, reading)| Ok((origin, show(reading, Paint::Page)?, label(reading))));
     let drawn = drawn.collect::<Result<Vec<_>>>()?;
     Ok(html! {
         article.example {
-            h3 { (own.name) " " span.reading { (samples) " samples" } }
+            h3 { (pictures.name) " " span.reading { (samples) " samples" } }
             div.pictures.three {
                 @for (origin, shown, label) in &drawn {
                     figure { (picture(shown, label)) figcaption { (origin) } }
@@ -116,7 +117,7 @@ fn class(survey: &Survey, own: &ClassPictures) -> Result<Markup> {
     })
 }
 
-/// A chart, with the numbers behind it where they stand in a table.
+/// Returns a chart, with the numbers behind it where they stand in a table.
 fn charted(chart: Option<Chart>, numbers: Option<&Table>) -> Option<Markup> {
     let chart = chart?;
     Some(html! {
@@ -149,34 +150,32 @@ fn channels(survey: &Survey) -> Result<Option<Markup>> {
 }
 
 fn of_channels(channels: &[ChannelRange]) -> Table {
-    let share =
-        |get: fn(&ChannelRange) -> f64| move |own: &ChannelRange| Cell::number(Some(100.0 * get(own)), tenth);
+    let share = |get: fn(&ChannelRange) -> f64| {
+        move |channel: &ChannelRange| Cell::number(Some(100.0 * get(channel)), tenth)
+    };
     let value = |get: fn(&ChannelRange) -> Option<f32>| {
-        move |own: &ChannelRange| Cell::number(get(own).map(f64::from), digits)
+        move |channel: &ChannelRange| Cell::number(get(channel).map(f64::from), digits)
     };
     let columns = vec![
-        Column::number("channel", &["channel"], |own: &ChannelRange| Cell::count(own.channel as u64)),
-        Column::number("lowest", &["lowest"], value(|own| own.min)),
-        Column::number("highest", &["highest"], value(|own| own.max)),
-        Column::number("at the lowest, %", &["at_lowest_percent"], share(|own| own.at_min)),
-        Column::number("at the highest, %", &["at_highest_percent"], share(|own| own.at_max)),
-        Column::number("still in, % of samples", &["still_percent"], share(|own| own.stuck)),
+        Column::count("channel", "channel", |channel: &ChannelRange| channel.channel as u64),
+        Column::number("lowest", &["lowest"], value(|channel| channel.min)),
+        Column::number("highest", &["highest"], value(|channel| channel.max)),
+        Column::number("at the lowest, %", &["at_lowest_percent"], share(|channel| channel.at_min)),
+        Column::number("at the highest, %", &["at_highest_percent"], share(|channel| channel.at_max)),
+        Column::number("still in, % of samples", &["still_percent"], share(|channel| channel.stuck)),
     ];
     Table::new(names::CHANNELS, "Range of each channel over all samples".into(), columns, channels)
 }
 
 fn order(survey: &Survey) -> Option<Markup> {
     let chart = charted(drift(survey), None)?;
-    let words = survey.drift.correlation.map(|own| {
-        let size = digits(own.abs());
-        match own.abs() >= WANDERS {
-            true => format!(
+    let words = survey.drift.correlation.map(|correlation| {
+        let size = digits(correlation.abs());
+        if correlation.abs() >= WANDERS { format!(
                 "Within classes the mean goes with the order (correlation {}{size}): samples next to each other are alike, \
                  so folds at random test on what was all but trained on. Groups by session or block keep them apart.",
-                if own < 0.0 { "-" } else { "" }
-            ),
-            false => format!("Within classes the mean hardly goes with the order (correlation {size})."),
-        }
+                if correlation < 0.0 { "-" } else { "" }
+            ) } else { format!("Within classes the mean hardly goes with the order (correlation {size}).") }
     });
     Some(html! { (chart) @if let Some(words) = words { p { (words) } } })
 }
@@ -184,9 +183,9 @@ fn order(survey: &Survey) -> Option<Markup> {
 fn confounds(survey: &Survey) -> Option<Markup> {
     let shortcut = survey.card.shortcut.as_ref()?;
     let columns = vec![
-        Column::text("number", "statistic", |own: &Carrier| Cell::text(own.statistic.clone())),
-        Column::number("alone tells, %", &["accuracy_percent"], |own: &Carrier| {
-            Cell::number(Some(100.0 * own.accuracy), tenth)
+        Column::text("number", "statistic", |carrier: &Carrier| Cell::text(carrier.statistic.clone())),
+        Column::value("alone tells, %", "accuracy_percent", tenth, |carrier: &Carrier| {
+            Some(100.0 * carrier.accuracy)
         }),
     ];
     let table = Table::new(
@@ -208,12 +207,16 @@ fn confounds(survey: &Survey) -> Option<Markup> {
     })
 }
 
-/// Exact copies: which, and whether their labels agree.
+/// Lists exact copies, and whether their labels agree.
 fn copies(survey: &Survey) -> Option<Markup> {
     type Row = (String, &'static str);
     let card = &survey.card;
-    let torn = card.contradictions.iter().map(|own| {
-        let named = own.sources.iter().zip(&own.labels).map(|(source, label)| format!("{source} ({label})"));
+    let torn = card.contradictions.iter().map(|contradiction| {
+        let named = contradiction
+            .sources
+            .iter()
+            .zip(&contradiction.labels)
+            .map(|(source, label)| format!("{source} ({label})"));
         (named.collect::<Vec<_>>().join(" = "), "different")
     });
     let same = card
@@ -222,8 +225,8 @@ fn copies(survey: &Survey) -> Option<Markup> {
         .map(|rows| (rows.iter().map(usize::to_string).collect::<Vec<_>>().join(" = "), "the same"));
     let all: Vec<Row> = torn.chain(same).collect();
     let columns = vec![
-        Column::text("samples", "samples", |own: &Row| Cell::text(own.0.clone())),
-        Column::text("labels", "labels", |own: &Row| Cell::text(own.1)),
+        Column::text("samples", "samples", |row: &Row| Cell::text(row.0.clone())),
+        Column::text("labels", "labels", |row: &Row| Cell::text(row.1)),
     ];
     let shown = &all[..all.len().min(SETS)];
     let table = Table::new(names::COPIES, "Samples that are exact copies".into(), columns, shown);
@@ -252,10 +255,10 @@ mod tests {
             let class = class.replace('|', "");
             std::fs::create_dir_all(folder.join(&class)).unwrap();
             for sample in 0..20 {
-                let own = if sample == 19 { 18 } else { sample };
-                let readings = if unequal { 6 + own % 4 } else { 8 };
+                let level = if sample == 19 { 18 } else { sample };
+                let readings = if unequal { 6 + level % 4 } else { 8 };
                 let line = |t: usize| {
-                    let value = offset + own as f64 / 10.0 + (t as f64).sin();
+                    let value = offset + level as f64 / 10.0 + (t as f64).sin();
                     format!("{value},7,{}\n", value.min(offset + 1.5))
                 };
                 let text: String = (0..readings).map(line).collect();
@@ -282,7 +285,10 @@ mod tests {
         let looked_at = survey(surveyed(folder.path()));
         assert!(looked_at.drift.correlation.unwrap() > 0.9);
         assert_eq!(looked_at.carriers[0].accuracy, 1.0);
-        assert_eq!(looked_at.card.channels.iter().map(|own| own.stuck).collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
+        assert_eq!(
+            looked_at.card.channels.iter().map(|channel| channel.stuck).collect::<Vec<_>>(),
+            [0.0, 1.0, 0.0]
+        );
         assert!(looked_at.lengths.is_empty(), "equal lengths need no chart");
         let page = page(surveyed(folder.path()));
         for part in ["Recordings", "Ranges of the channels", "Means in recording order", "Copies", "The card"]

@@ -1,4 +1,4 @@
-//! What a report makes of a judgement.
+//! The report of a judgement made by hand.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -9,7 +9,7 @@ use taxel_report::palette::Paint;
 
 use super::fixture::{HOSTILE, choice, judgement};
 use super::tables::tables;
-use super::{Entry, Report, overview, report};
+use super::{OverviewRun, Report, overview, report};
 use crate::decide::across;
 use crate::values::Judgement;
 
@@ -20,7 +20,7 @@ fn whole() -> &'static Report {
 
 fn file<'a>(report: &'a Report, name: &str) -> &'a str {
     let (_, bytes) =
-        report.files().iter().find(|(own, _)| own == name).unwrap_or_else(|| panic!("no {name}"));
+        report.files().iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("no {name}"));
     std::str::from_utf8(bytes).unwrap()
 }
 
@@ -60,8 +60,8 @@ fn names_of_users_cannot_break_out_of_the_page() {
     let tables = tables(&judgement(), Some(&choice())).unwrap();
     assert_eq!((all("table"), all("caption")), (tables.len(), tables.len()));
     let has = |tag: &'static str, attribute: &'static str| {
-        let mut own = document.descendants().filter(move |n| n.tag_name().name() == tag);
-        own.all(|n| n.attribute(attribute).is_some())
+        let mut elements = document.descendants().filter(move |n| n.tag_name().name() == tag);
+        elements.all(|n| n.attribute(attribute).is_some())
     };
     assert!(has("th", "scope") && has("img", "alt") && has("html", "lang"));
     let svg = document.descendants().filter(|n| n.tag_name().name() == "svg");
@@ -97,7 +97,7 @@ fn drawings_are_well_formed_and_say_their_values() {
         }
         let png = name.replace(".svg", ".png");
         assert!(
-            report.files().iter().any(|(own, bytes)| *own == png && bytes.starts_with(b"\x89PNG")),
+            report.files().iter().any(|(known, bytes)| *known == png && bytes.starts_with(b"\x89PNG")),
             "{png}"
         );
         count += 1;
@@ -249,9 +249,9 @@ fn networks_stand_without_a_guard_beside_with_one() {
     let alarms = "replaced something in 2 of 40 (5.0 %), 1.5 of 5 channels or taxels each on average";
     assert!(table.contains(alarms), "{table}");
     assert!(file(whole(), "report.html").contains("<h3>Behind a guard</h3>"));
-    let mut own = judgement();
-    own.stress.as_mut().unwrap().networks.iter_mut().for_each(|network| network.other = None);
-    assert!(!file(&report(&own, None).unwrap(), "report.html").contains("Behind a guard"));
+    let mut judgement = judgement();
+    judgement.stress.as_mut().unwrap().networks.iter_mut().for_each(|network| network.other = None);
+    assert!(!file(&report(&judgement, None).unwrap(), "report.html").contains("Behind a guard"));
 }
 
 #[test]
@@ -266,19 +266,19 @@ fn published_and_measured_numbers_share_no_column() {
 
 #[test]
 fn the_heading_names_run_and_data_and_nothing_is_published_that_nobody_printed() {
-    let mut own = judgement();
-    own.results.title = Some("Which net for the glove".into());
-    let with = report(&own, None).unwrap();
+    let mut judgement = judgement();
+    judgement.results.title = Some("Which net for the glove".into());
+    let with = report(&judgement, None).unwrap();
     let heading = "<h1>Which net for the glove <span class=\"source\">simulated: fingertip</span></h1>";
     let page = file(&with, "report.html");
     assert!(page.contains(heading), "{page}");
     assert!(page.contains("<title>Which net for the glove, simulated: fingertip: taxel report</title>"));
     assert!(page.contains("What the papers print") && page.contains("real and published numbers"));
-    own.results.title = None;
-    own.results.name = "glove".into();
-    own.results.source = Source::real("glove28");
-    own.networks.iter_mut().for_each(|n| n.results.published = None);
-    let without = report(&own, None).unwrap();
+    judgement.results.title = None;
+    judgement.results.name = "glove".into();
+    judgement.results.source = Source::real("glove28");
+    judgement.networks.iter_mut().for_each(|n| n.results.published = None);
+    let without = report(&judgement, None).unwrap();
     let page = file(&without, "report.html");
     assert!(page.contains("<h1>glove <span class=\"source\">real: glove28</span></h1>"), "{page}");
     assert!(page.contains("real readings") && !page.contains("simulated: "));
@@ -333,15 +333,19 @@ fn a_learning_curve_shows_its_last_row_in_the_table_and_all_in_the_chart() {
 fn several_runs_share_a_page_of_ranks() {
     let sets: Vec<Judgement> = (0..6)
         .map(|i| {
-            let mut own = judgement();
-            own.results.name = format!("run-{i}");
-            own.results.data_digest = format!("{i}");
-            own
+            let mut judgement = judgement();
+            judgement.results.name = format!("run-{i}");
+            judgement.results.data_digest = format!("{i}");
+            judgement
         })
         .collect();
-    let entries: Vec<Entry> = sets
+    let entries: Vec<OverviewRun> = sets
         .iter()
-        .map(|own| Entry { page: "a/report.html".into(), judgement: own.clone(), choice: None })
+        .map(|judgement| OverviewRun {
+            page: "a/report.html".into(),
+            judgement: judgement.clone(),
+            choice: None,
+        })
         .collect();
     let ranked = across(&sets.iter().collect::<Vec<_>>(), 0.05).unwrap().unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -353,8 +357,10 @@ fn several_runs_share_a_page_of_ranks() {
     let mut worse = sets.clone();
     let mean = worse[2].networks[0].results.mean.as_mut().unwrap();
     mean.set("accuracy", mean.primary().unwrap() - 12.5);
-    let entries: Vec<Entry> =
-        worse.into_iter().map(|judgement| Entry { page: String::new(), judgement, choice: None }).collect();
+    let entries: Vec<OverviewRun> = worse
+        .into_iter()
+        .map(|judgement| OverviewRun { page: String::new(), judgement, choice: None })
+        .collect();
     overview(&entries, None, folder.path()).unwrap();
     let rows = std::fs::read_to_string(folder.path().join("tables/same-readings-1.csv")).unwrap();
     let first = rows.lines().nth(1).unwrap();

@@ -5,7 +5,7 @@ use taxel_learn::NetworkResults;
 
 use crate::values::{Early, Judged, Judgement, Stress};
 
-/// `simulated` or `real`.
+/// Returns the kind in words: `simulated` or `real`.
 pub(super) fn kind(kind: SourceKind) -> &'static str {
     match kind {
         SourceKind::Simulated => "simulated",
@@ -13,19 +13,19 @@ pub(super) fn kind(kind: SourceKind) -> &'static str {
     }
 }
 
-/// Whether a network stands in the first table: all but the smaller rows of a learning curve.
+/// Checks whether a network stands in the first table: all but the smaller rows of a learning curve.
 pub(super) fn is_shown(judgement: &Judgement, network: &Judged) -> bool {
     let most = judgement.networks.iter().filter_map(|n| n.results.per_class).max();
     network.results.per_class == most
 }
 
-/// The network that a row of a learning curve belongs to.
-pub(super) fn few_samples_of(own: &NetworkResults) -> &str {
-    let ending = own.per_class.map(|count| format!(".n{count}"));
-    ending.and_then(|ending| own.network.strip_suffix(&ending)).unwrap_or(&own.network)
+/// Returns the network that a row of a learning curve belongs to.
+pub(super) fn few_samples_of(row: &NetworkResults) -> &str {
+    let ending = row.per_class.map(|count| format!(".n{count}"));
+    ending.and_then(|ending| row.network.strip_suffix(&ending)).unwrap_or(&row.network)
 }
 
-/// How often each network was timed: `1000`, or `37 to 1000`.
+/// Says how often each network was timed: `1000`, or `37 to 1000`.
 pub(super) fn runs(judgement: &Judgement) -> String {
     let runs = judgement.networks.iter().filter_map(|n| n.speed).map(|s| s.whole.runs);
     match (runs.clone().min(), runs.max()) {
@@ -34,7 +34,7 @@ pub(super) fn runs(judgement: &Judgement) -> String {
     }
 }
 
-/// How many samples, in which range.
+/// Says how many samples, in which range.
 pub(super) fn stress_basis(stress: &Stress) -> String {
     let Stress { samples, of, range, chance, primary, .. } = stress;
     let part = if samples < of { format!("{samples} of {of}") } else { samples.to_string() };
@@ -43,23 +43,23 @@ pub(super) fn stress_basis(stress: &Stress) -> String {
     format!("{part} test samples, full scale {} to {} ({whose}), chance {chance}", range.low, range.high)
 }
 
-/// How often guards replace anything in samples that nobody broke.
+/// Says how often guards replace anything in samples that nobody broke.
 pub(super) fn alarms(stress: &Stress) -> String {
     match stress.alarms {
         None => "no guard was tried".into(),
-        Some(own) => format!(
+        Some(found) => format!(
             "in unbroken test samples guards replaced something in {} of {} ({:.1} %), {} of {} channels or taxels each \
              on average",
-            own.alarmed,
-            own.samples,
-            100.0 * own.alarmed as f64 / own.samples.max(1) as f64,
-            taxel_report::numbers::tenth(own.replaced as f64 / own.alarmed.max(1) as f64),
-            own.elements
+            found.alarmed,
+            found.samples,
+            100.0 * found.alarmed as f64 / found.samples.max(1) as f64,
+            taxel_report::numbers::tenth(found.replaced as f64 / found.alarmed.max(1) as f64),
+            found.elements
         ),
     }
 }
 
-/// How many samples, and what their starts are filled up with.
+/// Says how many samples, and what their starts are filled up with.
 pub(super) fn early_basis(early: &Early) -> String {
     let Early { samples, of, ticks, padding, .. } = early;
     let part = if samples < of { format!("{samples} of {of}") } else { samples.to_string() };

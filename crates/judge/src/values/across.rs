@@ -43,7 +43,7 @@ pub struct Across {
     pub critical_difference: f64,
     /// Wilcoxon's signed-rank test of each network against the first, Holm-corrected; none for the first.
     pub p_holm: Vec<Option<f64>>,
-    /// What it says, in sentences.
+    /// The result in sentences.
     pub words: Vec<String>,
 }
 

@@ -9,11 +9,11 @@ use crate::error::Result;
 /// A loss that would matter, in percentage points or in % of what knowing nothing scores.
 const MARGIN: f64 = 5.0;
 
-/// What is to be small.
+/// The cost that is to be small.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CostKind {
-    /// Time from raw reading to answer of one sample on one thread.
+    /// Time from raw sample to prediction of one sample on one thread.
     #[default]
     Latency,
     /// Bytes of parameters and statistics.
@@ -22,15 +22,15 @@ pub enum CostKind {
     Macs,
 }
 
-/// What a choice has to respect.
+/// Criteria of a choice.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Criteria {
-    /// What is to be small.
+    /// The cost that is to be small.
     pub cost: CostKind,
     /// Level of significance over the whole table, (0, 1). Default 0.05.
     pub alpha: f64,
     /// The most that faults may cost on average, in percentage points of accuracy or in the unit of the metric; none:
-    /// not asked for.
+    /// no limit.
     pub max_loss: Option<f64>,
     /// A loss that would matter, in percentage points of accuracy or in the unit of the metric: a table that could not
     /// have seen a loss this large has too few data, and what seems to lose more is not chosen. None is 5 percentage
@@ -56,9 +56,9 @@ pub struct Evidence {
     pub p_holm: Option<f64>,
     /// Whether it is worse than the best beyond doubt (`p_holm < alpha` and a worse score).
     pub worse: bool,
-    /// What is to be small: ms, bytes or multiply-accumulates; none where it was not measured.
+    /// The cost that is to be small: ms, bytes or multiply-accumulates; none where it was not measured.
     pub cost: Option<f64>,
-    /// What faults cost on average, above 0 where they make the score worse; none without a stress test.
+    /// Mean loss under faults, above 0 where they make the score worse; none without a stress test.
     pub mean_loss: Option<f64>,
     /// Why it cannot be chosen; none for candidates.
     pub refused: Option<String>,
@@ -80,7 +80,7 @@ pub enum Test {
 /// The recommendation and all that speaks for and against it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
-    /// What was asked for, with the margin that was meant.
+    /// The criteria, with the margin filled in.
     pub criteria: Criteria,
     /// The metric of the scores.
     #[serde(default, skip_serializing_if = "Primary::is_accuracy")]
@@ -106,7 +106,7 @@ impl Default for Criteria {
 }
 
 impl Criteria {
-    /// Refuses what cannot be asked for of that metric, before anything is measured.
+    /// Checks the values for that metric, before anything is measured.
     ///
     /// # Errors
     /// A value outside its range.
@@ -126,7 +126,7 @@ impl Criteria {
         Ok(())
     }
 
-    /// Returns the margin that was asked for, or the default for that metric where knowing nothing scores `chance`.
+    /// Returns the given margin, or the default for that metric where knowing nothing scores `chance`.
     pub fn margin_of(&self, primary: &Primary, chance: f64) -> f64 {
         self.margin.unwrap_or_else(|| primary.share(MARGIN, chance))
     }

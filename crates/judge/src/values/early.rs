@@ -12,7 +12,7 @@ pub struct Early {
     pub of: usize,
     /// Readings of a sample along time.
     pub ticks: usize,
-    /// What starts are filled up with.
+    /// How starts are filled up to whole samples.
     pub padding: Padding,
     /// In the order of the run.
     pub networks: Vec<EarlyNetwork>,
@@ -29,7 +29,7 @@ pub struct EarlyNetwork {
     pub decisions: Vec<EarlyDecisions>,
 }
 
-/// Answers to starts of samples.
+/// Predictions for starts of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EarlyPoint {
     /// Share of the sample that is there, in %: 10 to 100.
@@ -41,7 +41,7 @@ pub struct EarlyPoint {
     pub refused: usize,
 }
 
-/// Answers at the first start of each sample that the network is confident about, else at its end.
+/// Predictions at the first start of each sample that the network is confident about, else at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EarlyDecisions {
     /// The least probability of the likeliest class, of every attribute, 0 to 1.

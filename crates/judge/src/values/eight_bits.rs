@@ -1,17 +1,17 @@
-//! What eight bits change.
+//! Networks in eight bits beside the same in floats.
 
 use serde::{Deserialize, Serialize};
 
-/// Test samples of the first repetition that a network in floats and the same in eight bits answer otherwise.
+/// Test samples of the first repetition whose prediction differs between a network in floats and the same in eight bits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Changed {
     /// The row in eight bits.
     pub network: String,
     /// The row in floats.
     pub floats: String,
-    /// Samples that both were asked about.
+    /// Samples that both predicted.
     pub samples: u64,
-    /// Samples with another answer, right or wrong.
+    /// Samples with another prediction, right or wrong.
     pub differ: u64,
     /// Samples that only the row in floats predicts rightly, and only the one in eight bits; of several attributes all
     /// count. Of values samples that the one or the other comes nearer to.
@@ -25,13 +25,13 @@ pub struct EightBits {
     pub network: String,
     /// Primary metric, mean over folds.
     pub scores: [f64; 2],
-    /// What is known of single samples.
+    /// Predictions that differ, sample by sample.
     pub changed: Changed,
     /// Exact McNemar test of that.
     pub p: f64,
-    /// What faults cost, mean over faults and severities; none where they were not tried.
+    /// Loss under faults, mean over faults and severities; none without a stress test.
     pub loss: Option<[f64; 2]>,
-    /// Median time of an answer, encoding included, in ms; none where it was not measured.
+    /// Median time of a prediction, encoding included, in ms; none where it was not measured.
     pub latency: Option<[f64; 2]>,
     /// Bytes of parameters and batch-norm statistics.
     pub bytes: [u64; 2],

@@ -1,7 +1,7 @@
 //! A test sample that is worth a look.
 
 use serde::{Deserialize, Serialize};
-use taxel_report::pictures::Picture;
+use taxel_report::pictures::ArrayPicture;
 
 /// A test sample, what networks see of it and say about it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -11,12 +11,12 @@ pub struct Example {
     /// Its class; with several attributes `elasticity:3, hardness:7`; of values `1.25 N`.
     pub truth: String,
     /// The raw sample first, then each encoding.
-    pub pictures: Vec<Picture>,
-    /// What each network says.
+    pub pictures: Vec<ArrayPicture>,
+    /// Predictions of the networks.
     pub verdicts: Vec<Verdict>,
 }
 
-/// What a network says about a sample.
+/// Prediction of a network for a sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Name in the experiment.

@@ -1,4 +1,4 @@
-//! What training under faults changes.
+//! Training under faults beside training on clean samples.
 
 use serde::{Deserialize, Serialize};
 use taxel_faults::Fault;
@@ -16,14 +16,15 @@ pub struct Hardened {
     /// The second less the first.
     #[serde(rename = "accuracy_change", alias = "score_change")]
     pub score_change: Change,
-    /// What faults cost, mean over faults and severities: trained clean, trained under faults.
+    /// Loss under faults, mean over faults and severities: trained clean, trained under faults.
     pub loss: [f64; 2],
     /// The second less the first; below 0 where hardening helps.
     pub loss_change: Change,
     /// Seconds of training per fold: clean, under faults.
     pub train_seconds: [f64; 2],
-    /// How it meets faults that were left out of its training.
-    pub unmet: Vec<Unmet>,
+    /// Loss under faults that were left out of its training.
+    #[serde(rename = "unmet")]
+    pub unseen: Vec<UnseenFault>,
 }
 
 /// A paired difference over folds.
@@ -37,20 +38,22 @@ pub struct Change {
 
 /// One fault, and three trainings of one network: what it costs, mean over severities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Unmet {
+pub struct UnseenFault {
     /// The fault.
     pub fault: Fault,
     /// Trained on clean samples.
     pub clean: f64,
     /// Trained under all faults but this one.
-    pub unmet: f64,
+    #[serde(rename = "unmet")]
+    pub unseen: f64,
     /// Trained under all faults.
-    pub met: f64,
+    #[serde(rename = "met")]
+    pub seen: f64,
 }
 
 impl Hardened {
-    /// Faults that cost less after a training without them than after a clean one.
+    /// Counts the faults that cost less after a training without them than after a clean one.
     pub fn helped(&self) -> usize {
-        self.unmet.iter().filter(|own| own.unmet < own.clean).count()
+        self.unseen.iter().filter(|probe| probe.unseen < probe.clean).count()
     }
 }

@@ -1,4 +1,4 @@
-//! What is known about one run, ready to be shown: plain values, written as `judgement.json`.
+//! Everything measured about one run, ready to be shown: plain values, written as `judgement.json`.
 
 use serde::{Deserialize, Serialize};
 use taxel_data::SourceKind;
@@ -22,17 +22,17 @@ pub struct Judgement {
     pub environment: Environment,
     /// Machine and code of this judgement: speeds were measured here.
     pub judged_on: Environment,
-    /// What always naming the commonest class scores by the primary metric, or always giving the mean.
+    /// Primary metric of always naming the commonest class, or of always giving the mean.
     pub chance: f64,
     /// In the order of the config, baselines behind.
     pub networks: Vec<Judged>,
-    /// Rows that were trained without one fault, to tell how it is met unknown ([`Stress::unmet`]).
+    /// Rows that were trained under all faults but one, for the scores under unseen faults ([`Stress::unseen`]).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probes: Vec<NetworkResults>,
-    /// Answers that eight bits change, one value for each row in eight bits.
+    /// Predictions that eight bits change, one value for each row in eight bits.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changed: Vec<Changed>,
-    /// Scores under faults; none where it was not asked for.
+    /// Scores under faults; none without a stress test.
     pub stress: Option<Stress>,
     /// Scores on the starts of samples; none where samples have no time, or where it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -42,7 +42,7 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Whether scores were measured on simulated or on real readings; never mixed with published numbers.
+    /// Returns whether scores were measured on simulated or on real samples; never mixed with published numbers.
     pub fn kind(&self) -> SourceKind {
         self.results.source.kind
     }
@@ -52,20 +52,20 @@ impl Judgement {
         Primary::of(&self.results.task)
     }
 
-    /// Folds that resuming the run would finish: missing, and not because their training diverged.
+    /// Counts the folds that resuming the run would finish: missing, and not because their training diverged.
     pub fn unfinished(&self) -> usize {
-        let stopped = self.networks.iter().map(|own| own.results.stopped()).sum();
+        let stopped = self.networks.iter().map(|network| network.results.stopped()).sum();
         self.results.missing.len().saturating_sub(stopped)
     }
 
-    /// The row that was trained as this one, but on clean samples: it answers as fast, whatever clocks say.
+    /// Returns the row that was trained as this one, but on clean samples: it is as fast, whatever clocks say.
     pub fn clean_twin(&self, row: &Judged) -> Option<&Judged> {
         self.network(row.results.hardening.as_ref()?.clean.as_deref()?)
     }
 
-    /// The network or baseline of that name.
+    /// Returns the network or baseline of that name.
     pub fn network(&self, name: &str) -> Option<&Judged> {
-        self.networks.iter().find(|own| own.results.network == name)
+        self.networks.iter().find(|network| network.results.network == name)
     }
 }
 

@@ -20,7 +20,7 @@ pub use contrast::Contrast;
 pub use early::{Early, EarlyDecisions, EarlyNetwork, EarlyPoint};
 pub use eight_bits::{Changed, EightBits};
 pub use example::{Example, Verdict};
-pub use hardening::{Change, Hardened, Unmet};
+pub use hardening::{Change, Hardened, UnseenFault};
 pub use judgement::{EpochPoint, Judged, Judgement};
 pub use primary::{Primary, named_scores};
 pub use speed::Speed;

@@ -49,8 +49,8 @@ impl TryFrom<Named> for Primary {
 }
 
 impl From<Primary> for Named {
-    fn from(own: Primary) -> Self {
-        Named { metric: own.metric.name.into(), unit: own.unit }
+    fn from(primary: Primary) -> Self {
+        Named { metric: primary.metric.name.into(), unit: primary.unit }
     }
 }
 
@@ -255,9 +255,20 @@ impl Primary {
         format!("{} {}", self.show()(value), self.unit()).trim_end().into()
     }
 
+    /// Returns a value with the name of the metric where the unit does not say it: `93.5 %`, `MAE 0.412 N`.
+    pub fn named_value(&self, value: f64) -> String {
+        if self.is_percent() { self.value(value) } else { format!("{} {}", self.title(), self.value(value)) }
+    }
+
     /// Returns what the numbers of differences are called: `points`, `N`.
     pub fn points(&self) -> &str {
         if self.is_percent() { "points" } else { self.unit() }
+    }
+
+    /// Returns a margin as it was given: `5 points`, `0.0213 N`.
+    pub fn margin(&self, margin: f64) -> String {
+        let shown = if self.is_percent() { margin.to_string() } else { digits(margin) };
+        format!("{shown} {}", self.points()).trim_end().into()
     }
 
     /// Returns a difference with its unit, without a minus of a rounded zero: `3.1 points`, `0.12 N`.
@@ -302,10 +313,11 @@ pub fn named_scores(value: &impl Serialize) -> serde_json::Result<Value> {
 
 fn named(value: Value, metric: &str) -> Value {
     match value {
-        Value::Array(all) => all.into_iter().map(|own| named(own, metric)).collect(),
+        Value::Array(all) => all.into_iter().map(|value| named(value, metric)).collect(),
         Value::Object(map) => {
-            let own = map.get("primary").and_then(|own| own["metric"].as_str()).map(str::to_string);
-            let metric = own.as_deref().unwrap_or(metric);
+            let recorded =
+                map.get("primary").and_then(|primary| primary["metric"].as_str()).map(str::to_string);
+            let metric = recorded.as_deref().unwrap_or(metric);
             let key = |key: String| match key.strip_prefix("accuracy") {
                 Some(rest) if rest.is_empty() || rest.starts_with('_') => format!("{metric}{rest}"),
                 _ => key,

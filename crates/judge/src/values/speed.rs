@@ -1,4 +1,4 @@
-//! How fast one sample gets its answer.
+//! Time that the prediction of one sample takes.
 
 use serde::{Deserialize, Serialize};
 use taxel_learn::Latency;

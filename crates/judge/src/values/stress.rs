@@ -7,12 +7,12 @@ use taxel_faults::Fault;
 
 use super::primary::Primary;
 
-/// What a fault does, for readers of a report.
+/// Description of a fault for readers of a report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FaultInfo {
     /// Name in settings and in reports.
     pub fault: Fault,
-    /// What happens, in a few words.
+    /// Its effect in a few words.
     pub what: String,
     /// Severities 1 to 5.
     pub levels: [f32; 5],
@@ -50,7 +50,7 @@ pub struct Score {
 pub struct FaultCurve {
     /// The fault.
     pub fault: Fault,
-    /// Severity (1 to 5) and scores; all five unless one was asked for.
+    /// Severity (1 to 5) and scores; all five unless one was chosen.
     pub points: Vec<(u8, Score)>,
     /// The first severity at which half of the margin above chance is lost: its breaking point.
     pub breaks_at: Option<u8>,
@@ -65,7 +65,7 @@ pub struct NetworkStress {
     pub clean: Score,
     /// In the order of [`Stress::faults`].
     pub curves: Vec<FaultCurve>,
-    /// What faults cost, above 0 where they make the score worse; mean over faults and severities.
+    /// Mean loss under faults, over faults and severities; above 0 where they make the score worse.
     pub mean_loss: f64,
     /// The largest loss of a fault, mean over its severities.
     pub worst_loss: f64,
@@ -77,9 +77,9 @@ pub struct NetworkStress {
     /// Mean over faults and severities; none of values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration_error: Option<f64>,
-    /// What the numbers say, in words.
+    /// The result in words.
     pub verdict: String,
-    /// The same with the guard switched the other way, where that was asked for.
+    /// The same with the guard switched the other way, where that was tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other: Option<OtherWay>,
     /// Fold by fold, for differences between two networks.
@@ -101,7 +101,7 @@ pub struct OtherWay {
     pub mean_loss: f64,
 }
 
-/// What guards find in unbroken test samples, where there is nothing to find but what the recordings have themselves.
+/// Replacements by guards in unbroken test samples. They are false alarms, unless a recording was faulty already.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Alarms {
     /// Test samples that they looked at, over all folds.
@@ -122,7 +122,7 @@ pub struct FoldLoss {
     /// The primary metric on unbroken samples.
     #[serde(rename = "accuracy", alias = "score")]
     pub score: f64,
-    /// What faults cost, mean over faults and severities.
+    /// Loss under faults, mean over faults and severities.
     pub loss: f64,
 }
 
@@ -150,12 +150,12 @@ pub struct Stress {
     pub left_out: BTreeMap<String, String>,
     /// In the order of the run.
     pub networks: Vec<NetworkStress>,
-    /// What guards find in unbroken test samples; none where there are no guards.
+    /// Replacements by guards in unbroken test samples; none where there are no guards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alarms: Option<Alarms>,
     /// Rows that were trained without one fault, under that fault alone.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub unmet: Vec<NetworkStress>,
+    #[serde(rename = "unmet", default, skip_serializing_if = "Vec::is_empty")]
+    pub unseen: Vec<NetworkStress>,
 }
 
 fn is_zero(count: &usize) -> bool {
@@ -163,35 +163,35 @@ fn is_zero(count: &usize) -> bool {
 }
 
 impl FaultInfo {
-    /// What `fault` does.
+    /// Describes `fault`.
     pub(crate) fn of(fault: Fault) -> Self {
         let (what, unit) = (fault.describe().into(), fault.unit().into());
         FaultInfo { fault, what, levels: fault.severities(), unit }
     }
 
-    /// The level of a severity from 1 to 5, in [`FaultInfo::unit`].
+    /// Returns the level of a severity from 1 to 5, in [`FaultInfo::unit`].
     pub fn level(&self, severity: u8) -> f32 {
         self.levels[usize::from(severity.clamp(1, 5)) - 1]
     }
 }
 
 impl NetworkStress {
-    /// Score on unbroken samples and curves, without a guard and with one; none where only one way was tried.
+    /// Returns the score on unbroken samples and curves, without a guard and with one; none where only one way was tried.
     pub fn sides(&self) -> Option<[(Score, &[FaultCurve], f64); 2]> {
         let other = self.other.as_ref()?;
-        let own = (self.clean, self.curves.as_slice(), self.mean_loss);
+        let saved = (self.clean, self.curves.as_slice(), self.mean_loss);
         let switched = (other.clean, other.curves.as_slice(), other.mean_loss);
-        Some(if other.is_guarded { [own, switched] } else { [switched, own] })
+        Some(if other.is_guarded { [saved, switched] } else { [switched, saved] })
     }
 }
 
 impl FaultCurve {
     /// Returns what is lost of `clean`, above 0 where the score gets worse; mean over the severities.
     pub fn loss(&self, clean: Score, primary: &Primary) -> f64 {
-        self.mean(|own| primary.worsening(own.score, clean.score))
+        self.mean(|score| primary.worsening(score.score, clean.score))
     }
 
-    /// Mean of a score over the severities.
+    /// Returns the mean of a score over the severities.
     pub(crate) fn mean(&self, value: impl Fn(&Score) -> f64) -> f64 {
         self.points.iter().map(|(_, score)| value(score)).sum::<f64>() / self.points.len().max(1) as f64
     }
@@ -200,6 +200,6 @@ impl FaultCurve {
 impl Stress {
     /// Returns what the faults cost the network of that name on average.
     pub fn mean_loss(&self, network: &str) -> Option<f64> {
-        self.networks.iter().find(|own| own.network == network).map(|own| own.mean_loss)
+        self.networks.iter().find(|tested| tested.network == network).map(|tested| tested.mean_loss)
     }
 }

@@ -1,12 +1,12 @@
-//! What a page about a data set shows.
+//! Values on the page of a data set.
 
 use taxel_data::{Card, Carrier, Drift};
-use taxel_report::pictures::Picture;
+use taxel_report::pictures::ArrayPicture;
 
 /// A data set to look at.
 #[derive(Debug)]
 pub struct Survey {
-    /// What it holds, and what is wrong with it.
+    /// Its contents and problems.
     pub card: Card,
     /// `kPa`, where it is known.
     pub unit: Option<String>,
@@ -15,14 +15,14 @@ pub struct Survey {
     /// A few recordings of each class.
     pub classes: Vec<ClassPictures>,
     /// Standard deviation of each taxel `[H, W]` over all samples and times; of images and their sequences.
-    pub activity: Option<Picture>,
+    pub activity: Option<ArrayPicture>,
     /// Readings of each recording along time, before any rule.
     pub lengths: Vec<usize>,
     /// Means in the order of the samples.
     pub drift: Drift,
     /// Class of each sample.
     pub order: Vec<u32>,
-    /// What carries the shortcut, the furthest first.
+    /// Statistics that tell the classes apart, the most accurate first.
     pub carriers: Vec<Carrier>,
 }
 
@@ -32,5 +32,5 @@ pub struct ClassPictures {
     /// Class name.
     pub name: String,
     /// Origin and drawing of each.
-    pub recordings: Vec<(String, Picture)>,
+    pub recordings: Vec<(String, ArrayPicture)>,
 }

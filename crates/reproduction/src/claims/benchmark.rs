@@ -1,4 +1,4 @@
-//! What claims are asked of: the networks of one run, or of several on the same samples.
+//! The networks that claims are tested on: of one run, or of several on the same samples.
 
 use taxel::learn::NetworkResults;
 
@@ -8,18 +8,18 @@ use taxel::judge::{Judged, Judgement};
 
 /// A network of a run, and where its training started.
 #[derive(Debug, Clone)]
-pub(crate) struct Entry {
+pub(crate) struct RunNetwork {
     /// Name in the experiment.
     pub name: String,
     /// Scores, layers, inputs.
     pub judged: Judged,
     /// Whether training started from a checkpoint.
     pub checkpoint: bool,
-    /// What training left as it was.
+    /// Layers that training left as they were.
     pub frozen: Vec<String>,
 }
 
-impl Entry {
+impl RunNetwork {
     /// Scores.
     pub fn results(&self) -> &NetworkResults {
         &self.judged.results
@@ -32,19 +32,19 @@ pub(crate) struct Benchmark<'a> {
     pub name: String,
     /// Of the first run.
     pub judgement: &'a Judgement,
-    /// Their answers.
+    /// Their predictions.
     pub comparison: Comparison,
     /// In the order of the runs.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<RunNetwork>,
     /// Look-alikes: classes by label.
     pub look_alikes: Vec<Vec<u32>>,
 }
 
 impl<'a> Benchmark<'a> {
-    /// The networks of one run.
+    /// Returns the networks of one run.
     pub fn of(case: &Case, judgement: &'a Judgement) -> Self {
         let results = &judgement.results;
-        let entry = |judged: &Judged| Entry {
+        let entry = |judged: &Judged| RunNetwork {
             name: judged.results.network.clone(),
             // Without one there is nothing that training could have changed.
             checkpoint: !judged.results.changes.is_empty(),
@@ -69,50 +69,51 @@ impl<'a> Benchmark<'a> {
     pub fn join(all: Vec<Self>) -> Vec<Self> {
         let mut joined: Vec<Self> = vec![];
         for other in all {
-            let same = |own: &&mut Self| {
-                let (a, b) = (&own.judgement.results, &other.judgement.results);
+            let same = |one: &&mut Self| {
+                let (a, b) = (&one.judgement.results, &other.judgement.results);
                 (&a.data_digest, &a.protocol, a.seed) == (&b.data_digest, &b.protocol, b.seed)
             };
-            let Some(own) = joined.iter_mut().find(same) else {
+            let Some(first) = joined.iter_mut().find(same) else {
                 joined.push(other);
                 continue;
             };
-            own.name = format!("{} + {}", own.name, other.name);
-            let known = |name: &str| own.entries.iter().any(|entry| entry.name == name);
-            let new: Vec<Entry> = other.entries.into_iter().filter(|e| !known(&e.name)).collect();
+            first.name = format!("{} + {}", first.name, other.name);
+            let known = |name: &str| first.entries.iter().any(|entry| entry.name == name);
+            let new: Vec<RunNetwork> = other.entries.into_iter().filter(|e| !known(&e.name)).collect();
             let wanted = |name: &String| new.iter().any(|entry| entry.name == *name);
-            own.comparison
+            first
+                .comparison
                 .networks
                 .extend(other.comparison.networks.into_iter().filter(|(name, _)| wanted(name)));
-            own.entries.extend(new);
+            first.entries.extend(new);
         }
         joined
     }
 
-    /// Entrants that take part where nothing is said about training samples: of a learning curve's rows
+    /// Returns the networks that take part where nothing is said about training samples: of a learning curve's rows
     /// those with the most.
-    pub fn full(&self) -> impl Iterator<Item = &Entry> {
+    pub fn full(&self) -> impl Iterator<Item = &RunNetwork> {
         let most = self.entries.iter().filter_map(|e| e.results().per_class).max();
         self.entries.iter().filter(move |e| e.results().per_class == most)
     }
 
-    /// The network of the zoo, where there are several the one that bears its name.
-    pub fn find(&self, zoo: &str) -> Option<&Entry> {
-        let own = || self.full().filter(|e| e.results().zoo == zoo && e.frozen.is_empty());
-        own().find(|e| e.name == zoo).or_else(|| own().next())
+    /// Returns the network of the zoo, where there are several the one that bears its name.
+    pub fn find(&self, zoo: &str) -> Option<&RunNetwork> {
+        let candidates = || self.full().filter(|e| e.results().zoo == zoo && e.frozen.is_empty());
+        candidates().find(|e| e.name == zoo).or_else(|| candidates().next())
     }
 
-    /// The network of the zoo that started from a checkpoint and was tuned as a whole.
-    pub fn tuned(&self, zoo: &str) -> Option<&Entry> {
+    /// Returns the network of the zoo that started from a checkpoint and was tuned as a whole.
+    pub fn tuned(&self, zoo: &str) -> Option<&RunNetwork> {
         self.full().find(|e| e.results().zoo == zoo && e.checkpoint && e.frozen.is_empty())
     }
 
-    /// Entrants that are trained on `count` samples of each class.
-    pub fn with(&self, count: usize) -> impl Iterator<Item = &Entry> {
+    /// Returns the networks that are trained on `count` samples of each class.
+    pub fn with(&self, count: usize) -> impl Iterator<Item = &RunNetwork> {
         self.entries.iter().filter(move |e| e.results().per_class == Some(count))
     }
 
-    /// Training samples of each class, ascending; empty without a learning curve.
+    /// Returns the numbers of training samples of each class, ascending; empty without a learning curve.
     pub fn counts(&self) -> Vec<usize> {
         let mut counts: Vec<usize> = self.entries.iter().filter_map(|e| e.results().per_class).collect();
         counts.sort_unstable();

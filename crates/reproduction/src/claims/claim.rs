@@ -1,4 +1,4 @@
-//! What papers claim, and what of it holds on a run.
+//! A claim of a paper and its result on a run.
 
 use serde::{Deserialize, Serialize};
 use taxel::data::Source;
@@ -7,7 +7,7 @@ use taxel::data::Source;
 /// does not if it fails against one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub enum Verdict {
     /// The whole 95 % interval of the difference has the claimed sign (of a claim that something costs less
     /// than so many points: lies below that cost).
     Holds,
@@ -20,14 +20,14 @@ pub enum Outcome {
     CannotBeTested,
 }
 
-impl Outcome {
-    /// In words, as tables have it.
+impl Verdict {
+    /// Returns the verdict in words, as tables have it.
     pub fn words(self) -> &'static str {
         match self {
-            Outcome::Holds => "holds",
-            Outcome::DoesNotHold => "does not hold",
-            Outcome::TooFewData => "too few data",
-            Outcome::CannotBeTested => "cannot be tested here",
+            Verdict::Holds => "holds",
+            Verdict::DoesNotHold => "does not hold",
+            Verdict::TooFewData => "too few data",
+            Verdict::CannotBeTested => "cannot be tested here",
         }
     }
 }
@@ -39,15 +39,15 @@ pub struct Claim {
     pub paper: String,
     /// Where it is printed.
     pub place: String,
-    /// What it says.
+    /// The claim in words.
     pub says: String,
     /// Name of the run.
     pub run: String,
-    /// What the run measured on.
+    /// Source of the samples.
     pub source: Source,
     /// Holds, does not, cannot be tested.
-    pub outcome: Outcome,
-    /// What was compared, in which unit; where nothing could be, what the run lacks.
+    pub outcome: Verdict,
+    /// The comparison and its unit; where there is none, the network or attribute that the run lacks.
     pub effect: String,
     /// Size of the effect, in the unit that `effect` names.
     pub size: Option<f64>,

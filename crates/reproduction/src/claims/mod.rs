@@ -1,8 +1,8 @@
-//! What the papers claim, and what of it holds here.
+//! Claims of the papers, tested on runs.
 
-mod answer;
 mod benchmark;
 mod claim;
+mod finding;
 mod palpation;
 mod papers;
 mod questions;
@@ -12,7 +12,7 @@ mod tests;
 mod transfer;
 
 use benchmark::Benchmark;
-pub use claim::{Claim, Outcome};
+pub use claim::{Claim, Verdict};
 pub(crate) use papers::CLAIMS;
 
 use taxel::judge::Case;
@@ -35,19 +35,19 @@ pub fn claims(runs: &[(&Case, &Judgement)]) -> Result<Vec<Claim>> {
 fn settle(all: Vec<Benchmark>) -> Result<Vec<Claim>> {
     let mut claims = vec![];
     for definition in CLAIMS {
-        for own in &all {
-            let others: Vec<&Benchmark> = all.iter().filter(|other| !std::ptr::eq(*other, own)).collect();
-            let answer = (definition.ask)(own, &others)?;
+        for run in &all {
+            let others: Vec<&Benchmark> = all.iter().filter(|other| !std::ptr::eq(*other, run)).collect();
+            let finding = (definition.test)(run, &others)?;
             claims.push(Claim {
                 paper: definition.paper.into(),
                 place: definition.place.into(),
                 says: definition.says.into(),
-                run: own.name.clone(),
-                source: own.judgement.results.source.clone(),
-                outcome: answer.outcome,
-                effect: answer.effect,
-                size: answer.size,
-                interval: answer.interval,
+                run: run.name.clone(),
+                source: run.judgement.results.source.clone(),
+                outcome: finding.outcome,
+                effect: finding.effect,
+                size: finding.size,
+                interval: finding.interval,
             });
         }
     }

@@ -1,28 +1,28 @@
 //! Papers 002 and 003: sequences against single frames.
 
-use super::answer::{Answer, above, accuracy, against_all, lacks, nearest};
-use super::benchmark::{Benchmark, Entry};
+use super::benchmark::{Benchmark, RunNetwork};
+use super::finding::{Finding, above, accuracy, against_all, lacks, nearest};
 use taxel::judge::Result;
-use taxel::judge::{Answers, Effect};
+use taxel::judge::{Effect, Predicted};
 
-/// TactNet3D among some entries: the one that bears its name first.
-fn three<'f>(entries: impl Iterator<Item = &'f Entry>) -> Option<&'f Entry> {
-    let own: Vec<&Entry> =
+/// Returns TactNet3D among some entries: the one that bears its name first.
+fn three<'f>(entries: impl Iterator<Item = &'f RunNetwork>) -> Option<&'f RunNetwork> {
+    let entries: Vec<&RunNetwork> =
         entries.filter(|e| ["tactnet3d", "tactnet3d-51"].contains(&e.results().zoo.as_str())).collect();
     let plain =
-        |e: &&&Entry| e.name == e.results().zoo || e.name.starts_with(&format!("{}.n", e.results().zoo));
-    own.iter().find(plain).or(own.first()).copied()
+        |e: &&&RunNetwork| e.name == e.results().zoo || e.name.starts_with(&format!("{}.n", e.results().zoo));
+    entries.iter().find(plain).or(entries.first()).copied()
 }
 
-/// Networks that see single frames.
-fn two<'f>(entries: impl Iterator<Item = &'f Entry>) -> Vec<&'f Entry> {
+/// Returns the networks that see single frames.
+fn two<'f>(entries: impl Iterator<Item = &'f RunNetwork>) -> Vec<&'f RunNetwork> {
     entries.filter(|e| !e.judged.baseline && e.judged.inputs == ["image"]).collect()
 }
 
 const BOTH: &str = "TactNet3D and a 2D network";
 
-/// TactNet3D beats every 2D network that is trained on as many grasps.
-pub(super) fn three_beats_two(run: &Benchmark, count: usize) -> Result<Answer> {
+/// Tests that TactNet3D beats every 2D network that is trained on as many grasps.
+pub(super) fn three_beats_two(run: &Benchmark, count: usize) -> Result<Finding> {
     let (Some(three), two) = (three(run.with(count)), two(run.with(count))) else {
         return Ok(lacks(format!("{BOTH} trained on {count} samples per class")));
     };
@@ -34,8 +34,8 @@ pub(super) fn three_beats_two(run: &Benchmark, count: usize) -> Result<Answer> {
 
 fn against_two(
     run: &Benchmark,
-    three: &Entry,
-    two: &[&Entry],
+    three: &RunNetwork,
+    two: &[&RunNetwork],
     confidence: f64,
 ) -> Result<Vec<(String, Effect)>> {
     let mut effects = vec![];
@@ -47,19 +47,19 @@ fn against_two(
     Ok(effects)
 }
 
-/// The margin of TactNet3D is larger with the fewest than with the most samples per class.
-pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Answer> {
+/// Tests that the margin of TactNet3D is larger with the fewest than with the most samples per class.
+pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Finding> {
     let counts = run.counts();
     let (Some(&few), Some(&many)) = (counts.first(), counts.last().filter(|_| counts.len() > 1)) else {
         return Ok(lacks("a learning curve"));
     };
     // The same network on both ends: of an unfinished run another one may have the counts that the first lacks.
-    let Some(a) = three(run.with(few).filter(|own| with_count(run, own, few, many).is_some())) else {
+    let Some(a) = three(run.with(few).filter(|entry| with_count(run, entry, few, many).is_some())) else {
         return Ok(lacks(BOTH));
     };
     let Some(b) = with_count(run, a, few, many) else { return Ok(lacks(BOTH)) };
-    let margins = |all: &[Answers]| {
-        let right: Vec<f64> = all.iter().map(|answers| answers.accuracy(None)).collect();
+    let margins = |all: &[Predicted]| {
+        let right: Vec<f64> = all.iter().map(|predictions| predictions.accuracy(None)).collect();
         Some((right[0] - right[1]) - (right[2] - right[3]))
     };
     let mut effects = vec![];
@@ -76,15 +76,15 @@ pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Answer> {
     Ok(if effects.is_empty() { lacks(BOTH) } else { against_all(0.0, effects) })
 }
 
-/// The row of an `entry` that is trained on `few` samples per class where it is trained on `many`.
-fn with_count<'r>(run: &'r Benchmark, entry: &Entry, few: usize, many: usize) -> Option<&'r Entry> {
+/// Returns the row of an `entry` that is trained on `few` samples per class where it is trained on `many`.
+fn with_count<'r>(run: &'r Benchmark, entry: &RunNetwork, few: usize, many: usize) -> Option<&'r RunNetwork> {
     let name = format!("{}.n{many}", entry.name.strip_suffix(&format!(".n{few}"))?);
-    run.with(many).find(|own| own.name == name)
+    run.with(many).find(|entry| entry.name == name)
 }
 
-/// In at least one pair of counts TactNet3D trained on few samples beats every 2D network trained on many.
+/// Tests that in at least one pair of counts TactNet3D trained on few samples beats every 2D network trained on many.
 /// Intervals are widened for the number of pairs (Bonferroni).
-pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> Result<Answer> {
+pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> Result<Finding> {
     let counts = run.counts();
     let pairs: Vec<(usize, usize)> = few
         .iter()
@@ -105,39 +105,40 @@ pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> R
     })
 }
 
-/// The share of mistakes that stay inside a group of look-alikes is larger for TactNet3D; with `count`
+/// Tests that the share of mistakes that stay inside a group of look-alikes is larger for TactNet3D; with `count`
 /// samples per class where there is a learning curve, as in the paper's figures.
-pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Answer> {
+pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Finding> {
     if run.look_alikes.is_empty() {
         return Ok(lacks("groups of look-alikes (data.look_alikes)"));
     }
-    let entries: Vec<&Entry> =
+    let entries: Vec<&RunNetwork> =
         if run.counts().contains(&count) { run.with(count).collect() } else { run.full().collect() };
-    let own = three(entries.iter().copied());
+    let network = three(entries.iter().copied());
     let baselines = two(entries.iter().copied());
-    let (Some(own), false) = (own, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
-    let inside = |answers: Answers| {
+    let (Some(network), false) = (network, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
+    let inside = |predictions: Predicted| {
         let (mut errors, mut within) = (0, 0);
-        for (truth, predicted) in answers.each().filter(|(truth, predicted)| truth[0] != predicted[0]) {
+        for (truth, predicted) in predictions.each().filter(|(truth, predicted)| truth[0] != predicted[0]) {
             let both = |group: &Vec<u32>| group.contains(&truth[0]) && group.contains(&predicted[0]);
             errors += 1;
             within += u32::from(run.look_alikes.iter().any(both));
         }
         (errors > 0).then(|| 100.0 * f64::from(within) / f64::from(errors))
     };
-    let more = |both: &[Answers]| Some(inside(both[0])? - inside(both[1])?);
+    let more = |both: &[Predicted]| Some(inside(both[0])? - inside(both[1])?);
     let mut effects = vec![];
     for other in baselines {
-        if let Some(effect) = run.comparison.effect(&[&own.name, &other.name], &more, 0.95)? {
-            let text = format!("errors inside look-alikes: {} less {}, % of errors", own.name, other.name);
+        if let Some(effect) = run.comparison.effect(&[&network.name, &other.name], &more, 0.95)? {
+            let text =
+                format!("errors inside look-alikes: {} less {}, % of errors", network.name, other.name);
             effects.push((text, effect));
         }
     }
     Ok(if effects.is_empty() { lacks("errors to look at") } else { against_all(0.0, effects) })
 }
 
-/// TactNet3D takes an object for its twin (`name` and `name` + `suffix`) less often than 2D networks do.
-pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Answer> {
+/// Tests that TactNet3D takes an object for its twin (`name` and `name` + `suffix`) less often than 2D networks do.
+pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Finding> {
     let classes = &run.judgement.results.task.output_names();
     let label = |name: &str| classes.iter().position(|known| known == name);
     let pair = |name: &String| Some((label(name.strip_suffix(suffix)?)? as u32, label(name)? as u32));
@@ -145,15 +146,15 @@ pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Answer> 
     if pairs.is_empty() {
         return Ok(lacks(format!("objects with twins (a name and the same with {suffix})")));
     }
-    let own = three(run.full());
+    let network = three(run.full());
     let baselines = two(run.full());
-    let (Some(own), false) = (own, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
-    let told = |answers: Answers| {
+    let (Some(network), false) = (network, baselines.is_empty()) else { return Ok(lacks(BOTH)) };
+    let told_apart = |predictions: Predicted| {
         let (mut all, mut mistaken) = (0, 0);
-        for (truth, predicted) in answers.each() {
+        for (truth, predicted) in predictions.each() {
             let twin = pairs.iter().find_map(|&(a, b)| match truth[0] {
-                own if own == a => Some(b),
-                own if own == b => Some(a),
+                class if class == a => Some(b),
+                class if class == b => Some(a),
                 _ => None,
             });
             all += u32::from(twin.is_some());
@@ -161,11 +162,11 @@ pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Answer> 
         }
         (all > 0).then(|| 100.0 - 100.0 * f64::from(mistaken) / f64::from(all))
     };
-    let more = |both: &[Answers]| Some(told(both[0])? - told(both[1])?);
+    let more = |both: &[Predicted]| Some(told_apart(both[0])? - told_apart(both[1])?);
     let mut effects = vec![];
     for other in baselines {
-        if let Some(effect) = run.comparison.effect(&[&own.name, &other.name], &more, 0.95)? {
-            let text = format!("twins told apart: {} less {}, % of their grasps", own.name, other.name);
+        if let Some(effect) = run.comparison.effect(&[&network.name, &other.name], &more, 0.95)? {
+            let text = format!("twins told apart: {} less {}, % of their grasps", network.name, other.name);
             effects.push((text, effect));
         }
     }

@@ -1,7 +1,7 @@
 //! The claims of the papers, with the place where each is printed.
 
-use super::answer::Answer;
 use super::benchmark::Benchmark;
+use super::finding::Finding;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
 };
@@ -11,22 +11,22 @@ use super::transfer::{
 };
 use taxel::judge::Result;
 
-/// A claim, and how a run is asked about it.
+/// A claim, and its test on a run.
 pub(crate) struct Definition {
     pub paper: &'static str,
     pub place: &'static str,
     pub says: &'static str,
     /// The run in question, and all others.
-    pub(super) ask: fn(&Benchmark, &[&Benchmark]) -> Result<Answer>,
+    pub(super) test: fn(&Benchmark, &[&Benchmark]) -> Result<Finding>,
 }
 
 const fn claim(
     paper: &'static str,
     place: &'static str,
     says: &'static str,
-    ask: fn(&Benchmark, &[&Benchmark]) -> Result<Answer>,
+    test: fn(&Benchmark, &[&Benchmark]) -> Result<Finding>,
 ) -> Definition {
-    Definition { paper, place, says, ask }
+    Definition { paper, place, says, test }
 }
 
 /// The light networks of paper 000, the best first.
@@ -34,6 +34,16 @@ const LIGHT: [&str; 3] = ["hybrid-resvgg", "resnet8-lite-1d", "vgg6-lite-2d"];
 const STRENGTH: [&str; 4] = ["mnasnet1-0", "resnet18", "shufflenet-v2", "mobilenet-v2"];
 const PALPATION: [&str; 3] = ["tactnet3d-4-8", "tactnet3d-fc32", "tactnet3d-8-16-32"];
 const OWN: Measure = Measure::Accuracy;
+
+/// Places that several claims name, or that are long.
+const FIG_6A: &str = "Fig. 6a, section 5.1";
+const FIG_6B: &str = "Fig. 6b, section 5.1";
+const TABLE_5: &str = "section 5.3, Table 5";
+const LARGE: &str = "sections 5.3 and 5.4, Table 5";
+const TUNING: &str = "section 6, Tables 1 to 5";
+const ELEMENTS: &str = "section 8, Tables 3 and 4";
+const FIG_6: &str = "section 5, Fig. 6";
+const LEVELS: &str = "section 5.2.1, Table 2";
 
 /// In the order of the papers.
 pub(crate) const CLAIMS: &[Definition] = &[
@@ -52,18 +62,12 @@ pub(crate) const CLAIMS: &[Definition] = &[
     claim("000", "section 5.1, Table 2", "Vgg6-Lite is the best 2D body", |run, _| {
         beats(run, "vgg6-lite-2d", &["resnet8-lite-2d", "densenet6-lite-2d"], OWN)
     }),
-    claim(
-        "000",
-        "Fig. 6a, section 5.1",
-        "Shore 20 taken for 10 is the commonest error of 1D-ResNet8-Lite",
-        |run, _| commonest_error(run, "resnet8-lite-1d", ["shore-20", "shore-10"]),
-    ),
-    claim(
-        "000",
-        "Fig. 6b, section 5.1",
-        "Shore 20 taken for 10 is the commonest error of 2D-Vgg6-Lite",
-        |run, _| commonest_error(run, "vgg6-lite-2d", ["shore-20", "shore-10"]),
-    ),
+    claim("000", FIG_6A, "Shore 20 taken for 10 is the commonest error of 1D-ResNet8-Lite", |run, _| {
+        commonest_error(run, "resnet8-lite-1d", ["shore-20", "shore-10"])
+    }),
+    claim("000", FIG_6B, "Shore 20 taken for 10 is the commonest error of 2D-Vgg6-Lite", |run, _| {
+        commonest_error(run, "vgg6-lite-2d", ["shore-20", "shore-10"])
+    }),
     claim("000", "Tables 2 and 3", "Hybrid-CNN-Vgg beats both of its branches", |run, _| {
         beats(run, "hybrid-vgg", &["vgg6-lite-1d", "vgg6-lite-2d"], OWN)
     }),
@@ -85,36 +89,22 @@ pub(crate) const CLAIMS: &[Definition] = &[
     claim("000", "section 5.2, Table 4", "The fully connected head adds spread over folds", |run, _| {
         larger_spread(run, "hybrid-resvgg", "hybrid-resvgg-nofc")
     }),
-    claim("000", "section 5.3, Table 5", "Hybrid-CNN-ResVgg beats MLP and LSTM", |run, _| {
+    claim("000", TABLE_5, "Hybrid-CNN-ResVgg beats MLP and LSTM", |run, _| {
         beats(run, "hybrid-resvgg", &["mlp", "lstm"], OWN)
     }),
-    claim(
-        "000",
-        "section 5.3, Table 5",
-        "Hybrid-CNN-ResVgg beats the tactile perception models",
-        |run, _| beats(run, "hybrid-resvgg", &["tactnet4", "tactnet6", "tactresnet"], OWN),
-    ),
-    claim(
-        "000",
-        "sections 5.3 and 5.4, Table 5",
-        "The large ImageNet networks do not beat the light ones",
-        |run, _| {
-            // One point is ours: two networks that tie are not one that beats the other.
-            close(run, &LIGHT, &["vgg16", "resnet18", "densenet201"], 1.0)
-        },
-    ),
-    claim(
-        "001",
-        "section 6, Tables 1 to 5",
-        "Tuning all weights beats freezing all but the classifier",
-        |run, _| tuned_beats_frozen(run),
-    ),
-    claim(
-        "001",
-        "section 6, Tables 1 to 5",
-        "MobileNetV2 is within 3.33 points of ResNet50 when tuned",
-        |run, _| tuned_close(run, "mobilenet-v2", "resnet50", 3.33),
-    ),
+    claim("000", TABLE_5, "Hybrid-CNN-ResVgg beats the tactile perception models", |run, _| {
+        beats(run, "hybrid-resvgg", &["tactnet4", "tactnet6", "tactresnet"], OWN)
+    }),
+    claim("000", LARGE, "The large ImageNet networks do not beat the light ones", |run, _| {
+        // One point is ours: two networks that tie are not one that beats the other.
+        close(run, &LIGHT, &["vgg16", "resnet18", "densenet201"], 1.0)
+    }),
+    claim("001", TUNING, "Tuning all weights beats freezing all but the classifier", |run, _| {
+        tuned_beats_frozen(run)
+    }),
+    claim("001", TUNING, "MobileNetV2 is within 3.33 points of ResNet50 when tuned", |run, _| {
+        tuned_close(run, "mobilenet-v2", "resnet50", 3.33)
+    }),
     claim("001", "section 6, Fig. 4", "Tuning changes the early layers of MobileNetV2 most", |run, _| {
         early_layers_change_most(run, "mobilenet-v2")
     }),
@@ -124,12 +114,9 @@ pub(crate) const CLAIMS: &[Definition] = &[
     claim("001", "section 7, Fig. 6", "The stitched network loses nothing against its parents", |run, _| {
         stitched(run)
     }),
-    claim(
-        "001",
-        "section 8, Tables 3 and 4",
-        "128 × 128 elements add tens of points to 16 × 16",
-        |run, others| resolution_matters(run, others, [16, 128], 10.0),
-    ),
+    claim("001", ELEMENTS, "128 × 128 elements add tens of points to 16 × 16", |run, others| {
+        resolution_matters(run, others, [16, 128], 10.0)
+    }),
     claim("002", "section III-D, Table I", "TactNet3D is the best of the four 3D networks", |run, _| {
         beats(run, "tactnet3d", &PALPATION, OWN)
     }),
@@ -142,63 +129,37 @@ pub(crate) const CLAIMS: &[Definition] = &[
         "A sequence tells an object from its twin with inclusions, a frame does not",
         |run, _| twins_told_apart(run, "_inclusions"),
     ),
-    claim(
-        "003",
-        "section 5, Fig. 6",
-        "TactNet3D beats every 2D network with 1 grasp per object",
-        |run, _| three_beats_two(run, 1),
-    ),
-    claim(
-        "003",
-        "section 5, Fig. 6",
-        "TactNet3D beats every 2D network with 2 grasps per object",
-        |run, _| three_beats_two(run, 2),
-    ),
-    claim(
-        "003",
-        "section 5, Fig. 6",
-        "TactNet3D beats every 2D network with 5 grasps per object",
-        |run, _| three_beats_two(run, 5),
-    ),
-    claim(
-        "003",
-        "section 5, Fig. 6",
-        "TactNet3D beats every 2D network with 10 grasps per object",
-        |run, _| three_beats_two(run, 10),
-    ),
-    claim(
-        "003",
-        "section 5, Fig. 6",
-        "TactNet3D beats every 2D network with 20 grasps per object",
-        |run, _| three_beats_two(run, 20),
-    ),
-    claim("003", "section 5, Fig. 6", "The margin of TactNet3D is largest with few grasps", |run, _| {
-        margin_shrinks(run)
+    claim("003", FIG_6, "TactNet3D beats every 2D network with 1 grasp per object", |run, _| {
+        three_beats_two(run, 1)
     }),
-    claim(
-        "003",
-        "section 5, Fig. 6",
-        "1 or 2 grasps of TactNet3D beat 5 or 10 of 2D networks in some cases",
-        |run, _| few_beat_many(run, &[1, 2], &[5, 10]),
-    ),
+    claim("003", FIG_6, "TactNet3D beats every 2D network with 2 grasps per object", |run, _| {
+        three_beats_two(run, 2)
+    }),
+    claim("003", FIG_6, "TactNet3D beats every 2D network with 5 grasps per object", |run, _| {
+        three_beats_two(run, 5)
+    }),
+    claim("003", FIG_6, "TactNet3D beats every 2D network with 10 grasps per object", |run, _| {
+        three_beats_two(run, 10)
+    }),
+    claim("003", FIG_6, "TactNet3D beats every 2D network with 20 grasps per object", |run, _| {
+        three_beats_two(run, 20)
+    }),
+    claim("003", FIG_6, "The margin of TactNet3D is largest with few grasps", |run, _| margin_shrinks(run)),
+    claim("003", FIG_6, "1 or 2 grasps of TactNet3D beat 5 or 10 of 2D networks in some cases", |run, _| {
+        few_beat_many(run, &[1, 2], &[5, 10])
+    }),
     claim(
         "003",
         "section 5, Figs. 7 and 8",
         "Errors of TactNet3D stay inside groups of look-alikes more than those of 2D networks",
         |run, _| within_look_alikes(run, 2),
     ),
-    claim(
-        "004",
-        "section 5.2.1, Table 2",
-        "Multi-scale is the most accurate on elasticity levels",
-        |run, _| beats(run, "multiscale-cnn", &STRENGTH, Measure::Attribute("elasticity")),
-    ),
-    claim(
-        "004",
-        "section 5.2.1, Table 2",
-        "Multi-scale is the most accurate on hardness levels",
-        |run, _| beats(run, "multiscale-cnn", &STRENGTH, Measure::Attribute("hardness")),
-    ),
+    claim("004", LEVELS, "Multi-scale is the most accurate on elasticity levels", |run, _| {
+        beats(run, "multiscale-cnn", &STRENGTH, Measure::Attribute("elasticity"))
+    }),
+    claim("004", LEVELS, "Multi-scale is the most accurate on hardness levels", |run, _| {
+        beats(run, "multiscale-cnn", &STRENGTH, Measure::Attribute("hardness"))
+    }),
     claim(
         "004",
         "section 5.2.2, Table 2",

@@ -1,8 +1,8 @@
-//! Claims asked of synthetic runs.
+//! Claims tested on synthetic runs.
 
-use super::answer::Answer;
-use super::benchmark::{Benchmark, Entry};
-use super::claim::Outcome;
+use super::benchmark::{Benchmark, RunNetwork};
+use super::claim::Verdict;
+use super::finding::Finding;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
 };
@@ -18,7 +18,7 @@ use taxel_judge::synthetic::{Player, Setting, few_samples, player, random_splits
 fn benchmark(setting: &Setting, players: Vec<Player>) -> Benchmark<'static> {
     let (comparison, judgement) = synthetic(setting, players);
     let judgement = Box::leak(Box::new(judgement));
-    let entry = |judged: &Judged| Entry {
+    let entry = |judged: &Judged| RunNetwork {
         name: judged.results.network.clone(),
         judged: judged.clone(),
         checkpoint: false,
@@ -28,8 +28,8 @@ fn benchmark(setting: &Setting, players: Vec<Player>) -> Benchmark<'static> {
     Benchmark { name: "synthetic".into(), judgement, comparison, entries, look_alikes: vec![] }
 }
 
-fn is(answer: &Answer, outcome: Outcome, part: &str) {
-    assert!(answer.outcome == outcome && answer.effect.contains(part), "{answer:?}");
+fn is(finding: &Finding, outcome: Verdict, part: &str) {
+    assert!(finding.outcome == outcome && finding.effect.contains(part), "{finding:?}");
 }
 
 const GOOD: &[usize] = &[5, 6, 5, 4, 5];
@@ -42,37 +42,37 @@ fn a_claim_holds_against_each_or_not_at_all() {
         &Setting::default(),
         vec![player("good", 1.0, GOOD), player("fair", 1.0, FAIR), player("near", 1.0, NEAR)],
     );
-    let own = beats(&run, "good", &["fair"], Measure::Accuracy).unwrap();
-    is(&own, Outcome::Holds, "good less fair");
-    assert!((own.size.unwrap() - 5.4).abs() < 1e-9 && own.interval.unwrap()[0] > 0.0);
-    is(&beats(&run, "fair", &["good"], Measure::Accuracy).unwrap(), Outcome::DoesNotHold, "fair less good");
+    let finding = beats(&run, "good", &["fair"], Measure::Accuracy).unwrap();
+    is(&finding, Verdict::Holds, "good less fair");
+    assert!((finding.size.unwrap() - 5.4).abs() < 1e-9 && finding.interval.unwrap()[0] > 0.0);
+    is(&beats(&run, "fair", &["good"], Measure::Accuracy).unwrap(), Verdict::DoesNotHold, "fair less good");
     // Beating one of two is not being the best: the nearer one is shown.
     let best = beats(&run, "good", &["fair", "near"], Measure::Accuracy).unwrap();
-    is(&best, Outcome::TooFewData, "good less near, points; nearest of 2");
+    is(&best, Verdict::TooFewData, "good less near, points; nearest of 2");
     // One that refutes a claim is shown before one that only leaves it open, however wide that one's interval.
     let open = beats(&run, "near", &["good", "fair"], Measure::Accuracy).unwrap();
-    is(&open, Outcome::TooFewData, "near less good");
+    is(&open, Verdict::TooFewData, "near less good");
     let refuted = beats(&run, "fair", &["good", "near"], Measure::Accuracy).unwrap();
-    is(&refuted, Outcome::DoesNotHold, "fair less");
+    is(&refuted, Verdict::DoesNotHold, "fair less");
     // Of two of one kind the one that bears its name takes part.
     let zoo = |name, wrong| Player { zoo: "good", ..player(name, 1.0, wrong) };
     let players =
         vec![zoo("good-twice", FAIR), zoo("good", GOOD), zoo("good-last", FAIR), player("fair", 1.0, FAIR)];
     let named =
         beats(&benchmark(&Setting::default(), players), "good", &["fair"], Measure::Accuracy).unwrap();
-    is(&named, Outcome::Holds, "good less fair");
+    is(&named, Verdict::Holds, "good less fair");
     // What cannot be measured against one does not hide what another refutes, and is not passed over.
     const ALIKE: &[usize] = &[6, 7, 6, 5, 6];
     let three =
         |third| vec![player("good", 1.0, GOOD), player("alike", 1.0, ALIKE), player("third", 1.0, third)];
-    let ask = |third| {
+    let test = |third| {
         let run = benchmark(&Setting::default(), three(third));
         beats(&run, "good", &["alike", "third"], Measure::Accuracy).unwrap()
     };
-    is(&ask(NEAR), Outcome::TooFewData, "good less third");
-    is(&ask(FAIR), Outcome::CannotBeTested, "good less alike");
+    is(&test(NEAR), Verdict::TooFewData, "good less third");
+    is(&test(FAIR), Verdict::CannotBeTested, "good less alike");
     let lacks = beats(&run, "good", &["fair", "gone", "lost"], Measure::Accuracy).unwrap();
-    is(&lacks, Outcome::CannotBeTested, "the run lacks gone, lost");
+    is(&lacks, Verdict::CannotBeTested, "the run lacks gone, lost");
     assert_eq!((lacks.size, lacks.interval), (None, None));
 }
 
@@ -82,10 +82,10 @@ fn a_cost_below_a_margin_is_told_from_one_above() {
     let at = |margin| close(&run, &["gone", "near"], &["good"], margin).unwrap();
     let [low, high] = at(1.0).interval.unwrap();
     assert!(low < 0.0 && high > 0.0);
-    is(&at(-low + 0.01), Outcome::Holds, "near less good");
-    is(&at(-low - 0.01), Outcome::TooFewData, "near less good");
-    is(&at(-high - 0.01), Outcome::DoesNotHold, "near less good");
-    is(&close(&run, &["gone"], &["good"], 1.0).unwrap(), Outcome::CannotBeTested, "lacks gone");
+    is(&at(-low + 0.01), Verdict::Holds, "near less good");
+    is(&at(-low - 0.01), Verdict::TooFewData, "near less good");
+    is(&at(-high - 0.01), Verdict::DoesNotHold, "near less good");
+    is(&close(&run, &["gone"], &["good"], 1.0).unwrap(), Verdict::CannotBeTested, "lacks gone");
 }
 
 /// Of three classes one by three rows; `say` maps the label of the first `wrong` rows.
@@ -101,19 +101,19 @@ fn the_commonest_error_is_that_of_the_counts() {
     let attributes = vec![("class", vec!["shore-00", "shore-10", "shore-20"])];
     let setting = Setting { attributes, ..Setting::default() };
     const WRONG: &[usize] = &[30, 36, 33, 30, 36];
-    let ask = |say| {
+    let test = |say| {
         let run = benchmark(&setting, vec![confused("resnet8-lite-1d", "resnet8-lite-1d", WRONG, say)]);
         commonest_error(&run, "resnet8-lite-1d", ["shore-20", "shore-10"]).unwrap()
     };
-    let own = ask(|label| if label == 2 { 1 } else { label });
-    is(&own, Outcome::Holds, "shore-20 taken for shore-10 less");
-    assert!((own.size.unwrap() - 11.0).abs() < 1e-9, "{own:?}");
+    let finding = test(|label| if label == 2 { 1 } else { label });
+    is(&finding, Verdict::Holds, "shore-20 taken for shore-10 less");
+    assert!((finding.size.unwrap() - 11.0).abs() < 1e-9, "{finding:?}");
     // The other way round, and both ways.
-    is(&ask(|label| if label == 1 { 2 } else { label }), Outcome::DoesNotHold, "less shore-10 for shore-20");
-    is(&ask(|label| [0, 2, 1][label as usize]), Outcome::DoesNotHold, "less shore-10 for shore-20");
+    is(&test(|label| if label == 1 { 2 } else { label }), Verdict::DoesNotHold, "less shore-10 for shore-20");
+    is(&test(|label| [0, 2, 1][label as usize]), Verdict::DoesNotHold, "less shore-10 for shore-20");
     let plain = benchmark(&Setting::default(), vec![player("resnet8-lite-1d", 1.0, GOOD)]);
     let lacks = commonest_error(&plain, "resnet8-lite-1d", ["shore-20", "shore-10"]).unwrap();
-    is(&lacks, Outcome::CannotBeTested, "the classes shore-20 and shore-10");
+    is(&lacks, Verdict::CannotBeTested, "the classes shore-20 and shore-10");
 }
 
 #[test]
@@ -121,12 +121,12 @@ fn spreads_are_compared_over_the_folds() {
     const WIDE: &[usize] = &[5, 25, 8, 30, 12];
     const NARROW: &[usize] = &[10, 11, 10, 12, 11];
     let run = benchmark(&Setting::default(), vec![player("wide", 1.0, WIDE), player("narrow", 1.0, NARROW)]);
-    is(&larger_spread(&run, "wide", "narrow").unwrap(), Outcome::Holds, "wide more than narrow");
-    is(&larger_spread(&run, "narrow", "wide").unwrap(), Outcome::DoesNotHold, "narrow more than wide");
-    is(&smallest_spread(&run, "narrow", &["wide"]).unwrap(), Outcome::Holds, "wide more than narrow");
-    is(&smallest_spread(&run, "wide", &["narrow"]).unwrap(), Outcome::DoesNotHold, "narrow more than wide");
+    is(&larger_spread(&run, "wide", "narrow").unwrap(), Verdict::Holds, "wide more than narrow");
+    is(&larger_spread(&run, "narrow", "wide").unwrap(), Verdict::DoesNotHold, "narrow more than wide");
+    is(&smallest_spread(&run, "narrow", &["wide"]).unwrap(), Verdict::Holds, "wide more than narrow");
+    is(&smallest_spread(&run, "wide", &["narrow"]).unwrap(), Verdict::DoesNotHold, "narrow more than wide");
     let same = benchmark(&Setting::default(), vec![player("a", 1.0, &[5; 5]), player("b", 1.0, &[6; 5])]);
-    is(&larger_spread(&same, "a", "b").unwrap(), Outcome::CannotBeTested, "folds that differ");
+    is(&larger_spread(&same, "a", "b").unwrap(), Verdict::CannotBeTested, "folds that differ");
 }
 
 #[test]
@@ -147,63 +147,63 @@ fn tuned_and_frozen_are_told_apart() {
     run.entries[1].checkpoint = true;
     // Frozen at random is no frozen checkpoint.
     let none = tuned_beats_frozen(&run).unwrap();
-    is(&none, Outcome::CannotBeTested, "both tuned and frozen");
-    is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Outcome::CannotBeTested, "checkpoint");
+    is(&none, Verdict::CannotBeTested, "both tuned and frozen");
+    is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Verdict::CannotBeTested, "checkpoint");
     for at in 2..5 {
         run.entries[at].checkpoint = true;
     }
     run.entries[3].frozen = vec!["18:139".into()];
-    is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
+    is(&tuned_beats_frozen(&run).unwrap(), Verdict::Holds, "mobilenet-v2: tuned less frozen");
     // Whatever a network's parts are called: none of its convolutions has changed.
     let layer = |change| taxel::learn::Change { layer: "conv".into(), change };
     run.entries[2].frozen = vec!["conv1".into(), "layer1".into()];
-    is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
+    is(&tuned_beats_frozen(&run).unwrap(), Verdict::CannotBeTested, "both tuned and frozen");
     run.entries[2].judged.results.changes = vec![layer(0.0), layer(0.0)];
-    is(&tuned_beats_frozen(&run).unwrap(), Outcome::Holds, "mobilenet-v2: tuned less frozen");
+    is(&tuned_beats_frozen(&run).unwrap(), Verdict::Holds, "mobilenet-v2: tuned less frozen");
     run.entries[2].judged.results.changes = vec![layer(0.0), layer(0.1)];
-    is(&tuned_beats_frozen(&run).unwrap(), Outcome::CannotBeTested, "both tuned and frozen");
-    is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Outcome::Holds, "tuned less resnet50");
-    let own = freezing_costs(&run, "mobilenet-v2", "18:139", 3.0).unwrap();
-    is(&own, Outcome::Holds, "middle less tuned");
-    is(&freezing_costs(&run, "mobilenet-v2", "18:139", 0.1).unwrap(), Outcome::TooFewData, "above -0.1");
+    is(&tuned_beats_frozen(&run).unwrap(), Verdict::CannotBeTested, "both tuned and frozen");
+    is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Verdict::Holds, "tuned less resnet50");
+    let finding = freezing_costs(&run, "mobilenet-v2", "18:139", 3.0).unwrap();
+    is(&finding, Verdict::Holds, "middle less tuned");
+    is(&freezing_costs(&run, "mobilenet-v2", "18:139", 0.1).unwrap(), Verdict::TooFewData, "above -0.1");
     let lacks = freezing_costs(&run, "mobilenet-v2", "1:150", 3.0).unwrap();
-    is(&lacks, Outcome::CannotBeTested, "1:150 frozen");
+    is(&lacks, Verdict::CannotBeTested, "1:150 frozen");
     // Weight changes that fall with depth, rise with it, and do neither.
-    let mut ask = |change: fn(usize) -> f64| {
+    let mut test = |change: fn(usize) -> f64| {
         let layer = |at: usize| taxel::learn::Change { layer: at.to_string(), change: change(at) };
         run.entries[1].judged.results.changes = (0..20).map(layer).collect();
         early_layers_change_most(&run, "mobilenet-v2").unwrap()
     };
-    is(&ask(|at| 1.0 / (at + 1) as f64), Outcome::Holds, "20 layers of tuned");
-    is(&ask(|at| at as f64), Outcome::DoesNotHold, "20 layers");
-    is(&ask(|at| (at * 7 % 20) as f64), Outcome::TooFewData, "20 layers");
-    let equal = ask(|_| 1.0);
+    is(&test(|at| 1.0 / (at + 1) as f64), Verdict::Holds, "20 layers of tuned");
+    is(&test(|at| at as f64), Verdict::DoesNotHold, "20 layers");
+    is(&test(|at| (at * 7 % 20) as f64), Verdict::TooFewData, "20 layers");
+    let equal = test(|_| 1.0);
     assert_eq!(equal.size.map(f64::abs), Some(0.0), "{equal:?}");
 }
 
 #[test]
 fn resolution_needs_two_runs_of_one_scene() {
     let run = |size: usize, wrong, mean: f64| {
-        let mut own = benchmark(&Setting::default(), vec![player("net", 1.0, wrong)]);
-        let mut judgement = own.judgement.clone();
+        let mut run = benchmark(&Setting::default(), vec![player("net", 1.0, wrong)]);
+        let mut judgement = run.judgement.clone();
         judgement.results.sample_shape = vec![size, size];
-        own.judgement = Box::leak(Box::new(judgement));
-        own.entries[0].judged.results.interval = Some([mean - 3.0, mean + 3.0]);
-        own
+        run.judgement = Box::leak(Box::new(judgement));
+        run.entries[0].judged.results.interval = Some([mean - 3.0, mean + 3.0]);
+        run
     };
     let (fine, coarse) = (run(128, GOOD, 95.0), run(16, &[50; 5], 50.0));
-    let ask = |run, others: &[&Benchmark]| resolution_matters(run, others, [16, 128], 10.0).unwrap();
-    let own = ask(&fine, &[&coarse]);
-    is(&own, Outcome::Holds, "128 less 16 elements");
-    let [low, high] = own.interval.unwrap();
+    let test = |run, others: &[&Benchmark]| resolution_matters(run, others, [16, 128], 10.0).unwrap();
+    let finding = test(&fine, &[&coarse]);
+    is(&finding, Verdict::Holds, "128 less 16 elements");
+    let [low, high] = finding.interval.unwrap();
     assert!(
-        (own.size.unwrap() - 45.0).abs() < 1e-9
+        (finding.size.unwrap() - 45.0).abs() < 1e-9
             && (low - 40.757).abs() < 1e-3
             && (high - 49.243).abs() < 1e-3
     );
-    is(&ask(&fine, &[&run(16, FAIR, 89.6)]), Outcome::DoesNotHold, "holds above 10");
-    is(&ask(&fine, &[]), Outcome::CannotBeTested, "second run");
-    is(&ask(&coarse, &[&fine]), Outcome::CannotBeTested, "128 × 128 elements");
+    is(&test(&fine, &[&run(16, FAIR, 89.6)]), Verdict::DoesNotHold, "holds above 10");
+    is(&test(&fine, &[]), Verdict::CannotBeTested, "second run");
+    is(&test(&coarse, &[&fine]), Verdict::CannotBeTested, "128 × 128 elements");
 }
 
 /// Rows of a learning curve with `classes` classes; wrong on the first so many of 100.
@@ -234,17 +234,17 @@ fn a_learning_curve_answers_for_few_grasps() {
         ("tactnet3d-51.n10", "tactnet3d-51", 10, GOOD),
         ("tactnet6.n10", "tactnet6", 10, MANY_2D),
     ]);
-    let own = three_beats_two(&run, 1).unwrap();
-    is(&own, Outcome::Holds, "tactnet3d-51.n1 less tactnet6.n1");
-    is(&three_beats_two(&run, 2).unwrap(), Outcome::CannotBeTested, "trained on 2 samples");
+    let finding = three_beats_two(&run, 1).unwrap();
+    is(&finding, Verdict::Holds, "tactnet3d-51.n1 less tactnet6.n1");
+    is(&three_beats_two(&run, 2).unwrap(), Verdict::CannotBeTested, "trained on 2 samples");
     let margin = margin_shrinks(&run).unwrap();
-    is(&margin, Outcome::Holds, "with 1 less with 10");
+    is(&margin, Verdict::Holds, "with 1 less with 10");
     assert!((margin.size.unwrap() - (34.2 - 15.4)).abs() < 1e-9, "{margin:?}");
     let few = few_beat_many(&run, &[1, 2], &[5, 10]).unwrap();
-    is(&few, Outcome::Holds, "tactnet3d-51.n1 less tactnet6.n10, points; best of 1 cases");
+    is(&few, Verdict::Holds, "tactnet3d-51.n1 less tactnet6.n10, points; best of 1 cases");
     // The better of two cases, its interval wider for the choice between them.
     let both = few_beat_many(&run, &[1, 10], &[10]).unwrap();
-    is(&both, Outcome::Holds, "tactnet3d-51.n10 less tactnet6.n10, points; best of 2 cases");
+    is(&both, Verdict::Holds, "tactnet3d-51.n10 less tactnet6.n10, points; best of 2 cases");
     let [low, high] = both.interval.unwrap();
     let [alone_low, alone_high] = few_beat_many(&run, &[10], &[10]).unwrap().interval.unwrap();
     assert!(low < alone_low - 0.1 && high > alone_high + 0.1, "{low} {alone_low}");
@@ -254,9 +254,9 @@ fn a_learning_curve_answers_for_few_grasps() {
         ("tactnet3d-51.n10", "tactnet3d-51", 10, GOOD),
         ("tactnet6.n10", "tactnet6", 10, MANY_2D),
     ]);
-    is(&three_beats_two(&other, 1).unwrap(), Outcome::DoesNotHold, "less");
-    is(&margin_shrinks(&other).unwrap(), Outcome::DoesNotHold, "less");
-    is(&few_beat_many(&other, &[1], &[10]).unwrap(), Outcome::DoesNotHold, "less");
+    is(&three_beats_two(&other, 1).unwrap(), Verdict::DoesNotHold, "less");
+    is(&margin_shrinks(&other).unwrap(), Verdict::DoesNotHold, "less");
+    is(&few_beat_many(&other, &[1], &[10]).unwrap(), Verdict::DoesNotHold, "less");
     // Of an unfinished run the margin is that of the network that has both counts.
     let unfinished = curve(&[
         ("tactnet3d-51.n1", "tactnet3d-51", 1, &[50; 5]),
@@ -267,7 +267,7 @@ fn a_learning_curve_answers_for_few_grasps() {
     ]);
     assert_eq!(margin_shrinks(&unfinished).unwrap().size, margin.size);
     let plain = benchmark(&Setting::default(), vec![player("tactnet3d", 1.0, GOOD)]);
-    is(&margin_shrinks(&plain).unwrap(), Outcome::CannotBeTested, "a learning curve");
+    is(&margin_shrinks(&plain).unwrap(), Verdict::CannotBeTested, "a learning curve");
 }
 
 #[test]
@@ -289,20 +289,20 @@ fn where_mistakes_go_is_counted() {
     let other = |label| (label + 2) % 4;
     let inside = within_look_alikes(&run(twin, other), 2).unwrap();
     // Without spread there is no interval: 100 less 0 in every fold.
-    assert_eq!((inside.outcome, inside.size), (Outcome::CannotBeTested, Some(100.0)), "{inside:?}");
+    assert_eq!((inside.outcome, inside.size), (Verdict::CannotBeTested, Some(100.0)), "{inside:?}");
     let mixed = |label| if label < 2 { label ^ 1 } else { (label + 2) % 4 };
-    is(&within_look_alikes(&run(twin, mixed), 2).unwrap(), Outcome::Holds, "% of errors");
-    is(&within_look_alikes(&run(mixed, twin), 2).unwrap(), Outcome::DoesNotHold, "% of errors");
+    is(&within_look_alikes(&run(twin, mixed), 2).unwrap(), Verdict::Holds, "% of errors");
+    is(&within_look_alikes(&run(mixed, twin), 2).unwrap(), Verdict::DoesNotHold, "% of errors");
     is(
         &twins_told_apart(&run(other, twin), "_inclusions").unwrap(),
-        Outcome::Holds,
+        Verdict::Holds,
         "tactnet3d less tactnet6",
     );
-    is(&twins_told_apart(&run(twin, other), "_inclusions").unwrap(), Outcome::DoesNotHold, "less");
-    is(&twins_told_apart(&run(twin, other), "_gone").unwrap(), Outcome::CannotBeTested, "twins");
+    is(&twins_told_apart(&run(twin, other), "_inclusions").unwrap(), Verdict::DoesNotHold, "less");
+    is(&twins_told_apart(&run(twin, other), "_gone").unwrap(), Verdict::CannotBeTested, "twins");
     let mut bare = run(twin, other);
     bare.look_alikes.clear();
-    is(&within_look_alikes(&bare, 2).unwrap(), Outcome::CannotBeTested, "data.look_alikes");
+    is(&within_look_alikes(&bare, 2).unwrap(), Verdict::CannotBeTested, "data.look_alikes");
 }
 
 #[test]
@@ -326,35 +326,35 @@ fn attributes_and_their_worst_levels_have_their_own_claims() {
             }),
         ],
     );
-    let ask = |measure| beats(&run, "own", &["level"], measure).unwrap();
-    let elasticity = ask(Measure::Attribute("elasticity"));
-    is(&elasticity, Outcome::Holds, "accuracy of elasticity: own less level");
+    let test = |measure| beats(&run, "own", &["level"], measure).unwrap();
+    let elasticity = test(Measure::Attribute("elasticity"));
+    is(&elasticity, Verdict::Holds, "accuracy of elasticity: own less level");
     assert_eq!(elasticity.size, Some(12.5));
-    is(&ask(Measure::Attribute("hardness")), Outcome::DoesNotHold, "accuracy of hardness");
+    is(&test(Measure::Attribute("hardness")), Verdict::DoesNotHold, "accuracy of hardness");
     // Level 4 is said 50 + 25 times and is right 50 times: precision 2/3 against 1.
-    let worst = ask(Measure::WorstPrecision("elasticity"));
-    is(&worst, Outcome::Holds, "precision of the worst level of elasticity");
+    let worst = test(Measure::WorstPrecision("elasticity"));
+    is(&worst, Verdict::Holds, "precision of the worst level of elasticity");
     assert!((worst.size.unwrap() - 100.0 / 3.0).abs() < 1e-9, "{worst:?}");
-    is(&ask(Measure::Attribute("stiffness")), Outcome::CannotBeTested, "the attribute stiffness");
-    // One session: nothing tells how much it varies, and the answer says so.
+    is(&test(Measure::Attribute("stiffness")), Verdict::CannotBeTested, "the attribute stiffness");
+    // One session: nothing tells how much it varies, and the finding says so.
     let one = benchmark(
         &Setting { cluster: 1000, ..setting },
         vec![player("a", 1.0, &[9]), player("b", 1.0, &[1])],
     );
     let none = beats(&one, "a", &["b"], Measure::Attribute("hardness")).unwrap();
-    is(&none, Outcome::CannotBeTested, "lacks test parts or groups");
+    is(&none, Verdict::CannotBeTested, "lacks test parts or groups");
     assert!(none.size.is_some());
 }
 
 #[test]
 fn runs_on_the_same_samples_are_one() {
     let named = |name: &str, digest: &str, players| {
-        let mut own = benchmark(&Setting::default(), players);
-        let mut judgement = own.judgement.clone();
+        let mut run = benchmark(&Setting::default(), players);
+        let mut judgement = run.judgement.clone();
         judgement.results.data_digest = digest.into();
-        own.judgement = Box::leak(Box::new(judgement));
-        own.name = name.into();
-        own
+        run.judgement = Box::leak(Box::new(judgement));
+        run.name = name.into();
+        run
     };
     let small = || vec![player("vgg6-lite-1d", 1.0, GOOD), player("k-nn", 1.0, FAIR)];
     let large = || vec![player("vgg6-lite-2d", 1.0, FAIR), player("k-nn", 1.0, GOOD)];
@@ -366,11 +366,11 @@ fn runs_on_the_same_samples_are_one() {
     let claims = settle(all).unwrap();
     assert_eq!(claims.len(), 2 * CLAIMS.len());
     assert_eq!((claims[0].says.as_str(), claims[0].run.as_str()), (first.says, "a + b"));
-    assert_eq!(claims[0].outcome, Outcome::Holds);
-    assert_eq!(claims[1].outcome, Outcome::CannotBeTested);
+    assert_eq!(claims[0].outcome, Verdict::Holds);
+    assert_eq!(claims[1].outcome, Verdict::CannotBeTested);
     for claim in &claims {
         let lacks = claim.effect.contains("lacks");
-        assert_eq!(claim.outcome == Outcome::CannotBeTested, lacks, "{claim:?}");
+        assert_eq!(claim.outcome == Verdict::CannotBeTested, lacks, "{claim:?}");
         assert!(claim.size.is_none_or(f64::is_finite), "{claim:?}");
     }
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueHint};
 use serde_json::json;
 use taxel::judge::{
-    Case, Choice, Criteria, Entry, Judgement, StressOptions, across, choose, named_scores, overview,
+    Case, Choice, Criteria, Judgement, OverviewRun, StressOptions, across, choose, named_scores, overview,
 };
 use taxel::reporting::{self, before, open};
 
@@ -84,7 +84,7 @@ impl Report {
             let mut linked = vec![];
             for (page, judgement, choice) in entries {
                 let page = link(&folder, &page)?;
-                linked.push(Entry { page, judgement: judgement.clone(), choice: Some(choice) });
+                linked.push(OverviewRun { page, judgement: judgement.clone(), choice: Some(choice) });
             }
             let page = overview(&linked, ranked.as_ref(), &folder)?;
             if self.format.is_json() {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueHint};
 use taxel::judge::Case;
-use taxel::shrink::{Axis, Error, Estimate, Finished, Options, shrink};
+use taxel::shrink::{Axis, Error, Estimate, Finished, ShrinkOptions, shrink};
 use taxel::{Registry, RunFolder};
 
 use crate::CommandResult;
@@ -94,8 +94,8 @@ impl Shrink {
             Some(name) => name.clone(),
             None => chosen(&case)?,
         };
-        let options = Options {
-            axes: if self.axes.is_empty() { Options::default().axes } else { self.axes.clone() },
+        let options = ShrinkOptions {
+            axes: if self.axes.is_empty() { ShrinkOptions::default().axes } else { self.axes.clone() },
             margin: self.margin,
             alpha: self.alpha,
             inner: self.inner,

@@ -9,8 +9,8 @@ use taxel::Registry;
 use taxel::judge::named_scores;
 use taxel::sweep::Sweep as Collected;
 use taxel::sweep::{
-    Arrays, Chunking, Emit, Outcome as TrialOutcome, Study, SweepFolder, Trial, WorkOptions, collect, emit,
-    plan, shares, tasks, work,
+    Arrays, Chunking, Emit, Study, SweepFolder, Trial, TrialOutcome, WorkOptions, collect, emit, plan,
+    shares, tasks, work,
 };
 
 use crate::CommandResult;

@@ -10,7 +10,7 @@ use crate::error::Result;
 /// Share of resamples that a statistic may leave undefined before its interval is refused.
 const UNDEFINED: f64 = 0.05;
 
-/// The percentile interval of `statistic` that covers `confidence`, from `draws` resamples of whole
+/// Returns the percentile interval of `statistic` that covers `confidence`, from `draws` resamples of whole
 /// clusters (Cameron, Gelbach & Miller 2008, section III). `clusters[i]` is the cluster of sample `i`;
 /// `statistic` gets positions of samples, those of a cluster as often as it was drawn. Networks that are
 /// scored on the same positions stay paired. `seed` and `purpose` choose the draws, as in

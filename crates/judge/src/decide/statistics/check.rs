@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result};
 
-/// An error about the values of a statistic.
+/// Returns an error about the values of a statistic.
 pub(super) fn refuse<T>(what: &'static str, reason: impl Into<String>) -> Result<T> {
     Err(Error::Statistics { what, reason: reason.into() })
 }
 
-/// Every value finite, and at least `least` of them.
+/// Checks that every value is finite, and that there are at least `least`.
 pub(super) fn check(what: &'static str, values: &[f64], least: usize) -> Result<()> {
     if values.len() < least {
         return refuse(what, format!("{} values; at least {least} are needed", values.len()));
@@ -18,10 +18,7 @@ pub(super) fn check(what: &'static str, values: &[f64], least: usize) -> Result<
     }
 }
 
-/// A share that is neither nothing nor all.
+/// Checks that a share lies between 0 and 1, both excluded.
 pub(super) fn check_share(what: &'static str, share: f64) -> Result<()> {
-    match share > 0.0 && share < 1.0 {
-        true => Ok(()),
-        false => refuse(what, format!("{share} is not in (0, 1)")),
-    }
+    if share > 0.0 && share < 1.0 { Ok(()) } else { refuse(what, format!("{share} is not in (0, 1)")) }
 }

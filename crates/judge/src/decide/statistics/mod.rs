@@ -3,7 +3,7 @@
 //! Over folds the [`corrected_t`] test, on one shared test part [`mcnemar`] with a [`cluster_bootstrap`],
 //! several comparisons together corrected by [`holm`]; over several data sets [`friedman`] with
 //! [`nemenyi`]'s critical difference, and [`wilcoxon`] for pairs. No function returns NaN: what cannot be
-//! computed is an error, or has the answer that its documentation says.
+//! computed is an error, or has the value that its documentation says.
 //!
 //! ```
 //! use taxel_judge::statistics::{corrected_t, holm, mcnemar};

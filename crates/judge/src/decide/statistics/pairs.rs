@@ -18,12 +18,12 @@ pub struct PairedTest {
     pub p: f64,
 }
 
-/// Values that differ by no more than rounding do not vary.
+/// Checks whether values vary by more than rounding.
 fn does_not_vary(mean: f64, sd: f64) -> bool {
     sd <= 1e-12 * mean.abs().max(1.0)
 }
 
-/// Corrected resampled t-test (Nadeau & Bengio 2003, equation 9): training sets of folds and repetitions
+/// Returns the corrected resampled t-test (Nadeau & Bengio 2003, equation 9): training sets of folds and repetitions
 /// overlap, so the variance of the mean of n differences is taken as (1/n + `test_to_train`) s² and not as
 /// s²/n; n − 1 degrees of freedom. `test_to_train` is the number of test samples over that of training
 /// samples in a fold; 0 is the ordinary paired t-test.
@@ -52,7 +52,7 @@ pub fn corrected_t(differences: &[f64], test_to_train: f64, confidence: f64) -> 
     Ok(student(mean, error, n - 1.0, confidence))
 }
 
-/// A difference of two independent estimates from the interval of each (Zou & Donner 2008; for shares
+/// Returns a difference of two independent estimates from the interval of each (Zou & Donner 2008; for shares
 /// Newcombe 1998, method 10): `a` less `b`, both with their lower and upper bound. Intervals need not be
 /// even around their estimates.
 ///
@@ -82,7 +82,7 @@ fn students_t(freedom: f64) -> StudentsT {
     StudentsT::new(0.0, 1.0, freedom).expect("degrees of freedom above 0")
 }
 
-/// The value that Student's t exceeds with probability 1 − `q`, `q` above a half.
+/// Returns the value that Student's t exceeds with probability 1 − `q`, `q` above a half.
 fn t_quantile(freedom: f64, q: f64) -> f64 {
     let student = students_t(freedom);
     let above = |x: f64| student.sf(x) > 1.0 - q;
@@ -93,15 +93,12 @@ fn t_quantile(freedom: f64, q: f64) -> f64 {
     let mut low = 0.0;
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        match above(middle) {
-            true => low = middle,
-            false => high = middle,
-        }
+        if above(middle) { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
 
-/// Exact McNemar test (1947): of the samples that only one of two networks gets right, `only_a` by one and
+/// Returns the p-value of the exact McNemar test (1947): of the samples that only one of two networks gets right, `only_a` by one and
 /// `only_b` by the other, either is as likely to be which under the null hypothesis. Two-sided; 1 where
 /// the two are never unlike.
 pub fn mcnemar(only_a: u64, only_b: u64) -> f64 {
@@ -110,7 +107,7 @@ pub fn mcnemar(only_a: u64, only_b: u64) -> f64 {
     (2.0 * fair.cdf(only_a.min(only_b))).min(1.0)
 }
 
-/// Holm's step-down correction (1979): p-values as they would be for one test alone, in the order given;
+/// Applies Holm's step-down correction (1979): p-values as they would be for one test alone, in the order given;
 /// none is below that of a smaller p, none above 1.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
@@ -132,7 +129,7 @@ pub struct SpreadRatio {
     pub interval: [f64; 2],
 }
 
-/// Ratio of two standard deviations over the same folds (Pitman 1939; Morgan 1939): the interval holds the
+/// Returns the ratio of two standard deviations over the same folds (Pitman 1939; Morgan 1939): the interval holds the
 /// ratios r for which a + r b and a − r b are not significantly correlated. Folds share training samples,
 /// so the interval is rather too narrow than too wide.
 ///

@@ -6,7 +6,7 @@ use super::check::{check, check_share, refuse};
 use crate::error::Result;
 use crate::values::Friedman;
 
-/// Whether methods differ over data sets (Friedman 1937; Demsar 2006, section 3.2.2). `scores[set][method]`:
+/// Tests whether methods differ over data sets (Friedman 1937; Demsar 2006, section 3.2.2). `scores[set][method]`:
 /// higher is better. Where all methods tie on every set the statistic is 0 and p is 1; where all sets rank
 /// them alike, Iman and Davenport's p is 0.
 ///
@@ -26,9 +26,9 @@ pub fn friedman(scores: &[Vec<f64>]) -> Result<Friedman> {
             return refuse(what, format!("{} scores on one data set, {methods} on another", row.len()));
         }
         let turned: Vec<f64> = row.iter().map(|v| -v).collect();
-        let (ranks, own) = ranks(&turned);
+        let (ranks, tied) = ranks(&turned);
         sums.iter_mut().zip(ranks).for_each(|(sum, rank)| *sum += rank);
-        ties += own;
+        ties += tied;
     }
     let (n, k) = (sets as f64, methods as f64);
     let ranks: Vec<f64> = sums.iter().map(|sum| sum / n).collect();
@@ -43,13 +43,12 @@ pub fn friedman(scores: &[Vec<f64>]) -> Result<Friedman> {
     let chi_squared = ChiSquared::new(k - 1.0).expect("degrees of freedom above 0");
     let p = chi_squared.sf(statistic);
     let rest = n * (k - 1.0) - statistic;
-    let p_iman_davenport = match rest <= 1e-9 * n * k {
-        true => 0.0,
-        false => {
-            #[expect(clippy::expect_used, reason = "there are two sets and three methods at least")]
-            let f = FisherSnedecor::new(k - 1.0, (k - 1.0) * (n - 1.0)).expect("degrees of freedom above 0");
-            f.sf((n - 1.0) * statistic / rest)
-        }
+    let p_iman_davenport = if rest <= 1e-9 * n * k {
+        0.0
+    } else {
+        #[expect(clippy::expect_used, reason = "there are two sets and three methods at least")]
+        let f = FisherSnedecor::new(k - 1.0, (k - 1.0) * (n - 1.0)).expect("degrees of freedom above 0");
+        f.sf((n - 1.0) * statistic / rest)
     };
     Ok(Friedman { ranks, statistic, p, p_iman_davenport })
 }
@@ -70,7 +69,7 @@ pub fn ranks(values: &[f64]) -> (Vec<f64>, f64) {
     (ranks, ties)
 }
 
-/// Critical difference of mean ranks (Nemenyi 1963; Demsar 2006, equation 6): two of `methods` ranked on
+/// Returns the critical difference of mean ranks (Nemenyi 1963; Demsar 2006, equation 6): two of `methods` ranked on
 /// `sets` data sets differ where their mean ranks do by at least as much.
 ///
 /// # Errors
@@ -84,16 +83,13 @@ pub fn nemenyi(methods: usize, sets: usize, alpha: f64) -> Result<f64> {
     let (mut low, mut high) = (0.0, 100.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        match studentized_range(middle, methods) < 1.0 - alpha {
-            true => low = middle,
-            false => high = middle,
-        }
+        if studentized_range(middle, methods) < 1.0 - alpha { low = middle } else { high = middle }
     }
     let k = methods as f64;
     Ok(0.5 * (low + high) / 2f64.sqrt() * (k * (k + 1.0) / (6.0 * sets as f64)).sqrt())
 }
 
-/// Probability that the range of `count` standard normal values is at most `range`: count ∫ φ(z) (Φ(z) −
+/// Returns the probability that the range of `count` standard normal values is at most `range`: count ∫ φ(z) (Φ(z) −
 /// Φ(z − range))^(count − 1) dz by the trapezoidal rule, which is exact to rounding for such integrands.
 fn studentized_range(range: f64, count: usize) -> f64 {
     const STEP: f64 = 1.0 / 32.0;
@@ -110,7 +106,7 @@ fn studentized_range(range: f64, count: usize) -> f64 {
 /// Differences that the exact test of [`wilcoxon`] takes.
 const MOST: usize = 500;
 
-/// Exact signed-rank test (Wilcoxon 1945), two-sided: every pattern of signs is equally likely. Zeros are
+/// Returns the p-value of the exact signed-rank test (Wilcoxon 1945), two-sided: every pattern of signs is equally likely. Zeros are
 /// left out, ties share their mean rank; 1 where nothing is left.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Rows of bars: where time goes, calibration clean and broken, what training changed.
 
-use taxel_report::axes::{Frame, Scale};
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use taxel_report::axes::{AxisScale, PlotFrame};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, TextStyle, short};
 use taxel_report::chart::{Chart, HEADING};
 use taxel_report::numbers::{digits, tenth, tick};
 use taxel_report::palette::{Ink, Paint};
@@ -15,30 +15,23 @@ const WIDTH: f64 = 860.0;
 const NAMES: f64 = 190.0;
 const ROW: f64 = 28.0;
 
-/// A frame of `rows` rows below `top`, x from 0 to `most`, with its axis drawn.
-fn rows(canvas: &mut Canvas, top: f64, rows: usize, most: f64, title: &str) -> Frame {
+/// Returns a frame of `rows` rows below `top`, x from 0 to `most`, with its axis drawn.
+fn rows(canvas: &mut Canvas, top: f64, rows: usize, most: f64, title: &str) -> PlotFrame {
     let bottom = top + ROW * rows as f64;
-    let frame = Frame {
-        x: Scale::linear((0.0, 1.05 * most.max(1e-12)), (NAMES, WIDTH - 60.0)),
-        y: Scale::linear((0.0, rows as f64), (top, bottom)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((0.0, 1.05 * most.max(1e-12)), (NAMES, WIDTH - 60.0)),
+        y: AxisScale::linear((0.0, rows as f64), (top, bottom)),
     };
-    for value in frame.x.ticks() {
-        let x = frame.x.at(value);
-        canvas.line((x, top), (x, bottom), Stroke::of(Ink::Grid, 1.0));
-        let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
-        let number = if most < 1e-3 { format!("{value:.1e}").replace(".0e", "e") } else { tick(value) };
-        canvas.text((x, bottom + 17.0), &number, look);
-    }
-    let middle = (NAMES + WIDTH - 60.0) / 2.0;
-    canvas.text((middle, bottom + 36.0), title, Type { anchor: Anchor::Middle, ..PLAIN });
+    let number = |value| if most < 1e-3 { format!("{value:.1e}").replace(".0e", "e") } else { tick(value) };
+    frame.x.draw_grid(canvas, (top, bottom), title, number);
     frame
 }
 
 fn name(canvas: &mut Canvas, y: f64, name: &str) {
-    canvas.text((NAMES - 10.0, y + 4.0), &short(name, 24), Type { anchor: Anchor::Right, ..PLAIN });
+    canvas.text((NAMES - 10.0, y + 4.0), &short(name, 24), TextStyle { anchor: Anchor::Right, ..PLAIN });
 }
 
-/// Encoding and network apart.
+/// Draws the times of encoding and network.
 pub(super) fn times(judgement: &Judgement) -> Option<Chart<'_>> {
     let timed: Vec<&Judged> = shown(judgement).filter(|n| n.speed.is_some()).collect();
     let encoded = timed.iter().any(|n| n.speed.is_some_and(|s| s.encoding.p50_ms > 0.0));
@@ -75,14 +68,14 @@ fn draw_times(timed: &[&Judged], paint: Paint) -> Canvas {
             let (from, middle, to) = (NAMES, frame.x.at(encoding), frame.x.at(encoding + network));
             canvas.block((from, y - 8.0, middle - from, 16.0), Ink::Heat, 0.85);
             canvas.block((middle, y - 8.0, to - middle, 16.0), Ink::Accent, 0.85);
-            let look = Type { ink: Ink::Muted, ..PLAIN };
+            let look = TextStyle { ink: Ink::Muted, ..PLAIN };
             canvas.text((to + 6.0, y + 4.0), &digits(encoding + network), look);
         });
     }
     canvas
 }
 
-/// Expected calibration error, clean and broken.
+/// Draws the expected calibration error, clean and broken.
 pub(super) fn calibration(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.networks.is_empty())?;
     // Values have no probability.
@@ -119,7 +112,7 @@ fn draw_calibration(networks: &[NetworkStress], paint: Paint) -> Canvas {
     canvas
 }
 
-/// How much training changed each layer.
+/// Draws how much training changed each layer.
 pub(super) fn weight_changes(judgement: &Judgement) -> Option<Chart<'_>> {
     let changed: Vec<&Judged> = shown(judgement).filter(|n| !n.results.changes.is_empty()).collect();
     if changed.is_empty() {
@@ -140,13 +133,16 @@ fn draw_changes(changed: &[&Judged], paint: Paint) -> Canvas {
         let most = n.results.changes.iter().map(|c| c.change).fold(0.0, f64::max);
         let title = "mean squared change";
         let frame = rows(&mut canvas, top + 32.0, n.results.changes.len(), most, title);
-        for (i, own) in n.results.changes.iter().enumerate() {
+        for (i, layer) in n.results.changes.iter().enumerate() {
             let y = frame.y.at(i as f64 + 0.5);
-            name(&mut canvas, y, &own.layer);
-            canvas.hover(&format!("{}, {}: {:.3e}", n.results.network, own.layer, own.change), |canvas| {
-                let to = frame.x.at(own.change);
-                canvas.block((NAMES, y - 8.0, to - NAMES, 16.0), Ink::Accent, 0.85);
-            });
+            name(&mut canvas, y, &layer.layer);
+            canvas.hover(
+                &format!("{}, {}: {:.3e}", n.results.network, layer.layer, layer.change),
+                |canvas| {
+                    let to = frame.x.at(layer.change);
+                    canvas.block((NAMES, y - 8.0, to - NAMES, 16.0), Ink::Accent, 0.85);
+                },
+            );
         }
         top += height(n);
     }

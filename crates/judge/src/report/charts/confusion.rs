@@ -1,7 +1,7 @@
 //! Confusion matrices.
 
 use taxel_learn::metrics::Confusion;
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Type, short, width_of};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, TextStyle, short, width_of};
 use taxel_report::chart::Chart;
 use taxel_report::files::slug;
 use taxel_report::palette::{Ink, Paint};
@@ -15,7 +15,7 @@ const WRITTEN: usize = 14;
 /// Characters of a class name.
 const NAME: usize = 18;
 
-/// One matrix per network; with several attributes one per network and attribute.
+/// Draws one matrix per network; with several attributes one per network and attribute.
 pub(super) fn charts(judgement: &Judgement) -> Vec<Chart<'_>> {
     let mut all = vec![];
     for (number, n) in shown(judgement).enumerate() {
@@ -47,14 +47,14 @@ fn draw(counts: &[Vec<u64>], classes: &[String], paint: Paint) -> Canvas {
     let (left, top) = (longest + 34.0, longest + 34.0);
     let side = cell * classes.len() as f64;
     let mut canvas = Canvas::new(left + side + 16.0, top + side + 8.0, paint);
-    let quiet = Type { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
+    let quiet = TextStyle { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
     canvas.text((left + side / 2.0, 14.0), "predicted", quiet);
     canvas.upright((14.0, top + side / 2.0), "true", quiet);
     for (i, name) in names.iter().enumerate() {
         let middle = cell * (i as f64 + 0.5);
-        let look = Type { size, ..PLAIN };
+        let look = TextStyle { size, ..PLAIN };
         canvas.upright((left + middle + 4.0, top - 7.0), name, look);
-        canvas.text((left - 7.0, top + middle + 4.0), name, Type { anchor: Anchor::Right, ..look });
+        canvas.text((left - 7.0, top + middle + 4.0), name, TextStyle { anchor: Anchor::Right, ..look });
     }
     for (i, row) in counts.iter().enumerate() {
         let all: u64 = row.iter().sum();
@@ -68,7 +68,7 @@ fn draw(counts: &[Vec<u64>], classes: &[String], paint: Paint) -> Canvas {
                 let ink = if i == k { Ink::Accent } else { Ink::Heat };
                 canvas.block(area, ink, 0.05 + 0.5 * share);
                 if written && count > 0 {
-                    let look = Type { anchor: Anchor::Middle, ..PLAIN };
+                    let look = TextStyle { anchor: Anchor::Middle, ..PLAIN };
                     canvas.text((x + cell / 2.0, y + cell / 2.0 + 4.0), &count.to_string(), look);
                 }
             });

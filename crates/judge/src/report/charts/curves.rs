@@ -1,12 +1,12 @@
 //! Training, and scores with few samples.
 
-use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::axes::{AxisScale, PlotFrame, widened};
 use taxel_report::canvas::{Canvas, Stroke};
 use taxel_report::chart::{Chart, HEADING};
 use taxel_report::numbers::{digits, tick};
 use taxel_report::palette::{Ink, Paint};
 
-use super::look::{Look, legend, legend_height, look, shown};
+use super::look::{LineLook, legend, legend_height, look, shown};
 use crate::report::names::chart;
 use crate::report::words::few_samples_of;
 use crate::values::{EpochPoint, Judged, Judgement, Primary};
@@ -14,12 +14,12 @@ use crate::values::{EpochPoint, Judged, Judgement, Primary};
 const WIDTH: f64 = 860.0;
 
 /// A value of an epoch, where it has one.
-type Value = fn(&EpochPoint) -> Option<f64>;
+type EpochValue = fn(&EpochPoint) -> Option<f64>;
 
 /// Heading, unit, on training and on validation samples.
-type Panel = (String, String, Value, Value);
+type TrainingPanel = (String, String, EpochValue, EpochValue);
 
-fn panels(primary: &Primary) -> [Panel; 2] {
+fn panels(primary: &Primary) -> [TrainingPanel; 2] {
     let unit = match primary.unit() {
         "" => String::new(),
         unit => format!(" {unit}"),
@@ -30,7 +30,7 @@ fn panels(primary: &Primary) -> [Panel; 2] {
     ]
 }
 
-/// Loss and primary metric by epoch.
+/// Draws loss and primary metric by epoch.
 pub(super) fn training(judgement: &Judgement) -> Option<Chart<'_>> {
     let trained: Vec<&Judged> = shown(judgement).filter(|n| n.training.len() > 1).collect();
     if trained.is_empty() {
@@ -46,7 +46,7 @@ pub(super) fn training(judgement: &Judgement) -> Option<Chart<'_>> {
 }
 
 fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Canvas {
-    let names: Vec<(&str, Look)> =
+    let names: Vec<(&str, LineLook)> =
         trained.iter().map(|n| n.results.network.as_str()).map(|n| (n, look(judgement, n))).collect();
     let top = 12.0 + legend_height(WIDTH - 60.0, &names);
     let mut canvas = Canvas::new(WIDTH, top + 320.0, paint);
@@ -56,19 +56,19 @@ fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Ca
         let left = 56.0 + 430.0 * panel as f64;
         let points = || trained.iter().flat_map(|n| &n.training);
         let values: Vec<f64> = points().flat_map(|p| [train(p), validation(p)]).flatten().collect();
-        let frame = Frame {
-            x: Scale::linear((1.0, epochs), (left, left + 360.0)),
-            y: Scale::linear(widened(&values, (0.0, f64::INFINITY)), (top + 264.0, top + 34.0)),
+        let frame = PlotFrame {
+            x: AxisScale::linear((1.0, epochs), (left, left + 360.0)),
+            y: AxisScale::linear(widened(&values, (0.0, f64::INFINITY)), (top + 264.0, top + 34.0)),
         };
         canvas.text((left, top + 20.0), &title, HEADING);
         frame.draw_y(&mut canvas, tick);
         let ticks: Vec<f64> = frame.x.ticks().into_iter().filter(|v| v.fract() == 0.0).collect();
         frame.draw_x(&mut canvas, &ticks, tick);
         frame.titles(&mut canvas, "epoch", "");
-        for ((network, look), own) in names.iter().zip(trained) {
+        for ((network, look), record) in names.iter().zip(trained) {
             for (value, width, of) in [(train, 2.0, "training"), (validation, 1.0, "validation")] {
                 let known = |p: &EpochPoint| value(p).filter(|v| v.is_finite()).map(|v| (p.epoch + 1, v));
-                let points: Vec<(usize, f64)> = own.training.iter().filter_map(known).collect();
+                let points: Vec<(usize, f64)> = record.training.iter().filter_map(known).collect();
                 let Some((_, last)) = points.last().copied() else { continue };
                 let about = format!("{network}, {of}: {}{unit} in the last epoch", digits(last));
                 let line = points.iter().map(|(epoch, v)| frame.at(*epoch as f64, *v)).collect();
@@ -88,7 +88,7 @@ pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     for n in &judgement.networks {
         let Some(count) = n.results.per_class else { continue };
         let name = few_samples_of(&n.results);
-        match curves.iter_mut().find(|(own, _)| *own == name) {
+        match curves.iter_mut().find(|(known, _)| *known == name) {
             Some((_, points)) => points.push((count, n)),
             None => curves.push((name, vec![(count, n)])),
         }
@@ -109,7 +109,7 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
         let most = points.iter().max_by_key(|(count, _)| *count);
         most.map_or(look(judgement, ""), |(_, n)| look(judgement, &n.results.network))
     };
-    let names: Vec<(&str, Look)> = curves.iter().map(|(name, points)| (*name, look_of(points))).collect();
+    let names: Vec<(&str, LineLook)> = curves.iter().map(|(name, points)| (*name, look_of(points))).collect();
     let top = 12.0 + legend_height(WIDTH - 80.0, &names);
     let mut canvas = Canvas::new(WIDTH, top + 400.0, paint);
     legend(&mut canvas, (64.0, 14.0), WIDTH - 80.0, &names);
@@ -121,9 +121,9 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
     let all = curves.iter().flat_map(|(_, points)| points.iter().filter_map(|(_, n)| ends_of(n)).flatten());
     let values: Vec<f64> = all.chain([judgement.chance]).collect();
     let primary = judgement.primary();
-    let frame = Frame {
-        x: Scale::log(ends, (64.0, WIDTH - 24.0)),
-        y: Scale::linear(widened(&values, primary.range()), (top + 350.0, top + 30.0)),
+    let frame = PlotFrame {
+        x: AxisScale::log(ends, (64.0, WIDTH - 24.0)),
+        y: AxisScale::linear(widened(&values, primary.range()), (top + 350.0, top + 30.0)),
     };
     frame.draw_y(&mut canvas, tick);
     let counts: Vec<f64> = counts.into_iter().map(|count| count as f64).collect();

@@ -1,12 +1,12 @@
 //! Scores by the share of a sample that is there.
 
-use taxel_report::axes::{Frame, Scale, widened};
+use taxel_report::axes::{AxisScale, PlotFrame, widened};
 use taxel_report::canvas::{Canvas, Stroke};
 use taxel_report::chart::Chart;
 use taxel_report::numbers::tick;
 use taxel_report::palette::{Ink, Paint};
 
-use super::look::{Look, legend, legend_height, look};
+use super::look::{LineLook, legend, legend_height, look};
 use crate::report::names::chart;
 use crate::report::words::early_basis;
 use crate::values::{Early, EarlyNetwork, Judgement, MAJORITY};
@@ -15,9 +15,9 @@ const WIDTH: f64 = 860.0;
 /// Left and right end of the shares.
 const ENDS: (f64, f64) = (64.0, WIDTH - 24.0);
 
-/// One line per network, from the first tenth to the whole sample.
+/// Draws one line per network, from the first tenth to the whole sample.
 pub(super) fn shares(judgement: &Judgement) -> Option<Chart<'_>> {
-    let early = judgement.early.as_ref().filter(|own| !own.networks.is_empty())?;
+    let early = judgement.early.as_ref().filter(|early| !early.networks.is_empty())?;
     let reading = format!(
         "{} against the share of a sample that is there: {}. Dashed lines: baselines; dotted: chance.",
         judgement.primary().heading(),
@@ -31,17 +31,17 @@ fn draw(judgement: &Judgement, early: &Early, paint: Paint) -> Canvas {
     // Always naming the commonest class is the line of chance.
     let majority = judgement.networks.iter().find(|n| n.results.zoo == MAJORITY);
     let drawn = early.networks.iter().filter(|n| majority.is_none_or(|m| m.results.network != n.network));
-    let drawn: Vec<(&EarlyNetwork, Look)> = drawn.map(|n| (n, look(judgement, &n.network))).collect();
-    let names: Vec<(&str, Look)> = drawn.iter().map(|(n, look)| (n.network.as_str(), *look)).collect();
+    let drawn: Vec<(&EarlyNetwork, LineLook)> = drawn.map(|n| (n, look(judgement, &n.network))).collect();
+    let names: Vec<(&str, LineLook)> = drawn.iter().map(|(n, look)| (n.network.as_str(), *look)).collect();
     let top = 12.0 + legend_height(WIDTH - 80.0, &names);
     let mut canvas = Canvas::new(WIDTH, top + 400.0, paint);
     legend(&mut canvas, (64.0, 14.0), WIDTH - 80.0, &names);
     let values: Vec<f64> = drawn.iter().flat_map(|(n, _)| n.points.iter().map(|point| point.score)).collect();
     let values = [values, vec![judgement.chance]].concat();
     let primary = judgement.primary();
-    let frame = Frame {
-        x: Scale::linear((0.0, 100.0), ENDS),
-        y: Scale::linear(widened(&values, primary.range()), (top + 350.0, top + 30.0)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((0.0, 100.0), ENDS),
+        y: AxisScale::linear(widened(&values, primary.range()), (top + 350.0, top + 30.0)),
     };
     frame.draw_y(&mut canvas, tick);
     let shares: Vec<f64> = (0..=10).map(|tenth| 10.0 * f64::from(tenth)).collect();

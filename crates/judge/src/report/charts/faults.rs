@@ -1,12 +1,12 @@
 //! Scores under faults: a small chart for each fault, and one map of all losses.
 
-use taxel_report::axes::{Frame, Scale, widened};
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use taxel_report::axes::{AxisScale, PlotFrame, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, TextStyle, short};
 use taxel_report::chart::{Chart, HEADING};
 use taxel_report::numbers::tick;
 use taxel_report::palette::{Ink, Paint};
 
-use super::look::{Look, legend, legend_height, look};
+use super::look::{LineLook, legend, legend_height, look};
 use crate::report::names::chart;
 use crate::report::words::stress_basis;
 use crate::values::{Judgement, MAJORITY, NetworkStress, Stress};
@@ -30,7 +30,7 @@ pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
 }
 
 fn draw_curves(judgement: &Judgement, stress: &Stress, paint: Paint) -> Canvas {
-    let names: Vec<(&str, Look)> =
+    let names: Vec<(&str, LineLook)> =
         drawn(judgement, stress).map(|n| (n.network.as_str(), look(judgement, &n.network))).collect();
     let top = 12.0 + legend_height(WIDTH - 20.0, &names);
     let rows = stress.faults.len().div_ceil(COLUMNS);
@@ -45,36 +45,39 @@ fn draw_curves(judgement: &Judgement, stress: &Stress, paint: Paint) -> Canvas {
     canvas
 }
 
-/// All but always naming the commonest class, which is the line of chance.
+/// Returns all networks but majority, which is the line of chance.
 fn drawn<'a>(judgement: &'a Judgement, stress: &'a Stress) -> impl Iterator<Item = &'a NetworkStress> {
     let majority = judgement.networks.iter().find(|n| n.results.zoo == MAJORITY);
     stress.networks.iter().filter(move |n| majority.is_none_or(|m| m.results.network != n.network))
 }
 
-/// The least and the highest score of all small charts: a percentage has its whole range.
+/// Returns the least and the highest score of all small charts: a percentage has its whole range.
 fn heights(judgement: &Judgement, stress: &Stress) -> (f64, f64) {
     if stress.primary.is_percent() {
         return stress.primary.range();
     }
     let broken = |n: &NetworkStress| {
-        n.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, own)| own.score)).collect::<Vec<_>>()
+        n.curves
+            .iter()
+            .flat_map(|curve| curve.points.iter().map(|(_, score)| score.score))
+            .collect::<Vec<_>>()
     };
     let all = drawn(judgement, stress).flat_map(|n| [broken(n), vec![n.clean.score]].concat());
     widened(&all.chain([stress.chance]).collect::<Vec<_>>(), stress.primary.range())
 }
 
-/// The chart of fault number `i`.
+/// Draws the chart of fault number `i`.
 fn small(
     canvas: &mut Canvas,
     (judgement, stress): (&Judgement, &Stress),
     i: usize,
     (left, top): (f64, f64),
-    names: &[(&str, Look)],
+    names: &[(&str, LineLook)],
 ) {
     let info = &stress.faults[i];
-    let frame = Frame {
-        x: Scale::linear((0.0, 5.0), (left + 38.0, left + CELL.0 - 12.0)),
-        y: Scale::linear(heights(judgement, stress), (top + 154.0, top + 30.0)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((0.0, 5.0), (left + 38.0, left + CELL.0 - 12.0)),
+        y: AxisScale::linear(heights(judgement, stress), (top + 154.0, top + 30.0)),
     };
     canvas.text((left + 6.0, top + 18.0), info.fault.name(), HEADING);
     frame.draw_y(canvas, tick);
@@ -83,14 +86,14 @@ fn small(
         at => info.level(at as u8).to_string(),
     });
     let ((x, to), (y, _)) = (frame.x.ends(), frame.y.ends());
-    let look = Type { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
+    let look = TextStyle { size: 11, ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
     canvas.text(((x + to) / 2.0, y + 33.0), &info.unit, look);
     let chance = frame.y.at(stress.chance);
     canvas.line((x, chance), (to, chance), Stroke::of(Ink::Muted, 1.0).dashed((1.0, 3.0)));
     for (network, (name, look)) in drawn(judgement, stress).zip(names) {
         let Some(curve) = network.curves.get(i) else { continue };
         let mut points = vec![(0u8, network.clean.score)];
-        points.extend(curve.points.iter().map(|(severity, own)| (*severity, own.score)));
+        points.extend(curve.points.iter().map(|(severity, score)| (*severity, score.score)));
         let place = |(severity, score): &(u8, f64)| frame.at(f64::from(*severity), *score);
         canvas.path(points.iter().map(place).collect(), look.stroke(1.8));
         for point in &points {
@@ -110,7 +113,7 @@ fn small(
     }
 }
 
-/// Loss by network and fault.
+/// Draws the loss by network and fault.
 pub(super) fn heat(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = format!(
@@ -138,7 +141,7 @@ fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {
     }
     for (k, network) in stress.networks.iter().enumerate() {
         let y = 84.0 + row * k as f64;
-        let look = Type { anchor: Anchor::Right, ..PLAIN };
+        let look = TextStyle { anchor: Anchor::Right, ..PLAIN };
         canvas.text((names - 8.0, y + row / 2.0 + 4.0), &short(&network.network, 22), look);
         for (i, curve) in network.curves.iter().enumerate() {
             let x = names + column * i as f64;
@@ -150,7 +153,7 @@ fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {
             canvas.hover(&about, |canvas| {
                 let share = (loss / most).clamp(0.0, 1.0);
                 canvas.block((x + 1.0, y + 1.0, column - 2.0, row - 2.0), Ink::Heat, 0.04 + 0.86 * share);
-                let look = Type { anchor: Anchor::Middle, ..PLAIN };
+                let look = TextStyle { anchor: Anchor::Middle, ..PLAIN };
                 canvas.text((x + column / 2.0, y + row / 2.0 + 4.0), &(shown + &at), look);
             });
         }
@@ -158,7 +161,7 @@ fn draw_heat(stress: &Stress, paint: Paint) -> Canvas {
     canvas
 }
 
-/// The name of a column, upright so that long ones fit.
+/// Writes the name of a column, upright so that long ones fit.
 fn heading(canvas: &mut Canvas, at: (f64, f64), text: &str) {
-    canvas.upright((at.0 + 4.0, at.1), text, Type { anchor: Anchor::Left, ..PLAIN });
+    canvas.upright((at.0 + 4.0, at.1), text, TextStyle { anchor: Anchor::Left, ..PLAIN });
 }

@@ -17,7 +17,7 @@ use taxel_report::chart::Chart;
 
 use crate::values::{Choice, Judgement};
 
-/// Every chart that there is something to draw for.
+/// Returns every chart that there is something to draw for.
 pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -> Vec<Chart<'a>> {
     let mut all = tradeoff::charts(judgement, choice);
     all.extend(bars::times(judgement));

@@ -1,7 +1,7 @@
 //! The critical-difference diagram (Demsar 2006, section 3.2.4): mean ranks over several data sets.
 
-use taxel_report::axes::Scale;
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, ends, width_of};
+use taxel_report::axes::AxisScale;
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, TextStyle, ends, width_of};
 use taxel_report::chart::Chart;
 use taxel_report::palette::{Ink, Paint};
 
@@ -16,7 +16,7 @@ const LONG: usize = 34;
 const ROW: f64 = 22.0;
 const AXIS: f64 = 64.0;
 
-/// Mean ranks with what Nemenyi's test cannot tell apart joined.
+/// Draws mean ranks with what Nemenyi's test cannot tell apart joined.
 pub(in crate::report) fn ranks(across: &Across) -> Chart<'_> {
     let reading = format!(
         "Mean rank of each network over {} data sets, 1 is the best. Bars join networks whose ranks differ by \
@@ -38,7 +38,7 @@ fn draw(across: &Across, paint: Paint) -> Canvas {
     let longest = labels.iter().map(|label| width_of(label, PLAIN.size)).fold(0.0, f64::max);
     let names = (longest + 24.0).clamp(NAMES.0, NAMES.1);
     let mut canvas = Canvas::new(WIDTH, below + ROW * half as f64 + 16.0, paint);
-    let x = Scale::linear((1.0, count as f64), (names, WIDTH - names));
+    let x = AxisScale::linear((1.0, count as f64), (names, WIDTH - names));
     canvas.line((x.at(1.0), AXIS), (x.at(count as f64), AXIS), Stroke::of(Ink::Text, 1.0));
     for rank in 1..=count {
         let at = x.at(rank as f64);
@@ -46,7 +46,7 @@ fn draw(across: &Across, paint: Paint) -> Canvas {
         canvas.text(
             (at, AXIS - 9.0),
             &rank.to_string(),
-            Type { anchor: Anchor::Middle, ink: Ink::Muted, ..PLAIN },
+            TextStyle { anchor: Anchor::Middle, ink: Ink::Muted, ..PLAIN },
         );
     }
     let wide = (x.at(1.0 + across.critical_difference) - x.at(1.0)).min(WIDTH - 2.0 * names);
@@ -69,13 +69,13 @@ fn draw(across: &Across, paint: Paint) -> Canvas {
             canvas.line((at, AXIS), (at, y), Stroke::of(Ink::Muted, 1.0));
             canvas.line((at, y), (end, y), Stroke::of(Ink::Muted, 1.0));
             let away = if left { -4.0 } else { 4.0 };
-            canvas.text((end + away, y + 4.0), &labels[i], Type { anchor, ..PLAIN });
+            canvas.text((end + away, y + 4.0), &labels[i], TextStyle { anchor, ..PLAIN });
         });
     }
     canvas
 }
 
-/// First and last of every longest run of ascending `ranks` that spans less than `difference`.
+/// Returns the first and the last of every longest run of ascending `ranks` that spans less than `difference`.
 fn groups(ranks: &[f64], difference: f64) -> Vec<(usize, usize)> {
     let mut found: Vec<(usize, usize)> = vec![];
     for first in 0..ranks.len() {

@@ -1,8 +1,8 @@
 //! Charts of a data set: lengths, ranges of channels, means in recording order, what carries a shortcut.
 
 use taxel_data::{Carrier, ChannelRange};
-use taxel_report::axes::{Frame, Scale, widened};
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short};
+use taxel_report::axes::{AxisScale, PlotFrame, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, TextStyle, short};
 use taxel_report::chart::Chart;
 use taxel_report::numbers::{digits, tick};
 use taxel_report::palette::{Ink, Paint, SERIES};
@@ -25,7 +25,7 @@ const MARKS: usize = 1500;
 const ROWS: usize = 30;
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// How many recordings have which length.
+/// Draws how many recordings have which length.
 pub(in crate::report) fn lengths(survey: &Survey) -> Option<Chart<'_>> {
     let (least, most) = (*survey.lengths.iter().min()?, *survey.lengths.iter().max()?);
     let reading = "How many recordings have so many readings, before any rule for their length.";
@@ -37,12 +37,12 @@ fn draw_lengths(lengths: &[usize], (least, most): (usize, usize), paint: Paint) 
     let mut canvas = Canvas::new(WIDTH, HEIGHT, paint);
     let wide = (most - least + 1).div_ceil(BARS);
     let mut counts = vec![0usize; (most - least) / wide + 1];
-    lengths.iter().for_each(|own| counts[(own - least) / wide] += 1);
+    lengths.iter().for_each(|length| counts[(length - least) / wide] += 1);
     let highest = counts.iter().max().copied().unwrap_or(1) as f64;
     let end = least + wide * counts.len();
-    let frame = Frame {
-        x: Scale::linear((least as f64, end as f64), (60.0, WIDTH - 20.0)),
-        y: Scale::linear((0.0, 1.05 * highest), (HEIGHT - 50.0, 30.0)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((least as f64, end as f64), (60.0, WIDTH - 20.0)),
+        y: AxisScale::linear((0.0, 1.05 * highest), (HEIGHT - 50.0, 30.0)),
     };
     frame.draw_y(&mut canvas, tick);
     frame.draw_x(&mut canvas, &frame.x.ticks(), tick);
@@ -59,10 +59,10 @@ fn draw_lengths(lengths: &[usize], (least, most): (usize, usize), paint: Paint) 
     canvas
 }
 
-/// From the lowest to the highest value of each channel.
+/// Draws each channel from its lowest to its highest value.
 pub(in crate::report) fn ranges(survey: &Survey) -> Option<Chart<'_>> {
     let drawn = &survey.card.channels[..survey.card.channels.len().min(CHANNELS)];
-    if drawn.len() < 2 || drawn.iter().all(|own| own.min.is_none()) {
+    if drawn.len() < 2 || drawn.iter().all(|channel| channel.min.is_none()) {
         return None;
     }
     let reading = "From the lowest to the highest value of each channel. Rings: 2 % or more of the values are exactly \
@@ -75,27 +75,35 @@ pub(in crate::report) fn ranges(survey: &Survey) -> Option<Chart<'_>> {
 fn draw_ranges(drawn: &[ChannelRange], unit: Option<&str>, paint: Paint) -> Canvas {
     let bottom = 12.0 + ROW * drawn.len() as f64;
     let mut canvas = Canvas::new(WIDTH, bottom + 46.0, paint);
-    let ends = drawn.iter().flat_map(|own| [own.min, own.max]).flatten().map(f64::from).collect::<Vec<_>>();
-    let x = Scale::linear(widened(&ends, ANY), (NAMES, WIDTH - 20.0));
-    columns(&mut canvas, x, (12.0, bottom), unit.map_or("value".into(), |unit| format!("value, {unit}")));
-    for (row, own) in drawn.iter().enumerate() {
+    let ends = drawn
+        .iter()
+        .flat_map(|channel| [channel.min, channel.max])
+        .flatten()
+        .map(f64::from)
+        .collect::<Vec<_>>();
+    let x = AxisScale::linear(widened(&ends, ANY), (NAMES, WIDTH - 20.0));
+    let title = unit.map_or("value".into(), |unit| format!("value, {unit}"));
+    x.draw_grid(&mut canvas, (12.0, bottom), &title, digits_of_tick);
+    for (row, channel) in drawn.iter().enumerate() {
         let y = 12.0 + ROW * (row as f64 + 0.5);
-        let name = format!("channel {}", own.channel);
-        canvas.text((NAMES - 10.0, y + 4.0), &name, Type { anchor: Anchor::Right, ..PLAIN });
-        let (Some(min), Some(max)) = (own.min.map(f64::from), own.max.map(f64::from)) else { continue };
+        let name = format!("channel {}", channel.channel);
+        canvas.text((NAMES - 10.0, y + 4.0), &name, TextStyle { anchor: Anchor::Right, ..PLAIN });
+        let (Some(min), Some(max)) = (channel.min.map(f64::from), channel.max.map(f64::from)) else {
+            continue;
+        };
         let about = format!(
             "{name}: {} to {}; {} % at the lowest, {} % at the highest, still in {} % of the samples",
             digits(min),
             digits(max),
-            digits(100.0 * own.at_min),
-            digits(100.0 * own.at_max),
-            digits(100.0 * own.stuck)
+            digits(100.0 * channel.at_min),
+            digits(100.0 * channel.at_max),
+            digits(100.0 * channel.stuck)
         );
         canvas.hover(&about, |canvas| {
             let stroke = Stroke::of(Ink::Accent, 3.0);
-            let stroke = if own.stuck >= 0.02 { stroke.dashed((5.0, 3.0)) } else { stroke };
+            let stroke = if channel.stuck >= 0.02 { stroke.dashed((5.0, 3.0)) } else { stroke };
             canvas.line((x.at(min), y), (x.at(max), y), stroke);
-            for (end, share) in [(min, own.at_min), (max, own.at_max)] {
+            for (end, share) in [(min, channel.at_min), (max, channel.at_max)] {
                 let fill = if share >= 0.02 { Ink::Paper } else { Ink::Accent };
                 canvas.circle((x.at(end), y), 4.0, fill, Ink::Accent);
             }
@@ -104,7 +112,7 @@ fn draw_ranges(drawn: &[ChannelRange], unit: Option<&str>, paint: Paint) -> Canv
     canvas
 }
 
-/// The mean of each sample, in order.
+/// Draws the mean of each sample, in order.
 pub(in crate::report) fn drift(survey: &Survey) -> Option<Chart<'_>> {
     let finite = survey.drift.means.iter().filter(|mean| mean.is_finite()).count();
     let reading = "The mean of each sample in the order in which samples are stored, classes in colours. A slope or a \
@@ -116,9 +124,9 @@ pub(in crate::report) fn drift(survey: &Survey) -> Option<Chart<'_>> {
 fn draw_drift(survey: &Survey, paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, HEIGHT, paint);
     let means = &survey.drift.means;
-    let frame = Frame {
-        x: Scale::linear((0.0, (means.len() - 1) as f64), (70.0, WIDTH - 20.0)),
-        y: Scale::linear(widened(means, ANY), (HEIGHT - 50.0, 30.0)),
+    let frame = PlotFrame {
+        x: AxisScale::linear((0.0, (means.len() - 1) as f64), (70.0, WIDTH - 20.0)),
+        y: AxisScale::linear(widened(means, ANY), (HEIGHT - 50.0, 30.0)),
     };
     frame.draw_y(&mut canvas, digits_of_tick);
     frame.draw_x(&mut canvas, &frame.x.ticks(), tick);
@@ -134,7 +142,7 @@ fn draw_drift(survey: &Survey, paint: Paint) -> Canvas {
     canvas
 }
 
-/// The number that tells most, class by class.
+/// Draws the statistic that tells most, class by class.
 pub(in crate::report) fn carrier(survey: &Survey) -> Option<Chart<'_>> {
     let first = survey.carriers.first()?;
     let reading = format!(
@@ -150,16 +158,16 @@ fn draw_carrier(survey: &Survey, carrier: &Carrier, paint: Paint) -> Canvas {
     let bottom = 12.0 + ROW * classes as f64;
     let mut canvas = Canvas::new(WIDTH, bottom + 46.0, paint);
     let values: Vec<f64> = carrier.values.iter().map(|(value, _)| *value).collect();
-    let x = Scale::linear(widened(&values, ANY), (NAMES, WIDTH - 20.0));
-    columns(&mut canvas, x, (12.0, bottom), carrier.statistic.clone());
+    let x = AxisScale::linear(widened(&values, ANY), (NAMES, WIDTH - 20.0));
+    x.draw_grid(&mut canvas, (12.0, bottom), &carrier.statistic, digits_of_tick);
     for class in 0..classes {
         let y = 12.0 + ROW * (class as f64 + 0.5);
         let name = class_name(survey, class);
-        canvas.text((NAMES - 10.0, y + 4.0), &short(name, 18), Type { anchor: Anchor::Right, ..PLAIN });
-        let own = || carrier.values.iter().filter(move |(_, of)| *of as usize == class);
-        let every = own().count().div_ceil(MARKS / classes).max(1);
+        canvas.text((NAMES - 10.0, y + 4.0), &short(name, 18), TextStyle { anchor: Anchor::Right, ..PLAIN });
+        let of_class = || carrier.values.iter().filter(move |(_, of)| *of as usize == class);
+        let every = of_class().count().div_ceil(MARKS / classes).max(1);
         canvas.hover(name, |canvas| {
-            own().step_by(every).for_each(|(value, _)| {
+            of_class().step_by(every).for_each(|(value, _)| {
                 canvas.circle((x.at(*value), y), 3.0, Ink::Series(class % SERIES), Ink::None);
             });
         });
@@ -168,22 +176,10 @@ fn draw_carrier(survey: &Survey, carrier: &Carrier, paint: Paint) -> Canvas {
 }
 
 fn class_name(survey: &Survey, class: usize) -> &str {
-    survey.card.classes.get(class).map_or("no class", |own| own.name.as_str())
+    survey.card.classes.get(class).map_or("no class", |class| class.name.as_str())
 }
 
-/// Grid lines and numbers of an x axis without rows of numbers at its left.
-fn columns(canvas: &mut Canvas, x: Scale, (top, bottom): (f64, f64), title: String) {
-    for value in x.ticks() {
-        let at = x.at(value);
-        canvas.line((at, top), (at, bottom), Stroke::of(Ink::Grid, 1.0));
-        let look = Type { ink: Ink::Muted, anchor: Anchor::Middle, ..PLAIN };
-        canvas.text((at, bottom + 17.0), &digits_of_tick(value), look);
-    }
-    let (left, right) = x.ends();
-    canvas.text(((left + right) / 2.0, bottom + 36.0), &title, Type { anchor: Anchor::Middle, ..PLAIN });
-}
-
-/// Small and large values in powers of ten.
+/// Returns the number of a tick; small and large values in powers of ten.
 fn digits_of_tick(value: f64) -> String {
     match value.abs() {
         size if size != 0.0 && !(1e-4..1e6).contains(&size) => format!("{value:.1e}").replace(".0e", "e"),

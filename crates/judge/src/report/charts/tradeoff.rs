@@ -1,10 +1,10 @@
 //! The primary metric against what it costs: latency, size, MACs.
 
-use taxel_report::axes::{Frame, Scale, widened};
-use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, Type, short, width_of};
+use taxel_report::axes::{AxisScale, PlotFrame, widened};
+use taxel_report::canvas::{Anchor, Canvas, PLAIN, Stroke, TextStyle, short, width_of};
 use taxel_report::chart::Chart;
 use taxel_report::labels::{self, place};
-use taxel_report::numbers::{bytes, digits, si, tick};
+use taxel_report::numbers::{bytes, digits, in_brackets, si, tick};
 use taxel_report::palette::{Ink, Paint};
 
 use super::look::shown;
@@ -29,7 +29,7 @@ struct Point<'a> {
     front: bool,
 }
 
-/// What a paper printed: cost and accuracy with its SD.
+/// A published result: cost and accuracy with its SD.
 struct Printed {
     cost: f64,
     /// Mean, and SD where one is printed.
@@ -37,8 +37,8 @@ struct Printed {
     about: String,
 }
 
-/// What stands on the x axis.
-struct Axis {
+/// The x axis.
+struct CostAxis {
     /// Of the cost.
     name: &'static str,
     /// Of the chart, behind the name of the metric.
@@ -48,21 +48,21 @@ struct Axis {
     tick: fn(f64) -> String,
 }
 
-const LATENCY: Axis = Axis {
+const LATENCY: CostAxis = CostAxis {
     name: chart::LATENCY,
     title: "against latency",
     label: "latency from raw reading to answer, one sample, one thread (ms, log)",
     unit: |v| format!("{} ms", digits(v)),
     tick,
 };
-const BYTES: Axis = Axis {
+const BYTES: CostAxis = CostAxis {
     name: chart::SIZE,
     title: "against size",
     label: "size of parameters and statistics in f32 (bytes, log)",
     unit: bytes,
     tick: bytes,
 };
-const MACS: Axis = Axis {
+const MACS: CostAxis = CostAxis {
     name: chart::MACS,
     title: "against work",
     label: "multiply-accumulates per sample (log)",
@@ -98,7 +98,7 @@ fn gflops(n: &Judged) -> Option<f64> {
     n.results.published.as_ref()?.gflops
 }
 
-/// Where a paper printed both size and accuracy; its MB are 2^20 bytes (docs/costs.md).
+/// Returns the published result, where a paper printed both size and accuracy; its MB are 2^20 bytes (docs/costs.md).
 fn printed_size(n: &Judged) -> Option<Printed> {
     let paper = n.results.published.as_ref()?;
     let about = format!("{} ({})", n.results.network, paper.table);
@@ -106,8 +106,8 @@ fn printed_size(n: &Judged) -> Option<Printed> {
     Some(Printed { cost: paper.megabytes? * f64::from(1u32 << 20), accuracy, about })
 }
 
-/// What can be drawn: networks with a cost above 0 (log axis). Always naming the commonest class costs
-/// nothing and is a line.
+/// Returns the networks with a cost above 0, since the axis is logarithmic. Always naming the commonest class costs
+/// nothing and is drawn as a line.
 fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f64>)>) -> Vec<Point<'_>> {
     let all: Vec<Point> = shown(judgement)
         .filter_map(|n| {
@@ -118,14 +118,14 @@ fn points(judgement: &Judgement, cost: impl Fn(&Judged) -> Option<(f64, Option<f
         })
         .collect();
     let primary = judgement.primary();
-    let place = |own: &Point| (own.cost, primary.merit(own.score));
+    let place = |point: &Point| (point.cost, primary.merit(point.score));
     let front = pareto::front(&all.iter().map(place).collect::<Vec<_>>());
     let majority = |point: &Point| judgement.network(point.name).is_some_and(|n| n.results.zoo == MAJORITY);
     let all = all.into_iter().zip(front).map(|(point, front)| Point { front, ..point });
     all.filter(|point| point.cost > 0.0 && !majority(point)).collect()
 }
 
-fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Printed]) -> String {
+fn reading(judgement: &Judgement, axis: &CostAxis, points: &[Point], printed: &[Printed]) -> String {
     let primary = judgement.primary();
     let mut front: Vec<&Point> = points.iter().filter(|p| p.front).collect();
     front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -157,7 +157,7 @@ fn reading(judgement: &Judgement, axis: &Axis, points: &[Point], printed: &[Prin
 
 fn draw(
     judgement: &Judgement,
-    axis: &Axis,
+    axis: &CostAxis,
     points: &[Point],
     printed: &[Printed],
     chosen: Option<&str>,
@@ -172,8 +172,8 @@ fn draw(
     chance(&mut canvas, &frame, &primary, judgement.chance);
     let mut taken = front(&mut canvas, &frame, points);
     let ink = |point: &Point| if point.front { Ink::Accent } else { Ink::Muted };
-    for own in printed {
-        hollow(&mut canvas, &frame, axis, own);
+    for printed in printed {
+        hollow(&mut canvas, &frame, axis, printed);
     }
     for point in points {
         taken.extend(mark(
@@ -188,8 +188,8 @@ fn draw(
     let names: Vec<String> = points.iter().map(|p| short(p.name, 28)).collect();
     let marks: Vec<((f64, f64), &str)> =
         points.iter().zip(&names).map(|(p, name)| (frame.at(p.cost, p.score), name.as_str())).collect();
-    taken.extend(printed.iter().map(|own| {
-        let (x, y) = frame.at(own.cost, own.accuracy.0);
+    taken.extend(printed.iter().map(|printed| {
+        let (x, y) = frame.at(printed.cost, printed.accuracy.0);
         (x - 6.0, y - 6.0, x + 6.0, y + 6.0)
     }));
     let inside = (AREA.0 + 2.0, AREA.1, SIZE.0 - 4.0, AREA.3 - 4.0);
@@ -199,18 +199,20 @@ fn draw(
             canvas.line(*at, end, Stroke::of(Ink::Muted, 0.7));
         }
         let bold = chosen == Some(point.name);
-        canvas.text(place.at, name, Type { ink: ink(point), anchor: place.anchor, bold, ..PLAIN });
+        canvas.text(place.at, name, TextStyle { ink: ink(point), anchor: place.anchor, bold, ..PLAIN });
     }
     key(&mut canvas, points, printed, chosen);
     canvas
 }
 
-fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> Frame {
+fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> PlotFrame {
     let costs = points.iter().flat_map(|p| [p.cost, p.worst.unwrap_or(p.cost)]);
-    let costs: Vec<f64> = costs.chain(printed.iter().map(|own| own.cost)).collect();
+    let costs: Vec<f64> = costs.chain(printed.iter().map(|printed| printed.cost)).collect();
     let (low, high) = costs.iter().fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(*v), h.max(*v)));
     let mut scores: Vec<f64> = points.iter().flat_map(|p| p.interval.unwrap_or([p.score; 2])).collect();
-    let ends = |own: &Printed| [-1.0, 1.0].map(|sign| own.accuracy.0 + sign * own.accuracy.1.unwrap_or(0.0));
+    let ends = |printed: &Printed| {
+        [-1.0, 1.0].map(|sign| printed.accuracy.0 + sign * printed.accuracy.1.unwrap_or(0.0))
+    };
     scores.extend(printed.iter().flat_map(ends));
     let (primary, chance) = (judgement.primary(), judgement.chance);
     let (mut least, mut most) = widened(&scores, primary.range());
@@ -221,24 +223,27 @@ fn frame(judgement: &Judgement, points: &[Point], printed: &[Printed]) -> Frame 
         least = least.min(chance - air).max(primary.range().0);
         most = if primary.is_percent() { most } else { most.max(chance + air) };
     }
-    Frame { x: Scale::log((low, high), (AREA.0, AREA.2)), y: Scale::linear((least, most), (AREA.3, AREA.1)) }
+    PlotFrame {
+        x: AxisScale::log((low, high), (AREA.0, AREA.2)),
+        y: AxisScale::linear((least, most), (AREA.3, AREA.1)),
+    }
 }
 
-fn chance(canvas: &mut Canvas, frame: &Frame, primary: &Primary, chance: f64) {
+fn chance(canvas: &mut Canvas, frame: &PlotFrame, primary: &Primary, chance: f64) {
     let (y, (bottom, top)) = (frame.y.at(chance), frame.y.ends());
     if y < bottom - 1.0 && (primary.is_percent() || y > top) {
         canvas.line((AREA.0, y), (AREA.2, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
-        let look = Type { ink: Ink::Muted, anchor: Anchor::Right, ..PLAIN };
+        let look = TextStyle { ink: Ink::Muted, anchor: Anchor::Right, ..PLAIN };
         canvas.text((AREA.2, y - 5.0), &format!("chance {}", primary.value(chance)), look);
     }
 }
 
-/// Steps from one network of the front to the next; the areas that they take.
-fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) -> Vec<labels::Area> {
-    let mut own: Vec<&Point> = points.iter().filter(|p| p.front).collect();
-    own.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+/// Draws steps from one network of the front to the next. Returns the areas that they take.
+fn front(canvas: &mut Canvas, frame: &PlotFrame, points: &[Point]) -> Vec<labels::Area> {
+    let mut front: Vec<&Point> = points.iter().filter(|p| p.front).collect();
+    front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut steps: Vec<(f64, f64)> = vec![];
-    for point in own {
+    for point in front {
         let (x, y) = frame.at(point.cost, point.score);
         if let Some(&(_, before)) = steps.last() {
             steps.push((x, before));
@@ -260,18 +265,15 @@ fn front(canvas: &mut Canvas, frame: &Frame, points: &[Point]) -> Vec<labels::Ar
 /// Draws one network; the areas that its whiskers take.
 fn mark(
     canvas: &mut Canvas,
-    frame: &Frame,
-    (primary, axis): (&Primary, &Axis),
+    frame: &PlotFrame,
+    (primary, axis): (&Primary, &CostAxis),
     point: &Point,
     ink: Ink,
     chosen: bool,
 ) -> Vec<labels::Area> {
     let (x, y) = frame.at(point.cost, point.score);
     let mut about = format!("{}: {}", point.name, primary.value(point.score));
-    if let Some([low, high]) = point.interval {
-        let show = primary.show();
-        about += &format!(" [{}, {}]", show(low), show(high));
-    }
+    about += &point.interval.map_or(String::new(), in_brackets(primary.show()));
     about += &format!(", {}", (axis.unit)(point.cost));
     if let Some(worst) = point.worst {
         about += &format!(" (p95 {})", (axis.unit)(worst));
@@ -295,21 +297,25 @@ fn mark(
             taken.push((x - 13.0, y - 13.0, x + 13.0, y + 13.0));
             canvas.circle((x, y), 11.0, Ink::None, ink);
         }
-        match point.baseline {
-            true => canvas.diamond((x, y), 6.5, ink, Ink::Paper),
-            false => canvas.circle((x, y), 6.0, ink, Ink::Paper),
+        if point.baseline {
+            canvas.diamond((x, y), 6.5, ink, Ink::Paper)
+        } else {
+            canvas.circle((x, y), 6.0, ink, Ink::Paper)
         }
     });
     taken
 }
 
-fn hollow(canvas: &mut Canvas, frame: &Frame, axis: &Axis, own: &Printed) {
-    let (mean, sd) = own.accuracy;
+fn hollow(canvas: &mut Canvas, frame: &PlotFrame, axis: &CostAxis, printed: &Printed) {
+    let (mean, sd) = printed.accuracy;
     let spread = sd.map_or(String::new(), |sd| format!(" ± {sd}"));
     let sd = sd.unwrap_or(0.0);
-    let (x, y) = frame.at(own.cost, mean);
-    let about =
-        format!("published, own recordings: {}: {mean}{spread} %, {}", own.about, (axis.unit)(own.cost));
+    let (x, y) = frame.at(printed.cost, mean);
+    let about = format!(
+        "published, own recordings: {}: {mean}{spread} %, {}",
+        printed.about,
+        (axis.unit)(printed.cost)
+    );
     canvas.hover(&about, |canvas| {
         let stroke = Stroke::of(Ink::Muted, 1.0).dashed((3.0, 3.0));
         canvas.line((x, frame.y.at(mean - sd)), (x, frame.y.at(mean + sd)), stroke);
@@ -317,7 +323,7 @@ fn hollow(canvas: &mut Canvas, frame: &Frame, axis: &Axis, own: &Printed) {
     });
 }
 
-/// What the marks mean.
+/// Draws the legend.
 fn key(canvas: &mut Canvas, points: &[Point], printed: &[Printed], chosen: Option<&str>) {
     let (mut x, y) = (AREA.0, SIZE.1 - 22.0);
     let mut entry = |canvas: &mut Canvas, text: &str, draw: &dyn Fn(&mut Canvas, (f64, f64))| {

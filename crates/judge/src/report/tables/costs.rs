@@ -1,4 +1,4 @@
-//! What networks cost: time, size, training; and what training changed.
+//! Costs of networks: time, size, training; and how far training changed the weights.
 
 use taxel_report::numbers::{bytes, digits, si};
 use taxel_report::table::{Cell, Column, Table};
@@ -10,7 +10,7 @@ use crate::values::{EpochPoint, Judged, Judgement, Speed};
 pub(super) fn speed(judgement: &Judgement) -> Table {
     let rows: Vec<Judged> = judgement.networks.iter().filter(|n| n.speed.is_some()).cloned().collect();
     let of = |head: &'static str, csv: &'static str, value: fn(&Speed) -> f64| {
-        Column::number(head, &[csv], move |n: &Judged| Cell::number(n.speed.as_ref().map(value), digits))
+        Column::value(head, csv, digits, move |n: &Judged| n.speed.as_ref().map(value))
     };
     let count = |head: &'static str, csv: &'static str, value: fn(&Speed) -> usize| {
         let cell =
@@ -27,12 +27,8 @@ pub(super) fn speed(judgement: &Judgement) -> Table {
         count("timed runs", "runs", |s| s.whole.runs),
         of("samples per second in batches", "samples_per_second", |s| s.samples_per_second),
         count("batch", "batch", |s| s.batch),
-        Column::number("training per fold, s", &["train_seconds"], |n: &Judged| {
-            Cell::number(Some(n.train_seconds), digits)
-        }),
-        Column::number("per epoch, s", &["epoch_seconds"], |n: &Judged| {
-            Cell::number(n.epoch_seconds, digits)
-        }),
+        Column::value("training per fold, s", "train_seconds", digits, |n: &Judged| Some(n.train_seconds)),
+        Column::value("per epoch, s", "epoch_seconds", digits, |n: &Judged| n.epoch_seconds),
     ];
     let on = &judgement.judged_on;
     let machine = on.processor().unwrap_or(on.platform.clone());
@@ -49,14 +45,10 @@ pub(super) fn size(judgement: &Judgement) -> Table {
         Column::text("in the zoo", "zoo", |n: &Judged| Cell::text(&n.results.zoo)),
         Column::text("from", "paper", |n: &Judged| Cell::text(&n.results.paper)),
         Column::text("reads", "inputs", |n: &Judged| Cell::text(n.inputs.join(", "))),
-        Column::number("parameters", &["parameters"], |n: &Judged| Cell::count(n.results.costs.parameters)),
-        Column::number("size", &["bytes"], |n: &Judged| {
-            Cell::number(Some(n.results.costs.bytes as f64), bytes)
-        }),
-        Column::number("MACs", &["macs"], |n: &Judged| Cell::number(Some(n.results.costs.macs as f64), si)),
-        Column::number("FLOPs", &["flops"], |n: &Judged| {
-            Cell::number(Some(n.results.costs.flops as f64), si)
-        }),
+        Column::count("parameters", "parameters", |n: &Judged| n.results.costs.parameters),
+        Column::value("size", "bytes", bytes, |n: &Judged| Some(n.results.costs.bytes as f64)),
+        Column::value("MACs", "macs", si, |n: &Judged| Some(n.results.costs.macs as f64)),
+        Column::value("FLOPs", "flops", si, |n: &Judged| Some(n.results.costs.flops as f64)),
     ];
     let caption = "Counted, not measured: the same on every machine; size: parameters and statistics in f32";
     Table::new(table::COSTS, caption.into(), columns, &judgement.networks)
@@ -71,22 +63,20 @@ pub(super) fn training(judgement: &Judgement) -> Table {
     }
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
-        Column::number("epoch", &["epoch"], |row: &Row| Cell::count(row.1.epoch as u64 + 1)),
-        Column::number("training loss", &["train_loss"], |row: &Row| {
-            Cell::number(Some(row.1.train_loss), digits)
-        }),
-        Column::number(
+        Column::count("epoch", "epoch", |row: &Row| row.1.epoch as u64 + 1),
+        Column::value("training loss", "train_loss", digits, |row: &Row| Some(row.1.train_loss)),
+        Column::value(
             &format!("training {}", primary.head()),
-            &[&format!("train_{}", primary.column(""))],
-            move |row: &Row| Cell::number(Some(row.1.train_score), show),
+            &format!("train_{}", primary.column("")),
+            show,
+            move |row: &Row| Some(row.1.train_score),
         ),
-        Column::number("validation loss", &["validation_loss"], |row: &Row| {
-            Cell::number(row.1.validation_loss, digits)
-        }),
-        Column::number(
+        Column::value("validation loss", "validation_loss", digits, |row: &Row| row.1.validation_loss),
+        Column::value(
             &format!("validation {}", primary.head()),
-            &[&format!("validation_{}", primary.column(""))],
-            move |row: &Row| Cell::number(row.1.validation_score, show),
+            &format!("validation_{}", primary.column("")),
+            show,
+            move |row: &Row| row.1.validation_score,
         ),
     ];
     Table::new(table::TRAINING, "Training, epoch by epoch, mean over folds".into(), columns, &rows)
@@ -101,9 +91,12 @@ pub(super) fn weight_changes(judgement: &Judgement) -> Table {
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::text("layer", "layer", |row: &Row| Cell::text(&row.1.layer)),
-        Column::number("mean squared change", &["change"], |row: &Row| {
-            Cell::number(Some(row.1.change), |v| format!("{v:.3e}"))
-        }),
+        Column::value(
+            "mean squared change",
+            "change",
+            |v| format!("{v:.3e}"),
+            |row: &Row| Some(row.1.change),
+        ),
     ];
     let caption = "How much training changed the kernels of each convolution, both scaled to 0 to 1, mean \
                    over folds (paper 001, Figs. 3 and 4)";

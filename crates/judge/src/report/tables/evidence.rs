@@ -1,15 +1,10 @@
-//! What speaks for a choice, and what networks say about examples.
+//! Evidence for a choice, and predictions for examples.
 
-use taxel_report::numbers::{bytes, digits, si, tenth};
+use taxel_report::numbers::{bytes, digits, in_brackets, si, tenth};
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
 use crate::values::{Choice, CostKind, Evidence, Example, Judgement, Test, Verdict};
-
-fn interval(value: Option<[f64; 2]>, show: fn(f64) -> String) -> (String, [Option<f64>; 2]) {
-    let shown = value.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
-    (shown, value.map_or([None, None], |both| both.map(Some)))
-}
 
 pub(super) fn choice(choice: &Choice) -> Table {
     let p = |value: Option<f64>| {
@@ -30,9 +25,7 @@ pub(super) fn choice(choice: &Choice) -> Table {
     let show = primary.show();
     let columns = vec![
         Column::text("network", "network", |e: &Evidence| Cell::text(&e.network)),
-        Column::number(&primary.head(), &[&primary.column("")], move |e: &Evidence| {
-            Cell::number(Some(e.score), show)
-        }),
+        Column::value(&primary.head(), &primary.column(""), show, move |e: &Evidence| Some(e.score)),
         Column::number(
             &format!("{} [95 % interval]", primary.head_of_loss("against the best")),
             &["difference", "difference_low", "difference_high"]
@@ -40,18 +33,18 @@ pub(super) fn choice(choice: &Choice) -> Table {
                 .each_ref()
                 .map(String::as_str),
             move |e: &Evidence| {
-                let (shown, ends) = interval(e.interval, show);
-                Cell::number(Some(e.difference), show).and(shown, &ends)
+                Cell::number(Some(e.difference), show).interval(e.interval, in_brackets(show))
             },
         ),
         Column::number("p", &["p"], move |e: &Evidence| p(e.p)),
         Column::number("p, Holm", &["p_holm"], move |e: &Evidence| p(e.p_holm)),
         Column::text("worse beyond doubt", "worse", |e: &Evidence| Cell::yes(e.worse, "yes")),
-        Column::number(head, &[csv], move |e: &Evidence| Cell::number(e.cost, cost)),
-        Column::number(
+        Column::value(head, csv, cost, move |e: &Evidence| e.cost),
+        Column::value(
             &primary.head_of_loss("lost under faults"),
-            &[&primary.column_of_loss("mean_fault_loss")],
-            move |e: &Evidence| Cell::number(e.mean_loss, show),
+            &primary.column_of_loss("mean_fault_loss"),
+            show,
+            move |e: &Evidence| e.mean_loss,
         ),
         Column::text("refused because", "refused", |e: &Evidence| {
             Cell::text(e.refused.as_deref().unwrap_or_default())
@@ -84,8 +77,8 @@ pub(super) fn examples(judgement: &Judgement) -> Table {
         Column::text("true", "true", |row: &Row| Cell::text(&row.0.truth)),
         Column::text("network", "network", |row: &Row| Cell::text(&row.1.network)),
         Column::text("says", "predicted", |row: &Row| Cell::text(&row.1.predicted)),
-        Column::number("sure to %", &["probability_percent"], |row: &Row| {
-            Cell::number(row.1.probability.map(|share| 100.0 * share), tenth)
+        Column::value("sure to %", "probability_percent", tenth, |row: &Row| {
+            row.1.probability.map(|share| 100.0 * share)
         }),
         Column::text("right", "right", |row: &Row| {
             row.1.right.map_or_else(|| Cell::text(""), |right| Cell::yes(right, "yes"))

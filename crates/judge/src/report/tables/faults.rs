@@ -7,47 +7,42 @@ use crate::report::names::table;
 use crate::report::words::stress_basis;
 use crate::values::{FaultInfo, NetworkStress, Score, Stress};
 
-fn percent(share: Option<f64>) -> Cell {
-    Cell::number(share.map(|share| 100.0 * share), tenth)
+fn percent(share: Option<f64>) -> Option<f64> {
+    share.map(|share| 100.0 * share)
 }
 
 pub(super) fn breaking_points(stress: &Stress) -> Table {
     let (primary, show) = (&stress.primary, stress.primary.show());
-    let points = move |value: f64| Cell::number(Some(value), show);
     let loss = |name: &str| primary.column_of_loss(name);
     let reference = stress.reference.as_deref().unwrap_or("none");
-    let ratio = |value: Option<f64>| Cell::number(value, |v| format!("{v:.0}"));
+    let whole = |value: f64| format!("{value:.0}");
     let broken = |n: &NetworkStress| n.curves.iter().filter(|c| c.breaks_at.is_some()).count();
     let columns = vec![
         Column::text("network", "network", |n: &NetworkStress| Cell::text(&n.network)),
-        Column::number(
+        Column::value(
             &primary.head_of("clean"),
-            &[&format!("clean_{}", primary.column(""))],
-            move |n: &NetworkStress| points(n.clean.score),
+            &format!("clean_{}", primary.column("")),
+            show,
+            |n: &NetworkStress| Some(n.clean.score),
         ),
-        Column::number(
-            &primary.head_of_loss("mean loss"),
-            &[&loss("mean_loss")],
-            move |n: &NetworkStress| points(n.mean_loss),
-        ),
-        Column::number(
+        Column::value(&primary.head_of_loss("mean loss"), &loss("mean_loss"), show, |n: &NetworkStress| {
+            Some(n.mean_loss)
+        }),
+        Column::value(
             &primary.head_of_loss("worst fault"),
-            &[&loss("worst_loss")],
-            move |n: &NetworkStress| points(n.worst_loss),
+            &loss("worst_loss"),
+            show,
+            |n: &NetworkStress| Some(n.worst_loss),
         ),
-        Column::number("faults that break it", &["broken_faults"], move |n: &NetworkStress| {
-            Cell::count(broken(n) as u64)
+        Column::count("faults that break it", "broken_faults", move |n: &NetworkStress| broken(n) as u64),
+        Column::value("mCE %", "corruption_error_percent", whole, |n: &NetworkStress| n.corruption_error),
+        Column::value("relative mCE %", "relative_corruption_error_percent", whole, |n: &NetworkStress| {
+            n.relative_corruption_error
         }),
-        Column::number("mCE %", &["corruption_error_percent"], move |n: &NetworkStress| {
-            ratio(n.corruption_error)
-        }),
-        Column::number("relative mCE %", &["relative_corruption_error_percent"], move |n: &NetworkStress| {
-            ratio(n.relative_corruption_error)
-        }),
-        Column::number("ECE clean %", &["calibration_error_clean_percent"], |n: &NetworkStress| {
+        Column::value("ECE clean %", "calibration_error_clean_percent", tenth, |n: &NetworkStress| {
             percent(n.clean.calibration_error)
         }),
-        Column::number("ECE broken %", &["calibration_error_broken_percent"], |n: &NetworkStress| {
+        Column::value("ECE broken %", "calibration_error_broken_percent", tenth, |n: &NetworkStress| {
             percent(n.calibration_error)
         }),
         Column::text("in words", "verdict", |n: &NetworkStress| Cell::text(&n.verdict)).in_files(),
@@ -61,7 +56,7 @@ pub(super) fn breaking_points(stress: &Stress) -> Table {
     Table::new(table::BREAKING_POINTS, caption, columns, &stress.networks)
 }
 
-/// One row per network, one column per fault.
+/// Returns a table with a row per network and a column per fault.
 pub(super) fn losses(stress: &Stress) -> Table {
     let (primary, show) = (&stress.primary, stress.primary.show());
     let mut columns = vec![Column::text("network", "network", |n: &NetworkStress| Cell::text(&n.network))];
@@ -101,18 +96,14 @@ pub(super) fn curves(stress: &Stress) -> Table {
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::text("fault", "fault", |row: &Row| Cell::text(row.1.fault.name())),
-        Column::number("severity", &["severity"], |row: &Row| Cell::count(row.2.into())),
-        Column::number("level", &["level"], move |row: &Row| {
-            Cell::number(Some(level(row)), |v| v.to_string())
-        }),
+        Column::count("severity", "severity", |row: &Row| row.2.into()),
+        Column::value("level", "level", |v| v.to_string(), move |row: &Row| Some(level(row))),
         Column::text("unit", "unit", |row: &Row| Cell::text(&row.1.unit)),
-        Column::number(&primary.head(), &[&primary.column("")], move |row: &Row| {
-            Cell::number(Some(row.3.score), show)
-        }),
-        Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
+        Column::value(&primary.head(), &primary.column(""), show, move |row: &Row| Some(row.3.score)),
+        Column::value("calibration error %", "calibration_error_percent", tenth, |row: &Row| {
             percent(row.3.calibration_error)
         }),
-        Column::number("refused samples", &["refused"], |row: &Row| Cell::count(row.3.refused as u64)),
+        Column::count("refused samples", "refused", |row: &Row| row.3.refused as u64),
         Column::text("broken", "broken", |row: &Row| {
             Cell::yes(row.4.is_some_and(|at| row.2 >= at), "broken")
         }),

@@ -2,17 +2,12 @@
 
 use taxel_report::table::{Cell, Column, Table};
 
+use super::eight_bits::both;
 use crate::report::names::table;
 use crate::report::words::alarms;
 use crate::values::{NetworkStress, Stress};
 
-/// A value without the guard and with it.
-fn both(values: Option<[f64; 2]>, show: fn(f64) -> String) -> Cell {
-    let shown = values.map_or(String::new(), |[_, on]| format!(" → {}", show(on)));
-    Cell::number(values.map(|[off, _]| off), show).and(shown, &[values.map(|[_, on]| on)])
-}
-
-/// One row per network, one column per fault; no rows where only one way was tried.
+/// Returns a table with a row per network and a column per fault; no rows where only one way was tried.
 pub(super) fn guard(stress: &Stress) -> Table {
     let primary = &stress.primary;
     let show = primary.show();

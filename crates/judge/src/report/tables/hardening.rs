@@ -1,37 +1,32 @@
-//! Training under faults beside training on clean samples; faults that training never met.
+//! Training under faults beside training on clean samples; faults unseen in training.
 
-use taxel_report::numbers::digits;
+use taxel_report::numbers::{between, digits};
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
-use crate::values::{Change, Hardened, Primary, Unmet};
+use crate::values::{Change, Hardened, Primary, UnseenFault};
 
-/// A difference with its interval.
-fn change(own: Change, signed: fn(f64) -> String) -> Cell {
-    let shown =
-        own.interval.map_or(String::new(), |[low, high]| format!(" ({} to {})", signed(low), signed(high)));
-    let bounds = own.interval.map_or([None, None], |bounds| bounds.map(Some));
-    Cell::number(Some(own.mean), signed).and(shown, &bounds)
+/// Returns a difference with its interval.
+fn change(change: Change, signed: fn(f64) -> String) -> Cell {
+    Cell::number(Some(change.mean), signed).interval(change.interval, between(signed))
 }
 
 pub(super) fn hardening(primary: &Primary, rows: &[Hardened]) -> Table {
     let (show, signed) = (primary.show(), primary.show_signed());
-    let points = move |value: f64| Cell::number(Some(value), show);
     let (loss, name) = (|name: &str| primary.column_of_loss(name), primary.name());
-    let met = |h: &Hardened| match h.unmet.len() {
+    let helped = |h: &Hardened| match h.unseen.len() {
         0 => Cell::text("–"),
         all => Cell::text(format!("{} of {all}", h.helped())),
     };
     let columns = vec![
         Column::text("network", "network", |h: &Hardened| Cell::text(&h.clean)),
-        Column::number(
+        Column::value(
             &format!("{}, trained clean", primary.head_of("clean")),
-            &[&primary.column("trained_clean")],
-            move |h: &Hardened| points(h.scores[0]),
+            &primary.column("trained_clean"),
+            show,
+            |h: &Hardened| Some(h.scores[0]),
         ),
-        Column::number("under faults", &[&primary.column("hardened")], move |h: &Hardened| {
-            points(h.scores[1])
-        }),
+        Column::value("under faults", &primary.column("hardened"), show, |h: &Hardened| Some(h.scores[1])),
         Column::number(
             &primary.head_of_loss("difference"),
             &[
@@ -41,28 +36,27 @@ pub(super) fn hardening(primary: &Primary, rows: &[Hardened]) -> Table {
             ],
             move |h: &Hardened| change(h.score_change, signed),
         ),
-        Column::number(
+        Column::value(
             &primary.head_of_loss("lost to faults, trained clean"),
-            &[&loss("loss_trained_clean")],
-            move |h: &Hardened| points(h.loss[0]),
+            &loss("loss_trained_clean"),
+            show,
+            |h: &Hardened| Some(h.loss[0]),
         ),
-        Column::number(
-            &primary.head_of_loss("under faults"),
-            &[&loss("loss_hardened")],
-            move |h: &Hardened| points(h.loss[1]),
-        ),
+        Column::value(&primary.head_of_loss("under faults"), &loss("loss_hardened"), show, |h: &Hardened| {
+            Some(h.loss[1])
+        }),
         Column::number(
             &primary.head_of_loss("difference in loss"),
             &[&loss("loss_change"), "loss_change_low", "loss_change_high"],
             move |h: &Hardened| change(h.loss_change, signed),
         ),
-        Column::number("s a fold, trained clean", &["train_seconds_clean"], |h: &Hardened| {
-            Cell::number(Some(h.train_seconds[0]), digits)
+        Column::value("s a fold, trained clean", "train_seconds_clean", digits, |h: &Hardened| {
+            Some(h.train_seconds[0])
         }),
-        Column::number("s a fold, under faults", &["train_seconds_hardened"], |h: &Hardened| {
-            Cell::number(Some(h.train_seconds[1]), digits)
+        Column::value("s a fold, under faults", "train_seconds_hardened", digits, |h: &Hardened| {
+            Some(h.train_seconds[1])
         }),
-        Column::text("unknown faults that cost less", "unmet_helped", met),
+        Column::text("unknown faults that cost less", "unmet_helped", helped),
     ];
     let (title, points) = (primary.title(), primary.in_points());
     let caption = format!(
@@ -72,23 +66,23 @@ pub(super) fn hardening(primary: &Primary, rows: &[Hardened]) -> Table {
     Table::new(table::HARDENING, caption, columns, rows)
 }
 
-/// One row for each network and fault that one of its trainings was spared.
-pub(super) fn unmet(primary: &Primary, rows: &[Hardened]) -> Table {
+/// Returns a table with a row for each network and each fault that was left out of one of its trainings.
+pub(super) fn unseen(primary: &Primary, rows: &[Hardened]) -> Table {
     let show = primary.show();
-    let column = |head: &str, field: &str, loss: fn(&Unmet) -> f64| {
+    let column = |head: &str, field: &str, loss: fn(&UnseenFault) -> f64| {
         let (head, field) = (primary.head_of_loss(head), primary.column_of_loss(field));
-        Column::number(&head, &[&field], move |row: &(&str, Unmet)| Cell::number(Some(loss(&row.1)), show))
+        Column::value(&head, &field, show, move |row: &(&str, UnseenFault)| Some(loss(&row.1)))
     };
-    let each: Vec<(&str, Unmet)> =
-        rows.iter().flat_map(|h| h.unmet.iter().map(|own| (h.clean.as_str(), *own))).collect();
+    let each: Vec<(&str, UnseenFault)> =
+        rows.iter().flat_map(|h| h.unseen.iter().map(|probe| (h.clean.as_str(), *probe))).collect();
     let columns = vec![
-        Column::text("network", "network", |row: &(&str, Unmet)| Cell::text(row.0)),
-        Column::text("fault", "fault", |row: &(&str, Unmet)| Cell::text(row.1.fault.name())),
-        column("trained clean", "loss_clean", |own| own.clean),
-        column("without this fault", "loss_unmet", |own| own.unmet),
-        column("under all faults", "loss_met", |own| own.met),
-        Column::text("helps unknown", "helps", |row: &(&str, Unmet)| {
-            Cell::yes(row.1.unmet < row.1.clean, "yes")
+        Column::text("network", "network", |row: &(&str, UnseenFault)| Cell::text(row.0)),
+        Column::text("fault", "fault", |row: &(&str, UnseenFault)| Cell::text(row.1.fault.name())),
+        column("trained clean", "loss_clean", |probe| probe.clean),
+        column("without this fault", "loss_unmet", |probe| probe.unseen),
+        column("under all faults", "loss_met", |probe| probe.seen),
+        Column::text("helps unknown", "helps", |row: &(&str, UnseenFault)| {
+            Cell::yes(row.1.unseen < row.1.clean, "yes")
         }),
     ];
     let (lost, points) = (primary.lost(false), primary.in_points());
@@ -96,5 +90,5 @@ pub(super) fn unmet(primary: &Primary, rows: &[Hardened]) -> Table {
         "Faults that training never met: {lost}, {points}, mean over severities, after a clean training, one under all \
          faults but this one, and one under all"
     );
-    Table::new(table::UNMET, caption, columns, &each)
+    Table::new(table::UNSEEN, caption, columns, &each)
 }

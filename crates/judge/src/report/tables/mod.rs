@@ -16,7 +16,7 @@ use taxel_report::table::Table;
 use crate::error::Result;
 use crate::values::{Choice, Judgement};
 
-/// Every table of a report that has rows.
+/// Returns every table of a report that has rows.
 ///
 /// # Errors
 /// Losses that are not finite.
@@ -48,9 +48,9 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
     let primary = judgement.primary();
     all.push(eight_bits::eight_bits(&primary, &crate::decide::eight_bits(judgement)));
     let hardened = crate::decide::hardening(judgement)?;
-    all.extend([hardening::hardening(&primary, &hardened), hardening::unmet(&primary, &hardened)]);
-    if let Some(own) = &judgement.early {
-        all.extend([early::shares(&primary, own), early::decisions(own)]);
+    all.extend([hardening::hardening(&primary, &hardened), hardening::unseen(&primary, &hardened)]);
+    if let Some(early) = &judgement.early {
+        all.extend([early::shares(&primary, early), early::decisions(early)]);
     }
     all.retain(|table| !table.rows.is_empty());
     Ok(all)

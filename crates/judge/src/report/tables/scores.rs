@@ -2,14 +2,14 @@
 
 use taxel_learn::metrics::{ClassScores, LevelScores, metrics};
 use taxel_learn::{FoldScores, NetworkResults, Published};
-use taxel_report::numbers::{bytes, digits, si, tenth};
+use taxel_report::numbers::{bytes, digits, in_brackets, si, tenth};
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
 use crate::report::words::{few_samples_of, is_shown, kind};
 use crate::values::{Choice, Judged, Judgement, Primary, Speed};
 
-/// `simulated: fingertip`: every caption of measured scores says it.
+/// Returns the source, which every caption of measured scores names: `simulated: fingertip`.
 fn measured_on(judgement: &Judgement) -> String {
     format!("Measured on {} readings ({})", kind(judgement.kind()), judgement.results.source)
 }
@@ -18,21 +18,18 @@ pub(super) fn name(head: &str) -> Column<'_, Judged> {
     Column::text(head, "network", |n: &Judged| Cell::text(&n.results.network))
 }
 
-/// The primary metric with its interval.
+/// Returns the column of the primary metric with its interval.
 fn primary_column<'a, R: 'a>(primary: &Primary, of: impl Fn(&R) -> &NetworkResults + 'a) -> Column<'a, R> {
     let show = primary.show();
     let fields = ["", "low", "high"].map(|what| primary.column(what));
     let head = format!("{} [95 % interval]", primary.head());
     Column::number(&head, &fields.each_ref().map(String::as_str), move |row: &R| {
-        let own = of(row);
-        let [low, high] = own.interval.map_or([None, None], |interval| interval.map(Some));
-        let shown =
-            own.interval.map_or(String::new(), |[low, high]| format!(" [{}, {}]", show(low), show(high)));
-        Cell::number(own.primary(), show).and(shown, &[low, high])
+        let results = of(row);
+        Cell::number(results.primary(), show).interval(results.interval, in_brackets(show))
     })
 }
 
-/// Its standard deviation.
+/// Returns the column of its standard deviation.
 fn spread_column<'a, R: 'a>(
     primary: &Primary,
     over: &str,
@@ -41,7 +38,7 @@ fn spread_column<'a, R: 'a>(
     let show = primary.show();
     let head = primary.head_of_loss(&format!("SD over {over}"));
     let field = primary.column_of_loss(&format!("{}_sd", primary.name()));
-    Column::number(&head, &[&field], move |row: &R| Cell::number(of(row).primary_spread(), show))
+    Column::value(&head, &field, show, move |row: &R| of(row).primary_spread())
 }
 
 /// A metric beside the primary one: its head, field and name, and how its numbers are shown.
@@ -54,10 +51,12 @@ fn others(judgement: &Judgement) -> Vec<Other> {
         return vec![("macro F1 %".into(), "macro_f1_percent".into(), "f1", tenth)];
     }
     let shown = metrics(task).iter().skip(1).filter(|metric| metric.is_shown);
-    shown.map(|own| (own.with_unit(task), own.name.into(), own.name, digits as fn(f64) -> String)).collect()
+    shown
+        .map(|metric| (metric.with_unit(task), metric.name.into(), metric.name, digits as fn(f64) -> String))
+        .collect()
 }
 
-/// The table that a report begins with.
+/// Returns the table that a report begins with.
 pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>) -> Table {
     let primary = judgement.primary();
     let show = primary.show();
@@ -65,12 +64,12 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
     let role = |n: &Judged| {
         let name = Some(n.results.network.as_str());
         let best = choice.is_some_and(|c| Some(c.best.as_str()) == name);
-        match choice.and_then(|c| c.chosen.as_deref()) == name {
-            true => "recommended",
-            false if n.results.diverged > 0 => "diverged",
-            false if best => "most accurate",
-            false if n.on_front => "on the front",
-            false => "dominated",
+        match name {
+            name if choice.and_then(|c| c.chosen.as_deref()) == name => "recommended",
+            _ if n.results.diverged > 0 => "diverged",
+            _ if best => "most accurate",
+            _ if n.on_front => "on the front",
+            _ => "dominated",
         }
     };
     let speed =
@@ -84,21 +83,20 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
         spread_column(&primary, "folds", |n: &Judged| &n.results),
     ];
     columns.extend(others(judgement).into_iter().map(|(head, field, name, show)| {
-        Column::number(&head, &[&field], move |n: &Judged| Cell::number(n.results.score(name), show))
+        Column::value(&head, &field, show, move |n: &Judged| n.results.score(name))
     }));
     columns.extend([
         Column::number("latency p50, ms", &["latency_p50_ms"], speed(|s| s.whole.p50_ms)),
         Column::number("p95, ms", &["latency_p95_ms"], speed(|s| s.whole.p95_ms)),
-        Column::number("size", &["bytes"], |n: &Judged| {
-            Cell::number(Some(n.results.costs.bytes as f64), bytes)
-        }),
-        Column::number("MACs", &["macs"], |n: &Judged| Cell::number(Some(n.results.costs.macs as f64), si)),
+        Column::value("size", "bytes", bytes, |n: &Judged| Some(n.results.costs.bytes as f64)),
+        Column::value("MACs", "macs", si, |n: &Judged| Some(n.results.costs.macs as f64)),
     ]);
     if judgement.stress.is_some() {
-        columns.push(Column::number(
+        columns.push(Column::value(
             &primary.head_of_loss("lost under faults"),
-            &[&primary.column_of_loss("mean_fault_loss")],
-            move |n: &Judged| Cell::number(loss(n), show),
+            &primary.column_of_loss("mean_fault_loss"),
+            show,
+            move |n: &Judged| loss(n),
         ));
     }
     columns.push(Column::text(&format!("speed against {}", primary.title()), "role", move |n: &Judged| {
@@ -116,7 +114,7 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
     Table { marked, ..Table::new(table::NETWORKS, caption, columns, &shown) }
 }
 
-/// What authors report on their own data; in no column with what was measured here.
+/// Scores that authors report on their own data; they share no column with scores measured here.
 pub(super) fn published(judgement: &Judgement) -> Table {
     let pair = |score: &[f64]| {
         let sd = score.get(1).copied();
@@ -126,34 +124,41 @@ pub(super) fn published(judgement: &Judgement) -> Table {
     let rows: Vec<_> = judgement
         .networks
         .iter()
-        .filter_map(|n| n.results.published.clone().map(|own| (n.results.network.clone(), own)))
+        .filter_map(|n| n.results.published.clone().map(|published| (n.results.network.clone(), published)))
         .collect();
     type Row = (String, Published);
     let mut columns = vec![
         Column::text("network", "network", |(name, _): &Row| Cell::text(name)),
-        Column::text("where", "published_in", |(_, own): &Row| Cell::text(&own.table)),
+        Column::text("where", "published_in", |(_, published): &Row| Cell::text(&published.table)),
         Column::number(
             "accuracy %, published",
             &["published_accuracy_percent", "published_accuracy_sd"],
-            move |(_, own): &Row| pair(&own.accuracy),
+            move |(_, published): &Row| pair(&published.accuracy),
         ),
         Column::number(
             "macro F1 %, published",
             &["published_f1_percent", "published_f1_sd"],
-            move |(_, own): &Row| pair(own.f1.as_deref().unwrap_or_default()),
+            move |(_, published): &Row| pair(published.f1.as_deref().unwrap_or_default()),
         ),
-        Column::number("size MB, published", &["published_megabytes"], |(_, own): &Row| {
-            Cell::number(own.megabytes, |v| v.to_string())
-        }),
-        Column::number("GFLOPs, published", &["published_gflops"], |(_, own): &Row| {
-            Cell::number(own.gflops, |v| v.to_string())
-        }),
+        Column::value(
+            "size MB, published",
+            "published_megabytes",
+            |v| v.to_string(),
+            |(_, published): &Row| published.megabytes,
+        ),
+        Column::value(
+            "GFLOPs, published",
+            "published_gflops",
+            |v| v.to_string(),
+            |(_, published): &Row| published.gflops,
+        ),
     ];
-    if rows.iter().any(|(_, own)| own.seconds.is_some()) {
-        columns.push(Column::number(
+    if rows.iter().any(|(_, published)| published.seconds.is_some()) {
+        columns.push(Column::value(
             "training s, published",
-            &["published_training_seconds"],
-            |(_, own): &Row| Cell::number(own.seconds, |v| v.to_string()),
+            "published_training_seconds",
+            |v| v.to_string(),
+            |(_, published): &Row| published.seconds,
         ));
     }
     let caption = "Published by the papers on their own recordings: other data, other machines, not \
@@ -161,35 +166,34 @@ pub(super) fn published(judgement: &Judgement) -> Table {
     Table::new(table::PUBLISHED, caption.into(), columns, &rows)
 }
 
-/// Each of several attributes.
+/// Returns the table of attributes, where there are several.
 pub(super) fn attributes(judgement: &Judgement) -> Table {
     type Row<'a> = (&'a str, &'a str, &'a LevelScores);
     let names = &judgement.results.task.attributes();
     let mut rows: Vec<Row> = vec![];
     for n in &judgement.networks {
-        let own = names.iter().zip(&n.results.attributes);
+        let attributes = names.iter().zip(&n.results.attributes);
         rows.extend(
-            own.map(|(attribute, scores)| (n.results.network.as_str(), attribute.name.as_str(), scores)),
+            attributes
+                .map(|(attribute, scores)| (n.results.network.as_str(), attribute.name.as_str(), scores)),
         );
     }
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::text("attribute", "attribute", |row: &Row| Cell::text(row.1)),
-        Column::number("accuracy %", &["accuracy_percent"], |row: &Row| {
-            Cell::number(Some(100.0 * row.2.scores.accuracy), tenth)
+        Column::value("accuracy %", "accuracy_percent", tenth, |row: &Row| {
+            Some(100.0 * row.2.scores.accuracy)
         }),
-        Column::number("macro F1 %", &["macro_f1_percent"], |row: &Row| {
-            Cell::number(Some(100.0 * row.2.scores.f1), tenth)
-        }),
-        Column::number("off by, levels", &["mean_absolute_error_levels"], |row: &Row| {
-            Cell::number(Some(row.2.mean_absolute_error), digits)
+        Column::value("macro F1 %", "macro_f1_percent", tenth, |row: &Row| Some(100.0 * row.2.scores.f1)),
+        Column::value("off by, levels", "mean_absolute_error_levels", digits, |row: &Row| {
+            Some(row.2.mean_absolute_error)
         }),
     ];
     let caption = format!("{}: each attribute, all folds together", measured_on(judgement));
     Table::new(table::ATTRIBUTES, caption, columns, &rows)
 }
 
-/// Every fold.
+/// Returns the table of all folds.
 pub(super) fn folds(judgement: &Judgement) -> Table {
     type Row<'a> = (&'a str, &'a FoldScores);
     let (primary, show) = (judgement.primary(), judgement.primary().show());
@@ -200,26 +204,25 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
     }
     let mut columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
-        Column::number("repetition", &["repetition"], |row: &Row| Cell::count(row.1.repetition as u64)),
-        Column::number("fold", &["fold"], |row: &Row| Cell::count(row.1.fold as u64)),
-        Column::number("trained on", &["train_samples"], |row: &Row| Cell::count(row.1.train_samples as u64)),
-        Column::number("tested on", &["test_samples"], |row: &Row| Cell::count(row.1.test_samples as u64)),
-        Column::number(&primary.head(), &[&primary.column("")], move |row: &Row| {
-            Cell::number(row.1.scores.primary(), show)
-        }),
+        Column::count("repetition", "repetition", |row: &Row| row.1.repetition as u64),
+        Column::count("fold", "fold", |row: &Row| row.1.fold as u64),
+        Column::count("trained on", "train_samples", |row: &Row| row.1.train_samples as u64),
+        Column::count("tested on", "test_samples", |row: &Row| row.1.test_samples as u64),
+        Column::value(&primary.head(), &primary.column(""), show, move |row: &Row| row.1.scores.primary()),
     ];
     columns.extend(others(judgement).into_iter().map(|(head, field, name, show)| {
-        Column::number(&head, &[&field], move |row: &Row| Cell::number(row.1.scores.get(name), show))
+        Column::value(&head, &field, show, move |row: &Row| row.1.scores.get(name))
     }));
-    columns.push(Column::number("loss", &["test_loss"], |row: &Row| {
-        Cell::number(Some(row.1.test_loss), digits)
-    }));
+    columns.push(Column::value("loss", "test_loss", digits, |row: &Row| Some(row.1.test_loss)));
     if judgement.results.task.quantities().is_empty() {
-        columns.push(Column::number("calibration error %", &["calibration_error_percent"], |row: &Row| {
-            Cell::number(row.1.scores.get("calibration_error").map(|share| 100.0 * share), tenth)
-        }));
-        columns.push(Column::number("Brier score, 0 to 2", &["brier"], |row: &Row| {
-            Cell::number(row.1.scores.get("brier"), digits)
+        columns.push(Column::value(
+            "calibration error %",
+            "calibration_error_percent",
+            tenth,
+            |row: &Row| row.1.scores.get("calibration_error").map(|share| 100.0 * share),
+        ));
+        columns.push(Column::value("Brier score, 0 to 2", "brier", digits, |row: &Row| {
+            row.1.scores.get("brier")
         }));
     }
     if rows.iter().any(|row| row.1.diverged) {
@@ -228,15 +231,15 @@ pub(super) fn folds(judgement: &Judgement) -> Table {
     Table::new(table::FOLDS, format!("{}: every fold", measured_on(judgement)), columns, &rows)
 }
 
-/// Every class of every network that is tested further.
+/// Returns the table of every class of every network that is tested further.
 pub(super) fn classes(judgement: &Judgement) -> Table {
     type Row = (String, String, ClassScores);
     let mut rows: Vec<Row> = vec![];
     for n in judgement.networks.iter().filter(|n| is_shown(judgement, n)) {
         let Some(confusion) = &n.results.confusion else { continue };
         let names = judgement.results.task.output_names();
-        let own = names.iter().zip(confusion.per_class());
-        rows.extend(own.map(|(class, scores)| (n.results.network.clone(), class.clone(), scores)));
+        let classes = names.iter().zip(confusion.per_class());
+        rows.extend(classes.map(|(class, scores)| (n.results.network.clone(), class.clone(), scores)));
     }
     let percent = |value: f64| Cell::number(Some(100.0 * value), tenth);
     let columns = vec![
@@ -245,13 +248,13 @@ pub(super) fn classes(judgement: &Judgement) -> Table {
         Column::number("precision %", &["precision_percent"], move |row: &Row| percent(row.2.precision)),
         Column::number("recall %", &["recall_percent"], move |row: &Row| percent(row.2.recall)),
         Column::number("F1 %", &["f1_percent"], move |row: &Row| percent(row.2.f1)),
-        Column::number("samples", &["samples"], |row: &Row| Cell::count(row.2.support)),
+        Column::count("samples", "samples", |row: &Row| row.2.support),
     ];
     let caption = format!("{}: every class, all folds together", measured_on(judgement));
     Table::new(table::CLASSES, caption, columns, &rows)
 }
 
-/// Every pair of classes that was seen at least once.
+/// Returns the table of every pair of classes that was seen at least once.
 pub(super) fn confusion(judgement: &Judgement) -> Table {
     type Row<'a> = (&'a str, &'a str, &'a str, u64);
     let classes = &judgement.results.task.output_names();
@@ -269,13 +272,13 @@ pub(super) fn confusion(judgement: &Judgement) -> Table {
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
         Column::text("true class", "true", |row: &Row| Cell::text(row.1)),
         Column::text("predicted class", "predicted", |row: &Row| Cell::text(row.2)),
-        Column::number("samples", &["samples"], |row: &Row| Cell::count(row.3)),
+        Column::count("samples", "samples", |row: &Row| row.3),
     ];
     let caption = format!("{}: what was taken for what, all folds together", measured_on(judgement));
     Table::new(table::CONFUSION, caption, columns, &rows)
 }
 
-/// Rows of a learning curve.
+/// Returns the table of a learning curve.
 pub(super) fn few_samples(judgement: &Judgement) -> Table {
     type Row<'a> = (&'a str, usize, &'a Judged);
     let primary = judgement.primary();
@@ -286,7 +289,7 @@ pub(super) fn few_samples(judgement: &Judgement) -> Table {
         .collect();
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
-        Column::number("training samples per class", &["per_class"], |row: &Row| Cell::count(row.1 as u64)),
+        Column::count("training samples per class", "per_class", |row: &Row| row.1 as u64),
         primary_column(&primary, |row: &Row| &row.2.results),
         spread_column(&primary, "repetitions", |row: &Row| &row.2.results),
     ];

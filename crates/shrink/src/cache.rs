@@ -14,7 +14,7 @@ use taxel_zoo::Registry;
 use crate::error::{Error, Result};
 
 /// Makes trainings and keeps their records.
-pub struct Desk<'a> {
+pub struct Cache<'a> {
     /// The run's experiment.
     pub experiment: &'a Experiment,
     /// Where its networks come from.
@@ -30,12 +30,12 @@ pub struct Desk<'a> {
     /// Set from outside to end it between two steps.
     pub cancel: &'a AtomicBool,
     ready: Option<Ready<'a>>,
-    /// Digests of the trainings that were asked for: one that is asked for again counts once.
+    /// Digests of the requested trainings: each counts once, however often it is requested.
     done: BTreeSet<String>,
     total: usize,
 }
 
-/// What is trained now.
+/// The training at hand.
 struct Ready<'a> {
     name: String,
     changes: Variant,
@@ -45,20 +45,20 @@ struct Ready<'a> {
     built: Option<(Candidate, Encoder<'a>)>,
 }
 
-/// A training that is asked for.
+/// A requested training.
 #[derive(Clone, Copy)]
-pub struct Ask<'q> {
+pub struct Request<'q> {
     /// The network or baseline.
     pub name: &'q str,
-    /// What is said of it while it runs.
+    /// Name in the progress while it runs.
     pub label: &'q str,
-    /// What becomes less.
+    /// The reductions.
     pub changes: &'q Variant,
     /// Repetition and fold, which seed it.
     pub place: (usize, usize),
     /// The samples.
     pub fold: &'q Fold,
-    /// Whose answers it learns from.
+    /// Teacher that it learns from.
     pub teacher: Option<&'q Teacher>,
 }
 
@@ -69,8 +69,8 @@ struct Kept<T> {
     value: T,
 }
 
-impl<'a> Desk<'a> {
-    /// A desk that expects no trainings yet.
+impl<'a> Cache<'a> {
+    /// Returns a cache that expects no trainings yet.
     pub fn new(
         (experiment, registry, dataset): (&'a Experiment, &'a Registry, &'a Dataset),
         records: PathBuf,
@@ -79,50 +79,50 @@ impl<'a> Desk<'a> {
         cancel: &'a AtomicBool,
     ) -> Self {
         let (ready, done, total) = (None, BTreeSet::new(), 0);
-        Desk { experiment, registry, dataset, records, threads, progress, cancel, ready, done, total }
+        Cache { experiment, registry, dataset, records, threads, progress, cancel, ready, done, total }
     }
 
-    /// So many more trainings are to come at most.
+    /// Adds to the number of trainings that are to come at most.
     pub fn expect(&mut self, trainings: usize) {
         self.total += trainings;
     }
 
-    /// Answers of a training to its test samples: kept ones, or it is made now.
+    /// Returns the predictions of a training for its test samples. Reads them where they were kept, trains otherwise.
     ///
     /// # Errors
-    /// What the network or the training refuses, [`Error::Stopped`].
-    pub fn answers(&mut self, ask: Ask) -> Result<FoldRecord> {
-        let of = self.digest(&ask)?;
+    /// Settings that network or training refuse, [`Error::Stopped`].
+    pub fn predictions(&mut self, request: Request) -> Result<FoldRecord> {
+        let of = self.digest(&request)?;
         if let Some(record) = self.kept::<FoldRecord>(&of)? {
             if self.done.insert(of) {
-                let seen = record.epochs.len().max(1) * ask.fold.train.len();
+                let seen = record.epochs.len().max(1) * request.fold.train.len();
                 self.progress.step(seen as u64);
             }
             return Ok(record);
         }
-        Ok(self.train_as(ask, &of)?.record)
+        Ok(self.train_as(request, &of)?.record)
     }
 
-    /// A training made now, with its model.
+    /// Trains now, and returns the result with its model.
     ///
     /// # Errors
-    /// As [`Desk::answers`].
-    pub fn train(&mut self, ask: Ask) -> Result<Tested> {
-        let of = self.digest(&ask)?;
-        self.train_as(ask, &of)
+    /// As [`Cache::predictions`].
+    pub fn train(&mut self, request: Request) -> Result<Tested> {
+        let of = self.digest(&request)?;
+        self.train_as(request, &of)
     }
 
-    fn train_as(&mut self, ask: Ask, of: &str) -> Result<Tested> {
-        let Ask { label, place: (repetition, number), fold, teacher, .. } = ask;
+    fn train_as(&mut self, request: Request, of: &str) -> Result<Tested> {
+        let Request { label, place: (repetition, number), fold, teacher, .. } = request;
         let key = FoldKey { network: label.into(), repetition, fold: number };
         self.done.insert(of.into());
         self.progress.fold(&key, self.done.len(), self.total);
         let (threads, progress, cancel) = (self.threads, self.progress, self.cancel);
         let (registry, dataset) = (self.registry, self.dataset);
         let folder = self.records.display().to_string();
-        let ready = self.ready(&ask)?;
+        let ready = self.ready(&request)?;
         let built = match ready.built.take() {
-            Some(own) => own,
+            Some(built) => built,
             None => prepared(&ready.experiment, registry, dataset, &ready.name)?,
         };
         let (candidate, encoder) = &*ready.built.insert(built);
@@ -135,38 +135,38 @@ impl<'a> Desk<'a> {
         Ok(tested)
     }
 
-    /// The experiment that is asked for.
-    pub fn alone(&mut self, ask: &Ask) -> Result<&Experiment> {
-        Ok(&self.ready(ask)?.experiment)
+    /// Returns the experiment of a request.
+    pub fn experiment_of(&mut self, request: &Request) -> Result<&Experiment> {
+        Ok(&self.ready(request)?.experiment)
     }
 
-    fn ready(&mut self, ask: &Ask) -> Result<&mut Ready<'a>> {
-        let same = |own: &Ready| own.name == ask.name && own.changes == *ask.changes;
-        let own = match self.ready.take().filter(same) {
-            Some(own) => own,
+    fn ready(&mut self, request: &Request) -> Result<&mut Ready<'a>> {
+        let same = |ready: &Ready| ready.name == request.name && ready.changes == *request.changes;
+        let ready = match self.ready.take().filter(same) {
+            Some(ready) => ready,
             None => {
-                let experiment = self.experiment.variant(ask.name, ask.changes, self.registry)?;
-                let (name, changes) = (ask.name.to_string(), ask.changes.clone());
+                let experiment = self.experiment.variant(request.name, request.changes, self.registry)?;
+                let (name, changes) = (request.name.to_string(), request.changes.clone());
                 Ready { name, changes, text: experiment.to_toml(), experiment, built: None }
             }
         };
-        Ok(self.ready.insert(own))
+        Ok(self.ready.insert(ready))
     }
 
-    /// Digest of all that a training depends on.
-    fn digest(&mut self, ask: &Ask) -> Result<String> {
+    /// Returns the digest of all that a training depends on.
+    fn digest(&mut self, request: &Request) -> Result<String> {
         let data = self.dataset.digest.clone();
-        let text = &self.ready(ask)?.text;
-        let Fold { train, test, validation } = ask.fold;
-        let own = serde_json::json!({
-            "config": text, "name": ask.name, "data": data, "place": ask.place,
-            "rows": [train, test, validation], "teacher": ask.teacher.map(Teacher::digest),
+        let text = &self.ready(request)?.text;
+        let Fold { train, test, validation } = request.fold;
+        let parts = serde_json::json!({
+            "config": text, "name": request.name, "data": data, "place": request.place,
+            "rows": [train, test, validation], "teacher": request.teacher.map(Teacher::digest),
             "taxel": env!("CARGO_PKG_VERSION"),
         });
-        Ok(blake3::hash(own.to_string().as_bytes()).to_hex().to_string())
+        Ok(blake3::hash(parts.to_string().as_bytes()).to_hex().to_string())
     }
 
-    /// What was kept under a digest.
+    /// Reads the value kept under a digest.
     ///
     /// # Errors
     /// A damaged file.
@@ -197,9 +197,9 @@ impl<'a> Desk<'a> {
         self.records.join(format!("{}.json", of.get(..24).unwrap_or(of)))
     }
 
-    /// Digest for what follows from trainings, such as a ranking.
-    pub fn following(&mut self, ask: &Ask, what: &str) -> Result<String> {
-        let own = format!("{what} {}", self.digest(ask)?);
-        Ok(blake3::hash(own.as_bytes()).to_hex().to_string())
+    /// Returns a digest for values computed from trainings, such as a ranking.
+    pub fn following(&mut self, request: &Request, what: &str) -> Result<String> {
+        let text = format!("{what} {}", self.digest(request)?);
+        Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
     }
 }
