@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-/// What a commit is about: documents may change without making another program.
+/// Paths whose commits count: documents may change without making another program.
 const SOURCES: [&str; 3] = ["..", "../../Cargo.toml", "../../Cargo.lock"];
 
 fn main() {
@@ -27,7 +27,7 @@ fn main() {
     println!("cargo::rustc-env=TAXEL_COMMIT={commit}{dirty}");
 }
 
-/// What a program prints, if it succeeds.
+/// Returns the output of a program, if it succeeds.
 fn said(command: &mut Command) -> Option<String> {
     let output = command.output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())

@@ -1,4 +1,4 @@
-//! What the methods refuse.
+//! The errors of the methods.
 
 /// Series, labels or settings that a method cannot take.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

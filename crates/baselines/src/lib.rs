@@ -86,10 +86,7 @@ impl<'a> Series<'a> {
 
     /// Refuses series of another shape than a method was fitted to.
     pub(crate) fn expect(&self, fitted: [usize; 2]) -> Result<()> {
-        match self.shape() == fitted {
-            true => Ok(()),
-            false => Err(Error::OtherShape { fitted, given: self.shape() }),
-        }
+        if self.shape() == fitted { Ok(()) } else { Err(Error::OtherShape { fitted, given: self.shape() }) }
     }
 }
 
@@ -419,7 +416,7 @@ impl Fitted {
     }
 }
 
-/// What one thread needs to ask a [`Fitted`] method, which makes it.
+/// Memory of one thread that predicts with a [`Fitted`] method, which makes it.
 #[derive(Debug)]
 pub struct Workspace(Memory);
 

@@ -26,7 +26,7 @@ const DILATIONS: usize = 32;
 /// The most channels that one kernel reads.
 const CHANNELS: usize = 9;
 
-/// What MiniRocket draws at random, dilation after dilation, 84 kernels each.
+/// The random choices of MiniRocket, dilation after dilation, 84 kernels each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Draws {
     /// The training recording whose convolution gives the biases.
@@ -49,7 +49,7 @@ pub struct MiniRocket {
     rocket: Rocket,
 }
 
-/// What a transform is made of.
+/// Kernels and biases of a transform.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Parts {
@@ -78,9 +78,10 @@ impl TryFrom<Parts> for MiniRocket {
             && channels.len() == dilations.len() * KERNELS
             && channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < shape[0]))
             && features.and_then(|each| each.checked_mul(KERNELS)) == Some(biases.len());
-        match is_whole {
-            true => Ok(MiniRocket::new(shape, dilations, channels, biases)),
-            false => Err(Error::Saved { tensor: "rocket".into(), reason: "does not fit the series" }),
+        if is_whole {
+            Ok(MiniRocket::new(shape, dilations, channels, biases))
+        } else {
+            Err(Error::Saved { tensor: "rocket".into(), reason: "does not fit the series" })
         }
     }
 }
@@ -146,9 +147,10 @@ impl MiniRocket {
     /// # Errors
     /// Recordings shorter than a kernel.
     pub fn kernels(length: usize, features: usize) -> Result<usize> {
-        match length >= KERNEL {
-            true => Ok(KERNELS * dilations(length, features).len()),
-            false => Err(Error::TooShort { length, least: KERNEL }),
+        if length >= KERNEL {
+            Ok(KERNELS * dilations(length, features).len())
+        } else {
+            Err(Error::TooShort { length, least: KERNEL })
         }
     }
 
@@ -263,7 +265,7 @@ impl MiniRocket {
         ]
     }
 
-    /// What [`MiniRocket::tensors`] has written.
+    /// Reads the tensors that [`MiniRocket::tensors`] gave.
     pub(crate) fn read(shape: [usize; 2], saved: &Saved) -> Result<Self> {
         let dilations: Vec<(usize, usize)> = saved
             .rows("rocket.dilations", 2)?

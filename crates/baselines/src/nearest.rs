@@ -108,13 +108,14 @@ impl Nearest {
         vec![("x", vec![self.y.len(), channels, length], self.x.clone()), ("y", vec![self.y.len()], y)]
     }
 
-    /// What [`Nearest::tensors`] has written.
+    /// Reads the tensors that [`Nearest::tensors`] gave.
     pub(crate) fn read(k: usize, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
         let y: Vec<u32> = saved.get("y")?.iter().map(|&label| label as u32).collect();
         let x = saved.sized("x", y.len() * shape[0] * shape[1])?.to_vec();
-        match y.iter().all(|&label| (label as usize) < classes) && !y.is_empty() {
-            true => Ok(Nearest { k: k.clamp(1, y.len()), shape, classes, x, y }),
-            false => Err(Error::Saved { tensor: "y".into(), reason: "does not fit the classes" }),
+        if y.iter().all(|&label| (label as usize) < classes) && !y.is_empty() {
+            Ok(Nearest { k: k.clamp(1, y.len()), shape, classes, x, y })
+        } else {
+            Err(Error::Saved { tensor: "y".into(), reason: "does not fit the classes" })
         }
     }
 }

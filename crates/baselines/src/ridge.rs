@@ -173,7 +173,7 @@ impl Ridge {
         ]
     }
 
-    /// What [`Ridge::tensors`] has written, for features of `width`.
+    /// Reads the tensors that [`Ridge::tensors`] gave, for features of `width`.
     pub(crate) fn read(width: usize, classes: usize, saved: &Saved) -> Result<Self> {
         Ok(Ridge {
             alpha: f64::from(saved.one("ridge.alpha")?),

@@ -23,9 +23,10 @@ impl<'a> Saved<'a> {
 
     pub(crate) fn sized(&self, name: &str, len: usize) -> Result<&'a [f32]> {
         let values = self.get(name)?;
-        match values.len() == len {
-            true => Ok(values),
-            false => Err(Error::Saved { tensor: name.into(), reason: "has another size" }),
+        if values.len() == len {
+            Ok(values)
+        } else {
+            Err(Error::Saved { tensor: name.into(), reason: "has another size" })
         }
     }
 
@@ -36,9 +37,10 @@ impl<'a> Saved<'a> {
     /// Whole rows of `width`.
     pub(crate) fn rows(&self, name: &str, width: usize) -> Result<&'a [f32]> {
         let values = self.get(name)?;
-        match values.len().is_multiple_of(width.max(1)) {
-            true => Ok(values),
-            false => Err(Error::Saved { tensor: name.into(), reason: "has another size" }),
+        if values.len().is_multiple_of(width.max(1)) {
+            Ok(values)
+        } else {
+            Err(Error::Saved { tensor: name.into(), reason: "has another size" })
         }
     }
 }

@@ -160,9 +160,10 @@ impl Svm {
             }
             Kernel::Linear => {
                 for (x, alike) in x.chunks_exact(features).zip(alike.chunks_exact_mut(own.max(1))) {
-                    match self.planes.is_empty() {
-                        true => double::dots(&self.vectors, x, alike),
-                        false => double::wide_dots(&self.planes, x, alike),
+                    if self.planes.is_empty() {
+                        double::dots(&self.vectors, x, alike)
+                    } else {
+                        double::wide_dots(&self.planes, x, alike)
                     }
                 }
             }
@@ -248,7 +249,7 @@ impl Svm {
         ]
     }
 
-    /// What [`Svm::tensors`] has written.
+    /// Reads the tensors that [`Svm::tensors`] gave.
     pub(crate) fn read(kernel: Kernel, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
         let features = shape[0] * shape[1];
         let (bias, gamma) = (saved.get("svm.bias")?.to_vec(), saved.one("svm.gamma")?);

@@ -4,7 +4,7 @@
 
 use taxel_graph::{Tensor, Weights};
 
-/// What the name of a tensor's scales ends with.
+/// The end of the name of a tensor's scales.
 pub(crate) const SCALE: &str = ".scale";
 /// Largest whole number.
 const MOST: f32 = 127.0;

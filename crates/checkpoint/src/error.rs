@@ -1,4 +1,4 @@
-//! What is wrong with a checkpoint.
+//! The errors of checkpoint files.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub struct Error {
     /// File.
     pub path: PathBuf,
-    /// What is wrong with it, and the way out.
+    /// The reason, and how to fix it.
     pub cause: Cause,
 }
 
@@ -19,7 +19,7 @@ impl Error {
     }
 }
 
-/// What is wrong with the content of a checkpoint.
+/// The reason why the content of a checkpoint is refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Cause {

@@ -31,7 +31,7 @@ pub use error::{Cause, Error, Result};
 pub use network::{network_from_bytes, network_to_bytes, read_network, write_network};
 pub use safetensors::{from_bytes, to_bytes};
 
-/// What the ending of a file says about it.
+/// The format of a file, by its ending.
 enum Kind {
     Safetensors,
     Pth,

@@ -30,7 +30,7 @@ pub fn network_to_bytes(graph: &Graph, weights: &Weights) -> std::result::Result
     crate::to_bytes(weights, &text.to_string())
 }
 
-/// What [`network_to_bytes`] gave, back; none where the bytes hold weights alone, or a model.
+/// Reads the bytes that [`network_to_bytes`] gave; none where they hold weights only, or a model.
 ///
 /// # Errors
 /// As [`read_network`].

@@ -1,5 +1,5 @@
-//! What a pickle would take in memory, found out before anybody reads it: candle's reader takes a text's length and
-//! copies of copies as they come.
+//! The memory that a pickle would take, counted before anybody reads it: candle's reader believes the length of a
+//! text and the number of copies that the file states.
 
 use std::collections::HashMap;
 use std::fs::File;

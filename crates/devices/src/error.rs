@@ -1,4 +1,4 @@
-//! What a device refuses.
+//! The errors of a device.
 
 /// A graph that cannot run on a device.
 #[derive(Debug, thiserror::Error)]
@@ -11,7 +11,7 @@ pub enum Error {
     Node {
         /// Node name.
         node: String,
-        /// What candle says.
+        /// candle's error.
         source: candle_core::Error,
     },
     /// The batch does not fit.
@@ -19,7 +19,7 @@ pub enum Error {
     Batch {
         /// Network name.
         model: String,
-        /// What does not fit.
+        /// The mismatch.
         reason: String,
     },
 }

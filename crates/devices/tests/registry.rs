@@ -1,4 +1,4 @@
-//! What every registered network must do, on the engine and on candle: train, tell training from evaluation,
+//! Checks of every registered network, on the engine and on candle: it trains, tells training from evaluation,
 //! come back from a file as it was, and refuse what does not fit by name.
 
 #![allow(clippy::unwrap_used, clippy::panic)]

@@ -90,7 +90,7 @@ struct Bench {
     inputs: Vec<Vec<f32>>,
     labels: Vec<u32>,
     eval: bool,
-    /// What is said about the network before the first order.
+    /// Facts about the network, sent before the first order.
     about: Value,
 }
 

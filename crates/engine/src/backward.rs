@@ -56,7 +56,7 @@ fn enter_loss(
     sum
 }
 
-/// What is the same for all samples, before the first of them runs.
+/// Prepares the parts that are the same for all samples, before the first of them runs.
 fn start(compiled: &Compiled, state: &State, workspace: &Workspace, gradients: &mut Gradients) {
     gradients.parts.iter_mut().for_each(PartGradients::clear);
     compiled.threads.each(&mut gradients.prepared, 1, |id, prepared| {
@@ -90,7 +90,7 @@ fn add_up(compiled: &Compiled, gradients: &mut Gradients) {
     }
 }
 
-/// What a phase reads and writes.
+/// The values that a phase reads and writes.
 struct Pass<'a> {
     compiled: &'a Compiled,
     state: &'a State,

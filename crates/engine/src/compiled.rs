@@ -64,7 +64,7 @@ pub(crate) struct Sizes {
     pub params: usize,
     /// Running statistics and other values that are not learned.
     pub buffers: usize,
-    /// What the gradients of the parameters are made of, for one part.
+    /// Length of the sums that the gradients of the parameters are made of, for one part.
     pub partials: usize,
 }
 

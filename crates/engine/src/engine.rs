@@ -73,7 +73,7 @@ impl Engine {
         export_learned(&self.compiled, &self.gradients.dparams)
     }
 
-    /// What the optimisers remember.
+    /// Returns the state of the optimisers.
     pub fn optimizer_state(&self) -> OptimizerState {
         self.state.optimizer_state(&self.compiled)
     }

@@ -1,4 +1,4 @@
-//! What the engine refuses.
+//! The errors of the engine.
 
 /// A batch, label or tensor that the engine cannot take.
 #[derive(Debug, thiserror::Error)]
@@ -11,7 +11,7 @@ pub enum Error {
     Batch {
         /// Network name.
         model: String,
-        /// What does not fit.
+        /// The mismatch.
         reason: String,
     },
     /// A workspace that another evaluator made.
@@ -27,7 +27,7 @@ pub enum Error {
     Threads {
         /// Number asked for.
         threads: usize,
-        /// What the system says.
+        /// The system's message.
         reason: String,
     },
 }

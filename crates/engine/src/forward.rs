@@ -63,7 +63,7 @@ pub(crate) fn train(
     workspace.read_outputs(n);
 }
 
-/// What the dropouts drop: in every training pass something else.
+/// Draws the dropout masks, anew in every training pass.
 fn draw_masks(compiled: &Compiled, state: &mut State, workspace: &mut Workspace) {
     let (seed, step) = state.dropout;
     for (mask, node) in workspace.masks.iter_mut().zip(compiled.graph.nodes()) {
@@ -83,7 +83,7 @@ fn see_batch(compiled: &Compiled, state: &mut State, workspace: &mut Workspace, 
     state.see_batch(compiled, number, &batch);
 }
 
-/// What every phase of a pass reads.
+/// The values that every phase of a pass reads.
 struct Pass<'a> {
     compiled: &'a Compiled,
     inputs: &'a [&'a [f32]],

@@ -13,10 +13,10 @@ pub(crate) struct Gradients {
     pub dparams: Buffer,
     /// One for every part of the workspace.
     pub parts: Vec<PartGradients>,
-    /// What the parameters' gradients are made of, all parts together.
+    /// The sums that the parameters' gradients are made of, all parts together.
     pub totals: Buffer,
     pub norms: Vec<NormGradient>,
-    /// What the layers made of the parameters for their backward pass, by node.
+    /// The forms of the parameters that layers prepare for their backward pass, by node.
     pub prepared: Vec<Vec<f32>>,
     /// Rows of the nodes that take the whole batch, by node.
     pub rows: Vec<Rows>,

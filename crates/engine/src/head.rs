@@ -16,7 +16,7 @@ pub(crate) struct Head {
     again: bool,
     channels: usize,
     positions: usize,
-    /// What it counts in the loss.
+    /// Its weight in the loss.
     weight: f32,
 }
 

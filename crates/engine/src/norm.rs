@@ -88,7 +88,7 @@ impl NormLayout {
 pub(crate) struct Norm {
     pub mean: Vec<f32>,
     inverse_sd: Vec<f64>,
-    /// What readers multiply with and add.
+    /// The factors and offsets that readers apply.
     pub scale: Vec<f32>,
     pub shift: Vec<f32>,
 }

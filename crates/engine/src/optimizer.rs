@@ -17,7 +17,7 @@ pub struct Sgdm {
     pub weight_decay: f32,
 }
 
-/// What the optimisers remember, by parameter name: with it, another engine goes on bit for bit.
+/// The state of the optimisers, by parameter name: with it, another engine goes on bit for bit.
 ///
 /// Frozen parameters are in none of the groups; a group that no optimiser has used yet is empty.
 #[derive(Debug, Clone, Default, PartialEq)]

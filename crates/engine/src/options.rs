@@ -11,7 +11,7 @@ pub struct Options {
     /// Nodes that training leaves as they are, by name or by a name's first parts (`stem` is every node
     /// `stem.…`). Their parameters get no gradient and no step.
     pub frozen: Vec<String>,
-    /// What becomes of the statistics of batch norms among them.
+    /// The treatment of the statistics of frozen batch norms.
     pub frozen_statistics: FrozenStatistics,
     /// Which parameters the weight decay of optimisers touches.
     pub decay: Decay,
@@ -28,7 +28,7 @@ pub enum Decay {
     Matrices,
 }
 
-/// What becomes of the running statistics of frozen batch norms; their weight and bias stay.
+/// The treatment of the running statistics of frozen batch norms; their weight and bias stay.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum FrozenStatistics {
     /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).

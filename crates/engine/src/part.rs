@@ -9,20 +9,20 @@ use crate::norm::{Moments, Norm};
 use crate::plan::NodePlan;
 use crate::state::State;
 
-/// What all parts read while they run.
+/// The values that all parts read while they run.
 #[derive(Clone, Copy)]
 pub(crate) struct Shared<'a> {
     pub compiled: &'a Compiled,
     pub state: &'a State,
     pub norms: &'a [Norm],
-    /// What every node drops in this pass.
+    /// The dropout mask of every node in this pass.
     pub masks: &'a [Option<DropoutMask>],
     /// Whether batch statistics are measured.
     pub train: bool,
 }
 
 impl<'a> Shared<'a> {
-    /// What the layer of node `id` sees of sample `sample` of a part, which is `number` in the batch; `values`
+    /// Returns the inputs of the layer of node `id` for sample `sample` of a part, which is `number` in the batch; `values`
     /// are the part's.
     pub fn inputs(self, id: NodeId, values: &'a [Buffer], sample: usize, number: usize) -> Inputs<'a> {
         Inputs {
@@ -45,7 +45,7 @@ pub(crate) struct Part {
     pub count: usize,
     /// Stored output of every node, sample after sample.
     pub values: Vec<Buffer>,
-    /// What every node keeps for the backward pass: sample after sample, or one sample's where none follows.
+    /// The values that every node keeps for the backward pass: of all samples, or of one where none follows.
     pub saved: Vec<Buffer>,
     trains: bool,
     /// Statistics for every batch norm; none where no batch norm learns.

@@ -10,11 +10,11 @@ use crate::norm::NormGradient;
 use crate::part::{Part, Shared};
 use crate::plan::Step;
 
-/// What all parts read while they run backward.
+/// The values that all parts read while they run backward.
 #[derive(Clone, Copy)]
 pub(crate) struct SharedBackward<'a> {
     pub forward: Shared<'a>,
-    /// What the layers made of the parameters for their backward pass, by node.
+    /// The forms of the parameters that layers prepare for their backward pass, by node.
     pub prepared: &'a [Vec<f32>],
     pub norms: &'a [NormGradient],
 }
@@ -24,7 +24,7 @@ pub(crate) struct SharedBackward<'a> {
 pub(crate) struct PartGradients {
     /// Memory of the slots, which `Places` share out.
     pub slots: Vec<Buffer>,
-    /// What the gradients of the sample-wise nodes' parameters are made of.
+    /// The sums that the gradients of the sample-wise nodes' parameters are made of.
     pub partials: Buffer,
     /// Σ dy and Σ dy · (x − mean) of every batch norm.
     pub sums: Vec<Vec<f64>>,

@@ -1,4 +1,4 @@
-//! What runs when: which values are stored, who sees them how, and where the batch must meet.
+//! The order of the phases: which values are stored, how each is read, and where the whole batch is needed at once.
 //!
 //! Batch norm, ReLU and ReLU6 store nothing. A stored value is read through a [`Seen`]: the batch norm and
 //! rectifier between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
@@ -288,7 +288,7 @@ fn is_batch(op: &Op) -> bool {
     matches!(op, Op::Linear { .. } | Op::Lstm { .. })
 }
 
-/// What a node does as a rectifier.
+/// Returns the rectifier that a node is, if it is one.
 fn rectifier(op: &Op) -> Option<Rectifier> {
     match op {
         Op::Relu => Some(Rectifier::Relu),

@@ -1,4 +1,4 @@
-//! What a network has learned: parameters, running statistics and what the optimisers remember.
+//! The state of a network: parameters, running statistics and the optimisers' memory.
 
 use taxel_graph::{Kind, Tensor, Weights};
 use taxel_kernels::Buffer;
@@ -16,7 +16,7 @@ pub(crate) struct State {
     pub params: Buffer,
     /// Running statistics and other values that are not learned.
     pub buffers: Vec<f32>,
-    /// What the layers made of both for their forward pass, by node.
+    /// The forms of both that layers arranged for their forward pass, by node.
     pub packed: Vec<Vec<f32>>,
     /// Whether that is still so.
     is_packed: bool,
@@ -78,7 +78,7 @@ impl State {
         weights
     }
 
-    /// What the optimisers remember.
+    /// Returns the state of the optimisers.
     pub fn optimizer_state(&self, compiled: &Compiled) -> OptimizerState {
         let export = |group: &Buffer| {
             if group.is_empty() { Weights::new() } else { export_learned(compiled, group) }

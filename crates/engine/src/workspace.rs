@@ -10,13 +10,13 @@ use crate::norm::Norm;
 use crate::part::{Part, Shared};
 use crate::state::State;
 
-/// What one thread needs to answer with an [`Evaluator`](crate::Evaluator), which makes it: memory for the
-/// values of a batch, allocated once.
+/// Memory of one thread that predicts with an [`Evaluator`](crate::Evaluator), which makes it: the values of a batch,
+/// allocated once.
 pub struct Workspace {
     compiled: Arc<Compiled>,
     pub(crate) parts: Vec<Part>,
     pub(crate) norms: Vec<Norm>,
-    /// What every node drops in this pass.
+    /// The dropout mask of every node in this pass.
     pub(crate) masks: Vec<Option<DropoutMask>>,
     /// Nodes that take the whole batch.
     pub(crate) batches: Vec<Option<Batch>>,

@@ -1,4 +1,4 @@
-//! What holds for every network without a twin: finite differences, refusals, NaN.
+//! Laws of every network, which need no twin: finite differences, refusals, NaN.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -1,4 +1,4 @@
-//! What a network costs, independent of any machine.
+//! The cost of a network, independent of any machine.
 //!
 //! A MAC is one multiply–accumulate of a convolution, linear or recurrent layer; batch norm,
 //! activations and pools are not counted. FLOPs are `2 · MAC` plus one addition per bias and output value

@@ -10,7 +10,7 @@ use crate::op::Op;
 struct Block {
     /// The last of them.
     end: NodeId,
-    /// What stands in its place without them.
+    /// The node whose value takes its place when it is left out.
     start: NodeId,
     /// The others.
     body: BTreeSet<NodeId>,

@@ -1,4 +1,4 @@
-//! What can be wrong with a network description or its tensors.
+//! The errors of a network description or its tensors.
 
 /// A network that cannot be built, or tensors that do not fit it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -8,7 +8,7 @@ pub enum Error {
     Node {
         /// Name of the node, as in the checkpoint.
         node: String,
-        /// What does not fit, with axis names.
+        /// The mismatch, with axis names.
         reason: String,
     },
     /// A configuration value outside its range.

@@ -28,7 +28,7 @@ pub enum Fill {
 }
 
 impl Fill {
-    /// What it says for tensor `name` of a layer whose weight has shape `weight` (out × in × kernel).
+    /// Resolves the initial values of tensor `name` of a layer whose weight has shape `weight` (out × in × kernel).
     ///
     /// # Errors
     /// Numbers that nothing can be drawn from.

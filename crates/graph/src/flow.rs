@@ -164,9 +164,10 @@ impl Flow {
         self.push(self.fresh("average_pool"), Default::default(), |node, shape| {
             let window = pool.window.resolve(node, shape)?;
             // The overhang of rounding up is never counted.
-            let counted = match pool.count_padding {
-                true => WindowSpec { round_up: false, ..pool.window }.resolve(node, shape)?.padding,
-                false => vec![(0, 0); window.padding.len()],
+            let counted = if pool.count_padding {
+                WindowSpec { round_up: false, ..pool.window }.resolve(node, shape)?.padding
+            } else {
+                vec![(0, 0); window.padding.len()]
             };
             Ok(Op::AveragePool { window, counted })
         })
@@ -223,7 +224,7 @@ impl Flow {
         self.then(|nodes| Node::computed(name(nodes), op, inputs, nodes))
     }
 
-    /// What `op` makes of the node's name and this flow's shape, with tensors drawn by `fills`.
+    /// Adds the node that `op` makes of the node's name and this flow's shape, with tensors drawn by `fills`.
     fn push<N, F>(&self, name: N, fills: (Fill, Fill), op: F) -> Flow
     where
         N: FnOnce(&[Node]) -> String,

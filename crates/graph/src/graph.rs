@@ -89,7 +89,7 @@ impl Param {
 pub struct Node {
     /// Unique name; nodes with tensors carry the prefix of their tensors (`stem.conv`).
     pub name: String,
-    /// What it computes.
+    /// The operation.
     pub op: Op,
     /// Where its inputs come from, always earlier nodes.
     pub inputs: Vec<NodeId>,
@@ -166,8 +166,8 @@ impl Graph {
         &self.outputs
     }
 
-    /// What each output counts in training, in their order: the loss is the sum of every output's own loss
-    /// to the same targets, times this.
+    /// Returns the weight of each output in training, in their order: the loss is the sum of every output's loss against the
+    /// same targets, times its weight.
     pub fn loss_weights(&self) -> &[f32] {
         &self.loss_weights
     }

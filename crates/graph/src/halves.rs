@@ -29,9 +29,8 @@ impl Graph {
         let size = |id: NodeId| self.nodes[id].shape.iter().product::<usize>();
         let rank = |(end, before): &(NodeId, Vec<bool>)| (layers(before), Reverse(size(*end)), *end);
         let (end, before) = places.max_by_key(rank).filter(|(_, before)| layers(before) > 0)?;
-        let place = |id: NodeId| match id == end {
-            true => 0,
-            false => 1 + before[..id].iter().filter(|before| !**before).count(),
+        let place = |id: NodeId| {
+            if id == end { 0 } else { 1 + before[..id].iter().filter(|before| !**before).count() }
         };
         let own = &self.nodes[end];
         let (inputs, params) = (vec![], vec![]);

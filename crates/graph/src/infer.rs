@@ -1,4 +1,4 @@
-//! What an operation makes of its inputs: output shape and tensors, or why it does not fit.
+//! Output shape and tensors of an operation, inferred from its inputs, or why they do not fit.
 //!
 //! The builder and the reader of files both ask here, so that neither can hold what the other refuses.
 

@@ -1,4 +1,4 @@
-//! What training makes small.
+//! Losses, which training minimises.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub enum Loss {
     MeanSquaredError,
 }
 
-/// What the outputs of a batch should have been.
+/// The wanted outputs of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Targets<'a> {
     /// One class number per sample, for [`Loss::SoftmaxCrossEntropy`] alone.

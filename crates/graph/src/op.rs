@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::window::Window;
 
-/// What a node computes.
+/// The operation of a node.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Op {

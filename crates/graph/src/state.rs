@@ -1,4 +1,4 @@
-//! What a network under construction has so far.
+//! The network under construction so far.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -19,7 +19,7 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// What the network under construction has now; no step leaves it half done.
+    /// Returns the network under construction as it is now; no step leaves it half done.
     pub fn of(shared: &Mutex<State>) -> MutexGuard<'_, State> {
         shared.lock().unwrap_or_else(PoisonError::into_inner)
     }

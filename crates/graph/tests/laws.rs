@@ -1,4 +1,4 @@
-//! What the builder infers and what it refuses.
+//! Shapes that the builder infers, and networks that it refuses.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -87,7 +87,7 @@ pub struct HybridConfig {
     pub width: usize,
 }
 
-/// What sets one hybrid apart from another.
+/// The two branches of a hybrid and how they are joined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Branches {
     /// Registry name.
@@ -100,7 +100,7 @@ pub struct Branches {
     pub fusion: Fusion,
 }
 
-/// What stands between the joined features and the classifier.
+/// The layers between the joined features and the classifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fusion {
     /// A fully connected layer of half the width and ReLU (Eqs. 2–3).

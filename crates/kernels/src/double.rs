@@ -31,10 +31,7 @@ pub fn squares(width: usize, rows: &[f32], xs: &[f32], narrow: bool, distances: 
     assert!(width > 0 && rows.len().is_multiple_of(width), "rows of {width}");
     assert!(xs.len().is_multiple_of(width), "vectors of {width}");
     exactly("distances", distances.len(), rows.len() / width * (xs.len() / width));
-    match narrow {
-        true => narrow_squares(width, rows, xs, distances),
-        false => wide_squares(width, rows, xs, distances),
-    }
+    if narrow { narrow_squares(width, rows, xs, distances) } else { wide_squares(width, rows, xs, distances) }
 }
 
 at_level! {
@@ -189,9 +186,12 @@ mod tests {
                     squares(width, &rows, &xs, narrow, &mut distances);
                     for (x, distances) in xs.chunks_exact(width).zip(distances.chunks_exact(count)) {
                         for (row, got) in rows.chunks_exact(width).zip(distances) {
-                            let off = |(a, b): (&f32, &f32)| match narrow {
-                                true => f64::from(a - b).powi(2),
-                                false => (f64::from(*a) - f64::from(*b)).powi(2),
+                            let off = |(a, b): (&f32, &f32)| {
+                                if narrow {
+                                    f64::from(a - b).powi(2)
+                                } else {
+                                    (f64::from(*a) - f64::from(*b)).powi(2)
+                                }
                             };
                             close(*got, x.iter().zip(row).map(off).sum());
                             // Alone, a vector gets the same bits.

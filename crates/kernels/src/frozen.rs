@@ -1,7 +1,7 @@
 //! Loops for networks that only answer, one sample at a time: weights lie in the order in which they are read,
 //! values where their readers want them.
 //!
-//! What a network computes between two stored values is one call: a convolution adds its bias and an addend and cuts
+//! All that a network computes between two stored values is one call: a convolution adds its bias and an addend and cuts
 //! its outputs off before it stores them, inside the margins that the next convolution reads, among the channels that
 //! a concatenation joins ([`Place`]).
 

@@ -37,8 +37,8 @@ pub struct Weights<'a> {
     pub bias_hh: &'a [f32],
 }
 
-/// What the backward pass needs, for a batch of any size up to the one it was made for. The first axis is the
-/// step, so that what one step works on lies together.
+/// The values that the backward pass needs, for a batch of any size up to the one it was made for. The first axis is the
+/// step, so that the values of one step lie together.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
     /// Gates after their functions, steps × batch × [`Lstm::gates_row`]; [`Lstm::backward_gates`] puts the
@@ -48,7 +48,7 @@ pub struct Trace {
     cells: Vec<f32>,
     /// Their hyperbolic tangents.
     tanh: Vec<f32>,
-    /// What each step multiplies, steps × batch × (channels + 1 + hidden): input, 1, hidden state before.
+    /// The factors of each step, steps × batch × (channels + 1 + hidden): input, 1, hidden state before.
     factors: Vec<f32>,
     /// Gradients of one step's hidden and cell state, batch × hidden each.
     dh: Vec<f32>,

@@ -9,7 +9,7 @@ use crate::simd::{Avx2, Avx512};
 use crate::simd::{Level, Portable, Simd, level};
 use crate::view::Rectifier;
 
-/// What the accumulators start from.
+/// The start of the accumulators.
 #[derive(Clone, Copy)]
 pub(crate) enum Start {
     Zero,
@@ -34,9 +34,9 @@ pub(crate) struct Tile<'a> {
     pub start: Start,
     /// Columns in the last vector, 1..=LANES.
     pub last: usize,
-    /// What a frozen kernel adds to the outputs: an address, and the distance of its rows.
+    /// The addend of a frozen kernel's outputs: an address, and the distance of its rows.
     pub addend: Option<(*const f32, usize)>,
-    /// What a frozen kernel cuts them off by.
+    /// The rectifier of a frozen kernel's outputs.
     pub rectifier: Rectifier,
 }
 

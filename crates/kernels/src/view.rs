@@ -9,7 +9,7 @@ use crate::lengths::{at_least, exactly, whole_rows};
 use crate::rows::{block, load, store, vectors};
 use crate::simd::{Simd, at_level};
 
-/// What cuts off values at their corners. NaN stays NaN and lets its gradient pass.
+/// A rectifier, which cuts values off at its corners. NaN stays NaN and lets its gradient pass.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum Rectifier {
     /// Values as they are.
@@ -26,7 +26,7 @@ pub enum Rectifier {
 pub struct View<'a> {
     /// Scale and shift per channel.
     pub affine: Option<(&'a [f32], &'a [f32])>,
-    /// What follows.
+    /// The rectifier that follows.
     pub rectifier: Rectifier,
 }
 

@@ -66,11 +66,10 @@ fn reference(case: &common::Case, x: &[u8], weight: &[i8], bias: &[i32], zero: u
                 let p = ((place[0] - before[0]) * input[1] + place[1] - before[1]) * input[2] + place[2]
                     - before[2];
                 for c in 0..per {
-                    let w = match is_depthwise {
-                        true => weight[k * case.channels + filter],
-                        false => {
-                            weight[((group * kernel.iter().product::<usize>() + k) * per + c) * filters + own]
-                        }
+                    let w = if is_depthwise {
+                        weight[k * case.channels + filter]
+                    } else {
+                        weight[((group * kernel.iter().product::<usize>() + k) * per + c) * filters + own]
                     };
                     let x = i64::from(x[p * case.channels + group * per + c]) - i64::from(zero);
                     sum += x * i64::from(w);
@@ -82,7 +81,7 @@ fn reference(case: &common::Case, x: &[u8], weight: &[i8], bias: &[i32], zero: u
     sums
 }
 
-/// What is stored of a sum, in the order of operations that all widths share.
+/// Returns the byte that is stored of a sum, in the order of operations that all widths share.
 fn stored(sum: i64, unit: f32, addend: Option<f32>, output: Scale, rectifier: Rectifier) -> u8 {
     let steps = 1.0 / f64::from(output.step);
     let mut y = sum as f32 * (f64::from(unit) * steps) as f32;

@@ -15,7 +15,7 @@ pub enum Error {
         file: String,
         /// `read`, `written`, `created`, …
         action: &'static str,
-        /// What the system says.
+        /// The system's message.
         source: std::io::Error,
     },
     /// A setting outside its range, or one that the samples do not allow.
@@ -34,7 +34,7 @@ pub enum Error {
         source_label: String,
         /// `signal`, `image`, `tensor`, `rocket` or `series`.
         input: &'static str,
-        /// What the encoder says.
+        /// The encoder's error.
         source: taxel_encodings::Error,
     },
     /// The samples have the wrong axes for an encoding.
@@ -56,7 +56,7 @@ pub enum Error {
         network: String,
         /// Name of the input.
         input: String,
-        /// What is there instead.
+        /// The mismatch.
         reason: String,
     },
     /// A network answers with more or fewer numbers than there are classes.
@@ -135,7 +135,7 @@ pub enum Error {
     Baseline {
         /// Its name.
         baseline: String,
-        /// What it says.
+        /// The baseline's error.
         source: taxel_baselines::Error,
     },
     /// The run folder holds something else, or another process works in it.
@@ -143,7 +143,7 @@ pub enum Error {
     Folder {
         /// The run folder.
         folder: String,
-        /// What is in the way, and the way out.
+        /// The reason, and how to fix it.
         reason: String,
     },
     /// A file of a run folder or a model is damaged.
@@ -151,7 +151,7 @@ pub enum Error {
     Damaged {
         /// The file.
         file: String,
-        /// What is wrong with it, and the way out.
+        /// The reason, and how to fix it.
         reason: String,
     },
     /// Samples that are not what a model reads.
@@ -161,7 +161,7 @@ pub enum Error {
         model: String,
         /// Layout and shape of what it reads.
         expected: String,
-        /// What is there instead.
+        /// The samples that were given.
         given: String,
     },
     /// Stopped from outside.
@@ -179,7 +179,7 @@ pub enum Error {
     Metrics {
         /// Which numbers.
         what: &'static str,
-        /// What is wrong with them.
+        /// The reason.
         reason: String,
     },
 }

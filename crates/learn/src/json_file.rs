@@ -22,11 +22,8 @@ pub(crate) fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Writes `value` as indented JSON and hands back what a later reader will see.
 pub(crate) fn write_json<T: Serialize + DeserializeOwned>(path: &Path, value: &T, pretty: bool) -> Result<T> {
     let damaged = |e: serde_json::Error| Error::damaged(path, format!("cannot be encoded: {e}"));
-    let mut text = match pretty {
-        true => serde_json::to_string_pretty(value),
-        false => serde_json::to_string(value),
-    }
-    .map_err(damaged)?;
+    let mut text = if pretty { serde_json::to_string_pretty(value) } else { serde_json::to_string(value) }
+        .map_err(damaged)?;
     text.push('\n');
     write_atomic(path, text.as_bytes())?;
     // JSON may round the last digit of a number: with this, fresh and resumed runs agree to the byte.

@@ -43,7 +43,7 @@ impl Stopwatch {
     /// Calls `run` with the number of the run, and gives back what the timed runs say.
     ///
     /// # Errors
-    /// What `run` refuses.
+    /// The first error of `run`.
     pub fn time<T, E>(&self, mut run: impl FnMut(usize) -> Result<T, E>) -> Result<Vec<T>, E> {
         let begin = Instant::now();
         let spent = || begin.elapsed().as_secs_f64();

@@ -2,7 +2,7 @@
 
 pub use taxel_base::problem::{Check, Problem, require, share, within};
 
-/// What does not do in a table of training faults.
+/// Names the key of a table of training faults that is refused.
 pub(crate) fn fault_problem(error: taxel_faults::Error) -> Problem {
     match error {
         taxel_faults::Error::Parameter { name, value, expected } => {

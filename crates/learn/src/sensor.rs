@@ -4,7 +4,7 @@ use ndarray::Axis;
 use taxel_data::{Dataset, Layout};
 use taxel_faults::Sensor;
 
-/// What faults have to know about the readings.
+/// Facts about the readings that faults need.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorFacts {
     /// Axes, range and rest values.

@@ -1,6 +1,6 @@
 //! The result table: aligned text, Markdown, JSON.
 //!
-//! What was measured here and what authors report on their own data never share a column.
+//! Measured scores and those that authors report on their data never share a column.
 
 use std::fmt;
 
@@ -206,7 +206,7 @@ impl Results {
         self.missing.len().saturating_sub(self.networks.iter().map(NetworkResults::stopped).sum())
     }
 
-    /// What the choice of batch-norm statistics does, a line per kind.
+    /// Returns the effect of the choice of batch-norm statistics, a line per kind.
     pub fn batch_norm_words(&self) -> Vec<String> {
         let name = self.primary().name;
         let line = |kind: BatchNorm| {

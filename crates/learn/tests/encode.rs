@@ -25,7 +25,7 @@ fn inputs(value: Value, ladder: &Dataset, names: &[&str], train: &[usize]) -> Re
     encoder.fit(names, train)
 }
 
-/// What is said of samples that cannot be encoded.
+/// Returns the message for samples that cannot be encoded.
 fn refusal(value: Value, ladder: &Dataset, names: &[&str], train: &[usize]) -> String {
     inputs(value, ladder, names, train).err().unwrap().to_string()
 }

@@ -43,7 +43,7 @@ impl Parts {
         taxel_checkpoint::write(path, &self.weights, &text).unwrap();
     }
 
-    /// What is said of the file with these parts, less its name, which comes first.
+    /// Returns the message for the file with these parts, less its name, which comes first.
     fn refusal(&self, dir: &Path) -> String {
         let path = dir.join("broken.safetensors");
         self.write(&path);
@@ -51,7 +51,7 @@ impl Parts {
     }
 }
 
-/// What is said of the file at `path`, less its name, which comes first.
+/// Returns the message for the file at `path`, less its name, which comes first.
 fn refusal(path: &Path) -> String {
     let error = Model::open(path).unwrap_err().to_string();
     let own = format!("{}: ", path.display());
@@ -221,7 +221,7 @@ fn a_baseline_with_other_tensors_is_refused() {
     }
 }
 
-/// What a card leaves open is refused when samples come: by the model's name, and never by a panic.
+/// Samples that the card does not describe are refused by the model's name, and never by a panic.
 #[test]
 fn samples_that_are_not_what_the_model_reads_are_refused() {
     for (model, dataset) in small_models() {

@@ -295,7 +295,7 @@ fn a_fold_in_training_goes_on_where_it_was_saved() {
     }
 }
 
-/// What is written while a run is cancelled says how to go on, in the library's own words.
+/// The message of a cancelled run says how to go on, in the library's words.
 #[test]
 fn a_stopped_run_says_where_it_stands() {
     let dataset = presses(45, 20);

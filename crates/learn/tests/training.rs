@@ -1,4 +1,4 @@
-//! What a training does besides its steps: choosing, stopping, freezing, several attributes, augmentation.
+//! Training besides its steps: choosing, stopping, freezing, several attributes, augmentation.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

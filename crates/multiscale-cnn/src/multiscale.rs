@@ -24,7 +24,7 @@ const MULTI: [usize; 3] = [5, 15, 32];
 /// Table 1, Fc1.
 const HIDDEN: usize = 512;
 
-/// What follows the three joined scales.
+/// The activation after the three joined scales.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BlockActivation {
@@ -62,7 +62,7 @@ pub struct MultiscaleConfig {
     pub height: usize,
     /// Ticks, at least 8.
     pub width: usize,
-    /// What follows the joined scales of a block.
+    /// The activation after the joined scales of a block.
     pub activation: BlockActivation,
 }
 

@@ -7,7 +7,7 @@
 /// Bytes that the messages of a file may take. The largest networks of torchvision stay below a tenth of it.
 const MOST: usize = 24 << 20;
 
-/// What is charged for a message, a text and a number.
+/// Bytes that are charged for a message, a text and a number.
 const MESSAGE: usize = 256;
 const TEXT: usize = 48;
 const NUMBER: usize = 16;
@@ -27,7 +27,7 @@ enum Kind {
     Leaf,
 }
 
-/// What a field of a message is.
+/// The type of a field of a message.
 enum Field {
     Message(Kind),
     Text,

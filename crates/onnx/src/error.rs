@@ -1,4 +1,4 @@
-//! What is wrong with an ONNX file, or with a network that is to become one.
+//! The errors of ONNX files, and of networks that are to become one.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub struct Error {
     /// File.
     pub path: PathBuf,
-    /// What is wrong with it, and the way out.
+    /// The reason, and how to fix it.
     pub cause: Box<Cause>,
 }
 
@@ -19,7 +19,7 @@ impl Error {
     }
 }
 
-/// What is wrong with the content of an ONNX file.
+/// The reason why the content of an ONNX file is refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Cause {
@@ -42,7 +42,7 @@ pub enum Cause {
         role: &'static str,
         /// Its name in the file.
         name: String,
-        /// What does not fit, and the way out.
+        /// The mismatch, and how to fix it.
         reason: String,
     },
     /// A stored tensor that cannot be read.
@@ -50,7 +50,7 @@ pub enum Cause {
     Tensor {
         /// Its name in the file.
         name: String,
-        /// What does not fit.
+        /// The mismatch.
         reason: String,
     },
     /// A node that no operation of taxel can do.
@@ -60,7 +60,7 @@ pub enum Cause {
         node: String,
         /// ONNX's name of the operation.
         operation: String,
-        /// What does not fit, and the way out.
+        /// The mismatch, and how to fix it.
         reason: String,
     },
     /// The network that the nodes make is none.

@@ -16,8 +16,8 @@
 //! # Ok::<(), taxel_onnx::Cause>(())
 //! ```
 //!
-//! What is written is opset 17, IR version 8, with a batch axis of any size. Which operation becomes which, and what of
-//! other frameworks is read, is a table in `docs/onnx.md`.
+//! Files are of opset 17, IR version 8, with a batch axis of any size. The table in `docs/onnx.md` says which operation
+//! becomes which, and which ones of other frameworks are read.
 
 mod bounds;
 mod error;

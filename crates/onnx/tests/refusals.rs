@@ -1,4 +1,4 @@
-//! What no network of taxel can be is refused by node and operation, and no file takes more than it is worth.
+//! Networks that taxel cannot express are refused by node and operation, and no file takes more memory than it is worth.
 #![allow(clippy::unwrap_used)]
 
 use std::fs;

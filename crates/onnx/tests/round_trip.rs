@@ -1,4 +1,4 @@
-//! What is written is read back as the network that it was.
+//! A written network is read back as the same network.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;

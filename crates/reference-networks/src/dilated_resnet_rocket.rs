@@ -15,7 +15,7 @@ use crate::dilated_resnet::{check, logits};
 
 /// Share of the features, and of the perceptron's hidden units, that training drops.
 const DROPPED: [f32; 2] = [0.3, 0.2];
-/// What the sum, the network and the perceptron count in training.
+/// Weights of the sum, the network and the perceptron in training.
 const WEIGHTS: [f32; 3] = [0.0, 1.0, 1.0];
 
 pub(crate) const DILATED_RESNET_ROCKET: Listing<DilatedResNetRocketConfig> = Listing {

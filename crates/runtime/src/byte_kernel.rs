@@ -14,7 +14,7 @@ const MOST: f64 = 127.0;
 /// Largest biases, in units of the sums: of sums of 32 bits, and of those that floats hold.
 const BIAS: [f64; 2] = [(1u32 << 30) as f64, (1u32 << 21) as f64];
 
-/// What a call in bytes runs.
+/// The kernel of a call in bytes.
 pub(crate) enum ByteKernel {
     Conv(Box<Conv>),
     Depthwise(Box<Depthwise>),
@@ -70,9 +70,10 @@ impl ByteKernel {
         let Whole { weight, unit, bias } = &whole;
         let sums = Sums { weight, unit, bias, input, addend, output };
         let route = Route { from: from[0].0, to, addend: from.get(1).map(|value| value.0), rectifier };
-        match is_depthwise {
-            true => ByteKernel::Depthwise(Box::new(Depthwise::new(&window, dilation, &sums, route))),
-            false => ByteKernel::Conv(Box::new(Conv::new(&window, dilation, groups, &sums, route))),
+        if is_depthwise {
+            ByteKernel::Depthwise(Box::new(Depthwise::new(&window, dilation, &sums, route)))
+        } else {
+            ByteKernel::Conv(Box::new(Conv::new(&window, dilation, groups, &sums, route)))
         }
     }
 

@@ -1,4 +1,4 @@
-//! What the runtime refuses.
+//! The errors of the runtime.
 
 /// A network or an input that the runtime cannot take.
 #[derive(Debug, thiserror::Error)]
@@ -11,7 +11,7 @@ pub enum Error {
     Input {
         /// Network name.
         model: String,
-        /// What does not fit.
+        /// The mismatch.
         reason: String,
     },
     /// A workspace that another network made.

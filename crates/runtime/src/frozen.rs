@@ -27,7 +27,7 @@ pub struct Frozen {
     shared: Arc<Shared>,
 }
 
-/// What all workspaces read.
+/// The parts that all workspaces read.
 struct Shared {
     name: String,
     /// Shapes of the inputs, without the batch axis.
@@ -47,7 +47,7 @@ struct Output {
     place: Place,
 }
 
-/// What one thread needs to ask a [`Frozen`] network, which makes it: memory for all values, allocated once.
+/// Memory of one thread that predicts with a [`Frozen`] network, which makes it: all values, allocated once.
 pub struct Workspace {
     shared: Arc<Shared>,
     /// Of every sample that is answered at a time.
@@ -181,9 +181,10 @@ impl Frozen {
     }
 
     fn check(&self, workspace: &Workspace, inputs: &[&[f32]], n: usize) -> Result<()> {
-        match Arc::ptr_eq(&self.shared, &workspace.shared) {
-            true => self.shared.check(inputs, n),
-            false => Err(Error::Workspace { model: self.shared.name.clone() }),
+        if Arc::ptr_eq(&self.shared, &workspace.shared) {
+            self.shared.check(inputs, n)
+        } else {
+            Err(Error::Workspace { model: self.shared.name.clone() })
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::merge::merge;
 use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
 use crate::weights;
 
-/// What the steps are for.
+/// The purpose of the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Answers in floats.

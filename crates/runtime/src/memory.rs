@@ -26,7 +26,7 @@ impl Memory {
         }
     }
 
-    /// What the program has made a buffer of floats.
+    /// Returns the values of a buffer of floats.
     pub fn floats(&self) -> &[f32] {
         match self {
             Memory::Floats(values) => values,
@@ -34,7 +34,7 @@ impl Memory {
         }
     }
 
-    /// What the program has made a buffer of bytes.
+    /// Returns the values of a buffer of bytes.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Memory::Bytes(values) => values,

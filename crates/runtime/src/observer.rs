@@ -52,7 +52,7 @@ impl Observer {
         })
     }
 
-    /// What was seen.
+    /// Returns the ranges that were seen.
     pub fn ranges(self) -> Ranges {
         self.ranges
     }

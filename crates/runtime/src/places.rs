@@ -15,7 +15,7 @@ pub(crate) struct Places {
     pub buffers: Vec<Room>,
 }
 
-/// What a buffer holds.
+/// The size and type of a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Room {
     pub len: usize,

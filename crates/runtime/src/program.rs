@@ -21,7 +21,7 @@ pub(crate) struct Call {
     pub to: (usize, Place),
 }
 
-/// What a call is run for.
+/// The inputs and outputs of a call.
 #[derive(Clone, Copy)]
 pub(crate) struct Ask<'a> {
     /// The network's inputs, each of all samples.
@@ -48,7 +48,7 @@ pub(crate) struct ScratchLens {
     pub work: usize,
 }
 
-/// What a call runs.
+/// The kernel of a call.
 pub(crate) enum Kernel {
     /// Takes the network's input of this number.
     Input(usize),

@@ -1,4 +1,4 @@
-//! What values a network holds, seen on samples like those that it will be asked about.
+//! The ranges of a network's values, seen on samples like those that it will predict.
 
 use std::collections::BTreeMap;
 

@@ -54,7 +54,7 @@ pub(crate) enum Algorithm {
 }
 
 impl Algorithm {
-    /// What training would take.
+    /// Returns the convolution as training would run it.
     pub fn of(plan: conv::Conv) -> Self {
         match plan.kind() {
             Kind::Direct => Algorithm::Direct,
@@ -64,7 +64,7 @@ impl Algorithm {
     }
 }
 
-/// What a step does with its inputs.
+/// The operation of a step.
 pub(crate) enum Work {
     /// The network's input of this number.
     Input(usize),

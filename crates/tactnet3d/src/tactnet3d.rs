@@ -100,7 +100,7 @@ pub struct TactNet3dConfig {
     pub dropout: f32,
 }
 
-/// What sets one of the papers' networks apart from another.
+/// The layers that differ between the papers' networks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layers {
     /// Registry name.

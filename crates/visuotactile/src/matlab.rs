@@ -63,10 +63,7 @@ pub fn range(graph: &Graph, range: &str) -> Result<Vec<String>> {
 pub fn resolve(graph: &Graph, names: &[String]) -> Result<Vec<String>> {
     let mut resolved = vec![];
     for name in names {
-        match name.contains(':') {
-            true => resolved.extend(range(graph, name)?),
-            false => resolved.push(name.clone()),
-        }
+        if name.contains(':') { resolved.extend(range(graph, name)?) } else { resolved.push(name.clone()) }
     }
     Ok(resolved)
 }

@@ -95,7 +95,7 @@ pub struct Entry {
     pub family: String,
     /// Where it is published.
     pub paper: String,
-    /// What it reads.
+    /// Its inputs.
     pub inputs: Vec<Input>,
     /// Counts at the published settings, where its file states them.
     pub counts: Option<Counts>,
@@ -182,7 +182,7 @@ impl Entry {
         usize::try_from(value).ok()
     }
 
-    /// What [`WIDTH_MULT`] is where nothing else is said; none for a network that [`Entry::new`] made.
+    /// Returns the default of [`WIDTH_MULT`]; none for a network that [`Entry::new`] made.
     pub fn width_mult(&self) -> Option<f64> {
         match self.own.get(WIDTH_MULT) {
             Some(value) => value.as_f64(),

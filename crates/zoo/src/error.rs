@@ -1,4 +1,4 @@
-//! What can be wrong with a name, a network's settings or its data.
+//! The errors of a name, a network's settings or its data.
 
 /// A network that is not there or cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -22,7 +22,7 @@ pub enum Error {
     Settings {
         /// Network name.
         model: String,
-        /// What serde says.
+        /// serde's error.
         source: serde_json::Error,
     },
     /// The network refuses its configuration.
@@ -30,7 +30,7 @@ pub enum Error {
     Graph {
         /// Network name.
         model: String,
-        /// What the graph says.
+        /// The graph's error.
         source: taxel_graph::Error,
     },
     /// The data do not have what the network reads.
@@ -42,7 +42,7 @@ pub enum Error {
         input: String,
         /// Axes the network expects, batch left out.
         axes: usize,
-        /// What is there instead.
+        /// The mismatch.
         reason: String,
     },
 }

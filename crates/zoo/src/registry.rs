@@ -47,9 +47,6 @@ impl Registry {
 
     fn hint(&self, name: &str) -> String {
         let known = self.entries.iter().map(|entry| entry.name.as_str());
-        match self.entries.is_empty() {
-            true => "none is registered".into(),
-            false => hint(name, known),
-        }
+        if self.entries.is_empty() { "none is registered".into() } else { hint(name, known) }
     }
 }

@@ -1,4 +1,4 @@
-//! What `scripts/fixtures/checkpoints.py` put into every file of `tests/data`.
+//! The tensors that `scripts/fixtures/checkpoints.py` put into every file of `tests/data`.
 
 #![allow(dead_code, reason = "each test uses a part")]
 
@@ -39,7 +39,7 @@ pub fn same(name: &str) {
     assert_eq!(taxel_checkpoint::read_text(&file(name)).unwrap(), None);
 }
 
-/// What reading `path` answers: it names the file.
+/// Returns the error of reading `path`, which names the file.
 pub fn refusal(path: &Path) -> String {
     let message = taxel_checkpoint::read(path).unwrap_err().to_string();
     assert!(message.starts_with(&path.display().to_string()), "{message}");

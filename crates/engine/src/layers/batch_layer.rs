@@ -1,4 +1,4 @@
-//! What an operation on the whole batch is given, and what it has to do.
+//! The inputs and the duties of an operation on the whole batch.
 
 use crate::threads::Threads;
 
@@ -12,7 +12,7 @@ pub(crate) trait BatchLayer: Send + Sync {
     fn backward(&mut self, pass: BatchBackward, dparams: &mut [f32], dx: Option<&mut [f32]>);
 }
 
-/// What a backward pass over `n` rows reads.
+/// The values that a backward pass over `n` rows reads.
 #[derive(Clone, Copy)]
 pub(crate) struct BatchBackward<'a> {
     pub threads: &'a Threads,

@@ -1,4 +1,4 @@
-//! What an operation on one sample is given, and what it has to do.
+//! The inputs and the duties of an operation on one sample.
 
 use taxel_graph::DropoutMask;
 use taxel_kernels::{Buffer, View};
@@ -18,11 +18,11 @@ pub(crate) struct Inputs<'a> {
     pub sample: usize,
     /// Number of the sample in the batch.
     pub number: usize,
-    /// What this node drops; nothing in evaluation.
+    /// The dropout mask of this node; none in evaluation.
     pub mask: Option<DropoutMask>,
     /// Values per sample of every node.
     pub lens: &'a [usize],
-    /// What [`Layer::pack`] made of the parameters.
+    /// The parameters as [`Layer::pack`] arranged them.
     pub packed: &'a [f32],
 }
 
@@ -70,7 +70,7 @@ impl Outputs<'_> {
 pub(crate) struct Scratch {
     /// An input with its halo, or seen through its view.
     pub x: Buffer,
-    /// What a convolution works on, or a gradient with its halo.
+    /// Memory in which a convolution works, or a gradient with its halo.
     pub work: Buffer,
 }
 
@@ -110,13 +110,13 @@ pub(crate) trait Layer: Send + Sync {
         0
     }
 
-    /// What all samples' forward passes share, from the parameters.
+    /// Arranges the parameters for the forward passes of all samples.
     fn pack(&self, _params: &[f32], _packed: &mut Vec<f32>) {}
 
-    /// What both passes need of the values that are not learned, kept with what is packed.
+    /// Keeps, beside the packed parameters, the values that both passes need and nobody learns.
     fn keep(&self, _buffers: &[f32], _packed: &mut Vec<f32>) {}
 
-    /// What all samples' input gradients share, from the parameters; not called where no input has one.
+    /// Arranges the parameters for the input gradients of all samples; not called where no input has one.
     fn prepare(&self, _params: &[f32], _prepared: &mut Vec<f32>) {}
 
     /// Values that a layer with `params` parameters adds up over samples.
@@ -130,7 +130,7 @@ pub(crate) trait Layer: Send + Sync {
     }
 }
 
-/// What a backward pass reads.
+/// The values that a backward pass reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Backward<'a> {
     pub inputs: Inputs<'a>,

@@ -1,6 +1,6 @@
-//! What the outputs of a convolution start from.
+//! The values from which the outputs of a convolution start.
 
-/// What outputs start from.
+/// The values from which outputs start.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Begin<'a> {
     Zero,

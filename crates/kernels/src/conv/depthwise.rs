@@ -48,9 +48,10 @@ impl Depthwise {
         }
         let row = padded[2] * sizes.channels;
         let cut = output[0] == 1 && extent[0] == 1 && padded[0] * padded[1] * row > BAND;
-        let band_rows = match cut {
-            true => ((BAND / row).saturating_sub(extent[1]) / stride[1] + 1).min(output[1]),
-            false => output[1],
+        let band_rows = if cut {
+            ((BAND / row).saturating_sub(extent[1]) / stride[1] + 1).min(output[1])
+        } else {
+            output[1]
         };
         Depthwise { sizes, offsets, band_rows }
     }

@@ -77,9 +77,10 @@ impl Pass {
         let (most, all) = (self.band_rows, self.halo.rows());
         (0..output[1]).step_by(most).map(move |from| {
             let rows = most.min(output[1] - from);
-            let under = match most < output[1] {
-                true => (from * stride[1], (rows - 1) * stride[1] + extent[1]),
-                false => (0, all),
+            let under = if most < output[1] {
+                (from * stride[1], (rows - 1) * stride[1] + extent[1])
+            } else {
+                (0, all)
             };
             Band { from, rows, under }
         })

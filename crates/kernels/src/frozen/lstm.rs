@@ -13,9 +13,9 @@ use super::place::{Place, Route};
 /// An LSTM layer with its weights.
 pub struct Lstm {
     sizes: lstm::Lstm,
-    /// What the inputs of all steps give to the gates.
+    /// The part of the gates that the inputs of all steps give.
     inputs: Conv,
-    /// What a hidden state gives to them.
+    /// The part of the gates that a hidden state gives.
     hidden: Linear,
 }
 

@@ -25,9 +25,9 @@ pub struct Route {
     pub from: Place,
     /// The output.
     pub to: Place,
-    /// What is added to the outputs, of the same shape.
+    /// The addend of the outputs, of the same shape.
     pub addend: Option<Place>,
-    /// What cuts the sums off.
+    /// The rectifier of the sums.
     pub rectifier: Rectifier,
 }
 

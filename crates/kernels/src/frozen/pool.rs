@@ -8,7 +8,7 @@ use crate::window::Window3;
 
 use super::place::Place;
 
-/// What a window becomes.
+/// The value of a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pooling {
     /// The largest value; NaN wins.
@@ -17,7 +17,7 @@ pub enum Pooling {
     Mean,
 }
 
-/// What an output sees along one axis.
+/// The inputs of one output along one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reach {
     /// First input.
@@ -28,7 +28,7 @@ pub struct Reach {
     pub count: usize,
 }
 
-/// What the outputs of `window` see; of the padding, means count `counted` (before, after) per axis.
+/// Returns the inputs of each output of `window`; of the padding, means count `counted` (before, after) per axis.
 pub fn windows(window: &Window3, counted: &[(usize, usize); 3]) -> [Vec<Reach>; 3] {
     [0, 1, 2].map(|axis| {
         let reach = |out: usize| {
@@ -39,7 +39,7 @@ pub fn windows(window: &Window3, counted: &[(usize, usize); 3]) -> [Vec<Reach>; 
     })
 }
 
-/// What the outputs of an image of size `from` cut into `to` parts see, as in
+/// Returns the inputs of each output of an image of size `from` that is cut into `to` parts, as in
 /// [`AdaptivePool`](crate::adaptive_pool::AdaptivePool); one part is the whole.
 pub fn parts(from: [usize; 3], to: [usize; 3]) -> [Vec<Reach>; 3] {
     [0, 1, 2].map(|axis| {

@@ -14,7 +14,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// What it is called: `AVX-512`, `AVX2` or `portable`.
+    /// Returns its name: `AVX-512`, `AVX2` or `portable`.
     pub fn name(self) -> &'static str {
         match self {
             Level::Portable => "portable",

@@ -99,7 +99,7 @@ pub(super) fn less_baseline(mut x: ArrayD<f32>, readings: usize, source: &str) -
     Ok(x)
 }
 
-/// What a reduction leaves of samples `[N, ..]` of a layout.
+/// Applies a reduction to samples `[N, ..]` of a layout.
 ///
 /// # Errors
 /// A reduction without a meaning for such samples.

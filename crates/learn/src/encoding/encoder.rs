@@ -73,9 +73,9 @@ pub struct Input {
     pub encoded: Arc<Encoded>,
     /// Time to encode one sample, in ms, averaged over all.
     pub ms_per_sample: f64,
-    /// What lies beyond the edges of its images, per channel: the sensor at rest. None where it has no edges.
+    /// Values beyond the edges of its images, per channel: the sensor at rest. None where it has no edges.
     pub outside: Option<Vec<f32>>,
-    /// What stands before it, where the encoding asks for it.
+    /// The guard before it, where the encoding asks for one.
     pub guard: Option<Arc<Guard>>,
 }
 
@@ -232,7 +232,7 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    /// What `transform` made of all samples since `start`.
+    /// Takes the values that `transform` has made of all samples since `start`.
     fn input(
         &self,
         name: &'static str,

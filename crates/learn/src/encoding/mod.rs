@@ -1,4 +1,4 @@
-//! What networks and baselines read: from raw samples to the inputs of a network, fold by fold.
+//! The inputs of networks and baselines, made of raw samples fold by fold.
 //!
 //! An [`Encoding`] says what is wanted, an [`Encoder`] makes it of a data set. What needs no fitting is
 //! computed once; what does (z-scores, quantiles) is fitted on the training part of each fold. What was fitted is a

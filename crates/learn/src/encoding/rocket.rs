@@ -10,12 +10,12 @@ use super::names::ROCKET;
 use crate::error::{Error, Result};
 use crate::problem::{Check, within};
 
-/// What is drawn at random is the same for every fold and run.
+/// Seed of the random choices, the same for every fold and run.
 const SEED: u64 = 0;
 /// Added to the SD of a feature, so that one that hardly varies is not blown up.
 const LEAST_SD: f32 = 0.02;
 
-/// What a config says of the `rocket` input.
+/// Settings of the `rocket` input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Features {

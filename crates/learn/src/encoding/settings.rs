@@ -1,4 +1,4 @@
-//! What an encoding is asked to do; nothing of it is fitted.
+//! Settings of an encoding; nothing of it is fitted.
 
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
@@ -20,9 +20,9 @@ pub struct Encoding {
     /// alike. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<usize>,
-    /// What is left of each raw sample before anything is made of it, for networks and baselines alike: as a sensor with
-    /// fewer channels or taxels, that reads less often, for a shorter time or with fewer bits, would have read it. Models
-    /// take whole recordings and leave aside what they do not need. Default everything.
+    /// Part of each raw sample that is kept before anything is made of it, for networks and baselines alike: as if a sensor
+    /// had fewer channels or taxels, or read less often, for a shorter time or with fewer bits. Models take whole recordings
+    /// and leave out the rest themselves. Default everything.
     #[serde(skip_serializing_if = "Reduction::is_whole")]
     pub reduce: Reduction,
     /// `signal` [N, C, T] or [N, rows, steps], for 1D networks and the flattened MLP.
@@ -72,7 +72,7 @@ pub struct Field {
     pub range: Range,
     /// `jet` (default), `viridis` or `grey`.
     pub colormap: Colormap,
-    /// What a constant recording gives under `per-sample`: `error` (default) or `zero`.
+    /// Output for a constant recording under `per-sample`: `error` (default) or `zero`.
     pub constant: Constant,
 }
 
@@ -172,9 +172,9 @@ impl Default for Tensor {
 }
 
 impl Encoding {
-    /// What networks that read `inputs` are given of such samples, where nobody says it: z-scores of a signal; of series
-    /// the difference field, of images the pixels, of squeezes the frame at their peak or all of them. Pixels and
-    /// taxels are shares of the full scale where it is known, z-scores elsewhere.
+    /// Returns the default encoding of such samples for networks that read `inputs`: z-scores of a signal, the difference
+    /// field of series, the pixels of images, the peak frame or all frames of squeezes. Pixels and taxels are shares of the
+    /// full scale where it is known, z-scores elsewhere.
     pub fn of(spec: &SampleSpec, inputs: &[&str]) -> Self {
         let scale = if spec.full_scale.is_some() { Scale::FullScale } else { Scale::ZScore };
         let image = match spec.layout {
@@ -221,7 +221,7 @@ impl Encoding {
         self.tensor.is_some() || matches!(self.image, Some(Image::Raw(_) | Image::Frame(_)))
     }
 
-    /// What the images take samples for, where that leaves no choice.
+    /// Returns the layout of the samples, where the `image` input allows one only.
     pub fn layout(&self, shape: &[usize]) -> Option<Layout> {
         match (self.image.as_ref()?, shape) {
             (Image::Numatac(_), [_, _, _]) => Some(Layout::Fingers),
@@ -258,7 +258,7 @@ impl Image {
 }
 
 impl Field {
-    /// What makes the images.
+    /// Returns the encoder of the images.
     ///
     /// # Errors
     /// The first setting outside its range.

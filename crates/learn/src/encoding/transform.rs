@@ -66,25 +66,25 @@ pub enum Transform {
     Rows(Scaling),
     /// Samples of any layout as `[N, C, T]`, and then something else: what baselines read.
     Series {
-        /// What the axes of a sample are.
+        /// Axes of a sample.
         layout: Layout,
-        /// What follows.
+        /// The next transform.
         then: Box<Transform>,
     },
     /// `[N, C, T]` less the mean of its first readings, per sample and channel, and then something else.
     Baseline {
         /// How many readings.
         readings: usize,
-        /// What follows.
+        /// The next transform.
         then: Box<Transform>,
     },
     /// Less of a raw sample of any layout, and then something else.
     Reduced {
-        /// What the axes of a sample are.
+        /// Axes of a sample.
         layout: Layout,
-        /// What is left of it.
+        /// The part of it that is kept.
         reduction: Reduction,
-        /// What follows.
+        /// The next transform.
         then: Box<Transform>,
     },
 }
@@ -98,8 +98,8 @@ impl Transform {
         self.scale(self.shape(x, source)?, source)
     }
 
-    /// What the first pixel of each channel becomes in a raw sample of this shape that reads `rest` all over: what lies
-    /// beyond the edges of images and tensors. None where the input has no edges.
+    /// Returns the values beyond the edges of images and tensors, one per channel: the first pixel of a raw sample of this
+    /// shape that reads `rest` all over, encoded. None where the input has no edges.
     ///
     /// # Errors
     /// As [`Transform::apply`].
@@ -182,7 +182,7 @@ impl Transform {
         }
     }
 
-    /// What is left of a raw sample before anything is made of it; none where all of it is read.
+    /// Returns the reduction that comes before everything else; none where whole samples are read.
     pub fn reduction(&self) -> Option<&Reduction> {
         match self {
             Transform::Reduced { reduction, .. } => Some(reduction),

@@ -1,4 +1,4 @@
-//! What is compared: networks with their recipes, and baselines.
+//! Candidates of a comparison: networks with their recipes, and baselines.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ const HARDENED: &str = ".hardened";
 pub struct Candidate {
     /// Letters, digits, `.`, `_`, `-`, not starting with a dot: it names files.
     pub name: String,
-    /// What is trained.
+    /// The network or baseline.
     pub estimator: Arc<dyn Estimator>,
     /// Name in the registry, or of the baseline.
     pub zoo: String,
@@ -33,9 +33,9 @@ pub struct Candidate {
     pub paper: String,
     /// Sizes and settings that its graph was built with, for readers of the results.
     pub settings: Map<String, Value>,
-    /// What its authors report on their own data.
+    /// Scores that its authors report on their data.
     pub published: Option<Published>,
-    /// What it stands beside, where it was made by [`Candidate::hardened`].
+    /// The candidate that [`Candidate::hardened`] made it of, if it did.
     pub twin: Option<Twin>,
 }
 
@@ -51,7 +51,7 @@ pub struct Twin {
 /// How a row was trained under faults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hardening {
-    /// What its training samples met.
+    /// Faults of its training samples.
     pub faults: TrainingFaults,
     /// The row that was trained alike, but on clean samples, where the run has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

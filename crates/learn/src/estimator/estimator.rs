@@ -87,11 +87,11 @@ pub trait Estimator: Debug + Send + Sync {
     /// Learns from a training set and predicts its test part; none if cancelled.
     ///
     /// # Errors
-    /// What the method refuses, training that diverges.
+    /// An error of the method, training that diverges.
     fn fit(&self, set: &TrainingSet, hooks: &mut Hooks) -> Result<Option<Trained>>;
 }
 
-/// What an estimator learns from and is tested on.
+/// The samples that an estimator learns from and is tested on.
 pub struct TrainingSet<'a> {
     /// Name of the candidate.
     pub name: &'a str,
@@ -101,7 +101,7 @@ pub struct TrainingSet<'a> {
     pub inputs: &'a [Input],
     /// Which samples are for what; the test part may be empty.
     pub fold: &'a Fold,
-    /// What no two parts may share, one number per sample.
+    /// Groups that no two parts may share, one number per sample.
     pub units: Option<&'a [u32]>,
     /// Which training it is: every random choice is keyed by it.
     pub part: Part,
@@ -113,9 +113,9 @@ pub struct TrainingSet<'a> {
     pub cache: &'a FeatureCache,
 }
 
-/// What a training ends with.
+/// The result of a training.
 pub struct Trained {
-    /// What has learned.
+    /// The fitted estimator.
     pub fitted: Box<dyn Fitted>,
     /// Its outputs for the test part `[test samples, outputs]`, row-major.
     pub outputs: Vec<f32>,
@@ -143,7 +143,7 @@ pub trait Fitted {
     /// Times a prediction of the sample `row`, batch 1, one thread.
     ///
     /// # Errors
-    /// What the method refuses.
+    /// An error of the method.
     fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency>;
 
     /// Adds what happened in training to the record of a fold.

@@ -20,8 +20,8 @@ use crate::training::session::Saver;
 pub struct Fit<'a> {
     /// The network or baseline.
     pub candidate: &'a Candidate,
-    /// What early stopping and a search may not tear apart when they hold samples back: the protocol's
-    /// groups or exact copies.
+    /// Says which samples early stopping and a search keep together when they hold some back: the protocol's groups or
+    /// exact copies.
     pub protocol: &'a Protocol,
     /// Seed of every random choice.
     pub seed: u64,

@@ -20,7 +20,7 @@ use crate::training::teacher::Teacher;
 pub struct OneFold<'a> {
     /// The network or baseline.
     pub candidate: &'a Candidate,
-    /// What early stopping and a search may not tear apart.
+    /// Says which samples early stopping and a search keep together.
     pub protocol: &'a Protocol,
     /// Seed of every random choice, which depends on repetition and fold of the key too.
     pub seed: u64,
@@ -38,7 +38,7 @@ pub struct OneFold<'a> {
 pub struct Tested {
     /// Its answers to the test samples.
     pub record: FoldRecord,
-    /// What was trained.
+    /// The trained model.
     pub model: Model,
 }
 

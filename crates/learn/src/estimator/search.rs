@@ -13,18 +13,18 @@ use crate::training::recipe::{Criterion, Recipe};
 /// on the protocol's validation part); the best one is trained on the whole training part and tested.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Search {
-    /// What is tried.
+    /// The recipes to try.
     pub grid: Vec<Combination>,
     /// Share of the training part that is held back where the protocol has no validation part, (0, 1).
     pub validation: f64,
-    /// What a validation part is judged by.
+    /// The criterion on the validation part.
     pub by: Criterion,
 }
 
 /// One recipe of a grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Combination {
-    /// What it sets, by dotted key of the recipe.
+    /// The values that it sets, by dotted key of the recipe.
     pub set: BTreeMap<String, Value>,
     /// The recipe with these values.
     pub recipe: Recipe,
@@ -42,7 +42,7 @@ pub struct Trial {
     pub score: Option<f64>,
 }
 
-/// What a fold has chosen, and from what.
+/// The choice of a fold, with all that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Chosen {
     /// Values by dotted key of the recipe.

@@ -31,7 +31,7 @@ pub(crate) struct Job<'a> {
     pub is_timed: bool,
 }
 
-/// What a fold ends with.
+/// The result of a fold.
 pub(crate) struct TrainedFold {
     pub model: Model,
     pub latency: Option<Latency>,

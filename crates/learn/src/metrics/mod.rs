@@ -78,9 +78,10 @@ impl TryFrom<Vec<Vec<u64>>> for Confusion {
             return Err(format!("a confusion of {classes} true classes has a row of {}", row.len()));
         }
         let total = counts.iter().flatten().try_fold(0u64, |sum, count| sum.checked_add(*count));
-        match total.is_some_and(|total| total <= u64::from(u32::MAX)) {
-            true => Ok(Confusion { counts }),
-            false => Err("a confusion counts more samples than there can be".into()),
+        if total.is_some_and(|total| total <= u64::from(u32::MAX)) {
+            Ok(Confusion { counts })
+        } else {
+            Err("a confusion counts more samples than there can be".into())
         }
     }
 }

@@ -7,7 +7,7 @@ use taxel_data::Task;
 use crate::error::{Error, Result};
 use crate::metrics::{LevelScores, Levels, MacroScores, Outcome, mean_sd};
 
-/// What a metric is counted in.
+/// The unit of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit {
     /// Percent; differences are percentage points.
@@ -41,14 +41,14 @@ pub struct Metric {
     pub name: &'static str,
     /// Name in tables and charts: `F1`.
     pub title: &'static str,
-    /// What it is counted in.
+    /// Its unit.
     pub unit: Unit,
     /// Which of two values is the better one.
     pub direction: Direction,
     /// Whether it has a column in the table of a run.
     pub is_shown: bool,
     of: fn(&Task, &Outcome) -> Result<f64>,
-    /// What each sample adds, before [`Unit::scale`]. None where the metric is no mean over samples.
+    /// The contribution of each sample, before [`Unit::scale`]. None where the metric is no mean over samples.
     terms: Option<fn(&Outcome, usize) -> Vec<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! What a model says about itself: the metadata of its file.
+//! The card of a model, which is the metadata of its file.
 //!
 //! The file is safetensors. Its tensors bear PyTorch's names; its metadata hold one JSON text under the key
 //! `taxel`, which is a [`Card`] and, as its last key `digest`, the BLAKE3 of the text without that key.
@@ -44,17 +44,17 @@ pub struct Card {
     /// One raw sample: layout, shape, unit, rate, full scale.
     #[serde(rename = "reading")]
     pub spec: SampleSpec,
-    /// What finds and replaces broken channels and taxels of raw samples, before anything else; none without one.
+    /// The guard, which finds and replaces broken channels and taxels of raw samples; none without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guard: Option<Guard>,
     /// How raw samples become inputs, everything fitted included; in the order of the network's inputs.
     pub inputs: Vec<ModelInput>,
-    /// What it predicts: a class, levels of several attributes, or values.
+    /// The predicted quantity: a class, levels of several attributes, or values.
     pub task: Task,
     /// How its values are written in eight bits; none in a model of 32-bit floats.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantized: Option<Quantized>,
-    /// What it has learned from.
+    /// The samples that it has learned from.
     pub trained_on: TrainedOn,
     /// How its recipe scored on samples that it had not seen; none where that was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -71,7 +71,7 @@ pub enum Kind {
     Network {
         /// The network itself.
         graph: Box<Graph>,
-        /// What its outputs were trained for: it says how they become probabilities.
+        /// The loss that its outputs were trained for: it says how they become probabilities.
         loss: Loss,
         /// Samples that are answered at a time at most.
         batch: usize,
@@ -112,7 +112,7 @@ pub struct Quantized {
     pub ranges: BTreeMap<String, [f32; 2]>,
 }
 
-/// What a model has learned from.
+/// The samples that a model has learned from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainedOn {
@@ -311,8 +311,9 @@ impl Score {
 /// The first names of a long list.
 fn shortened(names: &[String]) -> String {
     const MOST: usize = 12;
-    match names.len() > MOST {
-        true => format!("{}, … ({} in all)", names[..MOST].join(", "), names.len()),
-        false => names.join(", "),
+    if names.len() > MOST {
+        format!("{}, … ({} in all)", names[..MOST].join(", "), names.len())
+    } else {
+        names.join(", ")
     }
 }

@@ -104,7 +104,7 @@ impl Model {
         Ok(digest)
     }
 
-    /// What the model says about itself.
+    /// Returns the card.
     pub fn card(&self) -> &Card {
         &self.card
     }
@@ -129,12 +129,12 @@ impl Model {
     /// on neither; a network's are those of its own test, bit for bit.
     ///
     /// # Errors
-    /// What the runtime refuses.
+    /// An error of the runtime.
     pub fn predictor(&self, batch: usize, threads: usize) -> Result<Predictor> {
         Predictor::new(&self.card, &self.weights, batch, threads)
     }
 
-    /// What it says about raw samples `[n, ..]`, each of the shape that its card states.
+    /// Predicts raw samples `[n, ..]`, each of the shape that the card states.
     ///
     /// # Errors
     /// Samples of another shape, or readings that are not finite or cannot be encoded.
@@ -196,7 +196,7 @@ fn upgraded(mut card: Value) -> Value {
     card
 }
 
-/// What stands between a card and the digest of its text.
+/// The text between a card and the digest of its text.
 const SEAL: &str = ",\"digest\":\"";
 
 /// The JSON text of a card, with its own BLAKE3 as a last key; and that digest.
@@ -286,7 +286,7 @@ fn check_baseline(
     Ok(())
 }
 
-/// What cannot be of a model in eight bits.
+/// Returns what is impossible in a model of eight bits, if anything is.
 fn nonsense(own: &Quantized) -> Option<String> {
     let broken =
         own.ranges.iter().find(|(_, [low, high])| !(low.is_finite() && high.is_finite() && low <= high));

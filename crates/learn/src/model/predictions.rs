@@ -1,4 +1,4 @@
-//! What a model predicts for samples.
+//! Predictions of a model.
 
 use serde::Serialize;
 use taxel_data::{Attribute, Quantity, Task};
@@ -8,7 +8,7 @@ use crate::metrics::Levels;
 /// Predictions for `n` samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Predictions {
-    /// What is predicted: a class, levels of several attributes, or values.
+    /// The predicted quantity: a class, levels of several attributes, or values.
     pub task: Task,
     /// Probabilities `[n, outputs]`, row-major: the classes, or the levels of the attributes one after the other; of
     /// values the values themselves.

@@ -54,12 +54,12 @@ impl Predictor {
         }
     }
 
-    /// What stands before the inputs, if anything does.
+    /// Returns the guard before the inputs, if there is one.
     pub fn guard(&self) -> Option<&Guard> {
         self.guard.as_deref()
     }
 
-    /// What the guard finds in raw samples `[n, ..]`, one list for each; nothing without a guard.
+    /// Returns the findings of the guard in raw samples `[n, ..]`, one list for each; nothing without a guard.
     ///
     /// # Errors
     /// As [`Predictor::encode`], but that nothing is encoded.
@@ -72,7 +72,7 @@ impl Predictor {
         })
     }
 
-    /// What the model says about itself.
+    /// Returns the card of the model.
     pub fn card(&self) -> &Card {
         &self.card
     }
@@ -212,7 +212,7 @@ impl Predictor {
         self.method.predict(&values, n)
     }
 
-    /// What the model says about raw samples `[n, ..]`.
+    /// Predicts raw samples `[n, ..]`.
     ///
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::answer`].

@@ -1,4 +1,4 @@
-//! What an opened model predicts with: a frozen network or a fitted baseline, behind one trait.
+//! Opened models: a frozen network or a fitted baseline, behind one trait.
 
 use taxel_graph::{Loss, Weights};
 

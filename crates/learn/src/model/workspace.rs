@@ -1,11 +1,11 @@
-//! What one thread needs to ask a model reading by reading.
+//! Memory of one thread that predicts sample by sample.
 
 use taxel_guard::{Found, Watch};
 use taxel_runtime as runtime;
 
 use crate::encoding::Compiled;
 
-/// What one thread needs to ask a [`Predictor`](super::Predictor), which makes it: memory for all inputs and values,
+/// Memory of one thread that predicts with a [`Predictor`](super::Predictor), which makes it: all inputs and values,
 /// allocated once.
 pub struct Workspace {
     pub(super) guard: Option<Mended>,
@@ -24,7 +24,7 @@ pub(super) struct Mended {
 }
 
 impl Mended {
-    /// What becomes of a reading of the guard's shape.
+    /// Replaces the broken channels of a sample of the guard's shape.
     pub fn mend(&mut self, reading: &[f32]) -> &[f32] {
         self.reading.copy_from_slice(reading);
         self.watch.mend(&mut self.reading);
@@ -50,7 +50,7 @@ impl Workspace {
         Workspace { guard, encoders, inputs, memory, probabilities: vec![0.0; outputs] }
     }
 
-    /// What the guard found in the last reading; nothing without a guard.
+    /// Returns the findings of the guard in the last sample; nothing without a guard.
     pub fn found(&self) -> &[Found] {
         self.guard.as_ref().map_or(&[], |own| own.watch.found())
     }

@@ -46,7 +46,7 @@ pub struct CrossValidation<'a> {
     pub title: Option<String>,
     /// How samples are divided.
     pub protocol: Protocol,
-    /// What is compared, in the order of the table.
+    /// The compared networks and baselines, in the order of the table.
     pub candidates: Vec<Candidate>,
     /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
     pub look_alikes: BTreeMap<String, Vec<String>>,
@@ -96,7 +96,7 @@ impl<'a> CrossValidation<'a> {
         CrossValidation { seed, ..self }
     }
 
-    /// What makes the inputs: asked for their shapes before networks are built for them.
+    /// Returns the encoder, whose shapes a caller needs before it builds networks.
     pub fn encoder(&mut self) -> &mut Encoder<'a> {
         &mut self.encoder
     }

@@ -36,7 +36,7 @@ pub struct Environment {
     pub threads: usize,
     /// Seed of the experiment.
     pub seed: u64,
-    /// What the scores were measured on.
+    /// The data that the scores were measured on.
     pub source: Source,
     /// BLAKE3 of the samples.
     pub data_digest: String,

@@ -84,7 +84,7 @@ impl RunFolder {
     }
 }
 
-/// What a record says that cannot be, if anything.
+/// Checks a record; returns the first contradiction.
 fn wrong(record: &FoldRecord, key: &FoldKey, dataset: &Dataset) -> std::result::Result<(), String> {
     if record.key != *key {
         return Err(format!("is the record of {}", record.key));

@@ -13,7 +13,7 @@ use crate::run::lock::{Lock, is_empty, sweep};
 use crate::run::records::{FoldKey, FoldRecord, Timing};
 use crate::run::results::Results;
 
-/// What makes two runs the same: a text that is kept in the run folder.
+/// The identity of a run: a text that is kept in the run folder, equal for equal runs.
 pub struct Identity<'a> {
     /// Name of its file: `config.toml`.
     pub file: &'a str,
@@ -41,9 +41,10 @@ impl RunFolder {
     /// # Errors
     /// A folder that is not there or holds no run.
     pub fn open(path: &Path) -> Result<Self> {
-        match IDENTITIES.iter().any(|name| path.join(name).is_file()) {
-            true => Ok(RunFolder { path: path.into() }),
-            false => Err(Error::folder(path, "is no run folder (no config.toml); make one with taxel run")),
+        if IDENTITIES.iter().any(|name| path.join(name).is_file()) {
+            Ok(RunFolder { path: path.into() })
+        } else {
+            Err(Error::folder(path, "is no run folder (no config.toml); make one with taxel run"))
         }
     }
 

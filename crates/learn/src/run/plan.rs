@@ -35,7 +35,7 @@ pub(crate) struct Plan<'a> {
     pub folds: Vec<Vec<Fold>>,
     /// Every fold of every row, in the order in which they are run.
     pub keys: Vec<FoldKey>,
-    /// What scores need to know about the samples.
+    /// Facts about the samples that scores need.
     pub frame: Frame,
     /// Results without a score.
     pub results: Results,

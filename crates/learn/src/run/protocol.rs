@@ -9,7 +9,7 @@ use taxel_data::{
 use crate::error::{Error, Result};
 use crate::problem::{Check, Problem, require, share, within};
 
-/// What a part keeps even or together.
+/// The samples that a split spreads evenly or keeps together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Split {
@@ -29,7 +29,7 @@ pub enum Protocol {
         /// 2 to 1000. Default 5.
         #[serde(default = "five")]
         folds: usize,
-        /// What a part keeps even or together.
+        /// Samples that it spreads evenly or keeps together.
         #[serde(default)]
         split: Split,
         /// How often everything is repeated with other parts, 1 to 1000. Default 1.
@@ -38,7 +38,7 @@ pub enum Protocol {
     },
     /// One random cut per repetition (paper 002: 80/10/10, 20 repetitions; paper 001: 75/25).
     RandomSplits {
-        /// What a part keeps even or together.
+        /// Samples that it spreads evenly or keeps together.
         #[serde(default)]
         split: Split,
         /// As in [`Protocol::KFold`].
@@ -54,7 +54,7 @@ pub enum Protocol {
     /// A learning curve (paper 003): per repetition one random test part, and from the rest as many
     /// training samples of each class as `per_class` says, the smaller sets inside the larger ones.
     FewSamples {
-        /// What a part keeps even or together.
+        /// Samples that it spreads evenly or keeps together.
         #[serde(default)]
         split: Split,
         /// As in [`Protocol::KFold`].
@@ -79,7 +79,7 @@ pub enum Protocol {
     },
     /// The cut that the data set's authors made.
     Official {
-        /// What a held-back validation part keeps together.
+        /// Samples that a held-back validation part keeps together.
         #[serde(default)]
         split: Split,
         /// 1: there is one cut only.
@@ -222,8 +222,8 @@ impl Protocol {
         words
     }
 
-    /// What no part of a split may share with another: groups under `split = "group"`, otherwise exact
-    /// copies, if there can be any.
+    /// Returns the number of each sample's inseparable group, which no two parts share: groups under `split = "group"`,
+    /// otherwise exact copies, if there can be any.
     ///
     /// # Errors
     /// Groups that are asked for and not there.
@@ -340,7 +340,7 @@ fn has_combinations(dataset: &Dataset) -> bool {
     matches!(dataset.targets, Targets::Levels(_))
 }
 
-/// What is dealt as one where nothing else says so: exact copies, or each sample by itself.
+/// Returns the smallest units of a split: exact copies, or each sample by itself.
 fn atoms(dataset: &Dataset, units: Option<&[u32]>) -> Vec<u32> {
     units.map_or_else(|| (0..dataset.len() as u32).collect(), <[u32]>::to_vec)
 }

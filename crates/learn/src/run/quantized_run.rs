@@ -189,7 +189,7 @@ fn one(
     Ok((record, costs(&model, row.costs)))
 }
 
-/// What the network costs in floats, less three of four bytes of each weight in eight bits.
+/// Returns the costs in floats, less three of four bytes of each weight in eight bits.
 fn costs(model: &Model, float: Costs) -> Costs {
     let (mut weights, mut outputs) = (0, 0);
     for (name, tensor) in model.weights().iter() {

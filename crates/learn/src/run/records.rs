@@ -1,4 +1,4 @@
-//! What is kept of every fold: predictions, epochs, times.
+//! Records of every fold: predictions, epochs, times.
 //!
 //! Everything here except [`Timing`] is a function of settings and data alone: equal runs write equal bytes.
 
@@ -110,23 +110,23 @@ pub struct FoldRecord {
     /// outputs that are all 0 (ln(classes) for the cross-entropy).
     #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
     pub diverged: bool,
-    /// What the fold has chosen by its validation part.
+    /// The choice of the fold by its validation part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<Chosen>,
     /// The epoch whose weights were tested, with early stopping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub best_epoch: Option<usize>,
-    /// What it costs, where that depends on the training samples.
+    /// Its costs, where they depend on the training samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub costs: Option<Costs>,
-    /// What training changed, where the network started from a checkpoint.
+    /// Changes of the convolutions, where the network started from a checkpoint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Change>,
-    /// What the choice of batch-norm statistics does; none without batch norms, where the loss is not
-    /// finite, and after early stopping with the population's.
+    /// Scores with the other kind of batch-norm statistics; none without batch norms, where the loss is not finite, and after
+    /// early stopping with recomputed statistics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_statistics: Option<OtherStatistics>,
-    /// What happened in training.
+    /// The epochs of the training.
     pub epochs: Vec<Epoch>,
 }
 
@@ -198,7 +198,7 @@ pub struct Timing {
     pub latency: Option<Latency>,
 }
 
-/// What a network costs for one sample.
+/// Costs of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Costs {
     /// Trained values.

@@ -68,7 +68,7 @@ pub struct NetworkResults {
     /// those that were stopped because their loss was not finite.
     #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
     pub diverged: usize,
-    /// What it costs.
+    /// Its costs.
     pub costs: Costs,
     /// Finished folds.
     pub folds: Vec<FoldScores>,
@@ -88,7 +88,7 @@ pub struct NetworkResults {
     /// Scores of each of several attributes over all finished folds together, shares in `[0, 1]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<LevelScores>,
-    /// What its authors report on their own data, in %.
+    /// Scores that its authors report on their data, in %.
     pub published: Option<Published>,
     /// How it was trained under faults; none where it was trained on clean samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -109,7 +109,7 @@ pub struct Results {
     pub complete: bool,
     /// The folds that are not.
     pub missing: Vec<FoldKey>,
-    /// What the scores were measured on: `simulated: ..` or `real: ..`.
+    /// The data that the scores were measured on: `simulated: ..` or `real: ..`.
     pub source: Source,
     /// BLAKE3 of the samples.
     pub data_digest: String,
@@ -117,7 +117,7 @@ pub struct Results {
     pub samples: usize,
     /// Shape of one sample.
     pub sample_shape: Vec<usize>,
-    /// What is learned: `classes`, with several `attributes` too, or `quantities`.
+    /// The task: `classes`, with several `attributes` too, or `quantities`.
     #[serde(flatten)]
     pub task: Task,
     /// Classes that look alike, by the name of their group.
@@ -190,12 +190,12 @@ impl Results {
     }
 }
 
-/// What scores need to know about the data besides the predictions.
+/// Facts about the data that scores need besides the predictions.
 #[derive(Debug, Clone)]
 pub(crate) struct Frame {
-    /// What is learned.
+    /// The task.
     pub task: Task,
-    /// What is drawn as one by the bootstrap, per sample of the data set.
+    /// The cluster of each sample, which the bootstrap draws as one.
     pub clusters: Vec<u32>,
     /// Groups of look-alikes with their classes.
     pub look_alikes: Vec<(String, Vec<usize>)>,
@@ -204,7 +204,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// What scores need to know about these samples.
+    /// Collects the facts about these samples.
     ///
     /// # Errors
     /// A class that is in no or in two groups of look-alikes.

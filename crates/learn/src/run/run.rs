@@ -37,7 +37,7 @@ pub(crate) struct Run<'a> {
     cache: FeatureCache,
 }
 
-/// What is kept of a finished fold.
+/// The record and the timing of a finished fold.
 struct Finished {
     record: FoldRecord,
     timing: Timing,
@@ -77,10 +77,7 @@ impl<'a> Run<'a> {
             let way = "a table has the times of one machine; run the experiment here into another folder";
             return Err(Error::folder(folder.path(), format!("{moved}: {way}")));
         }
-        let before = match folder.file("results.json").is_file() {
-            true => Some(folder.results()?),
-            false => None,
-        };
+        let before = if folder.file("results.json").is_file() { Some(folder.results()?) } else { None };
         if let Some(before) = &before {
             folder.same_data("results.json", &before.data_digest, dataset)?;
         }
@@ -152,7 +149,7 @@ impl<'a> Run<'a> {
     /// others go on.
     ///
     /// # Errors
-    /// What a training refuses; [`Error::Unfinished`] if some diverged, [`Error::Cancelled`] if `cancel` was set.
+    /// An error of a training; [`Error::Unfinished`] if some diverged, [`Error::Cancelled`] if `cancel` was set.
     pub fn all(&mut self, progress: &dyn Progress, cancel: &AtomicBool) -> Result<()> {
         let open: Vec<FoldKey> = self.open().cloned().collect();
         progress.start(open.iter().map(|key| self.work(key)).sum());
@@ -184,12 +181,11 @@ impl<'a> Run<'a> {
                 assembling += start.elapsed().as_secs_f64();
             }
         }
-        match errors.is_empty() {
-            true => Ok(()),
-            false => {
-                let (total, folder) = (self.plan.keys.len(), self.folder_name());
-                Err(Error::Unfinished { folds: errors, total, folder })
-            }
+        if errors.is_empty() {
+            Ok(())
+        } else {
+            let (total, folder) = (self.plan.keys.len(), self.folder_name());
+            Err(Error::Unfinished { folds: errors, total, folder })
         }
     }
 
@@ -317,7 +313,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What is known of the time of a finished fold; the latency of the table anew if it is to be timed again.
+/// Returns the timing of a finished fold; measures the latency of the table anew if it is to be timed again.
 fn timed(folder: &RunFolder, record: &FoldRecord, dataset: &Dataset, again: bool) -> Result<Option<Timing>> {
     let known = folder.timing(&record.key)?;
     let Some(before) = known.as_ref().filter(|own| again && own.latency.is_some()) else { return Ok(known) };

@@ -18,7 +18,7 @@ pub(crate) struct Breaker<'a> {
     dataset: &'a Dataset,
     part: Part,
     encoders: Vec<Compiled>,
-    /// What will stand before the network stands before its training.
+    /// The guard, which stands before the network in training as in prediction.
     guard: Option<Watch>,
     /// Room for one raw sample.
     sample: ArrayD<f32>,

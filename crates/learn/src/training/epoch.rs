@@ -1,4 +1,4 @@
-//! What happened in one epoch.
+//! The record of one epoch.
 
 use serde::{Deserialize, Serialize};
 

@@ -73,7 +73,7 @@ pub struct FeatureCache {
 #[derive(Debug, Default)]
 struct Last(Mutex<Option<Made>>);
 
-/// What features depend on, and they themselves.
+/// Features, and all that they depend on.
 #[derive(Debug)]
 struct Made {
     body: Graph,
@@ -155,7 +155,7 @@ impl CachedFeatures {
     /// Features of `rows`, one after the other.
     ///
     /// # Errors
-    /// What the engine refuses.
+    /// An error of the engine.
     pub fn rows(&mut self, rows: &[usize]) -> Result<&[f32]> {
         let features = Arc::clone(&self.features);
         let mut features = features.lock().unwrap_or_else(PoisonError::into_inner);

@@ -12,7 +12,7 @@ use crate::training::feature_cache::CachedFeatures;
 /// Gathers the rows of a batch into one slice per input of the graph.
 pub(crate) struct Feed<'a> {
     inputs: Vec<&'a Encoded>,
-    /// What lies beyond the edges of an input's images.
+    /// Values beyond the edges of an input's images.
     outside: Vec<Option<&'a [f32]>>,
     batches: Vec<Vec<f32>>,
     /// Breaks training samples, where that is asked for.
@@ -21,7 +21,7 @@ pub(crate) struct Feed<'a> {
     still: Option<CachedFeatures>,
 }
 
-/// What happens to the samples of a training pass.
+/// Changes to the samples of a training pass.
 #[derive(Clone, Copy)]
 pub(crate) struct Pass<'p> {
     /// Names the pass to the generator of faults.

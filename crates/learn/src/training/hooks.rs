@@ -1,10 +1,10 @@
-//! What a training hears and says while it runs.
+//! The connection of a training to its caller.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::training::session::Saver;
 
-/// What a training hears and says while it runs.
+/// The connection of a training to its caller.
 pub struct Hooks<'a> {
     /// Hears how many samples each step took.
     pub tick: &'a mut dyn FnMut(usize),

@@ -55,7 +55,7 @@ pub(crate) struct Learner<'d> {
     feed: Feed<'d>,
 }
 
-/// What a learner is made of.
+/// The settings of a learner.
 pub(crate) struct Work<'t> {
     pub name: &'t str,
     pub graph: &'t Graph,
@@ -66,7 +66,7 @@ pub(crate) struct Work<'t> {
     pub threads: usize,
     /// Whose answers it learns from beside the labels.
     pub teacher: Option<&'t Teacher>,
-    /// What frozen parts have made of samples.
+    /// Features of frozen parts.
     pub cache: &'t FeatureCache,
 }
 
@@ -214,7 +214,7 @@ impl<'d> Learner<'d> {
     /// Batch-norm statistics as the recipe wants them; false if cancelled.
     ///
     /// # Errors
-    /// What the engine refuses.
+    /// An error of the engine.
     pub fn settle(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
         if !self.settled && !self.population(rows, hooks)? {
             return Ok(false);
@@ -227,7 +227,7 @@ impl<'d> Learner<'d> {
     /// Training does not see them.
     ///
     /// # Errors
-    /// What the engine refuses.
+    /// An error of the engine.
     pub fn population(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
         if !self.has_norms {
             return Ok(true);
@@ -256,7 +256,7 @@ impl<'d> Learner<'d> {
     /// Logits of `rows` and their mean loss, of the network as its file will answer: frozen, with `weights`.
     ///
     /// # Errors
-    /// What the runtime refuses.
+    /// An error of the runtime.
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
         let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.threads);
         let each = self.batch.max(AT_ONCE);
@@ -282,7 +282,7 @@ impl<'d> Learner<'d> {
     /// Returns the mean loss of `rows`, and `metric` in its unit.
     ///
     /// # Errors
-    /// What the engine refuses.
+    /// An error of the engine.
     pub fn validate(&mut self, rows: &[usize], metric: &Metric) -> Result<(f64, f64)> {
         let mut logits = vec![];
         for rows in rows.chunks(self.batch) {
@@ -295,7 +295,7 @@ impl<'d> Learner<'d> {
     /// Returns the mean loss and the primary metric of the network as its file would answer now.
     ///
     /// # Errors
-    /// What the runtime refuses.
+    /// An error of the runtime.
     pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
         let (logits, loss) = self.test(&self.weights(), rows)?;
         Ok((loss, self.score(Metric::primary(&self.task), logits, rows)?))
@@ -326,7 +326,7 @@ impl<'d> Learner<'d> {
     }
 }
 
-/// What `graph` reads of `inputs`, in its order.
+/// Returns the inputs that `graph` reads, in its order.
 fn encoded(graph: &Graph, inputs: &[Input]) -> Vec<Arc<Encoded>> {
     read_by(graph, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect()
 }

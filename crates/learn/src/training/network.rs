@@ -24,7 +24,7 @@ use crate::training::session::{Best, Session};
 pub(crate) struct Training<'a> {
     /// The network and how it is trained.
     pub network: &'a Trainable,
-    /// What it learns from and is tested on.
+    /// The samples that it learns from and is tested on.
     pub set: &'a TrainingSet<'a>,
 }
 
@@ -37,9 +37,9 @@ pub(crate) struct TrainedNetwork {
     pub recipe: Recipe,
     /// Samples that were answered at a time.
     pub batch: usize,
-    /// What happened in training.
+    /// The epochs of the training.
     pub epochs: Vec<Epoch>,
-    /// What the fold has chosen by its validation part.
+    /// The choice of the fold by its validation part.
     pub chosen: Option<Chosen>,
     /// The epoch whose weights these are, with early stopping.
     pub best_epoch: Option<usize>,
@@ -105,7 +105,7 @@ impl Training<'_> {
         blake3::hash(own.to_string().as_bytes()).to_hex().to_string()
     }
 
-    /// What a trained network says about the test samples, with both kinds of batch-norm statistics.
+    /// Predicts the test samples, with both kinds of batch-norm statistics.
     fn test(
         &self,
         mut learner: Learner,

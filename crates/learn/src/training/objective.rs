@@ -1,4 +1,4 @@
-//! What training makes small: a loss with its targets, and how outputs are read.
+//! The objective of a training: a loss with its targets, and how outputs are read.
 
 use taxel_data::Labels;
 use taxel_graph::{Loss, Targets};

@@ -1,4 +1,4 @@
-//! What moves the weights.
+//! Optimisers with their settings.
 
 use serde::{Deserialize, Serialize};
 use taxel_engine::{Adam, Engine, Sgdm};
@@ -20,7 +20,7 @@ pub enum Optimizer {
         /// L2 penalty, `[0, 1]`. Default 0.
         #[serde(default)]
         weight_decay: f64,
-        /// What the penalty touches. Default `all`.
+        /// The parameters that the penalty touches. Default `all`.
         #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
         decay: Decay,
     },
@@ -49,7 +49,7 @@ pub struct Moments {
     pub lr: f64,
     /// L2 penalty, `[0, 1]`. Default 0.
     pub weight_decay: f64,
-    /// What the penalty touches. Default `all`.
+    /// The parameters that the penalty touches. Default `all`.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub decay: Decay,
     /// Decay of the first and second moment, each in `[0, 1)`. Default `[0.9, 0.999]`.

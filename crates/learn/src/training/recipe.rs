@@ -36,7 +36,7 @@ impl BatchNorm {
     }
 }
 
-/// What becomes of the running statistics of frozen batch norms.
+/// The treatment of the running statistics of frozen batch norms.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrozenStatistics {
@@ -69,7 +69,7 @@ pub enum ClassWeights {
     Balanced,
 }
 
-/// What a validation part is judged by: `loss`, or the name of a metric of the task, such as `accuracy`.
+/// The criterion on a validation part: `loss`, or the name of a metric of the task, such as `accuracy`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
 pub enum Criterion {
@@ -168,7 +168,7 @@ pub struct Recipe {
     /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (paper 004,
     /// Eq. 7) or `mean-squared-error`. `hinge` with an L2 penalty makes the last layer a linear support vector machine.
     pub loss: Loss,
-    /// What moves the weights.
+    /// The optimiser.
     pub optimizer: Optimizer,
     /// How the learning rate changes over the epochs.
     pub schedule: Schedule,
@@ -192,10 +192,10 @@ pub struct Recipe {
     pub early_stopping: Option<EarlyStopping>,
     /// Nodes that training leaves as they are, by name or a name's first parts: `["features"]`.
     pub frozen: Vec<String>,
-    /// What becomes of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
+    /// Treatment of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub frozen_statistics: FrozenStatistics,
-    /// What happens to training images and tensors at random, anew in every epoch. Default nothing.
+    /// Random changes to training images and tensors, anew in every epoch. Default nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augment: Option<Augment>,
     /// Faults that training samples meet, drawn anew in every epoch, before any encoding. Default none.

@@ -47,7 +47,7 @@ pub(crate) struct State {
     pub seconds: f64,
 }
 
-/// What a stage keeps besides the engine: the weights of its best epoch.
+/// A fold in training: its state, and the weights of the best epoch.
 #[derive(Debug, Default)]
 pub(crate) struct Session {
     pub state: State,

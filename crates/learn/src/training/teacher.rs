@@ -1,4 +1,4 @@
-//! What a network learns from beside its labels: the answers of a better one (distillation).
+//! The predictions of a better network, which a network learns from beside its labels (distillation).
 //!
 //! # Reference
 //!
@@ -24,7 +24,7 @@ impl Teacher {
         Teacher { share, outputs, answers: vec![f32::NAN; samples * outputs] }
     }
 
-    /// What it answers to `rows`: probabilities `[rows, outputs]`.
+    /// Takes its predictions for `rows`: probabilities `[rows, outputs]`.
     ///
     /// # Panics
     /// For a row that the data set has not, or another number of probabilities.

@@ -1,4 +1,4 @@
-//! What is done to raw readings before the network, as far as ONNX can say it.
+//! The steps from raw samples to the network, as far as ONNX can say them.
 
 use super::sink::{Sink, ints, sizes};
 use crate::error::Cause;
@@ -8,7 +8,7 @@ use crate::error::Cause;
 pub struct Reading {
     /// Shape of one raw reading, batch axis left out.
     pub shape: Vec<usize>,
-    /// What is done to it, in order; what comes out has the shape of the network's input.
+    /// The steps, in order; the last one gives the shape of the network's input.
     pub steps: Vec<Step>,
 }
 
@@ -95,7 +95,7 @@ fn less_baseline(sink: &mut Sink, name: &str, value: &str, readings: usize) -> S
     sink.step("Sub", &[value, &mean], &base, vec![])
 }
 
-/// What changes nothing is left out.
+/// Leaves out a scaling that changes nothing.
 fn scaled(
     sink: &mut Sink,
     name: &str,

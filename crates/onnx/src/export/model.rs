@@ -30,7 +30,7 @@ pub struct Export<'a> {
     pub graph: &'a Graph,
     /// Its tensors, which fit it.
     pub weights: &'a Weights,
-    /// What its first output was trained for: a second one, `probabilities`, follows from it. Default none.
+    /// The loss that its first output was trained for: a second one, `probabilities`, follows from it. Default none.
     pub loss: Option<Loss>,
     /// Of each input, how raw readings become it; none, and past the end, where it is taken as it is.
     pub readings: Vec<Option<Reading>>,

@@ -6,7 +6,7 @@ use bytes::Bytes;
 
 use crate::proto::{Attribute, Node, Tensor, dtype, kind};
 
-/// What has been written so far. Values and stored tensors share one space of names.
+/// The nodes and tensors that are written so far. Values and stored tensors share one space of names.
 #[derive(Default)]
 pub struct Sink {
     pub nodes: Vec<Node>,

@@ -16,9 +16,10 @@ pub fn constant<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause>
         return Ok(known(&[call.int("value_int", 0)], true));
     }
     if let Some(values) = call.ints("value_ints") {
-        return match values.len() <= MOST_AXES {
-            true => Ok(known(values, false)),
-            false => Err(call.refuse("holds a long list of integers")),
+        return if values.len() <= MOST_AXES {
+            Ok(known(values, false))
+        } else {
+            Err(call.refuse("holds a long list of integers"))
         };
     }
     let (floats, dims) = match call.floats("value_floats") {
@@ -103,9 +104,12 @@ pub fn sizes(work: &Work, view: &View) -> Vec<Dim> {
 /// An operation on numbers of shapes.
 pub fn arithmetic<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     let (values, scalar) = operand(work, call, 0)?;
-    let known = |values: Vec<Dim>, scalar| match values.len() <= MOST_AXES {
-        true => Ok(Value::Ints { values, scalar }),
-        false => Err(call.refuse("makes a long list of integers")),
+    let known = |values: Vec<Dim>, scalar| {
+        if values.len() <= MOST_AXES {
+            Ok(Value::Ints { values, scalar })
+        } else {
+            Err(call.refuse("makes a long list of integers"))
+        }
     };
     match call.op() {
         "Gather" => {

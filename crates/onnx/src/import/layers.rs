@@ -140,9 +140,10 @@ fn spread(call: Call, tensor: Tensor, outputs: usize) -> Result<Tensor, Cause> {
         [one] => vec![one; outputs],
         _ => tensor.data,
     };
-    match data.len() == outputs {
-        true => Ok(Tensor { shape: vec![outputs], data }),
-        false => Err(call.refuse(format!("adds {:?} to {outputs} outputs", tensor.shape))),
+    if data.len() == outputs {
+        Ok(Tensor { shape: vec![outputs], data })
+    } else {
+        Err(call.refuse(format!("adds {:?} to {outputs} outputs", tensor.shape)))
     }
 }
 

@@ -111,11 +111,12 @@ fn sum<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
 fn centred<'a>(work: &Work<'a>, call: Call<'a>, x: View, mean: &View) -> Result<Value, Cause> {
     let (rank, from) = (work.shape(x.node).len(), work.draft.node(mean.node));
     let own = from.op == Op::GlobalAveragePool && from.inputs == [x.node] && x.pad.is_empty();
-    match own && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1) {
-        true => Ok(Value::Part(Part::Centred, x)),
-        false => Err(call.refuse(
+    if own && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1) {
+        Ok(Value::Part(Part::Centred, x))
+    } else {
+        Err(call.refuse(
             "subtracts two values that both depend on the samples; taxel knows it in a standard deviation over space alone",
-        )),
+        ))
     }
 }
 
@@ -208,11 +209,12 @@ fn per_channel(call: Call, view: &View, given: &Tensor, channels: usize) -> Resu
     let at = view.axes.iter().position(|axis| *axis == Axis::Sample(0)).unwrap_or(0);
     let from_end = view.axes.len() - at;
     let meets = given.shape.len().checked_sub(from_end).and_then(|at| given.shape.get(at)) == Some(&channels);
-    match meets && given.data.len() == channels {
-        true => Ok(given.data.clone()),
-        false => Err(call.refuse(format!(
+    if meets && given.data.len() == channels {
+        Ok(given.data.clone())
+    } else {
+        Err(call.refuse(format!(
             "calculates with a constant of shape {:?}, which is not one number per channel",
             given.shape
-        ))),
+        )))
     }
 }

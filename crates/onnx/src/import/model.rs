@@ -30,7 +30,7 @@ pub struct Imported {
     pub graph: Graph,
     /// Its tensors.
     pub weights: Weights,
-    /// What was left out or renamed, for people.
+    /// Notes for the user: nodes that were left out, names that were changed.
     pub notes: Vec<String>,
 }
 
@@ -118,7 +118,7 @@ fn inputs<'a>(work: &mut Work<'a>, given: &'a [ValueInfo]) -> std::result::Resul
     Ok(())
 }
 
-/// What taxel calls inputs, by their axes; what several would be called keeps its name.
+/// Returns taxel's names of the inputs, by their axes; two of one name keep the names of the file.
 fn inputs_names(open: &[(&str, Vec<usize>)]) -> Vec<String> {
     const NAMES: [&str; 4] = ["signal", "signal", "image", "tensor"];
     let by_axes = |shape: &[usize]| NAMES[(shape.len() - 1).min(3)];

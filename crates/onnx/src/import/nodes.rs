@@ -88,8 +88,9 @@ fn cast<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
         }
         _ => [FLOAT, FLOAT16, DOUBLE, BFLOAT16].contains(&to),
     };
-    match fits {
-        true => Ok(value.clone()),
-        false => Err(call.refuse("makes whole numbers of others, or the other way round")),
+    if fits {
+        Ok(value.clone())
+    } else {
+        Err(call.refuse("makes whole numbers of others, or the other way round"))
     }
 }

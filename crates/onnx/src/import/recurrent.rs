@@ -14,9 +14,10 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
         return Err(call.refuse("reads every step of another LSTM; taxel's LSTM answers its last step alone"));
     }
     let across = call.int("layout", 0) != 0;
-    let wanted = match across {
-        true => [Axis::Batch, Axis::Sample(1), Axis::Sample(0)],
-        false => [Axis::Sample(1), Axis::Batch, Axis::Sample(0)],
+    let wanted = if across {
+        [Axis::Batch, Axis::Sample(1), Axis::Sample(0)]
+    } else {
+        [Axis::Sample(1), Axis::Batch, Axis::Sample(0)]
     };
     let shape = work.shape(view.node).to_vec();
     let &[channels, steps] = &shape[..] else {
@@ -53,9 +54,10 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
     let op = Op::Lstm { hidden, steps };
     let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
     let hidden = Axis::Sample(0);
-    let (all, last) = match across {
-        true => (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden]),
-        false => (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden]),
+    let (all, last) = if across {
+        (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden])
+    } else {
+        (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden])
     };
     Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
 }

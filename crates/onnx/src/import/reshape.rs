@@ -144,7 +144,7 @@ fn matched(axes: &[Axis], from: &[Dim], to: &[Dim]) -> Option<Vec<Axis>> {
     Some(out)
 }
 
-/// What several axes are as one.
+/// Merges several axes into one.
 fn merged(axes: &[Axis]) -> Option<Axis> {
     let real: Vec<Axis> = axes.iter().copied().filter(|axis| *axis != Axis::Unit).collect();
     match real[..] {

@@ -181,9 +181,10 @@ pub fn split<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Caus
         values.push(Value::Flow(View { node, ..view.clone() }));
         start = start.saturating_add(len);
     }
-    match start == channels {
-        true => Ok(values),
-        false => Err(call.refuse(format!("its parts have {start} of {channels} channels"))),
+    if start == channels {
+        Ok(values)
+    } else {
+        Err(call.refuse(format!("its parts have {start} of {channels} channels")))
     }
 }
 

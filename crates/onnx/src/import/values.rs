@@ -1,4 +1,4 @@
-//! What a name of an ONNX graph stands for while it is read.
+//! The meaning of a name of an ONNX graph while it is read.
 
 /// Index of a node of the draft.
 pub type Id = usize;
@@ -6,7 +6,7 @@ pub type Id = usize;
 /// A value of an ONNX graph.
 #[derive(Debug, Clone)]
 pub enum Value {
-    /// What a node of the network computes.
+    /// The value of a node of the network.
     Flow(View),
     /// A stored tensor.
     Stored {
@@ -44,7 +44,7 @@ pub enum Part {
     },
     /// `max(0, min(1, x / 6 + 0.5))` of the input.
     HardSigmoid,
-    /// What taxel makes of the logits by itself: their softmax, or they cut at 0 and 1.
+    /// The probabilities that taxel makes of the logits by itself: their softmax, or the logits clamped to 0..1.
     Probabilities,
 }
 
@@ -68,7 +68,7 @@ pub struct View {
     pub pad: Vec<(usize, usize)>,
 }
 
-/// What an axis of a value is.
+/// The role of an axis of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// The samples.

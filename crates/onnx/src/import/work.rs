@@ -1,4 +1,4 @@
-//! What is known of a file while its nodes are read, and how they ask for it.
+//! Everything known of a file while its nodes are read, and the questions that they ask of it.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub struct Work<'a> {
     pub uses: HashMap<&'a str, usize>,
     /// The number of samples, where the file fixes one.
     pub batch: Option<i64>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -50,11 +50,12 @@ impl<'a> Work<'a> {
     /// Input `at`, which a node computes.
     pub fn flow(&self, call: Call<'a>, at: usize) -> Result<View, Cause> {
         let view = self.padded(call, at)?;
-        match view.pad.is_empty() {
-            true => Ok(view),
-            false => Err(call.refuse(
+        if view.pad.is_empty() {
+            Ok(view)
+        } else {
+            Err(call.refuse(
                 "reads padded values; taxel knows padding of zeros before a convolution or an average pool alone",
-            )),
+            ))
         }
     }
 
@@ -81,19 +82,21 @@ impl<'a> Work<'a> {
     /// Refuses axes in another order than samples, then those of the node.
     pub fn refuse_order(&self, call: Call<'a>, view: &View, units: usize) -> Result<(), Cause> {
         self.refuse_steps(call, view)?;
-        match view.is_plain(self.shape(view.node).len(), units) {
-            true => Ok(()),
-            false => Err(call.refuse(
+        if view.is_plain(self.shape(view.node).len(), units) {
+            Ok(())
+        } else {
+            Err(call.refuse(
                 "reads axes that are not samples, channels and space, in this order: taxel turns axes only before an \
                  LSTM and in a channel shuffle",
-            )),
+            ))
         }
     }
 
     fn refuse_steps(&self, call: Call<'a>, view: &View) -> Result<(), Cause> {
-        match view.axes.contains(&Axis::Step) {
-            true => Err(call.refuse("reads every step of an LSTM; taxel's LSTM answers its last step alone")),
-            false => Ok(()),
+        if view.axes.contains(&Axis::Step) {
+            Err(call.refuse("reads every step of an LSTM; taxel's LSTM answers its last step alone"))
+        } else {
+            Ok(())
         }
     }
 

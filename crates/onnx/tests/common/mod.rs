@@ -18,10 +18,7 @@ pub fn weights(graph: &Graph) -> Weights {
         }
         let value = |i: usize| {
             let wave = ((i * 37 + param.name.len()) % 19) as f32 / 19.0;
-            match statistic && param.name.ends_with("mean") {
-                true => 0.2 * (wave - 0.5),
-                false => 0.75 + 0.5 * wave,
-            }
+            if statistic && param.name.ends_with("mean") { 0.2 * (wave - 0.5) } else { 0.75 + 0.5 * wave }
         };
         let data = (0..param.len()).map(value).collect();
         weights.insert(&param.name, Tensor { shape: param.shape.clone(), data });

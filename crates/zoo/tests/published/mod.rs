@@ -1,4 +1,4 @@
-//! What the papers print about costs, beside what the graphs say: `docs/costs.md`, and the rows that
+//! The costs that the papers print, beside those of the graphs: `docs/costs.md`, and the rows that
 //! `tests/costs.rs` holds.
 
 use std::fmt::Write;
@@ -109,7 +109,7 @@ impl Row {
 
 /// Rouhafzay et al. 2021, section 7: kilobytes of two networks, and of the two-stream one in their place.
 pub const COMPRESSION: [f64; 2] = [16_644.0, 11_652.0];
-/// What counts as agreement: files are compressed, and hold what a network's tensors do not.
+/// The ratio that counts as agreement: files are compressed, and hold what a network's tensors do not.
 pub const AGREEMENT: std::ops::Range<f64> = 1.42..1.43;
 
 /// How much smaller than two of mobilenet-v2 the two-stream network is, by what is counted.

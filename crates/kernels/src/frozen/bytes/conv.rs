@@ -251,12 +251,13 @@ fn panel(
         };
         (0..width).map(one).collect()
     };
-    let factor = |lane: usize| match first + lane < filters {
-        true => {
+    let factor = |lane: usize| {
+        if first + lane < filters {
             let unit = sums.unit[group * filters + first + lane];
             (f64::from(unit) * sums.output.steps()) as f32
+        } else {
+            0.0
         }
-        false => 0.0,
     };
     Panel {
         vectors,

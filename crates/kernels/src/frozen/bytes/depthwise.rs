@@ -92,7 +92,7 @@ impl Depthwise {
     }
 }
 
-/// What the sums of each channel start from, where this much of the kernel lies over the image: depths and rows.
+/// Returns the start of each channel's sums, where this much of the kernel lies over the image: depths and rows.
 fn starts(window: &Window3, [depths, rows]: &[Range<usize>; 2], sums: &Sums) -> Vec<f32> {
     let [_, kernel_rows, columns] = window.kernel;
     let channels = sums.bias.len();

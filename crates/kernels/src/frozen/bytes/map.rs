@@ -104,7 +104,7 @@ impl Map {
     }
 }
 
-/// What a value is multiplied by, and what is added.
+/// A factor and an offset per channel.
 struct PerChannel<'a> {
     factors: &'a [f32],
     shifts: &'a [f32],

@@ -1,4 +1,4 @@
-//! What becomes of exact sums: bytes of another scale, or floats.
+//! The output of exact sums: bytes of another scale, or floats.
 
 use crate::view::Rectifier;
 

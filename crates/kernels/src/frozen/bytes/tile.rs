@@ -16,10 +16,10 @@ pub(super) struct Tile<'a> {
     pub segments: &'a [(usize, usize)],
     /// Fours of bytes in a stretch.
     pub fours: usize,
-    /// What sums start from, and what they are multiplied with: one value per lane of all vectors.
+    /// The start of the sums, and then their factors: one value per lane of all vectors.
     pub start: *const i32,
     pub factor: *const f32,
-    /// What is added to them then: address, distance of its rows, zero, factor.
+    /// The addend of the sums: address, distance of its rows, zero, factor.
     pub addend: Option<(*const u8, usize, f32, f32)>,
     pub ending: Ending,
     pub c: Pointer,
