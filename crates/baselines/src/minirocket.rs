@@ -76,7 +76,7 @@ impl TryFrom<Parts> for MiniRocket {
         let is_whole = !dilations.is_empty()
             && dilations.iter().all(fits)
             && channels.len() == dilations.len() * KERNELS
-            && channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < shape[0]))
+            && channels.iter().all(|read| !read.is_empty() && read.iter().all(|&c| c < shape[0]))
             && features.and_then(|each| each.checked_mul(KERNELS)) == Some(biases.len());
         if is_whole {
             Ok(MiniRocket::new(shape, dilations, channels, biases))
@@ -164,7 +164,7 @@ impl MiniRocket {
         let fits = draws.examples.len() == kernels
             && draws.channels.len() == kernels
             && draws.examples.iter().all(|&i| i < train.len())
-            && draws.channels.iter().all(|own| !own.is_empty() && own.iter().all(|&c| c < channels));
+            && draws.channels.iter().all(|read| !read.is_empty() && read.iter().all(|&c| c < channels));
         if !fits {
             return Err(Error::setting("draws", draws.examples.len(), "must be one per kernel and dilation"));
         }
@@ -255,8 +255,8 @@ impl MiniRocket {
         let flat = |pairs: &[(usize, usize)]| pairs.iter().flat_map(|&(a, b)| [a as f32, b as f32]).collect();
         let widest = self.channels.iter().map(Vec::len).max().unwrap_or(1);
         // Rows of unequal length are filled up with -1.
-        let channels = self.channels.iter().flat_map(|own| {
-            own.iter().map(|&c| c as f32).chain(std::iter::repeat(-1.0)).take(widest).collect::<Vec<_>>()
+        let channels = self.channels.iter().flat_map(|read| {
+            read.iter().map(|&c| c as f32).chain(std::iter::repeat(-1.0)).take(widest).collect::<Vec<_>>()
         });
         vec![
             ("rocket.dilations", vec![self.dilations.len(), 2], flat(&self.dilations)),
@@ -273,7 +273,8 @@ impl MiniRocket {
             .map(|pair| (pair[0] as usize, pair[1] as usize))
             .collect();
         let widest = saved.get("rocket.channels")?.len() / (dilations.len() * KERNELS).max(1);
-        let row = |own: &[f32]| own.iter().filter(|c| **c >= 0.0).map(|&c| c as usize).collect::<Vec<_>>();
+        let row =
+            |padded: &[f32]| padded.iter().filter(|c| **c >= 0.0).map(|&c| c as usize).collect::<Vec<_>>();
         let channels: Vec<Vec<usize>> = saved
             .sized("rocket.channels", dilations.len() * KERNELS * widest)?
             .chunks_exact(widest.max(1))
@@ -296,13 +297,13 @@ fn rocket(
     for (step, &(dilation, count)) in dilations.iter().enumerate() {
         let padding = (KERNEL - 1) * dilation / 2;
         for (kernel, &twos) in places.iter().enumerate() {
-            let (own, rest) = biases.split_at(count.min(biases.len()));
+            let (first, rest) = biases.split_at(count.min(biases.len()));
             biases = rest;
             // Every other kernel leaves out the positions that read beyond the ends.
             let counted =
                 if (step + kernel).is_multiple_of(2) { 0..length } else { padding..length - padding };
             let channels = read[step * KERNELS + kernel].clone();
-            convolutions.push(Dilated { dilation, twos, channels, biases: own.to_vec(), counted });
+            convolutions.push(Dilated { dilation, twos, channels, biases: first.to_vec(), counted });
         }
     }
     Rocket::new(channels, length, convolutions)

@@ -231,7 +231,7 @@ fn leave_one_out(gram: &Mat<f64>, targets: &Mat<f64>, alpha: f64) -> Option<(f64
     let intercept = 1.0 / (n as f64 * (n as f64 + alpha));
     let diagonal: Vec<f64> = inverse.col_iter().map(|column| column.squared_norm_l2() - intercept).collect();
     let off = |column: faer::ColRef<f64>| {
-        column.iter().zip(&diagonal).map(|(value, own)| (value / own).powi(2)).sum::<f64>()
+        column.iter().zip(&diagonal).map(|(value, pivot)| (value / pivot).powi(2)).sum::<f64>()
     };
     let error: f64 = dual.col_iter().map(off).sum();
     error.is_finite().then_some((error, dual))

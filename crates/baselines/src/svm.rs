@@ -97,9 +97,9 @@ impl Svm {
         let mut place = vec![usize::MAX; n];
         let mut vectors = vec![];
         let mut coefficients = vec![];
-        for (own, _) in &solved {
+        for (support, _) in &solved {
             let mut row = vec![];
-            for &(i, coefficient) in own {
+            for &(i, coefficient) in support {
                 if place[i] == usize::MAX {
                     place[i] = vectors.len() / features;
                     vectors.extend_from_slice(train.sample(i));
@@ -122,8 +122,8 @@ impl Svm {
             return self;
         }
         self.planes = vec![0.0; self.pairs.len() * features];
-        for (plane, own) in self.planes.chunks_exact_mut(features).zip(&self.coefficients) {
-            for &(vector, coefficient) in own {
+        for (plane, coefficients) in self.planes.chunks_exact_mut(features).zip(&self.coefficients) {
+            for &(vector, coefficient) in coefficients {
                 let vector = &self.vectors[vector * features..][..features];
                 let terms = plane.iter_mut().zip(vector);
                 terms.for_each(|(sum, v)| *sum += f64::from(coefficient) * f64::from(*v));
@@ -151,15 +151,15 @@ impl Svm {
     fn decide_some(&self, x: &[f32], Work { alike, .. }: &mut Work, values: &mut [f32]) {
         let (features, vectors) = (self.features(), self.vectors.len() / self.features());
         let n = x.len() / features;
-        let own = if self.planes.is_empty() { vectors } else { self.pairs.len() };
-        alike.resize(n * own, 0.0);
+        let width = if self.planes.is_empty() { vectors } else { self.pairs.len() };
+        alike.resize(n * width, 0.0);
         match self.kernel {
             Kernel::Rbf => {
                 double::squares(features, &self.vectors, x, false, alike);
                 alike.iter_mut().for_each(|square| *square = (-self.gamma * *square).exp());
             }
             Kernel::Linear => {
-                for (x, alike) in x.chunks_exact(features).zip(alike.chunks_exact_mut(own.max(1))) {
+                for (x, alike) in x.chunks_exact(features).zip(alike.chunks_exact_mut(width.max(1))) {
                     if self.planes.is_empty() {
                         double::dots(&self.vectors, x, alike)
                     } else {
@@ -168,7 +168,7 @@ impl Svm {
                 }
             }
         }
-        let rows = values.chunks_exact_mut(self.pairs.len().max(1)).zip(alike.chunks_exact(own.max(1)));
+        let rows = values.chunks_exact_mut(self.pairs.len().max(1)).zip(alike.chunks_exact(width.max(1)));
         for (values, alike) in rows {
             for (pair, value) in values.iter_mut().enumerate() {
                 let machine = || self.coefficients[pair].iter().map(|&(v, c)| f64::from(c) * alike[v]).sum();
@@ -201,7 +201,7 @@ impl Svm {
             confidence[a] += value;
             confidence[b] -= value;
         }
-        votes.iter_mut().zip(confidence).for_each(|(own, c)| *own += *c / (3.0 * (c.abs() + 1.0)));
+        votes.iter_mut().zip(confidence).for_each(|(vote, c)| *vote += *c / (3.0 * (c.abs() + 1.0)));
     }
 
     /// [`Svm::votes`] of one recording.
@@ -227,14 +227,14 @@ impl Svm {
     }
 
     pub(crate) fn macs(&self) -> u64 {
-        self.vectors.len() as u64 + self.coefficients.iter().map(|own| own.len() as u64).sum::<u64>()
+        self.vectors.len() as u64 + self.coefficients.iter().map(|pair| pair.len() as u64).sum::<u64>()
     }
 
     pub(crate) fn tensors(&self) -> Vec<(&'static str, Vec<usize>, Vec<f32>)> {
         let count = self.vectors.len() / self.features();
         let mut dual = vec![0.0; self.pairs.len() * count];
-        for (pair, own) in self.coefficients.iter().enumerate() {
-            own.iter().for_each(|&(vector, coefficient)| dual[pair * count + vector] = coefficient);
+        for (pair, coefficients) in self.coefficients.iter().enumerate() {
+            coefficients.iter().for_each(|&(vector, coefficient)| dual[pair * count + vector] = coefficient);
         }
         vec![
             ("svm.vectors", vec![count, self.shape[0], self.shape[1]], self.vectors.clone()),
@@ -261,11 +261,11 @@ impl Svm {
         if bias.len() != pairs.len() || pairs.iter().any(|&(a, b)| a >= classes || b >= classes) {
             return Err(Error::Saved { tensor: "svm.pairs".into(), reason: "does not fit the classes" });
         }
-        let own = |pair: usize| {
+        let of_pair = |pair: usize| {
             let row = dual[pair * count..(pair + 1) * count].iter().copied().enumerate();
             row.filter(|(_, coefficient)| *coefficient != 0.0).collect()
         };
-        let coefficients = (0..pairs.len()).map(own).collect();
+        let coefficients = (0..pairs.len()).map(of_pair).collect();
         let (vectors, gamma, planes) = (vectors.to_vec(), f64::from(gamma), vec![]);
         Ok(Svm { kernel, gamma, shape, classes, vectors, pairs, coefficients, bias, planes }.planed())
     }

@@ -42,8 +42,8 @@ pub fn from_bytes(bytes: &[u8]) -> Result<(Weights, Option<String>), Cause> {
         }
         let (from, to) = info.data_offsets;
         let bytes = values.get(from..to).ok_or_else(cut)?;
-        let own = name.strip_suffix(SCALE).and_then(|own| header.info(own));
-        if own.is_some_and(|own| own.dtype == Dtype::I8) {
+        let tensor = name.strip_suffix(SCALE).and_then(|tensor| header.info(tensor));
+        if tensor.is_some_and(|tensor| tensor.dtype == Dtype::I8) {
             continue;
         }
         let data = match info.dtype {

@@ -77,9 +77,9 @@ fn a_panic_inside_the_reader_is_an_error() {
 /// This test's own process runs the one above again, and listens to what it says.
 #[test]
 fn a_panic_inside_the_reader_is_not_heard() {
-    let own = std::env::current_exe().unwrap();
+    let program = std::env::current_exe().unwrap();
     let test = "a_panic_inside_the_reader_is_an_error";
-    let output = std::process::Command::new(own).args(["--exact", test, "--nocapture"]).output().unwrap();
+    let output = std::process::Command::new(program).args(["--exact", test, "--nocapture"]).output().unwrap();
     let (said, results) = (String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout));
     assert!(output.status.success() && results.contains("1 passed"), "{results}");
     assert!(!said.contains("panicked"), "{said}");

@@ -175,13 +175,13 @@ fn another_number_of_classes_replaces_the_head_alone_and_says_so() {
         let trained = entry.graph(&more).unwrap();
         more.insert("classes".into(), 31.into());
         let wanted = entry.graph(&more).unwrap();
-        let (checkpoint, own) = (fresh(&trained, 1), fresh(&wanted, 2));
-        let mut weights = own.clone();
+        let (checkpoint, drawn) = (fresh(&trained, 1), fresh(&wanted, 2));
+        let mut weights = drawn.clone();
         let replaced = weights.start_from(&wanted, &checkpoint, false).unwrap();
         assert!(!replaced.is_empty(), "{}", entry.name);
         for param in wanted.params() {
             let fresh = replaced.contains(&param.name);
-            let from = if fresh { own.get(&param.name) } else { checkpoint.get(&param.name) };
+            let from = if fresh { drawn.get(&param.name) } else { checkpoint.get(&param.name) };
             assert_eq!(weights.get(&param.name), from, "{}: {}", entry.name, param.name);
             let another = trained.params().find(|p| p.name == param.name).unwrap().shape != param.shape;
             // A scale or shift of the head has as many values as there are classes.
@@ -203,20 +203,20 @@ fn another_number_of_classes_replaces_the_head_alone_and_says_so() {
 #[test]
 fn a_new_head_is_fresh_and_all_else_must_fit() {
     let net = graph("resnet8-lite-1d", "");
-    let (checkpoint, own) = (fresh(&net, 1), fresh(&net, 2));
-    let mut weights = own.clone();
+    let (checkpoint, drawn) = (fresh(&net, 1), fresh(&net, 2));
+    let mut weights = drawn.clone();
     assert_eq!(weights.start_from(&net, &checkpoint, true).unwrap(), ["fc.weight", "fc.bias"]);
-    assert_eq!(weights.get("fc.weight"), own.get("fc.weight"));
+    assert_eq!(weights.get("fc.weight"), drawn.get("fc.weight"));
     assert_eq!(weights.get("stem.conv.weight"), checkpoint.get("stem.conv.weight"));
     // A body without a head is enough for a new one.
     let mut body = Weights::new();
     checkpoint.iter().filter(|(n, _)| !n.starts_with("fc.")).for_each(|(n, t)| body.insert(n, t.clone()));
-    weights = own.clone();
+    weights = drawn.clone();
     assert_eq!(weights.start_from(&net, &body, true).unwrap().len(), 2);
     let refuse = |checkpoint: &Weights| {
-        let mut weights = own.clone();
+        let mut weights = drawn.clone();
         let refusal = weights.start_from(&net, checkpoint, false).unwrap_err().to_string();
-        assert_eq!(weights, own, "nothing is replaced");
+        assert_eq!(weights, drawn, "nothing is replaced");
         refusal
     };
     assert!(refuse(&body).contains("tensor `fc.weight` is missing"));
@@ -250,11 +250,11 @@ fn stitched_streams_answer_as_their_parents_bit_for_bit() {
     for (node, _) in parent.nodes().iter().zip(covered).filter(|(_, covered)| *covered) {
         node.params.iter().for_each(|p| tactile.insert(&p.name, visual.get(&p.name).unwrap().clone()));
     }
-    let mut own = Weights::new();
-    own.insert("mean", Tensor { shape: vec![6], data: vec![0.1, 0.2, -0.1, 0.3, 0.0, 0.5] });
-    own.insert("std", Tensor { shape: vec![6], data: vec![0.5, 2.0, 0.7, 1.1, 0.9, 0.3] });
+    let mut others = Weights::new();
+    others.insert("mean", Tensor { shape: vec![6], data: vec![0.1, 0.2, -0.1, 0.3, 0.0, 0.5] });
+    others.insert("std", Tensor { shape: vec![6], data: vec![0.5, 2.0, 0.7, 1.1, 0.9, 0.3] });
     let parents = [("visual", &visual), ("tactile", &tactile)];
-    let stitched = Weights::stitched(&split, &parents, "shared", &own).unwrap();
+    let stitched = Weights::stitched(&split, &parents, "shared", &others).unwrap();
     let plane = 64 * 47;
     let image = values(3 * plane, 9);
     for (stream, (name, weights)) in parents.into_iter().enumerate() {
@@ -264,20 +264,21 @@ fn stitched_streams_answer_as_their_parents_bit_for_bit() {
         let standardised: Vec<f32> = (0..3 * plane)
             .map(|i| {
                 let channel = 3 * stream + i / plane;
-                (image[i] - own.get("mean").unwrap().data[channel]) / own.get("std").unwrap().data[channel]
+                (image[i] - others.get("mean").unwrap().data[channel])
+                    / others.get("std").unwrap().data[channel]
             })
             .collect();
-        let alone = answer(&parent, weights, &[&standardised], 1).remove(0).1;
+        let by_parent = answer(&parent, weights, &[&standardised], 1).remove(0).1;
         let here = &outputs.iter().find(|(output, _)| output == name).unwrap().1;
-        assert_eq!(here, &alone, "{name}");
+        assert_eq!(here, &by_parent, "{name}");
     }
     let other = "features.9.conv.2.weight";
     tactile.insert(other, fresh(&parent, 3).get(other).unwrap().clone());
     let parents = [("visual", &visual), ("tactile", &tactile)];
-    let refusal = Weights::stitched(&split, &parents, "shared", &own).unwrap_err().to_string();
+    let refusal = Weights::stitched(&split, &parents, "shared", &others).unwrap_err().to_string();
     let words = "mobilenet-v2-split: shared tensor `features.9.conv.2.weight` is another in `visual` than in `tactile`";
     assert!(refusal.starts_with(words), "{refusal}");
-    let refusal = Weights::stitched(&split, &parents[..1], "shared", &own).unwrap_err().to_string();
+    let refusal = Weights::stitched(&split, &parents[..1], "shared", &others).unwrap_err().to_string();
     assert!(refusal.contains("tensor `tactile.features.0.0.weight` is missing"), "{refusal}");
 }
 

@@ -66,7 +66,7 @@ fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
     for (time, phase) in plan.backward.iter().enumerate() {
         let node = |id: usize| {
             let node = &plan.nodes[id];
-            node.slots.iter().flatten().map(|&(slot, _)| slot).chain(node.own.iter().copied())
+            node.slots.iter().flatten().map(|&(slot, _)| slot).chain(node.gradients.iter().copied())
         };
         match phase {
             Phase::Samples(steps) => steps.iter().for_each(|step| match *step {
@@ -130,7 +130,7 @@ mod tests {
                 (0..count).for_each(|sample| put(&mut memory, slot, sample));
             }
             let node = |memory: &mut Vec<Vec<_>>, id: usize, sample: usize| {
-                plan.nodes[id].own.iter().for_each(|&slot| read(memory, slot, sample));
+                plan.nodes[id].gradients.iter().for_each(|&slot| read(memory, slot, sample));
                 for &(slot, add) in plan.nodes[id].slots.iter().flatten() {
                     if add {
                         read(memory, slot, sample);

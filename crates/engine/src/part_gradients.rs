@@ -103,18 +103,18 @@ impl PartGradients {
     /// up from all its slots through their views.
     fn collect(&mut self, part: &Part, shared: &SharedBackward, id: NodeId, sample: usize) -> Option<Place> {
         let Compiled { plan, nodes, places, lens, .. } = shared.forward.compiled;
-        let own = &plan.nodes[id].own;
-        if let [slot] = own[..] {
+        let gradients = &plan.nodes[id].gradients;
+        if let [slot] = gradients[..] {
             let seen = &plan.slots[slot].seen;
             if seen.norm.is_none() && seen.rectifier == Rectifier::None {
                 return Some(places.places[slot]);
             }
         }
         let x = &part.values[id][sample * lens[id]..][..lens[id]];
-        for (i, &slot) in own.iter().enumerate() {
+        for (i, &slot) in gradients.iter().enumerate() {
             let seen = &plan.slots[slot].seen;
             // What a batch norm takes from the whole batch counts once, however many views it has.
-            let first = !own[..i].iter().any(|&s| plan.slots[s].seen.norm == seen.norm);
+            let first = !gradients[..i].iter().any(|&s| plan.slots[s].seen.norm == seen.norm);
             let gradient = seen.norm.map(|n| shared.norms[n].input(first));
             let place = places.places[slot];
             let dy = &self.slots[place.buffer][sample * place.stride..][..lens[id]];

@@ -56,7 +56,7 @@ pub(crate) struct NodePlan {
     /// Where their gradients go, and whether they are added to earlier ones.
     pub slots: Vec<Option<(usize, bool)>>,
     /// Slots of its own output, from which its gradient is collected.
-    pub own: Vec<usize>,
+    pub gradients: Vec<usize>,
     /// Batch norms that need statistics of its output: those that do not keep theirs.
     pub norms: Vec<usize>,
 }
@@ -171,7 +171,7 @@ impl Plan {
         let outputs = self.slots.len();
         let (reached, readers) = self.give_slots(graph, &trains);
         for (number, slot) in self.slots.iter().enumerate() {
-            self.nodes[slot.seen.stored].own.push(number);
+            self.nodes[slot.seen.stored].gradients.push(number);
         }
         self.backward_phases(graph, &trains, &reached, readers, outputs)
     }
@@ -180,8 +180,8 @@ impl Plan {
     fn trains(&self, graph: &Graph, frozen: &[bool]) -> Vec<bool> {
         let mut trains = vec![false; self.nodes.len()];
         for (id, node) in graph.nodes().iter().enumerate() {
-            let own = node.params.iter().any(|p| p.kind == Kind::Parameter);
-            trains[id] = own && !frozen[id] || node.inputs.iter().any(|&i| trains[i]);
+            let learns = node.params.iter().any(|p| p.kind == Kind::Parameter);
+            trains[id] = learns && !frozen[id] || node.inputs.iter().any(|&i| trains[i]);
         }
         trains
     }
@@ -244,7 +244,7 @@ impl Plan {
             if !node.stored || !reached[id] {
                 continue;
             }
-            let norms = node.own.iter().filter_map(|&s| self.slots[s].seen.norm);
+            let norms = node.gradients.iter().filter_map(|&s| self.slots[s].seen.norm);
             let waits: Vec<usize> = norms.filter(|&n| !std::mem::replace(&mut summed[n], true)).collect();
             if !waits.is_empty() {
                 flush(&mut phases, &mut steps);

@@ -72,17 +72,17 @@ fn decay_of_matrices_alone_is_no_decay_of_the_rest() {
     for ((name, optimiser), (all, none)) in OPTIMISERS.iter().zip(plain.iter().zip(spared)) {
         let graph = mixed();
         let options = Options { batch: 5, decay: Decay::Matrices, ..Options::default() };
-        let mut own = Engine::new(&graph, &weights(&graph), options).unwrap();
+        let mut whole = Engine::new(&graph, &weights(&graph), options).unwrap();
         let [mut decayed, mut bare] = [(); 2].map(|()| engine(5, 1, &[]));
-        for engine in [&mut own, &mut decayed, &mut bare] {
+        for engine in [&mut whole, &mut decayed, &mut bare] {
             pass(engine, 5, 1);
         }
-        optimiser(&mut own);
+        optimiser(&mut whole);
         all(&mut decayed);
         none(&mut bare);
-        let [own, decayed, bare] = [own, decayed, bare].map(|engine| engine.weights());
+        let [whole, decayed, bare] = [whole, decayed, bare].map(|engine| engine.weights());
         assert_ne!(decayed, bare);
-        for (param, tensor) in own.iter() {
+        for (param, tensor) in whole.iter() {
             let want = if tensor.shape.len() > 1 { &decayed } else { &bare };
             assert_eq!(Some(tensor), want.get(param), "{name}: {param}");
         }
@@ -333,9 +333,9 @@ fn dropout_counts_training_passes_and_rests_in_evaluation() {
     assert_ne!(first, second, "another step drops other values");
     assert_ne!(first, run(Some((2, 0)), Mode::Train).0, "another seed too");
     assert_eq!(second, run(Some((1, 1)), Mode::Train).0);
-    let (still, next) = run(Some((1, 7)), Mode::Eval);
+    let (evaluated, next) = run(Some((1, 7)), Mode::Eval);
     assert_eq!(next, (1, 7), "evaluation counts nothing");
-    assert_eq!(still, run(Some((5, 0)), Mode::Eval).0);
+    assert_eq!(evaluated, run(Some((5, 0)), Mode::Eval).0);
 }
 
 #[test]

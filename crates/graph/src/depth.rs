@@ -80,7 +80,7 @@ impl Graph {
             Op::Conv { groups: 1, .. } | Op::Linear { .. } => node.inputs[0],
             _ => return None,
         };
-        let is_first = !self.leading_to(start).iter().any(|&own| is_layer(&self.nodes[own].op));
+        let is_first = !self.leading_to(start).iter().any(|&earlier| is_layer(&self.nodes[earlier].op));
         if is_first || self.only_reader(start) != Some(id) {
             return None;
         }
@@ -105,9 +105,9 @@ impl Graph {
 
     /// The one node that reads `id`; none where several do, or where it is an output.
     fn only_reader(&self, id: NodeId) -> Option<NodeId> {
-        let mut readers = (0..self.nodes.len()).filter(|&own| self.nodes[own].inputs.contains(&id));
+        let mut readers = (0..self.nodes.len()).filter(|&reader| self.nodes[reader].inputs.contains(&id));
         let only = readers.next().filter(|_| readers.next().is_none());
-        only.filter(|_| self.outputs.iter().all(|(_, own)| *own != id))
+        only.filter(|_| self.outputs.iter().all(|(_, output)| *output != id))
     }
 
     /// The block that ends in the sum `id`, or where `id` joins channels, if nobody else reads what is inside.
@@ -119,10 +119,10 @@ impl Graph {
             let (above, before) = (self.leading_to(main), self.leading_to(shortcut));
             let body: BTreeSet<NodeId> = above.difference(&before).copied().collect();
             let reads = |node: &Node| node.inputs.iter().any(|input| body.contains(input));
-            let outside = |(own, _): &(NodeId, &Node)| *own != id && !body.contains(own);
+            let outside = |(other, _): &(NodeId, &Node)| *other != id && !body.contains(other);
             let is_read = self.nodes.iter().enumerate().filter(outside).any(|(_, node)| reads(node));
-            let is_given = body.iter().any(|&own| self.nodes[own].op == Op::Input);
-            let is_output = self.outputs.iter().any(|(_, own)| body.contains(own));
+            let is_given = body.iter().any(|&node| self.nodes[node].op == Op::Input);
+            let is_output = self.outputs.iter().any(|(_, output)| body.contains(output));
             let is_block =
                 above.contains(&shortcut) && !body.is_empty() && !(is_read || is_given || is_output);
             is_block.then_some(Block { end: id, start: shortcut, body })

@@ -71,9 +71,9 @@ mod tests {
             (2, 0x6bb294b35ea797b6),
             (5, 0xf83c9f29a0767183),
         ] {
-            let own =
+            let bits =
                 (0..64).fold(0, |word, element| word | u64::from(mask.keeps(sample, element)) << element);
-            assert_eq!(own, kept, "sample {sample}: {own:#x}");
+            assert_eq!(bits, kept, "sample {sample}: {bits:#x}");
         }
     }
 

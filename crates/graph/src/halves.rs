@@ -20,21 +20,22 @@ impl Graph {
     ///
     /// The body has as many layers as it can have; of places as good it ends at the last of those with the fewest
     /// values. None if no layer is still from the inputs on, or if none is left to the head.
-    pub fn halves(&self, still: &[bool]) -> Option<Halves> {
+    pub fn halves(&self, unchanged: &[bool]) -> Option<Halves> {
         let layers = |before: &[bool]| {
             self.nodes.iter().zip(before).filter(|(node, before)| **before && !node.params.is_empty()).count()
         };
         let ends = (0..self.nodes.len()).filter(|&id| self.nodes[id].op != Op::Input);
-        let places = ends.filter_map(|end| Some((end, self.body_before(end, still)?)));
+        let places = ends.filter_map(|end| Some((end, self.body_before(end, unchanged)?)));
         let size = |id: NodeId| self.nodes[id].shape.iter().product::<usize>();
         let rank = |(end, before): &(NodeId, Vec<bool>)| (layers(before), Reverse(size(*end)), *end);
         let (end, before) = places.max_by_key(rank).filter(|(_, before)| layers(before) > 0)?;
         let place = |id: NodeId| {
             if id == end { 0 } else { 1 + before[..id].iter().filter(|before| !**before).count() }
         };
-        let own = &self.nodes[end];
+        let last = &self.nodes[end];
         let (inputs, params) = (vec![], vec![]);
-        let first = Node { name: own.name.clone(), op: Op::Input, inputs, shape: own.shape.clone(), params };
+        let first =
+            Node { name: last.name.clone(), op: Op::Input, inputs, shape: last.shape.clone(), params };
         let rest = self.nodes.iter().zip(&before).filter(|(_, before)| !**before).map(|(node, _)| Node {
             inputs: node.inputs.iter().map(|&id| place(id)).collect(),
             ..node.clone()
@@ -42,24 +43,24 @@ impl Graph {
         let nodes = std::iter::once(first).chain(rest).collect();
         let outputs = self.outputs.iter().map(|(name, id)| (name.clone(), place(*id))).collect();
         let head = Graph::new(self.name.clone(), nodes, outputs, self.loss_weights.clone()).ok()?;
-        Some(Halves { body: self.cut(&own.name).ok()?, head })
+        Some(Halves { body: self.cut(&last.name).ok()?, head })
     }
 
     /// Which nodes a body that ends at `end` has; none if there is no such body.
-    fn body_before(&self, end: NodeId, still: &[bool]) -> Option<Vec<bool>> {
+    fn body_before(&self, end: NodeId, unchanged: &[bool]) -> Option<Vec<bool>> {
         let before = self.up_to(end);
-        let own = || self.nodes.iter().enumerate().zip(&before);
+        let marked = || self.nodes.iter().enumerate().zip(&before);
         let moves = |id: NodeId, node: &Node| match node.op {
             Op::Dropout { probability } => probability > 0.0,
             // Its statistics move even where its weight does not learn, or where it has none.
-            Op::BatchNorm { .. } => !still[id],
-            _ => !still[id] && node.params.iter().any(|param| param.kind == Kind::Parameter),
+            Op::BatchNorm { .. } => !unchanged[id],
+            _ => !unchanged[id] && node.params.iter().any(|param| param.kind == Kind::Parameter),
         };
-        let is_still = own().all(|((id, node), before)| !before || !moves(id, node));
-        let closed = own().filter(|(_, before)| !**before).all(|((_, node), _)| {
+        let is_deterministic = marked().all(|((id, node), before)| !before || !moves(id, node));
+        let closed = marked().filter(|(_, before)| !**before).all(|((_, node), _)| {
             node.op != Op::Input && node.inputs.iter().all(|&input| input == end || !before[input])
         });
         let answers = self.outputs.iter().any(|&(_, id)| before[id]);
-        (is_still && closed && !answers).then_some(before)
+        (is_deterministic && closed && !answers).then_some(before)
     }
 }

@@ -41,7 +41,7 @@ impl Node {
             return Ok(self.clone());
         }
         let mut node = Node::computed(self.name.clone(), op, inputs, earlier)?;
-        node.params.iter_mut().zip(&self.params).for_each(|(param, own)| param.init = own.init);
+        node.params.iter_mut().zip(&self.params).for_each(|(param, original)| param.init = original.init);
         Ok(node)
     }
 }

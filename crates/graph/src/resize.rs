@@ -19,12 +19,12 @@ impl Node {
     }
 }
 
-/// Has those tensors of `made` drawn for its size that are drawn for the size of `own`: as a rule says of the last matrix,
+/// Has those tensors of `made` drawn for its size that are drawn for the size of `original`: as a rule says of the last matrix,
 /// which in an LSTM is that of its hidden units.
-fn draw_by_size(own: &Node, made: &mut Node) -> Result<()> {
+fn draw_by_size(original: &Node, made: &mut Node) -> Result<()> {
     let matrix =
         |node: &Node| node.params.iter().map(|param| param.shape.clone()).rfind(|shape| shape.len() > 1);
-    let (Some(old), Some(new)) = (matrix(own), matrix(made)) else { return Ok(()) };
+    let (Some(old), Some(new)) = (matrix(original), matrix(made)) else { return Ok(()) };
     for param in &mut made.params {
         let says = |rule: &Fill| rule.resolve(&param.name, &old).is_ok_and(|init| init == param.init);
         if let Some(rule) = BY_SIZE.into_iter().find(says) {

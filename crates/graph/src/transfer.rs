@@ -35,12 +35,12 @@ impl Weights {
             if classes_differ || new_head { head.into_iter().collect() } else { HashSet::new() };
         let mut merged = Weights::new();
         for (name, tensor) in checkpoint.iter() {
-            let own = self.get(name).filter(|_| fresh.contains(name));
-            merged.insert(name, own.unwrap_or(tensor).clone());
+            let drawn = self.get(name).filter(|_| fresh.contains(name));
+            merged.insert(name, drawn.unwrap_or(tensor).clone());
         }
         for &name in &fresh {
-            if let Some(own) = self.get(name) {
-                merged.insert(name, own.clone());
+            if let Some(drawn) = self.get(name) {
+                merged.insert(name, drawn.clone());
             }
         }
         merged.check(graph)?;
@@ -50,7 +50,7 @@ impl Weights {
 
     /// The tensors of `graph` out of networks that were trained apart: `stream.…` is the tensor `…` of the
     /// parent of that name, `shared.…` is `…` of all of them, and must be the same in each; every other
-    /// tensor comes from `own`.
+    /// tensor comes from `others`.
     ///
     /// # Errors
     /// A shared tensor that differs between parents, or one that is missing or misshaped, by name.
@@ -58,7 +58,7 @@ impl Weights {
         graph: &Graph,
         parents: &[(&str, &Weights)],
         shared: &str,
-        own: &Weights,
+        others: &Weights,
     ) -> Result<Weights> {
         let mut weights = Weights::new();
         for param in graph.params() {
@@ -66,7 +66,7 @@ impl Weights {
             let mut found = parents.iter().filter(|(parent, _)| scope == shared || *parent == scope);
             let tensor = match found.next() {
                 Some((_, parent)) => parent.get(name),
-                None => own.get(&param.name),
+                None => others.get(&param.name),
             };
             let Some(tensor) = tensor else { continue };
             if let Some((other, _)) = found.find(|(_, parent)| parent.get(name) != Some(tensor)) {

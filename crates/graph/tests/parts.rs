@@ -67,8 +67,8 @@ fn a_network_is_halved_behind_what_stays() {
         let x = x.linear("fc1", width).relu().dropout(0.5).linear("fc2", 3);
         net.finish(&[("a", x.clone()), ("b", x.linear("fc3", 2))]).unwrap()
     };
-    let at = |width: usize, still: &[&str]| {
-        let (net, names) = (line(width), still.iter().map(ToString::to_string).collect::<Vec<_>>());
+    let at = |width: usize, unchanged: &[&str]| {
+        let (net, names) = (line(width), unchanged.iter().map(ToString::to_string).collect::<Vec<_>>());
         let halves = net.halves(&net.covered(&names).unwrap())?;
         assert_eq!(halves.head.inputs().len(), 1);
         let outputs: Vec<&str> = halves.head.outputs().iter().map(|(name, _)| name.as_str()).collect();
@@ -137,32 +137,32 @@ fn heads_go_back_to_the_last_layer() {
 #[test]
 fn weights_of_another_task_leave_the_heads_fresh() {
     let (net, other) = (branched(3), branched(7));
-    let (own, checkpoint) = (fresh(&net, 1), fresh(&other, 2));
+    let (drawn, checkpoint) = (fresh(&net, 1), fresh(&other, 2));
     let mut sorted = HEADS.to_vec();
     sorted.sort_unstable();
     for (checkpoint, new_head, kept) in
         [(&checkpoint, false, true), (&fresh(&net, 3), true, true), (&fresh(&net, 3), false, false)]
     {
-        let mut weights = own.clone();
+        let mut weights = drawn.clone();
         let mut stayed = weights.start_from(&net, checkpoint, new_head).unwrap();
         stayed.sort_unstable();
         assert_eq!(stayed, if kept { sorted.clone() } else { vec![] });
         for param in net.params() {
-            let from = if stayed.contains(&param.name) { &own } else { checkpoint };
+            let from = if stayed.contains(&param.name) { &drawn } else { checkpoint };
             assert_eq!(weights.get(&param.name), from.get(&param.name), "{}", param.name);
         }
         assert_eq!(weights.iter().count(), net.params().count());
     }
     // Of another size in front of the head, or a body of another size: no other number of classes.
     for name in ["head.fc2.weight", "stem.conv.weight"] {
-        let (mut weights, mut wrong) = (own.clone(), own.clone());
+        let (mut weights, mut wrong) = (drawn.clone(), drawn.clone());
         wrong.insert(name, Tensor { shape: vec![3, 9], data: vec![0.0; 27] });
         let error = weights.start_from(&net, &wrong, false).unwrap_err().to_string();
         assert!(error.contains(&format!("tensor `{name}` has shape [3, 9]")), "{error}");
-        assert_eq!(weights, own, "nothing is replaced");
+        assert_eq!(weights, drawn, "nothing is replaced");
     }
     let part = net.cut("stem").unwrap();
-    assert_eq!(own.only(&part).iter().map(|(name, _)| name).collect::<Vec<_>>().len(), 5);
+    assert_eq!(drawn.only(&part).iter().map(|(name, _)| name).collect::<Vec<_>>().len(), 5);
 }
 
 #[test]
@@ -174,20 +174,20 @@ fn two_networks_are_stitched_where_they_share() {
     };
     let plain = parent(["first", "second", "third"]);
     let graph = parent(["touch.first", "both.second", "third"]);
-    let (touch, own) = (fresh(&plain, 1), fresh(&plain, 3));
+    let (touch, others) = (fresh(&plain, 1), fresh(&plain, 3));
     let mut vision = fresh(&plain, 2);
     for name in ["second.weight", "second.bias"] {
         vision.insert(name, touch.get(name).unwrap().clone());
     }
     let parents = [("vision", &vision), ("touch", &touch)];
-    let stitched = Weights::stitched(&graph, &parents, "both", &own).unwrap();
+    let stitched = Weights::stitched(&graph, &parents, "both", &others).unwrap();
     assert_eq!(stitched.get("touch.first.weight"), touch.get("first.weight"));
     assert_eq!(stitched.get("both.second.bias"), touch.get("second.bias"));
-    assert_eq!(stitched.get("third.weight"), own.get("third.weight"));
-    let error = Weights::stitched(&graph, &parents[..1], "both", &own).unwrap_err().to_string();
+    assert_eq!(stitched.get("third.weight"), others.get("third.weight"));
+    let error = Weights::stitched(&graph, &parents[..1], "both", &others).unwrap_err().to_string();
     assert!(error.contains("tensor `touch.first.weight` is missing"), "{error}");
     vision.insert("second.bias", Tensor { shape: vec![2], data: vec![9.0; 2] });
-    let error = Weights::stitched(&graph, &[("vision", &vision), ("touch", &touch)], "both", &own);
+    let error = Weights::stitched(&graph, &[("vision", &vision), ("touch", &touch)], "both", &others);
     let error = error.unwrap_err().to_string();
     assert!(error.contains("`second.bias` is another in `vision` than in `touch`"), "{error}");
 }

@@ -47,11 +47,11 @@ fn schemes_draw_with_their_bounds_and_deviations() {
 #[test]
 fn tensors_that_do_not_fit_are_named() {
     let net = net();
-    let own = Weights::init(&net, Scheme::Pytorch, 1, "init");
-    assert_eq!((own.len(), own.is_empty()), (8, false));
+    let drawn = Weights::init(&net, Scheme::Pytorch, 1, "init");
+    assert_eq!((drawn.len(), drawn.is_empty()), (8, false));
     assert_eq!((Weights::new().len(), Weights::new().is_empty()), (0, true));
     let with = |name: &str, shape: &[usize], count: usize| {
-        let mut weights = own.clone();
+        let mut weights = drawn.clone();
         weights.insert(name, Tensor { shape: shape.to_vec(), data: vec![0.0; count] });
         weights.check(&net).map_err(|error| error.to_string())
     };

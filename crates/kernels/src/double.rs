@@ -108,10 +108,10 @@ fn pairwise<const N: usize, const M: usize>(
         for x in (0..vectors).step_by(N) {
             for first in (tile..end).step_by(M) {
                 if x + N <= vectors && first + M <= end {
-                    let own: [[f64; M]; N] =
+                    let products: [[f64; M]; N] =
                         sum(from_fn(|i| vector(x + i)), from_fn(|j| row(first + j)), term);
-                    for (i, own) in own.iter().enumerate() {
-                        sums[(x + i) * count + first..][..M].copy_from_slice(own);
+                    for (i, row_sums) in products.iter().enumerate() {
+                        sums[(x + i) * count + first..][..M].copy_from_slice(row_sums);
                     }
                     continue;
                 }
@@ -135,10 +135,10 @@ fn sum<T, const N: usize, const M: usize>(
 ) -> [[f64; M]; N] {
     let length = rows[0].len() / SIDE;
     let mut sums = [[[0.0f64; SIDE]; M]; N];
-    let own = xs.map(|x| &x.as_chunks::<SIDE>().0[..length]);
+    let vectors = xs.map(|x| &x.as_chunks::<SIDE>().0[..length]);
     let blocks = rows.map(|row| &row.as_chunks::<SIDE>().0[..length]);
     for at in 0..length {
-        for (sums, x) in sums.iter_mut().zip(own) {
+        for (sums, x) in sums.iter_mut().zip(vectors) {
             for (sums, row) in sums.iter_mut().zip(blocks) {
                 for ((sum, x), row) in sums.iter_mut().zip(&x[at]).zip(&row[at]) {
                     *sum += term(x, row);
@@ -195,9 +195,9 @@ mod tests {
                             };
                             close(*got, x.iter().zip(row).map(off).sum());
                             // Alone, a vector gets the same bits.
-                            let mut alone = [0.0];
-                            squares(width, row, x, narrow, &mut alone);
-                            assert_eq!(alone[0].to_bits(), got.to_bits());
+                            let mut narrowest = [0.0];
+                            squares(width, row, x, narrow, &mut narrowest);
+                            assert_eq!(narrowest[0].to_bits(), got.to_bits());
                         }
                     }
                 }

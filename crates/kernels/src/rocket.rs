@@ -72,20 +72,27 @@ impl Rocket {
     /// Convolutions of recordings of `channels` × `length`.
     pub fn new(channels: usize, length: usize, convolutions: Vec<Dilated>) -> Self {
         let lanes = lanes();
-        for own in &convolutions {
-            assert!(own.channels.iter().all(|&channel| channel < channels), "a channel that there is not");
-            assert!(own.twos.iter().all(|&place| place < TAPS), "a place outside the kernel");
-            assert!(own.counted.start < own.counted.end && own.counted.end <= length, "positions outside");
-            assert!(own.dilation <= length, "a dilation beyond the recording");
+        for convolution in &convolutions {
+            assert!(
+                convolution.channels.iter().all(|&channel| channel < channels),
+                "a channel that there is not"
+            );
+            assert!(convolution.twos.iter().all(|&place| place < TAPS), "a place outside the kernel");
+            assert!(
+                convolution.counted.start < convolution.counted.end && convolution.counted.end <= length,
+                "positions outside"
+            );
+            assert!(convolution.dilation <= length, "a dilation beyond the recording");
         }
         assert!(length < LONGEST, "recordings of {length} readings");
-        let margin = TAPS / 2 * convolutions.iter().map(|own| own.dilation).max().unwrap_or(0);
+        let margin =
+            TAPS / 2 * convolutions.iter().map(|convolution| convolution.dilation).max().unwrap_or(0);
         let mut biases = vec![];
-        for own in &convolutions {
-            biases.extend_from_slice(&own.biases);
+        for convolution in &convolutions {
+            biases.extend_from_slice(&convolution.biases);
             biases.resize(biases.len().next_multiple_of(lanes), f32::INFINITY);
         }
-        let features = convolutions.iter().map(|own| own.biases.len()).sum();
+        let features = convolutions.iter().map(|convolution| convolution.biases.len()).sum();
         let row = margin + length + SLACK + margin;
         Rocket { channels, length, margin, row, convolutions, biases, features }
     }
@@ -97,7 +104,7 @@ impl Rocket {
 
     /// Memory for one thread.
     pub fn work(&self) -> Work {
-        let most = self.convolutions.iter().map(|own| own.biases.len()).max().unwrap_or(0);
+        let most = self.convolutions.iter().map(|convolution| convolution.biases.len()).max().unwrap_or(0);
         Work {
             padded: Buffer::zeros(self.channels * self.row),
             output: Buffer::zeros(self.length + SLACK),
@@ -146,13 +153,13 @@ at_level! {
 #[inline(always)]
 unsafe fn shares_at<S: Simd>(rocket: &Rocket, work: &mut Work, mut features: &mut [f32]) {
     let mut biases = rocket.biases.as_slice();
-    for (which, own) in rocket.convolutions.iter().enumerate() {
+    for (which, convolution) in rocket.convolutions.iter().enumerate() {
         // SAFETY: the caller has checked the features.
         unsafe { convolve_at::<S>(rocket, which, work) };
-        let count = own.biases.len();
+        let count = convolution.biases.len();
         let (first, rest) = biases.split_at(count.next_multiple_of(S::LANES));
         biases = rest;
-        let values = &work.output[own.counted.clone()];
+        let values = &work.output[convolution.counted.clone()];
         let counts = &mut work.counts[..first.len()];
         // SAFETY: as above; there is a count for every threshold.
         unsafe { counts_at::<S>(values, first, counts) };
@@ -234,19 +241,24 @@ unsafe fn block<S: Simd, const N: usize, const U: usize>(
     at_least("counts", counts.len(), N * S::LANES);
     // SAFETY: the lengths are asserted above.
     unsafe {
-        let mut own = [S::splat(0.0); N];
-        own.iter_mut().enumerate().for_each(|(n, v)| *v = S::load(limits.as_ptr().add(n * S::LANES)));
+        let mut bounds = [S::splat(0.0); N];
+        bounds.iter_mut().enumerate().for_each(|(n, v)| *v = S::load(limits.as_ptr().add(n * S::LANES)));
         let mut sums = [[S::splat(0.0); N]; U];
         let (blocks, rest) = values.as_chunks::<U>();
         for block in blocks {
             for (sums, value) in sums.iter_mut().zip(block) {
                 let value = S::splat(*value);
-                sums.iter_mut().zip(&own).for_each(|(sum, limit)| *sum = S::count_above(*sum, value, *limit));
+                sums.iter_mut()
+                    .zip(&bounds)
+                    .for_each(|(sum, limit)| *sum = S::count_above(*sum, value, *limit));
             }
         }
         for value in rest {
             let value = S::splat(*value);
-            sums[0].iter_mut().zip(&own).for_each(|(sum, limit)| *sum = S::count_above(*sum, value, *limit));
+            sums[0]
+                .iter_mut()
+                .zip(&bounds)
+                .for_each(|(sum, limit)| *sum = S::count_above(*sum, value, *limit));
         }
         for n in 0..N {
             let mut sum = sums[0][n];
@@ -262,14 +274,14 @@ mod tests {
     use super::*;
 
     /// By the definition, one value at a time.
-    fn plainly(own: &Dilated, recording: &[f32], length: usize) -> Vec<f32> {
+    fn plainly(convolution: &Dilated, recording: &[f32], length: usize) -> Vec<f32> {
         let mut output = vec![0.0f32; length];
-        for &channel in &own.channels {
+        for &channel in &convolution.channels {
             let values = &recording[channel * length..][..length];
             for tap in 0..TAPS {
-                let weight = if own.twos.contains(&tap) { 2.0 } else { -1.0 };
+                let weight = if convolution.twos.contains(&tap) { 2.0 } else { -1.0 };
                 for (t, sum) in output.iter_mut().enumerate() {
-                    let at = (t + tap * own.dilation).checked_sub(TAPS / 2 * own.dilation);
+                    let at = (t + tap * convolution.dilation).checked_sub(TAPS / 2 * convolution.dilation);
                     if let Some(value) = at.and_then(|at| values.get(at)) {
                         *sum += weight * value;
                     }
@@ -305,13 +317,13 @@ mod tests {
                 rocket.shares(&recording, &mut work, &mut features);
             }
             let mut got = features.iter();
-            for (which, own) in rocket.convolutions().iter().enumerate() {
-                let want = plainly(own, &recording, length);
+            for (which, convolution) in rocket.convolutions().iter().enumerate() {
+                let want = plainly(convolution, &recording, length);
                 rocket.convolve(which, &recording, &mut work, &mut output);
                 assert_eq!(output, want, "length {length}, convolution {which}");
-                for bias in &own.biases {
-                    let above = want[own.counted.clone()].iter().filter(|v| *v > bias).count();
-                    let share = (above as f64 / own.counted.len() as f64) as f32;
+                for bias in &convolution.biases {
+                    let above = want[convolution.counted.clone()].iter().filter(|v| *v > bias).count();
+                    let share = (above as f64 / convolution.counted.len() as f64) as f32;
                     assert_eq!(got.next().copied(), Some(share), "length {length}, convolution {which}");
                 }
             }

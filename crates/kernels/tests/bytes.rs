@@ -54,7 +54,7 @@ fn reference(case: &common::Case, x: &[u8], weight: &[i8], bias: &[i32], zero: u
     for at in 0..output.iter().product::<usize>() {
         let at = [at / (output[1] * output[2]), at / output[2] % output[1], at % output[2]];
         for filter in 0..case.filters {
-            let (group, own) = (filter / filters, filter % filters);
+            let (group, in_group) = (filter / filters, filter % filters);
             let mut sum = i64::from(bias[filter]);
             for k in 0..kernel.iter().product::<usize>() {
                 let tap = [k / (kernel[1] * kernel[2]), k / kernel[2] % kernel[1], k % kernel[2]];
@@ -69,7 +69,8 @@ fn reference(case: &common::Case, x: &[u8], weight: &[i8], bias: &[i32], zero: u
                     let w = if is_depthwise {
                         weight[k * case.channels + filter]
                     } else {
-                        weight[((group * kernel.iter().product::<usize>() + k) * per + c) * filters + own]
+                        weight
+                            [((group * kernel.iter().product::<usize>() + k) * per + c) * filters + in_group]
                     };
                     let x = i64::from(x[p * case.channels + group * per + c]) - i64::from(zero);
                     sum += x * i64::from(w);

@@ -121,7 +121,7 @@ pub enum Error {
     },
     /// Some trainings diverged; all others are finished and on disk.
     #[error("{} of {total} folds did not finish: their training diverged; {folder} holds the others{}",
-        folds.len(), folds.iter().map(|own| format!("\n{own}")).collect::<String>())]
+        folds.len(), folds.iter().map(|error| format!("\n{error}")).collect::<String>())]
     Unfinished {
         /// [`Error::Diverged`] or [`Error::NothingChosen`] of each.
         folds: Vec<Error>,

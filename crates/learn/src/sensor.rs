@@ -69,9 +69,9 @@ mod tests {
 
     #[test]
     fn facts_of_the_data_set_are_taken_as_they_are() {
-        let own = dataset(Layout::Series, &[2, 2, 2], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
-        let own = own.with_full_scale(100.0).unwrap().with_rest(vec![1.0, 2.0]);
-        let SensorFacts { sensor, from_samples } = sensor(&own, &[0, 1]);
+        let presses = dataset(Layout::Series, &[2, 2, 2], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        let presses = presses.with_full_scale(100.0).unwrap().with_rest(vec![1.0, 2.0]);
+        let SensorFacts { sensor, from_samples } = sensor(&presses, &[0, 1]);
         assert_eq!((sensor.layout, sensor.low, sensor.high), (Layout::Series, 0.0, 100.0));
         assert_eq!((sensor.rest, from_samples), (vec![1.0, 2.0], false));
     }
@@ -81,10 +81,10 @@ mod tests {
         // The first readings of channel 0 are 5, 1, 9, of channel 1 they are -2, 0, -1.
         let values = vec![5.0, 8.0, -2.0, 0.0, 1.0, 7.0, 0.0, 3.0, 9.0, 9.0, -1.0, 2.0];
         let three = dataset(Layout::Series, &[3, 2, 2], values.clone());
-        let own = sensor(&three, &[0, 1, 2]);
-        assert!(own.from_samples);
-        let own = own.sensor;
-        assert_eq!((own.rest, own.low, own.high), (vec![5.0, -1.0], -2.0, 9.0));
+        let facts = sensor(&three, &[0, 1, 2]);
+        assert!(facts.from_samples);
+        let facts = facts.sensor;
+        assert_eq!((facts.rest, facts.low, facts.high), (vec![5.0, -1.0], -2.0, 9.0));
         let two = sensor(&three, &[0, 1]).sensor;
         assert_eq!((two.rest, two.high), (vec![5.0, 0.0], 8.0), "nothing is taken from other samples");
         let flat = sensor(&dataset(Layout::Features, &[3, 4], values.clone()), &[0, 1, 2]).sensor;

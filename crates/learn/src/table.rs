@@ -119,9 +119,9 @@ fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
         row.extend(shown.iter().map(|metric| score(network, metric)));
         for i in 0..attributes.len() {
             row.extend(match network.attributes.get(i) {
-                Some(own) => {
-                    let accuracy = 100.0 * own.scores.accuracy;
-                    [format!("{accuracy:.2}"), format!("{:.2}", own.mean_absolute_error)]
+                Some(scores) => {
+                    let accuracy = 100.0 * scores.scores.accuracy;
+                    [format!("{accuracy:.2}"), format!("{:.2}", scores.mean_absolute_error)]
                 }
                 None => ["-".into(), "-".into()],
             });
@@ -196,8 +196,8 @@ fn caption(results: &Results) -> Vec<String> {
 impl Results {
     /// `wild in 3 folds`: the networks of which some training diverged.
     pub fn diverged_words(&self) -> Option<String> {
-        let own = self.networks.iter().filter(|network| network.diverged > 0);
-        let words: Vec<String> = own.map(|n| format!("{} in {} folds", n.network, n.diverged)).collect();
+        let diverged = self.networks.iter().filter(|network| network.diverged > 0);
+        let words: Vec<String> = diverged.map(|n| format!("{} in {} folds", n.network, n.diverged)).collect();
         (!words.is_empty()).then(|| words.join(", "))
     }
 
@@ -210,14 +210,15 @@ impl Results {
     pub fn batch_norm_words(&self) -> Vec<String> {
         let name = self.primary().name;
         let line = |kind: BatchNorm| {
-            let own = self.networks.iter().filter_map(|n| {
+            let changes = self.networks.iter().filter_map(|n| {
                 let other = n.other_statistics.filter(|other| other.batch_norm == kind)?;
                 let change = other.score - n.mean.as_ref()?.get(name)?;
                 Some(format!("{} {:.2} ({change:+.2})", n.network, other.score))
             });
-            let own: Vec<String> = own.collect();
-            let words = || format!("{name} with {} batch-norm statistics: {}", kind.name(), own.join(", "));
-            (!own.is_empty()).then(words)
+            let changes: Vec<String> = changes.collect();
+            let words =
+                || format!("{name} with {} batch-norm statistics: {}", kind.name(), changes.join(", "));
+            (!changes.is_empty()).then(words)
         };
         [BatchNorm::Moving, BatchNorm::Population].into_iter().filter_map(line).collect()
     }
@@ -236,7 +237,7 @@ fn papers(results: &Results) -> Vec<&str> {
 }
 
 fn score(network: &NetworkResults, metric: &Metric) -> String {
-    let of = |scores: &Option<Scores>| scores.as_ref().and_then(|own| own.get(metric.name));
+    let of = |scores: &Option<Scores>| scores.as_ref().and_then(|scores| scores.get(metric.name));
     match (of(&network.mean), of(&network.sd)) {
         (Some(mean), Some(sd)) => format!("{mean:.2} ± {sd:.2}"),
         (Some(mean), None) => format!("{mean:.2}"),

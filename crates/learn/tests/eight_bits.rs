@@ -21,22 +21,22 @@ fn images() -> (Dataset, Model) {
     let encoding: Encoding =
         serde_json::from_value(json!({ "image": { "kind": "raw", "resize": [12, 12] } })).unwrap();
     let mut validation = CrossValidation::new(&images).encoding(encoding.clone());
-    let own = network("vgg6-lite-2d", json!({}), recipe(json!({ "epochs": 6 })), validation.encoder());
-    let model = fit(&own, &images, &encoding).unwrap();
+    let candidate = network("vgg6-lite-2d", json!({}), recipe(json!({ "epochs": 6 })), validation.encoder());
+    let model = fit(&candidate, &images, &encoding).unwrap();
     (images, model)
 }
 
 #[test]
 fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
     let (images, floats) = images();
-    let own = floats.quantized(&images.x, &images.digest).unwrap();
+    let bytes = floats.quantized(&images.x, &images.digest).unwrap();
     let dir = tempfile::tempdir().unwrap();
     let [large, small] = ["floats", "bits"].map(|name| dir.path().join(name).with_extension("safetensors"));
     floats.save(&large).unwrap();
-    own.save(&small).unwrap();
+    bytes.save(&small).unwrap();
     let opened = Model::open(&small).unwrap();
-    assert!(opened.card() == own.card(), "it comes back as itself");
-    assert!(own.weights().iter().all(|(name, tensor)| opened.weights().get(name) == Some(tensor)));
+    assert!(opened.card() == bytes.card(), "it comes back as itself");
+    assert!(bytes.weights().iter().all(|(name, tensor)| opened.weights().get(name) == Some(tensor)));
     let len = |path| std::fs::metadata(path).unwrap().len();
     assert!(3 * len(&small) < len(&large), "{} and {} bytes", len(&small), len(&large));
     let quantized = opened.card().quantized.as_ref().unwrap();
@@ -65,8 +65,8 @@ fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
 #[test]
 fn what_has_no_eight_bits_is_refused() {
     let (images, floats) = images();
-    let own = floats.quantized(&images.x, "some").unwrap();
-    let error = own.quantized(&images.x, "some").unwrap_err().to_string();
+    let bytes = floats.quantized(&images.x, "some").unwrap();
+    let error = bytes.quantized(&images.x, "some").unwrap_err().to_string();
     assert!(error.contains(": is in eight bits already"), "{error}");
     let presses = presses(15, 12);
     let nearest = Candidate::baseline(Method::NearestNeighbours { k: 1 });
@@ -77,7 +77,7 @@ fn what_has_no_eight_bits_is_refused() {
     assert!(error.contains("samples of shape"), "{error}");
     // A card whose ranges are none.
     let path = tempfile::tempdir().unwrap().keep().join("model.safetensors");
-    own.save(&path).unwrap();
+    bytes.save(&path).unwrap();
     let (weights, text) = taxel_checkpoint::read(&path).unwrap();
     let card: serde_json::Value = serde_json::from_str(&text.unwrap()).unwrap();
     let mut card = card.as_object().unwrap().clone();
@@ -97,22 +97,22 @@ fn what_has_no_eight_bits_is_refused() {
 fn a_run_shows_its_networks_in_eight_bits_beside_those_in_floats() {
     let dataset = presses(45, 24);
     let mut validation = CrossValidation::new(&dataset);
-    let own = network("resnet8-lite-1d", json!({}), recipe(json!({})), validation.encoder());
-    let candidates = vec![mlp(&dataset, recipe(json!({}))), own, Candidate::baseline(Method::Majority)];
+    let candidate = network("resnet8-lite-1d", json!({}), recipe(json!({})), validation.encoder());
+    let candidates = vec![mlp(&dataset, recipe(json!({}))), candidate, Candidate::baseline(Method::Majority)];
     let (_dir, folder) = run(three_folds(&dataset, candidates));
     let before = folder.results().unwrap();
     let made = quantize_run(&folder, &dataset, &|_| {}).unwrap();
     assert_eq!(made, ["mlp.int8", "resnet8-lite-1d.int8"]);
     let (results, records) = folder.finished(&dataset).unwrap();
-    let names: Vec<&str> = results.networks.iter().map(|own| own.network.as_str()).collect();
+    let names: Vec<&str> = results.networks.iter().map(|row| row.network.as_str()).collect();
     assert_eq!(names, ["mlp", "mlp.int8", "resnet8-lite-1d", "resnet8-lite-1d.int8", "majority"]);
     assert!(results.complete && records.len() == 15);
-    for own in &before.networks {
-        assert_eq!(results.networks.iter().find(|row| row.network == own.network), Some(own));
+    for before in &before.networks {
+        assert_eq!(results.networks.iter().find(|row| row.network == before.network), Some(before));
     }
     let row = &results.networks[3];
     assert_eq!(row.quantized.as_deref(), Some("resnet8-lite-1d"));
-    let floats = ["resnet8-lite-1d.int8", "resnet8-lite-1d", "unknown"].map(|own| results.in_floats(own));
+    let floats = ["resnet8-lite-1d.int8", "resnet8-lite-1d", "unknown"].map(|name| results.in_floats(name));
     assert_eq!(floats, ["resnet8-lite-1d", "resnet8-lite-1d", "unknown"]);
     assert!(3 * row.costs.bytes < 2 * results.networks[2].costs.bytes && row.mean.is_some());
     // What a fold says is what its model says, and it saw nothing but the fold's training samples.
@@ -134,12 +134,13 @@ fn resuming_keeps_the_rows_in_eight_bits_of_networks_that_are_as_they_were() {
     let dataset = presses(45, 24);
     let start = |options: RunOptions, out: &Path| {
         let mut validation = CrossValidation::new(&dataset);
-        let own = network("resnet8-lite-1d", json!({}), recipe(json!({})), validation.encoder());
-        let candidates = vec![mlp(&dataset, recipe(json!({}))), own, Candidate::baseline(Method::Majority)];
+        let candidate = network("resnet8-lite-1d", json!({}), recipe(json!({})), validation.encoder());
+        let candidates =
+            vec![mlp(&dataset, recipe(json!({}))), candidate, Candidate::baseline(Method::Majority)];
         three_folds(&dataset, candidates).run_in(out, &options, &Silent, &AtomicBool::new(false)).unwrap()
     };
     let names = |folder: &RunFolder| -> Vec<String> {
-        folder.results().unwrap().networks.into_iter().map(|own| own.network).collect()
+        folder.results().unwrap().networks.into_iter().map(|row| row.network).collect()
     };
     let dir = tempfile::tempdir().unwrap();
     let folder = start(RunOptions::default(), dir.path());

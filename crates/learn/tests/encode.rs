@@ -77,8 +77,8 @@ fn the_quantile_code_knows_the_training_part_only() {
     encoder.prepare(&[SIGNAL]).unwrap();
     assert_eq!(encoder.shape(SIGNAL), Some(vec![200, 3]));
     let cut = with_samples(&ladder, &train);
-    let alone = inputs(code.clone(), &cut, &[SIGNAL], &train).unwrap();
-    assert_eq!(fitted[0].transform, alone[0].transform);
+    let of_train = inputs(code.clone(), &cut, &[SIGNAL], &train).unwrap();
+    assert_eq!(fitted[0].transform, of_train[0].transform);
     assert_ne!(fitted[0].transform, inputs(code, &ladder, &[SIGNAL], &[4, 5, 6, 7]).unwrap()[0].transform);
     // Whatever is above all training readings looks the same.
     let readings = |i: usize| fitted[0].encoded.sample(i)[..24 * 3].to_vec();
@@ -122,8 +122,8 @@ fn features_of_mini_rocket_know_the_training_part_only() {
     let cut =
         Dataset::new("waves", Layout::Series, waves.x.select(Axis(0), &train), &["a", "b"].repeat(5)[..9])
             .unwrap();
-    let alone = inputs(rocket.clone(), &cut, &names, &train).unwrap();
-    assert_eq!(fitted[0].transform, alone[0].transform);
+    let of_train = inputs(rocket.clone(), &cut, &names, &train).unwrap();
+    assert_eq!(fitted[0].transform, of_train[0].transform);
     assert_ne!(
         fitted[0].transform,
         inputs(rocket, &waves, &names, &[7, 8, 9, 10, 11, 12]).unwrap()[0].transform
@@ -399,8 +399,8 @@ fn less_of_a_sample_is_the_first_thing_that_an_encoding_does() {
     let ladder = ladder();
     let train = [0, 1, 2, 3];
     let reduce = json!({ "channels": [1], "window": 2 });
-    let own = json!({ "reduce": reduce, "signal": { "scale": "z-score" } });
-    let less = &inputs(own, &ladder, &[SIGNAL], &train).unwrap()[0];
+    let encoding = json!({ "reduce": reduce, "signal": { "scale": "z-score" } });
+    let less = &inputs(encoding, &ladder, &[SIGNAL], &train).unwrap()[0];
     assert_eq!(less.encoded.shape(), [1, 2]);
     let Transform::Reduced { reduction, then, .. } = &less.transform else { panic!() };
     assert_eq!((reduction.channels.as_deref(), reduction.window), (Some(&[1][..]), Some(2)));
@@ -427,8 +427,8 @@ fn a_reduction_that_does_not_fit_is_refused_by_its_key() {
         refused(json!({ "pool": 2 })).starts_with("encoding.reduce.pool = ..: has no meaning for a series")
     );
     let of = |value: Value| {
-        let own: Encoding = serde_json::from_value(value).unwrap();
-        own.check().unwrap_err().to_string()
+        let encoding: Encoding = serde_json::from_value(value).unwrap();
+        encoding.check().unwrap_err().to_string()
     };
     assert!(of(json!({ "reduce": { "every": 0 } })).starts_with("reduce.every = 0: must be 1 or more"));
     let guarded = of(json!({ "guard": true, "reduce": { "every": 2 } }));

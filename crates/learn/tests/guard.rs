@@ -28,20 +28,20 @@ fn stuck(dataset: &Dataset, rows: &[usize]) -> ArrayD<f32> {
 fn a_model_answers_broken_samples_as_its_guard_mends_them() {
     let dataset = presses(30, 16);
     let candidate = mlp(&dataset, recipe(json!({})));
-    let [plain, own] =
+    let [plain, model] =
         [Encoding::default(), guarded()].map(|encoding| fit(&candidate, &dataset, &encoding).unwrap());
     assert_eq!(
         (plain.card().guard.as_ref(), plain.weights()),
-        (None, own.weights()),
+        (None, model.weights()),
         "nothing is trained otherwise"
     );
-    let guard = own.card().guard.clone().unwrap();
+    let guard = model.card().guard.clone().unwrap();
     assert_eq!(guard, fitted_guard(&dataset, &(0..30).collect::<Vec<_>>()).unwrap());
-    let text = own.card().to_string();
+    let text = model.card().to_string();
     assert!(text.contains("guard        on: 2 channels; readings "), "{text}");
 
     let x = stuck(&dataset, &[4, 7]);
-    let [with, without] = [&own, &plain].map(|model| model.predictor(8, 1).unwrap());
+    let [with, without] = [&model, &plain].map(|model| model.predictor(8, 1).unwrap());
     let found = with.found(&x).unwrap();
     let broken: Vec<usize> = (0..30).filter(|row| !found[*row].is_empty()).collect();
     assert_eq!((broken, found[4][0].element), (vec![4, 7], 0));
@@ -50,7 +50,7 @@ fn a_model_answers_broken_samples_as_its_guard_mends_them() {
     let differ: Vec<usize> = (0..30).filter(|row| a[row * 3..][..3] != b[row * 3..][..3]).collect();
     assert_eq!(differ, [4, 7]);
     // Switched off it is the plain model, switched on the guarded one; reading by reading the same.
-    let off = own.predictor(8, 1).unwrap().guarded(None).unwrap();
+    let off = model.predictor(8, 1).unwrap().guarded(None).unwrap();
     assert_eq!(bits(&off.predict(&x).unwrap().outputs), bits(&b));
     let on = plain.predictor(8, 1).unwrap().guarded(Some(Arc::new(guard.clone()))).unwrap();
     assert_eq!(bits(&on.predict(&x).unwrap().outputs), bits(&a));
@@ -72,15 +72,15 @@ fn a_guard_comes_back_with_its_file_and_a_damaged_one_is_refused() {
     let path = dir.path().join("model.safetensors");
     let dataset = presses(30, 16);
     let nearest = Candidate::baseline(Method::NearestNeighbours { k: 1 });
-    let own = fit(&nearest, &dataset, &guarded()).unwrap();
-    own.save(&path).unwrap();
-    assert_eq!(Model::open(&path).unwrap(), own);
+    let model = fit(&nearest, &dataset, &guarded()).unwrap();
+    model.save(&path).unwrap();
+    assert_eq!(Model::open(&path).unwrap(), model);
     let plain = fit(&nearest, &dataset, &Encoding::default()).unwrap();
     plain.save(&path).unwrap();
     let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
     assert!(!text.contains("guard"), "a model without one is written as before");
     assert_eq!(Model::open(&path).unwrap().card().guard, None);
-    let mut card = own.card().clone();
+    let mut card = model.card().clone();
     card.spec.shape = vec![2, 17];
     assert!(card.guard.unwrap().check(card.spec.layout, &card.spec.shape).is_err());
 }
@@ -105,8 +105,8 @@ fn a_run_fits_a_guard_to_each_training_part_and_tests_behind_it() {
             assert_eq!(bits(&model.predict(&tested).unwrap().outputs), bits(record.outcome.outputs()));
             let before = self::record(&plain, &key);
             assert_eq!(before.index, record.index);
-            let own = self::model(&plain, &key);
-            assert_eq!(own.weights(), model.weights(), "training sees the samples as they are");
+            let unguarded = self::model(&plain, &key);
+            assert_eq!(unguarded.weights(), model.weights(), "training sees the samples as they are");
         }
     }
 }

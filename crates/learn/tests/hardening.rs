@@ -68,7 +68,9 @@ fn images_and_sequences_are_broken_too() {
     fit(&net, &images, &encoding).unwrap();
     // Both act on one image: the fault on readings, the augmentation on what they become.
     let mut both = net.clone();
-    support::change(&mut both, |own| own.recipe.augment = Some(Augment { shift: 2.0, ..Augment::default() }));
+    support::change(&mut both, |network| {
+        network.recipe.augment = Some(Augment { shift: 2.0, ..Augment::default() })
+    });
     assert_ne!(
         fit(&net, &images, &encoding).unwrap().weights(),
         fit(&both, &images, &encoding).unwrap().weights()
@@ -86,7 +88,8 @@ fn a_baseline_learns_from_its_clean_samples_and_their_copies() {
         TrainingFaults { kinds: vec![Fault::Dead], probability: 1.0, copies: 3, ..Default::default() };
     let clean = Candidate::baseline(Method::NearestNeighbours { k: 1 });
     let hardened = clean.hardened(&faults, None);
-    let kept = |own: &Candidate| fit(own, &dataset, &Encoding::default()).unwrap().weights().clone();
+    let kept =
+        |candidate: &Candidate| fit(candidate, &dataset, &Encoding::default()).unwrap().weights().clone();
     let (before, after) = (kept(&clean), kept(&hardened));
     let rows = |weights: &Weights| weights.iter().map(|(_, tensor)| tensor.data.len()).max().unwrap();
     assert_eq!(rows(&after), 4 * rows(&before));
@@ -95,8 +98,8 @@ fn a_baseline_learns_from_its_clean_samples_and_their_copies() {
     for mut sample in dead.axis_iter_mut(Axis(0)) {
         sample.index_axis_mut(Axis(0), 1).fill(0.0);
     }
-    let right = |own: &Candidate, x: &ArrayD<f32>| {
-        let answers = fit(own, &dataset, &Encoding::default()).unwrap().predict(x).unwrap();
+    let right = |candidate: &Candidate, x: &ArrayD<f32>| {
+        let answers = fit(candidate, &dataset, &Encoding::default()).unwrap().predict(x).unwrap();
         (0..30)
             .filter(|&i| answers.class(i) == dataset.output_names()[dataset.strata().to_vec()[i] as usize])
             .count()
@@ -118,7 +121,7 @@ fn rows_say_how_they_were_hardened() {
     ];
     let (_keep, folder) = run(three_folds(&dataset, rows));
     let results = folder.results().unwrap();
-    let named: Vec<&str> = results.networks.iter().map(|own| own.network.as_str()).collect();
+    let named: Vec<&str> = results.networks.iter().map(|row| row.network.as_str()).collect();
     assert_eq!(named, ["mlp", "mlp.hardened", "mlp.without-drift", "k-nn"]);
     let of = |row: usize| results.networks[row].hardening.clone();
     assert_eq!((of(0), of(3)), (None, None));
@@ -136,8 +139,8 @@ fn rows_say_how_they_were_hardened() {
 fn what_cannot_be_met_is_refused_before_anything_is_trained() {
     let dataset = presses(24, 20);
     let refused = |changes| {
-        let own = mlp(&dataset, recipe(changes));
-        CrossValidation::new(&dataset).candidate(own).run().unwrap_err().to_string()
+        let candidate = mlp(&dataset, recipe(changes));
+        CrossValidation::new(&dataset).candidate(candidate).run().unwrap_err().to_string()
     };
     let error = refused(json!({ "faults": { "kinds": ["rotation"] } }));
     assert!(
@@ -160,10 +163,10 @@ fn what_cannot_be_met_is_refused_before_anything_is_trained() {
 fn a_guard_stands_before_the_training_as_before_the_answer() {
     let dataset = presses(30, 20);
     let faults = TrainingFaults { kinds: vec![Fault::Stuck], probability: 1.0, ..Default::default() };
-    let own = Candidate::baseline(Method::NearestNeighbours { k: 1 }).hardened(&faults, None);
+    let nearest = Candidate::baseline(Method::NearestNeighbours { k: 1 }).hardened(&faults, None);
     let guarded: Encoding = serde_json::from_value(json!({ "guard": true })).unwrap();
     // What the baseline keeps: full scale where a channel was stuck, unless a guard has replaced it.
-    let kept = |encoding: &Encoding| fit(&own, &dataset, encoding).unwrap().weights().clone();
+    let kept = |encoding: &Encoding| fit(&nearest, &dataset, encoding).unwrap().weights().clone();
     let (without, with) = (kept(&Encoding::default()), kept(&guarded));
     assert_ne!(without, with);
 }

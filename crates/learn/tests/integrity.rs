@@ -59,20 +59,20 @@ fn a_model_file_that_is_not_its_folds_own_is_refused_by_name() {
     let dataset = presses(45, 20);
     let (_keep, folder) = run(small(&dataset));
     let (_other, other) = run(three_folds(&dataset, vec![mlp(&dataset, recipe(json!({ "epochs": 9 })))]));
-    let own = folder.model_path(&key("mlp", 0, 0));
-    let whole = fs::read(&own).unwrap();
+    let path = folder.model_path(&key("mlp", 0, 0));
+    let whole = fs::read(&path).unwrap();
     for (foreign, says) in [
         (folder.model_path(&key("mlp", 0, 1)), "is mlp of repetition 0, fold 1"),
         (folder.model_path(&key("k-nn", 0, 0)), "is k-nn of repetition 0, fold 0"),
         (other.model_path(&key("mlp", 0, 0)), "and not the model that its fold wrote"),
     ] {
-        fs::copy(&foreign, &own).unwrap();
-        let error = Model::open(&own).unwrap_err().to_string();
-        assert!(error.starts_with(&format!("{}: ", own.display())) && error.contains(says), "{error}");
+        fs::copy(&foreign, &path).unwrap();
+        let error = Model::open(&path).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{}: ", path.display())) && error.contains(says), "{error}");
         assert!(error.contains("mlp.r0.f0.json") && error.contains("resume the run"), "{error}");
     }
-    fs::write(&own, whole).unwrap();
-    Model::open(&own).unwrap();
+    fs::write(&path, whole).unwrap();
+    Model::open(&path).unwrap();
     // Somewhere else it is a model like any other.
     let away = folder.path().parent().unwrap().join("mlp.safetensors");
     fs::copy(folder.model_path(&key("mlp", 0, 1)), &away).unwrap();
@@ -108,8 +108,8 @@ fn resuming_an_older_run_takes_the_digests_of_its_models() {
 
 /// An MLP whose steps are far too large.
 fn wild(dataset: &Dataset, lr: f64) -> Candidate {
-    let own = json!({ "epochs": 3, "optimizer": { "name": "sgdm", "lr": lr } });
-    Candidate { name: "wild".into(), ..mlp(dataset, recipe(own)) }
+    let changes = json!({ "epochs": 3, "optimizer": { "name": "sgdm", "lr": lr } });
+    Candidate { name: "wild".into(), ..mlp(dataset, recipe(changes)) }
 }
 
 #[test]
@@ -117,8 +117,8 @@ fn a_training_that_ends_far_above_guessing_is_marked() {
     let dataset = presses(45, 20);
     let slow = json!({ "epochs": 1, "optimizer": { "name": "sgdm", "lr": 1e-9 } });
     let idle = Candidate { name: "idle".into(), ..mlp(&dataset, recipe(slow)) };
-    let own = vec![mlp(&dataset, recipe(json!({}))), idle, wild(&dataset, 1e4)];
-    let (_keep, folder) = run(three_folds(&dataset, own));
+    let candidates = vec![mlp(&dataset, recipe(json!({}))), idle, wild(&dataset, 1e4)];
+    let (_keep, folder) = run(three_folds(&dataset, candidates));
     let last = &folder.record(&key("wild", 0, 0)).unwrap().unwrap().epochs[2];
     assert!(last.train_loss > 100.0, "{last:?}");
     let results = json_of(&folder.file("results.json"));
@@ -139,8 +139,8 @@ fn one_training_that_leaves_the_finite_numbers_does_not_take_the_others_with_it(
     let dataset = presses(45, 20);
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
-    let own = || three_folds(&dataset, vec![wild(&dataset, 1e30), mlp(&dataset, recipe(json!({})))]);
-    let mut said = run_at(own(), &out).unwrap_err().to_string();
+    let validation = || three_folds(&dataset, vec![wild(&dataset, 1e30), mlp(&dataset, recipe(json!({})))]);
+    let mut said = run_at(validation(), &out).unwrap_err().to_string();
     for _ in 0..2 {
         assert!(said.starts_with("3 of 6 folds did not finish: their training diverged"), "{said}");
         for fold in 0..3 {
@@ -156,6 +156,6 @@ fn one_training_that_leaves_the_finite_numbers_does_not_take_the_others_with_it(
         assert!(text.contains("wild (diverged)") && text.contains("diverged: wild in 3 folds"), "{text}");
         // Not an invitation to try the same again.
         assert!(!text.contains("resume the run"), "{text}");
-        said = resume(own(), &out).unwrap_err().to_string();
+        said = resume(validation(), &out).unwrap_err().to_string();
     }
 }

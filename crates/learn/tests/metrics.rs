@@ -102,12 +102,12 @@ fn bootstrap_means_and_quantiles_agree_with_numpy() {
 fn intervals_widen_where_samples_come_in_clusters() {
     // 400 samples, half of them right; then the same in 8 sessions that are all right or all wrong.
     let right: Vec<f64> = (0..400).map(|i| f64::from(i / 50 % 2)).collect();
-    let alone = Clusters::new(&right, &(0..400).collect::<Vec<u32>>());
-    let (low, high) = alone.interval(0.95, 4000, 0, "alone");
+    let single = Clusters::new(&right, &(0..400).collect::<Vec<u32>>());
+    let (low, high) = single.interval(0.95, 4000, 0, "alone");
     // The normal approximation: 1.96 sqrt(0.25 / 400).
     assert!((low - 0.451).abs() <= 0.01 && (high - 0.549).abs() <= 0.01, "{low} {high}");
-    assert_eq!((low, high), alone.interval(0.95, 4000, 0, "alone"));
-    assert_ne!((low, high), alone.interval(0.95, 4000, 1, "alone"));
+    assert_eq!((low, high), single.interval(0.95, 4000, 0, "alone"));
+    assert_ne!((low, high), single.interval(0.95, 4000, 1, "alone"));
     let sessions = Clusters::new(&right, &(0..400).map(|i| i / 50).collect::<Vec<u32>>());
     let (low, high) = sessions.interval(0.95, 4000, 0, "sessions");
     // Binomial of 8: 2.5 % lie below 1 or at it, 97.5 % at 7 or below.

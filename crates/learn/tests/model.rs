@@ -57,7 +57,7 @@ fn networks(
         if !entry.inputs.iter().all(|input| inputs.contains(&input.name.as_str())) {
             continue;
         }
-        let own =
+        let recipe =
             recipe(json!({ "epochs": 1, "batch_size": 4, "optimizer": { "name": "sgdm", "lr": 1e-5 } }));
         let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         let encoder = validation.encoder();
@@ -67,14 +67,14 @@ fn networks(
         sized.extend(narrow.as_object().unwrap().clone());
         let Ok(graph) = entry.graph(&sized) else { continue };
         if graph.cost().parameters <= most && seen.insert(entry.name.clone()) {
-            found.push(network(&entry.name, narrow, own, encoder));
+            found.push(network(&entry.name, narrow, recipe, encoder));
         }
     }
     found
 }
 
 /// Copies a model to a folder without anything else and opens it there.
-fn alone(folder: &RunFolder, key: &FoldKey) -> Model {
+fn opened_elsewhere(folder: &RunFolder, key: &FoldKey) -> Model {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("model.safetensors");
     std::fs::copy(folder.model_path(key), &path).unwrap();
@@ -94,7 +94,7 @@ fn every_network_and_baseline_answers_from_its_file_as_in_its_fold() {
         let folder = run_at(validation, &dir.path().join("run")).unwrap();
         for key in folder.keys().unwrap() {
             let record = record(&folder, &key);
-            let model = alone(&folder, &key);
+            let model = opened_elsewhere(&folder, &key);
             let test = dataset.x.select(Axis(0), &record.index);
             for threads in [1, 2] {
                 let predictor = model.predictor(model.card().batch(), threads).unwrap();
@@ -120,15 +120,15 @@ fn the_quantile_code_comes_back_from_the_file() {
     let dataset = presses(18, 100);
     let code = encoding(json!({ "baseline": 4, "signal": { "kind": "quantile-code" } }));
     let mut validation = CrossValidation::new(&dataset).encoding(code).protocol(Protocol::k_fold(2)).seed(5);
-    let own = recipe(json!({ "epochs": 2, "optimizer": { "name": "adamw", "lr": 1e-3 } }));
+    let short = recipe(json!({ "epochs": 2, "optimizer": { "name": "adamw", "lr": 1e-3 } }));
     let names = ["dilated-resnet-1d", "resnet8-lite-1d", "lstm"];
     let encoder = validation.encoder();
-    let candidates = names.map(|name| network(name, json!({}), own.clone(), encoder)).to_vec();
+    let candidates = names.map(|name| network(name, json!({}), short.clone(), encoder)).to_vec();
     validation.candidates = candidates;
     let dir = tempfile::tempdir().unwrap();
     let folder = run_at(validation, &dir.path().join("run")).unwrap();
     for key in folder.keys().unwrap() {
-        let (record, model) = (record(&folder, &key), alone(&folder, &key));
+        let (record, model) = (record(&folder, &key), opened_elsewhere(&folder, &key));
         let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
         assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
     }
@@ -142,13 +142,13 @@ fn an_answer_does_not_depend_on_the_company() {
         let mut validation =
             CrossValidation::new(&dataset).encoding(encoding).protocol(Protocol::k_fold(2)).seed(5);
         let networks = networks(&mut validation, inputs, MOST, &mut seen);
-        let networks = networks.into_iter().filter(|own| !SLOW.contains(&own.name.as_str()));
+        let networks = networks.into_iter().filter(|network| !SLOW.contains(&network.name.as_str()));
         let baselines = Method::all().map(Candidate::baseline);
         validation.candidates = networks.chain(baselines).collect();
         let dir = tempfile::tempdir().unwrap();
         let folder = run_at(validation, &dir.path().join("run")).unwrap();
         for key in folder.keys().unwrap().into_iter().filter(|key| key.fold == 0) {
-            let model = alone(&folder, &key);
+            let model = opened_elsewhere(&folder, &key);
             let all = model.predict(&dataset.x).unwrap();
             for batch in [1, 2, 15, 64] {
                 let answers = model.predictor(batch, 1).unwrap().predict(&dataset.x).unwrap();
@@ -171,15 +171,15 @@ fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
     let dataset = presses(60, 32);
     let mut validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2));
     for (name, batch_size) in [("four", 4), ("many", 64)] {
-        let own = recipe(json!({ "epochs": 1, "batch_size": batch_size }));
-        let wide = network("mlp", json!({ "hidden": 200 }), own, validation.encoder());
+        let changed = recipe(json!({ "epochs": 1, "batch_size": batch_size }));
+        let wide = network("mlp", json!({ "hidden": 200 }), changed, validation.encoder());
         validation.candidates.push(Candidate { name: name.into(), ..wide });
     }
     let dir = tempfile::tempdir().unwrap();
     let folder = run_at(validation, &dir.path().join("run")).unwrap();
     for key in folder.keys().unwrap() {
         let record = record(&folder, &key);
-        let model = alone(&folder, &key);
+        let model = opened_elsewhere(&folder, &key);
         assert_eq!(model.card().batch(), if key.network == "four" { 4 } else { 30 });
         let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
         assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
@@ -190,14 +190,18 @@ fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
 #[test]
 fn a_model_carries_the_score_of_its_run() {
     let dataset = presses(45, 20);
-    let own = mlp(&dataset, recipe(json!({})));
-    let results = three_folds(&dataset, vec![own.clone()]).run().unwrap();
+    let candidate = mlp(&dataset, recipe(json!({})));
+    let results = three_folds(&dataset, vec![candidate.clone()]).run().unwrap();
     let score = results.score("mlp").unwrap();
     assert_eq!((score.folds, Some(&score.mean)), (3, results.networks[0].mean.as_ref()));
     assert!(results.score("none").is_none());
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("model.safetensors");
-    fit(&own, &dataset, &Encoding::default()).unwrap().with_score(Some(score.clone())).save(&path).unwrap();
+    fit(&candidate, &dataset, &Encoding::default())
+        .unwrap()
+        .with_score(Some(score.clone()))
+        .save(&path)
+        .unwrap();
     let model = Model::open(&path).unwrap();
     assert_eq!(model.card().score, Some(score.clone()));
     assert!(model.card().to_string().contains(&score.words(&model.card().task)), "{}", model.card());

@@ -54,14 +54,14 @@ impl Parts {
 /// Returns the message for the file at `path`, less its name, which comes first.
 fn refusal(path: &Path) -> String {
     let error = Model::open(path).unwrap_err().to_string();
-    let own = format!("{}: ", path.display());
-    error.strip_prefix(&own).unwrap_or_else(|| panic!("names no file: {error}")).to_string()
+    let name = format!("{}: ", path.display());
+    error.strip_prefix(&name).unwrap_or_else(|| panic!("names no file: {error}")).to_string()
 }
 
 /// Names, shapes and bits, in order of the names.
 fn tensors(model: &Model) -> BTreeMap<String, (Vec<usize>, Vec<u32>)> {
-    let own = model.weights().iter();
-    own.map(|(name, tensor)| (name.into(), (tensor.shape.clone(), bits(&tensor.data)))).collect()
+    let tensors = model.weights().iter();
+    tensors.map(|(name, tensor)| (name.into(), (tensor.shape.clone(), bits(&tensor.data)))).collect()
 }
 
 /// Models of the three kinds of samples, small enough to be written many times.
@@ -71,10 +71,11 @@ fn small_models() -> Vec<(Model, Dataset)> {
     let mut validation = CrossValidation::new(&images).encoding(encoding(small.clone()));
     let convolution =
         network("resnet8-lite-2d", json!({}), recipe(json!({ "epochs": 1 })), validation.encoder());
-    let own = fit(&mlp(&series, recipe(json!({ "epochs": 1 }))), &series, &Encoding::default()).unwrap();
+    let of_series =
+        fit(&mlp(&series, recipe(json!({ "epochs": 1 }))), &series, &Encoding::default()).unwrap();
     let nearest = Candidate::baseline(Method::NearestNeighbours { k: 1 });
     vec![
-        (own, series.clone()),
+        (of_series, series.clone()),
         (fit(&convolution, &images, &encoding(small)).unwrap(), images),
         (fit(&nearest, &series, &Encoding::default()).unwrap(), series),
     ]
@@ -86,8 +87,8 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     let dir = dir.path();
     let series = presses(15, 12);
     let whole = |lr: f64| {
-        let own = json!({ "epochs": 1, "optimizer": { "name": "sgdm", "lr": lr } });
-        let model = fit(&mlp(&series, recipe(own)), &series, &Encoding::default()).unwrap();
+        let changes = json!({ "epochs": 1, "optimizer": { "name": "sgdm", "lr": lr } });
+        let model = fit(&mlp(&series, recipe(changes)), &series, &Encoding::default()).unwrap();
         Parts::of(&model, dir)
     };
     let broken = |change: &dyn Fn(&mut Parts)| {
@@ -296,10 +297,10 @@ fn a_card_with_impossible_numbers_never_panics() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("model.safetensors");
     let (series, images, touches) = (presses(15, 12), imprints(15, 14), squeezes(15, [8, 28, 28]));
-    let made = |dataset: &Dataset, name: &str, own: Value| {
-        let mut validation = CrossValidation::new(dataset).encoding(encoding(own.clone()));
+    let made = |dataset: &Dataset, name: &str, settings: Value| {
+        let mut validation = CrossValidation::new(dataset).encoding(encoding(settings.clone()));
         let candidate = network(name, json!({}), recipe(json!({ "epochs": 1 })), validation.encoder());
-        Parts::of(&fit(&candidate, dataset, &encoding(own)).unwrap(), dir.path())
+        Parts::of(&fit(&candidate, dataset, &encoding(settings)).unwrap(), dir.path())
     };
     let resized = json!({ "image": { "kind": "raw", "resize": [12, 12] } });
     let field = json!({ "image": { "kind": "gadf", "size": 24 } });
@@ -374,7 +375,7 @@ fn a_model_comes_back_from_its_bytes() {
         let back = Model::from_bytes(&bytes, "a pickle").unwrap();
         assert_eq!(back.card(), model.card());
         assert_eq!(tensors(&back), tensors(&model));
-        let [a, b] = [&back, &model].map(|own| own.predict(&dataset.x).unwrap().outputs);
+        let [a, b] = [&back, &model].map(|model| model.predict(&dataset.x).unwrap().outputs);
         assert_eq!(bits(&a), bits(&b));
         let error = Model::from_bytes(&bytes[..bytes.len() - 4], "a pickle").unwrap_err().to_string();
         assert!(error.starts_with("a pickle: "), "{error}");
@@ -385,16 +386,16 @@ fn a_model_comes_back_from_its_bytes() {
 #[test]
 fn many_samples_are_answered_piece_by_piece() {
     for (model, dataset) in small_models() {
-        let own = model.predict(&dataset.x).unwrap().outputs;
+        let expected = model.predict(&dataset.x).unwrap().outputs;
         let times = 1500usize.div_ceil(dataset.len());
         let all: Vec<usize> = (0..times).flat_map(|_| 0..dataset.len()).collect();
         let mut many = dataset.x.select(Axis(0), &all);
         let answers = model.predict(&many.view()).unwrap().outputs;
-        assert_eq!(bits(&answers), bits(&own.repeat(times)), "{}", model.card().name);
+        assert_eq!(bits(&answers), bits(&expected.repeat(times)), "{}", model.card().name);
         let mut backwards = many.view();
         backwards.invert_axis(Axis(0));
         let turned = model.predict(&backwards).unwrap().outputs;
-        let outputs = own.len() / dataset.len();
+        let outputs = expected.len() / dataset.len();
         let again: Vec<f32> = answers.chunks(outputs).rev().flatten().copied().collect();
         assert_eq!(bits(&turned), bits(&again));
         many.index_axis_mut(Axis(0), 1234).fill(f32::NAN);

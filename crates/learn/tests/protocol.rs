@@ -36,8 +36,8 @@ fn grouped_folds_cut_no_group_and_need_groups() {
     let without = presses(8, 6);
     let error = grouped.folds(&without, 3, 0).unwrap_err().to_string();
     assert!(error.starts_with("protocol.split = \"group\": real: presses has no groups"), "{error}");
-    let alone = Protocol::LeaveGroupOut { split: Split::Stratified, repetitions: 1 };
-    let error = alone.folds(&without, 3, 0).unwrap_err().to_string();
+    let leave_group_out = Protocol::LeaveGroupOut { split: Split::Stratified, repetitions: 1 };
+    let error = leave_group_out.folds(&without, 3, 0).unwrap_err().to_string();
     assert!(error.starts_with("protocol.kind = \"leave-group-out\": real: presses has no groups"), "{error}");
     let official = Protocol::Official { split: Split::Stratified, repetitions: 1 };
     let error = official.folds(&without, 3, 0).unwrap_err().to_string();
@@ -154,12 +154,12 @@ fn a_name_that_looks_like_a_row_keeps_its_own_recipe() {
         let (_keep, folder) = run(three_folds(&dataset, candidates.clone()).protocol(protocol));
         for candidate in candidates.clone() {
             let row = key(&format!("{}{suffix}", candidate.name), 0, 0);
-            let own = trainable(&candidate).recipe.clone();
-            assert_eq!(record(&folder, &row).epochs.len(), own.epochs, "{row}");
+            let wanted = trainable(&candidate).recipe.clone();
+            assert_eq!(record(&folder, &row).epochs.len(), wanted.epochs, "{row}");
             let card = model(&folder, &row).card().clone();
             assert_eq!(card.name, candidate.name);
             let Kind::Network { loss, recipe, .. } = card.kind else { panic!("a network") };
-            assert_eq!((loss, *recipe), (own.loss, own), "{row}");
+            assert_eq!((loss, *recipe), (wanted.loss, wanted), "{row}");
         }
     }
     assert_eq!(recipe(json!({})).loss, Loss::SoftmaxCrossEntropy, "else all three agree");

@@ -32,9 +32,9 @@ fn candidates(dataset: &Dataset) -> Vec<Candidate> {
 
 /// Keeps what it is told.
 #[derive(Default)]
-struct Told(RefCell<Vec<String>>);
+struct Lines(RefCell<Vec<String>>);
 
-impl Progress for Told {
+impl Progress for Lines {
     fn start(&self, _work: u64) {}
     fn fold(&self, _key: &FoldKey, _number: usize, _total: usize) {}
     fn step(&self, _work: u64) {}
@@ -88,33 +88,33 @@ fn a_resumed_run_must_be_the_same_one() {
     let dataset = presses(45, 20);
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
-    let own = |changes: Value| three_folds(&dataset, vec![mlp(&dataset, recipe(changes))]);
-    let folder = run_at(own(json!({})), &out).unwrap();
+    let validation = |changes: Value| three_folds(&dataset, vec![mlp(&dataset, recipe(changes))]);
+    let folder = run_at(validation(json!({})), &out).unwrap();
     let before = std::fs::read(folder.file("results.json")).unwrap();
-    let error = run_at(own(json!({})), &out).unwrap_err().to_string();
+    let error = run_at(validation(json!({})), &out).unwrap_err().to_string();
     assert!(error.ends_with("exists and is not empty; resume its run or give another folder"), "{error}");
-    resume(own(json!({})), &out).unwrap();
+    resume(validation(json!({})), &out).unwrap();
 
     let choosing = |validation: f64, by| {
         let mut candidate = mlp(&dataset, recipe(json!({})));
         let set = BTreeMap::from([("epochs".to_string(), json!(2))]);
         let grid = vec![Combination { set, recipe: recipe(json!({ "epochs": 2 })) }];
-        change(&mut candidate, |own| own.search = Some(Search { grid, validation, by }));
+        change(&mut candidate, |network| network.search = Some(Search { grid, validation, by }));
         three_folds(&dataset, vec![candidate])
     };
     let starting = |fold: usize| {
         let mut candidate = mlp(&dataset, recipe(json!({})));
         let weights = model(&folder, &key("mlp", 0, fold)).weights().clone();
-        change(&mut candidate, |own| own.start = Some(Arc::new(weights)));
+        change(&mut candidate, |network| network.start = Some(Arc::new(weights)));
         three_folds(&dataset, vec![candidate])
     };
     let renamed = Candidate { name: "other".into(), ..mlp(&dataset, recipe(json!({}))) };
     let raw: Encoding = serde_json::from_value(json!({ "signal": { "scale": "raw" } })).unwrap();
     for (other, difference) in [
-        (own(json!({ "epochs": 5 })), "candidates.0.recipe.epochs was 4, is now 5"),
-        (own(json!({})).seed(4), "seed was 3, is now 4"),
-        (own(json!({})).protocol(Protocol::k_fold(2)), "protocol.folds was 3, is now 2"),
-        (own(json!({})).encoding(raw), "encoding.signal.scale was \"z-score\", is now \"raw\""),
+        (validation(json!({ "epochs": 5 })), "candidates.0.recipe.epochs was 4, is now 5"),
+        (validation(json!({})).seed(4), "seed was 3, is now 4"),
+        (validation(json!({})).protocol(Protocol::k_fold(2)), "protocol.folds was 3, is now 2"),
+        (validation(json!({})).encoding(raw), "encoding.signal.scale was \"z-score\", is now \"raw\""),
         (three_folds(&dataset, vec![renamed]), "candidates.0.name was \"mlp\", is now \"other\""),
         (three_folds(&dataset, vec![]), "candidates is another"),
         (choosing(0.2, Criterion::Loss), "candidates.0.search is another"),
@@ -169,13 +169,15 @@ fn a_stopped_fit_goes_on_to_the_same_bytes() {
         "epochs": 8, "optimizer": { "name": "adam", "lr": 1e-2 }, "early_stopping": { "patience": 5 },
     });
     let mut choosing = mlp(&dataset, recipe(adam));
-    let own = |lr: f64| {
+    let combination = |lr: f64| {
         let set = BTreeMap::from([("optimizer.lr".to_string(), json!(lr))]);
-        let own = json!({ "epochs": 3, "optimizer": { "name": "adam", "lr": lr } });
-        Combination { set, recipe: recipe(own) }
+        let changes = json!({ "epochs": 3, "optimizer": { "name": "adam", "lr": lr } });
+        Combination { set, recipe: recipe(changes) }
     };
-    let grid = vec![own(1e-3), own(1e-2)];
-    change(&mut choosing, |own| own.search = Some(Search { grid, validation: 0.2, by: Criterion::Loss }));
+    let grid = vec![combination(1e-3), combination(1e-2)];
+    change(&mut choosing, |network| {
+        network.search = Some(Search { grid, validation: 0.2, by: Criterion::Loss })
+    });
     for candidate in candidates(&dataset).into_iter().take(2).chain([choosing]) {
         let protocol = Protocol::k_fold(3);
         let options = RunOptions { threads: Some(1), save_every: Some(0.0), ..RunOptions::default() };
@@ -220,22 +222,22 @@ fn a_session_of_another_training_is_refused_by_name() {
         let fit = Fit { candidate, protocol: &protocol, seed, options, session };
         fit.run(&mut Encoder::new(&Encoding::default(), dataset), &mut tick, &cancel)
     };
-    let own = mlp(&dataset, recipe(json!({})));
-    assert!(go(&own, &dataset, 0, 100).unwrap().is_none() && session.is_file());
+    let candidate = mlp(&dataset, recipe(json!({})));
+    assert!(go(&candidate, &dataset, 0, 100).unwrap().is_none() && session.is_file());
     let slow = mlp(&dataset, recipe(json!({ "optimizer": { "name": "sgdm", "lr": 1e-3 } })));
     let others = candidates(&dataset);
     let more = presses(48, 20);
     for (candidate, dataset, seed) in
-        [(&slow, &dataset, 0), (&others[1], &dataset, 0), (&own, &dataset, 1), (&own, &more, 0)]
+        [(&slow, &dataset, 0), (&others[1], &dataset, 0), (&candidate, &dataset, 1), (&candidate, &more, 0)]
     {
         let error = go(candidate, dataset, seed, usize::MAX).unwrap_err().to_string();
         let want = format!("{}: was saved by another training: ", session.display());
         assert!(error.starts_with(&want) && error.contains("delete it and go on"), "{error}");
     }
-    assert!(go(&own, &dataset, 0, usize::MAX).unwrap().is_some());
+    assert!(go(&candidate, &dataset, 0, usize::MAX).unwrap().is_some());
     // A file that is broken is named too.
     std::fs::write(&session, b"{").unwrap();
-    let error = go(&own, &dataset, 0, usize::MAX).unwrap_err().to_string();
+    let error = go(&candidate, &dataset, 0, usize::MAX).unwrap_err().to_string();
     assert!(error.starts_with(&session.display().to_string()) && error.contains("delete it"), "{error}");
 }
 
@@ -276,8 +278,8 @@ fn a_fold_in_training_goes_on_where_it_was_saved() {
             save_every: Some(0.0),
             ..RunOptions::default()
         };
-        let own = three_folds(&dataset, candidates(&dataset));
-        match own.run_in(&out, &options, &Stop(&cancel, 0.into()), &cancel) {
+        let validation = three_folds(&dataset, candidates(&dataset));
+        match validation.run_in(&out, &options, &Stop(&cancel, 0.into()), &cancel) {
             Ok(_) => break,
             Err(Error::Cancelled { total: 9, .. }) => {}
             Err(other) => panic!("{other}"),
@@ -302,8 +304,8 @@ fn a_stopped_run_says_where_it_stands() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     let cancel = AtomicBool::new(true);
-    let own = three_folds(&dataset, candidates(&dataset));
-    let error = own.run_in(&out, &RunOptions::default(), &Silent, &cancel).unwrap_err().to_string();
+    let validation = three_folds(&dataset, candidates(&dataset));
+    let error = validation.run_in(&out, &RunOptions::default(), &Silent, &cancel).unwrap_err().to_string();
     let want = format!("stopped after 0 of 9 folds; {} holds them", out.display());
     assert_eq!(error, want);
 }
@@ -328,8 +330,8 @@ fn latencies_are_timed_again_and_scores_stay() {
     }
     let again = |time_again| {
         let options = RunOptions { resume: true, threads: Some(1), time_again, ..RunOptions::default() };
-        let own = three_folds(&dataset, candidates(&dataset));
-        own.run_in(&out, &options, &Silent, &AtomicBool::new(false))
+        let validation = three_folds(&dataset, candidates(&dataset));
+        validation.run_in(&out, &options, &Silent, &AtomicBool::new(false))
     };
     let p50 = || {
         first.iter().map(|key| read(&timing(key))["latency"]["p50_ms"].as_f64().unwrap()).fold(0.0, f64::max)
@@ -361,11 +363,11 @@ fn a_run_that_goes_on_elsewhere_is_told_so() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run");
     let go_on = |only| {
-        let told = Told::default();
+        let lines = Lines::default();
         let options = RunOptions { resume: true, threads: Some(1), only, ..RunOptions::default() };
-        let own = three_folds(&dataset, candidates(&dataset));
-        own.run_in(&out, &options, &told, &AtomicBool::new(false)).unwrap();
-        told.0.into_inner()
+        let validation = three_folds(&dataset, candidates(&dataset));
+        validation.run_in(&out, &options, &lines, &AtomicBool::new(false)).unwrap();
+        lines.0.into_inner()
     };
     let first = key("mlp", 0, 0);
     assert_eq!(go_on(Some(vec![first.clone()])), [""; 0]);

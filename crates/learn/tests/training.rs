@@ -54,8 +54,8 @@ fn every_option_changes_the_training_and_nothing_is_left_unread() {
     }
     // Adam and AdamW part where there is a penalty.
     let adam = |name: &str| {
-        let own = json!({ "name": name, "lr": 1e-3, "weight_decay": 0.1, "betas": [0.8, 0.9] });
-        run_tiny(json!({ "optimizer": own }))
+        let optimizer = json!({ "name": name, "lr": 1e-3, "weight_decay": 0.1, "betas": [0.8, 0.9] });
+        run_tiny(json!({ "optimizer": optimizer }))
     };
     let ((_a, coupled), (_b, decoupled)) = (adam("adam"), adam("adamw"));
     assert_ne!(weights(&coupled, 0), weights(&decoupled, 0));
@@ -129,12 +129,14 @@ fn choosing(dataset: &Dataset, rates: &[f64], batches: &[usize]) -> Candidate {
     for &batch in batches {
         for &lr in rates {
             let set = [("batch_size", json!(batch)), ("optimizer.lr", json!(lr))];
-            let own = json!({ "batch_size": batch, "optimizer": { "name": "sgdm", "lr": lr } });
+            let changes = json!({ "batch_size": batch, "optimizer": { "name": "sgdm", "lr": lr } });
             let set = set.map(|(key, value)| (key.to_string(), value));
-            grid.push(Combination { set: BTreeMap::from(set), recipe: recipe(own) });
+            grid.push(Combination { set: BTreeMap::from(set), recipe: recipe(changes) });
         }
     }
-    change(&mut candidate, |own| own.search = Some(Search { grid, validation: 0.3, by: Criterion::Loss }));
+    change(&mut candidate, |network| {
+        network.search = Some(Search { grid, validation: 0.3, by: Criterion::Loss })
+    });
     candidate
 }
 
@@ -166,8 +168,8 @@ fn settings_are_chosen_per_fold_and_never_by_test_data() {
     // The chosen training is the one with its values written down, on the whole training part; the model says
     // which recipe that was.
     let chosen = record(&folder, &first).chosen.unwrap().set;
-    let own = grid.iter().find(|own| own.set == chosen).unwrap().recipe.clone();
-    let (_c, fixed) = run(three_folds(&dataset, vec![mlp(&dataset, own)]));
+    let best = grid.iter().find(|combination| combination.set == chosen).unwrap().recipe.clone();
+    let (_c, fixed) = run(three_folds(&dataset, vec![mlp(&dataset, best)]));
     assert!(bytes(&folder) == bytes(&fixed));
 }
 
@@ -187,10 +189,10 @@ fn a_rate_that_diverges_is_not_chosen_and_all_of_them_are_an_error() {
 
 /// A network that learns two attributes.
 fn levels_mlp(dataset: &Dataset) -> Candidate {
-    let own = json!({
+    let changes = json!({
         "loss": "multi-label-soft-margin", "epochs": 60, "optimizer": { "name": "adam", "lr": 0.02 },
     });
-    mlp(dataset, recipe(own))
+    mlp(dataset, recipe(changes))
 }
 
 #[test]
@@ -284,11 +286,11 @@ fn augmentation_moves_training_images_alone() {
     let dataset = imprints(36, 14);
     let encoding: Encoding = serde_json::from_value(json!({ "image": { "kind": "raw" } })).unwrap();
     let go = |changes: Value| {
-        let mut own = json!({ "epochs": 2, "optimizer": { "name": "sgdm", "lr": 1e-3 } });
-        own.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+        let mut settings = json!({ "epochs": 2, "optimizer": { "name": "sgdm", "lr": 1e-3 } });
+        settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
         let mut validation =
             CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).encoding(encoding.clone());
-        let candidate = network("resnet8-lite-2d", json!({}), recipe(own), validation.encoder());
+        let candidate = network("resnet8-lite-2d", json!({}), recipe(settings), validation.encoder());
         let (_keep, folder) = run(validation.candidate(candidate));
         record(&folder, &key("resnet8-lite-2d", 0, 0))
     };
@@ -298,11 +300,11 @@ fn augmentation_moves_training_images_alone() {
     assert_ne!(plain.epochs[0].train_loss, moved.epochs[0].train_loss);
     assert_eq!(moved.epochs, again.epochs);
     // Without training the test images are the same ones: a rate of almost 0 leaves the same answers.
-    let still = json!({ "name": "sgdm", "lr": 1e-30 });
-    let turned = go(json!({ "optimizer": still, "augment": augment, "batch_norm": "population" }));
-    let still = go(json!({ "optimizer": still }));
-    assert_ne!(still.epochs[1].train_loss, turned.epochs[1].train_loss);
-    assert_eq!(still.outcome.outputs(), turned.outcome.outputs());
+    let tiny_steps = json!({ "name": "sgdm", "lr": 1e-30 });
+    let turned = go(json!({ "optimizer": tiny_steps, "augment": augment, "batch_norm": "population" }));
+    let unturned = go(json!({ "optimizer": tiny_steps }));
+    assert_ne!(unturned.epochs[1].train_loss, turned.epochs[1].train_loss);
+    assert_eq!(unturned.outcome.outputs(), turned.outcome.outputs());
 }
 
 /// Kept or renewed as asked; weight and bias of frozen batch norms stay either way.
@@ -311,11 +313,11 @@ fn frozen_statistics_are_kept_or_renewed() {
     let dataset = imprints(36, 14);
     let encoding: Encoding = serde_json::from_value(json!({ "image": { "kind": "raw" } })).unwrap();
     let stem = |changes: Value| {
-        let mut own = json!({ "epochs": 2, "frozen": ["stem"] });
-        own.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+        let mut settings = json!({ "epochs": 2, "frozen": ["stem"] });
+        settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
         let mut validation =
             CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).encoding(encoding.clone());
-        let candidate = network("resnet8-lite-2d", json!({}), recipe(own), validation.encoder());
+        let candidate = network("resnet8-lite-2d", json!({}), recipe(settings), validation.encoder());
         let (_keep, folder) = run(validation.candidate(candidate));
         let model = model(&folder, &key("resnet8-lite-2d", 0, 0));
         ["weight", "bias", "running_mean", "running_var"]
@@ -324,9 +326,9 @@ fn frozen_statistics_are_kept_or_renewed() {
     let [weight, bias, mean, var] = stem(json!({}));
     assert!(mean.iter().all(|&v| v == 0.0) && var.iter().all(|&v| v == 1.0), "as at the start");
     let renewed = ["population", "moving"].map(|kind| {
-        let own = stem(json!({ "frozen_statistics": "renewed", "batch_norm": kind }));
-        assert_eq!([&own[0], &own[1]], [&weight, &bias]);
-        own[2].clone()
+        let tensors = stem(json!({ "frozen_statistics": "renewed", "batch_norm": kind }));
+        assert_eq!([&tensors[0], &tensors[1]], [&weight, &bias]);
+        tensors[2].clone()
     });
     assert!(renewed[0] != mean && renewed[1] != mean && renewed[0] != renewed[1], "{renewed:?}");
 }
@@ -344,24 +346,24 @@ fn a_frozen_body_is_asked_once_and_nothing_else_changes() {
     ] {
         let dataset = imprints(36, if name == "alexnet" { 63 } else { 33 });
         let go = |changes: Value| {
-            let mut own = json!({ "epochs": 2, "batch_size": 5, "frozen": frozen });
-            own.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+            let mut settings = json!({ "epochs": 2, "batch_size": 5, "frozen": frozen });
+            settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
             let mut validation =
                 CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).encoding(encoding.clone());
-            let candidate = network(name, set.clone(), recipe(own), validation.encoder());
+            let candidate = network(name, set.clone(), recipe(settings), validation.encoder());
             let (_keep, folder) = run(validation.candidate(candidate));
             let models: Vec<Weights> =
                 (0..2).map(|fold| model(&folder, &key(name, 0, fold)).weights().clone()).collect();
             let records: Vec<_> = (0..2).map(|fold| record(&folder, &key(name, 0, fold))).collect();
             (models, records)
         };
-        for own in [json!({}), json!({ "early_stopping": { "patience": 1 } })] {
+        for stopping in [json!({}), json!({ "early_stopping": { "patience": 1 } })] {
             let whole = {
-                let mut own = own.clone();
-                own["augment"] = json!({ "shift": 0.0 });
-                go(own)
+                let mut stopping = stopping.clone();
+                stopping["augment"] = json!({ "shift": 0.0 });
+                go(stopping)
             };
-            let (models, records) = go(own);
+            let (models, records) = go(stopping);
             assert!(models == whole.0, "{name}: {frozen}");
             for (one, other) in records.iter().zip(&whole.1) {
                 assert_eq!(one.epochs, other.epochs, "{name}: {frozen}");
@@ -404,11 +406,11 @@ fn baselines_follow_the_seed_and_say_what_they_cost() {
 fn look_alikes_need_every_class_once() {
     let dataset = presses(45, 20);
     let with = |groups: &[(&str, &[&str])]| {
-        let own = groups.iter().map(|(name, classes)| {
+        let look_alikes = groups.iter().map(|(name, classes)| {
             (name.to_string(), classes.iter().map(|class| class.to_string()).collect())
         });
         let mut validation = three_folds(&dataset, vec![Candidate::baseline(Method::Majority)]);
-        validation.look_alikes = own.collect();
+        validation.look_alikes = look_alikes.collect();
         validation.run()
     };
     let results = with(&[("give", &["soft", "medium"]), ("rigid", &["stiff"])]).unwrap();
@@ -423,9 +425,9 @@ fn look_alikes_need_every_class_once() {
 
 #[test]
 fn few_samples_get_smaller_batches_and_more_epochs() {
-    let own = recipe(json!({ "epochs": 80, "batch_size": 64, "least_steps": 800, "least_batches": 4 }));
+    let short = recipe(json!({ "epochs": 80, "batch_size": 64, "least_steps": 800, "least_batches": 4 }));
     let of = |samples: usize| {
-        let recipe = own.for_samples(samples);
+        let recipe = short.for_samples(samples);
         (recipe.batch_size, recipe.epochs)
     };
     // min(64, max(8, n div 4)); at least 800 steps.
@@ -443,9 +445,9 @@ fn few_samples_get_smaller_batches_and_more_epochs() {
 #[test]
 fn a_training_takes_the_least_steps_and_warms_up() {
     let dataset = presses(12, 6);
-    let own = recipe(json!({ "batch_size": 64, "least_steps": 24, "least_batches": 4, "warm_up": 0.5,
+    let short = recipe(json!({ "batch_size": 64, "least_steps": 24, "least_batches": 4, "warm_up": 0.5,
         "optimizer": { "name": "adamw", "lr": 0.01, "weight_decay": 0.05, "decay": "matrices" } }));
-    let run = run(three_folds(&dataset, vec![mlp(&dataset, own)]));
+    let run = run(three_folds(&dataset, vec![mlp(&dataset, short)]));
     let epochs = record(&run.1, &key("mlp", 0, 0)).epochs;
     // Eight samples in one batch of eight: an epoch per step.
     assert_eq!(epochs.len(), 24);

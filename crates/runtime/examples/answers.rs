@@ -34,8 +34,8 @@ fn obey(mut answer: impl FnMut() -> bool) -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let asked: Vec<String> = std::env::args().skip(1).collect();
-    let [network, how] = asked.as_slice() else {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [network, how] = arguments.as_slice() else {
         return Err("usage: answers NETWORK frozen|int8|engine".into());
     };
     let graph = taxel_zoo::find(network)?.graph(&taxel_zoo::Settings::new())?;

@@ -59,10 +59,10 @@ impl Places {
 
 /// Puts what is joined where it will lie, unless a step would then write into the value that it reads.
 fn spots(steps: &[Step]) -> Vec<Spot> {
-    let mut alone = HashSet::new();
+    let mut separate = HashSet::new();
     loop {
-        let spots = join(steps, &alone);
-        let before = alone.len();
+        let spots = join(steps, &separate);
+        let before = separate.len();
         for (id, step) in steps.iter().enumerate() {
             for (which, &input) in step.inputs.iter().enumerate() {
                 let shared = spots[input].root == spots[id].root;
@@ -70,15 +70,15 @@ fn spots(steps: &[Step]) -> Vec<Spot> {
                     Work::Slice(_) => {}
                     // Moved inside one value: it would have to be read and written at once.
                     Work::Concat if shared && spots[input] != part(steps, &spots, id, which) => {
-                        alone.insert(owner(steps, input));
+                        separate.insert(owner(steps, input));
                     }
                     Work::Concat => {}
-                    _ if shared => drop(alone.insert(id)),
+                    _ if shared => drop(separate.insert(id)),
                     _ => {}
                 }
             }
         }
-        if alone.len() == before {
+        if separate.len() == before {
             return spots;
         }
     }
@@ -98,13 +98,13 @@ fn part(steps: &[Step], spots: &[Spot], concat: StepId, which: usize) -> Spot {
     Spot { first: spots[concat].first + before, ..spots[concat] }
 }
 
-fn join(steps: &[Step], alone: &HashSet<StepId>) -> Vec<Spot> {
+fn join(steps: &[Step], separate: &HashSet<StepId>) -> Vec<Spot> {
     let mut spots: Vec<Spot> = (0..steps.len()).map(|root| Spot { root, first: 0 }).collect();
     let mut placed = vec![false; steps.len()];
     // Later concatenations hold earlier ones.
     for (id, step) in steps.iter().enumerate().rev() {
         let Work::Concat = step.work else { continue };
-        if !placed[id] && !alone.contains(&id) {
+        if !placed[id] && !separate.contains(&id) {
             // All its parts may lie side by side in a later one.
             let first = spots[step.inputs[0]];
             let mut next = first;
@@ -119,7 +119,7 @@ fn join(steps: &[Step], alone: &HashSet<StepId>) -> Vec<Spot> {
         }
         for (which, &input) in step.inputs.iter().enumerate() {
             let is_movable = !matches!(steps[input].work, Work::Slice(_)) && !steps[input].work.makes_dense();
-            if is_movable && !placed[input] && !alone.contains(&input) {
+            if is_movable && !placed[input] && !separate.contains(&input) {
                 (spots[input], placed[input]) = (part(steps, &spots, id, which), true);
             }
         }

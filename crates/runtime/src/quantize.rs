@@ -14,11 +14,11 @@ const DEPTH: usize = 30_000;
 pub(crate) fn quantize(steps: Vec<Step>, outputs: &[StepId], ranges: &Ranges) -> (Vec<Step>, Vec<StepId>) {
     let scales = scales(&steps, ranges);
     let len = steps.len();
-    let own = steps.iter().map(|step| ranges.get(&step.name).map(|&[low, high]| Scale::over(low, high)));
-    let own: Vec<Option<Scale>> = own.collect();
+    let seen = steps.iter().map(|step| ranges.get(&step.name).map(|&[low, high]| Scale::over(low, high)));
+    let seen: Vec<Option<Scale>> = seen.collect();
     let mut plan = Plan { steps: vec![], now: vec![], floats: vec![None; len], bytes: vec![None; len] };
     for (id, step) in steps.into_iter().enumerate() {
-        plan.push(step, scales[id], &own);
+        plan.push(step, scales[id], &seen);
     }
     let outputs = outputs.iter().map(|&output| plan.as_floats(output)).collect();
     (plan.steps, outputs)
@@ -84,7 +84,7 @@ fn classes(steps: &[Step]) -> Vec<StepId> {
         };
         for &input in &step.inputs[..moved] {
             let (a, b) = (class[id].min(class[input]), class[id].max(class[input]));
-            class.iter_mut().filter(|own| **own == b).for_each(|own| *own = a);
+            class.iter_mut().filter(|other| **other == b).for_each(|other| *other = a);
         }
     }
     class
@@ -100,7 +100,7 @@ struct Plan {
 }
 
 impl Plan {
-    fn push(&mut self, step: Step, scale: Option<Scale>, own: &[Option<Scale>]) {
+    fn push(&mut self, step: Step, scale: Option<Scale>, seen: &[Option<Scale>]) {
         let is_bytes = |plan: &Plan, which: usize| {
             step.inputs.get(which).is_some_and(|&input| plan.steps[plan.now[input]].scale.is_some())
         };
@@ -124,7 +124,7 @@ impl Plan {
         let inputs: Vec<StepId> = match (in_bytes, &step.work) {
             (true, Work::Conv(_)) => {
                 let mut inputs = vec![self.now[step.inputs[0]]];
-                inputs.extend(step.inputs[1..].iter().map(|&addend| self.as_bytes(addend, own[addend])));
+                inputs.extend(step.inputs[1..].iter().map(|&addend| self.as_bytes(addend, seen[addend])));
                 inputs
             }
             (true, _) => step.inputs.iter().map(|&input| self.now[input]).collect(),
@@ -162,7 +162,7 @@ impl Plan {
         floats
     }
 
-    fn as_bytes(&mut self, old: StepId, own: Option<Scale>) -> StepId {
+    fn as_bytes(&mut self, old: StepId, scale: Option<Scale>) -> StepId {
         let id = self.now[old];
         if self.steps[id].scale.is_some() {
             return id;
@@ -170,7 +170,7 @@ impl Plan {
         if let Some(known) = self.bytes[old] {
             return known;
         }
-        let bytes = self.convert(id, own);
+        let bytes = self.convert(id, scale);
         self.bytes[old] = Some(bytes);
         bytes
     }

@@ -161,18 +161,18 @@ fn an_answer_does_not_depend_on_its_neighbours() {
         let inputs: Vec<Vec<f32>> = lens.iter().map(|len| (0..n * len).map(value).collect()).collect();
         let all: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
         let mut logits = vec![0.0; n * frozen.logits()];
-        let mut alone = frozen.workspace();
+        let mut single = frozen.workspace();
         for batch in [1, 3, 64] {
             logits.fill(f32::NAN);
             frozen.answers(&mut frozen.workspace_for(batch), &all, &mut logits).unwrap();
             for (sample, got) in logits.chunks(frozen.logits()).enumerate() {
                 let one = inputs.iter().zip(&lens).map(|(x, len)| &x[sample * len..(sample + 1) * len]);
-                let want = frozen.answer(&mut alone, &one.collect::<Vec<_>>()).unwrap();
+                let want = frozen.answer(&mut single, &one.collect::<Vec<_>>()).unwrap();
                 let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(got), bits(want), "{name}, sample {sample} in batches of {batch}");
             }
         }
-        let error = frozen.answers(&mut alone, &[], &mut logits).unwrap_err().to_string();
+        let error = frozen.answers(&mut single, &[], &mut logits).unwrap_err().to_string();
         assert!(error.contains("inputs given"), "{error}");
     }
 }

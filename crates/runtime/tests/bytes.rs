@@ -111,9 +111,9 @@ fn an_answer_does_not_depend_on_its_neighbours() {
         let all = samples(&graph, n);
         let mut logits = vec![f32::NAN; n * frozen.logits()];
         frozen.answers(&mut frozen.workspace_for(64), &slices(&all), &mut logits).unwrap();
-        let mut alone = frozen.workspace();
+        let mut single = frozen.workspace();
         for (sample, got) in logits.chunks(frozen.logits()).enumerate() {
-            let want = frozen.answer(&mut alone, &slices(&one(&graph, &all, sample))).unwrap();
+            let want = frozen.answer(&mut single, &slices(&one(&graph, &all, sample))).unwrap();
             let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(got), bits(want), "{name}, sample {sample}");
         }

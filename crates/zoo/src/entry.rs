@@ -102,7 +102,7 @@ pub struct Entry {
     /// Sizes at which tests that walk every network take it; none are the published ones.
     pub quick: Settings,
     build: Arc<Build>,
-    own: Settings,
+    defaults: Settings,
 }
 
 impl fmt::Debug for Entry {
@@ -128,25 +128,25 @@ impl Entry {
             counts: None,
             quick: Settings::new(),
             build: Arc::new(build),
-            own: Settings::new(),
+            defaults: Settings::new(),
         }
     }
 
-    /// The network that `own` is, with settings in place of its values, and [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and
+    /// The network of `config`, with settings in place of its values, and [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and
     /// [`WITHOUT_LAYERS`] beside them.
-    pub fn of<C>(own: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
+    pub fn of<C>(config: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
     {
-        let values = serde_json::to_value(&own).ok().and_then(|value| value.as_object().cloned());
+        let values = serde_json::to_value(&config).ok().and_then(|value| value.as_object().cloned());
         let entry = Entry::new(name, family, paper, inputs, move |settings| {
-            let known: Settings = serde_json::from_value(serde_json::to_value(&own)?)?;
+            let known: Settings = serde_json::from_value(serde_json::to_value(&config)?)?;
             let mut merged = known.clone();
             merged.extend(settings.clone());
             let mut beside = |key: &str| if known.contains_key(key) { None } else { merged.remove(key) };
             let [width_mult, without_blocks, without_layers] =
                 [WIDTH_MULT, WITHOUT_BLOCKS, WITHOUT_LAYERS].map(&mut beside);
-            let mut graph = own.with(serde_json::from_value(Value::Object(merged))?).graph()?;
+            let mut graph = config.with(serde_json::from_value(Value::Object(merged))?).graph()?;
             if let Some(value) = without_blocks {
                 graph = graph.without_blocks(whole_number(WITHOUT_BLOCKS, &value)?)?;
             }
@@ -159,7 +159,7 @@ impl Entry {
             }
             Ok(graph)
         });
-        Entry { own: values.unwrap_or_default(), ..entry }
+        Entry { defaults: values.unwrap_or_default(), ..entry }
     }
 
     /// The network that a family lists.
@@ -177,14 +177,14 @@ impl Entry {
     /// nothing else is said.
     pub fn number(&self, key: &str) -> Option<usize> {
         let is_size =
-            self.inputs.iter().flat_map(|input| &input.keys).any(|own| own == key) || key == "classes";
-        let value = self.own.get(key).filter(|_| !is_size)?.as_u64()?;
+            self.inputs.iter().flat_map(|input| &input.keys).any(|size| size == key) || key == "classes";
+        let value = self.defaults.get(key).filter(|_| !is_size)?.as_u64()?;
         usize::try_from(value).ok()
     }
 
     /// Returns the default of [`WIDTH_MULT`]; none for a network that [`Entry::new`] made.
     pub fn width_mult(&self) -> Option<f64> {
-        match self.own.get(WIDTH_MULT) {
+        match self.defaults.get(WIDTH_MULT) {
             Some(value) => value.as_f64(),
             None => self.is_resizable().then_some(1.0),
         }
@@ -192,7 +192,7 @@ impl Entry {
 
     /// Whether it takes [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and [`WITHOUT_LAYERS`]: those that [`Entry::of`] made do.
     pub fn is_resizable(&self) -> bool {
-        !self.own.is_empty()
+        !self.defaults.is_empty()
     }
 
     /// The network with `settings` in place of the paper's values.

@@ -8,7 +8,7 @@ use serde_json::Value;
 use taxel_graph::Network;
 use taxel_zoo::{BuildError, Entry, Input, Registry, Settings, built_in, find, matlab};
 
-fn own(name: &str) -> Entry {
+fn entry(name: &str) -> Entry {
     let called = name.to_string();
     Entry::new(name, "own", "unpublished", [Input::flat()], move |settings| {
         let classes = settings.get("classes").and_then(|v| v.as_u64()).unwrap_or(2) as usize;
@@ -25,14 +25,14 @@ fn a_network_is_registered_once() {
         registry.find("mlp").unwrap_err().to_string(),
         "no network is called `mlp`; none is registered"
     );
-    registry.add(own("mine")).unwrap();
-    let refusal = registry.add(own("mine")).unwrap_err().to_string();
+    registry.add(entry("mine")).unwrap();
+    let refusal = registry.add(entry("mine")).unwrap_err().to_string();
     assert_eq!(refusal, "a network is called `mine` already; give the other one another name");
     assert_eq!(registry.entries().count(), 1);
     assert_eq!(registry.find("mine").unwrap().graph(&Settings::new()).unwrap().name(), "mine");
     let mut registry = Registry::built_in();
-    assert!(registry.add(own("mlp")).is_err());
-    registry.add(own("mine")).unwrap();
+    assert!(registry.add(entry("mlp")).is_err());
+    registry.add(entry("mine")).unwrap();
     assert_eq!(registry.clone().entries().count(), built_in().entries().count() + 1);
     assert!(find("mine").is_err(), "the built-in ones stay as they are");
 }
@@ -47,13 +47,13 @@ fn every_network_has_a_twin_that_counts_as_many_values() {
     // Those with several outputs.
     twins.extend(json(format!("{folder}/outputs.json").as_ref()).as_array().unwrap().iter().cloned());
     for entry in built_in().entries() {
-        let own = |twin: &&Value| twin["network"] == entry.name.as_str();
+        let is_of_entry = |twin: &&Value| twin["network"] == entry.name.as_str();
         assert!(
-            twins.iter().any(|twin| own(&twin)),
+            twins.iter().any(|twin| is_of_entry(&twin)),
             "{}: no fixture; add its twin to scripts/twin and run scripts/fixtures/network_twins.py {0}",
             entry.name
         );
-        for twin in twins.iter().filter(own) {
+        for twin in twins.iter().filter(is_of_entry) {
             let settings = twin["settings"].as_object().unwrap().clone();
             let count = |tensor: &Value| {
                 tensor[1].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).product::<u64>()
@@ -84,7 +84,7 @@ fn an_unknown_name_meets_the_nearest() {
 
 #[test]
 fn a_network_of_ones_own_says_what_is_wrong_with_it() {
-    let entry = own("mine");
+    let entry = entry("mine");
     let settings = Settings::from_iter([("classes".to_string(), 0.into())]);
     let refusal = entry.graph(&settings).unwrap_err().to_string();
     assert_eq!(refusal, "mine: fc: must have at least one output");
@@ -101,12 +101,12 @@ fn a_network_of_ones_own_says_what_is_wrong_with_it() {
 fn settings_leave_alone_what_sets_a_network_apart() {
     let classes = Settings::from_iter([("classes".to_string(), 7.into())]);
     for entry in built_in().entries() {
-        let (own, seven) = (entry.graph(&Settings::new()).unwrap(), entry.graph(&classes).unwrap());
-        assert_eq!((own.name(), seven.name()), (entry.name.as_str(), entry.name.as_str()));
+        let (published, seven) = (entry.graph(&Settings::new()).unwrap(), entry.graph(&classes).unwrap());
+        assert_eq!((published.name(), seven.name()), (entry.name.as_str(), entry.name.as_str()));
         let kinds = |graph: &taxel_graph::Graph| {
             graph.nodes().iter().map(|n| (n.name.clone(), n.op.kind())).collect::<Vec<_>>()
         };
-        assert_eq!(kinds(&own), kinds(&seven), "{}", entry.name);
+        assert_eq!(kinds(&published), kinds(&seven), "{}", entry.name);
     }
     // What is no setting cannot be set.
     for (name, key) in [("resnet50", "depth"), ("tactnet3d", "layers"), ("hybrid-vgg", "branches")] {
@@ -154,8 +154,8 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
         }
     }
     let nodes = |graph: taxel_graph::Graph| graph.nodes().to_vec();
-    let half = |name: &str, own: &[(&str, Value)]| {
-        nodes(of(name, &[own, &[("width_mult", 0.5.into())]].concat()).unwrap())
+    let half = |name: &str, settings: &[(&str, Value)]| {
+        nodes(of(name, &[settings, &[("width_mult", 0.5.into())]].concat()).unwrap())
     };
     // Gandarias et al. 2019b has TactNet3D with half its filters, and all of its hidden units.
     assert_eq!(half("tactnet3d", &[("hidden", 128.into())]), nodes(of("tactnet3d-4-8", &[]).unwrap()));

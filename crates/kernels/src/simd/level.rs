@@ -29,8 +29,8 @@ impl Level {
 pub fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| {
-        let asked = std::env::var_os("TAXEL_SIMD");
-        let asks = |name: &str| asked.as_deref().is_some_and(|asked| asked == name);
+        let wanted = std::env::var_os("TAXEL_SIMD");
+        let asks = |name: &str| wanted.as_deref().is_some_and(|wanted| wanted == name);
         if asks("portable") {
             return Level::Portable;
         }

@@ -118,7 +118,7 @@ impl<'a> Encoder<'a> {
     /// names.
     pub fn prepare(&mut self, names: &[&str]) -> Result<()> {
         let baseline = self.encoding.baseline;
-        let missing = |own: &Self, name| names.contains(&name) && own.shape(name).is_none();
+        let missing = |encoder: &Self, name| names.contains(&name) && encoder.shape(name).is_none();
         let layout = self.dataset.spec.layout;
         // The channels of all fingers side by side.
         let flat = |then: Transform| match layout {
@@ -128,7 +128,9 @@ impl<'a> Encoder<'a> {
         if missing(self, SIGNAL) {
             match self.encoding.signal {
                 Signal::Scaled(Scaled { scale }) => match self.scaling(scale)? {
-                    Some(own) => self.encode_now(SIGNAL, flat(Transform::Signal(own).less(baseline)))?,
+                    Some(scaling) => {
+                        self.encode_now(SIGNAL, flat(Transform::Signal(scaling).less(baseline)))?
+                    }
                     None => self.fit_later(SIGNAL, flat(Transform::Signal(Scaling::Raw).less(baseline)))?,
                 },
                 Signal::QuantileCode(Code { ramps, steps }) => {
@@ -180,11 +182,11 @@ impl<'a> Encoder<'a> {
             Image::Electrodes(Electrodes { order, scale }) => self.plan(scale, baseline, |scaling| {
                 Transform::Electrodes { image: ElectrodeImage { order }, scaling }
             }),
-            Image::Gadf(own) => {
-                self.encode_now(IMAGE, Transform::Field(own.image(Method::Difference)?).less(baseline))
+            Image::Gadf(field) => {
+                self.encode_now(IMAGE, Transform::Field(field.image(Method::Difference)?).less(baseline))
             }
-            Image::Gasf(own) => {
-                self.encode_now(IMAGE, Transform::Field(own.image(Method::Summation)?).less(baseline))
+            Image::Gasf(field) => {
+                self.encode_now(IMAGE, Transform::Field(field.image(Method::Summation)?).less(baseline))
             }
         }
     }
@@ -308,10 +310,10 @@ impl<'a> Encoder<'a> {
         let x = (!broken.is_empty()).then(|| x.select(Axis(0), &broken));
         for input in inputs {
             if let Some(x) = &x {
-                let own = Encoded::new(input.transform.apply(x, &self.source)?);
+                let replaced = Encoded::new(input.transform.apply(x, &self.source)?);
                 let all = Arc::make_mut(&mut input.encoded);
                 let len = all.len();
-                for (at, sample) in broken.iter().zip(own.values.chunks_exact(len.max(1))) {
+                for (at, sample) in broken.iter().zip(replaced.values.chunks_exact(len.max(1))) {
                     all.values[others[*at] * len..][..len].copy_from_slice(sample);
                 }
             }

@@ -114,10 +114,12 @@ impl Rocket {
     }
 
     fn fitted(&self, shape: [usize; 2], source: &str) -> Result<&MiniRocket> {
-        let fitted =
-            self.rocket.as_ref().filter(|own| own.shape() == shape && own.biases().len() == self.width());
+        let fitted = self
+            .rocket
+            .as_ref()
+            .filter(|fitted| fitted.shape() == shape && fitted.biases().len() == self.width());
         let expected = || match &self.rocket {
-            Some(own) => format!("channels and readings as in training, {:?}", own.shape()),
+            Some(fitted) => format!("channels and readings as in training, {:?}", fitted.shape()),
             None => "a fit to training samples".into(),
         };
         let what = "recording";

@@ -236,8 +236,8 @@ impl Encoding {
 /// A reduction that does not do, by its key.
 pub(super) fn reduction_problem(error: taxel_encodings::Error) -> Problem {
     match error {
-        taxel_encodings::Error::Reduction(own) => {
-            Problem::new(format!("reduce.{}", own.key), own.value, own.reason)
+        taxel_encodings::Error::Reduction(reduction) => {
+            Problem::new(format!("reduce.{}", reduction.key), reduction.value, reduction.reason)
         }
         other => Problem::new("reduce", "{ .. }", other.to_string()),
     }
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(of(Layout::Colour, None).image, Some(Image::Raw(picture)));
         let squeezes = of(Layout::Sequence, None);
         assert_eq!(squeezes.tensor, Some(Tensor { scale: Scale::ZScore, ..Tensor::default() }));
-        assert!(matches!(squeezes.image, Some(Image::Frame(own)) if own.scale == Scale::ZScore));
+        assert!(matches!(squeezes.image, Some(Image::Frame(frame)) if frame.scale == Scale::ZScore));
         assert_eq!(of(Layout::Features, None), Encoding::default());
         assert_eq!(Encoding::of(&SampleSpec::new(Layout::Series, &[4, 6]), &["signal"]), Encoding::default());
         for layout in Layout::ALL {

@@ -75,8 +75,8 @@ impl TryFrom<Keys> for Signal {
     type Error = String;
 
     fn try_from(Keys { kind, scale, ramps, steps }: Keys) -> Result<Self, String> {
-        let foreign = |key: &str, kind: &str, own: &str| {
-            Err(format!("`{key}` is no key of a signal of kind \"{kind}\", which has {own}"))
+        let foreign = |key: &str, kind: &str, known: &str| {
+            Err(format!("`{key}` is no key of a signal of kind \"{kind}\", which has {known}"))
         };
         match (kind.unwrap_or(Kind::Scaled), scale, ramps, steps) {
             (Kind::Scaled, scale, None, None) => {
@@ -86,8 +86,8 @@ impl TryFrom<Keys> for Signal {
             (Kind::Scaled, _, None, Some(_)) => foreign("steps", "scaled", "scale"),
             (Kind::QuantileCode, Some(_), _, _) => foreign("scale", "quantile-code", "ramps and steps"),
             (Kind::QuantileCode, None, ramps, steps) => {
-                let own = Code::default();
-                let (ramps, steps) = (ramps.unwrap_or(own.ramps), steps.unwrap_or(own.steps));
+                let default = Code::default();
+                let (ramps, steps) = (ramps.unwrap_or(default.ramps), steps.unwrap_or(default.steps));
                 Ok(Signal::QuantileCode(Code { ramps, steps }))
             }
         }

@@ -364,10 +364,10 @@ mod tests {
             [Scaling::Raw, Scaling::FullScale { full_scale: 255.0 }, fitted]
         };
         let agree = |transform: Transform, shape: Vec<usize>, rest: f32| {
-            let own = transform.at_rest(&shape[1..], rest, "samples").unwrap().unwrap();
+            let at_rest = transform.at_rest(&shape[1..], rest, "samples").unwrap().unwrap();
             let whole = transform.apply(&ArrayD::from_elem(shape, rest), "samples").unwrap();
-            assert_eq!(own.len(), whole.shape()[1]);
-            for (value, plane) in own.into_iter().zip(whole.index_axis(Axis(0), 0).outer_iter()) {
+            assert_eq!(at_rest.len(), whole.shape()[1]);
+            for (value, plane) in at_rest.into_iter().zip(whole.index_axis(Axis(0), 0).outer_iter()) {
                 assert!(plane.iter().all(|v| *v == value), "{transform:?}: {value} against {plane}");
             }
         };

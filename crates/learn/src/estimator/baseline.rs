@@ -309,9 +309,10 @@ impl Fitted for FittedBaseline {
 fn parts(task: &Task) -> Vec<(String, usize)> {
     match task {
         Task::Classes(classes) => vec![(String::new(), classes.len())],
-        Task::Levels(attributes) => {
-            attributes.iter().map(|own| (format!("{}.", own.name), own.classes.len())).collect()
-        }
+        Task::Levels(attributes) => attributes
+            .iter()
+            .map(|attribute| (format!("{}.", attribute.name), attribute.classes.len()))
+            .collect(),
         Task::Values(quantities) => vec![(String::new(), quantities.len())],
     }
 }

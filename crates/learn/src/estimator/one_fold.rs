@@ -84,10 +84,10 @@ pub fn inner_folds(
     let inner = protocol.inner(folds, dataset, &outer.train)?;
     let cut = inner.folds(&dataset.select(&outer.train), seed, repetition)?;
     let whole = |rows: Vec<usize>| rows.into_iter().map(|row| outer.train[row]).collect();
-    let whole = |own: Fold| Fold {
-        train: whole(own.train),
-        test: whole(own.test),
-        validation: whole(own.validation),
+    let whole = |fold: Fold| Fold {
+        train: whole(fold.train),
+        test: whole(fold.test),
+        validation: whole(fold.validation),
     };
     Ok(cut.into_iter().map(whole).collect())
 }

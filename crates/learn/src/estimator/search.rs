@@ -58,8 +58,8 @@ impl Search {
         let reason = "needs recipes to choose from";
         require(!self.grid.is_empty(), "grid", "[]", reason)?;
         share("validation", self.validation)?;
-        self.grid.iter().enumerate().try_for_each(|(i, own)| {
-            own.recipe.check().map_err(|problem| problem.below(&format!("grid.{i}")))
+        self.grid.iter().enumerate().try_for_each(|(i, tried)| {
+            tried.recipe.check().map_err(|problem| problem.below(&format!("grid.{i}")))
         })
     }
 

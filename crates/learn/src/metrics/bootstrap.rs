@@ -52,8 +52,8 @@ impl Clusters {
     /// Mean over the samples of the clusters in `drawn`, each as often as it is there.
     pub fn mean_of(&self, drawn: &[usize]) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
-        for (own, n) in drawn.iter().filter_map(|&cluster| self.sums.get(cluster)) {
-            sum += own;
+        for (cluster_sum, n) in drawn.iter().filter_map(|&cluster| self.sums.get(cluster)) {
+            sum += cluster_sum;
             count += n;
         }
         sum / count as f64
@@ -130,8 +130,8 @@ mod tests {
                 Some(rows.iter().map(|&at| values[at]).sum::<f64>() / rows.len() as f64)
             })
         );
-        let own = Clusters::new(&values, &groups).interval(0.95, 500, 7, "small-1d");
-        assert_eq!(own, (quantile(&means, 0.025), quantile(&means, 0.975)));
+        let interval = Clusters::new(&values, &groups).interval(0.95, 500, 7, "small-1d");
+        assert_eq!(interval, (quantile(&means, 0.025), quantile(&means, 0.975)));
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl Levels {
 
     /// Returns the attributes of classes and levels; none of values.
     pub fn of_task(task: &Task) -> Self {
-        Levels { sizes: task.attributes().iter().map(|own| own.classes.len()).collect() }
+        Levels { sizes: task.attributes().iter().map(|attribute| attribute.classes.len()).collect() }
     }
 
     /// Levels of each attribute.
@@ -66,8 +66,8 @@ impl Levels {
         let mut levels = vec![];
         for mut row in outputs.chunks_exact(self.outputs().max(1)) {
             for &size in &self.sizes {
-                let (own, rest) = row.split_at(size);
-                levels.extend(argmax(own, size));
+                let (of_attribute, rest) = row.split_at(size);
+                levels.extend(argmax(of_attribute, size));
                 row = rest;
             }
         }
@@ -84,10 +84,10 @@ impl Levels {
         let (mut first, mut sums) = (0, (0.0, 0.0));
         for (attribute, &size) in self.sizes.iter().enumerate() {
             let rows = probabilities.chunks_exact(outputs);
-            let own: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
+            let of_attribute: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
             let truth: Vec<u32> = truth.iter().skip(attribute).step_by(width).copied().collect();
-            sums.0 += calibration_error(&own, &truth, size, BINS)?;
-            sums.1 += brier(&own, &truth, size)?;
+            sums.0 += calibration_error(&of_attribute, &truth, size, BINS)?;
+            sums.1 += brier(&of_attribute, &truth, size)?;
             first += size;
         }
         Ok((sums.0 / width as f64, sums.1 / width as f64))

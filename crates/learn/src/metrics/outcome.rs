@@ -81,7 +81,8 @@ impl Outcome {
     pub fn fits(&self, task: &Task, samples: usize) -> bool {
         match (self, task) {
             (Outcome::Labels { truth, predicted, probabilities }, Task::Classes(_) | Task::Levels(_)) => {
-                let sizes: Vec<usize> = task.attributes().iter().map(|own| own.classes.len()).collect();
+                let sizes: Vec<usize> =
+                    task.attributes().iter().map(|attribute| attribute.classes.len()).collect();
                 let known = |labels: &[u32]| {
                     let each = labels.iter().zip(sizes.iter().cycle());
                     labels.len() == samples * sizes.len()
@@ -102,7 +103,9 @@ impl Outcome {
     pub fn is_about(&self, targets: &Targets, rows: &[usize]) -> bool {
         match (self, targets) {
             (Outcome::Values { truth, .. }, Targets::Values(values)) => *truth == values.of(rows),
-            (Outcome::Labels { truth, .. }, _) => targets.labels().is_some_and(|own| *truth == own.of(rows)),
+            (Outcome::Labels { truth, .. }, _) => {
+                targets.labels().is_some_and(|labels| *truth == labels.of(rows))
+            }
             _ => false,
         }
     }

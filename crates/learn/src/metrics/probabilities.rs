@@ -81,9 +81,9 @@ pub fn mean_log_loss(probabilities: &[f32], truth: &[u32], sizes: &[usize]) -> R
     let (mut first, mut loss) = (0, 0.0);
     for (attribute, &size) in sizes.iter().enumerate() {
         let rows = probabilities.chunks_exact(outputs);
-        let own: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
+        let of_attribute: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
         let truth: Vec<u32> = truth.iter().skip(attribute).step_by(width).copied().collect();
-        loss += log_loss(&own, &truth, size)? / width as f64;
+        loss += log_loss(&of_attribute, &truth, size)? / width as f64;
         first += size;
     }
     Ok(loss)

@@ -50,7 +50,8 @@ impl Scores {
         let Some(first) = each.first() else { return (None, None) };
         let (mut means, mut sds) = (Scores::default(), Scores::default());
         for (name, _) in first.iter() {
-            let Some(values) = each.iter().map(|own| own.get(name)).collect::<Option<Vec<f64>>>() else {
+            let Some(values) = each.iter().map(|scores| scores.get(name)).collect::<Option<Vec<f64>>>()
+            else {
                 continue;
             };
             let (mean, sd) = mean_sd(&values);

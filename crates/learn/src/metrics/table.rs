@@ -55,19 +55,22 @@ pub struct Metric {
 /// Metrics of classes and levels; of several attributes each is the mean over them.
 const OF_LABELS: &[Metric] = &[
     Metric {
-        of: |task, outcome| macro_mean(task, outcome, |own| own.accuracy),
+        of: |task, outcome| macro_mean(task, outcome, |scores| scores.accuracy),
         terms: Some(share_right),
         ..Metric::of_labels("accuracy", "accuracy")
     },
     Metric {
-        of: |task, outcome| macro_mean(task, outcome, |own| own.precision),
+        of: |task, outcome| macro_mean(task, outcome, |scores| scores.precision),
         ..Metric::of_labels("precision", "precision")
     },
     Metric {
-        of: |task, outcome| macro_mean(task, outcome, |own| own.recall),
+        of: |task, outcome| macro_mean(task, outcome, |scores| scores.recall),
         ..Metric::of_labels("recall", "recall")
     },
-    Metric { of: |task, outcome| macro_mean(task, outcome, |own| own.f1), ..Metric::of_labels("f1", "F1") },
+    Metric {
+        of: |task, outcome| macro_mean(task, outcome, |scores| scores.f1),
+        ..Metric::of_labels("f1", "F1")
+    },
     Metric {
         is_shown: false,
         of: balanced_accuracy,
@@ -133,7 +136,7 @@ impl Metric {
 
     /// Returns the metric of that name.
     pub fn named(task: &Task, name: &str) -> Option<&'static Metric> {
-        metrics(task).iter().find(|own| own.name == name)
+        metrics(task).iter().find(|metric| metric.name == name)
     }
 
     /// Returns its value for `outcome`, in its unit.
@@ -204,7 +207,7 @@ fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) ->
     let levels = Levels::of_task(task);
     let (truth, predicted) = outcome.labels();
     let each = levels.scores(truth, predicted)?;
-    let sum: f64 = each.iter().map(|own| score(&own.scores)).sum();
+    let sum: f64 = each.iter().map(|attribute| score(&attribute.scores)).sum();
     Ok(100.0 * (sum / each.len().max(1) as f64))
 }
 
@@ -314,7 +317,7 @@ mod tests {
     fn balanced_accuracy_is_that_of_scikit_learn() {
         let names = ["a".to_string(), "b".into(), "never".into()];
         let targets = Targets::classes(&names, &[0, 1, 0, 0, 1, 0]);
-        let says = |class: u32| [0, 1, 2].map(|own| if own == class { 1.0 } else { 0.0 });
+        let says = |class: u32| [0, 1, 2].map(|other| if other == class { 1.0 } else { 0.0 });
         let outcome = Outcome::new(&targets, &[0, 1, 2, 3, 4, 5], [0, 1, 0, 0, 0, 1].map(says).concat());
         let metric = Metric::named(&targets.task(), "balanced_accuracy").unwrap();
         // sklearn.metrics.balanced_accuracy_score of the example in its docs.

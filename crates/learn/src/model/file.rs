@@ -287,12 +287,14 @@ fn check_baseline(
 }
 
 /// Returns what is impossible in a model of eight bits, if anything is.
-fn nonsense(own: &Quantized) -> Option<String> {
-    let broken =
-        own.ranges.iter().find(|(_, [low, high])| !(low.is_finite() && high.is_finite() && low <= high));
+fn nonsense(quantized: &Quantized) -> Option<String> {
+    let broken = quantized
+        .ranges
+        .iter()
+        .find(|(_, [low, high])| !(low.is_finite() && high.is_finite() && low <= high));
     match broken {
         Some((name, range)) => Some(format!("the values of {name} reach over {range:?}")),
-        None if own.bits != 8 => Some(format!("values of {} bits", own.bits)),
+        None if quantized.bits != 8 => Some(format!("values of {} bits", quantized.bits)),
         None => None,
     }
 }

@@ -99,7 +99,7 @@ impl<'t> Classes<'t> {
     }
 
     fn attribute(&self, at: usize) -> (&'t str, &'t [String]) {
-        let of_one = |own: &'t Attribute| (own.name.as_str(), own.classes.as_slice());
+        let of_one = |attribute: &'t Attribute| (attribute.name.as_str(), attribute.classes.as_slice());
         match self.0 {
             Task::Classes(classes) => ("class", classes),
             Task::Levels(attributes) => attributes.get(at).map_or(("", &[]), of_one),

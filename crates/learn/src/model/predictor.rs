@@ -44,7 +44,7 @@ impl Predictor {
     /// A guard of other samples than the model reads.
     pub fn guarded(self, guard: Option<Arc<Guard>>) -> Result<Self> {
         let Card { spec, name, .. } = &self.card;
-        let fits = guard.as_ref().map_or(Ok(()), |own| own.check(spec.layout, &spec.shape));
+        let fits = guard.as_ref().map_or(Ok(()), |guard| guard.check(spec.layout, &spec.shape));
         match fits {
             Ok(()) => Ok(Predictor { guard, ..self }),
             Err(given) => {
@@ -134,7 +134,7 @@ impl Predictor {
         }
         let Workspace { guard, encoders, inputs, .. } = workspace;
         let reading = match guard {
-            Some(own) => own.mend(reading),
+            Some(guard) => guard.mend(reading),
             None => reading,
         };
         for (encoder, input) in encoders.iter_mut().zip(inputs) {

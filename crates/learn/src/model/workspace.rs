@@ -52,6 +52,6 @@ impl Workspace {
 
     /// Returns the findings of the guard in the last sample; nothing without a guard.
     pub fn found(&self) -> &[Found] {
-        self.guard.as_ref().map_or(&[], |own| own.watch.found())
+        self.guard.as_ref().map_or(&[], |guard| guard.watch.found())
     }
 }

@@ -23,8 +23,8 @@ pub(crate) fn fill(
     frame: &Frame,
 ) -> Result<()> {
     for network in &mut results.networks {
-        let own: Vec<&FoldRecord> = records.iter().filter(|r| r.key.network == network.network).collect();
-        network.fill(&own, frame)?;
+        let of_row: Vec<&FoldRecord> = records.iter().filter(|r| r.key.network == network.network).collect();
+        network.fill(&of_row, frame)?;
     }
     results.missing = all.iter().filter(|key| !records.iter().any(|r| r.key == **key)).cloned().collect();
     results.complete = results.missing.is_empty();

@@ -135,13 +135,13 @@ impl<'a> CrossValidation<'a> {
         progress: &dyn Progress,
         cancel: &AtomicBool,
     ) -> Result<RunFolder> {
-        let own = self.identity();
+        let now = self.identity();
         let differs = |path: &Path, before: &str| {
             let before: Value = serde_json::from_str(before)
                 .map_err(|e| Error::damaged(path, format!("cannot be read: {e}")))?;
-            Ok(difference("", &before, &own))
+            Ok(difference("", &before, &now))
         };
-        let identity = Identity { file: "run.json", text: format!("{own:#}\n"), difference: &differs };
+        let identity = Identity { file: "run.json", text: format!("{now:#}\n"), difference: &differs };
         self.run_as(out, &identity, options, progress, cancel)
     }
 

@@ -79,7 +79,8 @@ impl Environment {
         if self.cpu == now.cpu && (self.vectors.is_none() || self.vectors == now.vectors) {
             return None;
         }
-        let name = |own: &Environment| own.processor().unwrap_or("an unknown processor".into());
+        let name =
+            |environment: &Environment| environment.processor().unwrap_or("an unknown processor".into());
         Some(format!("was run on {}, this is {}", name(self), name(now)))
     }
 }

@@ -32,14 +32,14 @@ impl RunFolder {
             Frame::of(dataset, &results.look_alikes, results.seed).map_err(|e| refuse(e.to_string()))?;
         let mut records = vec![];
         for network in &results.networks {
-            let own = self.records_of(network, dataset)?;
-            let follows = network.follows_from(&own.iter().collect::<Vec<_>>(), &frame);
+            let of_row = self.records_of(network, dataset)?;
+            let follows = network.follows_from(&of_row.iter().collect::<Vec<_>>(), &frame);
             if !follows.map_err(|e| refuse(e.to_string()))? {
                 let what =
                     format!("its scores of {} are not those of the records in folds/", network.network);
                 return Err(refuse(what));
             }
-            records.extend(own);
+            records.extend(of_row);
         }
         Ok((results, records))
     }

@@ -54,13 +54,13 @@ impl RunFolder {
     /// A folder that holds something else or another run, or that another process writes to.
     pub(crate) fn prepare(path: &Path, identity: &Identity, resume: bool) -> Result<(Self, Lock)> {
         let folder = RunFolder { path: path.into() };
-        let own = path.join(identity.file);
+        let file = path.join(identity.file);
         if path.exists() && !is_empty(path)? {
             if !resume {
                 let reason = "exists and is not empty; resume its run or give another folder";
                 return Err(Error::folder(path, reason));
             }
-            if !own.is_file() {
+            if !file.is_file() {
                 let reason = format!("holds no {} to resume; give another folder", identity.file);
                 return Err(Error::folder(path, reason));
             }
@@ -73,12 +73,12 @@ impl RunFolder {
         for part in [path.to_path_buf(), path.join("folds"), path.join("models")] {
             sweep(&part)?;
         }
-        if !own.is_file() {
-            write_atomic(&own, identity.text.as_bytes())?;
+        if !file.is_file() {
+            write_atomic(&file, identity.text.as_bytes())?;
             return Ok((folder, lock));
         }
-        let before = fs::read_to_string(&own).map_err(|e| Error::io(&own, "read", e))?;
-        match (identity.difference)(&own, &before)? {
+        let before = fs::read_to_string(&file).map_err(|e| Error::io(&file, "read", e))?;
+        match (identity.difference)(&file, &before)? {
             None => Ok((folder, lock)),
             Some(difference) => {
                 let reason = format!(

@@ -18,7 +18,7 @@ pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
         let entry = entry.map_err(io)?;
         let name = entry.file_name();
         // The run folder's own sub-folders, made before its first file.
-        let is_bare = ["folds", "models"].iter().any(|own| name == *own)
+        let is_bare = ["folds", "models"].iter().any(|folder| name == *folder)
             && entry.path().is_dir()
             && is_empty(&entry.path())?;
         if name != LOCK && !is_part(&name) && !is_bare {

@@ -31,8 +31,8 @@ pub struct RunOptions {
 }
 
 /// So many worker threads as are asked for, at most one per core, at least one; without a word one per core.
-pub fn threads(asked: Option<usize>) -> usize {
-    asked.unwrap_or(usize::MAX).clamp(1, cores())
+pub fn threads(wanted: Option<usize>) -> usize {
+    wanted.unwrap_or(usize::MAX).clamp(1, cores())
 }
 
 impl RunOptions {

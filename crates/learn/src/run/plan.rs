@@ -74,7 +74,9 @@ impl<'a> Plan<'a> {
         let (candidates, left_out) = able(candidates, &encoder, &folds);
         let rows = rows(&candidates, &protocol)?;
         let per_row = if protocol.per_class().is_some() { 1 } else { folds.first().map_or(0, Vec::len) };
-        let drawn_of = |name: &str| drawn.iter().find(|(own, _)| own == name).map(|(_, names)| names.clone());
+        let drawn_of = |name: &str| {
+            drawn.iter().find(|(candidate, _)| candidate == name).map(|(_, names)| names.clone())
+        };
         let networks = rows
             .iter()
             .map(|row| {
@@ -130,11 +132,11 @@ impl<'a> Plan<'a> {
 /// One row per candidate; of a learning curve one per number of samples. Rows name files: no two are alike.
 fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<Row>> {
     let mut rows: Vec<Row> = vec![];
-    for (candidate, own) in candidates.iter().enumerate() {
+    for (candidate, one) in candidates.iter().enumerate() {
         match protocol.per_class() {
-            None => rows.push(Row { name: own.name.clone(), candidate, few: None }),
+            None => rows.push(Row { name: one.name.clone(), candidate, few: None }),
             Some(counts) => rows.extend(counts.iter().enumerate().map(|(fold, &count)| Row {
-                name: few_name(&own.name, count),
+                name: few_name(&one.name, count),
                 candidate,
                 few: Some((count, fold)),
             })),

@@ -158,10 +158,10 @@ impl Protocol {
         let grouped = matches!(self, Protocol::LeaveGroupOut { .. }) || self.split() == Split::Group;
         let (mut split, mut folds) = (Split::Stratified, folds);
         if let (true, Some(groups)) = (grouped, self.inseparable(dataset)?) {
-            let own: std::collections::BTreeSet<u32> = rows.iter().map(|&row| groups[row]).collect();
+            let members: std::collections::BTreeSet<u32> = rows.iter().map(|&row| groups[row]).collect();
             let reason = "leaves one group to train on, which has no inner folds; use more folds";
-            require(own.len() > 1, "protocol.folds", own.len(), reason)?;
-            (split, folds) = (Split::Group, folds.min(own.len()));
+            require(members.len() > 1, "protocol.folds", members.len(), reason)?;
+            (split, folds) = (Split::Group, folds.min(members.len()));
         }
         Ok(Protocol::KFold { folds, split, repetitions: 1 })
     }

@@ -29,31 +29,31 @@ pub fn quantize_run(folder: &RunFolder, dataset: &Dataset, say: &dyn Fn(&str)) -
     if !results.complete {
         return Err(Error::folder(folder.path(), "is not finished; resume the run first"));
     }
-    results.networks.retain(|own| own.quantized.is_none());
+    results.networks.retain(|row| row.quantized.is_none());
     let folds: Vec<Vec<Fold>> = (0..results.protocol.repetitions())
         .map(|repetition| results.protocol.folds(dataset, results.seed, repetition))
         .collect::<Result<_>>()?;
     let frame = Frame::of(dataset, &results.look_alikes, results.seed)?;
     let (mut rows, mut made, mut all) = (vec![], vec![], vec![]);
     for float in std::mem::take(&mut results.networks) {
-        let own: Vec<FoldRecord> =
+        let of_row: Vec<FoldRecord> =
             records.iter().filter(|record| record.key.network == float.network).cloned().collect();
-        let Some(first) = own.first() else {
+        let Some(first) = of_row.first() else {
             rows.push(float);
             continue;
         };
         let unmet = float.hardening.as_ref().is_some_and(|how| how.unmet.is_some());
         let is_network = folder.model(first)?.card().graph().is_some();
         let row = row(&float);
-        all.extend(own.iter().cloned());
+        all.extend(of_row.iter().cloned());
         if is_network && !unmet {
-            say(&format!("{}: {} folds", row.network, own.len()));
+            say(&format!("{}: {} folds", row.network, of_row.len()));
             let fold = |record: &FoldRecord| {
                 let train = train(folder, &results, &float, &folds, &record.key)?;
                 one(folder, dataset, &row, (record, train))
             };
             let (new, costs): (Vec<_>, Vec<_>) =
-                own.iter().map(fold).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+                of_row.iter().map(fold).collect::<Result<Vec<_>>>()?.into_iter().unzip();
             all.extend(new);
             made.push(row.network.clone());
             rows.push(float);
@@ -91,9 +91,9 @@ pub(crate) fn kept(
         };
         let is_done = |fold: &FoldScores| done.iter().any(|record| record.key == key(float, fold));
         let mut records = vec![];
-        for own in row.folds.iter().filter(|fold| is_done(fold)).map(|fold| key(&row.network, fold)) {
-            let Some(record) = folder.record(&own)? else { continue };
-            folder.check(&record, &own, dataset)?;
+        for key_of in row.folds.iter().filter(|fold| is_done(fold)).map(|fold| key(&row.network, fold)) {
+            let Some(record) = folder.record(&key_of)? else { continue };
+            folder.check(&record, &key_of, dataset)?;
             records.push(record);
         }
         if !records.is_empty() && records.len() == row.folds.len() {
@@ -133,7 +133,8 @@ fn train<'f>(
 ) -> Result<&'f [usize]> {
     // In a learning curve the number of samples says which.
     let counts = results.protocol.per_class().unwrap_or_default();
-    let at = row.per_class.and_then(|count| counts.iter().position(|own| *own == count)).unwrap_or(key.fold);
+    let at =
+        row.per_class.and_then(|count| counts.iter().position(|known| *known == count)).unwrap_or(key.fold);
     let fold = folds.get(key.repetition).and_then(|folds| folds.get(at));
     fold.map(|fold| fold.train.as_slice()).ok_or_else(|| {
         let reason = format!("holds a fold that its protocol does not make: {key}");
@@ -181,7 +182,9 @@ fn one(
         samples: samples as u64,
         test_seconds,
         threads: 1,
-        encoding_ms_per_sample: folder.timing(&float.key)?.map_or(0.0, |own| own.encoding_ms_per_sample),
+        encoding_ms_per_sample: folder
+            .timing(&float.key)?
+            .map_or(0.0, |timing| timing.encoding_ms_per_sample),
         latency: if is_first { Some(of_model(&predictor, dataset, float.index[0])?) } else { None },
     };
     write_json(&folder.timing_path(&key), &timing, false)?;

@@ -164,7 +164,7 @@ impl FoldRecord {
     pub fn confusions(&self, task: &Task) -> Result<Vec<Confusion>> {
         let (truth, predicted) = self.outcome.labels();
         let each = Levels::of_task(task).scores(truth, predicted)?;
-        Ok(each.into_iter().map(|own| own.confusion).collect())
+        Ok(each.into_iter().map(|scores| scores.confusion).collect())
     }
 
     /// Returns the metrics of the task, in their units.

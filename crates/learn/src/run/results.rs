@@ -173,19 +173,19 @@ impl Results {
 
     /// The row in floats whose models the row `network` holds in eight bits; any other row stands for itself.
     pub fn in_floats<'n>(&'n self, network: &'n str) -> &'n str {
-        let row = self.networks.iter().find(|own| own.network == network);
-        row.and_then(|own| own.quantized.as_deref()).unwrap_or(network)
+        let row = self.networks.iter().find(|row| row.network == network);
+        row.and_then(|row| row.quantized.as_deref()).unwrap_or(network)
     }
 
     /// The cross-validated score of a row, for the card of a model; none without a finished fold.
     pub fn score(&self, network: &str) -> Option<Score> {
-        let own = self.networks.iter().find(|own| own.network == network)?;
+        let row = self.networks.iter().find(|row| row.network == network)?;
         Some(Score {
             protocol: self.protocol.clone(),
-            folds: own.folds.len(),
-            mean: own.mean.clone()?,
-            sd: own.sd.clone(),
-            interval: own.interval,
+            folds: row.folds.len(),
+            mean: row.mean.clone()?,
+            sd: row.sd.clone(),
+            interval: row.interval,
         })
     }
 }
@@ -217,10 +217,10 @@ impl Frame {
         let mut groups: Vec<(String, Vec<usize>)> = vec![];
         for (name, classes) in look_alikes {
             // Of the classes that were kept, so that one list serves every subset.
-            let own = |class: &String| names.iter().position(|known| known == class);
-            let own: Vec<usize> = classes.iter().filter_map(own).collect();
-            if !own.is_empty() {
-                groups.push((name.clone(), own));
+            let position = |class: &String| names.iter().position(|known| known == class);
+            let members: Vec<usize> = classes.iter().filter_map(position).collect();
+            if !members.is_empty() {
+                groups.push((name.clone(), members));
             }
         }
         let named: Vec<usize> = groups.iter().flat_map(|(_, classes)| classes).copied().collect();
@@ -237,7 +237,7 @@ impl Frame {
 fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
     let Some(first) = records.first() else { return vec![] };
     let mean = |(i, change): (usize, &Change)| {
-        let sum: f64 = records.iter().filter_map(|r| r.changes.get(i)).map(|own| own.change).sum();
+        let sum: f64 = records.iter().filter_map(|r| r.changes.get(i)).map(|other| other.change).sum();
         Change { layer: change.layer.clone(), change: sum / records.len() as f64 }
     };
     first.changes.iter().enumerate().map(mean).collect()
@@ -245,9 +245,9 @@ fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
 
 /// None unless every fold has it.
 fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
-    let own: Vec<OtherStatistics> = records.iter().map(|r| r.other_statistics).collect::<Option<_>>()?;
-    let mean = |value: fn(&OtherStatistics) -> f64| own.iter().map(value).sum::<f64>() / own.len() as f64;
-    let batch_norm = own.first()?.batch_norm;
+    let each: Vec<OtherStatistics> = records.iter().map(|r| r.other_statistics).collect::<Option<_>>()?;
+    let mean = |value: fn(&OtherStatistics) -> f64| each.iter().map(value).sum::<f64>() / each.len() as f64;
+    let batch_norm = each.first()?.batch_norm;
     Some(OtherStatistics { batch_norm, score: mean(|o| o.score), test_loss: mean(|o| o.test_loss) })
 }
 
@@ -322,7 +322,7 @@ impl NetworkResults {
             if sums.is_empty() {
                 sums = confusions;
             } else {
-                sums.iter_mut().zip(&confusions).for_each(|(sum, own)| sum.add(own));
+                sums.iter_mut().zip(&confusions).for_each(|(sum, counts)| sum.add(counts));
             }
         }
         // The most that any fold needs.

@@ -114,7 +114,7 @@ impl<'a> Run<'a> {
         for (row, records) in kept(folder, before, &self.records, dataset)? {
             let Plan { results, keys, .. } = &mut self.plan;
             let float = row.quantized.as_deref();
-            let beside = results.networks.iter().position(|own| Some(own.network.as_str()) == float);
+            let beside = results.networks.iter().position(|row| Some(row.network.as_str()) == float);
             let after = keys.iter().rposition(|key| Some(key.network.as_str()) == float);
             let (Some(beside), Some(after)) = (beside, after) else { continue };
             results.networks.insert(beside + 1, row);
@@ -133,7 +133,7 @@ impl<'a> Run<'a> {
             return Ok(record);
         }
         let (key, data, seed) = (&record.key, &self.plan.dataset.digest, self.plan.seed);
-        let network = self.candidate(key).map_or("", |own| own.name.as_str());
+        let network = self.candidate(key).map_or("", |candidate| candidate.name.as_str());
         let model = Some(folder.older_model(key, network, data, seed)?);
         let path = folder.record_path(key);
         write_json(&path, &FoldRecord { data: Some(data.clone()), model, ..record }, false)
@@ -316,7 +316,9 @@ impl<'a> Run<'a> {
 /// Returns the timing of a finished fold; measures the latency of the table anew if it is to be timed again.
 fn timed(folder: &RunFolder, record: &FoldRecord, dataset: &Dataset, again: bool) -> Result<Option<Timing>> {
     let known = folder.timing(&record.key)?;
-    let Some(before) = known.as_ref().filter(|own| again && own.latency.is_some()) else { return Ok(known) };
+    let Some(before) = known.as_ref().filter(|timing| again && timing.latency.is_some()) else {
+        return Ok(known);
+    };
     let model = folder.model(record)?;
     let predictor = model.predictor(model.card().batch(), 1)?;
     let latency = Some(of_model(&predictor, dataset, record.index[0])?);

@@ -30,8 +30,8 @@ impl Model {
 fn checked(path: &Path, model: Model, digest: &str, fold: &(RunFolder, FoldRecord)) -> Result<Model> {
     let (folder, record) = fold;
     match &record.model {
-        Some(own) if own != digest => {
-            Err(foreign(path, &folder.record_path(&record.key), model.card(), (digest, own)))
+        Some(wanted) if wanted != digest => {
+            Err(foreign(path, &folder.record_path(&record.key), model.card(), (digest, wanted)))
         }
         _ => Ok(model),
     }
@@ -57,19 +57,19 @@ impl RunFolder {
     /// # Errors
     /// A file that is missing or damaged, or is not the one whose digest the record holds.
     pub fn model(&self, record: &FoldRecord) -> Result<Model> {
-        let (path, own) = (self.model_path(&record.key), self.record_path(&record.key));
+        let (path, record_path) = (self.model_path(&record.key), self.record_path(&record.key));
         let (model, digest) = Model::read(&path)?;
         match &record.model {
             Some(wanted) if *wanted == digest => Ok(model),
-            Some(wanted) => Err(foreign(&path, &own, model.card(), (&digest, wanted))),
-            None => Err(older(&own)),
+            Some(wanted) => Err(foreign(&path, &record_path, model.card(), (&digest, wanted))),
+            None => Err(older(&record_path)),
         }
     }
 
     /// The digest of the model that a fold of an older version wrote, if the card says that it is of this fold,
     /// `network` and training.
     pub(crate) fn older_model(&self, key: &FoldKey, network: &str, data: &str, seed: u64) -> Result<String> {
-        let (path, own) = (self.model_path(key), self.record_path(key));
+        let (path, record_path) = (self.model_path(key), self.record_path(key));
         let (model, digest) = Model::read(&path)?;
         let TrainedOn { digest: trained_on, part, seed: drawn, .. } = &model.card().trained_on;
         let fold = TrainingPart::Fold { repetition: key.repetition, fold: key.fold };
@@ -79,7 +79,7 @@ impl RunFolder {
         let reason = format!(
             "{}, data {trained_on}, seed {drawn}, and not the model of fold {key}; {}",
             who(model.card()),
-            way_out(&own)
+            way_out(&record_path)
         );
         Err(Error::damaged(&path, reason))
     }

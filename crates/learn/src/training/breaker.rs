@@ -77,11 +77,11 @@ impl<'a> Breaker<'a> {
             let mut kept = vec![];
             for (encoder, batch) in self.encoders.iter_mut().zip(batches.iter_mut()) {
                 let len = encoder.shape().iter().product::<usize>();
-                let own = &mut batch[position * len..(position + 1) * len];
-                kept.push(own.to_vec());
+                let input = &mut batch[position * len..(position + 1) * len];
+                kept.push(input.to_vec());
                 #[expect(clippy::expect_used, reason = "a fresh array is contiguous")]
                 let sample = self.sample.as_slice().expect("a contiguous sample");
-                if encoder.encode(sample, own).is_err() {
+                if encoder.encode(sample, input).is_err() {
                     // Inputs belong together: all of them stay as they were.
                     for (kept, batch) in kept.iter().zip(batches.iter_mut()) {
                         batch[position * kept.len()..(position + 1) * kept.len()].copy_from_slice(kept);

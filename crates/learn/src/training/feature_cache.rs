@@ -22,8 +22,8 @@ pub(crate) fn halves(graph: &Graph, recipe: &Recipe, samples: usize) -> Option<H
     if recipe.frozen.is_empty() || recipe.augment.is_some() || recipe.faults.is_some() {
         return None;
     }
-    let still = staying(graph, recipe).ok()?;
-    let halves = graph.halves(&still)?;
+    let unchanged = unchanged_nodes(graph, recipe).ok()?;
+    let halves = graph.halves(&unchanged)?;
     let features: usize = halves.head.inputs().map(|node| node.shape.iter().product::<usize>()).sum();
     (samples.saturating_mul(features * size_of::<f32>()) <= MOST_BYTES).then_some(halves)
 }
@@ -32,12 +32,12 @@ pub(crate) fn halves(graph: &Graph, recipe: &Recipe, samples: usize) -> Option<H
 ///
 /// # Errors
 /// A frozen node that the network does not have.
-pub(crate) fn staying(graph: &Graph, recipe: &Recipe) -> taxel_graph::Result<Vec<bool>> {
-    let mut staying = graph.covered(&recipe.frozen)?;
+pub(crate) fn unchanged_nodes(graph: &Graph, recipe: &Recipe) -> taxel_graph::Result<Vec<bool>> {
+    let mut unchanged = graph.covered(&recipe.frozen)?;
     if recipe.frozen_statistics == FrozenStatistics::Renewed {
-        staying.iter_mut().zip(graph.nodes()).for_each(|(stays, node)| *stays &= !is_norm(node));
+        unchanged.iter_mut().zip(graph.nodes()).for_each(|(stays, node)| *stays &= !is_norm(node));
     }
-    Ok(staying)
+    Ok(unchanged)
 }
 
 /// Whether the runtime answers halves one after the other as it answers the whole network, to the last digit: the
@@ -87,7 +87,7 @@ impl Last {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let weights = digest(weights);
         let same = |made: &&Made| {
-            let shared = made.inputs.iter().zip(inputs).all(|(own, other)| Arc::ptr_eq(own, other));
+            let shared = made.inputs.iter().zip(inputs).all(|(known, other)| Arc::ptr_eq(known, other));
             shared && made.inputs.len() == inputs.len() && made.weights == weights && made.body == *body
         };
         if let Some(made) = last.as_ref().filter(same) {
@@ -102,7 +102,7 @@ impl Last {
 
 /// A body that is asked once for every sample.
 pub(crate) struct CachedFeatures {
-    asked: Asked,
+    source: FeatureSource,
     batch: usize,
     inputs: Vec<Arc<Encoded>>,
     features: Arc<Mutex<Features>>,
@@ -111,7 +111,7 @@ pub(crate) struct CachedFeatures {
 }
 
 /// Who makes the features.
-enum Asked {
+enum FeatureSource {
     Engine(Box<Evaluator>, Workspace),
     Runtime(Box<Responder>),
 }
@@ -132,8 +132,8 @@ impl CachedFeatures {
         let batch = options.batch;
         let evaluator = Evaluator::new(body, weights, options)?;
         let workspace = evaluator.workspace();
-        let asked = Asked::Engine(Box::new(evaluator), workspace);
-        Ok(CachedFeatures { asked, batch, inputs, features, gathered: vec![] })
+        let source = FeatureSource::Engine(Box::new(evaluator), workspace);
+        Ok(CachedFeatures { source, batch, inputs, features, gathered: vec![] })
     }
 
     /// The same as a model file answers: frozen.
@@ -148,8 +148,8 @@ impl CachedFeatures {
         cache: &FeatureCache,
     ) -> Result<CachedFeatures> {
         let features = cache.tested.features(body, weights, &inputs);
-        let asked = Asked::Runtime(Box::new(Responder::new(body, weights, None, batch, threads)?));
-        Ok(CachedFeatures { asked, batch, inputs, features, gathered: vec![] })
+        let source = FeatureSource::Runtime(Box::new(Responder::new(body, weights, None, batch, threads)?));
+        Ok(CachedFeatures { source, batch, inputs, features, gathered: vec![] })
     }
 
     /// Features of `rows`, one after the other.
@@ -173,9 +173,11 @@ impl CachedFeatures {
             self.inputs.iter().zip(&mut values).for_each(|(input, values)| input.gather(rows, values));
             let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
             let answered;
-            let made = match &mut self.asked {
-                Asked::Engine(evaluator, workspace) => evaluator.answer(workspace, &slices, rows.len())?,
-                Asked::Runtime(responder) => {
+            let made = match &mut self.source {
+                FeatureSource::Engine(evaluator, workspace) => {
+                    evaluator.answer(workspace, &slices, rows.len())?
+                }
+                FeatureSource::Runtime(responder) => {
                     answered = responder.answer(&slices, rows.len())?;
                     &answered
                 }
@@ -205,9 +207,10 @@ mod tests {
 
     #[test]
     fn features_are_made_where_every_pass_would_make_the_same() {
-        let recipe = |own: &str| -> Recipe { serde_json::from_str(own).unwrap() };
-        let ends =
-            |own: &str| halves(&network(), &recipe(own), 10).map(|halves| halves.body.outputs()[0].0.clone());
+        let recipe = |text: &str| -> Recipe { serde_json::from_str(text).unwrap() };
+        let ends = |text: &str| {
+            halves(&network(), &recipe(text), 10).map(|halves| halves.body.outputs()[0].0.clone())
+        };
         let stem = r#""frozen": ["stem"]"#;
         assert_eq!(ends(&format!("{{ {stem} }}")).unwrap(), "stem.bn/relu/global_average_pool");
         let renewed = format!(r#"{{ {stem}, "frozen_statistics": "renewed" }}"#);
@@ -234,34 +237,34 @@ mod tests {
             Arc::new(Encoded::new(x))
         };
         let (cache, x) = (FeatureCache::default(), encoded());
-        let still = |weights: &Weights, x: &Arc<Encoded>| {
+        let cached = |weights: &Weights, x: &Arc<Encoded>| {
             let options = Options { batch: 2, ..Options::default() };
             CachedFeatures::learned(&graph, weights, vec![Arc::clone(x)], options, &cache).unwrap()
         };
-        let known = |still: &CachedFeatures| still.features.lock().unwrap().len();
-        let mut one = still(&weights(1), &x);
+        let known = |cached: &CachedFeatures| cached.features.lock().unwrap().len();
+        let mut one = cached(&weights(1), &x);
         let first = one.rows(&[4, 0, 4, 1, 2]).unwrap().to_vec();
         assert_eq!(known(&one), 4);
         let len = first.len() / 5;
         assert_eq!(first[..len], first[2 * len..3 * len]);
         assert_eq!(one.rows(&[1]).unwrap(), &first[3 * len..4 * len]);
-        let mut again = still(&weights(1), &x);
+        let mut again = cached(&weights(1), &x);
         assert_eq!(known(&again), 4);
         again.rows(&[5]).unwrap();
         assert_eq!(known(&one), 5);
-        let mut other = still(&weights(2), &x);
+        let mut other = cached(&weights(2), &x);
         assert_eq!(known(&other), 0, "other weights");
         other.rows(&[3]).unwrap();
-        assert_eq!(known(&still(&weights(2), &encoded())), 0, "other inputs");
+        assert_eq!(known(&cached(&weights(2), &encoded())), 0, "other inputs");
         // What is tested is made by another program, and kept beside what is learned from.
         let tested =
             || CachedFeatures::tested(&graph, &weights(2), vec![Arc::clone(&x)], (2, 1), &cache).unwrap();
-        let (mut one, mut learned) = (tested(), still(&weights(2), &x));
+        let (mut one, mut learned) = (tested(), cached(&weights(2), &x));
         assert_eq!(known(&one), 0);
-        let own = one.rows(&[1, 5]).unwrap().to_vec();
+        let frozen = one.rows(&[1, 5]).unwrap().to_vec();
         assert_eq!((known(&one), known(&tested())), (2, 2));
-        for (own, learned) in own.iter().zip(learned.rows(&[1, 5]).unwrap()) {
-            assert!((own - learned).abs() < 1e-5, "{own} {learned}");
+        for (frozen, learned) in frozen.iter().zip(learned.rows(&[1, 5]).unwrap()) {
+            assert!((frozen - learned).abs() < 1e-5, "{frozen} {learned}");
         }
     }
 

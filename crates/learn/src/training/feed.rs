@@ -18,7 +18,7 @@ pub(crate) struct Feed<'a> {
     /// Breaks training samples, where that is asked for.
     breaker: Option<Breaker<'a>>,
     /// The frozen part of the network, where the engine has the rest alone.
-    still: Option<CachedFeatures>,
+    features: Option<CachedFeatures>,
 }
 
 /// Changes to the samples of a training pass.
@@ -48,7 +48,7 @@ impl<'a> Feed<'a> {
         }
         let outside = found.iter().map(|input| input.outside.as_deref()).collect();
         let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
-        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, outside, breaker: None, still: None })
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, outside, breaker: None, features: None })
     }
 
     /// The same, with training samples broken by `breaker`.
@@ -57,8 +57,8 @@ impl<'a> Feed<'a> {
     }
 
     /// The same, for an engine that learns from what `still` makes of samples.
-    pub fn behind(self, still: Option<CachedFeatures>) -> Self {
-        Feed { still, ..self }
+    pub fn behind(self, features: Option<CachedFeatures>) -> Self {
+        Feed { features, ..self }
     }
 
     fn gather(&mut self, rows: &[usize]) {
@@ -80,8 +80,8 @@ impl<'a> Feed<'a> {
 
     /// A pass over `rows`.
     pub fn forward<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], mode: Mode) -> Result<&'e [f32]> {
-        if let Some(still) = &mut self.still {
-            return Ok(engine.forward(&[still.rows(rows)?], rows.len(), mode)?);
+        if let Some(features) = &mut self.features {
+            return Ok(engine.forward(&[features.rows(rows)?], rows.len(), mode)?);
         }
         self.gather(rows);
         self.run(engine, rows.len(), mode)
@@ -89,7 +89,7 @@ impl<'a> Feed<'a> {
 
     /// A training pass over `rows`, or over what faults and augmentation make of them.
     pub fn train<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], pass: Pass) -> Result<&'e [f32]> {
-        if self.still.is_some() {
+        if self.features.is_some() {
             return self.forward(engine, rows, Mode::Train);
         }
         let Pass { occasion, augment } = pass;

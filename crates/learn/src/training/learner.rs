@@ -13,7 +13,9 @@ use crate::metrics::{Metric, Outcome};
 use crate::model::responder::Responder;
 use crate::training::breaker::Breaker;
 use crate::training::epoch::Epoch;
-use crate::training::feature_cache::{CachedFeatures, FeatureCache, answer_alike, halves, is_norm, staying};
+use crate::training::feature_cache::{
+    CachedFeatures, FeatureCache, answer_alike, halves, is_norm, unchanged_nodes,
+};
 use crate::training::feed::{Feed, Pass, read_by};
 use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
@@ -93,10 +95,10 @@ impl Work<'_> {
     ) -> Result<(Engine, CachedFeatures)> {
         let answers = Options { frozen: vec![], ..options.clone() };
         let inputs = encoded(body, inputs);
-        let still = CachedFeatures::learned(body, &weights.only(body), inputs, answers, self.cache)?;
+        let features = CachedFeatures::learned(body, &weights.only(body), inputs, answers, self.cache)?;
         let frozen = left(head, self.graph, &options.frozen).map_err(taxel_engine::Error::from)?;
         let options = Options { frozen, ..options };
-        Ok((Engine::new(head, &weights.only(head), options)?, still))
+        Ok((Engine::new(head, &weights.only(head), options)?, features))
     }
 }
 
@@ -124,13 +126,13 @@ impl<'d> Learner<'d> {
             frozen_statistics: recipe.frozen_statistics.of_engine(),
             decay: recipe.optimizer.decay(),
         };
-        let staying = staying(graph, recipe).map_err(taxel_engine::Error::from)?;
-        let has_norms = graph.nodes().iter().zip(&staying).any(|(node, stays)| is_norm(node) && !stays);
+        let unchanged = unchanged_nodes(graph, recipe).map_err(taxel_engine::Error::from)?;
+        let has_norms = graph.nodes().iter().zip(&unchanged).any(|(node, stays)| is_norm(node) && !stays);
         let halves = halves(graph, recipe, dataset.len());
-        let (engine, first, still) = match &halves {
+        let (engine, first, features) = match &halves {
             Some(halves) => {
-                let (engine, still) = work.engine_behind(halves, &weights, options, inputs)?;
-                (engine, Some(weights), Some(still))
+                let (engine, features) = work.engine_behind(halves, &weights, options, inputs)?;
+                (engine, Some(weights), Some(features))
             }
             None => (Engine::new(graph, &weights, options)?, None, None),
         };
@@ -160,7 +162,7 @@ impl<'d> Learner<'d> {
             halves: halves.filter(answer_alike),
             cache: work.cache,
             inputs,
-            feed: Feed::new(graph, inputs)?.under(breaker).behind(still),
+            feed: Feed::new(graph, inputs)?.under(breaker).behind(features),
         })
     }
 
@@ -260,18 +262,18 @@ impl<'d> Learner<'d> {
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
         let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.threads);
         let each = self.batch.max(AT_ONCE);
-        let (responder, mut still) = match &self.halves {
+        let (responder, mut features) = match &self.halves {
             Some(Halves { body, head }) => {
                 let (inputs, by) = (encoded(body, self.inputs), (each, self.threads));
-                let still = CachedFeatures::tested(body, &weights.only(body), inputs, by, self.cache)?;
-                (responder(head, &weights.only(head))?, Some(still))
+                let features = CachedFeatures::tested(body, &weights.only(body), inputs, by, self.cache)?;
+                (responder(head, &weights.only(head))?, Some(features))
             }
             None => (responder(self.graph, weights)?, None),
         };
         let mut logits = vec![];
         for rows in rows.chunks(each) {
-            logits.extend(match &mut still {
-                Some(still) => responder.answer(&[still.rows(rows)?], rows.len())?,
+            logits.extend(match &mut features {
+                Some(features) => responder.answer(&[features.rows(rows)?], rows.len())?,
                 None => responder.answer(&self.feed.rows(rows), rows.len())?,
             });
         }
@@ -334,6 +336,6 @@ fn encoded(graph: &Graph, inputs: &[Input]) -> Vec<Arc<Encoded>> {
 /// Names of the nodes of a part of `graph` that `frozen` covers.
 fn left(part: &Graph, graph: &Graph, frozen: &[String]) -> taxel_graph::Result<Vec<String>> {
     let covered = graph.nodes().iter().zip(graph.covered(frozen)?).filter(|(_, covered)| *covered);
-    let own = |name: &str| part.nodes().iter().any(|node| node.name == name && node.op != Op::Input);
-    Ok(covered.map(|(node, _)| node.name.clone()).filter(|name| own(name)).collect())
+    let in_part = |name: &str| part.nodes().iter().any(|node| node.name == name && node.op != Op::Input);
+    Ok(covered.map(|(node, _)| node.name.clone()).filter(|name| in_part(name)).collect())
 }

@@ -90,19 +90,19 @@ impl Training<'_> {
         let Trainable { graph, recipe, search, start } = self.network;
         let Part { seed, repetition, fold } = self.set.part;
         let transforms: Vec<_> = self.set.inputs.iter().map(|input| (input.name, &input.transform)).collect();
-        let mut own = serde_json::json!({
+        let mut settings = serde_json::json!({
             "graph": graph, "recipe": recipe, "search": search, "start": start.as_deref().map(digest),
             "part": [seed, repetition as u64, fold as u64], "inputs": transforms,
             "data": self.set.dataset.digest, "rows": [&self.set.fold.train, &self.set.fold.validation],
         });
         // Its session has the tensors behind the frozen part alone.
         if let Some(halves) = halves(graph, recipe, self.set.dataset.len()) {
-            own["behind"] = halves.body.outputs()[0].0.as_str().into();
+            settings["behind"] = halves.body.outputs()[0].0.as_str().into();
         }
         if let Some(teacher) = self.set.teacher {
-            own["teacher"] = teacher.digest().into();
+            settings["teacher"] = teacher.digest().into();
         }
-        blake3::hash(own.to_string().as_bytes()).to_hex().to_string()
+        blake3::hash(settings.to_string().as_bytes()).to_hex().to_string()
     }
 
     /// Predicts the test samples, with both kinds of batch-norm statistics.
@@ -169,7 +169,7 @@ impl Training<'_> {
         let recipe = &network.recipe;
         let last = fitted(recipe, recipe.early_stopping.as_ref().map(|s| s.validation));
         let Some(search) = &network.search else { return last };
-        let trials = search.grid.iter().map(|own| fitted(&own.recipe, Some(search.validation)));
+        let trials = search.grid.iter().map(|tried| fitted(&tried.recipe, Some(search.validation)));
         trials.sum::<usize>() + last
     }
 
@@ -204,10 +204,10 @@ impl Training<'_> {
         let metric = search.by.metric("choose.by", &self.set.dataset.task())?;
         let (rows, validation) = self.parts(search.validation, "choose", "choose.validation")?;
         while session.state.trials.len() < search.grid.len() {
-            let own = &search.grid[session.state.trials.len()];
+            let tried = &search.grid[session.state.trials.len()];
             // Early stopping sees the same part: it, too, is never tested on.
-            let stopping = if own.recipe.early_stopping.is_some() { validation.as_slice() } else { &[] };
-            let scores = match self.fit(&own.recipe, &rows, stopping, session, hooks) {
+            let stopping = if tried.recipe.early_stopping.is_some() { validation.as_slice() } else { &[] };
+            let scores = match self.fit(&tried.recipe, &rows, stopping, session, hooks) {
                 Ok(None) => return Ok(None),
                 Ok(Some(mut learner)) => {
                     if !learner.settle(&rows, hooks)? {
@@ -220,7 +220,7 @@ impl Training<'_> {
                 Err(error) => return Err(error),
             };
             session.state.trials.push(Trial {
-                set: own.set.clone(),
+                set: tried.set.clone(),
                 loss: scores.map(|(loss, _)| loss).filter(|loss| loss.is_finite()),
                 score: scores.map(|(_, score)| score),
             });

@@ -244,9 +244,9 @@ mod tests {
         assert!((objective.value(&scores, &labels) - want).abs() <= 1e-6);
         for (class, got) in gradient.iter().enumerate() {
             let moved = |by: f32| {
-                let mut own = scores.clone();
-                own.iter_mut().skip(class).step_by(gradient.len()).for_each(|score| *score += by);
-                objective.value(&own, &labels)
+                let mut moved_scores = scores.clone();
+                moved_scores.iter_mut().skip(class).step_by(gradient.len()).for_each(|score| *score += by);
+                objective.value(&moved_scores, &labels)
             };
             let want = (moved(1e-4) - moved(-1e-4)) / 2e-4;
             assert!((f64::from(*got) - want).abs() <= 1e-4, "class {class}: {got} and {want}");

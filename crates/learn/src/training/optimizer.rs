@@ -101,9 +101,9 @@ impl Optimizer {
 
     /// One step with the gradients of the last backward pass, at learning rate `lr`.
     pub(crate) fn step(&self, engine: &mut Engine, lr: f64) {
-        let adam = |own: &Moments| {
-            let [first, second] = own.betas;
-            Adam { lr, betas: (first, second), eps: own.eps, weight_decay: own.weight_decay }
+        let adam = |moments: &Moments| {
+            let [first, second] = moments.betas;
+            Adam { lr, betas: (first, second), eps: moments.eps, weight_decay: moments.weight_decay }
         };
         match self {
             Optimizer::Sgdm { momentum, weight_decay, .. } => engine.sgdm(&Sgdm {
@@ -111,8 +111,8 @@ impl Optimizer {
                 momentum: *momentum as f32,
                 weight_decay: *weight_decay as f32,
             }),
-            Optimizer::Adam(own) => engine.adam(&adam(own)),
-            Optimizer::Adamw(own) => engine.adamw(&adam(own)),
+            Optimizer::Adam(moments) => engine.adam(&adam(moments)),
+            Optimizer::Adamw(moments) => engine.adamw(&adam(moments)),
         }
     }
 
@@ -124,12 +124,12 @@ impl Optimizer {
                 require((0.0..1.0).contains(momentum), "momentum", momentum, "must be in [0, 1)")?;
                 weight_decay
             }
-            Optimizer::Adam(own) | Optimizer::Adamw(own) => {
-                let betas = own.betas.iter().all(|beta| (0.0..1.0).contains(beta));
-                require(betas, "betas", format!("{:?}", own.betas), "must be two numbers in [0, 1)")?;
-                let eps = own.eps > 0.0 && own.eps < 1.0;
-                require(eps, "eps", own.eps, "must be in (0, 1), usually 1e-8")?;
-                &own.weight_decay
+            Optimizer::Adam(moments) | Optimizer::Adamw(moments) => {
+                let betas = moments.betas.iter().all(|beta| (0.0..1.0).contains(beta));
+                require(betas, "betas", format!("{:?}", moments.betas), "must be two numbers in [0, 1)")?;
+                let eps = moments.eps > 0.0 && moments.eps < 1.0;
+                require(eps, "eps", moments.eps, "must be in (0, 1), usually 1e-8")?;
+                &moments.weight_decay
             }
         };
         require((0.0..=1.0).contains(decay), "weight_decay", decay, "must be in [0, 1]")?;

@@ -111,7 +111,7 @@ impl Criterion {
     pub fn metric(&self, key: &str, task: &Task) -> Result<&'static Metric, Problem> {
         let Criterion::Metric(name) = self else { return Ok(Metric::primary(task)) };
         Metric::named(task, name).ok_or_else(|| {
-            let known = std::iter::once(LOSS).chain(metrics(task).iter().map(|own| own.name));
+            let known = std::iter::once(LOSS).chain(metrics(task).iter().map(|metric| metric.name));
             Problem::new(key, format!("{name:?}"), taxel_base::names::hint(name, known))
         })
     }
@@ -234,15 +234,15 @@ const SMALLEST_BATCH: usize = 8;
 impl Recipe {
     /// The recipe for so many training samples: epochs and batches as the least numbers of steps and batches ask.
     pub fn for_samples(&self, samples: usize) -> Recipe {
-        let mut own = self.clone();
-        if let Some(batches) = own.least_batches.take() {
-            own.batch_size = own.batch_size.min((samples / batches.max(1)).max(SMALLEST_BATCH));
+        let mut recipe = self.clone();
+        if let Some(batches) = recipe.least_batches.take() {
+            recipe.batch_size = recipe.batch_size.min((samples / batches.max(1)).max(SMALLEST_BATCH));
         }
-        if let Some(steps) = own.least_steps.take() {
-            let per_epoch = samples.div_ceil(own.batch_size.max(1)).max(1);
-            own.epochs = own.epochs.max(steps.div_ceil(per_epoch));
+        if let Some(steps) = recipe.least_steps.take() {
+            let per_epoch = samples.div_ceil(recipe.batch_size.max(1)).max(1);
+            recipe.epochs = recipe.epochs.max(steps.div_ceil(per_epoch));
         }
-        own
+        recipe
     }
 
     /// The learning rate of `epoch`, from 0.

@@ -30,8 +30,8 @@ impl Teacher {
     /// For a row that the data set has not, or another number of probabilities.
     pub fn tell(&mut self, rows: &[usize], probabilities: &[f32]) {
         assert_eq!(rows.len() * self.outputs, probabilities.len(), "one probability per output");
-        for (&row, own) in rows.iter().zip(probabilities.chunks_exact(self.outputs)) {
-            self.answers[row * self.outputs..][..self.outputs].copy_from_slice(own);
+        for (&row, given) in rows.iter().zip(probabilities.chunks_exact(self.outputs)) {
+            self.answers[row * self.outputs..][..self.outputs].copy_from_slice(given);
         }
     }
 
@@ -42,7 +42,7 @@ impl Teacher {
             let answers = &self.answers[row * self.outputs..][..self.outputs];
             if answers.iter().all(|answer| answer.is_finite()) {
                 let both = targets.iter_mut().zip(answers);
-                both.for_each(|(to, own)| *to = (1.0 - self.share) * *to + self.share * own);
+                both.for_each(|(to, predicted)| *to = (1.0 - self.share) * *to + self.share * predicted);
             }
         }
     }

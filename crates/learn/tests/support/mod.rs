@@ -158,10 +158,10 @@ pub fn candidates() -> (Dataset, Encoding, Vec<Candidate>) {
     .unwrap();
     let mut validation = CrossValidation::new(&dataset).encoding(encoding.clone());
     let encoder = validation.encoder();
-    let own = || recipe(json!({ "epochs": 1 }));
-    let mut candidates = vec![mlp(&dataset, own())];
+    let once = || recipe(json!({ "epochs": 1 }));
+    let mut candidates = vec![mlp(&dataset, once())];
     for name in ["resnet8-lite-1d", "vgg6-lite-2d", "hybrid-resvgg", "dilated-resnet-rocket-1d"] {
-        candidates.push(network(name, json!({}), own(), encoder));
+        candidates.push(network(name, json!({}), once(), encoder));
     }
     candidates.extend(Method::all().map(Candidate::baseline));
     (presses(24, 40), encoding, candidates)

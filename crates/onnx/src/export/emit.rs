@@ -200,11 +200,11 @@ impl Emit<'_> {
             // The axis in question goes last and back.
             let mut perm: Vec<i64> = (0..axes as i64).collect();
             perm.swap(at + 2, axes - 1);
-            let turn = |own: &mut Self, x: &str, part| {
+            let turn = |emitter: &mut Self, x: &str, part| {
                 if at + 3 == axes {
                     return x.to_string();
                 }
-                own.step("Transpose", &[x], part, vec![ints("perm", perm.clone())])
+                emitter.step("Transpose", &[x], part, vec![ints("perm", perm.clone())])
             };
             let turned = turn(self, &x, "turned");
             let shares = self.sink.floats(&self.base("shares"), &[size, parts], &shares(size, parts));
@@ -274,8 +274,8 @@ impl Emit<'_> {
         let over = || vec![ints("axes", axes.clone()), int("keepdims", 0)];
         let high = self.step("ReduceMax", &[stream], "high", over());
         let low = self.step("ReduceMin", &[stream], "low", over());
-        let still = self.step("Equal", &[&high, &low], "still", vec![]);
-        let moves = self.step("Not", &[&still], "moves", vec![]);
+        let constant = self.step("Equal", &[&high, &low], "still", vec![]);
+        let moves = self.step("Not", &[&constant], "moves", vec![]);
         let moves = self.step("Cast", &[&moves], "switches", vec![int("to", 1)]);
         let any = vec![ints("axes", vec![1]), int("keepdims", 1)];
         let mut switch = self.step("ReduceMax", &[&moves], "switch", any);

@@ -64,7 +64,7 @@ impl Reading {
                 }
                 Step::Scale { offset, divisor } => {
                     let channels = shape.first().copied().unwrap_or(1);
-                    if [offset, divisor].iter().any(|own| own.len() != 1 && own.len() != channels) {
+                    if [offset, divisor].iter().any(|values| values.len() != 1 && values.len() != channels) {
                         return refuse(format!("{} scales for {channels} channels", offset.len()));
                     }
                     value = scaled(sink, name, value, shape.len(), (offset, divisor));

@@ -100,9 +100,9 @@ fn graph(export: &Export) -> std::result::Result<proto::Graph, Cause> {
     }
     let mut given = HashSet::new();
     for (id, node) in nodes.iter().enumerate().filter(|(_, node)| node.op != Op::Input) {
-        let own = outputs.iter().find(|(_, of)| *of == id).map(|(name, _)| name.clone());
-        given.extend(own.clone());
-        values[id] = own.unwrap_or_else(|| sink.fresh(&node.name));
+        let output = outputs.iter().find(|(_, of)| *of == id).map(|(name, _)| name.clone());
+        given.extend(output.clone());
+        values[id] = output.unwrap_or_else(|| sink.fresh(&node.name));
         let read = node.inputs.iter().map(|&input| (values[input].as_str(), nodes[input].shape.as_slice()));
         let (inputs, output) = (read.collect::<Vec<_>>(), values[id].as_str());
         let x = inputs.first().map_or("", |(name, _)| name);

@@ -19,8 +19,8 @@ impl<'a> Call<'a> {
 
     /// Name for messages: that of its first output where it has none.
     pub fn name(&self) -> &'a str {
-        let own = self.node.name.as_deref().filter(|name| !name.is_empty());
-        own.or(self.node.outputs.first().map(String::as_str)).unwrap_or("without a name")
+        let name = self.node.name.as_deref().filter(|name| !name.is_empty());
+        name.or(self.node.outputs.first().map(String::as_str)).unwrap_or("without a name")
     }
 
     /// Name of input `at`, if it is given.

@@ -18,7 +18,7 @@ pub struct Draft {
     nodes: Vec<Drafted>,
     taken: HashSet<String>,
     /// How often a name was asked for.
-    asked: HashMap<String, usize>,
+    counts: HashMap<String, usize>,
 }
 
 /// One node.
@@ -34,7 +34,7 @@ pub struct Drafted {
 
 impl Draft {
     pub fn new() -> Self {
-        Draft { net: Network::new("draft"), nodes: vec![], taken: HashSet::new(), asked: HashMap::new() }
+        Draft { net: Network::new("draft"), nodes: vec![], taken: HashSet::new(), counts: HashMap::new() }
     }
 
     /// A node of the draft.
@@ -140,7 +140,7 @@ impl Draft {
     /// A name that no node has: `base`, or with a number.
     pub fn name(&mut self, base: &str) -> String {
         let base = &base[..base.floor_char_boundary(LONGEST_NAME)];
-        let count = self.asked.entry(base.into()).or_default();
+        let count = self.counts.entry(base.into()).or_default();
         loop {
             *count += 1;
             let name = if *count == 1 { base.to_string() } else { format!("{base}{count}") };

@@ -147,14 +147,14 @@ pub fn arithmetic<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
         }
         "Cast" | "Identity" => known(values, scalar),
         _ => {
-            let (others, alone) = operand(work, call, 1)?;
+            let (others, is_scalar) = operand(work, call, 1)?;
             let count = values.len().max(others.len());
             if [values.len(), others.len()].iter().any(|len| *len != count && *len != 1) {
                 return Err(call.refuse(format!("{} and {} numbers", values.len(), others.len())));
             }
             let pair = |at: usize| (values[at % values.len()], others[at % others.len()]);
             let each = (0..count).map(|at| calculated(call, pair(at))).collect::<Result<_, _>>()?;
-            known(each, scalar && alone)
+            known(each, scalar && is_scalar)
         }
     }
 }

@@ -26,8 +26,9 @@ pub fn conv<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     // On features behind a pool a kernel of one value is a linear layer.
     let ones = kernel.iter().all(|&size| size == 1);
     let (plain, _) = window(call, kernel.clone(), &vec![1; kernel.len()], &[])?;
-    let still = ones && groups == 1 && plain.padding.iter().all(|pad| *pad == (0, 0)) && view.pad.is_empty();
-    if still && shape.len() == 1 && view.is_plain(1, kernel.len()) {
+    let multiplies_only =
+        ones && groups == 1 && plain.padding.iter().all(|pad| *pad == (0, 0)) && view.pad.is_empty();
+    if multiplies_only && shape.len() == 1 && view.is_plain(1, kernel.len()) {
         let weight = Tensor { shape: vec![filters, inputs], data: weight.data };
         let node = linear_node(work, call, name, view.node, (weight, bias))?;
         return Ok(Value::Flow(View { node, ..view }));
@@ -101,9 +102,9 @@ pub fn linear<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     if is_gemm {
         scale(&mut weight, call.float("alpha", 1.0));
         if call.input(2).is_some() {
-            let mut own = work.floats(call, 2)?;
-            scale(&mut own, call.float("beta", 1.0));
-            bias = Some(spread(call, own, weight.shape[0])?);
+            let mut values = work.floats(call, 2)?;
+            scale(&mut values, call.float("beta", 1.0));
+            bias = Some(spread(call, values, weight.shape[0])?);
         }
     }
     let name = work.name(call, 1, &WEIGHT, "linear");

@@ -110,8 +110,8 @@ fn sum<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
 /// The difference from a mean over space, on the way to a standard deviation.
 fn centred<'a>(work: &Work<'a>, call: Call<'a>, x: View, mean: &View) -> Result<Value, Cause> {
     let (rank, from) = (work.shape(x.node).len(), work.draft.node(mean.node));
-    let own = from.op == Op::GlobalAveragePool && from.inputs == [x.node] && x.pad.is_empty();
-    if own && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1) {
+    let is_mean_of_x = from.op == Op::GlobalAveragePool && from.inputs == [x.node] && x.pad.is_empty();
+    if is_mean_of_x && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1) {
         Ok(Value::Part(Part::Centred, x))
     } else {
         Err(call.refuse(

@@ -82,8 +82,9 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
 }
 
 fn version(opsets: &[proto::Opset]) -> std::result::Result<(), Cause> {
-    let own = opsets.iter().find(|own| ["", "ai.onnx"].contains(&own.domain.as_deref().unwrap_or_default()));
-    match own.and_then(|own| own.version) {
+    let opset =
+        opsets.iter().find(|opset| ["", "ai.onnx"].contains(&opset.domain.as_deref().unwrap_or_default()));
+    match opset.and_then(|opset| opset.version) {
         Some(version) if OPSETS.contains(&version) => Ok(()),
         Some(version) => Err(Cause::Version(format!(
             "is of opset {version}; taxel reads {} to {}: export the network with another opset_version",
@@ -107,12 +108,12 @@ fn inputs<'a>(work: &mut Work<'a>, given: &'a [ValueInfo]) -> std::result::Resul
         }
     }
     let names = inputs_names(&open);
-    for ((name, shape), own) in open.into_iter().zip(names) {
-        if own != name {
-            work.notes.push(format!("input `{name}` is called `{own}`"));
+    for ((name, shape), chosen) in open.into_iter().zip(names) {
+        if chosen != name {
+            work.notes.push(format!("input `{name}` is called `{chosen}`"));
         }
         let rank = shape.len();
-        let node = work.draft.input(&own, shape)?;
+        let node = work.draft.input(&chosen, shape)?;
         work.values.insert(name, Value::Flow(View::plain(node, rank)));
     }
     Ok(())
@@ -123,10 +124,10 @@ fn inputs_names(open: &[(&str, Vec<usize>)]) -> Vec<String> {
     const NAMES: [&str; 4] = ["signal", "signal", "image", "tensor"];
     let by_axes = |shape: &[usize]| NAMES[(shape.len() - 1).min(3)];
     let name = |(name, shape): &(&str, Vec<usize>)| {
-        let own = by_axes(shape);
-        let alone = open.iter().filter(|(_, other)| by_axes(other) == own).count() == 1;
+        let by_layout = by_axes(shape);
+        let is_only = open.iter().filter(|(_, other)| by_axes(other) == by_layout).count() == 1;
         let known = NAMES.contains(name);
-        if alone && !known { own.to_string() } else { name.to_string() }
+        if is_only && !known { by_layout.to_string() } else { name.to_string() }
     };
     open.iter().map(name).collect()
 }

@@ -141,7 +141,7 @@ pub fn reduce<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     };
     let rank = work.shape(view.node).len();
     let reduced = |at: &usize| axes.contains(at);
-    let over = |axis: Axis| view.axes.iter().position(|own| *own == axis).is_some_and(|at| reduced(&at));
+    let over = |axis: Axis| view.axes.iter().position(|other| *other == axis).is_some_and(|at| reduced(&at));
     let space: Vec<bool> = (1..rank).map(|axis| over(Axis::Sample(axis))).collect();
     if over(Axis::Batch) || over(Axis::Sample(0)) || space.contains(&false) {
         return Err(call.refuse(format!(

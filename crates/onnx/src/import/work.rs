@@ -211,11 +211,12 @@ fn from_path(call: Call, kind: &str) -> String {
         [one] if one.starts_with(call.op()) => kind.into(),
         [one] => one.to_string(),
         [modules @ .., _] => {
-            let told = |at: usize| {
+            let is_redundant = |at: usize| {
                 let next = modules.get(at + 1).and_then(|next| next.strip_prefix(modules[at]));
                 next.is_some_and(|rest| rest.starts_with('.'))
             };
-            let kept: Vec<&str> = (0..modules.len()).filter(|&at| !told(at)).map(|at| modules[at]).collect();
+            let kept: Vec<&str> =
+                (0..modules.len()).filter(|&at| !is_redundant(at)).map(|at| modules[at]).collect();
             kept.join(".")
         }
     }

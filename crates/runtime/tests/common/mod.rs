@@ -16,10 +16,12 @@ pub fn weights(graph: &Graph) -> Weights {
         }
         let value = |i: usize| {
             let wave = ((i * 37 + param.name.len()) % 19) as f32 / 19.0;
-            match is_statistic && !param.name.ends_with("mean") {
-                true => 0.5 + wave,
-                false if matches!(param.init, Init::Constant(one) if one == 1.0) => 0.75 + 0.5 * wave,
-                false => 0.2 * (wave - 0.5),
+            if is_statistic && !param.name.ends_with("mean") {
+                0.5 + wave
+            } else if matches!(param.init, Init::Constant(one) if one == 1.0) {
+                0.75 + 0.5 * wave
+            } else {
+                0.2 * (wave - 0.5)
             }
         };
         let data = (0..param.len()).map(value).collect();

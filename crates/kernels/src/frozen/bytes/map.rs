@@ -88,7 +88,7 @@ impl Map {
                 }
             });
         }
-        let own = PerChannel { factors: &self.factors, shifts: &self.shifts };
+        let scales = PerChannel { factors: &self.factors, shifts: &self.shifts };
         let fold = Fold::new(channels).map(|f| (f, f.repeat(&self.factors), f.repeat(&self.shifts)));
         columns(&self.from, &self.to, |starts, pitches, count| {
             let mut folded = 0;
@@ -99,7 +99,7 @@ impl Map {
                 folded = whole / channels;
             }
             let starts = starts.map(|start| start + folded * channels);
-            run(&own, &self.ending, starts, pitches, count - folded, x, &mut y);
+            run(&scales, &self.ending, starts, pitches, count - folded, x, &mut y);
         });
     }
 }
@@ -112,7 +112,7 @@ struct PerChannel<'a> {
 
 at_level! {
     fn run(
-        own: &PerChannel, ending: &Ending, starts: [usize; 2], pitches: [usize; 2], count: usize, x: Source,
+        scales: &PerChannel, ending: &Ending, starts: [usize; 2], pitches: [usize; 2], count: usize, x: Source,
         y: &mut Target,
     ) = run_at
 }
@@ -121,7 +121,7 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn run_at<S: Simd>(
-    own: &PerChannel,
+    scales: &PerChannel,
     ending: &Ending,
     [from, to]: [usize; 2],
     pitches: [usize; 2],
@@ -129,10 +129,10 @@ unsafe fn run_at<S: Simd>(
     x: Source,
     y: &mut Target,
 ) {
-    let channels = own.factors.len();
+    let channels = scales.factors.len();
     at_least("values to be moved", x.len(), from.saturating_add(reach(count, pitches[0], channels)));
     at_least("room for values", y.len(), to.saturating_add(reach(count, pitches[1], channels)));
-    exactly("shifts", own.shifts.len(), channels);
+    exactly("shifts", scales.shifts.len(), channels);
     for column in 0..count {
         let (from, to) = (from + column * pitches[0], to + column * pitches[1]);
         vectors!(S, channels, c, n, {
@@ -140,8 +140,8 @@ unsafe fn run_at<S: Simd>(
             // are one per channel.
             unsafe {
                 let value = load_at::<S>(x, from + c, n);
-                let value = S::mul(value, load::<S>(own.factors, c, n));
-                let value = S::add(value, load::<S>(own.shifts, c, n));
+                let value = S::mul(value, load::<S>(scales.factors, c, n));
+                let value = S::add(value, load::<S>(scales.shifts, c, n));
                 store_at::<S>(y, to + c, n, value, ending);
             }
         });
@@ -185,9 +185,9 @@ mod tests {
     #[test]
     #[should_panic(expected = "no memory holds")]
     fn columns_that_lie_too_far_apart_are_refused() {
-        let own = PerChannel { factors: &[1.0], shifts: &[0.0] };
+        let scales = PerChannel { factors: &[1.0], shifts: &[0.0] };
         let ending = Output::Floats.ending(Rectifier::None);
         let pitches = [usize::MAX / 2 + 1, 1];
-        run(&own, &ending, [0, 0], pitches, 3, Source::Bytes(&[1]), &mut Target::Floats(&mut [0.0; 3]));
+        run(&scales, &ending, [0, 0], pitches, 3, Source::Bytes(&[1]), &mut Target::Floats(&mut [0.0; 3]));
     }
 }
