@@ -120,7 +120,7 @@ pub enum Op {
         std: String,
     },
     /// The first input, times 0 in samples where each channel of the second is constant (its largest value is
-    /// its smallest) and times 1 in all others: paper 001's switch-scale layer. NaN is not constant. No gradient
+    /// its smallest) and times 1 in all others: the switch-scale layer of Rouhafzay et al. 2021. NaN is not constant. No gradient
     /// reaches the second input.
     SwitchScale,
     /// Sum of two inputs of one shape.

@@ -1,7 +1,7 @@
 //! DenseNet6-Lite: two dense blocks of one bottleneck each.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), section 3.1.3 and Fig. 1c.
+//! Kaewrakmuk and Srinonchat 2026, section 3.1.3 and Fig. 1c.
 //!
 //! # Departures
 //! None known. Read into the text: one bottleneck per dense block ("6" counts stem, 2 × 2 and FC);

@@ -1,7 +1,7 @@
 //! Hybrid-CNN: a 1D branch on the signal and a 2D branch on its image, fused before the classifier.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), section 3.2, Eqs. 1–3, Fig. 2; ablation of the FC
+//! Kaewrakmuk and Srinonchat 2026, section 3.2, Eqs. 1–3, Fig. 2; ablation of the FC
 //! head in Table 4.
 //!
 //! # Departures

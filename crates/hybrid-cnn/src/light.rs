@@ -1,7 +1,7 @@
 //! The six light networks: a body in 1D or 2D and a classifier.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), section 3.1.
+//! Kaewrakmuk and Srinonchat 2026, section 3.1.
 //!
 //! # Departures
 //! Those of the bodies.

@@ -1,7 +1,7 @@
 //! ResNet8-Lite: identity block, convolutional block, identity block.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), section 3.1.2 and Fig. 1b.
+//! Kaewrakmuk and Srinonchat 2026, section 3.1.2 and Fig. 1b.
 //!
 //! # Departures
 //! None known. Read into the text, after ResNet18: the stem pool is padded by 1 (50 → 25), the

@@ -1,7 +1,7 @@
 //! Vgg6-Lite: five convolutions in the manner of VGG16.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), section 3.1.1 and Fig. 1a.
+//! Kaewrakmuk and Srinonchat 2026, section 3.1.1 and Fig. 1a.
 //!
 //! # Departures
 //! None known. Read into the text: pools round up (50 → 25 → 13 → 7, MATLAB's `same`), which alone

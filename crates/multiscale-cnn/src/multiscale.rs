@@ -1,7 +1,7 @@
 //! Multi-scale CNN: a recording at three scales per block, which label elasticity and hardness at once.
 //!
 //! # Reference
-//! Paper 004 (object attribute strength levels with a multi-scale CNN), section 4, Fig. 5, Table 1,
+//! Zhang et al. 2022, section 4, Fig. 5, Table 1,
 //! Eqs. 4–7.
 //!
 //! # Departures

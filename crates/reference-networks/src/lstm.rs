@@ -1,7 +1,7 @@
 //! LSTM: the recording read step by step, the last hidden state classified.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), Tables 1 and 5: input 5×50, 0.27 MB, 0.0068 GFLOPs.
+//! Kaewrakmuk and Srinonchat 2026, Tables 1 and 5: input 5×50, 0.27 MB, 0.0068 GFLOPs.
 //!
 //! # Departures
 //! The paper gives no widths: one layer of 128 units over 50 steps of 5 readings, whose last hidden state

@@ -1,7 +1,7 @@
 //! MLP: the flattened recording through one hidden layer.
 //!
 //! # Reference
-//! Paper 000 (Hybrid-CNN hardness recognition), Tables 1 and 5: input 1×250, 0.12 MB, 0.00006 GFLOPs.
+//! Kaewrakmuk and Srinonchat 2026, Tables 1 and 5: input 1×250, 0.12 MB, 0.00006 GFLOPs.
 //!
 //! # Departures
 //! The paper gives no widths: 250–128–classes with ReLU is what its size and GFLOPs leave.

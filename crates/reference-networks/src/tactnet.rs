@@ -2,11 +2,11 @@
 //!
 //! # Reference
 //! Gandarias, García-Cerezo and Gómez-de-Gabriel 2019, "CNN-based methods for object recognition with
-//! high-resolution tactile sensors", in the layer lists the authors published; compared with in paper 000
-//! (Hybrid-CNN hardness recognition), Table 5: 0.04 MB and 0.0060 GFLOPs, 0.40 MB and 0.0102 GFLOPs.
+//! high-resolution tactile sensors", in the layer lists the authors published; compared with in Kaewrakmuk and Srinonchat 2026,
+//! Table 5: 0.04 MB and 0.0060 GFLOPs, 0.40 MB and 0.0102 GFLOPs.
 //!
 //! # Departures
-//! Input is paper 000's colour image of 50×50 in place of the authors' 28×50 pressure image. Read into
+//! Input is the colour image of Kaewrakmuk and Srinonchat, 50×50, in place of the authors' 28×50 pressure image. Read into
 //! the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
 
 use serde::{Deserialize, Serialize};
@@ -63,7 +63,7 @@ pub struct TactNetConfig {
 }
 
 impl TactNetConfig {
-    /// `tactnet4` with paper 000's image and classes.
+    /// `tactnet4` with the image and classes of Kaewrakmuk and Srinonchat 2026.
     pub const FOUR: TactNetConfig =
         TactNetConfig { depth: TactNetDepth::Four, classes: 3, in_channels: 3, height: 50, width: 50 };
     /// `tactnet6`, likewise.

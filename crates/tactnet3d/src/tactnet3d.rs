@@ -1,14 +1,14 @@
 //! TactNet3D: a squeeze as one tensor of rows, columns and frames, read by 3D convolutions.
 //!
 //! # Reference
-//! Paper 002 (active tactile recognition of deformable objects), section on TactNet3D and Table I: four
-//! widths on 28×50×10. Paper 003 (robotic palpation), section 3 and Fig. 4: one network on 28×50×51.
+//! Gandarias et al. 2019b, section on TactNet3D and Table I: four
+//! widths on 28×50×10. Pastor et al. 2019, section 3 and Fig. 4: one network on 28×50×51.
 //!
 //! # Departures
 //! None known. Read into the text: "max-pooling with filters and stride = 1" pools nothing (`pool` offers
 //! more); convolutions are unpadded, as in both toolboxes by default; the order is convolution, batch norm,
-//! ReLU; a ReLU follows fc3, and dropout follows that, once. Paper 002's dropout of 0.8 is mdCNN's, the share
-//! *kept*; paper 003's 0.7 is MATLAB's, the share *dropped*. Paper 003 prints its kernel as 5×3×8 in the
+//! ReLU; a ReLU follows fc3, and dropout follows that, once. The dropout of 0.8 in Gandarias et al. is mdCNN's, the share
+//! *kept*; the 0.7 in Pastor et al. is MATLAB's, the share *dropped*. Pastor et al. print its kernel as 5×3×8 in the
 //! figure and 3×5×8 in the text; the figure is followed. The third convolution of `tactnet3d-8-16-32` has the
 //! kernel of the second. Softmax belongs to the loss.
 
@@ -20,9 +20,9 @@ use taxel_graph::{
 /// Rows, columns, frames.
 type Kernel = [usize; 3];
 
-/// Paper 002: the kernel of the first convolution, then of all others.
+/// Gandarias et al. 2019b: the kernel of the first convolution, then of all others.
 const ACTIVE_KERNELS: [Kernel; 2] = [[5, 5, 3], [5, 3, 3]];
-/// Paper 003, Fig. 4.
+/// Pastor et al. 2019, Fig. 4.
 const PALPATION_KERNELS: [Kernel; 2] = [[5, 3, 8], [5, 3, 8]];
 
 pub(crate) const TACTNET3D: Listing<TactNet3dConfig> = Listing {
@@ -111,7 +111,7 @@ pub struct Layers {
 }
 
 impl TactNet3dConfig {
-    /// `tactnet3d`: paper 002, Table I, second row, what the paper calls TactNet3D.
+    /// `tactnet3d`: Gandarias et al. 2019b, Table I, second row, what the paper calls TactNet3D.
     pub const ACTIVE: TactNet3dConfig = TactNet3dConfig {
         layers: Layers { name: "tactnet3d", filters: &[8, 16], kernels: ACTIVE_KERNELS },
         classes: 9,
@@ -123,23 +123,23 @@ impl TactNet3dConfig {
         pool: 1,
         dropout: 0.2,
     };
-    /// `tactnet3d-4-8`: paper 002, Table I, first row.
+    /// `tactnet3d-4-8`: Gandarias et al. 2019b, Table I, first row.
     pub const ACTIVE_4_8: TactNet3dConfig = TactNet3dConfig {
         layers: Layers { name: "tactnet3d-4-8", filters: &[4, 8], kernels: ACTIVE_KERNELS },
         ..TactNet3dConfig::ACTIVE
     };
-    /// `tactnet3d-fc32`: paper 002, Table I, third row.
+    /// `tactnet3d-fc32`: Gandarias et al. 2019b, Table I, third row.
     pub const ACTIVE_FC32: TactNet3dConfig = TactNet3dConfig {
         layers: Layers { name: "tactnet3d-fc32", ..TactNet3dConfig::ACTIVE.layers },
         hidden: 32,
         ..TactNet3dConfig::ACTIVE
     };
-    /// `tactnet3d-8-16-32`: paper 002, Table I, fourth row.
+    /// `tactnet3d-8-16-32`: Gandarias et al. 2019b, Table I, fourth row.
     pub const ACTIVE_8_16_32: TactNet3dConfig = TactNet3dConfig {
         layers: Layers { name: "tactnet3d-8-16-32", filters: &[8, 16, 32], kernels: ACTIVE_KERNELS },
         ..TactNet3dConfig::ACTIVE
     };
-    /// `tactnet3d-51`: paper 003, Fig. 4.
+    /// `tactnet3d-51`: Pastor et al. 2019, Fig. 4.
     pub const PALPATION: TactNet3dConfig = TactNet3dConfig {
         layers: Layers { name: "tactnet3d-51", filters: &[16, 32], kernels: PALPATION_KERNELS },
         classes: 24,

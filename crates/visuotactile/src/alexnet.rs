@@ -2,10 +2,10 @@
 //!
 //! # Reference
 //! Krizhevsky 2014, "One weird trick for parallelizing convolutional neural networks", as torchvision's `alexnet`.
-//! Compared with in paper 001 (transfer of learning from vision to touch), Tables 1–5.
+//! Compared with in Rouhafzay et al. 2021, Tables 1–5.
 //!
 //! # Departures
-//! Paper 001's MATLAB network is that of 2012, with two channel groups and response normalisation; torchvision's
+//! The MATLAB network of Rouhafzay et al. is that of 2012, with two channel groups and response normalisation; torchvision's
 //! has neither, and its checkpoints are what users have. Images that leave another size than 6×6 are pooled to
 //! that, as torchvision does; there is nothing to pool at 224×224.
 

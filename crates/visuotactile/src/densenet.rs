@@ -2,11 +2,11 @@
 //!
 //! # Reference
 //! Huang et al. 2017, "Densely Connected Convolutional Networks", Table 1; torchvision's `densenet201` for names
-//! and initial weights. Compared with in paper 000 (Hybrid-CNN hardness recognition), Table 5: 70 MB,
+//! and initial weights. Compared with in Kaewrakmuk and Srinonchat 2026, Table 5: 70 MB,
 //! 3.5720 GFLOPs.
 //!
 //! # Departures
-//! No counting convention tried gives the GFLOPs of paper 000; 1·MAC is 4.2895.
+//! No counting convention tried gives the GFLOPs of Kaewrakmuk and Srinonchat 2026; 1·MAC is 4.2895.
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //! Szegedy et al. 2015, "Going Deeper with Convolutions", Table 1; torchvision's `googlenet` for names, batch
-//! norm and initial weights. Compared with in paper 001 (transfer of learning from vision to touch), Tables 1–5.
+//! norm and initial weights. Compared with in Rouhafzay et al. 2021, Tables 1–5.
 //!
 //! # Departures
 //! torchvision's, whose checkpoints are what users have: batch norm (ε 0.001) in place of response

@@ -1,7 +1,7 @@
-//! MATLAB's layer numbers, by which paper 001 names what it freezes.
+//! MATLAB's layer numbers, by which Rouhafzay et al. 2021 name frozen layers.
 //!
 //! # Reference
-//! Paper 001, Table 6: ranges of the 154 layers that MATLAB counts in `mobilenet-v2`.
+//! Rouhafzay et al. 2021, Table 6: ranges of the 154 layers that MATLAB counts in `mobilenet-v2`.
 //!
 //! # Departures
 //! The last two of these layers, softmax and classification, are no nodes here. Other networks are counted alike:

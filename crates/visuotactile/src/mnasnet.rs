@@ -3,7 +3,7 @@
 //! # Reference
 //! Tan et al. 2019, "MnasNet: Platform-Aware Neural Architecture Search for Mobile", Fig. 7 without squeeze and
 //! excitation (MnasNet-B1); torchvision's `mnasnet1_0` for names, momentum and initial weights. Compared with in
-//! paper 004, Table 2, on 2×23×300.
+//! Zhang et al. 2022, Table 2, on 2×23×300.
 //!
 //! # Departures
 //! None known.

@@ -2,11 +2,11 @@
 //!
 //! # Reference
 //! Sandler et al. 2018, "MobileNetV2: Inverted Residuals and Linear Bottlenecks", Table 2; torchvision's
-//! `mobilenet_v2` for names, padding, initial weights and the rounding of widths. Compared with in paper 001
-//! (transfer of learning from vision to touch), Tables 1–6, and in paper 004, Table 2.
+//! `mobilenet_v2` for names, padding, initial weights and the rounding of widths. Compared with in Rouhafzay et al. 2021,
+//! Tables 1–6, and in Zhang et al. 2022, Table 2.
 //!
 //! # Departures
-//! Dropout of 0.2 before the classifier is torchvision's; paper 001's MATLAB network has none (`dropout = 0`).
+//! Dropout of 0.2 before the classifier is torchvision's; the MATLAB network of Rouhafzay et al. has none (`dropout = 0`).
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{

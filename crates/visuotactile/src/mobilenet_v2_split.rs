@@ -1,7 +1,7 @@
 //! MobileNetV2 with two streams, vision and touch, that share their middle.
 //!
 //! # Reference
-//! Paper 001 (transfer of learning from vision to touch), section 7, Fig. 5: MATLAB's layers 2–17 per stream,
+//! Rouhafzay et al. 2021, section 7, Fig. 5: MATLAB's layers 2–17 per stream,
 //! 18–139 shared, 140–154 per stream; 11,652 KB in place of 16,644 KB.
 //!
 //! # Departures

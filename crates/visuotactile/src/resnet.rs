@@ -2,12 +2,12 @@
 //!
 //! # Reference
 //! He et al. 2016, "Deep Residual Learning for Image Recognition", Table 1; torchvision's `resnet18` and
-//! `resnet50` for names, padding and initial weights. ResNet18 is compared with in paper 000 (Hybrid-CNN hardness
-//! recognition), Table 5, and in paper 004, Table 2; ResNet50 in paper 001, Tables 1–5, and in paper 003.
+//! `resnet50` for names, padding and initial weights. ResNet18 is compared with in Kaewrakmuk and Srinonchat 2026,
+//! Table 5, and in Zhang et al. 2022, Table 2; ResNet50 in Rouhafzay et al. 2021, Tables 1–5, and in Pastor et al. 2019.
 //!
 //! # Departures
 //! ResNet50 has its strides in the convolutions of 3, as torchvision; He et al. have them in the 1×1 before.
-//! Paper 000 counts 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
+//! Kaewrakmuk and Srinonchat count 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
@@ -77,10 +77,10 @@ pub struct ResNetConfig {
 }
 
 impl ResNetConfig {
-    /// `resnet18` with paper 000's classes.
+    /// `resnet18` with the classes of Kaewrakmuk and Srinonchat 2026.
     pub const EIGHTEEN: ResNetConfig =
         ResNetConfig { depth: ResNetDepth::Eighteen, classes: 3, in_channels: 3, height: 224, width: 224 };
-    /// `resnet50` with paper 001's classes.
+    /// `resnet50` with the classes of Rouhafzay et al. 2021.
     pub const FIFTY: ResNetConfig =
         ResNetConfig { depth: ResNetDepth::Fifty, classes: 6, ..ResNetConfig::EIGHTEEN };
 }

@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //! Ma et al. 2018, "ShuffleNet V2: Practical Guidelines for Efficient CNN Architecture Design", Table 5 and Fig. 3;
-//! torchvision's `shufflenet_v2_x1_0` for names. Compared with in paper 004, Table 2, on 2×23×300.
+//! torchvision's `shufflenet_v2_x1_0` for names. Compared with in Zhang et al. 2022, Table 2, on 2×23×300.
 //!
 //! # Departures
 //! None known.

@@ -2,8 +2,8 @@
 //!
 //! # Reference
 //! Simonyan and Zisserman 2015, "Very Deep Convolutional Networks for Large-Scale Image Recognition", Table 1,
-//! column D; torchvision's `vgg16` for names and initial weights. Compared with in paper 000 (Hybrid-CNN
-//! hardness recognition), Table 5: 512.2 MB, 30.9459 GFLOPs, and in paper 001, Tables 1–5.
+//! column D; torchvision's `vgg16` for names and initial weights. Compared with in Kaewrakmuk and Srinonchat 2026,
+//! Table 5: 512.2 MB, 30.9459 GFLOPs, and in Rouhafzay et al. 2021, Tables 1–5.
 //!
 //! # Departures
 //! Images that leave another size than 7×7 are pooled to that, as torchvision does; there is nothing to pool

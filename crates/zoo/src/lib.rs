@@ -67,5 +67,5 @@ pub use entry::{BuildError, Entry, Input, Settings, WIDTH_MULT, WITHOUT_BLOCKS, 
 pub use error::{Error, Result};
 pub use registry::Registry;
 
-/// MATLAB's layer numbers of a graph, by which paper 001 names what it freezes.
+/// MATLAB's layer numbers of a graph, by which Rouhafzay et al. 2021 name frozen layers.
 pub use taxel_visuotactile::matlab;

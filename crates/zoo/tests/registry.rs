@@ -157,7 +157,7 @@ fn every_network_has_a_width_and_residual_ones_a_depth() {
     let half = |name: &str, settings: &[(&str, Value)]| {
         nodes(of(name, &[settings, &[("width_mult", 0.5.into())]].concat()).unwrap())
     };
-    // Gandarias et al. 2019b has TactNet3D with half its filters, and all of its hidden units.
+    // Gandarias et al. 2019b have TactNet3D with half its filters, and all of its hidden units.
     assert_eq!(half("tactnet3d", &[("hidden", 128.into())]), nodes(of("tactnet3d-4-8", &[]).unwrap()));
     assert_eq!(
         half("dilated-resnet-1d", &[]),

@@ -24,7 +24,7 @@ pub enum Scale {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scaled {
-    /// Scale of the readings. Default `z-score`; paper 000 names none.
+    /// Scale of the readings. Default `z-score`; Kaewrakmuk and Srinonchat 2026 name none.
     pub scale: Scale,
 }
 

@@ -46,19 +46,19 @@ pub struct Encoding {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Image {
-    /// Gramian angular difference field of the raw readings, coloured: paper 000's choice.
+    /// Gramian angular difference field of the raw readings, coloured: the choice of Kaewrakmuk and Srinonchat 2026.
     Gadf(Field),
     /// Gramian angular summation field of the raw readings, coloured.
     Gasf(Field),
     /// The samples are images: [N, H, W] becomes [N, 1, H, W], [N, C, H, W] stays.
     Raw(Picture),
-    /// One frame of each squeeze [N, T, H, W], for 2D networks (papers 002 and 003).
+    /// One frame of each squeeze [N, T, H, W], for 2D networks (Gandarias et al. 2019b and Pastor et al. 2019).
     Frame(SqueezeFrame),
     /// Series [N, C, T] as one channel of C rows and T columns, each row scaled by itself.
     Rows(Scaled),
-    /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (paper 004).
+    /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (Zhang et al. 2022).
     Numatac(Bits),
-    /// Frames of 7 × 3 electrodes [N, at least 700, 7, 3] as colour images [N, 3, 70, 70] (paper 001, section 3.4).
+    /// Frames of 7 × 3 electrodes [N, at least 700, 7, 3] as colour images [N, 3, 70, 70] (Rouhafzay et al. 2021, section 3.4).
     Electrodes(Electrodes),
 }
 
@@ -92,7 +92,7 @@ pub struct Picture {
     /// `[height, width]` in pixels to resample to, bilinear. Default as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<[usize; 2]>,
-    /// One grey channel becomes the red of three (paper 001). Default false.
+    /// One grey channel becomes the red of three (Rouhafzay et al. 2021). Default false.
     pub red: bool,
 }
 
@@ -154,7 +154,7 @@ impl Default for Electrodes {
     }
 }
 
-/// Squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (paper 003).
+/// Squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (Pastor et al. 2019).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tensor {

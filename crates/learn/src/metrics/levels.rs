@@ -1,4 +1,4 @@
-//! Scores of ordered levels (paper 004, Table 2): which level, and how far off.
+//! Scores of ordered levels (Zhang et al. 2022, Table 2): which level, and how far off.
 
 use serde::{Deserialize, Serialize};
 use taxel_data::Task;

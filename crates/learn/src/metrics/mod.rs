@@ -48,7 +48,7 @@ pub struct ClassScores {
     pub support: u64,
 }
 
-/// Where mistakes go when classes come in groups of look-alikes (paper 003, section 5: the errors of
+/// Where mistakes go when classes come in groups of look-alikes (Pastor et al. 2019, section 5: the errors of
 /// TactNet3D stay inside a subset).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LookAlikes {

@@ -24,7 +24,7 @@ pub enum Split {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum Protocol {
-    /// Every sample is tested once per repetition (paper 000: stratified, 5 folds).
+    /// Every sample is tested once per repetition (Kaewrakmuk and Srinonchat 2026: stratified, 5 folds).
     KFold {
         /// 2 to 1000. Default 5.
         #[serde(default = "five")]
@@ -36,7 +36,7 @@ pub enum Protocol {
         #[serde(default = "one")]
         repetitions: usize,
     },
-    /// One random cut per repetition (paper 002: 80/10/10, 20 repetitions; paper 001: 75/25).
+    /// One random cut per repetition (Gandarias et al. 2019b: 80/10/10, 20 repetitions; Rouhafzay et al. 2021: 75/25).
     RandomSplits {
         /// Samples that it spreads evenly or keeps together.
         #[serde(default)]
@@ -51,7 +51,7 @@ pub enum Protocol {
         #[serde(default, skip_serializing_if = "crate::json_file::is_default")]
         validation: f64,
     },
-    /// A learning curve (paper 003): per repetition one random test part, and from the rest as many
+    /// A learning curve (Pastor et al. 2019): per repetition one random test part, and from the rest as many
     /// training samples of each class as `per_class` says, the smaller sets inside the larger ones.
     FewSamples {
         /// Samples that it spreads evenly or keeps together.

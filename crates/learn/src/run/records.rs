@@ -53,7 +53,7 @@ impl std::fmt::Display for FoldKey {
     }
 }
 
-/// How far training moved one convolution from the checkpoint that it started from (paper 001, Figs. 3 and 4).
+/// How far training moved one convolution from the checkpoint that it started from (Rouhafzay et al. 2021, Figs. 3 and 4).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Change {
     /// The convolution.

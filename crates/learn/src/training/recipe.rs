@@ -1,6 +1,6 @@
 //! How a network is trained: loss, optimiser, schedule, batch norm, when to stop.
 //!
-//! The defaults are the recipe of paper 000 (Hybrid-CNN hardness recognition), Table 1 and section 5.1.
+//! The defaults are the recipe of Kaewrakmuk and Srinonchat 2026, Table 1 and section 5.1.
 
 use serde::{Deserialize, Serialize};
 use taxel_data::{Augment, Task};
@@ -19,10 +19,10 @@ pub(crate) const LARGEST_BATCH: usize = 65_536;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BatchNorm {
-    /// Mean and variance over the whole training set (MATLAB's; the reading for papers 000 to 003).
+    /// Mean and variance over the whole training set (MATLAB's; presumably that of the first four of `docs/papers.md`).
     #[default]
     Population,
-    /// The running averages of training (PyTorch's; the reading for paper 004).
+    /// The running averages of training (PyTorch's; presumably that of Zhang et al. 2022).
     Moving,
 }
 
@@ -44,7 +44,7 @@ pub enum FrozenStatistics {
     #[default]
     Kept,
     /// As of all other batch norms: a batch's in training, those of [`Recipe::batch_norm`] afterwards. So does a
-    /// learning rate of zero in MATLAB R2019a, with which paper 001 freezes (sections 1 and 4).
+    /// learning rate of zero in MATLAB R2019a, with which Rouhafzay et al. 2021 freeze (sections 1 and 4).
     Renewed,
 }
 
@@ -150,7 +150,7 @@ impl Default for EarlyStopping {
     }
 }
 
-/// How a network is trained; [`Recipe::default`] is paper 000's.
+/// How a network is trained; [`Recipe::default`] is that of Kaewrakmuk and Srinonchat 2026.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Recipe {
@@ -165,7 +165,7 @@ pub struct Recipe {
     /// number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_batches: Option<usize>,
-    /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (paper 004,
+    /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (Zhang et al. 2022,
     /// Eq. 7) or `mean-squared-error`. `hinge` with an L2 penalty makes the last layer a linear support vector machine.
     pub loss: Loss,
     /// The optimiser.
