@@ -85,7 +85,8 @@ pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
     write_bytes(path, to_bytes(weights, text))
 }
 
-/// Writes the bytes of a file, whole or not at all, and removes what a killed process has left of it; where there are none, the error that says why gets its path.
+/// Writes the bytes of a file, whole or not at all, and removes what a killed process has left of it; where there are
+/// none, the error that says why gets its path.
 ///
 /// # Errors
 /// That of `bytes`, and a folder that is missing or cannot be written.

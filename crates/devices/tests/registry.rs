@@ -14,8 +14,8 @@ const BATCH: usize = 3;
 const STEP: Sgdm = Sgdm { lr: 0.01, momentum: 0.0, weight_decay: 0.0 };
 
 /// The engine takes the published inputs, but where those only take time: images of the three slowest networks, of
-/// which 96 rows leave three, and the frames of the longest squeeze. Two wide fully connected layers are narrower: nothing else
-/// depends on their width.
+/// which 96 rows leave three, and the frames of the longest squeeze. Two wide fully connected layers are narrower:
+/// nothing else depends on their width.
 fn published(name: &str) -> Settings {
     settings(match name {
         "alexnet" => "hidden=64",

@@ -5,8 +5,8 @@
 pub struct Options {
     /// Largest number of samples of one batch.
     pub batch: usize,
-    /// Worker threads at most, of which more than 64 and more than there are cores are refused; 1 runs in the calling thread, and so do batches too small to share. Results do
-    /// not depend on it.
+    /// Worker threads at most, of which more than 64 and more than there are cores are refused; 1 runs in the calling
+    /// thread, and so do batches too small to share. Results do not depend on it.
     pub threads: usize,
     /// Nodes that training leaves as they are, by name or by a name's first parts (`stem` is every node
     /// `stem.…`). Their parameters get no gradient and no step.

@@ -22,8 +22,8 @@ pub(crate) struct Shared<'a> {
 }
 
 impl<'a> Shared<'a> {
-    /// Returns the inputs of the layer of node `id` for sample `sample` of a part, which is `number` in the batch; `values`
-    /// are the part's.
+    /// Returns the inputs of the layer of node `id` for sample `sample` of a part, which is `number` in the batch;
+    /// `values` are the part's.
     pub fn inputs(self, id: NodeId, values: &'a [Buffer], sample: usize, number: usize) -> Inputs<'a> {
         Inputs {
             plan: &self.compiled.plan.nodes[id],

@@ -43,10 +43,10 @@ impl Graph {
         std::iter::successors(next(self), next).count()
     }
 
-    /// The same network without its last `count` plain layers: convolutions and linear layers, each with the normalisation,
-    /// activation, dropout and pooling behind it. What follows reads what the layer read, and its fresh weights are drawn
-    /// by the same rules. The first layer of every input stays, what decides how many values an output has, and what
-    /// begins or ends where ways part or meet.
+    /// The same network without its last `count` plain layers: convolutions and linear layers, each with the
+    /// normalisation, activation, dropout and pooling behind it. What follows reads what the layer read, and its fresh
+    /// weights are drawn by the same rules. The first layer of every input stays, what decides how many values an
+    /// output has, and what begins or ends where ways part or meet.
     ///
     /// # Errors
     /// More layers than there are; shapes that do not fit together any more.

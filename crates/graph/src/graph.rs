@@ -166,8 +166,8 @@ impl Graph {
         &self.outputs
     }
 
-    /// Returns the weight of each output in training, in their order: the loss is the sum of every output's loss against the
-    /// same targets, times its weight.
+    /// Returns the weight of each output in training, in their order: the loss is the sum of every output's loss
+    /// against the same targets, times its weight.
     pub fn loss_weights(&self) -> &[f32] {
         &self.loss_weights
     }

@@ -14,8 +14,8 @@ pub enum Loss {
     SoftmaxCrossEntropy,
     /// `torch.nn.MultiLabelSoftMarginLoss`: −(t·log σ(x) + (1−t)·log σ(−x)), mean over samples and outputs.
     MultiLabelSoftMargin,
-    /// max(0, 1 − s·x) with s = 2t − 1, mean over samples and outputs: `sklearn.metrics.hinge_loss` of each class against
-    /// the rest. With an L2 penalty the last linear layer is a linear support vector machine.
+    /// max(0, 1 − s·x) with s = 2t − 1, mean over samples and outputs: `sklearn.metrics.hinge_loss` of each class
+    /// against the rest. With an L2 penalty the last linear layer is a linear support vector machine.
     Hinge,
     /// `torch.nn.MSELoss`: (x − t)², mean over samples and outputs.
     MeanSquaredError,

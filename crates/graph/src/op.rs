@@ -119,9 +119,9 @@ pub enum Op {
         /// Name of the tensor of standard deviations, one per channel.
         std: String,
     },
-    /// The first input, times 0 in samples where each channel of the second is constant (its largest value is
-    /// its smallest) and times 1 in all others: the switch-scale layer of Rouhafzay et al. 2021. NaN is not constant. No gradient
-    /// reaches the second input.
+    /// The first input, times 0 in samples where each channel of the second is constant (its largest value is its
+    /// smallest) and times 1 in all others: the switch-scale layer of Rouhafzay et al. 2021. NaN is not constant. No
+    /// gradient reaches the second input.
     SwitchScale,
     /// Sum of two inputs of one shape.
     Add,

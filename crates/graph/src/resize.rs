@@ -10,8 +10,8 @@ const BY_SIZE: [Fill; 4] =
     [Fill::Pytorch, Fill::KaimingNormalFanIn, Fill::KaimingNormalFanOut, Fill::KaimingUniformFanOut];
 
 impl Node {
-    /// The node of this name that does `op` to `inputs` out of the `earlier` nodes. Its tensors start as this one's; those that
-    /// are drawn for its size are drawn for the new one.
+    /// The node of this name that does `op` to `inputs` out of the `earlier` nodes. Its tensors start as this one's;
+    /// those that are drawn for its size are drawn for the new one.
     pub(crate) fn resized(&self, op: Op, inputs: Vec<NodeId>, earlier: &[Node]) -> Result<Node> {
         let mut made = self.again(op, inputs, earlier)?;
         draw_by_size(self, &mut made)?;
@@ -19,8 +19,8 @@ impl Node {
     }
 }
 
-/// Has those tensors of `made` drawn for its size that are drawn for the size of `original`: as a rule says of the last matrix,
-/// which in an LSTM is that of its hidden units.
+/// Has those tensors of `made` drawn for its size that are drawn for the size of `original`: as a rule says of the last
+/// matrix, which in an LSTM is that of its hidden units.
 fn draw_by_size(original: &Node, made: &mut Node) -> Result<()> {
     let matrix =
         |node: &Node| node.params.iter().map(|param| param.shape.clone()).rfind(|shape| shape.len() > 1);

@@ -82,9 +82,9 @@ impl Weights {
         Ok(weights)
     }
 
-    /// How much training changed every convolution of `graph`, in its order: the mean squared difference
-    /// between the kernels in `self` and in `tuned`, both scaled to 0..1 (Rouhafzay et al. 2021, Figs. 3 and 4). A kernel
-    /// whose values are all the same counts as zeros.
+    /// How much training changed every convolution of `graph`, in its order: the mean squared difference between the
+    /// kernels in `self` and in `tuned`, both scaled to 0..1 (Rouhafzay et al. 2021, Figs. 3 and 4). A kernel whose
+    /// values are all the same counts as zeros.
     ///
     /// # Errors
     /// Weights that do not fit the graph, by name.

@@ -125,8 +125,8 @@ fn pairwise<const N: usize, const M: usize>(
     }
 }
 
-/// The sum of `term` over the values of each of `N` vectors and each of `M` rows as long. However many there are, a pair's
-/// terms are added in the same order.
+/// The sum of `term` over the values of each of `N` vectors and each of `M` rows as long. However many there are, a
+/// pair's terms are added in the same order.
 #[inline(always)]
 fn sum<T, const N: usize, const M: usize>(
     xs: [&[f32]; N],

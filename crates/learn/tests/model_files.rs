@@ -382,7 +382,8 @@ fn a_model_comes_back_from_its_bytes() {
     }
 }
 
-/// More samples than stand encoded at a time: the same answers, whoever owns them, and messages that count from the first.
+/// More samples than stand encoded at a time: the same answers, whoever owns them, and messages that count from the
+/// first.
 #[test]
 fn many_samples_are_answered_piece_by_piece() {
     for (model, dataset) in small_models() {

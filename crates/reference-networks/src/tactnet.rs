@@ -1,13 +1,13 @@
 //! TactNet4 and TactNet6: plain convolutions on pressure images.
 //!
 //! # Reference
-//! Gandarias, García-Cerezo and Gómez-de-Gabriel 2019, "CNN-based methods for object recognition with
-//! high-resolution tactile sensors", in the layer lists the authors published; compared with in Kaewrakmuk and Srinonchat 2026,
-//! Table 5: 0.04 MB and 0.0060 GFLOPs, 0.40 MB and 0.0102 GFLOPs.
+//! Gandarias, García-Cerezo and Gómez-de-Gabriel 2019, "CNN-based methods for object recognition with high-resolution
+//! tactile sensors", in the layer lists the authors published; compared with in Kaewrakmuk and Srinonchat 2026, Table
+//! 5: 0.04 MB and 0.0060 GFLOPs, 0.40 MB and 0.0102 GFLOPs.
 //!
 //! # Departures
-//! Input is the colour image of Kaewrakmuk and Srinonchat, 50×50, in place of the authors' 28×50 pressure image. Read into
-//! the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
+//! Input is the colour image of Kaewrakmuk and Srinonchat, 50×50, in place of the authors' 28×50 pressure image. Read
+//! into the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, at_least};

@@ -1,15 +1,15 @@
 //! TactResNet: four residual blocks on pressure images.
 //!
 //! # Reference
-//! Gandarias, García-Cerezo and Gómez-de-Gabriel 2019, "CNN-based methods for object recognition with
-//! high-resolution tactile sensors", in the layer list the authors published; compared with in Kaewrakmuk and Srinonchat 2026,
-//! Table 5: 2.9 MB, 0.2398 GFLOPs.
+//! Gandarias, García-Cerezo and Gómez-de-Gabriel 2019, "CNN-based methods for object recognition with high-resolution
+//! tactile sensors", in the layer list the authors published; compared with in Kaewrakmuk and Srinonchat 2026, Table 5:
+//! 2.9 MB, 0.2398 GFLOPs.
 //!
 //! # Departures
-//! Input is the colour image of Kaewrakmuk and Srinonchat, 50×50, in place of the authors' 28×50 pressure image. No counting
-//! convention tried gives the published GFLOPs; ours is 0.2186. Both pools are maxima: so says the authors'
-//! published layer graph of the one before the classifier (`pool5`, kernel 5, stride 1), where ResNet averages.
-//! Read into the list: the pool after the stem is not padded, and ReLU comes after the addition, as in ResNet.
+//! Input is the colour image of Kaewrakmuk and Srinonchat, 50×50, in place of the authors' 28×50 pressure image. No
+//! counting convention tried gives the published GFLOPs; ours is 0.2186. Both pools are maxima: so says the authors'
+//! published layer graph of the one before the classifier (`pool5`, kernel 5, stride 1), where ResNet averages. Read
+//! into the list: the pool after the stem is not padded, and ReLU comes after the addition, as in ResNet.
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{

@@ -1,7 +1,7 @@
 //! Answers of one network on request, for `scripts/bench_answers.py`.
 //!
-//! `answers resnet8-lite-1d frozen` (or `engine`, or `int8`) prints a JSON line about itself; then each line `run N` on standard
-//! input is N answers to one sample, and a JSON line with the CPU time that they took.
+//! `answers resnet8-lite-1d frozen` (or `engine`, or `int8`) prints a JSON line about itself; then each line `run N` on
+//! standard input is N answers to one sample, and a JSON line with the CPU time that they took.
 
 use std::error::Error;
 use std::hint::black_box;

@@ -68,8 +68,9 @@ impl Frozen {
         Ok(Self::of(graph, steps, &outputs))
     }
 
-    /// Freezes `graph` in eight bits: convolutions and linear layers multiply bytes with signed bytes, and values between
-    /// them are bytes of the `ranges` that an [`Observer`](crate::Observer) has seen. What has no range stays in floats.
+    /// Freezes `graph` in eight bits: convolutions and linear layers multiply bytes with signed bytes, and values
+    /// between them are bytes of the `ranges` that an [`Observer`](crate::Observer) has seen. What has no range stays
+    /// in floats.
     ///
     /// # Errors
     /// Weights that do not fit the graph.

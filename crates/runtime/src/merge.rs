@@ -35,7 +35,8 @@ pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
     (merged, now)
 }
 
-/// Returns the step that replaces the second of two convolutions: the rest of the value whose first slice the first one is.
+/// Returns the step that replaces the second of two convolutions: the rest of the value whose first slice the first one
+/// is.
 fn slice_of_rest(merged: &[Step], first: StepId) -> Step {
     let slice = &merged[first];
     let whole = slice.inputs[0];

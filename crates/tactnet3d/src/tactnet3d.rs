@@ -5,9 +5,9 @@
 //! widths on 28×50×10. Pastor et al. 2019, section 3 and Fig. 4: one network on 28×50×51.
 //!
 //! # Departures
-//! None known. Read into the text: "max-pooling with filters and stride = 1" pools nothing (`pool` offers
-//! more); convolutions are unpadded, as in both toolboxes by default; the order is convolution, batch norm,
-//! ReLU; a ReLU follows fc3, and dropout follows that, once. The dropout of 0.8 in Gandarias et al. is mdCNN's, the share
+//! None known. Read into the text: "max-pooling with filters and stride = 1" pools nothing (`pool` offers more);
+//! convolutions are unpadded, as in both toolboxes by default; the order is convolution, batch norm, ReLU; a ReLU
+//! follows fc3, and dropout follows that, once. The dropout of 0.8 in Gandarias et al. is mdCNN's, the share
 //! *kept*; the 0.7 in Pastor et al. is MATLAB's, the share *dropped*. Pastor et al. print its kernel as 5×3×8 in the
 //! figure and 3×5×8 in the text; the figure is followed. The third convolution of `tactnet3d-8-16-32` has the
 //! kernel of the second. Softmax belongs to the loss.

@@ -5,9 +5,9 @@
 //! Compared with in Rouhafzay et al. 2021, Tables 1–5.
 //!
 //! # Departures
-//! The MATLAB network of Rouhafzay et al. is that of 2012, with two channel groups and response normalisation; torchvision's
-//! has neither, and its checkpoints are what users have. Images that leave another size than 6×6 are pooled to
-//! that, as torchvision does; there is nothing to pool at 224×224.
+//! The MATLAB network of Rouhafzay et al. is that of 2012, with two channel groups and response normalisation;
+//! torchvision's has neither, and its checkpoints are what users have. Images that leave another size than 6×6 are
+//! pooled to that, as torchvision does; there is nothing to pool at 224×224.
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{

@@ -1,12 +1,13 @@
 //! MobileNetV2: inverted residual blocks with linear bottlenecks.
 //!
 //! # Reference
-//! Sandler et al. 2018, "MobileNetV2: Inverted Residuals and Linear Bottlenecks", Table 2; torchvision's
-//! `mobilenet_v2` for names, padding, initial weights and the rounding of widths. Compared with in Rouhafzay et al. 2021,
-//! Tables 1–6, and in Zhang et al. 2022, Table 2.
+//! Sandler et al. 2018, "MobileNetV2: Inverted Residuals and Linear Bottlenecks", Table 2; torchvision's `mobilenet_v2`
+//! for names, padding, initial weights and the rounding of widths. Compared with in Rouhafzay et al. 2021, Tables 1–6,
+//! and in Zhang et al. 2022, Table 2.
 //!
 //! # Departures
-//! Dropout of 0.2 before the classifier is torchvision's; the MATLAB network of Rouhafzay et al. has none (`dropout = 0`).
+//! Dropout of 0.2 before the classifier is torchvision's; the MATLAB network of Rouhafzay et al. has none (`dropout =
+//! 0`).
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{

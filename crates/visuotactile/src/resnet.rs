@@ -6,8 +6,8 @@
 //! Table 5, and in Zhang et al. 2022, Table 2; ResNet50 in Rouhafzay et al. 2021, Tables 1–5, and in Pastor et al. 2019.
 //!
 //! # Departures
-//! ResNet50 has its strides in the convolutions of 3, as torchvision; He et al. have them in the 1×1 before.
-//! Kaewrakmuk and Srinonchat count 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
+//! ResNet50 has its strides in the convolutions of 3, as torchvision; He et al. have them in the 1×1 before. Kaewrakmuk
+//! and Srinonchat count 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};

@@ -17,8 +17,8 @@ pub type Settings = serde_json::Map<String, Value>;
 /// with a setting of this name, such as MobileNetV2, gives it its own meaning.
 pub const WIDTH_MULT: &str = "width_mult";
 
-/// The setting of every network made by [`Entry::of`] that leaves out so many of its last residual blocks or dense layers
-/// ([`Graph::without_blocks`]).
+/// The setting of every network made by [`Entry::of`] that leaves out so many of its last residual blocks or dense
+/// layers ([`Graph::without_blocks`]).
 pub const WITHOUT_BLOCKS: &str = "without_blocks";
 
 /// The setting of every network made by [`Entry::of`] that leaves out so many of its last plain layers

@@ -20,9 +20,9 @@ pub struct Encoding {
     /// alike. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<usize>,
-    /// Part of each raw sample that is kept before anything is made of it, for networks and baselines alike: as if a sensor
-    /// had fewer channels or taxels, or read less often, for a shorter time or with fewer bits. Models take whole recordings
-    /// and leave out the rest themselves. Default everything.
+    /// Part of each raw sample that is kept before anything is made of it, for networks and baselines alike: as if a
+    /// sensor had fewer channels or taxels, or read less often, for a shorter time or with fewer bits. Models take
+    /// whole recordings and leave out the rest themselves. Default everything.
     #[serde(skip_serializing_if = "Reduction::is_whole")]
     pub reduce: Reduction,
     /// `signal` [N, C, T] or [N, rows, steps], for 1D networks and the flattened MLP.
@@ -36,8 +36,8 @@ pub struct Encoding {
     /// `rocket` [N, features], MiniRocket's features for networks that read them beside a signal; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rocket: Option<Features>,
-    /// A guard before all inputs, networks and baselines alike: it is fitted on the training part of a fold, and replaces
-    /// what broken channels and taxels read in all other samples, before anything is encoded. Default false.
+    /// A guard before all inputs, networks and baselines alike: it is fitted on the training part of a fold, and
+    /// replaces what broken channels and taxels read in all other samples, before anything is encoded. Default false.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub guard: bool,
 }
@@ -58,7 +58,8 @@ pub enum Image {
     Rows(Scaled),
     /// Bits [N, fingers, 1 DC + 22 AC, ticks] in Pa from contact on, z-scores per feature (Zhang et al. 2022).
     Numatac(Bits),
-    /// Frames of 7 × 3 electrodes [N, at least 700, 7, 3] as colour images [N, 3, 70, 70] (Rouhafzay et al. 2021, section 3.4).
+    /// Frames of 7 × 3 electrodes [N, at least 700, 7, 3] as colour images [N, 3, 70, 70] (Rouhafzay et al. 2021,
+    /// section 3.4).
     Electrodes(Electrodes),
 }
 
@@ -172,9 +173,9 @@ impl Default for Tensor {
 }
 
 impl Encoding {
-    /// Returns the default encoding of such samples for networks that read `inputs`: z-scores of a signal, the difference
-    /// field of series, the pixels of images, the peak frame or all frames of squeezes. Pixels and taxels are shares of the
-    /// full scale where it is known, z-scores elsewhere.
+    /// Returns the default encoding of such samples for networks that read `inputs`: z-scores of a signal, the
+    /// difference field of series, the pixels of images, the peak frame or all frames of squeezes. Pixels and taxels
+    /// are shares of the full scale where it is known, z-scores elsewhere.
     pub fn of(spec: &SampleSpec, inputs: &[&str]) -> Self {
         let scale = if spec.full_scale.is_some() { Scale::FullScale } else { Scale::ZScore };
         let image = match spec.layout {

@@ -98,8 +98,8 @@ impl Transform {
         self.scale(self.shape(x, source)?, source)
     }
 
-    /// Returns the values beyond the edges of images and tensors, one per channel: the first pixel of a raw sample of this
-    /// shape that reads `rest` all over, encoded. None where the input has no edges.
+    /// Returns the values beyond the edges of images and tensors, one per channel: the first pixel of a raw sample of
+    /// this shape that reads `rest` all over, encoded. None where the input has no edges.
     ///
     /// # Errors
     /// As [`Transform::apply`].

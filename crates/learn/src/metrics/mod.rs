@@ -1,10 +1,10 @@
 //! Scores of predictions, with scikit-learn's meaning.
 //!
-//! [`metrics`] is the table of each task, the primary metric first; an [`Outcome`] is what they judge, and
-//! [`Scores`] hold their values by name. [`Confusion`] counts; [`brier`], [`calibration_error`] and [`log_loss`] judge probabilities; [`Levels`]
-//! scores ordered attributes; [`Clusters`] gives bootstrap intervals. Precision, recall and F1 are macro means over the classes that occur among the true or the
-//! predicted labels, as `average="macro", zero_division=0` computes them: a class that is never
-//! predicted has precision 0, one that never occurs has recall 0.
+//! [`metrics`] is the table of each task, the primary metric first; an [`Outcome`] is what they judge, and [`Scores`]
+//! hold their values by name. [`Confusion`] counts; [`brier`], [`calibration_error`] and [`log_loss`] judge
+//! probabilities; [`Levels`] scores ordered attributes; [`Clusters`] gives bootstrap intervals. Precision, recall and
+//! F1 are macro means over the classes that occur among the true or the predicted labels, as `average="macro",
+//! zero_division=0` computes them: a class that is never predicted has precision 0, one that never occurs has recall 0.
 //!
 //! ```
 //! use taxel_learn::metrics::{Confusion, mean_sd};

@@ -158,8 +158,8 @@ impl Metric {
         self.terms.map(|terms| terms(outcome, width.max(1)))
     }
 
-    /// Returns its value over the samples of all `outcomes` together; 0 without samples, and for a metric that is no mean
-    /// over samples.
+    /// Returns its value over the samples of all `outcomes` together; 0 without samples, and for a metric that is no
+    /// mean over samples.
     pub fn pooled<'o>(&self, task: &Task, outcomes: impl IntoIterator<Item = &'o Outcome>) -> f64 {
         let terms = outcomes.into_iter().filter_map(|outcome| self.terms(task, outcome));
         let terms: Vec<f64> = terms.flatten().collect();
@@ -211,8 +211,8 @@ fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) ->
     Ok(100.0 * (sum / each.len().max(1) as f64))
 }
 
-/// Returns the mean recall of the classes that occur, in % (scikit-learn's `balanced_accuracy_score`): classes of few samples
-/// count as much as those of many.
+/// Returns the mean recall of the classes that occur, in % (scikit-learn's `balanced_accuracy_score`): classes of few
+/// samples count as much as those of many.
 fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
     let (truth, predicted) = outcome.labels();
     let each = Levels::of_task(task).scores(truth, predicted)?;

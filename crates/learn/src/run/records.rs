@@ -53,7 +53,8 @@ impl std::fmt::Display for FoldKey {
     }
 }
 
-/// How far training moved one convolution from the checkpoint that it started from (Rouhafzay et al. 2021, Figs. 3 and 4).
+/// How far training moved one convolution from the checkpoint that it started from (Rouhafzay et al. 2021, Figs. 3 and
+/// 4).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Change {
     /// The convolution.
@@ -122,8 +123,8 @@ pub struct FoldRecord {
     /// Changes of the convolutions, where the network started from a checkpoint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Change>,
-    /// Scores with the other kind of batch-norm statistics; none without batch norms, where the loss is not finite, and after
-    /// early stopping with recomputed statistics.
+    /// Scores with the other kind of batch-norm statistics; none without batch norms, where the loss is not finite, and
+    /// after early stopping with recomputed statistics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_statistics: Option<OtherStatistics>,
     /// The epochs of the training.

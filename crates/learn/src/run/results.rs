@@ -349,8 +349,8 @@ impl NetworkResults {
     }
 }
 
-/// Returns the 95 % bootstrap interval of the primary metric over the folds' samples; none for a single cluster, or for a
-/// metric that is no mean over samples.
+/// Returns the 95 % bootstrap interval of the primary metric over the folds' samples; none for a single cluster, or for
+/// a metric that is no mean over samples.
 fn interval(network: &str, records: &[&FoldRecord], frame: &Frame) -> Option<[f64; 2]> {
     let primary = Metric::primary(&frame.task);
     let (mut terms, mut clusters) = (vec![], vec![]);
