@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use taxel::onnx;
 use taxel::{Candidate, Conv, Encoding, Model, Network, Recipe};
-use taxel_engine::{Evaluator, Options};
+use taxel_engine::{EngineOptions, Evaluator};
 use taxel_graph::{Graph, Loss, Op, Scheme, Weights};
 
 fn taxel(arguments: &[&str]) -> std::process::Output {
@@ -47,7 +47,8 @@ fn model(build: impl FnOnce(&Network, taxel::Flow) -> taxel::Flow, encoding: &En
 }
 
 fn logits(graph: &Graph, weights: &Weights, x: &[f32], n: usize) -> Vec<f32> {
-    let evaluator = Evaluator::new(graph, weights, Options { batch: n, ..Options::default() }).unwrap();
+    let evaluator =
+        Evaluator::new(graph, weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
     let mut memory = evaluator.workspace();
     evaluator.answer(&mut memory, &[x], n).unwrap();
     memory.outputs().next().unwrap().1.to_vec()

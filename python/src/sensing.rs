@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyArray4, PyArrayDyn, PyReadonlyArray3};
 use pyo3::prelude::*;
 use taxel::encodings::Method;
 use taxel::faults::Fault;
-use taxel::learn::encoding::Field;
+use taxel::learn::encoding::GramianSettings;
 use taxel::learn::sensor;
 use taxel::ndarray::Axis;
 
@@ -22,7 +22,7 @@ pub fn gadf<'py>(
 ) -> PyResult<Bound<'py, PyArray4<f32>>> {
     let x = x.as_array();
     let images = short(py, || {
-        let field: Field = crate::config::settings(settings)?;
+        let field: GramianSettings = crate::config::settings(settings)?;
         let method = if summation { Method::Summation } else { Method::Difference };
         field.image(method).map_err(refused)?.encode_batch(x).map_err(refused)
     })?;

@@ -27,10 +27,10 @@ mod svm;
 pub use error::{Error, Result};
 pub use minirocket::{Draws, MiniRocket};
 pub use nearest::Nearest;
-pub use ridge::{ALPHAS, Features, Ridge};
+pub use ridge::{ALPHAS, FeatureMatrix, Ridge};
 pub use saved::Saved;
-pub use svm::{Kernel, Svm};
-pub use taxel_kernels::rocket::Work as RocketWork;
+pub use svm::{Svm, SvmKernel};
+pub use taxel_kernels::rocket::RocketMemory;
 
 use serde::{Deserialize, Serialize};
 
@@ -222,7 +222,7 @@ impl Method {
             return Err(Error::setting("method", self.name(), "learns classes, and the targets are values"));
         }
         let shape = train.shape();
-        let x = Features::new(train.values.to_vec(), shape[0] * shape[1]);
+        let x = FeatureMatrix::new(train.values.to_vec(), shape[0] * shape[1]);
         Ok(Fitted::Ridge(shape, Ridge::fit_values(&x, values, outputs, &ALPHAS)?))
     }
 
@@ -251,8 +251,8 @@ impl Method {
                 let ridge = Ridge::fit(&x, y, classes, &ALPHAS)?;
                 Fitted::MiniRocket(Box::new(rocket), ridge)
             }
-            Method::SvmLinear { c } => Fitted::Svm(Svm::fit(train, y, classes, Kernel::Linear, c)?),
-            Method::SvmRbf { c } => Fitted::Svm(Svm::fit(train, y, classes, Kernel::Rbf, c)?),
+            Method::SvmLinear { c } => Fitted::Svm(Svm::fit(train, y, classes, SvmKernel::Linear, c)?),
+            Method::SvmRbf { c } => Fitted::Svm(Svm::fit(train, y, classes, SvmKernel::Rbf, c)?),
             Method::Ridge => {
                 return Err(Error::setting("method", "ridge", "learns values, and the targets are classes"));
             }
@@ -275,8 +275,8 @@ impl Fitted {
                 let ridge = Ridge::read(rocket.biases().len(), classes, saved)?;
                 Fitted::MiniRocket(Box::new(rocket), ridge)
             }
-            Method::SvmLinear { .. } => Fitted::Svm(Svm::read(Kernel::Linear, shape, classes, saved)?),
-            Method::SvmRbf { .. } => Fitted::Svm(Svm::read(Kernel::Rbf, shape, classes, saved)?),
+            Method::SvmLinear { .. } => Fitted::Svm(Svm::read(SvmKernel::Linear, shape, classes, saved)?),
+            Method::SvmRbf { .. } => Fitted::Svm(Svm::read(SvmKernel::Rbf, shape, classes, saved)?),
             Method::Ridge => Fitted::Ridge(shape, Ridge::read(shape[0] * shape[1], classes, saved)?),
         })
     }
@@ -296,7 +296,7 @@ impl Fitted {
             Fitted::Svm(svm) => Ok(softened(svm.votes(x)?, svm.classes())),
             Fitted::Ridge(shape, ridge) => {
                 x.expect(*shape)?;
-                Ok(ridge.decide(&Features::new(x.values.to_vec(), shape[0] * shape[1])))
+                Ok(ridge.decide(&FeatureMatrix::new(x.values.to_vec(), shape[0] * shape[1])))
             }
         }
     }
@@ -304,14 +304,14 @@ impl Fitted {
     /// Memory for one answer of [`Fitted::answer`] after the other.
     pub fn workspace(&self) -> Workspace {
         Workspace(match self {
-            Fitted::Majority(_) => Memory::Majority,
-            Fitted::Nearest(nearest) => Memory::Nearest(vec![0.0; nearest.len()], nearest.best()),
+            Fitted::Majority(_) => MethodMemory::Majority,
+            Fitted::Nearest(nearest) => MethodMemory::Nearest(vec![0.0; nearest.len()], nearest.best()),
             Fitted::MiniRocket(rocket, ridge) => {
                 let (features, products) = (vec![0.0; rocket.biases().len()], vec![0.0; ridge.classes()]);
-                Memory::MiniRocket(Box::new(rocket.work()), features, products)
+                MethodMemory::MiniRocket(Box::new(rocket.work()), features, products)
             }
-            Fitted::Svm(_) => Memory::Svm(svm::Work::default()),
-            Fitted::Ridge(_, ridge) => Memory::Ridge(vec![0.0; ridge.classes()]),
+            Fitted::Svm(_) => MethodMemory::Svm(svm::SvmMemory::default()),
+            Fitted::Ridge(_, ridge) => MethodMemory::Ridge(vec![0.0; ridge.classes()]),
         })
     }
 
@@ -331,24 +331,24 @@ impl Fitted {
             return Err(Error::setting("scores", scores.len(), "must be one per class"));
         }
         match (self, &mut workspace.0) {
-            (Fitted::Majority(shares), Memory::Majority) => scores.copy_from_slice(shares),
-            (Fitted::Nearest(nearest), Memory::Nearest(distances, best))
+            (Fitted::Majority(shares), MethodMemory::Majority) => scores.copy_from_slice(shares),
+            (Fitted::Nearest(nearest), MethodMemory::Nearest(distances, best))
                 if distances.len() == nearest.len() =>
             {
                 nearest.answer(recording, distances, best, scores);
             }
-            (Fitted::MiniRocket(rocket, ridge), Memory::MiniRocket(work, features, products))
+            (Fitted::MiniRocket(rocket, ridge), MethodMemory::MiniRocket(work, features, products))
                 if features.len() == rocket.biases().len() && products.len() == ridge.classes() =>
             {
                 rocket.shares(recording, work, features);
                 ridge.decide_one(features, products, scores);
                 softmax(scores, ridge.classes());
             }
-            (Fitted::Svm(svm), Memory::Svm(work)) => {
+            (Fitted::Svm(svm), MethodMemory::Svm(work)) => {
                 svm.answer(recording, work, scores);
                 softmax(scores, svm.classes());
             }
-            (Fitted::Ridge(_, ridge), Memory::Ridge(products)) if products.len() == ridge.classes() => {
+            (Fitted::Ridge(_, ridge), MethodMemory::Ridge(products)) if products.len() == ridge.classes() => {
                 ridge.decide_one(recording, products, scores);
             }
             _ => {
@@ -418,16 +418,16 @@ impl Fitted {
 
 /// Memory of one thread that predicts with a [`Fitted`] method, which makes it.
 #[derive(Debug)]
-pub struct Workspace(Memory);
+pub struct Workspace(MethodMemory);
 
 #[derive(Debug)]
-enum Memory {
+enum MethodMemory {
     Majority,
     /// Distances, and the nearest.
     Nearest(Vec<f64>, nearest::Best),
     /// Of the convolutions, features, and products with the weights of each class.
-    MiniRocket(Box<taxel_kernels::rocket::Work>, Vec<f32>, Vec<f64>),
-    Svm(svm::Work),
+    MiniRocket(Box<RocketMemory>, Vec<f32>, Vec<f64>),
+    Svm(svm::SvmMemory),
     /// Products with the weights of each value.
     Ridge(Vec<f64>),
 }

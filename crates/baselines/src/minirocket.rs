@@ -13,9 +13,9 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use taxel_kernels::rocket::{Dilated, LONGEST, Rocket, Work};
+use taxel_kernels::rocket::{Dilated, LONGEST, Rocket, RocketMemory};
 
-use crate::{Error, Features, Result, Saved, Series};
+use crate::{Error, FeatureMatrix, Result, Saved, Series};
 
 /// Length of a kernel.
 pub(crate) const KERNEL: usize = 9;
@@ -37,7 +37,7 @@ pub struct Draws {
 
 /// A fitted transform. As JSON it holds everything that was drawn and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Parts", into = "Parts")]
+#[serde(try_from = "RocketParts", into = "RocketParts")]
 pub struct MiniRocket {
     shape: [usize; 2],
     /// Dilation, and features of each kernel at it.
@@ -52,23 +52,23 @@ pub struct MiniRocket {
 /// Kernels and biases of a transform.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Parts {
+struct RocketParts {
     shape: [usize; 2],
     dilations: Vec<(usize, usize)>,
     channels: Vec<Vec<usize>>,
     biases: Vec<f32>,
 }
 
-impl From<MiniRocket> for Parts {
+impl From<MiniRocket> for RocketParts {
     fn from(MiniRocket { shape, dilations, channels, biases, .. }: MiniRocket) -> Self {
-        Parts { shape, dilations, channels, biases }
+        RocketParts { shape, dilations, channels, biases }
     }
 }
 
-impl TryFrom<Parts> for MiniRocket {
+impl TryFrom<RocketParts> for MiniRocket {
     type Error = Error;
 
-    fn try_from(Parts { shape, dilations, channels, biases }: Parts) -> Result<Self> {
+    fn try_from(RocketParts { shape, dilations, channels, biases }: RocketParts) -> Result<Self> {
         let fits = |&(dilation, _): &(usize, usize)| {
             dilation > 0 && dilation <= (shape[1].max(1) - 1) / (KERNEL - 1) && shape[1] < LONGEST
         };
@@ -211,7 +211,7 @@ impl MiniRocket {
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.
-    pub fn transform(&self, x: &Series) -> Result<Features> {
+    pub fn transform(&self, x: &Series) -> Result<FeatureMatrix> {
         x.expect(self.shape)?;
         let width = self.biases.len();
         let mut values = vec![0.0; x.len() * width];
@@ -219,19 +219,19 @@ impl MiniRocket {
             || self.rocket.work(),
             |work, (i, features)| self.rocket.shares(x.sample(i), work, features),
         );
-        Ok(Features { values, width })
+        Ok(FeatureMatrix { values, width })
     }
 
     /// [`MiniRocket::transform`] of one recording, channel after channel, in memory that [`MiniRocket::work`] makes.
     ///
     /// # Panics
     /// A recording, memory or features of another size.
-    pub fn shares(&self, recording: &[f32], work: &mut Work, features: &mut [f32]) {
+    pub fn shares(&self, recording: &[f32], work: &mut RocketMemory, features: &mut [f32]) {
         self.rocket.shares(recording, work, features);
     }
 
     /// Memory for [`MiniRocket::shares`].
-    pub fn work(&self) -> Work {
+    pub fn work(&self) -> RocketMemory {
         self.rocket.work()
     }
 
@@ -281,7 +281,7 @@ impl MiniRocket {
             .map(row)
             .collect();
         let biases = saved.get("rocket.biases")?.to_vec();
-        MiniRocket::try_from(Parts { shape, dilations, channels, biases })
+        MiniRocket::try_from(RocketParts { shape, dilations, channels, biases })
     }
 }
 

@@ -32,15 +32,15 @@ pub const ALPHAS: [f64; 10] = [
 
 /// Features `[n, width]`, row-major.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Features {
+pub struct FeatureMatrix {
     pub(crate) values: Vec<f32>,
     pub(crate) width: usize,
 }
 
-impl Features {
+impl FeatureMatrix {
     /// Rows of `width` features.
     pub fn new(values: Vec<f32>, width: usize) -> Self {
-        Features { values, width }
+        FeatureMatrix { values, width }
     }
 
     /// The features, row after row.
@@ -74,7 +74,7 @@ impl Ridge {
     ///
     /// # Errors
     /// No penalties, or one that is not positive.
-    pub fn fit(x: &Features, y: &[u32], classes: usize, alphas: &[f64]) -> Result<Self> {
+    pub fn fit(x: &FeatureMatrix, y: &[u32], classes: usize, alphas: &[f64]) -> Result<Self> {
         let targets = Mat::from_fn(y.len(), classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 });
         Self::fit_targets(x, targets, alphas)
     }
@@ -83,13 +83,13 @@ impl Ridge {
     ///
     /// # Errors
     /// As [`Ridge::fit`].
-    pub fn fit_values(x: &Features, values: &[f32], outputs: usize, alphas: &[f64]) -> Result<Self> {
+    pub fn fit_values(x: &FeatureMatrix, values: &[f32], outputs: usize, alphas: &[f64]) -> Result<Self> {
         let n = values.len() / outputs.max(1);
         let targets = Mat::from_fn(n, outputs, |i, c| f64::from(values[i * outputs + c]));
         Self::fit_targets(x, targets, alphas)
     }
 
-    fn fit_targets(x: &Features, mut targets: Mat<f64>, alphas: &[f64]) -> Result<Self> {
+    fn fit_targets(x: &FeatureMatrix, mut targets: Mat<f64>, alphas: &[f64]) -> Result<Self> {
         if alphas.is_empty() || alphas.iter().any(|alpha| !(*alpha > 0.0 && alpha.is_finite())) {
             return Err(Error::setting("alphas", format!("{alphas:?}"), "must be positive numbers"));
         }
@@ -137,7 +137,7 @@ impl Ridge {
     }
 
     /// Decision values `[n, classes]`, about 1 for the true class and −1 for others.
-    pub fn decide(&self, x: &Features) -> Vec<f32> {
+    pub fn decide(&self, x: &FeatureMatrix) -> Vec<f32> {
         let classes = self.bias.len();
         let mut values = vec![0.0; x.values.len() / self.width * classes];
         values.par_chunks_exact_mut(classes).zip(x.values.par_chunks_exact(self.width)).for_each_init(
@@ -187,7 +187,7 @@ impl Ridge {
 
 /// Columns of mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
 /// stays zero; as scikit-learn, one that varies less than its own rounding is constant.
-fn standardised(x: &Features, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
+fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
     let width = x.width;
     let mut rows = Mat::from_fn(n, width, |i, j| f64::from(x.values[i * width + j]));
     let (mut mean, mut sd) = (vec![0.0; width], vec![1.0; width]);

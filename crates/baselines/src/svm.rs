@@ -3,7 +3,7 @@
 //! # Reference
 //! LIBSVM's C-SVC, which scikit-learn's `SVC` wraps: sequential minimal optimisation with working sets of
 //! second order (Fan, Chen & Lin, JMLR 2005), one machine per pair of classes, the classes' votes with the
-//! machines' confidences between equals (`break_ties=True`). `Kernel::Rbf` has width `gamma="scale"`.
+//! machines' confidences between equals (`break_ties=True`). `SvmKernel::Rbf` has width `gamma="scale"`.
 //!
 //! # Departures
 //! The whole kernel matrix of a training part is held, nothing is shrunk; training stops at a violation of
@@ -18,7 +18,7 @@ use crate::{Error, Result, Saved, Series};
 /// How alike two recordings are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kernel {
+pub enum SvmKernel {
     /// a · b.
     Linear,
     /// exp(−γ |a − b|²), γ = 1 / (features × variance of all training values).
@@ -37,7 +37,7 @@ const STEPS: usize = 2_000_000;
 /// Support vectors and one row of coefficients per pair of classes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Svm {
-    kernel: Kernel,
+    kernel: SvmKernel,
     gamma: f64,
     shape: [usize; 2],
     classes: usize,
@@ -56,14 +56,14 @@ pub struct Svm {
 
 /// Memory for one decision after the other.
 #[derive(Debug, Default)]
-pub(crate) struct Work {
+pub(crate) struct SvmMemory {
     alike: Vec<f64>,
     decisions: Vec<f32>,
     confidence: Vec<f32>,
 }
 
 impl Svm {
-    pub(crate) fn fit(train: &Series, y: &[u32], classes: usize, kernel: Kernel, c: f64) -> Result<Self> {
+    pub(crate) fn fit(train: &Series, y: &[u32], classes: usize, kernel: SvmKernel, c: f64) -> Result<Self> {
         if !(c > 0.0 && c.is_finite()) {
             return Err(Error::setting("c", c, "must be positive and finite"));
         }
@@ -118,7 +118,7 @@ impl Svm {
 
     fn planed(mut self) -> Self {
         let features = self.features();
-        if self.kernel != Kernel::Linear || self.pairs.len() >= self.vectors.len() / features {
+        if self.kernel != SvmKernel::Linear || self.pairs.len() >= self.vectors.len() / features {
             return self;
         }
         self.planes = vec![0.0; self.pairs.len() * features];
@@ -143,22 +143,22 @@ impl Svm {
         let decided = values.par_chunks_mut((TOGETHER * self.pairs.len()).max(1));
         parts
             .zip(decided)
-            .for_each_init(Work::default, |work, (x, values)| self.decide_some(x, work, values));
+            .for_each_init(SvmMemory::default, |work, (x, values)| self.decide_some(x, work, values));
         Ok(values)
     }
 
     /// Decision values of neighbouring recordings.
-    fn decide_some(&self, x: &[f32], Work { alike, .. }: &mut Work, values: &mut [f32]) {
+    fn decide_some(&self, x: &[f32], SvmMemory { alike, .. }: &mut SvmMemory, values: &mut [f32]) {
         let (features, vectors) = (self.features(), self.vectors.len() / self.features());
         let n = x.len() / features;
         let width = if self.planes.is_empty() { vectors } else { self.pairs.len() };
         alike.resize(n * width, 0.0);
         match self.kernel {
-            Kernel::Rbf => {
+            SvmKernel::Rbf => {
                 double::squares(features, &self.vectors, x, false, alike);
                 alike.iter_mut().for_each(|square| *square = (-self.gamma * *square).exp());
             }
-            Kernel::Linear => {
+            SvmKernel::Linear => {
                 for (x, alike) in x.chunks_exact(features).zip(alike.chunks_exact_mut(width.max(1))) {
                     if self.planes.is_empty() {
                         double::dots(&self.vectors, x, alike)
@@ -205,7 +205,7 @@ impl Svm {
     }
 
     /// [`Svm::votes`] of one recording.
-    pub(crate) fn answer(&self, sample: &[f32], work: &mut Work, votes: &mut [f32]) {
+    pub(crate) fn answer(&self, sample: &[f32], work: &mut SvmMemory, votes: &mut [f32]) {
         let mut decisions = std::mem::take(&mut work.decisions);
         decisions.resize(self.pairs.len(), 0.0);
         self.decide_some(sample, work, &mut decisions);
@@ -250,7 +250,7 @@ impl Svm {
     }
 
     /// Reads the tensors that [`Svm::tensors`] gave.
-    pub(crate) fn read(kernel: Kernel, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
+    pub(crate) fn read(kernel: SvmKernel, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
         let features = shape[0] * shape[1];
         let (bias, gamma) = (saved.get("svm.bias")?.to_vec(), saved.one("svm.gamma")?);
         let vectors = saved.rows("svm.vectors", features)?;
@@ -277,11 +277,11 @@ fn variance(values: &[f32]) -> f64 {
     values.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n
 }
 
-fn similar(kernel: Kernel, gamma: f64, a: &[f32], b: &[f32]) -> f64 {
+fn similar(kernel: SvmKernel, gamma: f64, a: &[f32], b: &[f32]) -> f64 {
     let pairs = a.iter().zip(b);
     match kernel {
-        Kernel::Linear => pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum(),
-        Kernel::Rbf => {
+        SvmKernel::Linear => pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum(),
+        SvmKernel::Rbf => {
             let square: f64 = pairs.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
             (-gamma * square).exp()
         }

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use serde_json::Value;
-use taxel_baselines::{ALPHAS, Draws, Features, Fitted, Kernel, Method, MiniRocket, Ridge, Series, Svm};
+use taxel_baselines::{
+    ALPHAS, Draws, FeatureMatrix, Fitted, Method, MiniRocket, Ridge, Series, Svm, SvmKernel,
+};
 
 fn fixture() -> Value {
     serde_json::from_str(include_str!("data/baselines.json")).unwrap()
@@ -80,7 +82,7 @@ fn ridge_agrees_with_scikit_learn() {
     for case in fixture()["classifiers"].as_array().unwrap() {
         let (classes, width) = (case["classes"].as_u64().unwrap() as usize, case["width"].as_u64().unwrap());
         let y: Vec<u32> = whole(&case["y"]).iter().map(|v| *v as u32).collect();
-        let features = |key: &str| Features::new(singles(&case[key]), width as usize);
+        let features = |key: &str| FeatureMatrix::new(singles(&case[key]), width as usize);
         let ridge = Ridge::fit(&features("train"), &y, classes, &ALPHAS).unwrap();
         assert!((ridge.alpha() / case["alpha"].as_f64().unwrap() - 1.0).abs() <= 1e-12, "{}", ridge.alpha());
         let error = case["error"].as_f64().unwrap();
@@ -98,10 +100,10 @@ fn machines_and_neighbours_agree_with_scikit_learn() {
         let train = Series::new(&train, 1, width as usize).unwrap();
         let test = Series::new(&test, 1, width as usize).unwrap();
         let fit = |method: Method| method.fit(&train, &y, classes, 0, "twin").unwrap();
-        for (kernel, name) in [(Kernel::Linear, "linear"), (Kernel::Rbf, "rbf")] {
+        for (kernel, name) in [(SvmKernel::Linear, "linear"), (SvmKernel::Rbf, "rbf")] {
             let fitted = fit(match kernel {
-                Kernel::Linear => Method::SvmLinear { c: 1.0 },
-                Kernel::Rbf => Method::SvmRbf { c: 1.0 },
+                SvmKernel::Linear => Method::SvmLinear { c: 1.0 },
+                SvmKernel::Rbf => Method::SvmRbf { c: 1.0 },
             });
             let Fitted::Svm(svm) = &fitted else { panic!("no machine") };
             let svm: &Svm = svm;

@@ -20,23 +20,23 @@ pub fn rounded(tensor: &Tensor) -> Tensor {
 }
 
 /// The named tensors as whole numbers, each followed by its scales; the others as they are.
-pub(crate) fn apart(weights: &Weights, names: &[&str]) -> Vec<(String, Stored)> {
+pub(crate) fn apart(weights: &Weights, names: &[&str]) -> Vec<(String, StoredTensor)> {
     let mut stored = vec![];
     for (name, tensor) in weights.iter() {
         if !names.contains(&name) {
-            stored.push((name.to_string(), Stored::Floats(tensor.clone())));
+            stored.push((name.to_string(), StoredTensor::Floats(tensor.clone())));
             continue;
         }
         let (data, scales) = apart_one(tensor);
         let shape = vec![scales.len()];
-        stored.push((name.to_string(), Stored::Bytes(Tensor { shape: tensor.shape.clone(), data })));
-        stored.push((format!("{name}{SCALE}"), Stored::Floats(Tensor { shape, data: scales })));
+        stored.push((name.to_string(), StoredTensor::Bytes(Tensor { shape: tensor.shape.clone(), data })));
+        stored.push((format!("{name}{SCALE}"), StoredTensor::Floats(Tensor { shape, data: scales })));
     }
     stored
 }
 
 /// A tensor with the type that it has in a file.
-pub(crate) enum Stored {
+pub(crate) enum StoredTensor {
     Floats(Tensor),
     /// Whole numbers from -127 to 127.
     Bytes(Tensor),

@@ -11,7 +11,7 @@ use ::safetensors::tensor::{Dtype, Metadata, View, serialize};
 use half::{bf16, f16};
 use taxel_graph::{Tensor, Weights};
 
-use crate::eight_bits::{SCALE, Stored, together};
+use crate::eight_bits::{SCALE, StoredTensor, together};
 use crate::error::Cause;
 
 /// The metadata key under which taxel keeps its own text. One key only: the format keeps metadata in
@@ -113,14 +113,15 @@ fn floats(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f32>> {
 /// # Errors
 /// A tensor whose values are not as many as its shape says.
 pub fn to_bytes(weights: &Weights, text: &str) -> Result<Vec<u8>, Cause> {
-    let floats = weights.iter().map(|(name, tensor)| (name.to_string(), Stored::Floats(tensor.clone())));
+    let floats =
+        weights.iter().map(|(name, tensor)| (name.to_string(), StoredTensor::Floats(tensor.clone())));
     to_bytes_of(&floats.collect::<Vec<_>>(), text)
 }
 
 /// [`to_bytes`] of tensors of several types.
-pub(crate) fn to_bytes_of(stored: &[(String, Stored)], text: &str) -> Result<Vec<u8>, Cause> {
+pub(crate) fn to_bytes_of(stored: &[(String, StoredTensor)], text: &str) -> Result<Vec<u8>, Cause> {
     for (name, stored) in stored {
-        let (Stored::Floats(tensor) | Stored::Bytes(tensor)) = stored;
+        let (StoredTensor::Floats(tensor) | StoredTensor::Bytes(tensor)) = stored;
         let len = tensor.shape.iter().try_fold(1usize, |len, axis| len.checked_mul(*axis));
         if len != Some(tensor.data.len()) {
             let (tensor, shape, values) = (name.clone(), tensor.shape.clone(), tensor.data.len());
@@ -128,25 +129,25 @@ pub(crate) fn to_bytes_of(stored: &[(String, Stored)], text: &str) -> Result<Vec
         }
     }
     let metadata = HashMap::from([(KEY.to_string(), text.to_string())]);
-    let views = stored.iter().map(|(name, stored)| (name, Values(stored)));
+    let views = stored.iter().map(|(name, stored)| (name, TensorBytes(stored)));
     serialize(views, Some(metadata)).map_err(|e| Cause::NotSafetensors(e.to_string()))
 }
 
 /// A tensor as the format wants it: little-endian bytes.
-struct Values<'a>(&'a Stored);
+struct TensorBytes<'a>(&'a StoredTensor);
 
-impl Values<'_> {
+impl TensorBytes<'_> {
     fn tensor(&self) -> &Tensor {
-        let (Stored::Floats(tensor) | Stored::Bytes(tensor)) = self.0;
+        let (StoredTensor::Floats(tensor) | StoredTensor::Bytes(tensor)) = self.0;
         tensor
     }
 }
 
-impl View for Values<'_> {
+impl View for TensorBytes<'_> {
     fn dtype(&self) -> Dtype {
         match self.0 {
-            Stored::Floats(_) => Dtype::F32,
-            Stored::Bytes(_) => Dtype::I8,
+            StoredTensor::Floats(_) => Dtype::F32,
+            StoredTensor::Bytes(_) => Dtype::I8,
         }
     }
 
@@ -156,10 +157,10 @@ impl View for Values<'_> {
 
     fn data(&self) -> Cow<'_, [u8]> {
         match self.0 {
-            Stored::Floats(tensor) => {
+            StoredTensor::Floats(tensor) => {
                 tensor.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>().into()
             }
-            Stored::Bytes(tensor) => {
+            StoredTensor::Bytes(tensor) => {
                 tensor.data.iter().map(|v| (*v as i8).cast_unsigned()).collect::<Vec<_>>().into()
             }
         }
@@ -167,8 +168,8 @@ impl View for Values<'_> {
 
     fn data_len(&self) -> usize {
         match self.0 {
-            Stored::Floats(tensor) => 4 * tensor.data.len(),
-            Stored::Bytes(tensor) => tensor.data.len(),
+            StoredTensor::Floats(tensor) => 4 * tensor.data.len(),
+            StoredTensor::Bytes(tensor) => tensor.data.len(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use candle_core::{D, Device, Tensor, Var};
-use taxel_graph::{DropoutMask, Graph, Kind, Loss, Node, Op, Targets, Weights};
+use taxel_graph::{DropoutMask, Graph, Loss, Node, Op, Targets, TensorKind, Weights};
 
 use crate::error::{Error, Result};
 use crate::gather::Gather;
@@ -92,7 +92,7 @@ impl Model {
             sum.reduce(|a, b| a? + b?).unwrap_or_else(|| Tensor::new(0f32, &self.device)).map_err(at)?;
         let store = loss.backward().map_err(at)?;
         let mut gradients = Weights::new();
-        for param in self.graph.params().filter(|p| p.kind == Kind::Parameter) {
+        for param in self.graph.params().filter(|p| p.kind == TensorKind::Parameter) {
             let at = |source| Error::Node { node: param.name.clone(), source };
             let Some(gradient) = store.get(self.tensors[&param.name].as_tensor()) else { continue };
             let data = gradient.flatten_all().and_then(|t| t.to_vec1()).map_err(at)?;

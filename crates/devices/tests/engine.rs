@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use taxel_devices::{Device, Model};
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::{Activation, Conv, Flow, Graph, Loss, Network, Pool, Scheme, Targets, Weights};
 
 /// More than there are parts, so that some parts hold several samples.
@@ -25,7 +25,7 @@ fn compare(what: &str, graph: &Graph, weights: &Weights) {
         .map(|i| ((i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f32 / (1 << 23) as f32 - 1.0)
         .collect();
     let labels: Vec<u32> = (0..BATCH as u32).map(|i| i % 3).collect();
-    let options = Options { batch: BATCH, ..Options::default() };
+    let options = EngineOptions { batch: BATCH, ..EngineOptions::default() };
     let mut engine = Engine::new(graph, weights, options).unwrap();
     let mut model = Model::new(graph, weights, &Device::Cpu).unwrap();
     engine.set_dropout(SEED, 4);
@@ -72,7 +72,7 @@ fn compare_soft_targets(loss: Loss) {
     let x: Vec<f32> = (0..4 * 18).map(|i| (i as f32 * 0.7).sin()).collect();
     let targets = [0.9, 0.05, 0.05, 0.1, 1.8, 0.1, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0];
     let targets = Targets::Values(&targets);
-    let options = Options { batch: 4, ..Options::default() };
+    let options = EngineOptions { batch: 4, ..EngineOptions::default() };
     let mut engine = Engine::new(&graph, &weights, options).unwrap();
     engine.forward(&[&x], 4, Mode::Train).unwrap();
     let ours = engine.backward_with(loss, targets).unwrap();

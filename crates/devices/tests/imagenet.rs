@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use taxel_checkpoint as checkpoint;
 use taxel_devices::{Device, Model};
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::{Graph, Weights};
 
 const SIDE: i64 = 224;
@@ -72,7 +72,7 @@ mod needs_weights {
         let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
         assert_eq!(cases.len(), 4);
         let (graph, weights) = (graph(1000), read());
-        let mut engine = Engine::new(&graph, &weights, Options::default()).unwrap();
+        let mut engine = Engine::new(&graph, &weights, EngineOptions::default()).unwrap();
         let model = Model::new(&graph, &weights, &Device::Cpu).unwrap();
         for case in &cases {
             let image = draw(&case["shapes"]);

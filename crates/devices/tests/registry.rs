@@ -5,7 +5,7 @@
 
 use taxel_checkpoint as checkpoint;
 use taxel_devices::{Device, Model};
-use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
 use taxel_graph::{Graph, Init, NodeId, Op, Scheme, Tensor, Weights};
 use taxel_zoo::{Entry, Settings, built_in};
 
@@ -150,7 +150,7 @@ fn bits(values: &[f32]) -> Vec<u32> {
 }
 
 fn engine(case: &Case, weights: &Weights) -> Result<Engine, taxel_engine::Error> {
-    Engine::new(&case.graph, weights, Options { batch: BATCH, threads: 2, ..Options::default() })
+    Engine::new(&case.graph, weights, EngineOptions { batch: BATCH, threads: 2, ..EngineOptions::default() })
 }
 
 #[test]

@@ -6,8 +6,8 @@
 mod twin;
 
 use taxel_devices::{Device, Model};
-use taxel_engine::{Engine, Mode, Options, Sgdm};
-use taxel_graph::{Graph, Kind, Scheme, Tensor, Weights};
+use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
+use taxel_graph::{Graph, Scheme, Tensor, TensorKind, Weights};
 use taxel_zoo::{Settings, built_in, matlab};
 use twin::Twin;
 
@@ -26,7 +26,8 @@ fn values(count: usize, salt: u64) -> Vec<f32> {
 }
 
 fn answer(graph: &Graph, weights: &Weights, xs: &[&[f32]], n: usize) -> Vec<(String, Vec<f32>)> {
-    let mut engine = Engine::new(graph, weights, Options { batch: n, ..Options::default() }).unwrap();
+    let mut engine =
+        Engine::new(graph, weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
     engine.forward(xs, n, Mode::Eval).unwrap();
     engine.outputs().map(|(name, values)| (name.into(), values.to_vec())).collect()
 }
@@ -40,7 +41,7 @@ fn frozen_layers_learn_nothing_and_keep_their_statistics() {
         let graph = taxel_zoo::find(&twin.network).unwrap().graph(&twin.settings).unwrap();
         let before = twin.weights();
         let frozen = matlab::range(&graph, &twin.range()).unwrap();
-        let options = Options { batch: twin.batch, frozen: frozen.clone(), ..Options::default() };
+        let options = EngineOptions { batch: twin.batch, frozen: frozen.clone(), ..EngineOptions::default() };
         let mut engine = Engine::new(&graph, &before, options).unwrap();
         let inputs = twin.inputs(&graph, 500);
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
@@ -159,7 +160,8 @@ fn spatial_features_come_out_in_pytorchs_order() {
         for (i, (a, b)) in ours.iter().zip(&theirs).enumerate() {
             assert!((a - b).abs() <= 1e-5 * scale, "{name}: value {i}: {a} and {b}");
         }
-        let mut engine = Engine::new(&part, &weights, Options { batch: 2, ..Options::default() }).unwrap();
+        let mut engine =
+            Engine::new(&part, &weights, EngineOptions { batch: 2, ..EngineOptions::default() }).unwrap();
         engine.forward(&[&x], 2, Mode::Train).unwrap();
         let refusal = engine.backward(&[0, 0]).unwrap_err().to_string();
         assert!(refusal.contains(&format!("output `{node}` has spatial axes")), "{refusal}");
@@ -239,7 +241,7 @@ fn stitched_streams_answer_as_their_parents_bit_for_bit() {
     let (parent, split) = (graph("mobilenet-v2", sizes), graph("mobilenet-v2-split", sizes));
     let trained = |seed| {
         let mut weights = fresh(&parent, seed);
-        for (salt, param) in parent.params().enumerate().filter(|(_, p)| p.kind == Kind::Buffer) {
+        for (salt, param) in parent.params().enumerate().filter(|(_, p)| p.kind == TensorKind::Buffer) {
             let data = values(param.len(), seed + salt as u64).iter().map(|v| 1.0 + 0.3 * v).collect();
             weights.insert(&param.name, Tensor { shape: param.shape.clone(), data });
         }

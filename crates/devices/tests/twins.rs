@@ -6,7 +6,7 @@
 mod twin;
 
 use taxel_devices::{Device, Model};
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::{Graph, Loss, Targets, Weights};
 use twin::Twin;
 
@@ -51,7 +51,7 @@ fn several_outputs() {
 fn several_outputs_on_the_engine() {
     for twin in Twin::several_outputs() {
         let graph = graph(&twin);
-        let options = Options { batch: twin.batch, ..Options::default() };
+        let options = EngineOptions { batch: twin.batch, ..EngineOptions::default() };
         let mut engine = Engine::new(&graph, &twin.weights(), options).unwrap();
         let inputs = twin.inputs(&graph, 500);
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
@@ -148,9 +148,12 @@ fn loss_and_gradients(model: &Model, twin: &Twin, xs: &[&[f32]]) -> (f32, Weight
 fn compare_with_engine(twin: &Twin, graph: &Graph, logits: &[f32]) {
     let inputs = twin.inputs(graph, 500);
     let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-    let mut engine =
-        Engine::new(graph, &twin.weights(), Options { batch: twin.batch, threads: 1, ..Options::default() })
-            .unwrap();
+    let mut engine = Engine::new(
+        graph,
+        &twin.weights(),
+        EngineOptions { batch: twin.batch, threads: 1, ..EngineOptions::default() },
+    )
+    .unwrap();
     let ours = engine.forward(&xs, twin.batch, Mode::Eval).unwrap();
     let scale = ours.iter().fold(0.0f32, |a, v| a.max(v.abs()));
     for (engine, candle) in ours.iter().zip(logits) {

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
 use taxel_graph::{Scheme, Weights};
 
 const NETWORKS: [&str; 7] = [
@@ -24,9 +24,11 @@ fn networks(c: &mut Criterion) {
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "bench");
         let mut group = c.benchmark_group(name);
         for (phase, batch) in [("train", 64), ("eval", 1)] {
-            let Ok(mut engine) =
-                Engine::new(&graph, &weights, Options { batch, threads: 1, ..Options::default() })
-            else {
+            let Ok(mut engine) = Engine::new(
+                &graph,
+                &weights,
+                EngineOptions { batch, threads: 1, ..EngineOptions::default() },
+            ) else {
                 continue;
             };
             let inputs: Vec<Vec<f32>> = graph

@@ -28,7 +28,7 @@ use std::time::Instant;
 use std::{env, fs, io, process, thread};
 
 use serde_json::{Value, json};
-use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
 use taxel_graph::{Scheme, Weights};
 use taxel_zoo::Settings;
 
@@ -99,7 +99,8 @@ impl Bench {
         let &Arguments { batch, threads, eval, .. } = arguments;
         let graph = taxel_zoo::find(&arguments.network)?.graph(&arguments.settings)?;
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "steps");
-        let engine = Engine::new(&graph, &weights, Options { batch, threads, ..Options::default() })?;
+        let engine =
+            Engine::new(&graph, &weights, EngineOptions { batch, threads, ..EngineOptions::default() })?;
         let shapes: Vec<&[usize]> = graph.inputs().map(|node| node.shape.as_slice()).collect();
         let inputs =
             shapes.iter().zip(1..).map(|(shape, salt)| noise(batch * shape.iter().product::<usize>(), salt));

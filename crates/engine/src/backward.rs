@@ -4,13 +4,13 @@ use taxel_graph::{Loss, NodeId, Targets};
 use taxel_kernels::pointwise;
 
 use crate::compiled::Compiled;
-use crate::gradients::{Gradients, Rows};
+use crate::gradients::{GradientRows, Gradients};
 use crate::layers::BatchBackward;
-use crate::lifetimes::Place;
-use crate::part::Part;
+use crate::lifetimes::GradientPlace;
+use crate::part::BatchPart;
 use crate::part_gradients::{PartGradients, SharedBackward};
-use crate::plan::{Phase, Step};
-use crate::state::State;
+use crate::plan::{BackwardStep, Phase};
+use crate::state::EngineState;
 use crate::workspace::Workspace;
 
 /// Values of the parameters' gradients that one worker adds up at a time.
@@ -20,7 +20,7 @@ const PIECE: usize = 1 << 14;
 /// ([`crate::head::Head::check`]), and the gradients of all parameters that learn.
 pub(crate) fn backward(
     compiled: &Compiled,
-    state: &State,
+    state: &EngineState,
     workspace: &mut Workspace,
     gradients: &mut Gradients,
     n: usize,
@@ -28,7 +28,7 @@ pub(crate) fn backward(
 ) -> f32 {
     let loss = enter_loss(compiled, workspace, gradients, loss, targets);
     start(compiled, state, workspace, gradients);
-    let mut pass = Pass { compiled, state, workspace, gradients, n };
+    let mut pass = BackwardPass { compiled, state, workspace, gradients, n };
     compiled.plan.backward.iter().for_each(|phase| pass.run(phase));
     add_up(compiled, gradients);
     loss
@@ -57,7 +57,7 @@ fn enter_loss(
 }
 
 /// Prepares the parts that are the same for all samples, before the first of them runs.
-fn start(compiled: &Compiled, state: &State, workspace: &Workspace, gradients: &mut Gradients) {
+fn start(compiled: &Compiled, state: &EngineState, workspace: &Workspace, gradients: &mut Gradients) {
     gradients.parts.iter_mut().for_each(PartGradients::clear);
     compiled.threads.each(&mut gradients.prepared, 1, |id, prepared| {
         let node = &compiled.nodes[id];
@@ -91,16 +91,16 @@ fn add_up(compiled: &Compiled, gradients: &mut Gradients) {
 }
 
 /// The values that a phase reads and writes.
-struct Pass<'a> {
+struct BackwardPass<'a> {
     compiled: &'a Compiled,
-    state: &'a State,
+    state: &'a EngineState,
     workspace: &'a mut Workspace,
     gradients: &'a mut Gradients,
     n: usize,
 }
 
-impl Pass<'_> {
-    fn run(&mut self, phase: &Phase<Step>) {
+impl BackwardPass<'_> {
+    fn run(&mut self, phase: &Phase<BackwardStep>) {
         match phase {
             Phase::Samples(steps) => self.run_samples(steps),
             Phase::Norms(numbers) => numbers.iter().for_each(|&number| self.run_norm(number)),
@@ -108,11 +108,11 @@ impl Pass<'_> {
         }
     }
 
-    fn run_samples(&mut self, steps: &[Step]) {
+    fn run_samples(&mut self, steps: &[BackwardStep]) {
         let Gradients { parts: memory, norms, prepared, .. } = &mut *self.gradients;
         let (parts, _, forward) = self.workspace.split(self.compiled, self.state, true);
         let shared = SharedBackward { forward, prepared, norms };
-        let run = |part: &mut Part, memory: &mut PartGradients| memory.backward(part, &shared, steps);
+        let run = |part: &mut BatchPart, memory: &mut PartGradients| memory.backward(part, &shared, steps);
         self.compiled.threads.each_pair(parts, memory, run);
     }
 
@@ -137,7 +137,7 @@ impl Pass<'_> {
         let shared = SharedBackward { forward, prepared, norms };
         let batch = batches[id].as_mut().expect("a phase of the whole batch has a layer for it");
         let (inputs, outputs) = (batch.inputs, batch.outputs);
-        let Rows { dy, dx } = &mut rows[id];
+        let GradientRows { dy, dx } = &mut rows[id];
         for (part, memory) in parts.iter().zip(&mut *memory) {
             for sample in 0..part.count {
                 let to = (part.first + sample) * outputs;
@@ -153,7 +153,7 @@ impl Pass<'_> {
         let wanted = target.is_some().then_some(&mut dx[..self.n * inputs]);
         batch.layer.backward(BatchBackward { threads, n: self.n, params, x, dy }, dparams, wanted);
         let Some((slot, add)) = target else { return };
-        let Place { buffer, .. } = places.places[slot];
+        let GradientPlace { buffer, .. } = places.places[slot];
         for (part, memory) in parts.iter().zip(memory) {
             let (from, len) = (part.first * inputs, part.count * inputs);
             pointwise::copy(&dx[from..from + len], &mut memory.slots[buffer][..len], add);

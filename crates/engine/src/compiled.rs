@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use taxel_graph::{Graph, Kind, Node, Op, Param};
+use taxel_graph::{Graph, Node, Op, Param, TensorKind};
 
 use crate::error::{Error, Result};
 use crate::head::Head;
 use crate::layers::{self, Layer};
-use crate::lifetimes::Places;
+use crate::lifetimes::GradientPlaces;
 use crate::norm::NormLayout;
-use crate::options::{Decay, Options};
-use crate::plan::{NormPlan, Plan};
+use crate::options::{Decay, EngineOptions};
+use crate::plan::{ExecutionPlan, NormPlan};
 use crate::threads::Threads;
 
 /// The most parts that a batch is cut into.
@@ -22,7 +22,7 @@ const PARTIALS: usize = 1 << 24;
 const SMALL: u64 = 1 << 24;
 
 /// Who runs a node.
-pub(crate) enum Job {
+pub(crate) enum Runner {
     /// Nobody: the input of this number is given.
     Input(usize),
     /// Samples on their own.
@@ -33,7 +33,7 @@ pub(crate) enum Job {
 
 /// Where a node finds what it needs.
 pub(crate) struct NodeLayout {
-    pub job: Job,
+    pub job: Runner,
     /// Channels and positions of the output.
     pub channels: usize,
     pub positions: usize,
@@ -49,15 +49,15 @@ impl NodeLayout {
     /// The layer of a node that samples run on their own.
     pub fn layer(&self) -> Option<&dyn Layer> {
         match &self.job {
-            Job::Sample(layer) => Some(layer.as_ref()),
-            Job::Input(_) | Job::Batch => None,
+            Runner::Sample(layer) => Some(layer.as_ref()),
+            Runner::Input(_) | Runner::Batch => None,
         }
     }
 }
 
 /// Numbers of values.
 #[derive(Debug, Default)]
-pub(crate) struct Sizes {
+pub(crate) struct ValueCounts {
     /// Parameters that are not frozen; they come first.
     pub learned: usize,
     /// All parameters.
@@ -74,17 +74,17 @@ pub(crate) struct Compiled {
     /// Largest number of samples.
     pub batch: usize,
     pub threads: Threads,
-    pub plan: Plan,
+    pub plan: ExecutionPlan,
     pub nodes: Vec<NodeLayout>,
     pub norms: Vec<NormLayout>,
     /// Where the gradient of every slot lies in a part's memory.
-    pub places: Places,
+    pub places: GradientPlaces,
     /// Values per sample of every node.
     pub lens: Vec<usize>,
     pub heads: Vec<Head>,
     /// Samples of one part at most.
     pub capacity: usize,
-    pub sizes: Sizes,
+    pub sizes: ValueCounts,
     /// Learned parameters that do not decay, ascending.
     pub spared: Vec<Range<usize>>,
 }
@@ -94,14 +94,14 @@ impl Compiled {
     ///
     /// # Errors
     /// An empty batch, frozen names that no node with tensors has, or threads that cannot be started.
-    pub fn new(graph: &Graph, options: &Options) -> Result<Self> {
+    pub fn new(graph: &Graph, options: &EngineOptions) -> Result<Self> {
         let batch = options.batch;
         if batch == 0 {
             let reason = "a batch must hold at least one sample".into();
             return Err(Error::Batch { model: graph.name().into(), reason });
         }
         let frozen = graph.covered(&options.frozen)?;
-        let plan = Plan::new(graph, &frozen, options.frozen_statistics);
+        let plan = ExecutionPlan::new(graph, &frozen, options.frozen_statistics);
         let is_small = graph.cost().macs * batch as u64 <= SMALL;
         let threads = Threads::new(options.threads, is_small)?;
         let (nodes, sizes) = lay_out(graph, &frozen);
@@ -112,7 +112,7 @@ impl Compiled {
             batch,
             threads,
             norms: plan.norms.iter().map(|norm| norm_layout(norm, &nodes[norm.node])).collect(),
-            places: Places::new(&plan, capacity),
+            places: GradientPlaces::new(&plan, capacity),
             lens: graph.nodes().iter().map(|node| node.shape.iter().product()).collect(),
             heads: Head::all(graph, &plan),
             plan,
@@ -144,16 +144,17 @@ impl Compiled {
         self.graph.nodes().iter().zip(&self.nodes).flat_map(|(node, layout)| {
             let (mut params, mut buffers) = (layout.params.start, layout.buffers.start);
             node.params.iter().map(move |param| match param.kind {
-                Kind::Parameter => (node, param, take(&mut params, param.len())),
-                Kind::Buffer => (node, param, take(&mut buffers, param.len())),
+                TensorKind::Parameter => (node, param, take(&mut params, param.len())),
+                TensorKind::Buffer => (node, param, take(&mut buffers, param.len())),
             })
         })
     }
 
     /// The tensors that have gradients.
     pub fn learned_tensors(&self) -> impl Iterator<Item = (&Node, &Param, Range<usize>)> {
-        self.tensors()
-            .filter(|(_, param, range)| param.kind == Kind::Parameter && range.end <= self.sizes.learned)
+        self.tensors().filter(|(_, param, range)| {
+            param.kind == TensorKind::Parameter && range.end <= self.sizes.learned
+        })
     }
 
     /// Whether `inputs` are those of `n` samples.
@@ -190,28 +191,28 @@ fn take(end: &mut usize, len: usize) -> Range<usize> {
 }
 
 /// The layers of all nodes, and places for what they need.
-fn lay_out(graph: &Graph, frozen: &[bool]) -> (Vec<NodeLayout>, Sizes) {
+fn lay_out(graph: &Graph, frozen: &[bool]) -> (Vec<NodeLayout>, ValueCounts) {
     let count = |node: &Node, kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum();
-    let (mut sizes, mut inputs) = (Sizes::default(), 0);
+    let (mut sizes, mut inputs) = (ValueCounts::default(), 0);
     let mut nodes: Vec<NodeLayout> = vec![];
     for node in graph.nodes() {
         let job = match (&node.op, layers::build(graph, node)) {
-            (Op::Input, _) => Job::Input(take(&mut inputs, 1).start),
-            (_, Some(layer)) => Job::Sample(layer),
-            (_, None) => Job::Batch,
+            (Op::Input, _) => Runner::Input(take(&mut inputs, 1).start),
+            (_, Some(layer)) => Runner::Sample(layer),
+            (_, None) => Runner::Batch,
         };
         nodes.push(NodeLayout {
             job,
             channels: node.shape[0],
             positions: node.shape[1..].iter().product(),
             params: 0..0,
-            buffers: take(&mut sizes.buffers, count(node, Kind::Buffer)),
+            buffers: take(&mut sizes.buffers, count(node, TensorKind::Buffer)),
             partials: 0..0,
         });
     }
     // Frozen parameters last: they have no gradient, and no optimiser meets them.
     for (id, node) in graph.nodes().iter().enumerate().filter(|(id, _)| !frozen[*id]) {
-        let len = count(node, Kind::Parameter);
+        let len = count(node, TensorKind::Parameter);
         nodes[id].params = take(&mut sizes.params, len);
         // Batch norms have sums of their own, and what takes the whole batch needs none.
         if let Some(layer) = nodes[id].layer().filter(|_| !matches!(node.op, Op::BatchNorm { .. })) {
@@ -221,7 +222,7 @@ fn lay_out(graph: &Graph, frozen: &[bool]) -> (Vec<NodeLayout>, Sizes) {
     }
     sizes.learned = sizes.params;
     for (id, node) in graph.nodes().iter().enumerate().filter(|(id, _)| frozen[*id]) {
-        nodes[id].params = take(&mut sizes.params, count(node, Kind::Parameter));
+        nodes[id].params = take(&mut sizes.params, count(node, TensorKind::Parameter));
     }
     (nodes, sizes)
 }

@@ -11,8 +11,8 @@ use crate::error::{Error, Result};
 use crate::forward;
 use crate::gradients::Gradients;
 use crate::optimizer::{OptimizerState, Sgdm};
-use crate::options::Options;
-use crate::state::{State, export_learned};
+use crate::options::EngineOptions;
+use crate::state::{EngineState, export_learned};
 use crate::workspace::Workspace;
 
 /// Which statistics batch norm uses.
@@ -27,7 +27,7 @@ pub enum Mode {
 /// A graph ready to train and to answer. What only answers is an [`Evaluator`](crate::Evaluator).
 pub struct Engine {
     compiled: Arc<Compiled>,
-    state: State,
+    state: EngineState,
     workspace: Workspace,
     gradients: Gradients,
     /// Size of the last batch if it ran in training mode.
@@ -40,9 +40,9 @@ impl Engine {
     /// # Errors
     /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, or
     /// threads that cannot be started.
-    pub fn new(graph: &Graph, weights: &Weights, options: Options) -> Result<Self> {
+    pub fn new(graph: &Graph, weights: &Weights, options: EngineOptions) -> Result<Self> {
         let compiled = Arc::new(Compiled::new(graph, &options)?);
-        let state = State::new(&compiled, weights)?;
+        let state = EngineState::new(&compiled, weights)?;
         let workspace = Workspace::new(&compiled, true);
         let gradients = Gradients::new(&compiled, &workspace);
         Ok(Engine { compiled, state, workspace, gradients, trained: None })

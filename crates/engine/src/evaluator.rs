@@ -7,30 +7,30 @@ use taxel_graph::{Graph, Weights};
 use crate::compiled::Compiled;
 use crate::error::{Error, Result};
 use crate::forward;
-use crate::options::Options;
-use crate::state::State;
+use crate::options::EngineOptions;
+use crate::state::EngineState;
 use crate::workspace::Workspace;
 
 /// A graph with its weights, ready to answer in evaluation mode, bit for bit as
 /// [`Engine::forward`](crate::Engine::forward) in [`Mode::Eval`](crate::Mode::Eval) does.
 ///
 /// It never changes: threads share one by reference, each with a [`Workspace`] of its own. Where there are
-/// several callers, [`Options::threads`] of 1 lets each run in its own thread; more are a pool that all callers
+/// several callers, [`EngineOptions::threads`] of 1 lets each run in its own thread; more are a pool that all callers
 /// share.
 pub struct Evaluator {
     compiled: Arc<Compiled>,
-    state: State,
+    state: EngineState,
 }
 
 impl Evaluator {
-    /// Compiles `graph` with `weights`; [`Options::frozen`] does not matter to answers.
+    /// Compiles `graph` with `weights`; [`EngineOptions::frozen`] does not matter to answers.
     ///
     /// # Errors
     /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, or
     /// threads that cannot be started.
-    pub fn new(graph: &Graph, weights: &Weights, options: Options) -> Result<Self> {
+    pub fn new(graph: &Graph, weights: &Weights, options: EngineOptions) -> Result<Self> {
         let compiled = Compiled::new(graph, &options)?;
-        let mut state = State::new(&compiled, weights)?;
+        let mut state = EngineState::new(&compiled, weights)?;
         state.pack(&compiled);
         Ok(Evaluator { compiled: Arc::new(compiled), state })
     }
@@ -40,7 +40,7 @@ impl Evaluator {
         &self.compiled.graph
     }
 
-    /// Memory for the answers of one caller, for batches of up to [`Options::batch`] samples.
+    /// Memory for the answers of one caller, for batches of up to [`EngineOptions::batch`] samples.
     pub fn workspace(&self) -> Workspace {
         Workspace::new(&self.compiled, false)
     }

@@ -5,9 +5,9 @@ use taxel_graph::{DropoutMask, NodeId, Op};
 use crate::compiled::Compiled;
 use crate::layers::view;
 use crate::norm::Moments;
-use crate::part::Part;
+use crate::part::BatchPart;
 use crate::plan::Phase;
-use crate::state::State;
+use crate::state::EngineState;
 use crate::workspace::Workspace;
 
 /// Evaluation: running statistics, nothing dropped; `state` is packed, and only read.
@@ -15,7 +15,7 @@ use crate::workspace::Workspace;
 /// `inputs` are those of `n` samples ([`Compiled::check_inputs`]).
 pub(crate) fn answer(
     compiled: &Compiled,
-    state: &State,
+    state: &EngineState,
     workspace: &mut Workspace,
     inputs: &[&[f32]],
     n: usize,
@@ -26,7 +26,7 @@ pub(crate) fn answer(
     for (norm, layout) in workspace.norms.iter_mut().zip(&compiled.norms) {
         norm.see_running(layout, &state.params, &state.buffers);
     }
-    let pass = Pass { compiled, inputs, n, train: false };
+    let pass = ForwardPass { compiled, inputs, n, train: false };
     for phase in &compiled.plan.eval {
         pass.run(state, workspace, phase);
     }
@@ -37,7 +37,7 @@ pub(crate) fn answer(
 /// `workspace` keeps what the backward pass needs.
 pub(crate) fn train(
     compiled: &Compiled,
-    state: &mut State,
+    state: &mut EngineState,
     workspace: &mut Workspace,
     inputs: &[&[f32]],
     n: usize,
@@ -51,7 +51,7 @@ pub(crate) fn train(
             norm.see_running(layout, &state.params, &state.buffers);
         }
     }
-    let pass = Pass { compiled, inputs, n, train: true };
+    let pass = ForwardPass { compiled, inputs, n, train: true };
     for phase in &compiled.plan.train {
         match phase {
             Phase::Norms(numbers) => {
@@ -64,7 +64,7 @@ pub(crate) fn train(
 }
 
 /// Draws the dropout masks, anew in every training pass.
-fn draw_masks(compiled: &Compiled, state: &mut State, workspace: &mut Workspace) {
+fn draw_masks(compiled: &Compiled, state: &mut EngineState, workspace: &mut Workspace) {
     let (seed, step) = state.dropout;
     for (mask, node) in workspace.masks.iter_mut().zip(compiled.graph.nodes()) {
         if let Op::Dropout { probability } = node.op {
@@ -75,7 +75,7 @@ fn draw_masks(compiled: &Compiled, state: &mut State, workspace: &mut Workspace)
 }
 
 /// Batch norm `number` takes the batch's statistics.
-fn see_batch(compiled: &Compiled, state: &mut State, workspace: &mut Workspace, number: usize) {
+fn see_batch(compiled: &Compiled, state: &mut EngineState, workspace: &mut Workspace, number: usize) {
     let layout = &compiled.norms[number];
     let mut batch = Moments::new(layout.channels);
     workspace.parts.iter().for_each(|part| batch.add_all(&part.moments[number]));
@@ -84,19 +84,19 @@ fn see_batch(compiled: &Compiled, state: &mut State, workspace: &mut Workspace, 
 }
 
 /// The values that every phase of a pass reads.
-struct Pass<'a> {
+struct ForwardPass<'a> {
     compiled: &'a Compiled,
     inputs: &'a [&'a [f32]],
     n: usize,
     train: bool,
 }
 
-impl Pass<'_> {
-    fn run(&self, state: &State, workspace: &mut Workspace, phase: &Phase<NodeId>) {
+impl ForwardPass<'_> {
+    fn run(&self, state: &EngineState, workspace: &mut Workspace, phase: &Phase<NodeId>) {
         match phase {
             Phase::Samples(nodes) => {
                 let (parts, _, shared) = workspace.split(self.compiled, state, self.train);
-                let run = |_, part: &mut [Part]| part[0].forward(&shared, nodes, self.inputs);
+                let run = |_, part: &mut [BatchPart]| part[0].forward(&shared, nodes, self.inputs);
                 self.compiled.threads.each(parts, 1, run);
             }
             &Phase::Batch(id) => self.run_batch(state, workspace, id),
@@ -106,7 +106,7 @@ impl Pass<'_> {
 
     /// Gathers a node's input rows, runs it, and gives the rows back to the parts.
     #[expect(clippy::expect_used, reason = "the plan gives a phase to what takes the whole batch")]
-    fn run_batch(&self, state: &State, workspace: &mut Workspace, id: NodeId) {
+    fn run_batch(&self, state: &EngineState, workspace: &mut Workspace, id: NodeId) {
         let Compiled { plan, nodes, threads, .. } = self.compiled;
         let (parts, batches, shared) = workspace.split(self.compiled, state, self.train);
         let batch = batches[id].as_mut().expect("a phase of the whole batch has a layer for it");

@@ -19,14 +19,14 @@ pub(crate) struct Gradients {
     /// The forms of the parameters that layers prepare for their backward pass, by node.
     pub prepared: Vec<Vec<f32>>,
     /// Rows of the nodes that take the whole batch, by node.
-    pub rows: Vec<Rows>,
+    pub rows: Vec<GradientRows>,
     /// Gradient of the loss in every output, [batch, output].
     pub outputs: Vec<Vec<f32>>,
 }
 
 /// Gradients of a node's output and input, a row for every sample.
 #[derive(Default)]
-pub(crate) struct Rows {
+pub(crate) struct GradientRows {
     pub dy: Vec<f32>,
     pub dx: Vec<f32>,
 }
@@ -43,8 +43,8 @@ impl Gradients {
             prepared: vec![vec![]; compiled.nodes.len()],
             rows: (workspace.batches.iter())
                 .map(|batch| match batch {
-                    Some(batch) => Rows { dy: rows(batch.outputs), dx: rows(batch.inputs) },
-                    None => Rows::default(),
+                    Some(batch) => GradientRows { dy: rows(batch.outputs), dx: rows(batch.inputs) },
+                    None => GradientRows::default(),
                 })
                 .collect(),
             outputs: compiled.heads.iter().map(|head| rows(head.len())).collect(),

@@ -1,15 +1,15 @@
 //! The graph's outputs: how they are read after a forward pass, and their loss.
 
 use taxel_graph::{Graph, Loss, Targets};
-use taxel_kernels::{View, layout, loss, pointwise};
+use taxel_kernels::{AffineView, layout, loss, pointwise};
 
 use crate::error::{Error, Result};
-use crate::plan::{Plan, Seen};
+use crate::plan::{ExecutionPlan, StoredView};
 
 /// One output.
 pub(crate) struct Head {
     pub name: String,
-    pub seen: Seen,
+    pub seen: StoredView,
     /// Where its gradient goes.
     pub slot: usize,
     /// Whether an earlier output has the same slot.
@@ -22,7 +22,7 @@ pub(crate) struct Head {
 
 impl Head {
     /// The outputs of `graph`.
-    pub fn all(graph: &Graph, plan: &Plan) -> Vec<Head> {
+    pub fn all(graph: &Graph, plan: &ExecutionPlan) -> Vec<Head> {
         let head = |number: usize| {
             let (name, id) = graph.outputs()[number].clone();
             let (seen, slot) = plan.outputs[number];
@@ -45,7 +45,7 @@ impl Head {
     }
 
     /// Values `y` of some samples, PyTorch's axis order, from the stored ones.
-    pub fn read(&self, view: &View, x: &[f32], inner: &mut [f32], y: &mut [f32]) {
+    pub fn read(&self, view: &AffineView, x: &[f32], inner: &mut [f32], y: &mut [f32]) {
         if self.positions == 1 {
             return view.apply(self.channels, x, y);
         }

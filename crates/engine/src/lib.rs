@@ -71,7 +71,7 @@ pub use engine::{Engine, Mode};
 pub use error::{Error, Result};
 pub use evaluator::Evaluator;
 pub use optimizer::{OptimizerState, Sgdm};
-pub use options::{Decay, FrozenStatistics, Options};
+pub use options::{Decay, EngineOptions, FrozenStatistics};
 pub use taxel_kernels::optim::Adam;
 pub use workspace::Workspace;
 

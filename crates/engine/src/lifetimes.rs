@@ -6,11 +6,11 @@
 
 use std::ops::RangeInclusive;
 
-use crate::plan::{Phase, Plan, Step};
+use crate::plan::{BackwardStep, ExecutionPlan, Phase};
 
 /// Where the gradients of a slot lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct GradientPlace {
     pub buffer: usize,
     /// From one sample to the next; 0 where a sample's gradient is used up before the next sample runs.
     pub stride: usize,
@@ -18,21 +18,21 @@ pub(crate) struct Place {
 
 /// A place for every slot, and the length of every buffer.
 #[derive(Debug)]
-pub(crate) struct Places {
-    pub places: Vec<Place>,
+pub(crate) struct GradientPlaces {
+    pub places: Vec<GradientPlace>,
     pub buffers: Vec<usize>,
 }
 
-impl Places {
+impl GradientPlaces {
     /// For parts of up to `capacity` samples.
-    pub fn new(plan: &Plan, capacity: usize) -> Self {
+    pub fn new(plan: &ExecutionPlan, capacity: usize) -> Self {
         let lives = lives(plan);
         let stride = |slot: usize| if lives[slot].1 { 0 } else { plan.slots[slot].len };
         let size = |slot: usize| plan.slots[slot].len.max(capacity * stride(slot));
         // Large ones first: smaller ones then fit into what is there.
         let mut order: Vec<usize> = (0..plan.slots.len()).collect();
         order.sort_by_key(|&slot| std::cmp::Reverse(size(slot)));
-        let mut places = vec![Place { buffer: 0, stride: 0 }; order.len()];
+        let mut places = vec![GradientPlace { buffer: 0, stride: 0 }; order.len()];
         let mut buffers: Vec<(usize, Vec<usize>)> = vec![];
         for slot in order {
             let life = &lives[slot].0;
@@ -43,9 +43,9 @@ impl Places {
                 buffers.len() - 1
             });
             buffers[found].1.push(slot);
-            places[slot] = Place { buffer: found, stride: stride(slot) };
+            places[slot] = GradientPlace { buffer: found, stride: stride(slot) };
         }
-        Places { places, buffers: buffers.into_iter().map(|(len, _)| len).collect() }
+        GradientPlaces { places, buffers: buffers.into_iter().map(|(len, _)| len).collect() }
     }
 }
 
@@ -55,7 +55,7 @@ fn meet(a: &RangeInclusive<usize>, b: &RangeInclusive<usize>) -> bool {
 
 /// The phases in which each slot lives, and whether it is one phase of samples.
 #[expect(clippy::expect_used, reason = "the plan makes slots for what it runs, and for nothing else")]
-fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
+fn lives(plan: &ExecutionPlan) -> Vec<(RangeInclusive<usize>, bool)> {
     let mut lives: Vec<Option<(usize, usize)>> = vec![None; plan.slots.len()];
     // The loss writes the outputs' before the first phase.
     plan.outputs.iter().for_each(|&(_, slot)| lives[slot] = Some((0, 0)));
@@ -70,8 +70,8 @@ fn lives(plan: &Plan) -> Vec<(RangeInclusive<usize>, bool)> {
         };
         match phase {
             Phase::Samples(steps) => steps.iter().for_each(|step| match *step {
-                Step::Node(id) => node(id).for_each(|slot| touch(slot, time)),
-                Step::Sums(slot) => touch(slot, time),
+                BackwardStep::Node(id) => node(id).for_each(|slot| touch(slot, time)),
+                BackwardStep::Sums(slot) => touch(slot, time),
             }),
             &Phase::Batch(id) => node(id).for_each(|slot| touch(slot, time)),
             Phase::Norms(_) => {}
@@ -90,16 +90,16 @@ mod tests {
     use super::*;
     use crate::options::FrozenStatistics;
 
-    fn plan(name: &str) -> Plan {
+    fn plan(name: &str) -> ExecutionPlan {
         let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-        Plan::new(&graph, &vec![false; graph.nodes().len()], FrozenStatistics::Kept)
+        ExecutionPlan::new(&graph, &vec![false; graph.nodes().len()], FrozenStatistics::Kept)
     }
 
     #[test]
     fn buffers_are_smaller_than_the_sum_of_their_slots() {
         for (name, share) in [("hybrid-resvgg", 0.65), ("densenet6-lite-2d", 0.5), ("tactresnet", 0.4)] {
             let (plan, capacity) = (plan(name), 8);
-            let places = Places::new(&plan, capacity);
+            let places = GradientPlaces::new(&plan, capacity);
             let (shared, sum) = (
                 places.buffers.iter().sum::<usize>(),
                 capacity * plan.slots.iter().map(|slot| slot.len).sum::<usize>(),
@@ -114,15 +114,15 @@ mod tests {
         let (capacity, count) = (3, 3);
         for name in ["mlp", "lstm", "vgg6-lite-2d", "hybrid-resvgg", "densenet6-lite-2d", "tactresnet"] {
             let plan = plan(name);
-            let Places { places, buffers } = Places::new(&plan, capacity);
+            let GradientPlaces { places, buffers } = GradientPlaces::new(&plan, capacity);
             let mut memory: Vec<Vec<Option<(usize, usize)>>> =
                 buffers.iter().map(|&len| vec![None; len]).collect();
             let put = |memory: &mut Vec<Vec<_>>, slot: usize, sample: usize| {
-                let Place { buffer, stride } = places[slot];
+                let GradientPlace { buffer, stride } = places[slot];
                 memory[buffer][sample * stride..][..plan.slots[slot].len].fill(Some((slot, sample)));
             };
             let read = |memory: &Vec<Vec<_>>, slot: usize, sample: usize| {
-                let Place { buffer, stride } = places[slot];
+                let GradientPlace { buffer, stride } = places[slot];
                 let found = &memory[buffer][sample * stride..][..plan.slots[slot].len];
                 assert!(found.iter().all(|v| *v == Some((slot, sample))), "{name}: slot {slot}");
             };
@@ -142,8 +142,8 @@ mod tests {
                 for sample in 0..count {
                     match phase {
                         Phase::Samples(steps) => steps.iter().for_each(|step| match *step {
-                            Step::Node(id) => node(&mut memory, id, sample),
-                            Step::Sums(slot) => read(&memory, slot, sample),
+                            BackwardStep::Node(id) => node(&mut memory, id, sample),
+                            BackwardStep::Sums(slot) => read(&memory, slot, sample),
                         }),
                         &Phase::Batch(id) => node(&mut memory, id, sample),
                         Phase::Norms(_) => {}

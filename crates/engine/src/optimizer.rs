@@ -34,7 +34,7 @@ pub struct OptimizerState {
 
 /// The same in the engine's order; memory comes with the first step that needs it.
 #[derive(Debug, Default)]
-pub(crate) struct Memory {
+pub(crate) struct OptimizerMemory {
     pub step: u64,
     pub velocity: Buffer,
     pub first: Buffer,
@@ -48,7 +48,7 @@ fn fill_up(buffer: &mut Buffer, len: usize) {
     }
 }
 
-impl Memory {
+impl OptimizerMemory {
     /// A step of `params`, of which the ranges in `spared` do not decay.
     pub fn sgdm(&mut self, params: &mut [f32], gradients: &[f32], step: &Sgdm, spared: &[Range<usize>]) {
         fill_up(&mut self.velocity, params.len());

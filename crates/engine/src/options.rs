@@ -2,7 +2,7 @@
 
 /// How a graph is compiled.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct EngineOptions {
     /// Largest number of samples of one batch.
     pub batch: usize,
     /// Worker threads at most, of which more than 64 and more than there are cores are refused; 1 runs in the calling
@@ -39,10 +39,10 @@ pub enum FrozenStatistics {
     Renewed,
 }
 
-impl Default for Options {
+impl Default for EngineOptions {
     /// One sample, one thread, nothing frozen, decay of everything.
     fn default() -> Self {
-        Options {
+        EngineOptions {
             batch: 1,
             threads: 1,
             frozen: vec![],

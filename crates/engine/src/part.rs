@@ -3,17 +3,17 @@
 use taxel_graph::{DropoutMask, NodeId};
 use taxel_kernels::{Buffer, layout, reduce};
 
-use crate::compiled::{Compiled, Job, NodeLayout};
+use crate::compiled::{Compiled, NodeLayout, Runner};
 use crate::layers::{Inputs, Scratch};
 use crate::norm::{Moments, Norm};
 use crate::plan::NodePlan;
-use crate::state::State;
+use crate::state::EngineState;
 
 /// The values that all parts read while they run.
 #[derive(Clone, Copy)]
-pub(crate) struct Shared<'a> {
+pub(crate) struct PartContext<'a> {
     pub compiled: &'a Compiled,
-    pub state: &'a State,
+    pub state: &'a EngineState,
     pub norms: &'a [Norm],
     /// The dropout mask of every node in this pass.
     pub masks: &'a [Option<DropoutMask>],
@@ -21,7 +21,7 @@ pub(crate) struct Shared<'a> {
     pub train: bool,
 }
 
-impl<'a> Shared<'a> {
+impl<'a> PartContext<'a> {
     /// Returns the inputs of the layer of node `id` for sample `sample` of a part, which is `number` in the batch;
     /// `values` are the part's.
     pub fn inputs(self, id: NodeId, values: &'a [Buffer], sample: usize, number: usize) -> Inputs<'a> {
@@ -40,7 +40,7 @@ impl<'a> Shared<'a> {
 
 /// Samples `first..first + count` of the batch.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct BatchPart {
     pub first: usize,
     pub count: usize,
     /// Stored output of every node, sample after sample.
@@ -55,7 +55,7 @@ pub(crate) struct Part {
     pub column: [Vec<f32>; 2],
 }
 
-impl Part {
+impl BatchPart {
     /// Memory for the forward pass, with what the backward pass and batch statistics need where it `trains`.
     pub fn new(compiled: &Compiled, trains: bool) -> Self {
         let Compiled { plan, nodes, norms, lens, capacity, .. } = compiled;
@@ -69,7 +69,7 @@ impl Part {
         let stored = |(node, len): (&NodePlan, &usize)| if node.stored { capacity * len } else { 0 };
         let saved = |node: &NodeLayout| node.layer().map_or(0, |layer| samples * layer.saved_len());
         let channels = norms.iter().map(|norm| norm.channels).max().unwrap_or(0);
-        Part {
+        BatchPart {
             first: 0,
             count: 0,
             values: plan.nodes.iter().zip(lens).map(stored).map(Buffer::zeros).collect(),
@@ -81,7 +81,7 @@ impl Part {
         }
     }
     /// Runs `nodes` sample by sample; `inputs` are the graph's, of the whole batch.
-    pub fn forward(&mut self, shared: &Shared, nodes: &[NodeId], inputs: &[&[f32]]) {
+    pub fn forward(&mut self, shared: &PartContext, nodes: &[NodeId], inputs: &[&[f32]]) {
         for sample in 0..self.count {
             for &id in nodes {
                 self.forward_node(shared, id, sample, inputs);
@@ -92,13 +92,13 @@ impl Part {
         }
     }
 
-    fn forward_node(&mut self, shared: &Shared, id: NodeId, sample: usize, inputs: &[&[f32]]) {
+    fn forward_node(&mut self, shared: &PartContext, id: NodeId, sample: usize, inputs: &[&[f32]]) {
         let (node, len) = (&shared.compiled.nodes[id], shared.compiled.lens[id]);
         let number = self.first + sample;
         let (before, rest) = self.values.split_at_mut(id);
         let y = &mut rest[0][sample * len..][..len];
         match &node.job {
-            Job::Sample(layer) => {
+            Runner::Sample(layer) => {
                 let kept = layer.saved_len();
                 let at = if self.trains { sample * kept } else { 0 };
                 layer.forward(
@@ -109,16 +109,16 @@ impl Part {
                     &mut self.scratch,
                 );
             }
-            &Job::Input(which) => {
+            &Runner::Input(which) => {
                 let x = &inputs[which][number * len..][..len];
                 layout::transpose(node.channels, node.positions, x, y, false);
             }
-            Job::Batch => unreachable!("the plan gives it a phase of its own"),
+            Runner::Batch => unreachable!("the plan gives it a phase of its own"),
         }
     }
 
     /// Adds a sample's moments for the batch norms of node `id`.
-    pub fn measure(&mut self, shared: &Shared, id: NodeId, sample: usize) {
+    pub fn measure(&mut self, shared: &PartContext, id: NodeId, sample: usize) {
         let Compiled { plan, norms, lens, .. } = shared.compiled;
         let [mean, deviations] = &mut self.column;
         for &number in &plan.nodes[id].norms {

@@ -5,24 +5,24 @@ use taxel_kernels::{Buffer, Rectifier, batch_norm, reduce};
 
 use crate::compiled::Compiled;
 use crate::layers::{Backward, Outputs, view};
-use crate::lifetimes::Place;
+use crate::lifetimes::GradientPlace;
 use crate::norm::NormGradient;
-use crate::part::{Part, Shared};
-use crate::plan::Step;
+use crate::part::{BatchPart, PartContext};
+use crate::plan::BackwardStep;
 
 /// The values that all parts read while they run backward.
 #[derive(Clone, Copy)]
 pub(crate) struct SharedBackward<'a> {
-    pub forward: Shared<'a>,
+    pub forward: PartContext<'a>,
     /// The forms of the parameters that layers prepare for their backward pass, by node.
     pub prepared: &'a [Vec<f32>],
     pub norms: &'a [NormGradient],
 }
 
-/// Gradients that belong to a [`Part`].
+/// Gradients that belong to a [`BatchPart`].
 #[derive(Debug)]
 pub(crate) struct PartGradients {
-    /// Memory of the slots, which `Places` share out.
+    /// Memory of the slots, which `GradientPlaces` share out.
     pub slots: Vec<Buffer>,
     /// The sums that the gradients of the sample-wise nodes' parameters are made of.
     pub partials: Buffer,
@@ -48,19 +48,19 @@ impl PartGradients {
     }
 
     /// Runs `steps` sample by sample.
-    pub fn backward(&mut self, part: &mut Part, shared: &SharedBackward, steps: &[Step]) {
+    pub fn backward(&mut self, part: &mut BatchPart, shared: &SharedBackward, steps: &[BackwardStep]) {
         for sample in 0..part.count {
             for step in steps {
                 match *step {
-                    Step::Node(id) => self.backward_node(part, shared, id, sample),
-                    Step::Sums(slot) => self.add_sums(part, shared, slot, sample),
+                    BackwardStep::Node(id) => self.backward_node(part, shared, id, sample),
+                    BackwardStep::Sums(slot) => self.add_sums(part, shared, slot, sample),
                 }
             }
         }
     }
 
     #[expect(clippy::expect_used, reason = "the plan's steps are of nodes that samples run on their own")]
-    fn backward_node(&mut self, part: &mut Part, shared: &SharedBackward, id: NodeId, sample: usize) {
+    fn backward_node(&mut self, part: &mut BatchPart, shared: &SharedBackward, id: NodeId, sample: usize) {
         let SharedBackward { forward, prepared, .. } = *shared;
         let Compiled { plan, nodes, places, lens, .. } = forward.compiled;
         let (node, len) = (&nodes[id], lens[id]);
@@ -91,7 +91,13 @@ impl PartGradients {
     }
 
     /// The gradient of a sample's stored value.
-    pub fn gradient(&mut self, part: &Part, shared: &SharedBackward, id: NodeId, sample: usize) -> &[f32] {
+    pub fn gradient(
+        &mut self,
+        part: &BatchPart,
+        shared: &SharedBackward,
+        id: NodeId,
+        sample: usize,
+    ) -> &[f32] {
         let len = shared.forward.compiled.lens[id];
         match self.collect(part, shared, id, sample) {
             Some(place) => &self.slots[place.buffer][sample * place.stride..][..len],
@@ -101,7 +107,13 @@ impl PartGradients {
 
     /// Where that gradient lies: at its one slot if that is the value as it is, or else in `collected`, added
     /// up from all its slots through their views.
-    fn collect(&mut self, part: &Part, shared: &SharedBackward, id: NodeId, sample: usize) -> Option<Place> {
+    fn collect(
+        &mut self,
+        part: &BatchPart,
+        shared: &SharedBackward,
+        id: NodeId,
+        sample: usize,
+    ) -> Option<GradientPlace> {
         let Compiled { plan, nodes, places, lens, .. } = shared.forward.compiled;
         let gradients = &plan.nodes[id].gradients;
         if let [slot] = gradients[..] {
@@ -126,8 +138,8 @@ impl PartGradients {
     }
 
     #[expect(clippy::expect_used, reason = "the plan adds up sums for batch norms only")]
-    fn add_sums(&mut self, part: &mut Part, shared: &SharedBackward, slot: usize, sample: usize) {
-        let Shared { compiled, norms, .. } = shared.forward;
+    fn add_sums(&mut self, part: &mut BatchPart, shared: &SharedBackward, slot: usize, sample: usize) {
+        let PartContext { compiled, norms, .. } = shared.forward;
         let seen = &compiled.plan.slots[slot].seen;
         let number = seen.norm.expect("sums are those of a batch norm");
         let (channels, len) = (compiled.norms[number].channels, compiled.lens[seen.stored]);

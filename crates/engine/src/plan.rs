@@ -1,20 +1,20 @@
 //! The order of the phases: which values are stored, how each is read, and where the whole batch is needed at once.
 //!
-//! Batch norm, ReLU and ReLU6 store nothing. A stored value is read through a [`Seen`]: the batch norm and
+//! Batch norm, ReLU and ReLU6 store nothing. A stored value is read through a [`StoredView`]: the batch norm and
 //! rectifier between it and its reader. Steps run sample by sample, several in a row while the sample is in cache;
 //! only where a batch norm needs the statistics of the whole batch, or a matrix product the whole batch,
 //! do all samples wait for each other.
 
 use std::collections::HashMap;
 
-use taxel_graph::{Activation, Graph, Kind, NodeId, Op};
+use taxel_graph::{Activation, Graph, NodeId, Op, TensorKind};
 use taxel_kernels::Rectifier;
 
 use crate::options::FrozenStatistics;
 
 /// How a reader sees a stored value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) struct Seen {
+pub(crate) struct StoredView {
     /// The node whose output is stored.
     pub stored: NodeId,
     /// Number of the batch norm in between.
@@ -22,16 +22,16 @@ pub(crate) struct Seen {
     pub rectifier: Rectifier,
 }
 
-impl Seen {
+impl StoredView {
     fn plain(stored: NodeId) -> Self {
-        Seen { stored, norm: None, rectifier: Rectifier::None }
+        StoredView { stored, norm: None, rectifier: Rectifier::None }
     }
 }
 
 /// A value that gradients are gathered for.
 #[derive(Debug)]
 pub(crate) struct Slot {
-    pub seen: Seen,
+    pub seen: StoredView,
     pub len: usize,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct NodePlan {
     /// Whether its output is stored (inputs and everything that is not [`lazy`]).
     pub stored: bool,
     /// Its inputs as it sees them.
-    pub inputs: Vec<Seen>,
+    pub inputs: Vec<StoredView>,
     /// Where their gradients go, and whether they are added to earlier ones.
     pub slots: Vec<Option<(usize, bool)>>,
     /// Slots of its own output, from which its gradient is collected.
@@ -63,7 +63,7 @@ pub(crate) struct NodePlan {
 
 /// A step of the backward pass that samples run on their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Step {
+pub(crate) enum BackwardStep {
     Node(NodeId),
     /// Sums for a batch norm's gradient over a slot that is complete.
     Sums(usize),
@@ -80,38 +80,38 @@ pub(crate) enum Phase<S> {
 }
 
 #[derive(Debug)]
-pub(crate) struct Plan {
+pub(crate) struct ExecutionPlan {
     pub nodes: Vec<NodePlan>,
     pub slots: Vec<Slot>,
     pub norms: Vec<NormPlan>,
     /// The outputs as the loss sees them, and their slots, which are the first ones.
-    pub outputs: Vec<(Seen, usize)>,
+    pub outputs: Vec<(StoredView, usize)>,
     pub train: Vec<Phase<NodeId>>,
     /// Without a phase of batch norms.
     pub eval: Vec<Phase<NodeId>>,
-    pub backward: Vec<Phase<Step>>,
+    pub backward: Vec<Phase<BackwardStep>>,
 }
 
-impl Plan {
+impl ExecutionPlan {
     /// `frozen` says of every node whether its parameters stay as they are, and `statistics` whether those of
     /// frozen batch norms do.
     pub fn new(graph: &Graph, frozen: &[bool], statistics: FrozenStatistics) -> Self {
         let stored = stored(graph);
         let mut norms = vec![];
-        let mut seen: Vec<Seen> = vec![];
+        let mut seen: Vec<StoredView> = vec![];
         let mut nodes: Vec<NodePlan> = vec![];
         for (id, node) in graph.nodes().iter().enumerate() {
-            let inputs: Vec<Seen> = node.inputs.iter().map(|&i| seen[i]).collect();
+            let inputs: Vec<StoredView> = node.inputs.iter().map(|&i| seen[i]).collect();
             let lazy = match node.op {
                 Op::BatchNorm { eps, momentum } => {
                     let stored = inputs[0].stored;
                     let keeps = frozen[id] && statistics == FrozenStatistics::Kept;
                     norms.push(NormPlan { node: id, stored, keeps, eps, momentum });
-                    Some(Seen { norm: Some(norms.len() - 1), ..inputs[0] })
+                    Some(StoredView { norm: Some(norms.len() - 1), ..inputs[0] })
                 }
-                _ => rectifier(&node.op).map(|rectifier| Seen { rectifier, ..inputs[0] }),
+                _ => rectifier(&node.op).map(|rectifier| StoredView { rectifier, ..inputs[0] }),
             };
-            seen.push(lazy.filter(|_| !stored[id]).unwrap_or(Seen::plain(id)));
+            seen.push(lazy.filter(|_| !stored[id]).unwrap_or(StoredView::plain(id)));
             // A stored batch norm or rectifier copies what it makes others see.
             let inputs = if stored[id] { lazy.map_or(inputs, |seen| vec![seen]) } else { vec![] };
             nodes.push(NodePlan { stored: stored[id], inputs, ..NodePlan::default() });
@@ -129,7 +129,8 @@ impl Plan {
             }
             outputs.push((seen[id], slot));
         }
-        let mut plan = Plan { outputs, slots, nodes, norms, train: vec![], eval: vec![], backward: vec![] };
+        let mut plan =
+            ExecutionPlan { outputs, slots, nodes, norms, train: vec![], eval: vec![], backward: vec![] };
         plan.train = plan.forward(graph, true);
         plan.eval = plan.forward(graph, false);
         plan.backward = plan.backward(graph, frozen);
@@ -166,7 +167,7 @@ impl Plan {
     }
 
     /// Gives the gradients their slots; the order of the pass.
-    fn backward(&mut self, graph: &Graph, frozen: &[bool]) -> Vec<Phase<Step>> {
+    fn backward(&mut self, graph: &Graph, frozen: &[bool]) -> Vec<Phase<BackwardStep>> {
         let trains = self.trains(graph, frozen);
         let outputs = self.slots.len();
         let (reached, readers) = self.give_slots(graph, &trains);
@@ -180,7 +181,7 @@ impl Plan {
     fn trains(&self, graph: &Graph, frozen: &[bool]) -> Vec<bool> {
         let mut trains = vec![false; self.nodes.len()];
         for (id, node) in graph.nodes().iter().enumerate() {
-            let learns = node.params.iter().any(|p| p.kind == Kind::Parameter);
+            let learns = node.params.iter().any(|p| p.kind == TensorKind::Parameter);
             trains[id] = learns && !frozen[id] || node.inputs.iter().any(|&i| trains[i]);
         }
         trains
@@ -189,11 +190,12 @@ impl Plan {
     /// A slot for every view that needs a gradient. Which nodes the pass reaches, and of every slot how many
     /// nodes write to it.
     fn give_slots(&mut self, graph: &Graph, trains: &[bool]) -> (Vec<bool>, Vec<usize>) {
-        let needs = |seen: &Seen, norms: &[NormPlan]| {
+        let needs = |seen: &StoredView, norms: &[NormPlan]| {
             trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
         };
         // The loss writes the outputs' slots, and readers of an output add to them.
-        let mut by_view: HashMap<Seen, usize> = self.slots.iter().map(|slot| slot.seen).zip(0..).collect();
+        let mut by_view: HashMap<StoredView, usize> =
+            self.slots.iter().map(|slot| slot.seen).zip(0..).collect();
         let mut written = vec![true; self.slots.len()];
         let mut readers = vec![0usize; self.slots.len()];
         let mut reached = vec![false; self.nodes.len()];
@@ -231,13 +233,13 @@ impl Plan {
         reached: &[bool],
         mut readers: Vec<usize>,
         outputs: usize,
-    ) -> Vec<Phase<Step>> {
+    ) -> Vec<Phase<BackwardStep>> {
         let mut phases = vec![];
         let mut steps = vec![];
         let mut summed: Vec<bool> = self.norms.iter().map(|norm| norm.keeps).collect();
-        let sums = |seen: &Seen| seen.norm.is_some_and(|n| !self.norms[n].keeps);
+        let sums = |seen: &StoredView| seen.norm.is_some_and(|n| !self.norms[n].keeps);
         for slot in (0..outputs).filter(|&slot| readers[slot] == 0 && sums(&self.slots[slot].seen)) {
-            steps.push(Step::Sums(slot));
+            steps.push(BackwardStep::Sums(slot));
         }
         for id in (0..self.nodes.len()).rev() {
             let node = &self.nodes[id];
@@ -258,12 +260,12 @@ impl Plan {
                 flush(&mut phases, &mut steps);
                 phases.push(Phase::Batch(id));
             } else {
-                steps.push(Step::Node(id));
+                steps.push(BackwardStep::Node(id));
             }
             for &(slot, _) in node.slots.iter().flatten() {
                 readers[slot] -= 1;
                 if readers[slot] == 0 && sums(&self.slots[slot].seen) {
-                    steps.push(Step::Sums(slot));
+                    steps.push(BackwardStep::Sums(slot));
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! The state of a network: parameters, running statistics and the optimisers' memory.
 
-use taxel_graph::{Kind, Tensor, Weights};
+use taxel_graph::{Tensor, TensorKind, Weights};
 use taxel_kernels::Buffer;
 use taxel_kernels::optim::Adam;
 
@@ -8,10 +8,10 @@ use crate::compiled::Compiled;
 use crate::error::Result;
 use crate::layers::{read_tensor, write_tensor};
 use crate::norm::Moments;
-use crate::optimizer::{Memory, OptimizerState, Sgdm};
+use crate::optimizer::{OptimizerMemory, OptimizerState, Sgdm};
 
 /// All that a training run changes and goes on from; answers only read it.
-pub(crate) struct State {
+pub(crate) struct EngineState {
     /// Frozen ones last.
     pub params: Buffer,
     /// Running statistics and other values that are not learned.
@@ -20,24 +20,24 @@ pub(crate) struct State {
     pub packed: Vec<Vec<f32>>,
     /// Whether that is still so.
     is_packed: bool,
-    /// Of every batch norm what training passes have gathered since [`State::begin_population`].
+    /// Of every batch norm what training passes have gathered since [`EngineState::begin_population`].
     populations: Vec<Option<Moments>>,
-    optimizer: Memory,
+    optimizer: OptimizerMemory,
     /// Seed of the dropout masks, and training passes so far.
     pub dropout: (u64, u64),
 }
 
-impl State {
+impl EngineState {
     /// # Errors
-    /// As [`State::set_weights`].
+    /// As [`EngineState::set_weights`].
     pub fn new(compiled: &Compiled, weights: &Weights) -> Result<Self> {
-        let mut state = State {
+        let mut state = EngineState {
             params: Buffer::zeros(compiled.sizes.params),
             buffers: vec![0.0; compiled.sizes.buffers],
             packed: vec![vec![]; compiled.nodes.len()],
             is_packed: false,
             populations: vec![None; compiled.norms.len()],
-            optimizer: Memory::default(),
+            optimizer: OptimizerMemory::default(),
             dropout: (0, 0),
         };
         state.set_weights(compiled, weights)?;
@@ -54,12 +54,12 @@ impl State {
         for (node, param, range) in compiled.tensors() {
             let tensor = weights.get(&param.name).expect("checked weights have every tensor");
             let inner = match param.kind {
-                Kind::Parameter => &mut self.params[range],
-                Kind::Buffer => &mut self.buffers[range],
+                TensorKind::Parameter => &mut self.params[range],
+                TensorKind::Buffer => &mut self.buffers[range],
             };
             read_tensor(node, param, &tensor.data, inner);
         }
-        self.optimizer = Memory::default();
+        self.optimizer = OptimizerMemory::default();
         self.is_packed = false;
         Ok(())
     }
@@ -69,8 +69,8 @@ impl State {
         let mut weights = Weights::new();
         for (node, param, range) in compiled.tensors() {
             let inner = match param.kind {
-                Kind::Parameter => &self.params[range],
-                Kind::Buffer => &self.buffers[range],
+                TensorKind::Parameter => &self.params[range],
+                TensorKind::Buffer => &self.buffers[range],
             };
             let tensor = Tensor { shape: param.shape.clone(), data: write_tensor(node, param, inner) };
             weights.insert(&param.name, tensor);
@@ -101,11 +101,11 @@ impl State {
             group.check_params(compiled.graph.name(), learned)?;
         }
         let [velocity, first, second] = groups.map(|group| import_learned(compiled, group));
-        self.optimizer = Memory { step: state.step, velocity, first, second };
+        self.optimizer = OptimizerMemory { step: state.step, velocity, first, second };
         Ok(())
     }
 
-    /// Packs what has changed since the last time; [`State::is_packed`] from now on.
+    /// Packs what has changed since the last time; [`EngineState::is_packed`] from now on.
     pub fn pack(&mut self, compiled: &Compiled) {
         if std::mem::replace(&mut self.is_packed, true) {
             return;

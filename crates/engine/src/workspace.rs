@@ -7,26 +7,26 @@ use taxel_graph::DropoutMask;
 use crate::compiled::Compiled;
 use crate::layers::{Batch, build_batch, view};
 use crate::norm::Norm;
-use crate::part::{Part, Shared};
-use crate::state::State;
+use crate::part::{BatchPart, PartContext};
+use crate::state::EngineState;
 
 /// Memory of one thread that predicts with an [`Evaluator`](crate::Evaluator), which makes it: the values of a batch,
 /// allocated once.
 pub struct Workspace {
     compiled: Arc<Compiled>,
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<BatchPart>,
     pub(crate) norms: Vec<Norm>,
     /// The dropout mask of every node in this pass.
     pub(crate) masks: Vec<Option<DropoutMask>>,
     /// Nodes that take the whole batch.
     pub(crate) batches: Vec<Option<Batch>>,
-    outputs: Vec<Output>,
+    outputs: Vec<OutputValues>,
     /// Size of the last batch.
     last: usize,
 }
 
 /// Values of one output.
-struct Output {
+struct OutputValues {
     /// [batch, output], PyTorch's axis order.
     values: Vec<f32>,
     /// Some of them in the engine's order, where that is another.
@@ -40,12 +40,12 @@ impl Workspace {
         let Compiled { graph, batch, capacity, .. } = compiled.as_ref();
         Workspace {
             compiled: Arc::clone(compiled),
-            parts: (0..compiled.parts()).map(|_| Part::new(compiled, trains)).collect(),
+            parts: (0..compiled.parts()).map(|_| BatchPart::new(compiled, trains)).collect(),
             norms: compiled.norms.iter().map(|norm| Norm::new(norm.channels)).collect(),
             masks: vec![None; graph.nodes().len()],
             batches: graph.nodes().iter().map(|node| build_batch(graph, node, *batch, trains)).collect(),
             outputs: (compiled.heads.iter())
-                .map(|head| Output {
+                .map(|head| OutputValues {
                     values: vec![0.0; batch * head.len()],
                     inner: vec![0.0; head.inner_len(*capacity)],
                 })
@@ -63,10 +63,10 @@ impl Workspace {
     pub(crate) fn split<'a>(
         &'a mut self,
         compiled: &'a Compiled,
-        state: &'a State,
+        state: &'a EngineState,
         train: bool,
-    ) -> (&'a mut [Part], &'a mut [Option<Batch>], Shared<'a>) {
-        let shared = Shared { compiled, state, norms: &self.norms, masks: &self.masks, train };
+    ) -> (&'a mut [BatchPart], &'a mut [Option<Batch>], PartContext<'a>) {
+        let shared = PartContext { compiled, state, norms: &self.norms, masks: &self.masks, train };
         (&mut self.parts, &mut self.batches, shared)
     }
 
@@ -81,7 +81,7 @@ impl Workspace {
 
     /// Takes the outputs of a batch of `n` from the parts.
     pub(crate) fn read_outputs(&mut self, n: usize) {
-        for (head, Output { values, inner }) in self.compiled.heads.iter().zip(&mut self.outputs) {
+        for (head, OutputValues { values, inner }) in self.compiled.heads.iter().zip(&mut self.outputs) {
             let (len, view) = (head.len(), view(&head.seen, &self.norms));
             for part in self.parts.iter().filter(|part| part.count > 0) {
                 let x = &part.values[head.seen.stored][..part.count * len];
@@ -106,15 +106,15 @@ impl Workspace {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::options::Options;
+    use crate::options::EngineOptions;
 
     #[test]
     fn memory_for_answers_keeps_nothing_for_a_backward_pass() {
         for name in ["hybrid-resvgg", "densenet6-lite-2d", "mobilenet-v2"] {
             let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-            let options = Options { batch: 16, ..Options::default() };
+            let options = EngineOptions { batch: 16, ..EngineOptions::default() };
             let compiled = Arc::new(Compiled::new(&graph, &options).unwrap());
-            let saved = |part: &Part| part.saved.iter().map(|values| values.len()).sum::<usize>();
+            let saved = |part: &BatchPart| part.saved.iter().map(|values| values.len()).sum::<usize>();
             let (answers, trains) = (Workspace::new(&compiled, false), Workspace::new(&compiled, true));
             for (answers, trains) in answers.parts.iter().zip(&trains.parts) {
                 assert_eq!(saved(trains), compiled.capacity * saved(answers), "{name}: one sample's");

@@ -8,7 +8,7 @@ mod twin;
 
 use std::thread;
 
-use taxel_engine::{Adam, Engine, Evaluator, Mode, Options, Sgdm, Workspace};
+use taxel_engine::{Adam, Engine, EngineOptions, Evaluator, Mode, Sgdm, Workspace};
 use taxel_graph::{Conv, Graph, Network, Weights};
 use twin::Twin;
 
@@ -19,9 +19,9 @@ fn bits<'a>(outputs: impl Iterator<Item = (&'a str, &'a [f32])>) -> Outputs {
     outputs.map(|(name, values)| (name.into(), values.iter().map(|v| v.to_bits()).collect())).collect()
 }
 
-type Step = fn(&mut Engine);
+type BackwardStep = fn(&mut Engine);
 const SGDM: Sgdm = Sgdm { lr: 0.1, momentum: 0.9, weight_decay: 0.0 };
-const OPTIMISERS: [(&str, Step); 3] = [
+const OPTIMISERS: [(&str, BackwardStep); 3] = [
     ("sgdm", |e| e.sgdm(&SGDM)),
     ("adam", |e| e.adam(&Adam::default())),
     ("adamw", |e| e.adamw(&Adam::default())),
@@ -45,8 +45,8 @@ fn answer(evaluator: &Evaluator, workspace: &mut Workspace, n: usize, salt: u64)
     bits(workspace.outputs())
 }
 
-fn options(batch: usize, threads: usize) -> Options {
-    Options { batch, threads, ..Options::default() }
+fn options(batch: usize, threads: usize) -> EngineOptions {
+    EngineOptions { batch, threads, ..EngineOptions::default() }
 }
 
 /// Two threads, one evaluator, batches of one sample and full ones in another order each.

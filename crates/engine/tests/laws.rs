@@ -5,7 +5,7 @@
 #[path = "../../../tests/support/twin.rs"]
 mod twin;
 
-use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
 use taxel_graph::{Graph, Weights};
 use twin::Twin;
 
@@ -21,7 +21,7 @@ fn gradients_are_slopes() {
     {
         let graph = graph(twin);
         let weights = twin.weights();
-        let options = Options { batch: twin.batch, threads: 1, ..Options::default() };
+        let options = EngineOptions { batch: twin.batch, threads: 1, ..EngineOptions::default() };
         let mut engine = Engine::new(&graph, &weights, options).unwrap();
         let inputs = twin.inputs(&graph, 500);
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
@@ -68,7 +68,7 @@ fn norm(values: &[f32]) -> f64 {
 fn more_threads_than_a_machine_is_asked_for_are_refused() {
     let twin = Twin::all().into_iter().find(|t| t.name == "mlp").unwrap();
     let (graph, weights) = (graph(&twin), twin.weights());
-    let options = |threads| Options { threads, ..Options::default() };
+    let options = |threads| EngineOptions { threads, ..EngineOptions::default() };
     let refusal = Engine::new(&graph, &weights, options(99_999)).err().unwrap().to_string();
     assert!(refusal.starts_with("cannot start 99999 threads: this machine has "), "{refusal}");
     assert!(refusal.ends_with(" threads are the most; try fewer threads"), "{refusal}");
@@ -79,9 +79,12 @@ fn more_threads_than_a_machine_is_asked_for_are_refused() {
 fn batches_that_do_not_fit_are_refused_and_change_nothing() {
     let twin = Twin::all().into_iter().find(|t| t.name == "hybrid-resvgg").unwrap();
     let graph = graph(&twin);
-    let mut engine =
-        Engine::new(&graph, &twin.weights(), Options { batch: twin.batch, threads: 1, ..Options::default() })
-            .unwrap();
+    let mut engine = Engine::new(
+        &graph,
+        &twin.weights(),
+        EngineOptions { batch: twin.batch, threads: 1, ..EngineOptions::default() },
+    )
+    .unwrap();
     let inputs = twin.inputs(&graph, 500);
     let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let before = engine.weights();
@@ -119,7 +122,9 @@ fn weights_that_do_not_fit_are_refused_by_name() {
     let twin = Twin::all().into_iter().find(|t| t.name == "mlp").unwrap();
     let graph = graph(&twin);
     let build = |weights: &Weights| {
-        Engine::new(&graph, weights, Options { batch: 1, threads: 1, ..Options::default() }).err().unwrap()
+        Engine::new(&graph, weights, EngineOptions { batch: 1, threads: 1, ..EngineOptions::default() })
+            .err()
+            .unwrap()
     };
     let mut extra = twin.weights();
     extra.insert("fc3.bias", twin.weights().get("fc2.bias").unwrap().clone());
@@ -140,7 +145,7 @@ fn nan_comes_out_as_nan() {
         let mut engine = Engine::new(
             &graph,
             &twin.weights(),
-            Options { batch: twin.batch, threads: 1, ..Options::default() },
+            EngineOptions { batch: twin.batch, threads: 1, ..EngineOptions::default() },
         )
         .unwrap();
         let mut inputs = twin.inputs(&graph, 500);
@@ -160,7 +165,7 @@ fn what_is_taken_out_goes_back_in() {
         let mut engine = Engine::new(
             &graph,
             &twin.weights(),
-            Options { batch: twin.batch, threads: 1, ..Options::default() },
+            EngineOptions { batch: twin.batch, threads: 1, ..EngineOptions::default() },
         )
         .unwrap();
         let (given, taken) = (twin.weights(), engine.weights());

@@ -7,16 +7,16 @@ mod common;
 mod twin;
 
 use common::{batch, engine, mixed, pass, weights};
-use taxel_engine::{Adam, Decay, Engine, FrozenStatistics, Mode, OptimizerState, Options, Sgdm};
-use taxel_graph::{Graph, Kind, Loss, Targets, Weights};
+use taxel_engine::{Adam, Decay, Engine, EngineOptions, FrozenStatistics, Mode, OptimizerState, Sgdm};
+use taxel_graph::{Graph, Loss, Targets, TensorKind, Weights};
 use taxel_kernels::optim;
 use twin::Twin;
 
 const SGDM: Sgdm = Sgdm { lr: 0.05, momentum: 0.9, weight_decay: 0.01 };
 const ADAM: Adam = Adam { lr: 0.01, betas: (0.9, 0.999), eps: 1e-8, weight_decay: 0.05 };
 
-type Step = fn(&mut Engine);
-const OPTIMISERS: [(&str, Step); 3] =
+type BackwardStep = fn(&mut Engine);
+const OPTIMISERS: [(&str, BackwardStep); 3] =
     [("sgdm", |e| e.sgdm(&SGDM)), ("adam", |e| e.adam(&ADAM)), ("adamw", |e| e.adamw(&ADAM))];
 
 /// Every bit of all that training leaves behind.
@@ -66,12 +66,12 @@ fn optimisers_are_the_kernels_tensor_by_tensor() {
 fn decay_of_matrices_alone_is_no_decay_of_the_rest() {
     let bare = Sgdm { weight_decay: 0.0, ..SGDM };
     let without = Adam { weight_decay: 0.0, ..ADAM };
-    let plain: [Step; 3] = [|e| e.sgdm(&SGDM), |e| e.adam(&ADAM), |e| e.adamw(&ADAM)];
+    let plain: [BackwardStep; 3] = [|e| e.sgdm(&SGDM), |e| e.adam(&ADAM), |e| e.adamw(&ADAM)];
     let spared: [&dyn Fn(&mut Engine); 3] =
         [&|e| e.sgdm(&bare), &|e| e.adam(&without), &|e| e.adamw(&without)];
     for ((name, optimiser), (all, none)) in OPTIMISERS.iter().zip(plain.iter().zip(spared)) {
         let graph = mixed();
-        let options = Options { batch: 5, decay: Decay::Matrices, ..Options::default() };
+        let options = EngineOptions { batch: 5, decay: Decay::Matrices, ..EngineOptions::default() };
         let mut whole = Engine::new(&graph, &weights(&graph), options).unwrap();
         let [mut decayed, mut bare] = [(); 2].map(|()| engine(5, 1, &[]));
         for engine in [&mut whole, &mut decayed, &mut bare] {
@@ -206,17 +206,18 @@ fn frozen_nodes_stay_and_the_others_have_the_same_gradients() {
 fn frozen_batch_norms_with_renewed_statistics_are_as_all_others() {
     let graph = mixed();
     for names in [&["left.bn"][..], &["stem.bn"], &["stem", "left"], &["left.conv", "left.bn", "fc1"]] {
-        let renewed = || Options {
+        let renewed = || EngineOptions {
             batch: 5,
             threads: 2,
             frozen: names.iter().map(ToString::to_string).collect(),
             frozen_statistics: FrozenStatistics::Renewed,
-            ..Options::default()
+            ..EngineOptions::default()
         };
         let mut all = engine(5, 1, &[]);
         let mut some = Engine::new(&graph, &weights(&graph), renewed()).unwrap();
         let covered = |name: &str| names.iter().any(|n| name.starts_with(&format!("{n}.")));
-        let learned = |param: &str| graph.params().any(|p| p.name == param && p.kind == Kind::Parameter);
+        let learned =
+            |param: &str| graph.params().any(|p| p.name == param && p.kind == TensorKind::Parameter);
         assert_eq!(pass(&mut all, 5, 0), pass(&mut some, 5, 0), "{names:?}");
         let (gradients, fewer) = (all.gradients(), some.gradients());
         for (param, gradient) in gradients.iter() {
@@ -253,7 +254,7 @@ fn frozen_batch_norms_use_and_keep_running_statistics() {
         graph.nodes().iter().filter(|n| n.op.kind() == "batch_norm").map(|n| n.name.clone()).collect();
     let inputs = twin.inputs(&graph, 500);
     let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-    let options = Options { batch: twin.batch, frozen: norms.clone(), ..Options::default() };
+    let options = EngineOptions { batch: twin.batch, frozen: norms.clone(), ..EngineOptions::default() };
     let mut engine = Engine::new(&graph, &twin.weights(), options).unwrap();
     let eval = engine.forward(&xs, twin.batch, Mode::Eval).unwrap().to_vec();
     engine.begin_population();
@@ -310,7 +311,7 @@ fn everything_frozen_moves_nothing() {
 fn unknown_names_cannot_be_frozen() {
     let graph = mixed();
     for name in ["stemm", "ste", "dropout", "stem.", "", "stem.conv.weight"] {
-        let options = Options { frozen: vec!["fc1".into(), name.into()], ..Options::default() };
+        let options = EngineOptions { frozen: vec!["fc1".into(), name.into()], ..EngineOptions::default() };
         let refusal = Engine::new(&graph, &weights(&graph), options).err().unwrap().to_string();
         assert_eq!(refusal, format!("mixed: cannot freeze `{name}`: no node with tensors has that name"));
     }
@@ -384,7 +385,7 @@ fn loss_of(twin: &Twin, engine: &mut Engine, n: usize) -> f32 {
 fn operations_on_many_threads_and_in_smaller_batches() {
     for (twin, graph) in Twin::operations() {
         let run = |batch, threads, sizes: &[usize]| {
-            let options = Options { batch, threads, ..Options::default() };
+            let options = EngineOptions { batch, threads, ..EngineOptions::default() };
             let mut engine = Engine::new(&graph, &twin.weights(), options).unwrap();
             let mut losses = vec![];
             for &n in sizes {
@@ -411,7 +412,8 @@ fn operations_on_many_threads_and_in_smaller_batches() {
 fn nan_gives_a_nan_loss_through_every_operation() {
     for (twin, graph) in Twin::operations() {
         let mut engine =
-            Engine::new(&graph, &twin.weights(), Options { batch: 3, ..Options::default() }).unwrap();
+            Engine::new(&graph, &twin.weights(), EngineOptions { batch: 3, ..EngineOptions::default() })
+                .unwrap();
         let mut x = inputs(&twin, &graph, 3);
         let len = x.len() / 3;
         x[..len].fill(f32::NAN);

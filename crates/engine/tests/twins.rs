@@ -6,7 +6,7 @@
 #[path = "../../../tests/support/twin.rs"]
 mod twin;
 
-use taxel_engine::{Engine, Mode, Options, Sgdm};
+use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
 use taxel_graph::{Graph, Loss, Targets, Weights};
 use twin::Twin;
 
@@ -21,7 +21,8 @@ fn compile(twin: &Twin, threads: usize) -> (Graph, Engine) {
 }
 
 fn engine(twin: &Twin, graph: &Graph, threads: usize) -> Engine {
-    Engine::new(graph, &twin.weights(), Options { batch: 4, threads, ..Options::default() }).unwrap()
+    Engine::new(graph, &twin.weights(), EngineOptions { batch: 4, threads, ..EngineOptions::default() })
+        .unwrap()
 }
 
 /// The loss of the last training pass, as the fixture measures it.

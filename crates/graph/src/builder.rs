@@ -26,23 +26,23 @@ use crate::fill::Fill;
 use crate::flow::Flow;
 use crate::graph::{Graph, Node};
 use crate::op::Op;
-use crate::state::State;
+use crate::state::NetworkState;
 
 /// A network under construction.
 #[derive(Debug, Clone)]
 pub struct Network {
-    state: Arc<Mutex<State>>,
+    state: Arc<Mutex<NetworkState>>,
 }
 
 impl Network {
     /// Starts a network with its registry name.
     pub fn new(name: &str) -> Self {
-        Network { state: Arc::new(Mutex::new(State { name: name.into(), ..State::default() })) }
+        Network { state: Arc::new(Mutex::new(NetworkState { name: name.into(), ..NetworkState::default() })) }
     }
 
     /// Adds an input of `shape`, batch axis left out.
     pub fn input(&self, name: &str, shape: &[usize]) -> Flow {
-        let node = State::of(&self.state).push(|_| Node::input(name.into(), shape.to_vec()));
+        let node = NetworkState::of(&self.state).push(|_| Node::input(name.into(), shape.to_vec()));
         Flow::new(&self.state, node.unwrap_or(0))
     }
 
@@ -50,19 +50,19 @@ impl Network {
     ///
     /// The run's [`crate::Scheme`] must leave the choice to the network (`pytorch`).
     pub fn conv_init(&self, weight: Fill, bias: Fill) {
-        State::of(&self.state).conv = (weight, bias);
+        NetworkState::of(&self.state).conv = (weight, bias);
     }
 
     /// The same for the linear layers that follow.
     pub fn linear_init(&self, weight: Fill, bias: Fill) {
-        State::of(&self.state).linear = (weight, bias);
+        NetworkState::of(&self.state).linear = (weight, bias);
     }
 
     /// Joins flows along channels (or features). All other axes must agree.
     pub fn concat(&self, name: &str, flows: &[&Flow]) -> Flow {
         let inputs = flows.iter().map(|flow| flow.node()).collect();
         let make = |nodes: &[Node]| Node::computed(name.into(), Op::Concat, inputs, nodes);
-        let node = State::of(&self.state).push(make);
+        let node = NetworkState::of(&self.state).push(make);
         Flow::new(&self.state, node.unwrap_or(0))
     }
 
@@ -73,8 +73,8 @@ impl Network {
     /// A step that does not fit, this one or one before it.
     pub fn operation(&self, name: &str, op: Op, flows: &[&Flow]) -> Result<Flow> {
         let inputs = flows.iter().map(|flow| flow.node()).collect();
-        let node = State::of(&self.state).push(|nodes| Node::computed(name.into(), op, inputs, nodes));
-        match (node, &State::of(&self.state).error) {
+        let node = NetworkState::of(&self.state).push(|nodes| Node::computed(name.into(), op, inputs, nodes));
+        match (node, &NetworkState::of(&self.state).error) {
             (None, Some(error)) => Err(error.clone()),
             (node, _) => Ok(Flow::new(&self.state, node.unwrap_or(0))),
         }
@@ -85,7 +85,7 @@ impl Network {
     /// # Errors
     /// The first step that did not.
     pub fn check(&self) -> Result<()> {
-        State::of(&self.state).error.clone().map_or(Ok(()), Err)
+        NetworkState::of(&self.state).error.clone().map_or(Ok(()), Err)
     }
 
     /// Ends the description: the graph, or the first step that did not fit. Every output counts 1 in training.
@@ -102,7 +102,7 @@ impl Network {
     /// # Errors
     /// As [`Network::finish`], and loss weights that are not finite or not one per output.
     pub fn finish_weighted(self, outputs: &[(&str, Flow)], loss_weights: &[f32]) -> Result<Graph> {
-        let state = State::of(&self.state);
+        let state = NetworkState::of(&self.state);
         if let Some(error) = &state.error {
             return Err(error.clone());
         }

@@ -4,7 +4,7 @@
 //! activations and pools are not counted. FLOPs are `2 · MAC` plus one addition per bias and output value
 //! (in an LSTM, per bias, gate and step).
 
-use crate::graph::{Graph, Kind, Node, Param};
+use crate::graph::{Graph, Node, Param, TensorKind};
 use crate::op::Op;
 
 /// Cost of one node, or of a whole network, for one sample.
@@ -74,8 +74,8 @@ impl Node {
             _ => (0, 0),
         };
         Cost {
-            parameters: count(Kind::Parameter),
-            buffers: count(Kind::Buffer),
+            parameters: count(TensorKind::Parameter),
+            buffers: count(TensorKind::Buffer),
             macs,
             flops: 2 * macs + bias,
             activations: outputs,

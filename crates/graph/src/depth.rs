@@ -7,7 +7,7 @@ use crate::graph::{Graph, Node, NodeId};
 use crate::op::Op;
 
 /// Nodes that may be left out.
-struct Block {
+struct RemovableBlock {
     /// The last of them.
     end: NodeId,
     /// The node whose value takes its place when it is left out.
@@ -58,7 +58,11 @@ impl Graph {
     }
 
     /// The same network without what `last` finds in it, `count` times over; none where it finds nothing any more.
-    fn without_last(&self, count: usize, last: impl Fn(&Graph) -> Option<Block>) -> Result<Option<Graph>> {
+    fn without_last(
+        &self,
+        count: usize,
+        last: impl Fn(&Graph) -> Option<RemovableBlock>,
+    ) -> Result<Option<Graph>> {
         let mut graph = self.clone();
         for _ in 0..count {
             let Some(block) = last(&graph) else { return Ok(None) };
@@ -67,13 +71,13 @@ impl Graph {
         Ok(Some(graph))
     }
 
-    fn last_layer(&self) -> Option<Block> {
+    fn last_layer(&self) -> Option<RemovableBlock> {
         let heads = self.heads();
         (0..self.nodes.len()).rev().filter(|id| !heads.contains(id)).find_map(|id| self.layer(id))
     }
 
     /// The plain layer that begins with `id`, if one does.
-    fn layer(&self, id: NodeId) -> Option<Block> {
+    fn layer(&self, id: NodeId) -> Option<RemovableBlock> {
         let is_layer = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. });
         let node = &self.nodes[id];
         let start = match node.op {
@@ -98,7 +102,7 @@ impl Graph {
                     end = next;
                 }
                 Op::Add | Op::Concat | Op::SwitchScale => return None,
-                _ => return Some(Block { end, start, body }),
+                _ => return Some(RemovableBlock { end, start, body }),
             }
         }
     }
@@ -111,7 +115,7 @@ impl Graph {
     }
 
     /// The block that ends in the sum `id`, or where `id` joins channels, if nobody else reads what is inside.
-    fn block(&self, id: NodeId) -> Option<Block> {
+    fn block(&self, id: NodeId) -> Option<RemovableBlock> {
         let (Op::Add | Op::Concat, &[a, b]) = (&self.nodes[id].op, &self.nodes[id].inputs[..]) else {
             return None;
         };
@@ -125,7 +129,7 @@ impl Graph {
             let is_output = self.outputs.iter().any(|(_, output)| body.contains(output));
             let is_block =
                 above.contains(&shortcut) && !body.is_empty() && !(is_read || is_given || is_output);
-            is_block.then_some(Block { end: id, start: shortcut, body })
+            is_block.then_some(RemovableBlock { end: id, start: shortcut, body })
         };
         of(a, b).or_else(|| of(b, a))
     }
@@ -141,7 +145,7 @@ impl Graph {
         found
     }
 
-    fn without(&self, block: &Block) -> Result<Graph> {
+    fn without(&self, block: &RemovableBlock) -> Result<Graph> {
         let mut nodes: Vec<Node> = vec![];
         // Where each node is now.
         let mut now = vec![0; self.nodes.len()];

@@ -7,7 +7,7 @@ use crate::fill::Fill;
 use crate::graph::{Node, NodeId};
 use crate::op::{Activation, Op};
 use crate::spec::{Conv, Extent, Pool, WindowSpec};
-use crate::state::{State, drawn, fresh};
+use crate::state::{NetworkState, drawn, fresh};
 
 /// PyTorch's default ε of batch normalisation.
 pub const BATCH_NORM_EPS: f32 = 1e-5;
@@ -17,13 +17,13 @@ pub const BATCH_NORM_MOMENTUM: f32 = 0.1;
 /// The tensor that flows through a network under construction; cheap to clone for branches.
 #[derive(Debug, Clone)]
 pub struct Flow {
-    state: Arc<Mutex<State>>,
+    state: Arc<Mutex<NetworkState>>,
     node: NodeId,
     scope: String,
 }
 
 impl Flow {
-    pub(crate) fn new(state: &Arc<Mutex<State>>, node: NodeId) -> Self {
+    pub(crate) fn new(state: &Arc<Mutex<NetworkState>>, node: NodeId) -> Self {
         Flow { state: Arc::clone(state), node, scope: String::new() }
     }
 
@@ -33,7 +33,7 @@ impl Flow {
 
     /// Current shape without the batch axis; empty after a step that did not fit.
     pub fn shape(&self) -> Vec<usize> {
-        State::of(&self.state).shape(self.node).to_vec()
+        NetworkState::of(&self.state).shape(self.node).to_vec()
     }
 
     /// Puts `prefix.` before the names of all following nodes.
@@ -51,7 +51,7 @@ impl Flow {
     /// Convolution `name`, drawn as [`crate::Network::conv_init`] says.
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
         let Conv { filters, window, dilation, groups, bias } = conv;
-        let fills = State::of(&self.state).conv;
+        let fills = NetworkState::of(&self.state).conv;
         self.push(
             |_| self.full(name),
             fills,
@@ -77,7 +77,7 @@ impl Flow {
     }
 
     fn dense(&self, name: &str, outputs: usize, bias: bool) -> Flow {
-        let fills = State::of(&self.state).linear;
+        let fills = NetworkState::of(&self.state).linear;
         self.push(|_| self.full(name), fills, |_, _| Ok(Op::Linear { outputs, bias }))
     }
 
@@ -239,7 +239,7 @@ impl Flow {
     }
 
     fn then(&self, make: impl FnOnce(&[Node]) -> Result<Node>) -> Flow {
-        let node = State::of(&self.state).push(make).unwrap_or(self.node);
+        let node = NetworkState::of(&self.state).push(make).unwrap_or(self.node);
         Flow { node, ..self.clone() }
     }
 }

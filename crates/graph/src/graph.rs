@@ -13,7 +13,7 @@ pub type NodeId = usize;
 /// Whether training moves a tensor by its gradient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum TensorKind {
     /// Trained by gradient.
     Parameter,
     /// Kept by the network itself: running statistics.
@@ -65,7 +65,7 @@ pub struct Param {
     /// Shape in PyTorch's axis order: out × in/groups × spatial axes.
     pub shape: Vec<usize>,
     /// Trained or kept.
-    pub kind: Kind,
+    pub kind: TensorKind,
     /// PyTorch's default for this operation, unless the network says otherwise.
     pub init: Init,
     /// Inputs and outputs that meet in one weight (for Glorot and He); `None` for biases and norms.
@@ -179,12 +179,12 @@ impl Graph {
 
     /// Number of trained values.
     pub fn parameter_count(&self) -> usize {
-        self.params().filter(|p| p.kind == Kind::Parameter).map(Param::len).sum()
+        self.params().filter(|p| p.kind == TensorKind::Parameter).map(Param::len).sum()
     }
 
     /// Number of values kept by the network itself (running statistics).
     pub fn buffer_count(&self) -> usize {
-        self.params().filter(|p| p.kind == Kind::Buffer).map(Param::len).sum()
+        self.params().filter(|p| p.kind == TensorKind::Buffer).map(Param::len).sum()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use crate::graph::{Graph, Kind, Node, NodeId};
+use crate::graph::{Graph, Node, NodeId, TensorKind};
 use crate::op::Op;
 
 /// A network cut in two at a node, which is the one output of the body and the one input of the head.
@@ -54,7 +54,7 @@ impl Graph {
             Op::Dropout { probability } => probability > 0.0,
             // Its statistics move even where its weight does not learn, or where it has none.
             Op::BatchNorm { .. } => !unchanged[id],
-            _ => !unchanged[id] && node.params.iter().any(|param| param.kind == Kind::Parameter),
+            _ => !unchanged[id] && node.params.iter().any(|param| param.kind == TensorKind::Parameter),
         };
         let is_deterministic = marked().all(|((id, node), before)| !before || !moves(id, node));
         let closed = marked().filter(|(_, before)| !**before).all(|((_, node), _)| {

@@ -4,7 +4,7 @@
 
 use crate::error::{Error, Result};
 use crate::fill::Fill;
-use crate::graph::{Init, Kind, Node, NodeId, Param};
+use crate::graph::{Init, Node, NodeId, Param, TensorKind};
 use crate::op::{Activation, Op};
 use crate::shape::{axis_names, check_count, describe};
 use crate::window::{Window, check_axes};
@@ -131,16 +131,16 @@ impl<'a> Inference<'a> {
     ) -> Result<Param> {
         let name = format!("{}.{suffix}", self.node);
         check_count(self.node, &name, &shape)?;
-        Ok(Param { name, shape, kind: Kind::Parameter, init, fan })
+        Ok(Param { name, shape, kind: TensorKind::Parameter, init, fan })
     }
 
     /// A tensor of one axis that starts at one value.
     fn constant(&self, name: String, len: usize, value: f32) -> Param {
-        Param { name, shape: vec![len], kind: Kind::Parameter, init: Init::Constant(value), fan: None }
+        Param { name, shape: vec![len], kind: TensorKind::Parameter, init: Init::Constant(value), fan: None }
     }
 
     fn buffer(&self, param: Param) -> Param {
-        Param { kind: Kind::Buffer, ..param }
+        Param { kind: TensorKind::Buffer, ..param }
     }
 
     fn conv(

@@ -30,7 +30,7 @@ impl InputKeys {
 
 /// Counts of a network at its published settings, as its PyTorch twin has them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Counts {
+pub struct NetworkCounts {
     /// Learned values.
     pub parameters: u64,
     /// Running means and variances of batch norms.
@@ -53,7 +53,7 @@ pub struct Listing<C> {
     /// Inputs in order.
     pub inputs: &'static [InputKeys],
     /// Counts at the published settings; tests hold the graph against them.
-    pub counts: Counts,
+    pub counts: NetworkCounts,
     /// Sizes at which tests that walk every network may take it, where the published ones take minutes.
     pub quick: &'static [(&'static str, usize)],
 }

@@ -31,7 +31,7 @@ use serde::de::{Deserialize, Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Serialize, Serializer};
 
 use crate::error::{Error, Result};
-use crate::graph::{Graph, Init, Kind, Node, NodeId, Param};
+use crate::graph::{Graph, Init, Node, NodeId, Param, TensorKind};
 use crate::op::Op;
 use crate::shape::describe;
 
@@ -61,7 +61,7 @@ struct NodeForm {
 struct ParamForm {
     name: String,
     shape: Vec<usize>,
-    kind: Kind,
+    kind: TensorKind,
     init: Init,
 }
 

@@ -9,7 +9,7 @@ use crate::op::Op;
 
 /// Nodes, the first step that did not fit, and how the layers that follow are drawn.
 #[derive(Debug, Default)]
-pub(crate) struct State {
+pub(crate) struct NetworkState {
     pub name: String,
     pub nodes: Vec<Node>,
     pub error: Option<Error>,
@@ -18,9 +18,9 @@ pub(crate) struct State {
     pub linear: (Fill, Fill),
 }
 
-impl State {
+impl NetworkState {
     /// Returns the network under construction as it is now; no step leaves it half done.
-    pub fn of(shared: &Mutex<State>) -> MutexGuard<'_, State> {
+    pub fn of(shared: &Mutex<NetworkState>) -> MutexGuard<'_, NetworkState> {
         shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -8,7 +8,7 @@
 //! the transition is the average pool alone; pre-activation and a final batch norm with ReLU, after
 //! DenseNet201; the stem pool is padded by 1 (50 → 25).
 
-use taxel_graph::{Conv, Counts, Flow, InputKeys, Listing, Pool};
+use taxel_graph::{Conv, Flow, InputKeys, Listing, NetworkCounts, Pool};
 
 use crate::{Body, Light1dConfig, Light2dConfig};
 
@@ -18,7 +18,7 @@ pub(crate) const IN_1D: Listing<Light1dConfig> = Listing {
     paper: "000, section 3.1.3",
     config: Light1dConfig::of(Body::DenseNet6),
     inputs: &[InputKeys::SIGNAL],
-    counts: Counts { parameters: 10_419, statistics: 480, macs: 183_984 },
+    counts: NetworkCounts { parameters: 10_419, statistics: 480, macs: 183_984 },
     quick: &[],
 };
 
@@ -28,7 +28,7 @@ pub(crate) const IN_2D: Listing<Light2dConfig> = Listing {
     paper: "000, section 3.1.3",
     config: Light2dConfig::of(Body::DenseNet6),
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 23_507, statistics: 480, macs: 11_022_160 },
+    counts: NetworkCounts { parameters: 23_507, statistics: 480, macs: 11_022_160 },
     quick: &[],
 };
 

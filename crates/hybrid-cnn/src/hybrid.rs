@@ -8,7 +8,7 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
+use taxel_graph::{Architecture, Graph, InputKeys, Listing, Network, NetworkCounts, Result, at_least};
 
 use crate::Body;
 
@@ -22,7 +22,7 @@ pub(crate) const HYBRID_VGG: Listing<HybridConfig> = Listing {
     paper: "000, section 3.2",
     config: HybridConfig::VGG,
     inputs: &INPUTS,
-    counts: Counts { parameters: 139_587, statistics: 960, macs: 19_993_184 },
+    counts: NetworkCounts { parameters: 139_587, statistics: 960, macs: 19_993_184 },
     quick: &[],
 };
 
@@ -32,7 +32,7 @@ pub(crate) const HYBRID_RESNET: Listing<HybridConfig> = Listing {
     paper: "000, section 3.2",
     config: HybridConfig::RESNET,
     inputs: &INPUTS,
-    counts: Counts { parameters: 55_203, statistics: 832, macs: 11_624_768 },
+    counts: NetworkCounts { parameters: 55_203, statistics: 832, macs: 11_624_768 },
     quick: &[],
 };
 
@@ -42,7 +42,7 @@ pub(crate) const HYBRID_DENSENET: Listing<HybridConfig> = Listing {
     paper: "000, section 3.2",
     config: HybridConfig::DENSENET,
     inputs: &INPUTS,
-    counts: Counts { parameters: 38_435, statistics: 960, macs: 11_210_608 },
+    counts: NetworkCounts { parameters: 38_435, statistics: 960, macs: 11_210_608 },
     quick: &[],
 };
 
@@ -52,7 +52,7 @@ pub(crate) const HYBRID_RESVGG: Listing<HybridConfig> = Listing {
     paper: "000, section 3.2",
     config: HybridConfig::RESVGG,
     inputs: &INPUTS,
-    counts: Counts { parameters: 116_547, statistics: 896, macs: 19_744_624 },
+    counts: NetworkCounts { parameters: 116_547, statistics: 896, macs: 19_744_624 },
     quick: &[],
 };
 
@@ -62,7 +62,7 @@ pub(crate) const HYBRID_RESVGG_NOFC: Listing<HybridConfig> = Listing {
     paper: "000, Table 4",
     config: HybridConfig::RESVGG_NOFC,
     inputs: &INPUTS,
-    counts: Counts { parameters: 112_035, statistics: 896, macs: 19_740_160 },
+    counts: NetworkCounts { parameters: 112_035, statistics: 896, macs: 19_740_160 },
     quick: &[],
 };
 

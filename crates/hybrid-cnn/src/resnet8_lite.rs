@@ -8,7 +8,7 @@
 //! shortcut of the convolutional block is a 1×1 convolution of stride 2 with its own batch norm, and
 //! the ReLU comes after the addition.
 
-use taxel_graph::{Conv, Counts, Flow, InputKeys, Listing, Pool};
+use taxel_graph::{Conv, Flow, InputKeys, Listing, NetworkCounts, Pool};
 
 use crate::{Body, Light1dConfig, Light2dConfig};
 
@@ -18,7 +18,7 @@ pub(crate) const IN_1D: Listing<Light1dConfig> = Listing {
     paper: "000, section 3.1.2",
     config: Light1dConfig::of(Body::ResNet8),
     inputs: &[InputKeys::SIGNAL],
-    counts: Counts { parameters: 13_923, statistics: 416, macs: 204_928 },
+    counts: NetworkCounts { parameters: 13_923, statistics: 416, macs: 204_928 },
     quick: &[],
 };
 
@@ -28,7 +28,7 @@ pub(crate) const IN_2D: Listing<Light2dConfig> = Listing {
     paper: "000, section 3.1.2",
     config: Light2dConfig::of(Body::ResNet8),
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 39_299, statistics: 416, macs: 11_417_888 },
+    counts: NetworkCounts { parameters: 39_299, statistics: 416, macs: 11_417_888 },
     quick: &[],
 };
 

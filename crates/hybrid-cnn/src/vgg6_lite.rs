@@ -7,7 +7,7 @@
 //! None known. Read into the text: pools round up (50 → 25 → 13 → 7, MATLAB's `same`), which alone
 //! gives the published 0.0392 GFLOPs; convolutions carry a bias.
 
-use taxel_graph::{Conv, Counts, Flow, InputKeys, Listing, Pool};
+use taxel_graph::{Conv, Flow, InputKeys, Listing, NetworkCounts, Pool};
 
 use crate::{Body, Light1dConfig, Light2dConfig};
 
@@ -17,7 +17,7 @@ pub(crate) const IN_1D: Listing<Light1dConfig> = Listing {
     paper: "000, section 3.1.1",
     config: Light1dConfig::of(Body::Vgg6),
     inputs: &[InputKeys::SIGNAL],
-    counts: Counts { parameters: 33_411, statistics: 480, macs: 449_952 },
+    counts: NetworkCounts { parameters: 33_411, statistics: 480, macs: 449_952 },
     quick: &[],
 };
 
@@ -27,7 +27,7 @@ pub(crate) const IN_2D: Listing<Light2dConfig> = Listing {
     paper: "000, section 3.1.1",
     config: Light2dConfig::of(Body::Vgg6),
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 98_115, statistics: 480, macs: 19_535_232 },
+    counts: NetworkCounts { parameters: 98_115, statistics: 480, macs: 19_535_232 },
     quick: &[],
 };
 

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use taxel_kernels::conv::Conv;
 use taxel_kernels::pool::MaxPool;
-use taxel_kernels::{View, Window3, batch_norm, reduce};
+use taxel_kernels::{AffineView, Window3, batch_norm, reduce};
 
 /// Channels in and out, input, kernel, groups.
 type Sizes = (usize, usize, [usize; 3], [usize; 3], usize);
@@ -48,7 +48,7 @@ fn convolutions(c: &mut Criterion) {
         group.bench_function(format!("forward/{shape}"), |b| {
             b.iter(|| {
                 for band in conv.bands() {
-                    let padded = conv.pad(black_box(&x), &View::default(), band, &mut scratch);
+                    let padded = conv.pad(black_box(&x), &AffineView::default(), band, &mut scratch);
                     conv.forward(padded, &weight, &packed, Some(&bias), &mut y, &mut work);
                 }
             });
@@ -57,7 +57,7 @@ fn convolutions(c: &mut Criterion) {
         group.bench_function(format!("weight_gradient/{shape}"), |b| {
             b.iter(|| {
                 for band in conv.bands() {
-                    let padded = conv.pad(black_box(&x), &View::default(), band, &mut scratch);
+                    let padded = conv.pad(black_box(&x), &AffineView::default(), band, &mut scratch);
                     conv.backward_weight(padded, &dy, &mut sums, Some(&mut dbias), &mut work);
                 }
             });
@@ -79,7 +79,7 @@ fn pools_and_sums(c: &mut Criterion) {
     };
     let pool = MaxPool::new(&window, channels);
     let (scale, shift) = (values(channels), values(channels));
-    let view = View { affine: Some((&scale, &shift)), ..View::default() };
+    let view = AffineView { affine: Some((&scale, &shift)), ..AffineView::default() };
     let (x, mut dx) = (values(size * size * channels), values(size * size * channels));
     let (mut y, mut taken) = (vec![0.0; pool.output_len()], vec![0.0; pool.output_len()]);
     let shape = format!("{channels}@{size}x{size}");

@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use taxel_kernels::conv::Conv;
 use taxel_kernels::matmul::{Matrix, matmul};
-use taxel_kernels::{View, Window3};
+use taxel_kernels::{AffineView, Window3};
 
 /// Products of n×n matrices that compete for the peak.
 const PRODUCTS: [usize; 3] = [256, 384, 512];
@@ -83,7 +83,7 @@ fn convolution(new: New, (channels, filters, size): (usize, usize, usize)) -> [f
     let forward = best(macs, || {
         for (x, y) in x.chunks(x_len).zip(y.chunks_mut(y_len)) {
             for band in conv.bands() {
-                let padded = conv.pad(x, &View::default(), band, &mut scratch);
+                let padded = conv.pad(x, &AffineView::default(), band, &mut scratch);
                 conv.forward(padded, &weight, &packed, Some(&bias), y, &mut work);
             }
         }
@@ -91,7 +91,7 @@ fn convolution(new: New, (channels, filters, size): (usize, usize, usize)) -> [f
     let weight_gradient = best(macs, || {
         for (x, dy) in x.chunks(x_len).zip(y.chunks(y_len)) {
             for band in conv.bands() {
-                let padded = conv.pad(x, &View::default(), band, &mut scratch);
+                let padded = conv.pad(x, &AffineView::default(), band, &mut scratch);
                 conv.backward_weight(padded, dy, &mut dweight, Some(&mut dbias), &mut work);
             }
         }

@@ -4,7 +4,7 @@ use crate::fold::Fold;
 use crate::lengths::{exactly, whole_rows};
 use crate::rows::{block, load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, rectified_gradient};
+use crate::view::{AffineView, Rectifier, rectified_gradient};
 use crate::{activation, pointwise};
 
 /// Coefficients of a batch norm's input gradient: `dx = a · dy + b · (x − mean) + c` per channel.
@@ -34,7 +34,7 @@ struct InputGradientView<'a> {
 pub fn backward(
     channels: usize,
     x: &[f32],
-    view: &View,
+    view: &AffineView,
     norm: Option<&InputGradient>,
     dy: &[f32],
     dx: &mut [f32],

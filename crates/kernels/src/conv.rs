@@ -19,25 +19,25 @@ mod sizes;
 mod winograd;
 
 pub use band::{Band, Padded};
-pub use kind::Kind;
+pub use kind::ConvKind;
 
 use begin::Begin;
-use pass::Pass;
-use sizes::Sizes;
+use pass::ConvPass;
+use sizes::ConvSizes;
 use winograd::Winograd;
 
 use crate::lengths::{at_least, exactly};
 use crate::reduce;
-use crate::view::View;
+use crate::view::AffineView;
 use crate::window::Window3;
 
 /// A convolution with its plan.
 #[derive(Debug, Clone)]
 pub struct Conv {
     /// Outputs, and the weights' gradient.
-    forward: Pass,
+    forward: ConvPass,
     /// The input gradient as a convolution, where it is one.
-    turned: Option<Pass>,
+    turned: Option<ConvPass>,
 }
 
 impl Conv {
@@ -55,27 +55,27 @@ impl Conv {
         filters: usize,
         groups: usize,
     ) -> Self {
-        let sizes = Sizes::new(window, dilation, channels, filters, groups);
+        let sizes = ConvSizes::new(window, dilation, channels, filters, groups);
         Self::with(sizes, Winograd::pays(&sizes))
     }
 
     /// The same by the definition's own products, whatever the sizes.
     pub fn direct(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(Sizes::new(window, [1; 3], channels, filters, groups), false)
+        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), false)
     }
 
     /// The same with fewer products wherever the window allows, even where that does not pay.
     pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(Sizes::new(window, [1; 3], channels, filters, groups), true)
+        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), true)
     }
 
-    fn with(sizes: Sizes, fewer: bool) -> Self {
-        let turned = sizes.turned().map(|turned| Pass::new(turned, fewer));
-        Conv { forward: Pass::new(sizes, fewer), turned }
+    fn with(sizes: ConvSizes, fewer: bool) -> Self {
+        let turned = sizes.turned().map(|turned| ConvPass::new(turned, fewer));
+        Conv { forward: ConvPass::new(sizes, fewer), turned }
     }
 
     /// The algorithm that was chosen.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ConvKind {
         self.forward.kind()
     }
 
@@ -112,7 +112,7 @@ impl Conv {
 
     /// The input of a band as the kernel reads it: seen through `view`, with a halo of zeros. Borrows `x`
     /// itself where that is the same.
-    pub fn pad<'a>(&self, x: &'a [f32], view: &View, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
+    pub fn pad<'a>(&self, x: &'a [f32], view: &AffineView, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
         self.forward.pad(x, view, band, scratch)
     }
 
@@ -183,7 +183,7 @@ impl Conv {
         let (scratch, work) = scratch.split_at_mut(pass.padded_len());
         let begin = if accumulate { Begin::Add } else { Begin::Zero };
         for band in pass.bands() {
-            let padded = pass.pad(dy, &View::default(), band, scratch);
+            let padded = pass.pad(dy, &AffineView::default(), band, scratch);
             // What is packed lies in front, where there is any.
             pass.forward(padded, turned, turned, begin, dx, work);
         }

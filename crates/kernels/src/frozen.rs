@@ -3,7 +3,7 @@
 //!
 //! All that a network computes between two stored values is one call: a convolution adds its bias and an addend and cuts
 //! its outputs off before it stores them, inside the margins that the next convolution reads, among the channels that
-//! a concatenation joins ([`Place`]).
+//! a concatenation joins ([`ImagePlace`]).
 
 pub mod bytes;
 mod conv;
@@ -18,6 +18,6 @@ pub use conv::{Conv, margins};
 pub use depthwise::Depthwise;
 pub use linear::Linear;
 pub use lstm::Lstm;
-pub use place::{Place, Route};
+pub use place::{ImagePlace, Route};
 pub use pool::{Pool, Pooling, Reach, parts, windows};
 pub use rows::{add, copy, map};

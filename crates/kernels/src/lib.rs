@@ -46,5 +46,5 @@ mod view;
 mod window;
 
 pub use buffer::Buffer;
-pub use view::{Rectifier, View};
+pub use view::{AffineView, Rectifier};
 pub use window::{Window3, axes3};

@@ -5,7 +5,7 @@ use std::ops::Range;
 use gemm::{Parallelism, gemm};
 
 use crate::lengths::{at_least, exactly, reach};
-use crate::tile::{Columns, Start, Tile, columns, even, wide_rows};
+use crate::tile::{ColumnBlock, Start, Tile, columns, even, wide_rows};
 use crate::view::Rectifier;
 
 /// A matrix seen in a slice: element (r, c) is `data[r * row_stride + c * column_stride]`.
@@ -103,7 +103,7 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
     if m == 0 || n == 0 {
         return;
     }
-    let mut block = |depths: Range<usize>, rows: Range<usize>, columns: &Columns| {
+    let mut block = |depths: Range<usize>, rows: Range<usize>, columns: &ColumnBlock| {
         let tile = Tile {
             a: a.data[rows.start * a.row_stride + depths.start * a.column_stride..].as_ptr(),
             a_row: a.row_stride,

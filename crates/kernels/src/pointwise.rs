@@ -3,7 +3,7 @@
 use crate::lengths::{exactly, whole_rows};
 use crate::reduce;
 use crate::simd::{Simd, at_level};
-use crate::view::View;
+use crate::view::AffineView;
 
 // The bodies below are plain loops: instantiated per level, the compiler makes vectors of them.
 
@@ -92,7 +92,7 @@ unsafe fn scale_at<S: Simd>(factor: f32, x: &[f32], y: &mut [f32], accumulate: b
 
 /// Mean over positions of one image as seen through `view`: x (positions × channels) → y (channels);
 /// `scratch` holds as many values as `x`.
-pub fn mean_positions(channels: usize, view: &View, x: &[f32], scratch: &mut [f32], y: &mut [f32]) {
+pub fn mean_positions(channels: usize, view: &AffineView, x: &[f32], scratch: &mut [f32], y: &mut [f32]) {
     whole_rows("input of a mean", x.len(), channels);
     exactly("output of a mean", y.len(), channels);
     y.fill(0.0);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::lengths::{at_least, exactly, image};
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, rectify};
+use crate::view::{AffineView, Rectifier, rectify};
 use crate::window::Window3;
 
 /// Maximum over windows, with the positions under every window.
@@ -83,7 +83,7 @@ impl MaxPool {
     /// window won, for the gradient.
     ///
     /// Padding never wins. Of equal values the first wins; NaN wins over everything, as in PyTorch.
-    pub fn forward(&self, view: &View, x: &[f32], y: &mut [f32], taken: &mut [f32]) {
+    pub fn forward(&self, view: &AffineView, x: &[f32], y: &mut [f32], taken: &mut [f32]) {
         let len = self.output_len();
         at_least("output of a pool", y.len(), len);
         at_least("winners of a pool", taken.len(), len);
@@ -287,7 +287,7 @@ mod tests {
         let (mut y, mut taken, mut dx) = ([0.0; 3], [0.0; 3], [0.0; 6]);
         let x = [1.0, 1.0, 1.0, 0.0, 2.0, 2.0];
         let pool = MaxPool::new(&WINDOW, 1);
-        pool.forward(&View::default(), &x, &mut y, &mut taken);
+        pool.forward(&AffineView::default(), &x, &mut y, &mut taken);
         pool.backward(&taken, &[1.0, 10.0, 100.0], &mut dx, false);
         assert_eq!(y, [1.0, 1.0, 2.0]);
         assert_eq!(dx, [1.0, 10.0, 0.0, 0.0, 100.0, 0.0]);
@@ -297,7 +297,7 @@ mod tests {
     fn nan_and_infinity_come_through() {
         let (mut y, mut taken) = ([0.0; 3], [0.0; 3]);
         let x = [f32::NEG_INFINITY, f32::NEG_INFINITY, 5.0, f32::NAN, 7.0, f32::INFINITY];
-        MaxPool::new(&WINDOW, 1).forward(&View::default(), &x, &mut y, &mut taken);
+        MaxPool::new(&WINDOW, 1).forward(&AffineView::default(), &x, &mut y, &mut taken);
         assert_eq!(y[0], f32::NEG_INFINITY);
         assert!(y[1].is_nan() && taken[1] == 2.0, "NaN wins over 5");
         assert!(y[2].is_nan() && taken[2] == 0.0, "NaN stays although larger values follow");
@@ -319,7 +319,7 @@ mod tests {
         for (window, want) in cases {
             let pool = MaxPool::new(&window, 1);
             let (mut y, mut taken) = (vec![0.0; pool.output_len()], vec![0.0; pool.output_len()]);
-            pool.forward(&View::default(), &x[..want.len()], &mut y, &mut taken);
+            pool.forward(&AffineView::default(), &x[..want.len()], &mut y, &mut taken);
             let dy = [1.0, 10.0, 100.0];
             let mut dx = vec![7.0; want.len()];
             pool.backward(&taken, &dy[..y.len()], &mut dx, false);

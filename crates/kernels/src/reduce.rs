@@ -4,7 +4,7 @@ use crate::fold::Fold;
 use crate::lengths::{exactly, whole_rows};
 use crate::rows::{load, store};
 use crate::simd::{Simd, at_level};
-use crate::view::{Rectifier, View, rectified_gradient};
+use crate::view::{AffineView, Rectifier, rectified_gradient};
 
 /// Adds each channel's sum.
 pub fn add_columns(channels: usize, x: &[f32], sums: &mut [f32]) {
@@ -125,7 +125,7 @@ pub fn dot(x: &[f32], y: &[f32]) -> f32 {
 pub fn add_gradient_sums(
     channels: usize,
     x: &[f32],
-    view: &View,
+    view: &AffineView,
     dy: &[f32],
     mean: &[f32],
     sums: &mut [f32],

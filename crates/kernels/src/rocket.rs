@@ -53,7 +53,7 @@ pub struct Rocket {
 
 /// Memory for the features of one recording after the other.
 #[derive(Debug)]
-pub struct Work {
+pub struct RocketMemory {
     padded: Buffer,
     output: Buffer,
     counts: Buffer,
@@ -103,9 +103,9 @@ impl Rocket {
     }
 
     /// Memory for one thread.
-    pub fn work(&self) -> Work {
+    pub fn work(&self) -> RocketMemory {
         let most = self.convolutions.iter().map(|convolution| convolution.biases.len()).max().unwrap_or(0);
-        Work {
+        RocketMemory {
             padded: Buffer::zeros(self.channels * self.row),
             output: Buffer::zeros(self.length + SLACK),
             counts: Buffer::zeros(most + SLACK),
@@ -114,14 +114,14 @@ impl Rocket {
 
     /// Share of the counted positions at which each convolution of `recording`, channel after channel, lies above each
     /// of its thresholds.
-    pub fn shares(&self, recording: &[f32], work: &mut Work, features: &mut [f32]) {
+    pub fn shares(&self, recording: &[f32], work: &mut RocketMemory, features: &mut [f32]) {
         self.pad(recording, work);
         exactly("features", features.len(), self.features);
         shares(self, work, features);
     }
 
     /// The values of convolution number `which` of `recording`, one per position.
-    pub fn convolve(&self, which: usize, recording: &[f32], work: &mut Work, output: &mut [f32]) {
+    pub fn convolve(&self, which: usize, recording: &[f32], work: &mut RocketMemory, output: &mut [f32]) {
         exactly("output of a convolution", output.len(), self.length);
         self.pad(recording, work);
         convolve(self, which, work);
@@ -133,7 +133,7 @@ impl Rocket {
         self.features
     }
 
-    fn pad(&self, recording: &[f32], work: &mut Work) {
+    fn pad(&self, recording: &[f32], work: &mut RocketMemory) {
         exactly("recording", recording.len(), self.channels * self.length);
         exactly("padded recording", work.padded.len(), self.channels * self.row);
         let rows = work.padded.chunks_exact_mut(self.row).zip(recording.chunks_exact(self.length));
@@ -142,16 +142,16 @@ impl Rocket {
 }
 
 at_level! {
-    fn shares(rocket: &Rocket, work: &mut Work, features: &mut [f32]) = shares_at
+    fn shares(rocket: &Rocket, work: &mut RocketMemory, features: &mut [f32]) = shares_at
 }
 at_level! {
-    fn convolve(rocket: &Rocket, which: usize, work: &mut Work) = convolve_at
+    fn convolve(rocket: &Rocket, which: usize, work: &mut RocketMemory) = convolve_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`, for whose vectors the rocket was made.
 #[inline(always)]
-unsafe fn shares_at<S: Simd>(rocket: &Rocket, work: &mut Work, mut features: &mut [f32]) {
+unsafe fn shares_at<S: Simd>(rocket: &Rocket, work: &mut RocketMemory, mut features: &mut [f32]) {
     let mut biases = rocket.biases.as_slice();
     for (which, convolution) in rocket.convolutions.iter().enumerate() {
         // SAFETY: the caller has checked the features.
@@ -175,7 +175,7 @@ unsafe fn shares_at<S: Simd>(rocket: &Rocket, work: &mut Work, mut features: &mu
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn convolve_at<S: Simd>(rocket: &Rocket, which: usize, work: &mut Work) {
+unsafe fn convolve_at<S: Simd>(rocket: &Rocket, which: usize, work: &mut RocketMemory) {
     let Rocket { channels, length, margin, row, convolutions, .. } = rocket;
     let Dilated { dilation, twos, channels: read, .. } = &convolutions[which];
     let step = WIDE * S::LANES;

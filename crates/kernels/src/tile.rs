@@ -142,15 +142,15 @@ unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
 }
 
 /// A compiled block of `rows` × `vectors`.
-pub(crate) type Kernel = unsafe fn(&Tile);
+pub(crate) type BlockKernel = unsafe fn(&Tile);
 
 /// Kernels of one level: `[vectors - 1][rows - 1]`.
 struct Kernels {
     lanes: usize,
     rows: [usize; 2],
-    table: [&'static [Kernel]; 2],
+    table: [&'static [BlockKernel]; 2],
     /// The same with an addend and a rectifier.
-    frozen: [&'static [Kernel]; 2],
+    frozen: [&'static [BlockKernel]; 2],
 }
 
 macro_rules! kernels {
@@ -161,7 +161,7 @@ macro_rules! kernels {
                 // SAFETY: the caller of the kernel keeps the contract of `tile`.
                 unsafe { tile::<$simd, $rows, $vectors, $frozen>(t) }
             }
-            kernel as Kernel
+            kernel as BlockKernel
         }),*]
     };
 }
@@ -232,7 +232,7 @@ fn narrow() -> &'static Kernels {
 
 /// Neighbouring columns that one kernel computes.
 #[derive(Clone, Copy)]
-pub(crate) struct Columns {
+pub(crate) struct ColumnBlock {
     kernels: &'static Kernels,
     /// The first one.
     pub from: usize,
@@ -241,7 +241,7 @@ pub(crate) struct Columns {
     pub last: usize,
 }
 
-impl Columns {
+impl ColumnBlock {
     /// Number of columns.
     pub fn width(&self) -> usize {
         (self.vectors - 1) * self.kernels.lanes + self.last
@@ -253,18 +253,18 @@ impl Columns {
     }
 
     /// The kernel for `rows` rows.
-    pub fn kernel(&self, rows: usize) -> Kernel {
+    pub fn kernel(&self, rows: usize) -> BlockKernel {
         self.kernels.table[self.vectors - 1][rows - 1]
     }
 
     /// The same kernel with what frozen networks do to the outputs before they store them.
-    pub fn frozen(&self, rows: usize) -> Kernel {
+    pub fn frozen(&self, rows: usize) -> BlockKernel {
         self.kernels.frozen[self.vectors - 1][rows - 1]
     }
 }
 
 /// Cuts `width` columns into those of single kernels.
-pub(crate) fn columns(width: usize) -> impl Iterator<Item = Columns> {
+pub(crate) fn columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
     let (wide, narrow) = (kernels(), narrow());
     let mut from = 0;
     std::iter::from_fn(move || {
@@ -278,7 +278,7 @@ pub(crate) fn columns(width: usize) -> impl Iterator<Item = Columns> {
         };
         let taken = left.min(vectors * kernels.lanes);
         let last = taken - (vectors - 1) * kernels.lanes.min(taken);
-        let columns = Columns { kernels, from, vectors, last };
+        let columns = ColumnBlock { kernels, from, vectors, last };
         from += taken;
         (taken > 0).then_some(columns)
     })

@@ -23,14 +23,14 @@ pub enum Rectifier {
 
 /// How a reader sees stored values (rows × channels).
 #[derive(Debug, Clone, Copy, Default)]
-pub struct View<'a> {
+pub struct AffineView<'a> {
     /// Scale and shift per channel.
     pub affine: Option<(&'a [f32], &'a [f32])>,
     /// The rectifier that follows.
     pub rectifier: Rectifier,
 }
 
-impl View<'_> {
+impl AffineView<'_> {
     /// Whether values are seen as they are stored.
     pub fn is_plain(&self) -> bool {
         self.affine.is_none() && self.rectifier == Rectifier::None

@@ -6,9 +6,9 @@ mod common;
 use common::{cases, most, panics};
 use proptest::prelude::*;
 use taxel_kernels::frozen::bytes::{
-    self, Add, Bytes, Conv, Map, Mean, Output, Scale, Source, Sums, Target, Width,
+    self, Add, ByteOutput, ByteScale, Bytes, Conv, Map, Mean, SourceValues, Sums, Target, Width,
 };
-use taxel_kernels::frozen::{self, Place, Reach, Route};
+use taxel_kernels::frozen::{self, ImagePlace, Reach, Route};
 use taxel_kernels::{Rectifier, Window3};
 
 fn bytes_of(count: usize, salt: usize) -> Vec<u8> {
@@ -24,7 +24,7 @@ fn weights_of(count: usize, salt: usize) -> Vec<i8> {
 }
 
 /// Dense bytes at `place`: margins are `zero`, what nobody may use is 255.
-fn spread(place: &Place, dense: &[u8], zero: u8) -> Vec<u8> {
+fn spread(place: &ImagePlace, dense: &[u8], zero: u8) -> Vec<u8> {
     let mut buffer = vec![zero; place.buffer_len() + Bytes::SPARE];
     let end = place.buffer_len();
     buffer[end..].fill(255);
@@ -39,7 +39,7 @@ fn spread(place: &Place, dense: &[u8], zero: u8) -> Vec<u8> {
     buffer
 }
 
-fn gathered<T: Copy>(place: &Place, buffer: &[T]) -> Vec<T> {
+fn gathered<T: Copy>(place: &ImagePlace, buffer: &[T]) -> Vec<T> {
     let [_, rows, columns] = place.size;
     let at = |p: usize| place.at([p / (rows * columns), p / columns % rows, p % columns]);
     (0..place.positions()).flat_map(|p| buffer[at(p)..at(p) + place.channels].to_vec()).collect()
@@ -83,7 +83,7 @@ fn reference(case: &common::Case, x: &[u8], weight: &[i8], bias: &[i32], zero: u
 }
 
 /// Returns the byte that is stored of a sum, in the order of operations that all widths share.
-fn stored(sum: i64, unit: f32, addend: Option<f32>, output: Scale, rectifier: Rectifier) -> u8 {
+fn stored(sum: i64, unit: f32, addend: Option<f32>, output: ByteScale, rectifier: Rectifier) -> u8 {
     let steps = 1.0 / f64::from(output.step);
     let mut y = sum as f32 * (f64::from(unit) * steps) as f32;
     if let Some(addend) = addend {
@@ -111,15 +111,15 @@ proptest! {
     ) {
         let [before, after] = frozen::margins(&case.window, case.dilation);
         let margin = [before + wider[0], after + wider[1]];
-        let from = Place::new(case.window.input, case.channels, margin, case.channels + beside[0], beside[0] / 2);
-        let to = Place::new(case.window.output, case.filters, wider, case.filters + beside[1], beside[1] / 2);
+        let from = ImagePlace::new(case.window.input, case.channels, margin, case.channels + beside[0], beside[0] / 2);
+        let to = ImagePlace::new(case.window.output, case.filters, wider, case.filters + beside[1], beside[1] / 2);
         let x = bytes_of(case.window.input_len() * case.channels, 1);
         let (per, volume) = (case.channels / case.groups, case.window.volume());
         let weight = weights_of(volume * per * case.filters, 2);
         let bias: Vec<i32> = (0..case.filters).map(|f| f as i32 * 997 - 4000).collect();
         let unit: Vec<f32> = (0..case.filters).map(|f| (f % 7 + 1) as f32 * 2e-5).collect();
-        let (input, scale) = (Scale { step: 0.1, zero }, Scale { step: 0.03, zero: 40 });
-        let added = Scale { step: 0.05, zero: 9 };
+        let (input, scale) = (ByteScale { step: 0.1, zero }, ByteScale { step: 0.03, zero: 40 });
+        let added = ByteScale { step: 0.05, zero: 9 };
         let exact = reference(&case, &x, &weight, &bias, zero);
         let buffer = spread(&from, &x, zero);
         let is_depthwise = case.groups > 1 && case.groups == case.channels && case.groups == case.filters;
@@ -127,7 +127,7 @@ proptest! {
         for with in [false, true] {
             let sums = Sums {
                 weight: &weight, bias: &bias, unit: &unit, input,
-                addend: with.then_some(added), output: Output::Bytes(scale),
+                addend: with.then_some(added), output: ByteOutput::Bytes(scale),
             };
             let route = Route { rectifier, addend: with.then_some(to), ..Route::new(from, to) };
             let factor = (f64::from(added.step) / f64::from(scale.step)) as f32;
@@ -156,7 +156,7 @@ proptest! {
             }
         }
         if !is_depthwise {
-            let sums = Sums { weight: &weight, bias: &bias, unit: &unit, input, addend: None, output: Output::Floats };
+            let sums = Sums { weight: &weight, bias: &bias, unit: &unit, input, addend: None, output: ByteOutput::Floats };
             for width in Width::all() {
                 let conv = Conv::at(width, &case.window, case.dilation, case.groups, &sums, Route::new(from, to));
                 let mut y = vec![f32::NAN; to.buffer_len()];
@@ -173,40 +173,40 @@ proptest! {
 fn values_go_between_bytes_and_floats() {
     let channels = [9, 1, 2, 3, 5, 8, 21];
     for channels in channels.into_iter().take(most(7, 2)) {
-        let dense = Place::dense([1, 3, 5], channels);
+        let dense = ImagePlace::dense([1, 3, 5], channels);
         between_bytes_and_floats(dense, dense);
-        let wide = Place::new([1, 3, 5], channels, [1, 2], channels + 3, 2);
-        between_bytes_and_floats(wide, Place::new([1, 3, 5], channels, [2, 0], channels + 1, 1));
+        let wide = ImagePlace::new([1, 3, 5], channels, [1, 2], channels + 3, 2);
+        between_bytes_and_floats(wide, ImagePlace::new([1, 3, 5], channels, [2, 0], channels + 1, 1));
         // Rows lie together, one by one.
-        between_bytes_and_floats(Place::new([1, 3, 5], channels, [1, 2], channels, 0), dense);
+        between_bytes_and_floats(ImagePlace::new([1, 3, 5], channels, [1, 2], channels, 0), dense);
     }
 }
 
-fn between_bytes_and_floats(from: Place, to: Place) {
-    let (scale, channels) = (Scale::over(-1.0, 3.0), from.channels);
+fn between_bytes_and_floats(from: ImagePlace, to: ImagePlace) {
+    let (scale, channels) = (ByteScale::over(-1.0, 3.0), from.channels);
     let x: Vec<f32> = (0..from.buffer_len()).map(|i| (i * 37 % 101) as f32 / 20.0 - 1.5).collect();
     let mut y = vec![0; to.buffer_len()];
-    let map = Map::new((from, None), (to, Output::Bytes(scale)), None, Rectifier::None);
-    map.run(Source::Floats(&x), Target::Bytes(&mut y));
+    let map = Map::new((from, None), (to, ByteOutput::Bytes(scale)), None, Rectifier::None);
+    map.run(SourceValues::Floats(&x), Target::Bytes(&mut y));
     let mut back = vec![0.0; from.buffer_len()];
-    let map = Map::new((to, Some(scale)), (from, Output::Floats), None, Rectifier::None);
-    map.run(Source::Bytes(&y), Target::Floats(&mut back));
+    let map = Map::new((to, Some(scale)), (from, ByteOutput::Floats), None, Rectifier::None);
+    map.run(SourceValues::Bytes(&y), Target::Floats(&mut back));
     for (x, back) in gathered(&from, &x).into_iter().zip(gathered(&from, &back)) {
         assert!((x.clamp(-1.0, 3.0) - back).abs() <= 0.51 * scale.step, "{x} comes back as {back}");
     }
     // As they are.
     let mut copy = vec![0; from.buffer_len()];
-    let map = Map::new((to, Some(scale)), (from, Output::Bytes(scale)), None, Rectifier::None);
-    map.run(Source::Bytes(&y), Target::Bytes(&mut copy));
+    let map = Map::new((to, Some(scale)), (from, ByteOutput::Bytes(scale)), None, Rectifier::None);
+    map.run(SourceValues::Bytes(&y), Target::Bytes(&mut copy));
     assert_eq!(gathered(&to, &y), gathered(&from, &copy));
     // Through a norm and a rectifier.
     let (gain, shift): (Vec<f32>, Vec<f32>) =
         (0..channels).map(|c| (0.1 * c as f32 - 1.0, 0.2 + 0.1 * c as f32)).unzip();
-    let other = Scale::over(0.0, 2.0);
+    let other = ByteScale::over(0.0, 2.0);
     let mut z = vec![0; from.buffer_len()];
     let map =
-        Map::new((to, Some(scale)), (from, Output::Bytes(other)), Some((&gain, &shift)), Rectifier::Relu);
-    map.run(Source::Bytes(&y), Target::Bytes(&mut z));
+        Map::new((to, Some(scale)), (from, ByteOutput::Bytes(other)), Some((&gain, &shift)), Rectifier::Relu);
+    map.run(SourceValues::Bytes(&y), Target::Bytes(&mut z));
     for (i, (y, z)) in gathered(&to, &y).into_iter().zip(gathered(&from, &z)).enumerate() {
         let c = i % channels;
         let real = scale.step * (f32::from(y) - f32::from(scale.zero)) * gain[c] + shift[c];
@@ -220,19 +220,22 @@ fn between_bytes_and_floats(from: Place, to: Place) {
 
 #[test]
 fn sums_means_and_maxima_are_those_of_the_numbers() {
-    let scales = [Scale::over(-1.0, 1.0), Scale::over(0.0, 5.0)];
-    let place = Place::new([1, 4, 4], 19, [1, 1], 21, 1);
+    let scales = [ByteScale::over(-1.0, 1.0), ByteScale::over(0.0, 5.0)];
+    let place = ImagePlace::new([1, 4, 4], 19, [1, 1], 21, 1);
     let [a, b] = [1, 2].map(|salt| bytes_of(place.len(), salt));
-    let real = |scale: Scale, byte: u8| scale.step * (f32::from(byte) - f32::from(scale.zero));
-    let (output, mut y) = (Scale::over(0.0, 6.0), vec![0; place.buffer_len()]);
-    let sum =
-        Add::new([(place, scales[0]), (place, scales[1])], (place, Output::Bytes(output)), Rectifier::Relu);
+    let real = |scale: ByteScale, byte: u8| scale.step * (f32::from(byte) - f32::from(scale.zero));
+    let (output, mut y) = (ByteScale::over(0.0, 6.0), vec![0; place.buffer_len()]);
+    let sum = Add::new(
+        [(place, scales[0]), (place, scales[1])],
+        (place, ByteOutput::Bytes(output)),
+        Rectifier::Relu,
+    );
     sum.run(&spread(&place, &a, 0), &spread(&place, &b, 0), Target::Bytes(&mut y));
     for (i, y) in gathered(&place, &y).into_iter().enumerate() {
         let want = (real(scales[0], a[i]) + real(scales[1], b[i])).max(0.0);
         assert!((want - real(output, y)).abs() <= 0.51 * output.step, "{i}: {want} and {}", real(output, y));
     }
-    let to = Place::dense([1, 2, 2], 19);
+    let to = ImagePlace::dense([1, 2, 2], 19);
     let reach = |axis: usize| -> Vec<Reach> {
         let parts = if axis == 0 { vec![(0, 1)] } else { vec![(0, 2), (2, 4)] };
         parts.into_iter().map(|(from, to)| Reach { from, to, count: to - from }).collect()
@@ -241,7 +244,7 @@ fn sums_means_and_maxima_are_those_of_the_numbers() {
     let x = spread(&place, &a, 0);
     let (mut largest, mut means) = (vec![0; to.len()], vec![0.0; to.len()]);
     bytes::max(&axes, &place, &x, &to, &mut largest);
-    Mean::new(axes, (place, scales[0]), (to, Output::Floats)).run(&x, Target::Floats(&mut means));
+    Mean::new(axes, (place, scales[0]), (to, ByteOutput::Floats)).run(&x, Target::Floats(&mut means));
     for position in 0..4 {
         for c in 0..19 {
             let inside = [0, 1, 4, 5].map(|at| a[(position / 2 * 8 + position % 2 * 2 + at) * 19 + c]);
@@ -250,7 +253,7 @@ fn sums_means_and_maxima_are_those_of_the_numbers() {
             assert!((means[position * 19 + c] - want).abs() < 1e-6);
         }
     }
-    let (dense, mut shuffled) = (Place::dense([1, 1, 2], 6), vec![0; 12]);
+    let (dense, mut shuffled) = (ImagePlace::dense([1, 1, 2], 6), vec![0; 12]);
     bytes::shuffle(2, &dense, &(0..12).collect::<Vec<u8>>(), &dense, &mut shuffled);
     assert_eq!(shuffled, [0, 3, 1, 4, 2, 5, 6, 9, 7, 10, 8, 11]);
 }
@@ -263,11 +266,11 @@ fn slices_that_are_too_short_are_refused() {
     };
     let window =
         Window3 { input: [1, 5, 6], output: [1, 5, 6], kernel: [1, 3, 3], stride: [1; 3], before: [0, 1, 1] };
-    let from = Place::new([1, 5, 6], 3, [1, 1], 3, 0);
-    let (scale, len) = (Scale { step: 0.1, zero: 3 }, from.buffer_len() + Bytes::SPARE);
+    let from = ImagePlace::new([1, 5, 6], 3, [1, 1], 3, 0);
+    let (scale, len) = (ByteScale { step: 0.1, zero: 3 }, from.buffer_len() + Bytes::SPARE);
     let (unit, bias) = ([1e-3; 4], [0; 4]);
     for width in Width::all() {
-        let to = Place::dense([1, 5, 6], 4);
+        let to = ImagePlace::dense([1, 5, 6], 4);
         let weight = weights_of(108, 1);
         let sums = Sums {
             weight: &weight,
@@ -275,7 +278,7 @@ fn slices_that_are_too_short_are_refused() {
             bias: &bias,
             input: scale,
             addend: Some(scale),
-            output: Output::Bytes(scale),
+            output: ByteOutput::Bytes(scale),
         };
         let route = Route { addend: Some(to), ..Route::new(from, to) };
         let conv = Conv::at(width, &window, [1; 3], 1, &sums, route);
@@ -291,7 +294,7 @@ fn slices_that_are_too_short_are_refused() {
             conv.run(&vec![1; len], Some(&vec![1; to.end()]), Target::Floats(&mut vec![0.0; to.end()]));
         });
     }
-    let to = Place::dense([1, 5, 6], 3);
+    let to = ImagePlace::dense([1, 5, 6], 3);
     let weight = weights_of(27, 1);
     let sums = Sums {
         weight: &weight,
@@ -299,7 +302,7 @@ fn slices_that_are_too_short_are_refused() {
         bias: &bias[..3],
         input: scale,
         addend: None,
-        output: Output::Bytes(scale),
+        output: ByteOutput::Bytes(scale),
     };
     let conv = bytes::Depthwise::new(&window, [1; 3], &sums, Route::new(from, to));
     let run = |x: usize, y: usize| conv.run(&vec![1; x], Target::Bytes(&mut vec![0; y]));
@@ -310,15 +313,16 @@ fn slices_that_are_too_short_are_refused() {
     refuses("sums beyond what floats hold", &|| {
         bytes::Depthwise::new(&window, [1; 3], &Sums { bias: &large, ..sums }, Route::new(from, to));
     });
-    let map = Map::new((from, Some(scale)), (to, Output::Floats), None, Rectifier::None);
-    let run = |x: usize, y: usize| map.run(Source::Bytes(&vec![1; x]), Target::Floats(&mut vec![0.0; y]));
+    let map = Map::new((from, Some(scale)), (to, ByteOutput::Floats), None, Rectifier::None);
+    let run =
+        |x: usize, y: usize| map.run(SourceValues::Bytes(&vec![1; x]), Target::Floats(&mut vec![0.0; y]));
     run(from.end(), to.end());
     refuses("map input", &|| run(from.end() - 1, to.end()));
     refuses("map output", &|| run(from.end(), to.end() - 1));
     refuses("map of floats", &|| {
-        map.run(Source::Floats(&vec![1.0; len]), Target::Floats(&mut vec![0.0; len]))
+        map.run(SourceValues::Floats(&vec![1.0; len]), Target::Floats(&mut vec![0.0; len]))
     });
-    let sum = Add::new([(from, scale), (to, scale)], (to, Output::Bytes(scale)), Rectifier::None);
+    let sum = Add::new([(from, scale), (to, scale)], (to, ByteOutput::Bytes(scale)), Rectifier::None);
     let run = |a: usize, b: usize, y: usize| {
         sum.run(&vec![1; a], &vec![1; b], Target::Bytes(&mut vec![0; y]));
     };
@@ -326,8 +330,8 @@ fn slices_that_are_too_short_are_refused() {
     refuses("first addend", &|| run(from.end() - 1, to.end(), to.end()));
     refuses("second addend", &|| run(from.end(), to.end() - 1, to.end()));
     refuses("sums", &|| run(from.end(), to.end(), to.end() - 1));
-    let one = Place::dense([1; 3], 3);
-    let mean = Mean::new(frozen::parts([1, 5, 6], [1; 3]), (from, scale), (one, Output::Floats));
+    let one = ImagePlace::dense([1; 3], 3);
+    let mean = Mean::new(frozen::parts([1, 5, 6], [1; 3]), (from, scale), (one, ByteOutput::Floats));
     let run = |x: usize, y: usize| mean.run(&vec![1; x], Target::Floats(&mut vec![0.0; y]));
     run(from.end(), 3);
     refuses("mean input", &|| run(from.end() - 1, 3));

@@ -6,7 +6,7 @@ use common::{Case, cases, most, values};
 use proptest::prelude::*;
 use taxel_kernels::conv::Conv;
 use taxel_kernels::simd::{Level, level};
-use taxel_kernels::{Rectifier, View, Window3};
+use taxel_kernels::{AffineView, Rectifier, Window3};
 
 impl Case {
     /// Calls `body(input value, weight, output value)` for every product of the definition.
@@ -83,7 +83,7 @@ fn agrees(case: &Case, conv: &Conv, accumulate: bool, relu: bool, shares: Shares
     let (x, dy) = (values(conv.x_len(), 1), values(conv.y_len(), 2));
     let (weight, bias) = (values(conv.weight_len(), 3), values(filters, 4));
     let rectifier = if relu { Rectifier::Relu } else { Rectifier::None };
-    let view = View { affine: None, rectifier };
+    let view = AffineView { affine: None, rectifier };
     let seen: Vec<f64> = x.iter().map(|&v| f64::from(if relu { v.max(0.0) } else { v })).collect();
 
     let mut y: Vec<f64> = bias.iter().cycle().take(conv.y_len()).map(|&b| f64::from(b)).collect();

@@ -5,8 +5,8 @@ mod common;
 
 use common::{Case, cases, needs, panics, says_what_is_needed, values};
 use proptest::prelude::*;
-use taxel_kernels::frozen::{self, Place, Pool, Pooling, Route};
-use taxel_kernels::{Rectifier, View, Window3, conv, lstm, pool};
+use taxel_kernels::frozen::{self, ImagePlace, Pool, Pooling, Route};
+use taxel_kernels::{AffineView, Rectifier, Window3, conv, lstm, pool};
 
 /// A convolution and where its values lie: margins beyond what windows reach, and channels beside them.
 #[derive(Debug, Clone)]
@@ -24,21 +24,21 @@ fn placed() -> impl Strategy<Value = Placed> {
 }
 
 impl Placed {
-    fn from(&self) -> Place {
+    fn from(&self) -> ImagePlace {
         let [before, after] = frozen::margins(&self.case.window, self.case.dilation);
         let margin = [before + self.wider[0], after + self.wider[1]];
         let Case { window, channels, .. } = self.case;
-        Place::new(window.input, channels, margin, channels + self.beside[0], self.beside[0] / 2)
+        ImagePlace::new(window.input, channels, margin, channels + self.beside[0], self.beside[0] / 2)
     }
 
-    fn to(&self) -> Place {
+    fn to(&self) -> ImagePlace {
         let Case { window, filters, .. } = self.case;
-        Place::new(window.output, filters, self.wider, filters + self.beside[1], self.beside[1] / 2)
+        ImagePlace::new(window.output, filters, self.wider, filters + self.beside[1], self.beside[1] / 2)
     }
 }
 
 /// Dense values at `place`: margins are zero, other channels hold what nobody may read.
-fn spread(place: &Place, dense: &[f32]) -> Vec<f32> {
+fn spread(place: &ImagePlace, dense: &[f32]) -> Vec<f32> {
     let mut buffer = vec![0.0; place.buffer_len()];
     for row in 0..place.size[0] * place.size[1] {
         for column in 0..place.size[2] {
@@ -47,13 +47,13 @@ fn spread(place: &Place, dense: &[f32]) -> Vec<f32> {
             buffer[start..start + place.pitch[2]].fill(f32::NAN);
         }
     }
-    frozen::copy(&Place::dense(place.size, place.channels), dense, place, &mut buffer);
+    frozen::copy(&ImagePlace::dense(place.size, place.channels), dense, place, &mut buffer);
     buffer
 }
 
-fn gathered(place: &Place, buffer: &[f32]) -> Vec<f32> {
+fn gathered(place: &ImagePlace, buffer: &[f32]) -> Vec<f32> {
     let mut dense = vec![0.0; place.len()];
-    frozen::copy(place, buffer, &Place::dense(place.size, place.channels), &mut dense);
+    frozen::copy(place, buffer, &ImagePlace::dense(place.size, place.channels), &mut dense);
     dense
 }
 
@@ -81,14 +81,14 @@ proptest! {
         let (mut scratch, mut work) = (vec![0.0; plain.padded_len()], vec![0.0; plain.work_len()]);
         let mut sums = vec![0.0; plain.y_len()];
         for band in plain.bands() {
-            let padded = plain.pad(&x, &View::default(), band, &mut scratch);
+            let padded = plain.pad(&x, &AffineView::default(), band, &mut scratch);
             plain.forward(padded, &weight, &[], Some(&bias), &mut sums, &mut work);
         }
         let (from, to) = (placed.from(), placed.to());
         let input = spread(&from, &x);
         let seen = |sums: &[f32]| {
             let mut y = vec![0.0; sums.len()];
-            View { affine: None, rectifier: placed.rectifier }.apply(case.filters, sums, &mut y);
+            AffineView { affine: None, rectifier: placed.rectifier }.apply(case.filters, sums, &mut y);
             y
         };
         let route = Route { rectifier: placed.rectifier, ..Route::new(from, to) };
@@ -125,11 +125,11 @@ fn poolings_agree_with_those_of_training() {
     };
     let channels = 21;
     let x = values(window.input_len() * channels, 5);
-    let from = Place::new(window.input, channels, [1, 2], channels + 3, 2);
-    let to = Place::new(window.output, channels, [2, 0], channels + 1, 1);
+    let from = ImagePlace::new(window.input, channels, [1, 2], channels + 3, 2);
+    let to = ImagePlace::new(window.output, channels, [2, 0], channels + 1, 1);
     let (mut largest, mut means) = (vec![0.0; to.len()], vec![0.0; to.len()]);
     let max = pool::MaxPool::new(&window, channels);
-    max.forward(&View::default(), &x, &mut largest, &mut vec![0.0; max.output_len()]);
+    max.forward(&AffineView::default(), &x, &mut largest, &mut vec![0.0; max.output_len()]);
     pool::average_forward(&window, &[(0, 0); 3], channels, &x, &mut means);
     for (pooling, expected) in [(Pooling::Max, largest), (Pooling::Mean, means)] {
         let mut y = vec![0.0; to.buffer_len()];
@@ -158,7 +158,7 @@ fn linear_layers_and_lstms_agree_with_those_of_training() {
     let x = values(5 * 11, 13);
     let (mut expected, mut h) = (vec![0.0; 37], vec![0.0; 37]);
     sizes.forward(&x, &weights, &mut lstm::Trace::new(&sizes, 1), &mut expected);
-    let from = Place::new([1, 1, 11], 5, [1, 0], 8, 2);
+    let from = ImagePlace::new([1, 1, 11], 5, [1, 0], 8, 2);
     let frozen = frozen::Lstm::new(sizes, &weights, from);
     frozen.run(&spread(&from, &x), &mut vec![0.0; frozen.work_len()], &mut h);
     close(&h, &expected, "lstm");
@@ -177,10 +177,10 @@ proptest! {
         rectifier in prop_oneof![Just(Rectifier::None), Just(Rectifier::Relu), Just(Rectifier::Relu6)],
         normed in any::<bool>(),
     ) {
-        let place = |beside: usize| Place::new(size, channels, margin, channels + beside, beside / 2);
+        let place = |beside: usize| ImagePlace::new(size, channels, margin, channels + beside, beside / 2);
         let (from, to) = (place(beside[0]), place(beside[1]));
         let (x, scale, shift) = (values(from.buffer_len(), 1), values(channels, 2), values(channels, 3));
-        let view = View { affine: normed.then_some((&scale, &shift)), rectifier };
+        let view = AffineView { affine: normed.then_some((&scale, &shift)), rectifier };
         let mut y = vec![7.0; to.buffer_len()];
         frozen::map(&view, &from, &x, &to, &mut y);
         let mut want = vec![7.0; to.buffer_len()];
@@ -199,14 +199,14 @@ proptest! {
 fn slices_that_are_too_short_are_refused() {
     let window =
         Window3 { input: [1, 5, 6], output: [1, 5, 6], kernel: [1, 3, 3], stride: [1; 3], before: [0, 1, 1] };
-    let (from, to) = (Place::new([1, 5, 6], 3, [1, 1], 3, 0), Place::dense([1, 5, 6], 4));
+    let (from, to) = (ImagePlace::new([1, 5, 6], 3, [1, 1], 3, 0), ImagePlace::dense([1, 5, 6], 4));
     let route = Route { addend: Some(to), ..Route::new(from, to) };
     let conv = frozen::Conv::new(&window, [1; 3], 1, &values(108, 1), &values(4, 2), route);
     needs("conv", [from.buffer_len(), to.end(), to.end()], |[x, addend, y]| conv.run(x, Some(addend), y));
-    let to = Place::dense([1, 5, 6], 3);
+    let to = ImagePlace::dense([1, 5, 6], 3);
     let conv = frozen::Depthwise::new(&window, [1; 3], &values(27, 1), &values(3, 2), Route::new(from, to));
     needs("depthwise", [from.buffer_len(), to.end()], |[x, y]| conv.run(x, y));
-    let pool = Pool::new(Pooling::Mean, frozen::parts([1, 5, 6], [1; 3]), from, Place::dense([1; 3], 3));
+    let pool = Pool::new(Pooling::Mean, frozen::parts([1, 5, 6], [1; 3]), from, ImagePlace::dense([1; 3], 3));
     needs("pool", [from.end(), 3], |[x, y]| pool.run(x, y));
     let linear = frozen::Linear::new(6, 5, &values(30, 1));
     needs("linear", [6, 5, 5], |[x, start, y]| linear.run(x, start, Rectifier::None, y));
@@ -214,10 +214,10 @@ fn slices_that_are_too_short_are_refused() {
     let weight = |len| vec![0.1; len];
     let (ih, hh, bias) = (weight(32), weight(64), weight(16));
     let weights = lstm::Weights { ih: &ih, hh: &hh, bias_ih: &bias, bias_hh: &bias };
-    let lstm = frozen::Lstm::new(sizes, &weights, Place::dense([1, 1, 3], 2));
+    let lstm = frozen::Lstm::new(sizes, &weights, ImagePlace::dense([1, 1, 3], 2));
     needs("lstm", [6, lstm.work_len(), 4], |[x, work, h]| lstm.run(x, work, h));
     needs("copy", [from.end(), to.end()], |[x, y]| frozen::copy(&from, x, &to, y));
-    let apart = Place::new([1, 5, 6], 3, [1, 1], 8, 2);
+    let apart = ImagePlace::new([1, 5, 6], 3, [1, 1], 8, 2);
     needs("copy apart", [apart.end(), to.end()], |[x, y]| frozen::copy(&apart, x, &to, y));
     needs("copy back", [to.end(), apart.end()], |[x, y]| frozen::copy(&to, x, &apart, y));
     needs("add", [from.end(), to.end()], |[x, y]| frozen::add(&from, x, &to, y));
@@ -226,18 +226,18 @@ fn slices_that_are_too_short_are_refused() {
 /// Distances whose sums wrap around would let a short slice pass.
 #[test]
 fn distances_that_no_memory_holds_are_refused() {
-    let near = Place::dense([1, 1, 3], 1);
-    let far = Place { pitch: [0, 0, usize::MAX / 2 + 1], ..near };
+    let near = ImagePlace::dense([1, 1, 3], 1);
+    let far = ImagePlace { pitch: [0, 0, usize::MAX / 2 + 1], ..near };
     for (from, to) in [(far, near), (near, far)] {
         let copied = panics(|| frozen::copy(&from, &[1.0; 3], &to, &mut [0.0; 3])).unwrap_or_default();
         assert!(copied.contains("no memory holds"), "{copied}");
         let added = panics(|| frozen::add(&from, &[1.0; 3], &to, &mut [0.0; 3])).unwrap_or_default();
         assert!(added.contains("no memory holds"), "{added}");
     }
-    assert!(!Place { size: [1 << (usize::BITS / 2), 1 << (usize::BITS / 2), 1], ..near }.is_empty());
+    assert!(!ImagePlace { size: [1 << (usize::BITS / 2), 1 << (usize::BITS / 2), 1], ..near }.is_empty());
     let size = near.size;
     let window = Window3 { input: size, output: size, kernel: [1, 1, 3], stride: [1; 3], before: [0, 0, 1] };
-    let before = Place { start: 0, ..Place::new(size, 1, [1, 1], 1, 0) };
+    let before = ImagePlace { start: 0, ..ImagePlace::new(size, 1, [1, 1], 1, 0) };
     says_what_is_needed("a margin before the buffer", || {
         frozen::Conv::new(&window, [1; 3], 1, &[0.0; 3], &[0.0], Route::new(before, near));
     });
@@ -248,6 +248,6 @@ fn distances_that_no_memory_holds_are_refused() {
 fn margins_that_are_too_narrow_are_refused() {
     let window =
         Window3 { input: [1, 1, 6], output: [1, 1, 6], kernel: [1, 1, 3], stride: [1; 3], before: [0, 0, 1] };
-    let place = Place::dense([1, 1, 6], 2);
+    let place = ImagePlace::dense([1, 1, 6], 2);
     frozen::Conv::new(&window, [1; 3], 1, &[0.0; 12], &[0.0; 2], Route::new(place, place));
 }

@@ -13,7 +13,8 @@ use taxel_kernels::matmul::{Matrix, few_rows, matmul};
 use taxel_kernels::optim::Adam;
 use taxel_kernels::pool::MaxPool;
 use taxel_kernels::{
-    Rectifier, View, Window3, activation, batch_norm, dropout, layout, loss, optim, pointwise, pool, reduce,
+    AffineView, Rectifier, Window3, activation, batch_norm, dropout, layout, loss, optim, pointwise, pool,
+    reduce,
 };
 
 #[test]
@@ -100,25 +101,25 @@ fn views() {
     for (channels, rows) in ROWS {
         let len = channels * rows;
         for rectifier in [Rectifier::None, Rectifier::Relu, Rectifier::Relu6] {
-            let plain = View { affine: None, rectifier };
+            let plain = AffineView { affine: None, rectifier };
             needs("apply", [len; 2], |[x, y]| plain.apply(channels, x, y));
             needs("affine apply", [channels, channels, len, len], |[scale, shift, x, y]| {
-                View { affine: Some((scale, shift)), rectifier }.apply(channels, x, y);
+                AffineView { affine: Some((scale, shift)), rectifier }.apply(channels, x, y);
             });
             needs("seen", [channels, channels, len, len], |[scale, shift, x, scratch]| {
-                View { affine: Some((scale, shift)), rectifier }.seen(channels, x, scratch);
+                AffineView { affine: Some((scale, shift)), rectifier }.seen(channels, x, scratch);
             });
             needs(
                 "mean_positions",
                 [channels, channels, len, len, channels],
                 |[scale, shift, x, scratch, y]| {
-                    let view = View { affine: Some((scale, shift)), rectifier };
+                    let view = AffineView { affine: Some((scale, shift)), rectifier };
                     pointwise::mean_positions(channels, &view, x, scratch, y);
                 },
             );
         }
         needs("mean_positions as they are", [len, channels], |[x, y]| {
-            pointwise::mean_positions(channels, &View::default(), x, &mut [], y);
+            pointwise::mean_positions(channels, &AffineView::default(), x, &mut [], y);
         });
     }
 }
@@ -138,13 +139,13 @@ fn sums_and_batch_norms() {
             "add_gradient_sums",
             [len, len, channels, channels, channels, channels, channels],
             |[x, dy, scale, shift, mean, sums, deviations]| {
-                let view = View { affine: Some((scale, shift)), rectifier: Rectifier::Relu };
+                let view = AffineView { affine: Some((scale, shift)), rectifier: Rectifier::Relu };
                 reduce::add_gradient_sums(channels, x, &view, dy, mean, sums, deviations);
             },
         );
         for rectifier in [Rectifier::None, Rectifier::Relu, Rectifier::Relu6] {
             needs("batch_norm without a norm", [len; 3], |[x, dy, dx]| {
-                let view = View { affine: None, rectifier };
+                let view = AffineView { affine: None, rectifier };
                 batch_norm::backward(channels, x, &view, None, dy, dx, true);
             });
             needs(
@@ -157,14 +158,14 @@ fn sums_and_batch_norms() {
                         mean: mean.to_vec(),
                         constant: constant.to_vec(),
                     };
-                    let view = View { affine: Some((scale, shift)), rectifier };
+                    let view = AffineView { affine: Some((scale, shift)), rectifier };
                     batch_norm::backward(channels, x, &view, Some(&norm), dy, dx, false);
                 },
             );
         }
     }
     says_what_is_needed("scale and shift without their norm", || {
-        let view = View { affine: Some((&[1.0], &[0.0])), rectifier: Rectifier::None };
+        let view = AffineView { affine: Some((&[1.0], &[0.0])), rectifier: Rectifier::None };
         batch_norm::backward(1, &[0.0], &view, None, &[0.0], &mut [0.0], false);
     });
 }
@@ -185,11 +186,11 @@ fn pools() {
         let (inputs, outputs) = (window.input_len() * channels, window.output_len() * channels);
         let max = MaxPool::new(&window, channels);
         needs("max forward", [inputs, outputs, outputs], |[x, y, taken]| {
-            max.forward(&View::default(), x, y, taken);
+            max.forward(&AffineView::default(), x, y, taken);
         });
         needs("max forward through a view", [inputs, outputs, outputs, channels, channels], |slices| {
             let [x, y, taken, scale, shift] = slices;
-            let view = View { affine: Some((scale, shift)), rectifier: Rectifier::Relu };
+            let view = AffineView { affine: Some((scale, shift)), rectifier: Rectifier::Relu };
             max.forward(&view, x, y, taken);
         });
         let counted = [(0, 0); 3];
@@ -254,7 +255,7 @@ fn convolutions_pad_and_go_forward() {
             let mut whole = vec![0.0; if fills == 0 { conv.padded_len() } else { 0 }];
             let scratch = if fills == 0 { &mut whole } else { scratch };
             for band in conv.bands() {
-                let _ = conv.pad(x, &View::default(), band, scratch);
+                let _ = conv.pad(x, &AffineView::default(), band, scratch);
             }
         });
         needs(name, [weight.len()], |[weight]| conv.pack(weight, &mut vec![]));
@@ -266,7 +267,7 @@ fn convolutions_pad_and_go_forward() {
         needs(name, lens, |[weight, packed, bias, y, work]| {
             let mut scratch = vec![0.0; conv.padded_len()];
             for band in conv.bands() {
-                let padded = conv.pad(&x, &View::default(), band, &mut scratch);
+                let padded = conv.pad(&x, &AffineView::default(), band, &mut scratch);
                 conv.forward(padded, weight, packed, Some(bias), y, work);
             }
         });
@@ -282,14 +283,14 @@ fn convolutions_and_their_gradients() {
         needs(name, lens, |[dy, sums, dbias, work]| {
             let mut scratch = vec![0.0; conv.padded_len()];
             for band in conv.bands() {
-                let padded = conv.pad(&x, &View::default(), band, &mut scratch);
+                let padded = conv.pad(&x, &AffineView::default(), band, &mut scratch);
                 conv.backward_weight(padded, dy, sums, Some(dbias), work);
             }
         });
         needs(name, [conv.y_len(), conv.sums_len(), conv.work_len()], |[dy, sums, work]| {
             let mut scratch = vec![0.0; conv.padded_len()];
             for band in conv.bands() {
-                let padded = conv.pad(&x, &View::default(), band, &mut scratch);
+                let padded = conv.pad(&x, &AffineView::default(), band, &mut scratch);
                 conv.backward_weight(padded, dy, sums, None, work);
             }
         });
@@ -320,7 +321,7 @@ fn padded_images_of_other_convolutions() {
         let mut packed = vec![];
         conv.pack(&weight, &mut packed);
         for band in other.bands() {
-            let padded = other.pad(&x, &View::default(), band, &mut scratch);
+            let padded = other.pad(&x, &AffineView::default(), band, &mut scratch);
             says_what_is_needed(name, || conv.forward(padded, &weight, &packed, None, &mut y, &mut work));
             says_what_is_needed(name, || conv.backward_weight(padded, &y, &mut sums, None, &mut work));
         }

@@ -2,7 +2,7 @@
 
 use taxel_kernels::batch_norm::{self, InputGradient};
 use taxel_kernels::reduce::add_gradient_sums;
-use taxel_kernels::{Rectifier, View};
+use taxel_kernels::{AffineView, Rectifier};
 
 /// ```python
 /// x = torch.tensor([-1, 0, 2, 6, 7, torch.nan], requires_grad=True)
@@ -30,7 +30,7 @@ fn corners_are_those_of_pytorch_with_and_without_a_norm() {
             // Without the NaN, since 0 · NaN is NaN in the norm's gradient.
             let finite = wide(&x[..5]);
             for affine in [None, Some((&ones[..], &zeros[..]))] {
-                let view = View { affine, rectifier };
+                let view = AffineView { affine, rectifier };
                 let (x, mut y) = (wide(&x), vec![1.0; 6 * channels]);
                 view.apply(channels, &x, &mut y);
                 assert_eq!(y[..5 * channels], wide(&seen), "{view:?}");

@@ -56,8 +56,8 @@ pub use estimator::search::{Chosen, Combination, Search, Trial};
 pub use estimator::trainable::Trainable;
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
-    Card, FORMAT, Kind, Model, ModelInput, Predictions, Predictor, Quantized, Score, TrainedOn, TrainingPart,
-    Workspace,
+    Card, FORMAT, Model, ModelInput, ModelKind, Predictions, Predictor, Quantized, Score, TrainedOn,
+    TrainingPart, Workspace,
 };
 pub use problem::{Check, Problem, require, share, within};
 pub use progress::{Progress, Silent};
@@ -73,7 +73,7 @@ pub use run::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, Timi
 pub use run::results::{FoldScores, NetworkResults, Results};
 pub use run::run_models::read_weights;
 pub use sensor::{SensorFacts, sensor};
-pub use table::Table;
+pub use table::ResultsTable;
 pub use taxel_guard as guard;
 pub use training::epoch::Epoch;
 pub use training::optimizer::{Decay, Moments, Optimizer};

@@ -10,20 +10,20 @@ use taxel_data::Task;
 
 use crate::error::Result;
 use crate::latency::Latency;
-use crate::metrics::{Metric, Scores, Unit, metrics};
+use crate::metrics::{Metric, MetricUnit, Scores, metrics};
 use crate::run::folder::RunFolder;
 use crate::run::results::{NetworkResults, Results};
 use crate::training::recipe::BatchNorm;
 
 /// The table of one run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct ResultsTable {
     caption: Vec<String>,
     grid: Grid,
     json: Value,
 }
 
-impl Table {
+impl ResultsTable {
     /// The table of a run folder.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Table {
             "unit": results.unit,
             "networks": networks,
         });
-        Table { caption: caption(results), grid: grid(results, &latencies), json }
+        ResultsTable { caption: caption(results), grid: grid(results, &latencies), json }
     }
 
     /// The same numbers as one JSON object.
@@ -73,7 +73,7 @@ impl Table {
     }
 }
 
-impl fmt::Display for Table {
+impl fmt::Display for ResultsTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for line in &self.caption {
             writeln!(f, "{line}")?;
@@ -87,8 +87,8 @@ fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
     let mut grid = Grid::new().left("network");
     let shown: Vec<&Metric> = metrics(&results.task).iter().filter(|metric| metric.is_shown).collect();
     let titles = shown.iter().map(|metric| match metric.unit {
-        Unit::Quantity => metric.with_unit(&results.task),
-        Unit::Percent | Unit::Number => metric.title.to_string(),
+        MetricUnit::Quantity => metric.with_unit(&results.task),
+        MetricUnit::Percent | MetricUnit::Number => metric.title.to_string(),
     });
     for head in ["parameters", "MACs"].map(String::from).into_iter().chain(titles) {
         grid = grid.right(head);
@@ -159,7 +159,7 @@ fn object(network: &NetworkResults, latency: Option<Latency>) -> Value {
 }
 
 fn caption(results: &Results) -> Vec<String> {
-    let in_percent = if results.primary().unit == Unit::Percent { " in %" } else { "" };
+    let in_percent = if results.primary().unit == MetricUnit::Percent { " in %" } else { "" };
     let title = results.title.as_ref().map_or(String::new(), |title| format!(": {title}"));
     let mut lines = vec![
         format!("{}{title}", results.name),

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use support::{key, mlp, presses, recipe, run, run_at, three_folds};
 use taxel_baselines::Method;
 use taxel_data::Dataset;
-use taxel_learn::{Candidate, CrossValidation, Error, Model, RunFolder, RunOptions, Silent, Table};
+use taxel_learn::{Candidate, CrossValidation, Error, Model, ResultsTable, RunFolder, RunOptions, Silent};
 
 fn resume(validation: CrossValidation, out: &Path) -> Result<RunFolder, Error> {
     let options = RunOptions { resume: true, threads: Some(1), ..RunOptions::default() };
@@ -126,7 +126,7 @@ fn a_training_that_ends_far_above_guessing_is_marked() {
         assert_eq!(results["networks"][at]["diverged"], folds, "{}", results["networks"][at]["network"]);
     }
     assert_eq!(results["networks"][2]["folds"][1]["diverged"], json!(true));
-    let table = Table::of(&folder).unwrap();
+    let table = ResultsTable::of(&folder).unwrap();
     assert_eq!(table.json()["networks"][2]["diverged"], json!(3));
     let text = table.to_string();
     assert!(text.contains("wild (diverged)") && !text.contains("mlp (diverged)"), "{text}");
@@ -152,7 +152,7 @@ fn one_training_that_leaves_the_finite_numbers_does_not_take_the_others_with_it(
         let results = folder.results().unwrap();
         assert_eq!((results.missing.len(), results.networks[1].folds.len()), (3, 3));
         assert_eq!(json_of(&folder.file("results.json"))["networks"][0]["diverged"], json!(3));
-        let text = Table::of(&folder).unwrap().to_string();
+        let text = ResultsTable::of(&folder).unwrap().to_string();
         assert!(text.contains("wild (diverged)") && text.contains("diverged: wild in 3 folds"), "{text}");
         // Not an invitation to try the same again.
         assert!(!text.contains("resume the run"), "{text}");

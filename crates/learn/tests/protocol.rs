@@ -12,7 +12,7 @@ use support::{key, mlp, model, presses, recipe, record, run, three_folds, traina
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Fold};
 use taxel_graph::Loss;
-use taxel_learn::{Candidate, Kind, Protocol, Split, Table, shuffled};
+use taxel_learn::{Candidate, ModelKind, Protocol, ResultsTable, Split, shuffled};
 
 /// The folds of repetition 0 under seed 3.
 fn folds(protocol: &Protocol, dataset: &Dataset) -> Vec<Fold> {
@@ -133,7 +133,7 @@ fn a_learning_curve_has_a_row_per_number_of_samples() {
     let (one, three) = (record(&folder, &key("mlp.n1", 1, 0)), record(&folder, &key("mlp.n3", 1, 0)));
     assert_eq!((one.train_samples, three.train_samples), (3, 9));
     assert_eq!(one.index, three.index);
-    assert!(Table::of(&folder).unwrap().to_string().contains("few samples per class"));
+    assert!(ResultsTable::of(&folder).unwrap().to_string().contains("few samples per class"));
     // A model bears the name of its network, and says how many samples it has seen.
     let card = model(&folder, &key("mlp.n3", 1, 0)).card().clone();
     assert_eq!((card.name.as_str(), card.trained_on.samples), ("mlp", 9));
@@ -158,7 +158,7 @@ fn a_name_that_looks_like_a_row_keeps_its_own_recipe() {
             assert_eq!(record(&folder, &row).epochs.len(), wanted.epochs, "{row}");
             let card = model(&folder, &row).card().clone();
             assert_eq!(card.name, candidate.name);
-            let Kind::Network { loss, recipe, .. } = card.kind else { panic!("a network") };
+            let ModelKind::Network { loss, recipe, .. } = card.kind else { panic!("a network") };
             assert_eq!((loss, *recipe), (wanted.loss, wanted), "{row}");
         }
     }

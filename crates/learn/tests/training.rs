@@ -16,8 +16,8 @@ use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_graph::Weights;
 use taxel_learn::{
-    Candidate, Combination, Criterion, CrossValidation, Encoding, Problem, Protocol, Recipe, RunFolder,
-    Search, Table,
+    Candidate, Combination, Criterion, CrossValidation, Encoding, Problem, Protocol, Recipe, ResultsTable,
+    RunFolder, Search,
 };
 
 /// Three folds of an MLP with `changes` to its recipe, on 45 presses.
@@ -217,7 +217,7 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
         (record.outcome.labels().0.len(), record.outcome.outputs().len()),
         (2 * record.index.len(), 7 * record.index.len())
     );
-    let text = Table::of(&folder).unwrap().to_string();
+    let text = ResultsTable::of(&folder).unwrap().to_string();
     assert!(text.contains("hardness off by"), "{text}");
     // Splits are even over the combinations of levels.
     for fold in Protocol::k_fold(3).folds(&dataset, 3, 0).unwrap() {

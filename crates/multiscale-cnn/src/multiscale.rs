@@ -14,8 +14,8 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Activation, Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result,
-    at_least,
+    Activation, Architecture, Conv, Fill, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Pool,
+    Result, at_least,
 };
 
 /// Table 1: filters of the multi-channel convolution of each block (`Conv1_2`, `Conv2_2`, `Conv3_2`). The
@@ -46,7 +46,7 @@ pub(crate) const MULTISCALE_CNN: Listing<MultiscaleConfig> = Listing {
         activation: BlockActivation::LeakyRelu,
     },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 2_180_011, statistics: 1_174, macs: 7_488_856 },
+    counts: NetworkCounts { parameters: 2_180_011, statistics: 1_174, macs: 7_488_856 },
     quick: &[],
 };
 

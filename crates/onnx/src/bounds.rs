@@ -14,7 +14,7 @@ const NUMBER: usize = 16;
 
 /// A message of [`crate::proto`], by the fields that repeat or lead to such.
 #[derive(Clone, Copy)]
-enum Kind {
+enum MessageKind {
     Model,
     Graph,
     Node,
@@ -28,28 +28,30 @@ enum Kind {
 }
 
 /// The type of a field of a message.
-enum Field {
-    Message(Kind),
+enum FieldType {
+    Message(MessageKind),
     Text,
     Numbers,
     Other,
 }
 
-impl Kind {
-    fn field(self, number: u64) -> Field {
-        use Field::{Message, Numbers, Other, Text};
+impl MessageKind {
+    fn field(self, number: u64) -> FieldType {
+        use FieldType::{Message, Numbers, Other, Text};
         match (self, number) {
-            (Kind::Model, 7) => Message(Kind::Graph),
-            (Kind::Model, 8 | 14) | (Kind::Tensor, 13) | (Kind::Shape, 1) => Message(Kind::Leaf),
-            (Kind::Graph, 1) => Message(Kind::Node),
-            (Kind::Graph, 5) | (Kind::Attribute, 5) => Message(Kind::Tensor),
-            (Kind::Graph, 11 | 12) => Message(Kind::ValueInfo),
-            (Kind::Node, 1 | 2) | (Kind::Attribute, 9) => Text,
-            (Kind::Node, 5) => Message(Kind::Attribute),
-            (Kind::Attribute, 7 | 8) | (Kind::Tensor, 1 | 5 | 7) => Numbers,
-            (Kind::ValueInfo, 2) => Message(Kind::Type),
-            (Kind::Type, 1) => Message(Kind::TensorType),
-            (Kind::TensorType, 2) => Message(Kind::Shape),
+            (MessageKind::Model, 7) => Message(MessageKind::Graph),
+            (MessageKind::Model, 8 | 14) | (MessageKind::Tensor, 13) | (MessageKind::Shape, 1) => {
+                Message(MessageKind::Leaf)
+            }
+            (MessageKind::Graph, 1) => Message(MessageKind::Node),
+            (MessageKind::Graph, 5) | (MessageKind::Attribute, 5) => Message(MessageKind::Tensor),
+            (MessageKind::Graph, 11 | 12) => Message(MessageKind::ValueInfo),
+            (MessageKind::Node, 1 | 2) | (MessageKind::Attribute, 9) => Text,
+            (MessageKind::Node, 5) => Message(MessageKind::Attribute),
+            (MessageKind::Attribute, 7 | 8) | (MessageKind::Tensor, 1 | 5 | 7) => Numbers,
+            (MessageKind::ValueInfo, 2) => Message(MessageKind::Type),
+            (MessageKind::Type, 1) => Message(MessageKind::TensorType),
+            (MessageKind::TensorType, 2) => Message(MessageKind::Shape),
             _ => Other,
         }
     }
@@ -59,11 +61,11 @@ impl Kind {
 /// Why the bytes are no model, or one that is too large.
 pub fn check(bytes: &[u8]) -> Result<(), String> {
     let mut left = MOST;
-    walk(Kind::Model, bytes, &mut left)
+    walk(MessageKind::Model, bytes, &mut left)
 }
 
 /// Messages nest as deep as the kinds do.
-fn walk(kind: Kind, mut bytes: &[u8], left: &mut usize) -> Result<(), String> {
+fn walk(kind: MessageKind, mut bytes: &[u8], left: &mut usize) -> Result<(), String> {
     let cut = || "a field is longer than the file".to_string();
     while !bytes.is_empty() {
         let key = varint(&mut bytes).ok_or_else(cut)?;
@@ -82,14 +84,14 @@ fn walk(kind: Kind, mut bytes: &[u8], left: &mut usize) -> Result<(), String> {
             other => return Err(format!("field {} has the unknown wire type {other}", key >> 3)),
         };
         let charge = match field {
-            Field::Message(_) => MESSAGE,
-            Field::Text => TEXT,
-            Field::Numbers => NUMBER * content.len().max(1),
-            Field::Other => 0,
+            FieldType::Message(_) => MESSAGE,
+            FieldType::Text => TEXT,
+            FieldType::Numbers => NUMBER * content.len().max(1),
+            FieldType::Other => 0,
         };
         let too_large = "its messages would take more memory than any network needs";
         *left = left.checked_sub(charge).ok_or(too_large)?;
-        if let Field::Message(inner) = field {
+        if let FieldType::Message(inner) = field {
             walk(inner, content, left)?;
         }
     }

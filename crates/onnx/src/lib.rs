@@ -26,5 +26,5 @@ mod import;
 mod proto;
 
 pub use error::{Cause, Error, Result};
-pub use export::{Export, IR_VERSION, OPSET, PROBABILITIES, Reading, Step, to_bytes, write};
+pub use export::{Export, Front, FrontStep, IR_VERSION, OPSET, PROBABILITIES, to_bytes, write};
 pub use import::{Imported, from_bytes, read};

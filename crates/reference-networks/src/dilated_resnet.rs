@@ -11,7 +11,8 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, Conv, Counts, Error, Flow, Graph, InputKeys, Listing, Network, Pool, Result, at_least,
+    Architecture, Conv, Error, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result,
+    at_least,
 };
 
 /// Name and dilation of the residual blocks; both convolutions of a block have it.
@@ -27,7 +28,7 @@ pub(crate) const DILATED_RESNET: Listing<DilatedResNetConfig> = Listing {
     paper: "taxel's own",
     config: DilatedResNetConfig { classes: 3, in_channels: 500, length: 25, width: 64, blocks: BLOCKS.len() },
     inputs: &[InputKeys::SIGNAL],
-    counts: Counts { parameters: 82_755, statistics: 1_024, macs: 2_029_376 },
+    counts: NetworkCounts { parameters: 82_755, statistics: 1_024, macs: 2_029_376 },
     quick: &[],
 };
 

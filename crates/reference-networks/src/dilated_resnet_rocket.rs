@@ -9,7 +9,7 @@
 //! the member that learns faster leaves the other little to learn.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
+use taxel_graph::{Architecture, Graph, InputKeys, Listing, Network, NetworkCounts, Result, at_least};
 
 use crate::dilated_resnet::{check, logits};
 
@@ -32,7 +32,7 @@ pub(crate) const DILATED_RESNET_ROCKET: Listing<DilatedResNetRocketConfig> = Lis
         hidden: 32,
     },
     inputs: &[InputKeys::SIGNAL, InputKeys::ROCKET],
-    counts: Counts { parameters: 144_774, statistics: 1_088, macs: 2_091_296 },
+    counts: NetworkCounts { parameters: 144_774, statistics: 1_088, macs: 2_091_296 },
     quick: &[],
 };
 

@@ -11,7 +11,7 @@
 //! first.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
+use taxel_graph::{Architecture, Conv, Graph, InputKeys, Listing, Network, NetworkCounts, Result, at_least};
 
 /// Filters and kernel of each convolution.
 const LAYERS: [(usize, usize); 3] = [(128, 8), (256, 5), (128, 3)];
@@ -22,7 +22,7 @@ pub(crate) const FCN: Listing<FcnConfig> = Listing {
     paper: "Wang et al. 2017",
     config: FcnConfig { classes: 3, in_channels: 5, length: 50 },
     inputs: &[InputKeys::SIGNAL],
-    counts: Counts { parameters: 269_187, statistics: 1_024, macs: 13_363_584 },
+    counts: NetworkCounts { parameters: 269_187, statistics: 1_024, macs: 13_363_584 },
     quick: &[],
 };
 

@@ -8,7 +8,7 @@
 //! goes to the classifier, is what its size and GFLOPs leave. Two bias vectors, as PyTorch has them.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, at_least};
+use taxel_graph::{Architecture, Graph, InputKeys, Listing, Network, NetworkCounts, Result, at_least};
 
 pub(crate) const LSTM: Listing<LstmConfig> = Listing {
     name: "lstm",
@@ -16,7 +16,7 @@ pub(crate) const LSTM: Listing<LstmConfig> = Listing {
     paper: "000, Table 5",
     config: LstmConfig { classes: 3, in_channels: 5, length: 50, hidden: 128 },
     inputs: &[InputKeys::SIGNAL],
-    counts: Counts { parameters: 69_507, statistics: 0, macs: 3_405_184 },
+    counts: NetworkCounts { parameters: 69_507, statistics: 0, macs: 3_405_184 },
     quick: &[],
 };
 

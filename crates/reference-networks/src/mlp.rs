@@ -7,7 +7,7 @@
 //! The paper gives no widths: 250–128–classes with ReLU is what its size and GFLOPs leave.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing, Network, Result, within};
+use taxel_graph::{Architecture, Graph, InputKeys, Listing, Network, NetworkCounts, Result, within};
 
 pub(crate) const MLP: Listing<MlpConfig> = Listing {
     name: "mlp",
@@ -15,7 +15,7 @@ pub(crate) const MLP: Listing<MlpConfig> = Listing {
     paper: "000, Table 5",
     config: MlpConfig { classes: 3, in_features: 250, hidden: 128 },
     inputs: &[InputKeys::FLAT],
-    counts: Counts { parameters: 32_515, statistics: 0, macs: 32_384 },
+    counts: NetworkCounts { parameters: 32_515, statistics: 0, macs: 32_384 },
     quick: &[],
 };
 

@@ -10,7 +10,9 @@
 //! into the text: pools round up (MATLAB's `same`), which alone gives the published GFLOPs.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, at_least};
+use taxel_graph::{
+    Architecture, Conv, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result, at_least,
+};
 
 /// Filters of TactNet6's convolutions, each followed by batch norm, ReLU and a 2/2 max-pool; the first has
 /// a kernel of 5, the others of 3. TactNet4 has the first three.
@@ -22,7 +24,7 @@ pub(crate) const TACTNET4: Listing<TactNetConfig> = Listing {
     paper: "Gandarias et al. 2019; 000, Table 5",
     config: TactNetConfig::FOUR,
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 11_235, statistics: 112, macs: 3_003_456 },
+    counts: NetworkCounts { parameters: 11_235, statistics: 112, macs: 3_003_456 },
     quick: &[],
 };
 
@@ -32,7 +34,7 @@ pub(crate) const TACTNET6: Listing<TactNetConfig> = Listing {
     paper: TACTNET4.paper,
     config: TactNetConfig::SIX,
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 100_803, statistics: 496, macs: 5_083_104 },
+    counts: NetworkCounts { parameters: 100_803, statistics: 496, macs: 5_083_104 },
     quick: &[],
 };
 

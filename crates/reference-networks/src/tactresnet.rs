@@ -13,7 +13,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, Conv, Counts, Flow, Graph, InputKeys, Listing, Network, Pool, Result, at_least,
+    Architecture, Conv, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result, at_least,
 };
 
 /// Name and filters of each residual block; where the filters grow, the shortcut is a convolution.
@@ -25,7 +25,7 @@ pub(crate) const TACTRESNET: Listing<TactResNetConfig> = Listing {
     paper: "Gandarias et al. 2019; 000, Table 5",
     config: TactResNetConfig { classes: 3, in_channels: 3, height: 50, width: 50 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 769_539, statistics: 1_920, macs: 109_192_896 },
+    counts: NetworkCounts { parameters: 769_539, statistics: 1_920, macs: 109_192_896 },
     quick: &[("height", 50), ("width", 28)],
 };
 

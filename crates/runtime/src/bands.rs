@@ -2,7 +2,7 @@
 //! never leaves the cache.
 
 use taxel_kernels::Window3;
-use taxel_kernels::frozen::{self, Place, Route};
+use taxel_kernels::frozen::{self, ImagePlace, Route};
 
 use crate::step::{Conv, Pair};
 
@@ -13,16 +13,16 @@ const BAND: usize = 640 << 10;
 pub(crate) struct Bands {
     list: Vec<(frozen::Conv, frozen::Depthwise)>,
     /// Where the widest band lies in scratch.
-    place: Place,
+    place: ImagePlace,
 }
 
 impl Bands {
-    pub fn new(pair: &Pair, from: Place, to: Place) -> Self {
+    pub fn new(pair: &Pair, from: ImagePlace, to: ImagePlace) -> Self {
         let Pair { first, second } = pair;
         let Window3 { input, output, kernel, stride, before } = second.window;
         let margin = frozen::margins(&second.window, second.dilation);
         let channels = to.channels;
-        let band = |rows: usize| Place::new([1, rows, input[2]], channels, margin, channels, 0);
+        let band = |rows: usize| ImagePlace::new([1, rows, input[2]], channels, margin, channels, 0);
         let span = (kernel[1] - 1) * second.dilation[1] + 1;
         // Rows of inputs under so many rows of outputs.
         let under = |rows: usize| (rows - 1) * stride[1] + span;
@@ -62,7 +62,7 @@ impl Bands {
     }
 
     pub fn run(&self, x: &[f32], work: &mut [f32], y: &mut [f32]) {
-        let Place { margin, channels, pitch, .. } = self.place;
+        let ImagePlace { margin, channels, pitch, .. } = self.place;
         let work = &mut work[..self.work_len()];
         for row in work.chunks_exact_mut(pitch[1]) {
             let (left, rest) = row.split_at_mut(margin[0] * channels);
@@ -77,6 +77,6 @@ impl Bands {
     }
 }
 
-fn along(conv: &Conv, from: Place, to: Place) -> Route {
+fn along(conv: &Conv, from: ImagePlace, to: ImagePlace) -> Route {
     Route { rectifier: conv.rectifier, ..Route::new(from, to) }
 }

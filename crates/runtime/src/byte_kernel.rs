@@ -2,12 +2,12 @@
 
 use taxel_kernels::Window3;
 use taxel_kernels::frozen::bytes::{
-    Add, Conv, Depthwise, Map, Mean, Output, Scale, Source, Sums, max, shuffle,
+    Add, ByteOutput, ByteScale, Conv, Depthwise, Map, Mean, SourceValues, Sums, max, shuffle,
 };
-use taxel_kernels::frozen::{Place, Pooling, Reach, Route};
+use taxel_kernels::frozen::{ImagePlace, Pooling, Reach, Route};
 
-use crate::memory::Memory;
-use crate::step::{self, Algorithm, Work};
+use crate::memory::ProgramBuffer;
+use crate::step::{self, Algorithm, StepOp};
 
 /// Largest weight.
 const MOST: f64 = 127.0;
@@ -20,21 +20,21 @@ pub(crate) enum ByteKernel {
     Depthwise(Box<Depthwise>),
     Map(Map),
     Add(Add),
-    Max { axes: [Vec<Reach>; 3], from: Place, to: Place },
+    Max { axes: [Vec<Reach>; 3], from: ImagePlace, to: ImagePlace },
     Mean(Mean),
-    Shuffle { groups: usize, from: Place, to: Place },
+    Shuffle { groups: usize, from: ImagePlace, to: ImagePlace },
 }
 
 /// Where a value lies, and how it is written in bytes; none for floats.
-type Value = (Place, Option<Scale>);
+type ValuePlace = (ImagePlace, Option<ByteScale>);
 
 impl ByteKernel {
     /// The kernel of a step at least one of whose values is bytes.
-    pub fn new(work: Work, from: &[Value], to: Value) -> Self {
-        let output = to.1.map_or(Output::Floats, Output::Bytes);
+    pub fn new(work: StepOp, from: &[ValuePlace], to: ValuePlace) -> Self {
+        let output = to.1.map_or(ByteOutput::Floats, ByteOutput::Bytes);
         match work {
-            Work::Conv(conv) => Self::conv(conv, from, to.0, output),
-            Work::Linear { weight, bias, rectifier } => {
+            StepOp::Conv(conv) => Self::conv(conv, from, to.0, output),
+            StepOp::Linear { weight, bias, rectifier } => {
                 // A convolution whose window is the whole image.
                 let size = from[0].0.size;
                 let window =
@@ -44,24 +44,26 @@ impl ByteKernel {
                     step::Conv { window, dilation: [1; 3], groups: 1, weight, bias, rectifier, algorithm };
                 Self::conv(conv, from, to.0, output)
             }
-            Work::Affine { scale, rectifier } => {
+            StepOp::Affine { scale, rectifier } => {
                 let affine = scale.as_ref().map(|(scale, shift)| (scale.as_slice(), shift.as_slice()));
                 ByteKernel::Map(Map::new(from[0], (to.0, output), affine, rectifier))
             }
-            Work::Add { rectifier } => {
+            StepOp::Add { rectifier } => {
                 let input = |which: usize| (from[which].0, written(from[which]));
                 ByteKernel::Add(Add::new([input(0), input(1)], (to.0, output), rectifier))
             }
-            Work::Pool { pooling: Pooling::Max, axes } => ByteKernel::Max { axes, from: from[0].0, to: to.0 },
-            Work::Pool { pooling: Pooling::Mean, axes } => {
+            StepOp::Pool { pooling: Pooling::Max, axes } => {
+                ByteKernel::Max { axes, from: from[0].0, to: to.0 }
+            }
+            StepOp::Pool { pooling: Pooling::Mean, axes } => {
                 ByteKernel::Mean(Mean::new(axes, (from[0].0, written(from[0])), (to.0, output)))
             }
-            Work::Shuffle(groups) => ByteKernel::Shuffle { groups, from: from[0].0, to: to.0 },
+            StepOp::Shuffle(groups) => ByteKernel::Shuffle { groups, from: from[0].0, to: to.0 },
             _ => unreachable!("the quantisation gives other steps floats"),
         }
     }
 
-    fn conv(conv: step::Conv, from: &[Value], to: Place, output: Output) -> Self {
+    fn conv(conv: step::Conv, from: &[ValuePlace], to: ImagePlace, output: ByteOutput) -> Self {
         let step::Conv { window, dilation, groups, weight, bias, rectifier, algorithm } = conv;
         let is_depthwise = matches!(algorithm, Algorithm::Depthwise);
         let (input, addend) = (written(from[0]), from.get(1).map(|value| written(*value)));
@@ -78,7 +80,7 @@ impl ByteKernel {
     }
 
     /// Runs the call: `values` are the inputs' buffers, `y` is the output's.
-    pub fn run(&self, values: &[&Memory], y: &mut Memory) {
+    pub fn run(&self, values: &[&ProgramBuffer], y: &mut ProgramBuffer) {
         match self {
             ByteKernel::Conv(conv) => {
                 conv.run(values[0].bytes(), values.get(1).map(|addend| addend.bytes()), y.target());
@@ -86,19 +88,19 @@ impl ByteKernel {
             ByteKernel::Depthwise(conv) => conv.run(values[0].bytes(), y.target()),
             ByteKernel::Map(map) => {
                 let source = match values[0] {
-                    Memory::Floats(x) => Source::Floats(x),
-                    Memory::Bytes(x) => Source::Bytes(x),
+                    ProgramBuffer::Floats(x) => SourceValues::Floats(x),
+                    ProgramBuffer::Bytes(x) => SourceValues::Bytes(x),
                 };
                 map.run(source, y.target());
             }
             ByteKernel::Add(add) => add.run(values[0].bytes(), values[1].bytes(), y.target()),
             ByteKernel::Mean(mean) => mean.run(values[0].bytes(), y.target()),
             ByteKernel::Max { axes, from, to } => {
-                let Memory::Bytes(y) = y else { unreachable!("the largest of bytes is a byte") };
+                let ProgramBuffer::Bytes(y) = y else { unreachable!("the largest of bytes is a byte") };
                 max(axes, from, values[0].bytes(), to, y);
             }
             ByteKernel::Shuffle { groups, from, to } => {
-                let Memory::Bytes(y) = y else { unreachable!("shuffled bytes are bytes") };
+                let ProgramBuffer::Bytes(y) = y else { unreachable!("shuffled bytes are bytes") };
                 shuffle(*groups, from, values[0].bytes(), to, y);
             }
         }
@@ -106,7 +108,7 @@ impl ByteKernel {
 }
 
 /// How the bytes of a value are written that the quantisation has made bytes.
-fn written(value: Value) -> Scale {
+fn written(value: ValuePlace) -> ByteScale {
     #[expect(clippy::expect_used, reason = "the quantisation gives these steps bytes")]
     value.1.expect("a value in bytes")
 }
@@ -121,7 +123,7 @@ struct Whole {
 impl Whole {
     /// Each filter in units of its own, symmetric around 0; `weight` lies as group × … × filters of the group. A unit is
     /// so large that the bias stays below `limit`.
-    fn new(weight: &[f32], bias: &[f32], groups: usize, input: Scale, limit: f64) -> Self {
+    fn new(weight: &[f32], bias: &[f32], groups: usize, input: ByteScale, limit: f64) -> Self {
         let filters = bias.len() / groups;
         let of_group = weight.len() / groups;
         let step = f64::from(input.step);

@@ -5,17 +5,17 @@ use std::sync::Arc;
 
 use taxel_graph::{Graph, Weights, describe};
 use taxel_kernels::Buffer;
-use taxel_kernels::frozen::Place;
+use taxel_kernels::frozen::ImagePlace;
 
 use crate::error::{Error, Result};
 use crate::lower::{Purpose, lower};
-use crate::memory::Memory;
+use crate::memory::ProgramBuffer;
 use crate::pair::pair;
-use crate::places::{Places, Room};
+use crate::places::{Room, ValuePlaces};
 use crate::program::{Ask, Call, Scratch, ScratchLens, program};
 use crate::quantize::quantize;
 use crate::ranges::Ranges;
-use crate::step::{Step, StepId};
+use crate::step::{FrozenStep, StepId};
 
 /// Bytes of weights and values up to which an answer stays in the cache that a core has to itself.
 const CACHE: usize = 512 << 10;
@@ -24,16 +24,16 @@ const TOGETHER: usize = 8;
 
 /// A network frozen for answering; see the crate's page.
 pub struct Frozen {
-    shared: Arc<Shared>,
+    shared: Arc<FrozenNetwork>,
 }
 
 /// The parts that all workspaces read.
-struct Shared {
+struct FrozenNetwork {
     name: String,
     /// Shapes of the inputs, without the batch axis.
     inputs: Vec<(String, Vec<usize>)>,
     calls: Vec<Call>,
-    outputs: Vec<Output>,
+    outputs: Vec<OutputPlace>,
     buffers: Vec<Room>,
     scratch: ScratchLens,
     /// Samples that are best answered together.
@@ -41,17 +41,17 @@ struct Shared {
 }
 
 /// Where an output's features are found.
-struct Output {
+struct OutputPlace {
     name: String,
     buffer: usize,
-    place: Place,
+    place: ImagePlace,
 }
 
 /// Memory of one thread that predicts with a [`Frozen`] network, which makes it: all values, allocated once.
 pub struct Workspace {
-    shared: Arc<Shared>,
+    shared: Arc<FrozenNetwork>,
     /// Of every sample that is answered at a time.
-    samples: Vec<Vec<Memory>>,
+    samples: Vec<Vec<ProgramBuffer>>,
     scratch: Scratch,
 }
 
@@ -88,12 +88,12 @@ impl Frozen {
         Ok(Self::of(graph, steps, &outputs))
     }
 
-    fn of(graph: &Graph, steps: Vec<Step>, outputs: &[StepId]) -> Self {
-        let places = Places::new(&steps, outputs);
+    fn of(graph: &Graph, steps: Vec<FrozenStep>, outputs: &[StepId]) -> Self {
+        let places = ValuePlaces::new(&steps, outputs);
         let names = graph.outputs().iter().map(|(name, _)| name.clone());
         let outputs = outputs.iter().zip(names).map(|(&step, name)| {
             let (place, buffer) = places.values[step];
-            Output { name, buffer, place }
+            OutputPlace { name, buffer, place }
         });
         let outputs = outputs.collect();
         let (calls, scratch) = program(steps, &places);
@@ -103,7 +103,9 @@ impl Frozen {
         let values: usize = buffers.iter().map(|room| room.len).sum();
         let bytes = size_of::<f32>() * (graph.parameter_count() + values);
         let together = if bytes > CACHE { TOGETHER } else { 1 };
-        Frozen { shared: Arc::new(Shared { name, inputs, calls, outputs, buffers, scratch, together }) }
+        Frozen {
+            shared: Arc::new(FrozenNetwork { name, inputs, calls, outputs, buffers, scratch, together }),
+        }
     }
 
     /// Memory for one thread that asks about one sample at a time.
@@ -116,7 +118,7 @@ impl Frozen {
     pub fn workspace_for(&self, batch: usize) -> Workspace {
         let ScratchLens { input, output, work } = self.shared.scratch;
         let zeros = Buffer::zeros;
-        let one = |_| self.shared.buffers.iter().map(Memory::new).collect();
+        let one = |_| self.shared.buffers.iter().map(ProgramBuffer::new).collect();
         Workspace {
             samples: (0..self.shared.together.min(batch).max(1)).map(one).collect(),
             scratch: Scratch { input: zeros(input), output: zeros(output), work: zeros(work) },
@@ -129,7 +131,7 @@ impl Frozen {
         &self,
         workspace: &mut Workspace,
         inputs: &[&[f32]],
-        mut see: impl FnMut(&str, &Place, &Memory),
+        mut see: impl FnMut(&str, &ImagePlace, &ProgramBuffer),
     ) -> Result<()> {
         self.check(workspace, inputs, 1)?;
         let Workspace { shared, samples, scratch } = workspace;
@@ -190,7 +192,7 @@ impl Frozen {
     }
 }
 
-impl Shared {
+impl FrozenNetwork {
     fn check(&self, inputs: &[&[f32]], n: usize) -> Result<()> {
         let refuse = |reason| Err(Error::Input { model: self.name.clone(), reason });
         if inputs.len() != self.inputs.len() {
@@ -221,7 +223,7 @@ impl Workspace {
         }
     }
 
-    fn output(&self, sample: usize, output: &Output) -> &[f32] {
+    fn output(&self, sample: usize, output: &OutputPlace) -> &[f32] {
         &self.samples[sample][output.buffer].floats()[output.place.start..][..output.place.channels]
     }
 
@@ -232,7 +234,7 @@ impl Workspace {
 }
 
 /// One call on the values of one sample.
-fn step(call: &Call, ask: Ask, buffers: &mut [Memory], scratch: &mut Scratch) {
+fn step(call: &Call, ask: Ask, buffers: &mut [ProgramBuffer], scratch: &mut Scratch) {
     let (to, _) = call.to;
     // Nothing is written where it is read, so the output's buffer can be taken out.
     let mut y = mem::take(&mut buffers[to]);

@@ -5,7 +5,7 @@ use taxel_kernels::frozen::{self, Pooling};
 use taxel_kernels::{Rectifier, Window3, axes3, conv, lstm};
 
 use crate::merge::merge;
-use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
+use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp, ValueShape};
 use crate::weights;
 
 /// The purpose of the steps.
@@ -18,7 +18,7 @@ pub(crate) enum Purpose {
 }
 
 /// The steps of a graph, and the steps of its outputs. `weights` have been checked against it.
-pub(crate) fn lower(graph: &Graph, weights: &Weights, purpose: Purpose) -> (Vec<Step>, Vec<StepId>) {
+pub(crate) fn lower(graph: &Graph, weights: &Weights, purpose: Purpose) -> (Vec<FrozenStep>, Vec<StepId>) {
     let mut uses = vec![0; graph.nodes().len()];
     graph.nodes().iter().flat_map(|node| &node.inputs).for_each(|&input| uses[input] += 1);
     // What callers read stays as it is.
@@ -38,7 +38,7 @@ pub(crate) fn lower(graph: &Graph, weights: &Weights, purpose: Purpose) -> (Vec<
 
 /// How a node's value is found.
 #[derive(Clone, Copy)]
-struct Seen {
+struct NodeValue {
     step: StepId,
     /// Whether it is that value with channels first, as features.
     flat: bool,
@@ -49,18 +49,18 @@ struct Lower<'a> {
     purpose: Purpose,
     /// Readers of every node.
     uses: Vec<usize>,
-    steps: Vec<Step>,
-    seen: Vec<Seen>,
+    steps: Vec<FrozenStep>,
+    seen: Vec<NodeValue>,
     inputs: usize,
 }
 
 impl Lower<'_> {
-    fn node(&mut self, node: &Node) -> Seen {
+    fn node(&mut self, node: &Node) -> NodeValue {
         let at = |which: usize| node.inputs[which];
         match &node.op {
             Op::Input => {
                 self.inputs += 1;
-                self.push(Work::Input(self.inputs - 1), vec![], node)
+                self.push(StepOp::Input(self.inputs - 1), vec![], node)
             }
             Op::Conv { window, dilation, groups, bias, .. } => {
                 self.conv(node, window, dilation, *groups, *bias)
@@ -70,14 +70,14 @@ impl Lower<'_> {
                 let positions = if seen.flat { self.steps[seen.step].shape.size.iter().product() } else { 1 };
                 let weight = weights::linear(self.weights, node, positions);
                 let bias = weights::bias(self.weights, node, *bias, node.shape[0]);
-                self.push(Work::Linear { weight, bias, rectifier: Rectifier::None }, vec![seen.step], node)
+                self.push(StepOp::Linear { weight, bias, rectifier: Rectifier::None }, vec![seen.step], node)
             }
             Op::Lstm { hidden, steps } => {
                 let input = self.stored(at(0));
                 let sizes =
                     lstm::Lstm { channels: self.steps[input].shape.channels, steps: *steps, hidden: *hidden };
                 let weights = [0, 1, 2, 3].map(|which| weights::values(self.weights, node, which).to_vec());
-                self.push(Work::Lstm { sizes, weights }, vec![input], node)
+                self.push(StepOp::Lstm { sizes, weights }, vec![input], node)
             }
             Op::BatchNorm { eps, .. } => {
                 let norm = weights::norm(self.weights, node, *eps);
@@ -98,7 +98,7 @@ impl Lower<'_> {
             Op::Activation(Activation::Relu6) => self.rectify(node, Rectifier::Relu6),
             Op::Activation(function) => {
                 let input = self.stored(at(0));
-                self.push(Work::Activation(*function), vec![input], node)
+                self.push(StepOp::Activation(*function), vec![input], node)
             }
             Op::Dropout { .. } => self.seen[at(0)],
             Op::MaxPool(window) => self.pool(node, Pooling::Max, window, &[]),
@@ -106,60 +106,60 @@ impl Lower<'_> {
             Op::GlobalAveragePool => {
                 let input = self.stored(at(0));
                 let axes = frozen::parts(self.steps[input].shape.size, [1; 3]);
-                self.push(Work::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
+                self.push(StepOp::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
             }
             Op::GlobalStandardDeviation { eps } => {
                 let input = self.stored(at(0));
-                self.push(Work::Deviation(*eps), vec![input], node)
+                self.push(StepOp::Deviation(*eps), vec![input], node)
             }
             Op::AdaptiveAveragePool { .. } => {
                 let input = self.stored(at(0));
                 let axes = frozen::parts(self.steps[input].shape.size, shape_of(node).size);
-                self.push(Work::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
+                self.push(StepOp::Pool { pooling: Pooling::Mean, axes }, vec![input], node)
             }
             Op::Flatten => {
                 let input = self.stored(at(0));
-                Seen { step: input, flat: true }
+                NodeValue { step: input, flat: true }
             }
             Op::ChannelShuffle { groups } => {
                 let input = self.stored(at(0));
-                self.push(Work::Shuffle(*groups), vec![input], node)
+                self.push(StepOp::Shuffle(*groups), vec![input], node)
             }
             Op::Slice { start, .. } => {
                 let input = self.stored(at(0));
-                self.push(Work::Slice(*start), vec![input], node)
+                self.push(StepOp::Slice(*start), vec![input], node)
             }
             Op::SwitchScale => {
                 let inputs = vec![self.stored(at(0)), self.stored(at(1))];
-                self.push(Work::Switch, inputs, node)
+                self.push(StepOp::Switch, inputs, node)
             }
             Op::Add => self.add(node),
             Op::Concat => {
                 let inputs = node.inputs.iter().map(|&input| self.stored(input)).collect();
-                self.push(Work::Concat, inputs, node)
+                self.push(StepOp::Concat, inputs, node)
             }
         }
     }
 
-    fn push(&mut self, work: Work, inputs: Vec<StepId>, node: &Node) -> Seen {
-        self.steps.push(Step::new(work, inputs, shape_of(node)));
-        Seen { step: self.steps.len() - 1, flat: false }
+    fn push(&mut self, work: StepOp, inputs: Vec<StepId>, node: &Node) -> NodeValue {
+        self.steps.push(FrozenStep::new(work, inputs, shape_of(node)));
+        NodeValue { step: self.steps.len() - 1, flat: false }
     }
 
     /// The step that stores a node's value as it is; flattens it where no one has.
     fn stored(&mut self, id: NodeId) -> StepId {
-        let Seen { step, flat } = self.seen[id];
+        let NodeValue { step, flat } = self.seen[id];
         if flat {
             let step = self.flatten(step);
-            self.seen[id] = Seen { step, flat: false };
+            self.seen[id] = NodeValue { step, flat: false };
         }
         self.seen[id].step
     }
 
     /// A value with channels first, as features.
     fn flatten(&mut self, step: StepId) -> StepId {
-        let shape = Shape::features(self.steps[step].shape.len());
-        self.steps.push(Step::new(Work::Flatten, vec![step], shape));
+        let shape = ValueShape::features(self.steps[step].shape.len());
+        self.steps.push(FrozenStep::new(StepOp::Flatten, vec![step], shape));
         self.steps.len() - 1
     }
 
@@ -176,7 +176,7 @@ impl Lower<'_> {
         dilation: &[usize],
         groups: usize,
         has_bias: bool,
-    ) -> Seen {
+    ) -> NodeValue {
         let input = self.stored(node.inputs[0]);
         let (channels, filters) = (self.steps[input].shape.channels, node.shape[0]);
         let (window, dilation) =
@@ -194,7 +194,7 @@ impl Lower<'_> {
                 (algorithm, _) => algorithm,
             },
         };
-        self.push(Work::Conv(conv), vec![input], node)
+        self.push(StepOp::Conv(conv), vec![input], node)
     }
 
     /// Whether nobody but one reader sees the value of `id` as its step stores it.
@@ -203,19 +203,19 @@ impl Lower<'_> {
     }
 
     /// Scale and shift per channel, folded into what comes before where nobody else sees that.
-    fn affine(&mut self, node: &Node, norm: &[(f64, f64)]) -> Seen {
+    fn affine(&mut self, node: &Node, norm: &[(f64, f64)]) -> NodeValue {
         let id = node.inputs[0];
         let seen = self.seen[id];
         if self.is_private(id) {
             let step = &mut self.steps[seen.step];
             match &mut step.work {
-                Work::Conv(conv) if conv.rectifier == Rectifier::None && step.inputs.len() == 1 => {
+                StepOp::Conv(conv) if conv.rectifier == Rectifier::None && step.inputs.len() == 1 => {
                     // Depthwise weights are kernel × channels: one group of all.
                     let groups = if let Algorithm::Depthwise = conv.algorithm { 1 } else { conv.groups };
                     weights::fold(&mut conv.weight, &mut conv.bias, groups, norm);
                     return seen;
                 }
-                Work::Linear { weight, bias, rectifier: Rectifier::None } => {
+                StepOp::Linear { weight, bias, rectifier: Rectifier::None } => {
                     weights::fold(weight, bias, 1, norm);
                     return seen;
                 }
@@ -224,11 +224,11 @@ impl Lower<'_> {
         }
         let input = self.stored(id);
         let scale = norm.iter().map(|(scale, shift)| (*scale as f32, *shift as f32)).unzip();
-        self.push(Work::Affine { scale: Some(scale), rectifier: Rectifier::None }, vec![input], node)
+        self.push(StepOp::Affine { scale: Some(scale), rectifier: Rectifier::None }, vec![input], node)
     }
 
     /// A rectifier, left to what comes before where nobody else sees that.
-    fn rectify(&mut self, node: &Node, which: Rectifier) -> Seen {
+    fn rectify(&mut self, node: &Node, which: Rectifier) -> NodeValue {
         let id = node.inputs[0];
         let seen = self.seen[id];
         if self.is_private(id)
@@ -239,11 +239,11 @@ impl Lower<'_> {
             return seen;
         }
         let input = self.stored(id);
-        self.push(Work::Affine { scale: None, rectifier: which }, vec![input], node)
+        self.push(StepOp::Affine { scale: None, rectifier: which }, vec![input], node)
     }
 
     /// A sum, left to the later of two convolutions where nobody else sees what that stores.
-    fn add(&mut self, node: &Node) -> Seen {
+    fn add(&mut self, node: &Node) -> NodeValue {
         let inputs: Vec<StepId> = node.inputs.iter().map(|&input| self.stored(input)).collect();
         for (mine, other) in [(0, 1), (1, 0)] {
             let (conv, addend) = (inputs[mine], inputs[other]);
@@ -251,28 +251,34 @@ impl Lower<'_> {
                 continue;
             }
             let step = &mut self.steps[conv];
-            if let Work::Conv(Conv { algorithm: Algorithm::Direct, rectifier: Rectifier::None, .. }) =
+            if let StepOp::Conv(Conv { algorithm: Algorithm::Direct, rectifier: Rectifier::None, .. }) =
                 &step.work
                 && step.inputs.len() == 1
             {
                 step.inputs.push(addend);
-                return Seen { step: conv, flat: false };
+                return NodeValue { step: conv, flat: false };
             }
         }
-        self.push(Work::Add { rectifier: Rectifier::None }, inputs, node)
+        self.push(StepOp::Add { rectifier: Rectifier::None }, inputs, node)
     }
 
-    fn pool(&mut self, node: &Node, pooling: Pooling, window: &Window, counted: &[(usize, usize)]) -> Seen {
+    fn pool(
+        &mut self,
+        node: &Node,
+        pooling: Pooling,
+        window: &Window,
+        counted: &[(usize, usize)],
+    ) -> NodeValue {
         let input = self.stored(node.inputs[0]);
         let window = window3(window, &[], self.steps[input].shape.size);
         let axes = frozen::windows(&window, &axes3(counted, (0, 0)));
-        self.push(Work::Pool { pooling, axes }, vec![input], node)
+        self.push(StepOp::Pool { pooling, axes }, vec![input], node)
     }
 }
 
 /// Positions and channels of a node's value.
-fn shape_of(node: &Node) -> Shape {
-    Shape { size: axes3(&node.shape[1..], 1), channels: node.shape[0] }
+fn shape_of(node: &Node) -> ValueShape {
+    ValueShape { size: axes3(&node.shape[1..], 1), channels: node.shape[0] }
 }
 
 /// A window over (depth, rows, columns); its outputs are those of a kernel whose values meet inputs `dilation` apart

@@ -2,18 +2,18 @@
 
 use std::mem;
 
-use crate::step::{Algorithm, Conv, Shape, Step, StepId, Work};
+use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp, ValueShape};
 
 /// Filters up to which a convolution leaves most of a vector empty.
 const NARROW: usize = 8;
 
 /// Joins a narrow convolution with one that sees the same input through the same window; both become slices of what
 /// they compute together. Gives the new steps, and the new number of every old one.
-pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
+pub(crate) fn merge(steps: Vec<FrozenStep>) -> (Vec<FrozenStep>, Vec<StepId>) {
     let partners = partners(&steps);
     let mut names = vec![String::new(); steps.len()];
-    let mut steps: Vec<Option<Step>> = steps.into_iter().map(Some).collect();
-    let (mut merged, mut now): (Vec<Step>, Vec<StepId>) = (vec![], vec![]);
+    let mut steps: Vec<Option<FrozenStep>> = steps.into_iter().map(Some).collect();
+    let (mut merged, mut now): (Vec<FrozenStep>, Vec<StepId>) = (vec![], vec![]);
     for id in 0..steps.len() {
         let step = match (steps[id].take(), partners[id]) {
             (Some(first), Some(partner)) => {
@@ -21,12 +21,12 @@ pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
                 let second = steps[partner].take();
                 names[partner] = second.as_ref().map_or(String::new(), |second| second.name.clone());
                 merged.push(join(first, second).renumbered(&now));
-                Step { name, ..Step::new(Work::Slice(0), vec![merged.len() - 1], shape) }
+                FrozenStep { name, ..FrozenStep::new(StepOp::Slice(0), vec![merged.len() - 1], shape) }
             }
             (Some(step), None) => step.renumbered(&now),
             (None, first) => {
                 let rest = slice_of_rest(&merged, now[first.unwrap_or(id)]);
-                Step { name: mem::take(&mut names[id]), ..rest }
+                FrozenStep { name: mem::take(&mut names[id]), ..rest }
             }
         };
         merged.push(step);
@@ -37,16 +37,16 @@ pub(crate) fn merge(steps: Vec<Step>) -> (Vec<Step>, Vec<StepId>) {
 
 /// Returns the step that replaces the second of two convolutions: the rest of the value whose first slice the first one
 /// is.
-fn slice_of_rest(merged: &[Step], first: StepId) -> Step {
+fn slice_of_rest(merged: &[FrozenStep], first: StepId) -> FrozenStep {
     let slice = &merged[first];
     let whole = slice.inputs[0];
     let (channels, all) = (slice.shape.channels, merged[whole].shape);
-    let shape = Shape { channels: all.channels - channels, ..all };
-    Step::new(Work::Slice(channels), vec![whole], shape)
+    let shape = ValueShape { channels: all.channels - channels, ..all };
+    FrozenStep::new(StepOp::Slice(channels), vec![whole], shape)
 }
 
 /// Of every step the other convolution that it is computed with.
-fn partners(steps: &[Step]) -> Vec<Option<StepId>> {
+fn partners(steps: &[FrozenStep]) -> Vec<Option<StepId>> {
     let mut partners = vec![None; steps.len()];
     for later in 0..steps.len() {
         let fits =
@@ -58,7 +58,7 @@ fn partners(steps: &[Step]) -> Vec<Option<StepId>> {
     partners
 }
 
-fn are_siblings(a: &Step, b: &Step) -> bool {
+fn are_siblings(a: &FrozenStep, b: &FrozenStep) -> bool {
     let (Some(x), Some(y)) = (plain(a), plain(b)) else { return false };
     a.inputs == b.inputs
         && x.window == y.window
@@ -68,9 +68,11 @@ fn are_siblings(a: &Step, b: &Step) -> bool {
 }
 
 /// A convolution of one group by its definition's products, without an addend.
-fn plain(step: &Step) -> Option<&Conv> {
+fn plain(step: &FrozenStep) -> Option<&Conv> {
     match &step.work {
-        Work::Conv(conv @ Conv { algorithm: Algorithm::Direct, groups: 1, .. }) if step.inputs.len() == 1 => {
+        StepOp::Conv(conv @ Conv { algorithm: Algorithm::Direct, groups: 1, .. })
+            if step.inputs.len() == 1 =>
+        {
             Some(conv)
         }
         _ => None,
@@ -78,8 +80,8 @@ fn plain(step: &Step) -> Option<&Conv> {
 }
 
 /// Both convolutions as one, filter beside filter.
-fn join(first: Step, second: Option<Step>) -> Step {
-    let Some((Work::Conv(a), Work::Conv(b))) = second.as_ref().map(|second| (&first.work, &second.work))
+fn join(first: FrozenStep, second: Option<FrozenStep>) -> FrozenStep {
+    let Some((StepOp::Conv(a), StepOp::Conv(b))) = second.as_ref().map(|second| (&first.work, &second.work))
     else {
         return first;
     };
@@ -94,6 +96,6 @@ fn join(first: Step, second: Option<Step>) -> Step {
         rectifier: a.rectifier,
         algorithm: Algorithm::Direct,
     };
-    let shape = Shape { channels: left + right, ..first.shape };
-    Step::new(Work::Conv(conv), first.inputs, shape)
+    let shape = ValueShape { channels: left + right, ..first.shape };
+    FrozenStep::new(StepOp::Conv(conv), first.inputs, shape)
 }

@@ -4,7 +4,7 @@ use taxel_graph::{Graph, Weights};
 
 use crate::error::Result;
 use crate::frozen::{Frozen, Workspace};
-use crate::memory::Memory;
+use crate::memory::ProgramBuffer;
 use crate::ranges::Ranges;
 
 /// Answers samples and keeps the [`Ranges`] of all values that [`Frozen::quantized`] will write in bytes.
@@ -32,7 +32,7 @@ impl Observer {
     pub fn see(&mut self, inputs: &[&[f32]]) -> Result<()> {
         let Observer { frozen, workspace, ranges } = self;
         frozen.show(workspace, inputs, |name, place, memory| {
-            let Memory::Floats(values) = memory else { return };
+            let ProgramBuffer::Floats(values) = memory else { return };
             if name.is_empty() {
                 return;
             }

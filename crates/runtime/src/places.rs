@@ -3,14 +3,14 @@
 
 use std::collections::HashSet;
 
-use taxel_kernels::frozen::Place;
+use taxel_kernels::frozen::ImagePlace;
 
-use crate::step::{Step, StepId, Work};
+use crate::step::{FrozenStep, StepId, StepOp};
 
 /// Places of all values.
-pub(crate) struct Places {
+pub(crate) struct ValuePlaces {
     /// Of every step: its place and its buffer.
-    pub values: Vec<(Place, usize)>,
+    pub values: Vec<(ImagePlace, usize)>,
     /// Every buffer.
     pub buffers: Vec<Room>,
 }
@@ -24,7 +24,7 @@ pub(crate) struct Room {
 }
 
 /// A place with margins, and the byte that they hold; none in a buffer of floats.
-type Margins = (Place, Option<u8>);
+type Margins = (ImagePlace, Option<u8>);
 
 /// Channels of a larger value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,8 +34,8 @@ struct Spot {
     first: usize,
 }
 
-impl Places {
-    pub fn new(steps: &[Step], outputs: &[StepId]) -> Self {
+impl ValuePlaces {
+    pub fn new(steps: &[FrozenStep], outputs: &[StepId]) -> Self {
         let spots = spots(steps);
         let mut margins = vec![[0; 2]; steps.len()];
         for step in steps {
@@ -48,17 +48,17 @@ impl Places {
         let place = |id: StepId| {
             let Spot { root, first } = spots[id];
             let shape = steps[id].shape;
-            Place::new(shape.size, shape.channels, margins[root], steps[root].shape.channels, first)
+            ImagePlace::new(shape.size, shape.channels, margins[root], steps[root].shape.channels, first)
         };
-        let places: Vec<Place> = (0..steps.len()).map(place).collect();
+        let places: Vec<ImagePlace> = (0..steps.len()).map(place).collect();
         let (buffer_of, buffers) = share(steps, outputs, &spots, &places);
         let values = places.iter().zip(&spots).map(|(place, spot)| (*place, buffer_of[spot.root])).collect();
-        Places { values, buffers }
+        ValuePlaces { values, buffers }
     }
 }
 
 /// Puts what is joined where it will lie, unless a step would then write into the value that it reads.
-fn spots(steps: &[Step]) -> Vec<Spot> {
+fn spots(steps: &[FrozenStep]) -> Vec<Spot> {
     let mut separate = HashSet::new();
     loop {
         let spots = join(steps, &separate);
@@ -67,12 +67,12 @@ fn spots(steps: &[Step]) -> Vec<Spot> {
             for (which, &input) in step.inputs.iter().enumerate() {
                 let shared = spots[input].root == spots[id].root;
                 match step.work {
-                    Work::Slice(_) => {}
+                    StepOp::Slice(_) => {}
                     // Moved inside one value: it would have to be read and written at once.
-                    Work::Concat if shared && spots[input] != part(steps, &spots, id, which) => {
+                    StepOp::Concat if shared && spots[input] != part(steps, &spots, id, which) => {
                         separate.insert(owner(steps, input));
                     }
-                    Work::Concat => {}
+                    StepOp::Concat => {}
                     _ if shared => drop(separate.insert(id)),
                     _ => {}
                 }
@@ -85,25 +85,25 @@ fn spots(steps: &[Step]) -> Vec<Spot> {
 }
 
 /// The step that computes what slices take.
-fn owner(steps: &[Step], mut id: StepId) -> StepId {
-    while let Work::Slice(_) = steps[id].work {
+fn owner(steps: &[FrozenStep], mut id: StepId) -> StepId {
+    while let StepOp::Slice(_) = steps[id].work {
         id = steps[id].inputs[0];
     }
     id
 }
 
 /// Where input `which` of a concatenation belongs.
-fn part(steps: &[Step], spots: &[Spot], concat: StepId, which: usize) -> Spot {
+fn part(steps: &[FrozenStep], spots: &[Spot], concat: StepId, which: usize) -> Spot {
     let before: usize = steps[concat].inputs[..which].iter().map(|&input| steps[input].shape.channels).sum();
     Spot { first: spots[concat].first + before, ..spots[concat] }
 }
 
-fn join(steps: &[Step], separate: &HashSet<StepId>) -> Vec<Spot> {
+fn join(steps: &[FrozenStep], separate: &HashSet<StepId>) -> Vec<Spot> {
     let mut spots: Vec<Spot> = (0..steps.len()).map(|root| Spot { root, first: 0 }).collect();
     let mut placed = vec![false; steps.len()];
     // Later concatenations hold earlier ones.
     for (id, step) in steps.iter().enumerate().rev() {
-        let Work::Concat = step.work else { continue };
+        let StepOp::Concat = step.work else { continue };
         if !placed[id] && !separate.contains(&id) {
             // All its parts may lie side by side in a later one.
             let first = spots[step.inputs[0]];
@@ -118,14 +118,15 @@ fn join(steps: &[Step], separate: &HashSet<StepId>) -> Vec<Spot> {
             }
         }
         for (which, &input) in step.inputs.iter().enumerate() {
-            let is_movable = !matches!(steps[input].work, Work::Slice(_)) && !steps[input].work.makes_dense();
+            let is_movable =
+                !matches!(steps[input].work, StepOp::Slice(_)) && !steps[input].work.makes_dense();
             if is_movable && !placed[input] && !separate.contains(&input) {
                 (spots[input], placed[input]) = (part(steps, &spots, id, which), true);
             }
         }
     }
     for (id, step) in steps.iter().enumerate() {
-        if let Work::Slice(start) = step.work {
+        if let StepOp::Slice(start) = step.work {
             let whole = spots[step.inputs[0]];
             spots[id] = Spot { first: whole.first + start, ..whole };
         }
@@ -134,7 +135,12 @@ fn join(steps: &[Step], separate: &HashSet<StepId>) -> Vec<Spot> {
 }
 
 /// Buffers of the roots, and their lengths.
-fn share(steps: &[Step], outputs: &[StepId], spots: &[Spot], places: &[Place]) -> (Vec<usize>, Vec<Room>) {
+fn share(
+    steps: &[FrozenStep],
+    outputs: &[StepId],
+    spots: &[Spot],
+    places: &[ImagePlace],
+) -> (Vec<usize>, Vec<Room>) {
     let mut last: Vec<usize> = (0..steps.len()).collect();
     for (id, step) in steps.iter().enumerate() {
         for &input in &step.inputs {

@@ -1,24 +1,24 @@
 //! Steps with their places become calls of kernels.
 
 use taxel_graph::Activation;
-use taxel_kernels::frozen::bytes::Scale;
-use taxel_kernels::frozen::{self, Place, Pool, Route};
-use taxel_kernels::{Buffer, Rectifier, View, activation, conv, deviation, layout, lstm, pointwise};
+use taxel_kernels::frozen::bytes::ByteScale;
+use taxel_kernels::frozen::{self, ImagePlace, Pool, Route};
+use taxel_kernels::{AffineView, Buffer, Rectifier, activation, conv, deviation, layout, lstm, pointwise};
 
 use crate::bands::Bands;
 use crate::byte_kernel::ByteKernel;
-use crate::memory::Memory;
-use crate::places::Places;
-use crate::step::{Algorithm, Conv, Step, StepId, Work};
+use crate::memory::ProgramBuffer;
+use crate::places::ValuePlaces;
+use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp};
 
 /// One call.
 pub(crate) struct Call {
     /// The node whose value it computes; empty where no node has it.
     pub name: String,
-    pub kernel: Kernel,
+    pub kernel: CallKernel,
     /// Buffers and places of the inputs, and of the output.
-    pub from: Vec<(usize, Place)>,
-    pub to: (usize, Place),
+    pub from: Vec<(usize, ImagePlace)>,
+    pub to: (usize, ImagePlace),
 }
 
 /// The inputs and outputs of a call.
@@ -49,7 +49,7 @@ pub(crate) struct ScratchLens {
 }
 
 /// The kernel of a call.
-pub(crate) enum Kernel {
+pub(crate) enum CallKernel {
     /// Takes the network's input of this number.
     Input(usize),
     Conv(frozen::Conv),
@@ -86,18 +86,18 @@ pub(crate) struct Winograd {
 }
 
 /// All calls in order.
-pub(crate) fn program(steps: Vec<Step>, places: &Places) -> (Vec<Call>, ScratchLens) {
+pub(crate) fn program(steps: Vec<FrozenStep>, places: &ValuePlaces) -> (Vec<Call>, ScratchLens) {
     let (mut calls, mut scratch) = (vec![], ScratchLens::default());
-    let scales: Vec<Option<Scale>> = steps.iter().map(|step| step.scale).collect();
+    let scales: Vec<Option<ByteScale>> = steps.iter().map(|step| step.scale).collect();
     for (id, step) in steps.into_iter().enumerate() {
         let at = |id: StepId| (places.values[id].1, places.values[id].0);
-        let from: Vec<(usize, Place)> = step.inputs.iter().map(|&input| at(input)).collect();
+        let from: Vec<(usize, ImagePlace)> = step.inputs.iter().map(|&input| at(input)).collect();
         let to = at(id);
-        if let Work::Concat = step.work {
+        if let StepOp::Concat = step.work {
             calls.extend(moves(&from, to, step.scale));
             continue;
         }
-        if let Work::Slice(_) = step.work {
+        if let StepOp::Slice(_) = step.work {
             continue;
         }
         if step.work.needs_dense() {
@@ -106,11 +106,11 @@ pub(crate) fn program(steps: Vec<Step>, places: &Places) -> (Vec<Call>, ScratchL
         if !to.1.is_dense() {
             scratch.output = scratch.output.max(to.1.len());
         }
-        let read: Vec<Option<Scale>> = step.inputs.iter().map(|&input| scales[input]).collect();
+        let read: Vec<Option<ByteScale>> = step.inputs.iter().map(|&input| scales[input]).collect();
         let kernel = match step.scale.or_else(|| read.iter().copied().find_map(|scale| scale)) {
             Some(_) => {
                 let inputs = from.iter().zip(&read).map(|((_, place), scale)| (*place, *scale));
-                Kernel::Bytes(ByteKernel::new(step.work, &inputs.collect::<Vec<_>>(), (to.1, step.scale)))
+                CallKernel::Bytes(ByteKernel::new(step.work, &inputs.collect::<Vec<_>>(), (to.1, step.scale)))
             }
             None => kernel(step.work, &from, &to.1, &mut scratch),
         };
@@ -120,17 +120,21 @@ pub(crate) fn program(steps: Vec<Step>, places: &Places) -> (Vec<Call>, ScratchL
 }
 
 /// Copies of those parts of a concatenation that do not lie there already.
-fn moves(from: &[(usize, Place)], (buffer, whole): (usize, Place), scale: Option<Scale>) -> Vec<Call> {
+fn moves(
+    from: &[(usize, ImagePlace)],
+    (buffer, whole): (usize, ImagePlace),
+    scale: Option<ByteScale>,
+) -> Vec<Call> {
     let (mut calls, mut first) = (vec![], 0);
     for &(source, part) in from {
-        let to = Place { channels: part.channels, start: whole.start + first, ..whole };
+        let to = ImagePlace { channels: part.channels, start: whole.start + first, ..whole };
         first += part.channels;
         if (source, part) != (buffer, to) {
-            let plain = || Work::Affine { scale: None, rectifier: Rectifier::None };
+            let plain = || StepOp::Affine { scale: None, rectifier: Rectifier::None };
             let kernel = match scale {
                 // All parts are written alike.
-                Some(_) => Kernel::Bytes(ByteKernel::new(plain(), &[(part, scale)], (to, scale))),
-                None => Kernel::Affine { scale: None, rectifier: Rectifier::None },
+                Some(_) => CallKernel::Bytes(ByteKernel::new(plain(), &[(part, scale)], (to, scale))),
+                None => CallKernel::Affine { scale: None, rectifier: Rectifier::None },
             };
             calls.push(Call { name: String::new(), kernel, from: vec![(source, part)], to: (buffer, to) });
         }
@@ -138,53 +142,63 @@ fn moves(from: &[(usize, Place)], (buffer, whole): (usize, Place), scale: Option
     calls
 }
 
-fn kernel(work: Work, from: &[(usize, Place)], to: &Place, scratch: &mut ScratchLens) -> Kernel {
+fn kernel(
+    work: StepOp,
+    from: &[(usize, ImagePlace)],
+    to: &ImagePlace,
+    scratch: &mut ScratchLens,
+) -> CallKernel {
     match work {
-        Work::Input(number) => Kernel::Input(number),
-        Work::Conv(conv) => convolution(conv, from, to, scratch),
-        Work::Pair(pair) => {
+        StepOp::Input(number) => CallKernel::Input(number),
+        StepOp::Conv(conv) => convolution(conv, from, to, scratch),
+        StepOp::Pair(pair) => {
             let bands = Bands::new(&pair, from[0].1, *to);
             scratch.work = scratch.work.max(bands.work_len());
-            Kernel::Bands(bands)
+            CallKernel::Bands(bands)
         }
-        Work::Linear { weight, bias, rectifier } => {
+        StepOp::Linear { weight, bias, rectifier } => {
             let linear = frozen::Linear::new(from[0].1.len(), to.channels, &weight);
-            Kernel::Linear { linear, bias, rectifier }
+            CallKernel::Linear { linear, bias, rectifier }
         }
-        Work::Lstm { sizes, weights: [ih, hh, bias_ih, bias_hh] } => {
+        StepOp::Lstm { sizes, weights: [ih, hh, bias_ih, bias_hh] } => {
             let weights = lstm::Weights { ih: &ih, hh: &hh, bias_ih: &bias_ih, bias_hh: &bias_hh };
             let lstm = frozen::Lstm::new(sizes, &weights, from[0].1);
             scratch.work = scratch.work.max(lstm.work_len());
-            Kernel::Lstm(Box::new(lstm))
+            CallKernel::Lstm(Box::new(lstm))
         }
-        Work::Affine { scale, rectifier } => Kernel::Affine { scale, rectifier },
-        Work::Activation(function) => Kernel::Activation(function),
-        Work::Pool { pooling, axes } => Kernel::Pool(Pool::new(pooling, axes, from[0].1, *to)),
-        Work::Add { rectifier } => {
+        StepOp::Affine { scale, rectifier } => CallKernel::Affine { scale, rectifier },
+        StepOp::Activation(function) => CallKernel::Activation(function),
+        StepOp::Pool { pooling, axes } => CallKernel::Pool(Pool::new(pooling, axes, from[0].1, *to)),
+        StepOp::Add { rectifier } => {
             scratch.output = scratch.output.max(to.len());
-            Kernel::Add(rectifier)
+            CallKernel::Add(rectifier)
         }
-        Work::Shuffle(groups) => Kernel::Shuffle(groups),
-        Work::Deviation(eps) => {
+        StepOp::Shuffle(groups) => CallKernel::Shuffle(groups),
+        StepOp::Deviation(eps) => {
             scratch.work = scratch.work.max(to.channels);
-            Kernel::Deviation(eps)
+            CallKernel::Deviation(eps)
         }
-        Work::Flatten => Kernel::Flatten,
-        Work::Switch => Kernel::Switch,
-        Work::Concat | Work::Slice(_) => unreachable!("they are places, not calls"),
+        StepOp::Flatten => CallKernel::Flatten,
+        StepOp::Switch => CallKernel::Switch,
+        StepOp::Concat | StepOp::Slice(_) => unreachable!("they are places, not calls"),
     }
 }
 
-fn convolution(conv: Conv, from: &[(usize, Place)], to: &Place, scratch: &mut ScratchLens) -> Kernel {
+fn convolution(
+    conv: Conv,
+    from: &[(usize, ImagePlace)],
+    to: &ImagePlace,
+    scratch: &mut ScratchLens,
+) -> CallKernel {
     let Conv { window, dilation, groups, weight, bias, rectifier, algorithm } = conv;
     let x = from[0].1;
     let route = Route { from: x, to: *to, addend: from.get(1).map(|(_, place)| *place), rectifier };
     match algorithm {
         Algorithm::Direct => {
-            Kernel::Conv(frozen::Conv::new(&window, dilation, groups, &weight, &bias, route))
+            CallKernel::Conv(frozen::Conv::new(&window, dilation, groups, &weight, &bias, route))
         }
         Algorithm::Depthwise => {
-            Kernel::Depthwise(frozen::Depthwise::new(&window, dilation, &weight, &bias, route))
+            CallKernel::Depthwise(frozen::Depthwise::new(&window, dilation, &weight, &bias, route))
         }
         Algorithm::Winograd(conv) => {
             scratch.input = scratch.input.max(x.len() + conv.padded_len());
@@ -192,29 +206,29 @@ fn convolution(conv: Conv, from: &[(usize, Place)], to: &Place, scratch: &mut Sc
             scratch.work = scratch.work.max(conv.work_len());
             let mut packed = vec![];
             conv.pack(&weight, &mut packed);
-            Kernel::Winograd(Winograd { conv, packed, bias, rectifier })
+            CallKernel::Winograd(Winograd { conv, packed, bias, rectifier })
         }
     }
 }
 
 /// `x` without margins and other channels: itself where it has none, else in `scratch`.
-fn dense<'a>(place: &Place, x: &'a [f32], scratch: &'a mut [f32]) -> &'a [f32] {
+fn dense<'a>(place: &ImagePlace, x: &'a [f32], scratch: &'a mut [f32]) -> &'a [f32] {
     if place.is_dense() {
         return &x[..place.len()];
     }
-    let to = Place::dense(place.size, place.channels);
+    let to = ImagePlace::dense(place.size, place.channels);
     frozen::copy(place, x, &to, scratch);
     &scratch[..place.len()]
 }
 
 /// Runs `make` on a dense output, which then goes where it belongs.
-fn staged(to: &Place, y: &mut [f32], scratch: &mut [f32], make: impl FnOnce(&mut [f32])) {
+fn staged(to: &ImagePlace, y: &mut [f32], scratch: &mut [f32], make: impl FnOnce(&mut [f32])) {
     if to.is_dense() {
         return make(&mut y[..to.len()]);
     }
     let scratch = &mut scratch[..to.len()];
     make(scratch);
-    frozen::copy(&Place::dense(to.size, to.channels), scratch, to, y);
+    frozen::copy(&ImagePlace::dense(to.size, to.channels), scratch, to, y);
 }
 
 impl Call {
@@ -222,17 +236,17 @@ impl Call {
     pub fn parts(&self, samples: usize) -> usize {
         match &self.kernel {
             // Inputs that have to be gathered first would be gathered for every part.
-            Kernel::Linear { linear, .. } if samples > 1 && self.from[0].1.is_dense() => linear.panels(),
+            CallKernel::Linear { linear, .. } if samples > 1 && self.from[0].1.is_dense() => linear.panels(),
             _ => 1,
         }
     }
 
     /// Runs the call: `values` are the inputs' buffers, `y` is the output's.
-    pub fn run(&self, ask: Ask, values: &[&Memory], y: &mut Memory, scratch: &mut Scratch) {
-        if let Kernel::Bytes(kernel) = &self.kernel {
+    pub fn run(&self, ask: Ask, values: &[&ProgramBuffer], y: &mut ProgramBuffer, scratch: &mut Scratch) {
+        if let CallKernel::Bytes(kernel) = &self.kernel {
             return kernel.run(values, y);
         }
-        let Memory::Floats(y) = y else { unreachable!("calls of floats write to floats") };
+        let ProgramBuffer::Floats(y) = y else { unreachable!("calls of floats write to floats") };
         match values {
             [] => self.run_floats(ask, &[], y, scratch),
             [a] => self.run_floats(ask, &[a.floats()], y, scratch),
@@ -244,15 +258,15 @@ impl Call {
         let to = &self.to.1;
         let Scratch { input, output, work } = scratch;
         match &self.kernel {
-            Kernel::Input(number) => staged(to, y, output, |y| {
+            CallKernel::Input(number) => staged(to, y, output, |y| {
                 let x = &ask.inputs[*number][ask.sample * to.len()..][..to.len()];
                 layout::transpose(to.channels, to.positions(), x, y, false);
             }),
-            Kernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
-            Kernel::Depthwise(conv) => conv.run(values[0], y),
-            Kernel::Winograd(winograd) => self.winograd(winograd, values[0], y, scratch),
-            Kernel::Bands(bands) => bands.run(values[0], work, y),
-            Kernel::Linear { linear, bias, rectifier } => {
+            CallKernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
+            CallKernel::Depthwise(conv) => conv.run(values[0], y),
+            CallKernel::Winograd(winograd) => self.winograd(winograd, values[0], y, scratch),
+            CallKernel::Bands(bands) => bands.run(values[0], work, y),
+            CallKernel::Linear { linear, bias, rectifier } => {
                 let from = &self.from[0].1;
                 let x = dense(from, values[0], input);
                 let y = &mut y[to.start..];
@@ -261,34 +275,34 @@ impl Call {
                     _ => linear.run(x, bias, *rectifier, y),
                 }
             }
-            Kernel::Lstm(lstm) => lstm.run(values[0], work, &mut y[to.start..]),
-            Kernel::Affine { scale, rectifier } => {
+            CallKernel::Lstm(lstm) => lstm.run(values[0], work, &mut y[to.start..]),
+            CallKernel::Affine { scale, rectifier } => {
                 let affine = scale.as_ref().map(|(scale, shift)| (scale.as_slice(), shift.as_slice()));
-                let view = View { affine, rectifier: *rectifier };
+                let view = AffineView { affine, rectifier: *rectifier };
                 frozen::map(&view, &self.from[0].1, values[0], to, y);
             }
-            Kernel::Activation(function) => {
+            CallKernel::Activation(function) => {
                 let x = dense(&self.from[0].1, values[0], input);
                 staged(to, y, output, |y| apply(*function, x, y));
             }
-            Kernel::Pool(pool) => pool.run(values[0], y),
-            Kernel::Add(rectifier) => self.add(*rectifier, values, y, output),
-            Kernel::Shuffle(groups) => {
+            CallKernel::Pool(pool) => pool.run(values[0], y),
+            CallKernel::Add(rectifier) => self.add(*rectifier, values, y, output),
+            CallKernel::Shuffle(groups) => {
                 let x = dense(&self.from[0].1, values[0], input);
                 staged(to, y, output, |y| pointwise::shuffle_columns(x, to.channels, *groups, y, false));
             }
-            Kernel::Deviation(eps) => {
+            CallKernel::Deviation(eps) => {
                 let x = dense(&self.from[0].1, values[0], input);
                 let (channels, start) = (to.channels, to.start);
                 deviation::forward(channels, *eps, x, &mut work[..channels], &mut y[start..start + channels]);
             }
-            Kernel::Flatten => {
+            CallKernel::Flatten => {
                 let from = &self.from[0].1;
                 let x = dense(from, values[0], input);
                 staged(to, y, output, |y| layout::transpose(from.positions(), from.channels, x, y, false));
             }
-            Kernel::Bytes(_) => unreachable!("it is run before"),
-            Kernel::Switch => {
+            CallKernel::Bytes(_) => unreachable!("it is run before"),
+            CallKernel::Switch => {
                 let (first, second) = input.split_at_mut(self.from[0].1.len());
                 let x = dense(&self.from[0].1, values[0], first);
                 let stream = dense(&self.from[1].1, values[1], second);
@@ -310,12 +324,12 @@ impl Call {
         let Winograd { conv, packed, bias, rectifier } = winograd;
         let output = &mut output[..to.len()];
         for band in conv.bands() {
-            let padded = conv.pad(x, &View::default(), band, padded);
+            let padded = conv.pad(x, &AffineView::default(), band, padded);
             // What is packed takes the place of the weights.
             conv.forward(padded, &[], packed, Some(bias), output, work);
         }
-        let view = View { affine: None, rectifier: *rectifier };
-        frozen::map(&view, &Place::dense(to.size, to.channels), output, to, y);
+        let view = AffineView { affine: None, rectifier: *rectifier };
+        frozen::map(&view, &ImagePlace::dense(to.size, to.channels), output, to, y);
     }
 
     fn add(&self, rectifier: Rectifier, values: &[&[f32]], y: &mut [f32], output: &mut [f32]) {
@@ -324,10 +338,10 @@ impl Call {
             frozen::copy(&self.from[0].1, values[0], to, y);
             return frozen::add(&self.from[1].1, values[1], to, y);
         }
-        let dense = Place::dense(to.size, to.channels);
+        let dense = ImagePlace::dense(to.size, to.channels);
         frozen::copy(&self.from[0].1, values[0], &dense, output);
         frozen::add(&self.from[1].1, values[1], &dense, output);
-        frozen::map(&View { affine: None, rectifier }, &dense, output, to, y);
+        frozen::map(&AffineView { affine: None, rectifier }, &dense, output, to, y);
     }
 }
 

@@ -2,21 +2,26 @@
 
 use taxel_kernels::Rectifier;
 use taxel_kernels::frozen::Pooling;
-use taxel_kernels::frozen::bytes::{EXACT, Scale};
+use taxel_kernels::frozen::bytes::{ByteScale, EXACT};
 
 use crate::ranges::Ranges;
-use crate::step::{Algorithm, Conv, Step, StepId, Work};
+use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp};
 
 /// Products in a sum up to which 32 bits hold it, with a bias.
 const DEPTH: usize = 30_000;
 
 /// The steps with scales, and with steps between floats and bytes where both are needed; and those of the outputs.
-pub(crate) fn quantize(steps: Vec<Step>, outputs: &[StepId], ranges: &Ranges) -> (Vec<Step>, Vec<StepId>) {
+pub(crate) fn quantize(
+    steps: Vec<FrozenStep>,
+    outputs: &[StepId],
+    ranges: &Ranges,
+) -> (Vec<FrozenStep>, Vec<StepId>) {
     let scales = scales(&steps, ranges);
     let len = steps.len();
-    let seen = steps.iter().map(|step| ranges.get(&step.name).map(|&[low, high]| Scale::over(low, high)));
-    let seen: Vec<Option<Scale>> = seen.collect();
-    let mut plan = Plan { steps: vec![], now: vec![], floats: vec![None; len], bytes: vec![None; len] };
+    let seen = steps.iter().map(|step| ranges.get(&step.name).map(|&[low, high]| ByteScale::over(low, high)));
+    let seen: Vec<Option<ByteScale>> = seen.collect();
+    let mut plan =
+        QuantizedSteps { steps: vec![], now: vec![], floats: vec![None; len], bytes: vec![None; len] };
     for (id, step) in steps.into_iter().enumerate() {
         plan.push(step, scales[id], &seen);
     }
@@ -25,7 +30,7 @@ pub(crate) fn quantize(steps: Vec<Step>, outputs: &[StepId], ranges: &Ranges) ->
 }
 
 /// The scale of every value that becomes bytes.
-fn scales(steps: &[Step], ranges: &Ranges) -> Vec<Option<Scale>> {
+fn scales(steps: &[FrozenStep], ranges: &Ranges) -> Vec<Option<ByteScale>> {
     let classes = classes(steps);
     let mut seen: Vec<Option<[f32; 2]>> = vec![None; steps.len()];
     for (step, &class) in steps.iter().zip(&classes) {
@@ -38,12 +43,12 @@ fn scales(steps: &[Step], ranges: &Ranges) -> Vec<Option<Scale>> {
     for step in steps {
         let by_bytes = match &step.work {
             // An addend goes into the sum as bytes, too.
-            Work::Conv(conv) => {
+            StepOp::Conv(conv) => {
                 let addend =
                     step.inputs.get(1).is_none_or(|addend| ranges.contains_key(&steps[*addend].name));
                 fits(conv) && addend
             }
-            Work::Linear { bias, weight, .. } => weight.len() / bias.len().max(1) <= DEPTH,
+            StepOp::Linear { bias, weight, .. } => weight.len() / bias.len().max(1) <= DEPTH,
             _ => false,
         };
         if by_bytes {
@@ -52,13 +57,13 @@ fn scales(steps: &[Step], ranges: &Ranges) -> Vec<Option<Scale>> {
     }
     // What goes into a sum of bytes is bytes, too.
     for (id, step) in steps.iter().enumerate().rev() {
-        if matches!(step.work, Work::Add { .. }) && read[classes[id]] {
+        if matches!(step.work, StepOp::Add { .. }) && read[classes[id]] {
             step.inputs.iter().for_each(|&input| read[classes[input]] = true);
         }
     }
     let scale = |class: &StepId| {
         let [low, high] = seen[*class].filter(|_| read[*class])?;
-        Some(Scale::over(low, high))
+        Some(ByteScale::over(low, high))
     };
     classes.iter().map(scale).collect()
 }
@@ -74,12 +79,15 @@ fn fits(conv: &Conv) -> bool {
 }
 
 /// Of every value the first one that it shares its scale with: values that are parts of each other or only moved.
-fn classes(steps: &[Step]) -> Vec<StepId> {
+fn classes(steps: &[FrozenStep]) -> Vec<StepId> {
     let mut class: Vec<StepId> = (0..steps.len()).collect();
     for (id, step) in steps.iter().enumerate() {
         let moved = match step.work {
-            Work::Concat => step.inputs.len(),
-            Work::Slice(_) | Work::Shuffle(_) | Work::Flatten | Work::Pool { pooling: Pooling::Max, .. } => 1,
+            StepOp::Concat => step.inputs.len(),
+            StepOp::Slice(_)
+            | StepOp::Shuffle(_)
+            | StepOp::Flatten
+            | StepOp::Pool { pooling: Pooling::Max, .. } => 1,
             _ => 0,
         };
         for &input in &step.inputs[..moved] {
@@ -90,8 +98,8 @@ fn classes(steps: &[Step]) -> Vec<StepId> {
     class
 }
 
-struct Plan {
-    steps: Vec<Step>,
+struct QuantizedSteps {
+    steps: Vec<FrozenStep>,
     /// The value of every old step as it is stored.
     now: Vec<StepId>,
     /// The same as floats, and as bytes of its own range, where somebody has asked for it.
@@ -99,30 +107,31 @@ struct Plan {
     bytes: Vec<Option<StepId>>,
 }
 
-impl Plan {
-    fn push(&mut self, step: Step, scale: Option<Scale>, seen: &[Option<Scale>]) {
-        let is_bytes = |plan: &Plan, which: usize| {
+impl QuantizedSteps {
+    fn push(&mut self, step: FrozenStep, scale: Option<ByteScale>, seen: &[Option<ByteScale>]) {
+        let is_bytes = |plan: &QuantizedSteps, which: usize| {
             step.inputs.get(which).is_some_and(|&input| plan.steps[plan.now[input]].scale.is_some())
         };
         let all = step.inputs.iter().all(|&input| self.steps[self.now[input]].scale.is_some());
         let in_bytes = match &step.work {
-            Work::Conv(conv) => is_bytes(self, 0) && fits(conv),
-            Work::Linear { weight, bias, .. } => {
+            StepOp::Conv(conv) => is_bytes(self, 0) && fits(conv),
+            StepOp::Linear { weight, bias, .. } => {
                 is_bytes(self, 0) && weight.len() / bias.len().max(1) <= DEPTH
             }
-            Work::Affine { .. } => true,
-            Work::Add { .. } => all,
-            Work::Pool { pooling: Pooling::Max, .. } | Work::Concat | Work::Slice(_) | Work::Shuffle(_) => {
-                scale.is_some()
-            }
-            Work::Pool { pooling: Pooling::Mean, .. } => {
+            StepOp::Affine { .. } => true,
+            StepOp::Add { .. } => all,
+            StepOp::Pool { pooling: Pooling::Max, .. }
+            | StepOp::Concat
+            | StepOp::Slice(_)
+            | StepOp::Shuffle(_) => scale.is_some(),
+            StepOp::Pool { pooling: Pooling::Mean, .. } => {
                 all && self.steps[self.now[step.inputs[0]]].shape.size.iter().product::<usize>() * 255
                     < EXACT as usize
             }
             _ => false,
         };
         let inputs: Vec<StepId> = match (in_bytes, &step.work) {
-            (true, Work::Conv(_)) => {
+            (true, StepOp::Conv(_)) => {
                 let mut inputs = vec![self.now[step.inputs[0]]];
                 inputs.extend(step.inputs[1..].iter().map(|&addend| self.as_bytes(addend, seen[addend])));
                 inputs
@@ -132,7 +141,7 @@ impl Plan {
         };
         let shape = step.shape;
         let own_scale = scale.filter(|_| in_bytes);
-        self.steps.push(Step { inputs, scale: own_scale, ..step });
+        self.steps.push(FrozenStep { inputs, scale: own_scale, ..step });
         let mut id = self.steps.len() - 1;
         if scale.is_some() && !in_bytes {
             id = self.convert(id, scale);
@@ -142,10 +151,10 @@ impl Plan {
     }
 
     /// The same value, written otherwise.
-    fn convert(&mut self, id: StepId, scale: Option<Scale>) -> StepId {
-        let work = Work::Affine { scale: None, rectifier: Rectifier::None };
-        let step = Step::new(work, vec![id], self.steps[id].shape);
-        self.steps.push(Step { scale, ..step });
+    fn convert(&mut self, id: StepId, scale: Option<ByteScale>) -> StepId {
+        let work = StepOp::Affine { scale: None, rectifier: Rectifier::None };
+        let step = FrozenStep::new(work, vec![id], self.steps[id].shape);
+        self.steps.push(FrozenStep { scale, ..step });
         self.steps.len() - 1
     }
 
@@ -162,7 +171,7 @@ impl Plan {
         floats
     }
 
-    fn as_bytes(&mut self, old: StepId, scale: Option<Scale>) -> StepId {
+    fn as_bytes(&mut self, old: StepId, scale: Option<ByteScale>) -> StepId {
         let id = self.now[old];
         if self.steps[id].scale.is_some() {
             return id;

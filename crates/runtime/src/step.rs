@@ -1,8 +1,8 @@
 //! A network as steps: what is computed between two stored values.
 
 use taxel_graph::Activation;
-use taxel_kernels::conv::{self, Kind};
-use taxel_kernels::frozen::bytes::Scale;
+use taxel_kernels::conv::{self, ConvKind};
+use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{self, Pooling, Reach};
 use taxel_kernels::{Rectifier, Window3, lstm};
 
@@ -11,14 +11,14 @@ pub(crate) type StepId = usize;
 
 /// A stored value: positions × channels. Features are the channels of one position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Shape {
+pub(crate) struct ValueShape {
     pub size: [usize; 3],
     pub channels: usize,
 }
 
-impl Shape {
+impl ValueShape {
     pub fn features(channels: usize) -> Self {
-        Shape { size: [1; 3], channels }
+        ValueShape { size: [1; 3], channels }
     }
 
     pub fn len(&self) -> usize {
@@ -57,15 +57,15 @@ impl Algorithm {
     /// Returns the convolution as training would run it.
     pub fn of(plan: conv::Conv) -> Self {
         match plan.kind() {
-            Kind::Direct => Algorithm::Direct,
-            Kind::Depthwise => Algorithm::Depthwise,
-            Kind::Winograd => Algorithm::Winograd(Box::new(plan)),
+            ConvKind::Direct => Algorithm::Direct,
+            ConvKind::Depthwise => Algorithm::Depthwise,
+            ConvKind::Winograd => Algorithm::Winograd(Box::new(plan)),
         }
     }
 }
 
 /// The operation of a step.
-pub(crate) enum Work {
+pub(crate) enum StepOp {
     /// The network's input of this number.
     Input(usize),
     /// A convolution; a second input is added before the rectifier.
@@ -110,11 +110,11 @@ pub(crate) enum Work {
     Switch,
 }
 
-impl Work {
+impl StepOp {
     /// Columns of zeros that a reader needs before and after the rows of its first input.
     pub fn margin(&self) -> [usize; 2] {
         match self {
-            Work::Conv(Conv {
+            StepOp::Conv(Conv {
                 window,
                 dilation,
                 algorithm: Algorithm::Direct | Algorithm::Depthwise,
@@ -127,46 +127,48 @@ impl Work {
     /// Whether inputs have to fill their buffers.
     pub fn needs_dense(&self) -> bool {
         match self {
-            Work::Conv(conv) => matches!(conv.algorithm, Algorithm::Winograd(_)),
-            Work::Linear { .. } | Work::Activation(_) | Work::Shuffle(_) | Work::Flatten | Work::Switch => {
-                true
-            }
+            StepOp::Conv(conv) => matches!(conv.algorithm, Algorithm::Winograd(_)),
+            StepOp::Linear { .. }
+            | StepOp::Activation(_)
+            | StepOp::Shuffle(_)
+            | StepOp::Flatten
+            | StepOp::Switch => true,
             _ => false,
         }
     }
 
     /// Whether the output has to fill its buffer.
     pub fn makes_dense(&self) -> bool {
-        matches!(self, Work::Activation(_) | Work::Shuffle(_) | Work::Flatten | Work::Switch)
+        matches!(self, StepOp::Activation(_) | StepOp::Shuffle(_) | StepOp::Flatten | StepOp::Switch)
     }
 
     /// Where rectified values could come out at once.
     pub fn rectifier(&mut self) -> Option<&mut Rectifier> {
         match self {
-            Work::Conv(Conv { rectifier, .. })
-            | Work::Linear { rectifier, .. }
-            | Work::Affine { rectifier, .. }
-            | Work::Add { rectifier } => Some(rectifier),
+            StepOp::Conv(Conv { rectifier, .. })
+            | StepOp::Linear { rectifier, .. }
+            | StepOp::Affine { rectifier, .. }
+            | StepOp::Add { rectifier } => Some(rectifier),
             _ => None,
         }
     }
 }
 
 /// One step; its inputs are earlier steps.
-pub(crate) struct Step {
+pub(crate) struct FrozenStep {
     /// The node whose value it is; empty where no node has it.
     pub name: String,
-    pub work: Work,
+    pub work: StepOp,
     pub inputs: Vec<StepId>,
-    pub shape: Shape,
+    pub shape: ValueShape,
     /// How the value is written in bytes; none for floats.
-    pub scale: Option<Scale>,
+    pub scale: Option<ByteScale>,
 }
 
-impl Step {
+impl FrozenStep {
     /// A step without a name, of floats.
-    pub fn new(work: Work, inputs: Vec<StepId>, shape: Shape) -> Self {
-        Step { name: String::new(), work, inputs, shape, scale: None }
+    pub fn new(work: StepOp, inputs: Vec<StepId>, shape: ValueShape) -> Self {
+        FrozenStep { name: String::new(), work, inputs, shape, scale: None }
     }
 
     /// The same step where its inputs have the numbers `now`.

@@ -14,16 +14,16 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, share, within,
+    Architecture, Conv, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result, share, within,
 };
 
 /// Rows, columns, frames.
-type Kernel = [usize; 3];
+type KernelSize = [usize; 3];
 
 /// Gandarias et al. 2019b: the kernel of the first convolution, then of all others.
-const ACTIVE_KERNELS: [Kernel; 2] = [[5, 5, 3], [5, 3, 3]];
+const ACTIVE_KERNELS: [KernelSize; 2] = [[5, 5, 3], [5, 3, 3]];
 /// Pastor et al. 2019, Fig. 4.
-const PALPATION_KERNELS: [Kernel; 2] = [[5, 3, 8], [5, 3, 8]];
+const PALPATION_KERNELS: [KernelSize; 2] = [[5, 3, 8], [5, 3, 8]];
 
 pub(crate) const TACTNET3D: Listing<TactNet3dConfig> = Listing {
     name: TactNet3dConfig::ACTIVE.layers.name,
@@ -31,7 +31,7 @@ pub(crate) const TACTNET3D: Listing<TactNet3dConfig> = Listing {
     paper: "002, Table I",
     config: TactNet3dConfig::ACTIVE,
     inputs: &[InputKeys::TENSOR],
-    counts: Counts { parameters: 5_413_801, statistics: 48, macs: 41_119_296 },
+    counts: NetworkCounts { parameters: 5_413_801, statistics: 48, macs: 41_119_296 },
     quick: &[("height", 15), ("width", 13), ("frames", 8)],
 };
 
@@ -41,7 +41,7 @@ pub(crate) const TACTNET3D_4_8: Listing<TactNet3dConfig> = Listing {
     paper: "002, Table I",
     config: TactNet3dConfig::ACTIVE_4_8,
     inputs: &[InputKeys::TENSOR],
-    counts: Counts { parameters: 2_705_785, statistics: 24, macs: 12_956_736 },
+    counts: NetworkCounts { parameters: 2_705_785, statistics: 24, macs: 12_956_736 },
     quick: &[("height", 15), ("width", 13), ("frames", 8)],
 };
 
@@ -51,7 +51,7 @@ pub(crate) const TACTNET3D_FC32: Listing<TactNet3dConfig> = Listing {
     paper: "002, Table I",
     config: TactNet3dConfig::ACTIVE_FC32,
     inputs: &[InputKeys::TENSOR],
-    counts: Counts { parameters: 2_710_121, statistics: 48, macs: 38_415_648 },
+    counts: NetworkCounts { parameters: 2_710_121, statistics: 48, macs: 38_415_648 },
     quick: &[("height", 15), ("width", 13), ("frames", 8)],
 };
 
@@ -61,7 +61,7 @@ pub(crate) const TACTNET3D_8_16_32: Listing<TactNet3dConfig> = Listing {
     paper: "002, Table I",
     config: TactNet3dConfig::ACTIVE_8_16_32,
     inputs: &[InputKeys::TENSOR],
-    counts: Counts { parameters: 5_535_241, statistics: 112, macs: 103_149_120 },
+    counts: NetworkCounts { parameters: 5_535_241, statistics: 112, macs: 103_149_120 },
     quick: &[("height", 15), ("width", 13), ("frames", 8)],
 };
 
@@ -71,7 +71,7 @@ pub(crate) const TACTNET3D_51: Listing<TactNet3dConfig> = Listing {
     paper: "003, Fig. 4",
     config: TactNet3dConfig::PALPATION,
     inputs: &[InputKeys::TENSOR],
-    counts: Counts { parameters: 69_779_048, statistics: 96, macs: 2_258_454_016 },
+    counts: NetworkCounts { parameters: 69_779_048, statistics: 96, macs: 2_258_454_016 },
     quick: &[("height", 12), ("width", 9), ("frames", 19)],
 };
 
@@ -107,7 +107,7 @@ pub struct Layers {
     pub name: &'static str,
     /// Filters of each convolution.
     filters: &'static [usize],
-    kernels: [Kernel; 2],
+    kernels: [KernelSize; 2],
 }
 
 impl TactNet3dConfig {

@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::json;
 use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::{Scaling, TactileTensor};
-use taxel_learn::{Card, Kind, Model, Transform};
-use taxel_onnx::{Export, PROBABILITIES, Step};
+use taxel_learn::{Card, Model, ModelKind, Transform};
+use taxel_onnx::{Export, FrontStep, PROBABILITIES};
 
 use crate::error::{Error, Result};
 
@@ -44,7 +44,7 @@ pub struct ExportedInput {
 /// A baseline, a model in eight bits, and a file that cannot be written.
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
-    let Kind::Network { graph, loss, .. } = &card.kind else {
+    let ModelKind::Network { graph, loss, .. } = &card.kind else {
         let reason = "is a baseline; ONNX is for networks: export one, or use the model with `taxel predict`";
         return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
     };
@@ -115,14 +115,14 @@ fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<t
     add(transform, &mut now, &mut steps)?;
     if now != wanted {
         // A flat network reads the same values as features.
-        steps.push(Step::Reshape(wanted.to_vec()));
+        steps.push(FrontStep::Reshape(wanted.to_vec()));
     }
     let fits = now.iter().product::<usize>() == wanted.iter().product::<usize>();
     fits.then(|| taxel_onnx::Reading { shape: shape.to_vec(), steps })
 }
 
 /// Adds the steps of a transform of readings of shape `now`, which becomes that of what comes out.
-fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) -> Option<()> {
     match transform {
         Transform::Signal(scaling) => {
             channelled(2, now, steps)?;
@@ -142,7 +142,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
             if frames.is_some_and(|frames| frames != recorded) {
                 return None;
             }
-            steps.push(Step::Transpose(vec![1, 2, 0]));
+            steps.push(FrontStep::Transpose(vec![1, 2, 0]));
             reshape(vec![1, rows, columns, recorded], now, steps);
             scale(scaling, steps);
         }
@@ -152,7 +152,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
         }
         Transform::Baseline { readings, then } => {
             (now.len() == 2).then_some(())?;
-            steps.push(Step::LessBaseline(*readings));
+            steps.push(FrontStep::LessBaseline(*readings));
             add(then, now, steps)?;
         }
         Transform::QuantileCode(_)
@@ -166,13 +166,13 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Op
     Some(())
 }
 
-fn reshape(to: Vec<usize>, now: &mut Vec<usize>, steps: &mut Vec<Step>) {
+fn reshape(to: Vec<usize>, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) {
     now.clone_from(&to);
-    steps.push(Step::Reshape(to));
+    steps.push(FrontStep::Reshape(to));
 }
 
 /// Makes values without a channel axis one channel; none where that does not give so many axes.
-fn channelled(axes: usize, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+fn channelled(axes: usize, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) -> Option<()> {
     if now.len() + 1 == axes {
         reshape([&[1], &now[..]].concat(), now, steps);
     }
@@ -180,13 +180,13 @@ fn channelled(axes: usize, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Optio
 }
 
 /// Makes channels × time of readings of any layout; none where the axes are others.
-fn series(layout: Layout, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+fn series(layout: Layout, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) -> Option<()> {
     match (layout, &now[..]) {
         (Layout::Features, &[length]) => reshape(vec![1, length], now, steps),
         (Layout::Series | Layout::Image, &[_, _]) => {}
         (Layout::Colour | Layout::Fingers, &[a, b, length]) => reshape(vec![a * b, length], now, steps),
         (Layout::Sequence, &[frames, rows, columns]) => {
-            steps.push(Step::Transpose(vec![1, 2, 0]));
+            steps.push(FrontStep::Transpose(vec![1, 2, 0]));
             reshape(vec![rows * columns, frames], now, steps);
         }
         _ => return None,
@@ -194,13 +194,13 @@ fn series(layout: Layout, now: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option
     Some(())
 }
 
-fn scale(scaling: &Scaling, steps: &mut Vec<Step>) {
+fn scale(scaling: &Scaling, steps: &mut Vec<FrontStep>) {
     let (offset, divisor) = match scaling {
         Scaling::Raw => return,
         Scaling::FullScale { full_scale } => (vec![0.0], vec![*full_scale]),
         Scaling::ZScore { mean, sd } => (mean.clone(), sd.clone()),
     };
-    steps.push(Step::Scale { offset, divisor });
+    steps.push(FrontStep::Scale { offset, divisor });
 }
 
 /// An encoding that ONNX does not do, in words.

@@ -99,7 +99,7 @@ pub use taxel_data::{Attribute, Dataset, Labels, Layout, Length, ReadOptions, Sa
 pub use taxel_graph::{Architecture, Conv, Flow, Graph, Network, Pool};
 pub use taxel_learn::{
     Candidate, Card, CrossValidation, Encoder, Encoding, Fit, Model, Optimizer, Predictions, Predictor,
-    Protocol, Recipe, Results, RunFolder, RunOptions, Schedule, Table, fit,
+    Protocol, Recipe, Results, ResultsTable, RunFolder, RunOptions, Schedule, fit,
 };
 #[cfg(feature = "lab")]
 pub use taxel_trainer::{Experiment, Overrides, simulate};

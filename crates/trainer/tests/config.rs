@@ -5,13 +5,13 @@
 mod base;
 
 use base::{BASE, parse, parse_with, quick, set};
-use taxel_learn::encoding::{Field, Image, Range};
+use taxel_learn::encoding::{GramianSettings, Image, Range};
 use taxel_learn::{Decay, Optimizer, Protocol, Schedule};
 use taxel_trainer::{Experiment, Origin, Overrides};
 use taxel_zoo::Registry;
 
 /// The gramian field of a config.
-fn field(experiment: &Experiment) -> Field {
+fn field(experiment: &Experiment) -> GramianSettings {
     match experiment.config().encoding.image {
         Some(Image::Gadf(field) | Image::Gasf(field)) => field,
         ref other => panic!("{other:?}"),

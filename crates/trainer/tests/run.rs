@@ -12,7 +12,7 @@ use run_folder::contents;
 use taxel_data::Dataset;
 use taxel_engine::{Engine, Mode, Options};
 use taxel_graph::Weights;
-use taxel_learn::{FoldKey, Model, Progress, RunFolder, RunOptions, Silent, Table};
+use taxel_learn::{FoldKey, Model, Progress, ResultsTable, RunFolder, RunOptions, Silent};
 use taxel_trainer::{Error, Experiment, Overrides, Runner, open, run};
 use taxel_zoo::Registry;
 
@@ -89,7 +89,7 @@ fn a_network_that_takes_no_such_samples_is_left_out_by_name() {
     let results = folder.results().unwrap();
     assert_eq!((results.networks.len(), results.complete), (1, true));
     assert_eq!(results.left_out.get("resnet8-lite-1d").map(String::as_str), Some(wanted));
-    let table = Table::of(&folder).unwrap().to_string();
+    let table = ResultsTable::of(&folder).unwrap().to_string();
     assert!(table.contains(&format!("left out: resnet8-lite-1d: {wanted}")), "{table}");
     // Where none is left there is nothing to run.
     let one = text.replace("name = \"mlp\"", "name = \"resnet8-lite-1d\"\nlabel = \"one\"");
@@ -158,7 +158,7 @@ fn a_run_folder_holds_what_it_promises() {
         let text = String::from_utf8_lossy(&bytes);
         assert!(!text.contains(dir.path().to_str().unwrap()), "{}", name.display());
     }
-    let table = Table::of(&folder).unwrap();
+    let table = ResultsTable::of(&folder).unwrap();
     let text = table.to_string();
     assert!(text.contains("measured on: simulated: fingertip"), "{text}");
     assert!(text.contains("published (paper 000, own data)"), "{text}");
@@ -267,7 +267,7 @@ fn the_other_statistics_are_those_that_the_other_setting_tests_with() {
     let of = |kind: &str| {
         let set = format!("train.batch_norm={kind}");
         let folder = run_tiny(&dir.path().join(kind), &[&set, "train.epochs=1"]).unwrap();
-        let words = Table::of(&folder).unwrap().to_string();
+        let words = ResultsTable::of(&folder).unwrap().to_string();
         (folder.results().unwrap().networks, words)
     };
     let ((population, words), (moving, _)) = (of("population"), of("moving"));
@@ -354,7 +354,7 @@ fn a_stopped_run_is_readable_and_resumes_to_the_same_bytes() {
         let results = RunFolder::open(&parts).unwrap().results().unwrap();
         assert!(!results.complete);
         assert_eq!(results.missing.len(), 4 - folds);
-        let text = Table::of(&RunFolder::open(&parts).unwrap()).unwrap().to_string();
+        let text = ResultsTable::of(&RunFolder::open(&parts).unwrap()).unwrap().to_string();
         assert!(text.contains("INCOMPLETE"), "{text}");
     }
     // What a kill in the middle of a write leaves behind.

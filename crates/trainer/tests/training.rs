@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Fold, Npz};
 use taxel_learn::encoding::IMAGE;
-use taxel_learn::{Encoder, FoldKey, FoldRecord, Model, RunFolder, RunOptions, Silent, Table};
+use taxel_learn::{Encoder, FoldKey, FoldRecord, Model, ResultsTable, RunFolder, RunOptions, Silent};
 use taxel_trainer::{Error, Experiment, Overrides, Runner};
 use taxel_zoo::Registry;
 
@@ -239,7 +239,7 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
         (record.outcome.labels().0.len(), record.outcome.outputs().len()),
         (2 * record.index.len(), 7 * record.index.len())
     );
-    let text = Table::of(&folder).unwrap().to_string();
+    let text = ResultsTable::of(&folder).unwrap().to_string();
     assert!(text.contains("hardness off by"), "{text}");
     // Splits are even over the combinations of levels.
     for fold in folds(&experiment, &dataset) {
@@ -323,7 +323,7 @@ fn a_learning_curve_has_a_row_per_number_of_samples() {
     }
     let (one, three) = (record(&folder, "mlp.n1", 0), record(&folder, "mlp.n3", 0));
     assert_eq!(one.index, three.index);
-    assert!(Table::of(&folder).unwrap().to_string().contains("few samples per class"));
+    assert!(ResultsTable::of(&folder).unwrap().to_string().contains("few samples per class"));
 }
 
 #[test]

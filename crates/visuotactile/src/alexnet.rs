@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, Conv, Counts, Graph, InputKeys, Listing, Network, Pool, Result, at_least, share,
+    Architecture, Conv, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result, at_least, share,
 };
 
 use crate::check_image;
@@ -31,7 +31,7 @@ pub(crate) const ALEXNET: Listing<AlexNetConfig> = Listing {
     paper: "Krizhevsky 2014; 001, Tables 1-5",
     config: AlexNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 57_028_422, statistics: 0, macs: 710_117_056 },
+    counts: NetworkCounts { parameters: 57_028_422, statistics: 0, macs: 710_117_056 },
     quick: &[("hidden", 64), ("height", 95), ("width", 79)],
 };
 

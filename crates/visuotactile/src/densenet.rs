@@ -9,7 +9,9 @@
 //! No counting convention tried gives the GFLOPs of Kaewrakmuk and Srinonchat 2026; 1·MAC is 4.2895.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
+use taxel_graph::{
+    Architecture, Conv, Fill, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result,
+};
 
 use crate::check_image;
 
@@ -24,7 +26,7 @@ pub(crate) const DENSENET201: Listing<DenseNet201Config> = Listing {
     paper: "Huang et al. 2017; 000, Table 5",
     config: DenseNet201Config { classes: 3, in_channels: 3, height: 224, width: 224 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 18_098_691, statistics: 229_056, macs: 4_289_451_648 },
+    counts: NetworkCounts { parameters: 18_098_691, statistics: 229_056, macs: 4_289_451_648 },
     quick: &[("height", 40), ("width", 36)],
 };
 

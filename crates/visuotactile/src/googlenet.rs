@@ -13,16 +13,16 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, BATCH_NORM_MOMENTUM, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool,
-    Result, share,
+    Architecture, BATCH_NORM_MOMENTUM, Conv, Fill, Flow, Graph, InputKeys, Listing, Network, NetworkCounts,
+    Pool, Result, share,
 };
 
 use crate::check_image;
 
 /// Table 1: name; filters of 1×1, before and of 3×3, before and of 5×5, after the pool; the kernel of the 3×3 or
 /// 2×2 max-pool that follows, or 0.
-type Row = (&'static str, usize, [usize; 2], [usize; 2], usize, usize);
-const ROWS: [Row; 9] = [
+type InceptionRow = (&'static str, usize, [usize; 2], [usize; 2], usize, usize);
+const ROWS: [InceptionRow; 9] = [
     ("3a", 64, [96, 128], [16, 32], 32, 0),
     ("3b", 128, [128, 192], [32, 96], 64, 3),
     ("4a", 192, [96, 208], [16, 48], 64, 0),
@@ -45,7 +45,7 @@ pub(crate) const GOOGLENET: Listing<GoogLeNetConfig> = Listing {
     paper: "Szegedy et al. 2015; 001, Tables 1-5",
     config: GoogLeNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, dropout: 0.2, aux: false },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 5_606_054, statistics: 14_560, macs: 1_497_358_336 },
+    counts: NetworkCounts { parameters: 5_606_054, statistics: 14_560, macs: 1_497_358_336 },
     quick: &[("height", 40), ("width", 36)],
 };
 
@@ -114,7 +114,7 @@ fn conv_bn(x: &Flow, name: &str, conv: Conv) -> Flow {
         .relu()
 }
 
-fn inception(net: &Network, x: &Flow, (block, one, three, five, pooled, _): Row) -> Flow {
+fn inception(net: &Network, x: &Flow, (block, one, three, five, pooled, _): InceptionRow) -> Flow {
     let name = |part: &str| format!("inception{block}.{part}");
     let pair = |branch: &str, [before, filters]: [usize; 2]| {
         let narrow = conv_bn(x, &name(&format!("{branch}.0")), Conv::new(before, 1));

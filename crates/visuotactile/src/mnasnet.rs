@@ -10,7 +10,8 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, BATCH_NORM_EPS, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Result, share,
+    Architecture, BATCH_NORM_EPS, Conv, Fill, Flow, Graph, InputKeys, Listing, Network, NetworkCounts,
+    Result, share,
 };
 
 use crate::check_image;
@@ -33,7 +34,7 @@ pub(crate) const MNASNET: Listing<MnasNetConfig> = Listing {
     paper: "Tan et al. 2019; 004, Table 2",
     config: MnasNetConfig { classes: 20, in_channels: 2, height: 23, width: 300, dropout: 0.2 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 3_127_644, statistics: 37_920, macs: 56_633_936 },
+    counts: NetworkCounts { parameters: 3_127_644, statistics: 37_920, macs: 56_633_936 },
     quick: &[("width", 90)],
 };
 

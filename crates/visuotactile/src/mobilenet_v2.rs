@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Activation, Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Result,
+    Activation, Architecture, Conv, Fill, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Result,
     check_width_mult, share,
 };
 
@@ -43,7 +43,7 @@ pub(crate) const MOBILENET_V2: Listing<MobileNetV2Config> = Listing {
         dropout: 0.2,
     },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 2_231_558, statistics: 34_112, macs: 299_501_952 },
+    counts: NetworkCounts { parameters: 2_231_558, statistics: 34_112, macs: 299_501_952 },
     quick: &[("height", 40), ("width", 36)],
 };
 
@@ -113,7 +113,7 @@ pub(crate) fn conv_bn(x: &Flow, conv: &str, norm: &str, by: Conv) -> Flow {
 }
 
 /// One inverted residual block.
-pub(crate) struct Block {
+pub(crate) struct InvertedResidual {
     /// Its number in torchvision's `features`, 1 to 17.
     pub number: usize,
     expansion: usize,
@@ -122,18 +122,19 @@ pub(crate) struct Block {
 }
 
 /// Table 2, one by one.
-pub(crate) fn blocks(width_mult: f64) -> Vec<Block> {
+pub(crate) fn blocks(width_mult: f64) -> Vec<InvertedResidual> {
     let row = |(expansion, filters, repeats, stride): (usize, usize, usize, usize)| {
         let filters = rounded(filters as f64 * width_mult);
         (0..repeats).map(move |i| (expansion, filters, if i == 0 { stride } else { 1 }))
     };
     let all = ROWS.into_iter().flat_map(row).zip(1..);
-    all.map(|((expansion, filters, stride), number)| Block { number, expansion, filters, stride }).collect()
+    all.map(|((expansion, filters, stride), number)| InvertedResidual { number, expansion, filters, stride })
+        .collect()
 }
 
-impl Block {
+impl InvertedResidual {
     pub fn apply(&self, x: &Flow) -> Flow {
-        let &Block { number, expansion, filters, stride } = self;
+        let &InvertedResidual { number, expansion, filters, stride } = self;
         let channels = x.shape().first().copied().unwrap_or_default();
         let wide = channels * expansion;
         let name = |part: &str| format!("features.{number}.conv.{part}");

@@ -11,7 +11,9 @@
 //! Where both streams are lit their features add up, which the paper leaves open.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Counts, Error, Flow, Graph, InputKeys, Listing, Network, Result, at_least};
+use taxel_graph::{
+    Architecture, Error, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Result, at_least,
+};
 
 use crate::mobilenet_v2::{blocks, conv_bn, initial_weights, last, stem};
 
@@ -24,7 +26,7 @@ pub(crate) const MOBILENET_V2_SPLIT: Listing<MobileNetV2SplitConfig> = Listing {
     paper: "001, section 7",
     config: MobileNetV2SplitConfig { classes: 6, in_channels: 6, height: 224, width: 224 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 3_132_284, statistics: 41_756, macs: 392_658_240 },
+    counts: NetworkCounts { parameters: 3_132_284, statistics: 41_756, macs: 392_658_240 },
     quick: &[("height", 40), ("width", 36)],
 };
 

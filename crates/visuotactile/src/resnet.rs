@@ -10,7 +10,9 @@
 //! and Srinonchat count 1.7965 GFLOPs for ResNet18; no counting convention tried gives that (1·MAC is 0.9 % above).
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Counts, Fill, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
+use taxel_graph::{
+    Architecture, Conv, Fill, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result,
+};
 
 use crate::check_image;
 
@@ -23,7 +25,7 @@ pub(crate) const RESNET18: Listing<ResNetConfig> = Listing {
     paper: "He et al. 2016; 000, Table 5",
     config: ResNetConfig::EIGHTEEN,
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 11_178_051, statistics: 9_600, macs: 1_813_562_880 },
+    counts: NetworkCounts { parameters: 11_178_051, statistics: 9_600, macs: 1_813_562_880 },
     quick: &[("height", 40), ("width", 36)],
 };
 
@@ -33,7 +35,7 @@ pub(crate) const RESNET50: Listing<ResNetConfig> = Listing {
     paper: "He et al. 2016; 001, Tables 1-5",
     config: ResNetConfig::FIFTY,
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 23_520_326, statistics: 53_120, macs: 4_087_148_544 },
+    counts: NetworkCounts { parameters: 23_520_326, statistics: 53_120, macs: 4_087_148_544 },
     quick: &[("height", 40), ("width", 36)],
 };
 
@@ -48,7 +50,7 @@ pub enum ResNetDepth {
 
 impl ResNetDepth {
     /// Registry name, blocks per group, the block.
-    fn table(self) -> (&'static str, [usize; 4], Block) {
+    fn table(self) -> (&'static str, [usize; 4], ResidualBlock) {
         match self {
             ResNetDepth::Eighteen => (RESNET18.name, [2, 2, 2, 2], basic),
             ResNetDepth::Fifty => (RESNET50.name, [3, 4, 6, 3], bottleneck),
@@ -57,7 +59,7 @@ impl ResNetDepth {
 }
 
 /// Input, name, width, stride.
-type Block = fn(&Flow, &str, usize, usize) -> Flow;
+type ResidualBlock = fn(&Flow, &str, usize, usize) -> Flow;
 
 /// `image` `[in_channels, height, width]` → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -8,7 +8,9 @@
 //! None known.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Conv, Counts, Flow, Graph, InputKeys, Listing, Network, Pool, Result};
+use taxel_graph::{
+    Architecture, Conv, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result,
+};
 
 use crate::check_image;
 
@@ -21,7 +23,7 @@ pub(crate) const SHUFFLENET_V2: Listing<ShuffleNetV2Config> = Listing {
     paper: "Ma et al. 2018; 004, Table 2",
     config: ShuffleNetV2Config { classes: 20, in_channels: 2, height: 23, width: 300 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 1_273_888, statistics: 16_180, macs: 25_809_568 },
+    counts: NetworkCounts { parameters: 1_273_888, statistics: 16_180, macs: 25_809_568 },
     quick: &[("width", 90)],
 };
 

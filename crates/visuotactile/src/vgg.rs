@@ -11,7 +11,8 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_graph::{
-    Architecture, Conv, Counts, Fill, Graph, InputKeys, Listing, Network, Pool, Result, at_least, share,
+    Architecture, Conv, Fill, Graph, InputKeys, Listing, Network, NetworkCounts, Pool, Result, at_least,
+    share,
 };
 
 use crate::check_image;
@@ -25,7 +26,7 @@ pub(crate) const VGG16: Listing<Vgg16Config> = Listing {
     paper: "Simonyan and Zisserman 2015; 000, Table 5",
     config: Vgg16Config { classes: 3, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 },
     inputs: &[InputKeys::IMAGE],
-    counts: Counts { parameters: 134_272_835, statistics: 0, macs: 15_466_180_608 },
+    counts: NetworkCounts { parameters: 134_272_835, statistics: 0, macs: 15_466_180_608 },
     quick: &[("hidden", 64), ("height", 40), ("width", 48)],
 };
 

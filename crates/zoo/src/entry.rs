@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use taxel_graph::{Architecture, Counts, Graph, InputKeys, Listing};
+use taxel_graph::{Architecture, Graph, InputKeys, Listing, NetworkCounts};
 
 use crate::error::{Error, Result};
 
@@ -98,7 +98,7 @@ pub struct Entry {
     /// Its inputs.
     pub inputs: Vec<Input>,
     /// Counts at the published settings, where its file states them.
-    pub counts: Option<Counts>,
+    pub counts: Option<NetworkCounts>,
     /// Sizes at which tests that walk every network take it; none are the published ones.
     pub quick: Settings,
     build: Arc<Build>,

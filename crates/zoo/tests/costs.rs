@@ -7,7 +7,7 @@ mod published;
 use published::{
     AGREEMENT, COMPRESSION, Convention, TABLE_1, TABLE_5, graph, matlab_blocks, ratios, table_1_shape,
 };
-use taxel_graph::Counts;
+use taxel_graph::NetworkCounts;
 use taxel_zoo::{Settings, built_in, find, matlab};
 
 /// Every listed network's own counts, which stand beside it in its file.
@@ -15,7 +15,8 @@ use taxel_zoo::{Settings, built_in, find, matlab};
 fn counts_are_those_that_the_file_states() {
     for entry in built_in().entries() {
         let cost = graph(&entry.name).cost();
-        let counted = Counts { parameters: cost.parameters, statistics: cost.buffers, macs: cost.macs };
+        let counted =
+            NetworkCounts { parameters: cost.parameters, statistics: cost.buffers, macs: cost.macs };
         assert_eq!(Some(counted), entry.counts, "{}", entry.name);
     }
 }

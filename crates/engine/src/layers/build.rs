@@ -74,7 +74,7 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
             let pool = AdaptivePool { input, output, channels };
             Box::new(adaptive_pool::AdaptiveAveragePool { pool })
         }
-        Op::Scale => Box::new(scale::Scale { channels, len }),
+        Op::Scale => Box::new(scale::ScaleLayer { channels, len }),
         Op::Standardize { .. } => Box::new(streams::Standardize { channels, len }),
         Op::SwitchScale => {
             let stream = &input(1).shape;

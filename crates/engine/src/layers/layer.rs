@@ -1,11 +1,11 @@
 //! The inputs and the duties of an operation on one sample.
 
 use taxel_graph::DropoutMask;
-use taxel_kernels::{Buffer, View};
+use taxel_kernels::{AffineView, Buffer};
 
-use crate::lifetimes::Place;
+use crate::lifetimes::GradientPlace;
 use crate::norm::Norm;
-use crate::plan::{NodePlan, Seen};
+use crate::plan::{NodePlan, StoredView};
 
 /// The inputs of one node for one sample.
 #[derive(Clone, Copy)]
@@ -28,7 +28,7 @@ pub(crate) struct Inputs<'a> {
 
 impl<'a> Inputs<'a> {
     /// Stored values of input `which`, and how this node sees them.
-    pub fn get(&self, which: usize) -> (&'a [f32], View<'a>) {
+    pub fn get(&self, which: usize) -> (&'a [f32], AffineView<'a>) {
         let seen = &self.plan.inputs[which];
         let len = self.lens[seen.stored];
         (&self.values[seen.stored][self.sample * len..][..len], view(seen, self.norms))
@@ -40,9 +40,9 @@ impl<'a> Inputs<'a> {
 }
 
 /// The view that `seen` stands for.
-pub(crate) fn view<'a>(seen: &Seen, norms: &'a [Norm]) -> View<'a> {
+pub(crate) fn view<'a>(seen: &StoredView, norms: &'a [Norm]) -> AffineView<'a> {
     let affine = seen.norm.map(|n| (norms[n].scale.as_slice(), norms[n].shift.as_slice()));
-    View { affine, rectifier: seen.rectifier }
+    AffineView { affine, rectifier: seen.rectifier }
 }
 
 /// Where the gradients of one node's inputs go, for one sample.
@@ -50,7 +50,7 @@ pub(crate) struct Outputs<'a> {
     pub plan: &'a NodePlan,
     /// Memory of the slots, and where each lies.
     pub slots: &'a mut [Buffer],
-    pub places: &'a [Place],
+    pub places: &'a [GradientPlace],
     pub sample: usize,
     pub lens: &'a [usize],
 }
@@ -60,7 +60,7 @@ impl Outputs<'_> {
     pub fn get(&mut self, which: usize) -> Option<(&mut [f32], bool)> {
         let (slot, add) = self.plan.slots[which]?;
         let len = self.lens[self.plan.inputs[which].stored];
-        let Place { buffer, stride } = self.places[slot];
+        let GradientPlace { buffer, stride } = self.places[slot];
         Some((&mut self.slots[buffer][self.sample * stride..][..len], add))
     }
 }

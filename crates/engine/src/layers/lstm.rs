@@ -1,6 +1,6 @@
 //! LSTM: the whole batch step by step, cut in fixed pieces of samples.
 
-use taxel_kernels::lstm::{Lstm as Sizes, Trace, Weights};
+use taxel_kernels::lstm::{Lstm as ValueCounts, Trace, Weights};
 use taxel_kernels::pointwise;
 
 use super::batch_layer::{BatchBackward, BatchLayer};
@@ -11,12 +11,12 @@ use crate::threads::Threads;
 const PIECES: usize = 2;
 
 pub(super) struct Lstm {
-    sizes: Sizes,
-    pieces: Vec<Piece>,
+    sizes: ValueCounts,
+    pieces: Vec<LstmChunk>,
 }
 
 /// Some samples of the batch with their own memory and gradients.
-struct Piece {
+struct LstmChunk {
     trace: Trace,
     y: Vec<f32>,
     /// Gradients of the input; none where no backward pass follows.
@@ -27,11 +27,11 @@ struct Piece {
 
 impl Lstm {
     /// Room for `batch` sequences, and for their gradients where it `trains`.
-    pub fn new(sizes: Sizes, batch: usize, trains: bool) -> Self {
-        let Sizes { channels, steps, hidden } = sizes;
+    pub fn new(sizes: ValueCounts, batch: usize, trains: bool) -> Self {
+        let ValueCounts { channels, steps, hidden } = sizes;
         let most = batch.div_ceil(PIECES);
         let gradient = |len: usize| vec![0.0; if trains { len } else { 0 }];
-        let piece = |_| Piece {
+        let piece = |_| LstmChunk {
             trace: Trace::new(&sizes, most),
             y: vec![0.0; most * hidden],
             dx: gradient(most * steps * channels),
@@ -42,7 +42,7 @@ impl Lstm {
 
     /// The tensors in the order in which they lie in `params`.
     fn weights<'a>(&self, params: &'a [f32]) -> Weights<'a> {
-        let Sizes { channels, hidden, .. } = self.sizes;
+        let ValueCounts { channels, hidden, .. } = self.sizes;
         let (ih, rest) = params.split_at(4 * hidden * channels);
         let (hh, rest) = rest.split_at(4 * hidden * hidden);
         let (bias_ih, bias_hh) = rest.split_at(4 * hidden);
@@ -58,7 +58,7 @@ fn share(values: &[f32], piece: usize, len: usize) -> &[f32] {
 
 impl BatchLayer for Lstm {
     fn forward(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
-        let Sizes { channels, steps, hidden } = self.sizes;
+        let ValueCounts { channels, steps, hidden } = self.sizes;
         let (weights, sizes, rows) = (self.weights(params), self.sizes, n.div_ceil(PIECES));
         threads.each(&mut self.pieces, 1, |number, piece| {
             let piece = &mut piece[0];
@@ -74,12 +74,12 @@ impl BatchLayer for Lstm {
     }
 
     fn backward(&mut self, pass: BatchBackward, dparams: &mut [f32], dx: Option<&mut [f32]>) {
-        let Sizes { channels, steps, hidden } = self.sizes;
+        let ValueCounts { channels, steps, hidden } = self.sizes;
         let BatchBackward { threads, n, params, x, dy } = pass;
         let (weights, sizes, rows) = (self.weights(params), self.sizes, n.div_ceil(PIECES));
         let (learns, wanted) = (!dparams.is_empty(), dx.is_some());
         threads.each(&mut self.pieces, 1, |number, piece| {
-            let Piece { trace, dx, dparams, .. } = &mut piece[0];
+            let LstmChunk { trace, dx, dparams, .. } = &mut piece[0];
             let (x, dy) = (share(x, number, rows * steps * channels), share(dy, number, rows * hidden));
             if dy.is_empty() {
                 return;

@@ -4,13 +4,13 @@ use taxel_kernels::{pointwise, reduce};
 
 use super::layer::{Backward, Inputs, Layer, Outputs, Scratch};
 
-pub(super) struct Scale {
+pub(super) struct ScaleLayer {
     pub channels: usize,
     /// Values of one sample.
     pub len: usize,
 }
 
-impl Layer for Scale {
+impl Layer for ScaleLayer {
     fn forward(&self, inputs: Inputs, params: &[f32], y: &mut [f32], _: &mut [f32], scratch: &mut Scratch) {
         let (x, view) = inputs.get(0);
         pointwise::scale(params[0], view.seen(self.channels, x, &mut scratch.x), y, false);

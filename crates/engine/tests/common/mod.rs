@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, dead_code)]
 
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::{Activation, Conv, Graph, Network, Pool, Scheme, Weights};
 
 /// image [3, 9, 8] and signal [2, 6] → logits [3].
@@ -28,7 +28,12 @@ pub fn weights(graph: &Graph) -> Weights {
 pub fn engine(batch: usize, threads: usize, frozen: &[&str]) -> Engine {
     let frozen = frozen.iter().map(|name| name.to_string()).collect();
     let graph = mixed();
-    Engine::new(&graph, &weights(&graph), Options { batch, threads, frozen, ..Options::default() }).unwrap()
+    Engine::new(
+        &graph,
+        &weights(&graph),
+        EngineOptions { batch, threads, frozen, ..EngineOptions::default() },
+    )
+    .unwrap()
 }
 
 /// Inputs and labels of batch `number` with `n` samples.

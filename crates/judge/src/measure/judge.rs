@@ -2,7 +2,9 @@
 
 use ndarray::Axis;
 use serde::{Deserialize, Serialize};
-use taxel_learn::{Card, Environment, Epoch, FoldRecord, Kind, NetworkResults, Results, RunFolder, Timing};
+use taxel_learn::{
+    Card, Environment, Epoch, FoldRecord, ModelKind, NetworkResults, Results, RunFolder, Timing,
+};
 
 use super::chance::chance;
 use super::early::{EarlyOptions, early};
@@ -129,8 +131,8 @@ fn calibration_error(case: &Case, row: &NetworkResults) -> Option<f64> {
 
 fn frozen(card: &Card) -> Vec<String> {
     match &card.kind {
-        Kind::Network { recipe, .. } => recipe.frozen.clone(),
-        Kind::Baseline { .. } => vec![],
+        ModelKind::Network { recipe, .. } => recipe.frozen.clone(),
+        ModelKind::Baseline { .. } => vec![],
     }
 }
 

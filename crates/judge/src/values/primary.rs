@@ -6,7 +6,7 @@ use std::hash::{Hash, Hasher};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use taxel_data::Task;
-use taxel_learn::metrics::{Direction, Metric, Unit};
+use taxel_learn::metrics::{Direction, Metric, MetricUnit};
 use taxel_report::numbers::{digits, tenth};
 
 /// The primary metric of a task with its unit: names columns, says values in words, orders them.
@@ -94,7 +94,7 @@ impl Primary {
 
     /// Checks whether it is a percentage, differences of which are percentage points.
     pub fn is_percent(&self) -> bool {
-        self.metric.unit == Unit::Percent
+        self.metric.unit == MetricUnit::Percent
     }
 
     /// Checks whether `a` is better than `b`.
@@ -149,9 +149,9 @@ impl Primary {
     /// Returns the least and the highest value that it can have.
     pub fn range(&self) -> (f64, f64) {
         match self.metric.unit {
-            Unit::Percent => (0.0, 100.0),
-            Unit::Quantity => (0.0, f64::INFINITY),
-            Unit::Number => (f64::NEG_INFINITY, f64::INFINITY),
+            MetricUnit::Percent => (0.0, 100.0),
+            MetricUnit::Quantity => (0.0, f64::INFINITY),
+            MetricUnit::Number => (f64::NEG_INFINITY, f64::INFINITY),
         }
     }
 

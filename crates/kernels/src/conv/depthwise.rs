@@ -9,7 +9,7 @@ use crate::window::Window3;
 
 use super::band::{Band, Padded};
 use super::begin::Begin;
-use super::sizes::Sizes;
+use super::sizes::ConvSizes;
 
 /// Kernel sizes whose weights stay in registers.
 const HELD: usize = 9;
@@ -20,7 +20,7 @@ const BAND: usize = 1 << 17;
 /// The plan of a depthwise convolution.
 #[derive(Debug, Clone)]
 pub(crate) struct Depthwise {
-    sizes: Sizes,
+    sizes: ConvSizes,
     /// Positions of the taps from a window's first one, in the padded image.
     offsets: Vec<usize>,
     band_rows: usize,
@@ -36,7 +36,7 @@ struct Image<'a> {
 }
 
 impl Depthwise {
-    pub fn new(sizes: Sizes) -> Self {
+    pub fn new(sizes: ConvSizes) -> Self {
         let Window3 { output, kernel, stride, .. } = sizes.window;
         let (padded, extent) = (sizes.reach(), sizes.extent());
         let offset = sizes.offsets(padded);
@@ -62,7 +62,7 @@ impl Depthwise {
     }
 
     fn image(&self, band: Band) -> Image<'_> {
-        let Sizes { mut window, channels, .. } = self.sizes;
+        let ConvSizes { mut window, channels, .. } = self.sizes;
         let mut padded = self.sizes.reach();
         if band.rows < window.output[1] {
             // Only images of one depth are cut.
@@ -191,14 +191,14 @@ unsafe fn backward_weight_at<S: Simd>(image: &Image, x: &[f32], dy: &[f32], dwei
 
 at_level! {
     /// Adds the gradient of the input, tap by tap; for strides above 1.
-    pub(crate) fn scatter(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) = scatter_at
+    pub(crate) fn scatter(sizes: &ConvSizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) = scatter_at
 }
 
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
-unsafe fn scatter_at<S: Simd>(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
-    let Sizes { window, dilation, channels, .. } = *sizes;
+unsafe fn scatter_at<S: Simd>(sizes: &ConvSizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+    let ConvSizes { window, dilation, channels, .. } = *sizes;
     at_least("dy of a convolution", dy.len(), image(window.output, channels));
     at_least("weights of a convolution", weight.len(), image(window.kernel, channels));
     at_least("dx of a convolution", dx.len(), image(window.input, channels));

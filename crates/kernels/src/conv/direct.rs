@@ -7,17 +7,17 @@
 use std::ops::Range;
 
 use crate::lengths::{at_least, exactly, image};
-use crate::tile::{Columns, Start, Tile, columns, even};
+use crate::tile::{ColumnBlock, Start, Tile, columns, even};
 use crate::view::Rectifier;
 use crate::window::Window3;
 
 use super::begin::Begin;
-use super::sizes::Sizes;
+use super::sizes::ConvSizes;
 
 /// The plan: which stretches of the padded input meet which weights.
 #[derive(Debug, Clone)]
 pub(crate) struct Direct {
-    sizes: Sizes,
+    sizes: ConvSizes,
     /// Values of the padded input.
     padded_len: usize,
     /// Offsets (input, weights) of the stretches under one window; first the whole window, then what is
@@ -26,14 +26,14 @@ pub(crate) struct Direct {
     /// Length of such a stretch.
     run: usize,
     /// Every row of outputs.
-    lines: Vec<Line>,
+    lines: Vec<ConvRow>,
     /// Where they start, in input and output.
     starts: Vec<(usize, usize)>,
 }
 
 /// A row of outputs.
 #[derive(Debug, Clone)]
-struct Line {
+struct ConvRow {
     /// Where its input starts.
     from: usize,
     /// Where it starts itself.
@@ -43,8 +43,8 @@ struct Line {
 }
 
 impl Direct {
-    pub fn new(sizes: Sizes) -> Self {
-        let Sizes { window, dilation, channels, filters, groups } = sizes;
+    pub fn new(sizes: ConvSizes) -> Self {
+        let ConvSizes { window, dilation, channels, filters, groups } = sizes;
         let Window3 { output, kernel, stride, .. } = window;
         let padded = sizes.reach();
         let [inner, out] = sizes.of_group();
@@ -65,7 +65,7 @@ impl Direct {
         };
         // Rows of the kernel that lie in the halo for a whole line are left out.
         let mut cuts = vec![[0..kernel[1], 0..kernel[0]]];
-        let lines: Vec<Line> = (0..output[0] * output[1])
+        let lines: Vec<ConvRow> = (0..output[0] * output[1])
             .map(|line| {
                 let (d, r) = (line / output[1], line % output[1]);
                 let position = (d * stride[0] * padded[1] + r * stride[1]) * padded[2];
@@ -74,7 +74,7 @@ impl Direct {
                     cuts.push(cut);
                     cuts.len() - 1
                 });
-                Line { from: position * channels, to: line * output[2] * filters, taps }
+                ConvRow { from: position * channels, to: line * output[2] * filters, taps }
             })
             .collect();
         let taps = cuts.iter().map(|[rows, depths]| under(rows, depths)).collect();
@@ -122,13 +122,13 @@ impl Direct {
     unsafe fn output_blocks(
         &self,
         group: usize,
-        columns: &Columns,
+        columns: &ColumnBlock,
         start: Start,
         padded: &[f32],
         weight: &[f32],
         y: &mut [f32],
     ) {
-        let Sizes { window: Window3 { output, stride, .. }, channels, filters, .. } = self.sizes;
+        let ConvSizes { window: Window3 { output, stride, .. }, channels, filters, .. } = self.sizes;
         let [inner, out] = self.sizes.of_group();
         let most = even(output[2], columns.rows());
         for line in &self.lines {
@@ -153,7 +153,7 @@ impl Direct {
                     rectifier: Rectifier::None,
                 };
                 // SAFETY: the last value that `a` reaches, a window's last tap (rows - 1) strides further, is
-                // at most the last of the padded input, whose size `Sizes::reach` gives by just these
+                // at most the last of the padded input, whose size `ConvSizes::reach` gives by just these
                 // positions; `b` walks the weights of this group; `c` covers `rows` outputs of these filters.
                 // The caller guarantees the lengths and the bias; `y` is borrowed exclusively.
                 unsafe { columns.kernel(rows)(&tile) };
@@ -166,7 +166,7 @@ impl Direct {
         at_least("padded input of a convolution", padded.len(), self.padded_len);
         at_least("dy of a convolution", dy.len(), self.y_len());
         at_least("weight gradient of a convolution", dweight.len(), self.weight_len());
-        let Sizes { window: Window3 { output, stride, .. }, channels, filters, groups, .. } = self.sizes;
+        let ConvSizes { window: Window3 { output, stride, .. }, channels, filters, groups, .. } = self.sizes;
         let [inner, out] = self.sizes.of_group();
         for group in 0..groups {
             for columns in columns(out) {

@@ -1,11 +1,11 @@
 //! The input of a convolution with its halo of zeros.
 
 use crate::lengths::{at_least, image};
-use crate::view::View;
+use crate::view::AffineView;
 use crate::window::Window3;
 
 use super::band::{Band, Padded};
-use super::sizes::Sizes;
+use super::sizes::ConvSizes;
 
 /// How an input image lies in its halo.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +18,7 @@ pub(crate) struct Halo {
 }
 
 impl Halo {
-    pub fn new(sizes: &Sizes, padded: [usize; 3]) -> Self {
+    pub fn new(sizes: &ConvSizes, padded: [usize; 3]) -> Self {
         let Window3 { input, before, .. } = sizes.window;
         // Asserts that the length fits.
         image(padded, sizes.channels);
@@ -36,7 +36,7 @@ impl Halo {
     }
 
     /// The input of a band, seen through `view`, with its halo; `x` itself where that is the same.
-    pub fn pad<'a>(&self, x: &'a [f32], view: &View, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
+    pub fn pad<'a>(&self, x: &'a [f32], view: &AffineView, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
         let Halo { input, before, channels: c, .. } = *self;
         let x_len = input.iter().product::<usize>() * c;
         at_least("input of a convolution", x.len(), x_len);

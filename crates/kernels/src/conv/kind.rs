@@ -2,7 +2,7 @@
 
 /// How a convolution is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ConvKind {
     /// Every product of the definition.
     Direct,
     /// The same where every channel is a group of its own.

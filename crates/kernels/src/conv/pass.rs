@@ -2,7 +2,7 @@
 
 use crate::layout;
 use crate::pointwise;
-use crate::view::View;
+use crate::view::AffineView;
 use crate::window::Window3;
 
 use super::band::{Band, Padded};
@@ -10,15 +10,15 @@ use super::begin::Begin;
 use super::depthwise::{self, Depthwise};
 use super::direct::Direct;
 use super::halo::Halo;
-use super::kind::Kind;
+use super::kind::ConvKind;
 use super::scatter::scatter;
-use super::sizes::Sizes;
+use super::sizes::ConvSizes;
 use super::winograd::Winograd;
 
 /// A convolution in one direction, with its plan.
 #[derive(Debug, Clone)]
-pub(crate) struct Pass {
-    pub sizes: Sizes,
+pub(crate) struct ConvPass {
+    pub sizes: ConvSizes,
     halo: Halo,
     /// Rows of outputs that one band has at most.
     band_rows: usize,
@@ -36,7 +36,7 @@ enum Algorithm {
 }
 
 impl Algorithm {
-    fn choose(sizes: Sizes, fewer: bool) -> Self {
+    fn choose(sizes: ConvSizes, fewer: bool) -> Self {
         if sizes.is_depthwise() {
             return Algorithm::Depthwise(Depthwise::new(sizes));
         }
@@ -45,9 +45,9 @@ impl Algorithm {
     }
 }
 
-impl Pass {
+impl ConvPass {
     /// The plan; with `fewer` products where the sizes allow.
-    pub fn new(sizes: Sizes, fewer: bool) -> Self {
+    pub fn new(sizes: ConvSizes, fewer: bool) -> Self {
         let algorithm = Algorithm::choose(sizes, fewer);
         let whole = (sizes.reach(), sizes.window.output[1]);
         let (padded, band_rows) = match &algorithm {
@@ -55,14 +55,14 @@ impl Pass {
             Algorithm::Depthwise(depthwise) => (whole.0, depthwise.band_rows()),
             Algorithm::Winograd(winograd) => (winograd.padded(whole.0), whole.1),
         };
-        Pass { sizes, halo: Halo::new(&sizes, padded), band_rows, algorithm }
+        ConvPass { sizes, halo: Halo::new(&sizes, padded), band_rows, algorithm }
     }
 
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ConvKind {
         match self.algorithm {
-            Algorithm::Direct(_) => Kind::Direct,
-            Algorithm::Depthwise(_) => Kind::Depthwise,
-            Algorithm::Winograd(_) => Kind::Winograd,
+            Algorithm::Direct(_) => ConvKind::Direct,
+            Algorithm::Depthwise(_) => ConvKind::Depthwise,
+            Algorithm::Winograd(_) => ConvKind::Winograd,
         }
     }
 
@@ -86,7 +86,7 @@ impl Pass {
         })
     }
 
-    pub fn pad<'a>(&self, x: &'a [f32], view: &View, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
+    pub fn pad<'a>(&self, x: &'a [f32], view: &AffineView, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
         self.halo.pad(x, view, band, scratch)
     }
 
@@ -98,7 +98,7 @@ impl Pass {
         }
     }
 
-    /// Fills `packed`, [`Pass::packed_len`] values.
+    /// Fills `packed`, [`ConvPass::packed_len`] values.
     pub fn pack(&self, weight: &[f32], packed: &mut [f32]) {
         if let Algorithm::Winograd(winograd) = &self.algorithm {
             winograd.pack(weight, packed);
@@ -130,7 +130,7 @@ impl Pass {
         }
     }
 
-    /// Values of the sums of [`Pass::backward_weight`].
+    /// Values of the sums of [`ConvPass::backward_weight`].
     pub fn sums_len(&self) -> usize {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => self.sizes.weight_len(),
@@ -159,7 +159,7 @@ impl Pass {
 
     /// The weights of the turned convolution, in the order of weights that are not packed.
     pub fn turn(&self, weight: &[f32], turned: &mut [f32]) {
-        let Sizes { window, channels, groups, .. } = self.sizes;
+        let ConvSizes { window, channels, groups, .. } = self.sizes;
         match &self.algorithm {
             Algorithm::Depthwise(_) => {
                 layout::turn_round_depthwise(window.volume(), channels, weight, turned);

@@ -7,14 +7,14 @@ use crate::lengths::at_least;
 use crate::matmul::{Matrix, matmul};
 use crate::pointwise;
 
-use super::sizes::Sizes;
+use super::sizes::ConvSizes;
 
 thread_local! {
     static SCRATCH: RefCell<Vec<f32>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Adds the input gradient to `dx`.
-pub(crate) fn scatter(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+pub(crate) fn scatter(sizes: &ConvSizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
     at_least("dy of a convolution", dy.len(), sizes.y_len());
     at_least("weights of a convolution", weight.len(), sizes.weight_len());
     at_least("dx of a convolution", dx.len(), sizes.x_len());
@@ -39,7 +39,7 @@ pub(crate) fn scatter(sizes: &Sizes, dy: &[f32], weight: &[f32], dx: &mut [f32])
 }
 
 /// Adds the gradients under one window, kernel × channels of a group, to where they belong.
-fn add_patch(sizes: &Sizes, group: usize, position: usize, patch: &[f32], dx: &mut [f32]) {
+fn add_patch(sizes: &ConvSizes, group: usize, position: usize, patch: &[f32], dx: &mut [f32]) {
     let (window, dilation, [inner, _]) = (&sizes.window, sizes.dilation, sizes.of_group());
     let [d, r, c] = window.unravel(position);
     let (depths, first_d) = sizes.inside(0, d);

@@ -9,7 +9,7 @@ use super::band::Band;
 
 /// Sizes of a convolution. That all lengths below fit a `usize` is asserted when they are made.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sizes {
+pub(crate) struct ConvSizes {
     pub window: Window3,
     /// Steps between the inputs that neighbouring kernel values meet.
     pub dilation: [usize; 3],
@@ -18,7 +18,7 @@ pub(crate) struct Sizes {
     pub groups: usize,
 }
 
-impl Sizes {
+impl ConvSizes {
     pub fn new(
         mut window: Window3,
         dilation: [usize; 3],
@@ -44,7 +44,7 @@ impl Sizes {
             window.input = [1, 1, positions];
             window.output = window.input;
         }
-        let sizes = Sizes { window, dilation, channels, filters, groups };
+        let sizes = ConvSizes { window, dilation, channels, filters, groups };
         image(sizes.reach(), channels);
         sizes
     }

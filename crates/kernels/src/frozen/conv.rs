@@ -4,23 +4,23 @@ use std::ops::Range;
 
 use crate::buffer::Buffer;
 use crate::lengths::{at_least, exactly};
-use crate::tile::{Columns, Start, Tile, columns, even};
+use crate::tile::{ColumnBlock, Start, Tile, columns, even};
 use crate::view::Rectifier;
 use crate::window::Window3;
 
-use super::place::{Place, Route};
+use super::place::{ImagePlace, Route};
 
 /// A convolution with its weights.
 pub struct Conv {
-    to: Place,
-    addend: Option<Place>,
+    to: ImagePlace,
+    addend: Option<ImagePlace>,
     rectifier: Rectifier,
     /// Distance of the inputs of neighbouring outputs.
     step: usize,
     /// Length of a stretch of inputs that meets one stretch of weights.
     run: usize,
-    lines: Vec<Line>,
-    panels: Vec<Panel>,
+    lines: Vec<ConvRow>,
+    panels: Vec<FilterPanel>,
     weights: Buffer,
     bias: Vec<f32>,
     /// Values of the input that are read, at least.
@@ -28,7 +28,7 @@ pub struct Conv {
 }
 
 /// A row of outputs.
-pub(super) struct Line {
+pub(super) struct ConvRow {
     pub from: usize,
     pub to: usize,
     pub addend: usize,
@@ -37,8 +37,8 @@ pub(super) struct Line {
 }
 
 /// Filters that one kernel computes, with their weights in the order in which it reads them.
-struct Panel {
-    columns: Columns,
+struct FilterPanel {
+    columns: ColumnBlock,
     /// First filter of all.
     filter: usize,
     /// First channel of its group.
@@ -85,7 +85,7 @@ impl Conv {
             cuts.iter().map(|cut| taps_of(&window, dilation, &from, cut, channels, steps)).collect();
         let step = window.stride[2] * from.pitch[2];
         let across = (to.size[2].max(1) - 1) * step;
-        let last = |line: &Line| {
+        let last = |line: &ConvRow| {
             let furthest = taps[line.taps].iter().map(|tap| tap.0 + run).max();
             line.from + (groups - 1) * channels + across + furthest.unwrap_or(0)
         };
@@ -114,7 +114,7 @@ impl Conv {
     ///
     /// # Safety
     /// `x` holds `reach` values, `y` those up to the end of `to`, `addend`, where there is one, those up to its end.
-    unsafe fn run_panel(&self, panel: &Panel, x: &[f32], addend: &[f32], y: &mut [f32]) {
+    unsafe fn run_panel(&self, panel: &FilterPanel, x: &[f32], addend: &[f32], y: &mut [f32]) {
         let columns = self.to.size[2];
         let most = even(columns, panel.columns.rows());
         let bias = self.bias[panel.filter..].as_ptr();
@@ -161,10 +161,10 @@ pub fn margins(window: &Window3, dilation: [usize; 3]) -> [usize; 2] {
 pub(super) fn lines_of(
     window: &Window3,
     dilation: [usize; 3],
-    from: &Place,
-    to: &Place,
-    addend: Option<&Place>,
-) -> (Vec<Line>, Vec<[Range<usize>; 2]>) {
+    from: &ImagePlace,
+    to: &ImagePlace,
+    addend: Option<&ImagePlace>,
+) -> (Vec<ConvRow>, Vec<[Range<usize>; 2]>) {
     let Window3 { output, before, .. } = *window;
     let needed = margins(window, dilation);
     assert!((0..2).all(|a| needed[a] <= from.margin[a]), "margins of {needed:?} are needed: {from:?}");
@@ -183,7 +183,7 @@ pub(super) fn lines_of(
             });
             // Without a tap nothing is read; the start need only lie in the buffer.
             let first = if is_empty { [0; 3] } else { [first_d, first_r, 0] };
-            lines.push(Line {
+            lines.push(ConvRow {
                 from: from.at(first) - left,
                 to: to.at([d, r, 0]),
                 addend: addend.map_or(0, |a| a.at([d, r, 0])),
@@ -198,7 +198,7 @@ pub(super) fn lines_of(
 pub(super) fn taps_of(
     window: &Window3,
     dilation: [usize; 3],
-    from: &Place,
+    from: &ImagePlace,
     [depths, rows]: &[Range<usize>; 2],
     channels: usize,
     steps: usize,
@@ -225,7 +225,7 @@ fn pack(
     filters: usize,
     groups: usize,
     taps: &[Vec<(usize, usize)>],
-) -> (Vec<Panel>, Buffer) {
+) -> (Vec<FilterPanel>, Buffer) {
     let mut weights = Buffer::zeros(depth * filters * groups);
     let (mut panels, mut at) = (vec![], 0);
     for group in 0..groups {
@@ -238,7 +238,7 @@ fn pack(
             let segments = |list: &Vec<(usize, usize)>| list.iter().map(|&(a, k)| (a, k * width)).collect();
             let segments = taps.iter().map(segments).collect();
             let (filter, channel) = (group * filters + columns.from, group * channels);
-            panels.push(Panel { columns, filter, channel, weights: at, segments });
+            panels.push(FilterPanel { columns, filter, channel, weights: at, segments });
             at += depth * width;
         }
     }

@@ -6,20 +6,20 @@ use crate::simd::{Simd, at_level};
 use crate::view::{Rectifier, rectify};
 use crate::window::Window3;
 
-use super::conv::{Line, lines_of, taps_of};
-use super::place::{Place, Route};
+use super::conv::{ConvRow, lines_of, taps_of};
+use super::place::{ImagePlace, Route};
 
 /// Neighbouring outputs whose sums stay in registers.
 const BLOCK: usize = 8;
 
 /// A depthwise convolution with its weights.
 pub struct Depthwise {
-    to: Place,
+    to: ImagePlace,
     /// Kernel columns, and distances of neighbouring taps and of the inputs of neighbouring outputs.
     columns: usize,
     tap: usize,
     step: usize,
-    lines: Vec<Row>,
+    lines: Vec<DepthwiseRow>,
     weights: Vec<f32>,
     bias: Vec<f32>,
     rectifier: Rectifier,
@@ -27,7 +27,7 @@ pub struct Depthwise {
 }
 
 /// A row of outputs.
-struct Row {
+struct DepthwiseRow {
     to: usize,
     /// Rows of inputs under it, and the first of the weights that each meets.
     rows: Vec<(usize, usize)>,
@@ -47,11 +47,11 @@ impl Depthwise {
         let (plain, cuts) = lines_of(window, dilation, &from, &to, None);
         let row_taps = |cut| taps_of(window, dilation, &from, cut, to.channels, 1);
         let taps: Vec<Vec<(usize, usize)>> = cuts.iter().map(row_taps).collect();
-        let row = |line: &Line| Row {
+        let row = |line: &ConvRow| DepthwiseRow {
             to: line.to,
             rows: taps[line.taps].iter().map(|&(at, weight)| (line.from + at, weight)).collect(),
         };
-        let lines: Vec<Row> = plain.iter().map(row).collect();
+        let lines: Vec<DepthwiseRow> = plain.iter().map(row).collect();
         let (tap, step) = (dilation[2] * from.pitch[2], stride[2] * from.pitch[2]);
         let width = (output[2].max(1) - 1) * step + (kernel[2] - 1) * tap + from.channels;
         let reach = lines.iter().flat_map(|line| &line.rows).map(|row| row.0 + width).max().unwrap_or(0);
@@ -75,7 +75,7 @@ at_level! {
 unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[f32], y: &mut [f32]) {
     at_least("input of a frozen convolution", x.len(), conv.reach);
     at_least("output of a frozen convolution", y.len(), conv.to.end());
-    let Place { size: [_, _, width], channels, .. } = conv.to;
+    let ImagePlace { size: [_, _, width], channels, .. } = conv.to;
     for line in &conv.lines {
         vectors!(S, channels, c, n, {
             let mut column = 0;
@@ -107,7 +107,7 @@ unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[f32], y: &mut [f32]) {
 #[inline(always)]
 unsafe fn block<S: Simd, const B: usize>(
     conv: &Depthwise,
-    line: &Row,
+    line: &DepthwiseRow,
     column: usize,
     c: usize,
     n: usize,

@@ -15,13 +15,13 @@ const SIDE: usize = 8;
 pub struct Linear {
     inputs: usize,
     outputs: usize,
-    panels: Vec<Panel>,
+    panels: Vec<OutputPanel>,
     weights: Buffer,
 }
 
 /// Neighbouring outputs that are computed together.
 #[derive(Debug, Clone, Copy)]
-struct Panel {
+struct OutputPanel {
     first: usize,
     /// Vectors side by side: 8, 4, 2 or 1.
     vectors: usize,
@@ -47,7 +47,7 @@ impl Linear {
         while first < outputs {
             let left = (outputs - first).div_ceil(lanes);
             let vectors = [8, 4, 2, 1].into_iter().find(|&vectors| vectors <= left).unwrap_or(1);
-            panels.push(Panel { first, vectors, weights: len });
+            panels.push(OutputPanel { first, vectors, weights: len });
             len += inputs * vectors * lanes;
             first += vectors * lanes;
         }
@@ -120,7 +120,7 @@ unsafe fn run_at<S: Simd>(
 #[inline(always)]
 unsafe fn panel_at<S: Simd, const N: usize, const U: usize>(
     linear: &Linear,
-    panel: &Panel,
+    panel: &OutputPanel,
     x: &[f32],
     start: &[f32],
     rectifier: Rectifier,

@@ -8,7 +8,7 @@ use crate::window::Window3;
 
 use super::conv::Conv;
 use super::linear::Linear;
-use super::place::{Place, Route};
+use super::place::{ImagePlace, Route};
 
 /// An LSTM layer with its weights.
 pub struct Lstm {
@@ -21,7 +21,7 @@ pub struct Lstm {
 
 impl Lstm {
     /// A layer over what lies at `from`, whose columns are the steps.
-    pub fn new(sizes: lstm::Lstm, weights: &Weights, from: Place) -> Self {
+    pub fn new(sizes: lstm::Lstm, weights: &Weights, from: ImagePlace) -> Self {
         let lstm::Lstm { channels, steps, hidden } = sizes;
         let width = 4 * hidden;
         assert!(from.size == [1, 1, steps] && from.channels == channels, "{sizes:?}: {from:?}");
@@ -33,7 +33,7 @@ impl Lstm {
         transpose(width, hidden, weights.hh, &mut hh, false);
         let size = [1, 1, steps];
         let window = Window3 { input: size, output: size, kernel: [1; 3], stride: [1; 3], before: [0; 3] };
-        let gates = Place::dense(size, width);
+        let gates = ImagePlace::dense(size, width);
         let inputs = Conv::new(&window, [1; 3], 1, &ih, &bias, Route::new(from, gates));
         Lstm { sizes, inputs, hidden: Linear::new(hidden, width, &hh) }
     }

@@ -5,7 +5,7 @@ use crate::view::Rectifier;
 
 /// An image in a buffer, channels last, maybe between margins of zeros, maybe among other channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct ImagePlace {
     /// Depth, rows, columns.
     pub size: [usize; 3],
     /// Channels.
@@ -22,23 +22,23 @@ pub struct Place {
 #[derive(Debug, Clone, Copy)]
 pub struct Route {
     /// The input.
-    pub from: Place,
+    pub from: ImagePlace,
     /// The output.
-    pub to: Place,
+    pub to: ImagePlace,
     /// The addend of the outputs, of the same shape.
-    pub addend: Option<Place>,
+    pub addend: Option<ImagePlace>,
     /// The rectifier of the sums.
     pub rectifier: Rectifier,
 }
 
 impl Route {
     /// Plain outputs of what lies at `from` into `to`.
-    pub fn new(from: Place, to: Place) -> Self {
+    pub fn new(from: ImagePlace, to: ImagePlace) -> Self {
         Route { from, to, addend: None, rectifier: Rectifier::None }
     }
 }
 
-impl Place {
+impl ImagePlace {
     /// An image that fills its buffer.
     pub fn dense(size: [usize; 3], channels: usize) -> Self {
         Self::new(size, channels, [0; 2], channels, 0)
@@ -50,7 +50,7 @@ impl Place {
         let row = margin[0] + size[2] + margin[1];
         image([size[0], size[1], row], width);
         let pitch = [size[1] * row * width, row * width, width];
-        Place { size, channels, start: margin[0] * width + first, pitch, margin }
+        ImagePlace { size, channels, start: margin[0] * width + first, pitch, margin }
     }
 
     /// Rows `first..first + count` of an image of depth 1.
@@ -61,7 +61,7 @@ impl Place {
             first + count
         );
         let pitch = [count * self.pitch[1], self.pitch[1], self.pitch[2]];
-        Place { size: [1, count, self.size[2]], start: self.start + first * pitch[1], pitch, ..*self }
+        ImagePlace { size: [1, count, self.size[2]], start: self.start + first * pitch[1], pitch, ..*self }
     }
 
     /// Values of the whole buffer, margins and other channels included.
@@ -113,7 +113,7 @@ impl Place {
         let even = self.pitch[1] == columns * self.pitch[2] && self.pitch[0] == rows * self.pitch[1];
         even.then(|| {
             let pitch = [self.positions() * self.pitch[2]; 2];
-            Place { size: [1, 1, self.positions()], pitch: [pitch[0], pitch[1], self.pitch[2]], ..*self }
+            ImagePlace { size: [1, 1, self.positions()], pitch: [pitch[0], pitch[1], self.pitch[2]], ..*self }
         })
     }
 

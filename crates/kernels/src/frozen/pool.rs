@@ -6,7 +6,7 @@ use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
 use crate::window::Window3;
 
-use super::place::Place;
+use super::place::ImagePlace;
 
 /// The value of a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,14 +54,14 @@ pub fn parts(from: [usize; 3], to: [usize; 3]) -> [Vec<Reach>; 3] {
 /// A pooling with its windows.
 pub struct Pool {
     pooling: Pooling,
-    from: Place,
-    to: Place,
+    from: ImagePlace,
+    to: ImagePlace,
     axes: [Vec<Reach>; 3],
 }
 
 impl Pool {
     /// The pooling of what lies at `from` into `to`; `axes` hold a reach per output, over depth, rows, columns.
-    pub fn new(pooling: Pooling, axes: [Vec<Reach>; 3], from: Place, to: Place) -> Self {
+    pub fn new(pooling: Pooling, axes: [Vec<Reach>; 3], from: ImagePlace, to: ImagePlace) -> Self {
         assert!(from.channels == to.channels, "{from:?} to {to:?}: the channels stay");
         for (axis, reaches) in axes.iter().enumerate() {
             assert!(reaches.len() == to.size[axis], "a reach per output is needed: {reaches:?}");

@@ -4,13 +4,17 @@ use crate::lengths::{at_least, exactly, reach};
 use crate::pointwise;
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
-use crate::view::{View, rectify};
+use crate::view::{AffineView, rectify};
 
-use super::place::Place;
+use super::place::ImagePlace;
 
 /// Runs `each` over columns that are equally far from each other at both places; of each the starts, the distances and
 /// the number.
-pub(super) fn columns(from: &Place, to: &Place, mut each: impl FnMut([usize; 2], [usize; 2], usize)) {
+pub(super) fn columns(
+    from: &ImagePlace,
+    to: &ImagePlace,
+    mut each: impl FnMut([usize; 2], [usize; 2], usize),
+) {
     assert!(from.size == to.size && from.channels == to.channels, "{from:?} and {to:?} are of two shapes");
     if from.is_dense() && to.is_dense() {
         return each([0; 2], [from.channels; 2], from.positions());
@@ -21,7 +25,7 @@ pub(super) fn columns(from: &Place, to: &Place, mut each: impl FnMut([usize; 2],
 }
 
 /// `y = view(x)`.
-pub fn map(view: &View, from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
+pub fn map(view: &AffineView, from: &ImagePlace, x: &[f32], to: &ImagePlace, y: &mut [f32]) {
     at_least("values to be moved", x.len(), from.end());
     at_least("room for values", y.len(), to.end());
     let channels = from.channels;
@@ -36,7 +40,7 @@ pub fn map(view: &View, from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
 
 at_level! {
     fn apart(
-        view: &View, channels: usize, columns: usize, x: &[f32], from: usize, y: &mut [f32], to: usize,
+        view: &AffineView, channels: usize, columns: usize, x: &[f32], from: usize, y: &mut [f32], to: usize,
     ) = apart_at
 }
 
@@ -46,7 +50,7 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn apart_at<S: Simd>(
-    view: &View,
+    view: &AffineView,
     channels: usize,
     columns: usize,
     x: &[f32],
@@ -76,12 +80,12 @@ unsafe fn apart_at<S: Simd>(
 }
 
 /// `y = x`.
-pub fn copy(from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
-    map(&View::default(), from, x, to, y);
+pub fn copy(from: &ImagePlace, x: &[f32], to: &ImagePlace, y: &mut [f32]) {
+    map(&AffineView::default(), from, x, to, y);
 }
 
 /// `y = y + x`.
-pub fn add(from: &Place, x: &[f32], to: &Place, y: &mut [f32]) {
+pub fn add(from: &ImagePlace, x: &[f32], to: &ImagePlace, y: &mut [f32]) {
     at_least("values to be added", x.len(), from.end());
     at_least("room for values", y.len(), to.end());
     let channels = from.channels;
@@ -102,6 +106,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "no memory holds")]
     fn columns_that_lie_too_far_apart_are_refused() {
-        apart(&View::default(), 1, 3, &[1.0], usize::MAX / 2 + 1, &mut [0.0; 3], 1);
+        apart(&AffineView::default(), 1, 3, &[1.0], usize::MAX / 2 + 1, &mut [0.0; 3], 1);
     }
 }

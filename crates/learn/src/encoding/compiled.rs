@@ -28,12 +28,12 @@ pub struct Compiled {
 /// One step, with what comes out of it; the last one writes where its caller says.
 #[derive(Debug, Clone)]
 struct Stage {
-    work: Work,
+    work: Operation,
     values: Vec<f32>,
 }
 
 #[derive(Debug, Clone)]
-enum Work {
+enum Operation {
     Reduce(Box<ReductionPlan>),
     /// Takes the mean of the first readings off each row of this length.
     Baseline {
@@ -113,7 +113,7 @@ impl Compiled {
         last.work.run(from, input).map_err(|e| refused(source, name, e))
     }
 
-    fn push(&mut self, work: Work, shape: Vec<usize>) -> Vec<usize> {
+    fn push(&mut self, work: Operation, shape: Vec<usize>) -> Vec<usize> {
         self.stages.push(Stage { work, values: vec![0.0; shape.iter().product()] });
         shape
     }
@@ -134,11 +134,11 @@ impl Compiled {
             }
             (Transform::QuantileCode(code), &[channels, length]) => {
                 let plan = code.plan(channels, length).map_err(refuse)?;
-                Ok(self.push(Work::Code(Box::new(plan)), code.shape(channels, length).to_vec()))
+                Ok(self.push(Operation::Code(Box::new(plan)), code.shape(channels, length).to_vec()))
             }
             (Transform::Rocket(rocket), &[channels, length]) => {
                 let plan = rocket.plan([channels, length], &source)?;
-                Ok(self.push(Work::Rocket(Box::new(plan)), vec![rocket.width()]))
+                Ok(self.push(Operation::Rocket(Box::new(plan)), vec![rocket.width()]))
             }
             (Transform::Rows(scaling), &[channels, length]) => {
                 Ok(self.push(scale(scaling, channels), vec![1, channels, length]))
@@ -151,7 +151,7 @@ impl Compiled {
             }
             (Transform::Field(field), &[_] | &[_, _]) => {
                 let plan = field.plan(shape.iter().product()).map_err(refuse)?;
-                Ok(self.push(Work::Field(Box::new(plan)), field.shape().to_vec()))
+                Ok(self.push(Operation::Field(Box::new(plan)), field.shape().to_vec()))
             }
             (Transform::Picture { .. }, _) => self.picture(transform, shape),
             (
@@ -169,7 +169,7 @@ impl Compiled {
             (Transform::Reduced { layout, reduction, then }, shape) => {
                 let plan = reduction.plan(*layout, shape).map_err(refuse)?;
                 let left = plan.shape().to_vec();
-                let left = self.push(Work::Reduce(Box::new(plan)), left);
+                let left = self.push(Operation::Reduce(Box::new(plan)), left);
                 self.add(then, &left)
             }
             _ => Err(wrong(transform.input())),
@@ -180,7 +180,7 @@ impl Compiled {
     fn baseline(&mut self, readings: usize, shape: &[usize]) -> Result<Vec<usize>> {
         match *shape {
             [channels, length] if length >= readings => {
-                Ok(self.push(Work::Baseline { readings, length }, vec![channels, length]))
+                Ok(self.push(Operation::Baseline { readings, length }, vec![channels, length]))
             }
             _ => {
                 let reason = "encoding.baseline needs [N, C, T] with at least as many readings";
@@ -196,17 +196,17 @@ impl Compiled {
             Transform::Tensor { tensor, scaling } => {
                 let [frames, rows, columns] = shape;
                 let to = vec![1, rows, columns, tensor.frames.unwrap_or(frames)];
-                (Work::Tensor { tensor: *tensor, shape }, to, scaling, 1)
+                (Operation::Tensor { tensor: *tensor, shape }, to, scaling, 1)
             }
             Transform::Numatac { numatac, scaling } => {
                 let [fingers, features, _] = shape;
                 let to = vec![fingers, features, numatac.window];
-                (Work::Numatac { numatac: *numatac, shape }, to, scaling, fingers * features)
+                (Operation::Numatac { numatac: *numatac, shape }, to, scaling, fingers * features)
             }
             Transform::Electrodes { image, scaling } => {
                 let to = image.shape().to_vec();
                 let channels = to[0];
-                (Work::Electrodes { image: *image, shape }, to, scaling, channels)
+                (Operation::Electrodes { image: *image, shape }, to, scaling, channels)
             }
             _ => return Err(wrong_axes(&shape, transform.input(), &self.source)),
         };
@@ -222,7 +222,7 @@ impl Compiled {
             (None, &[height, width]) => [1, height, width],
             (None, &[channels, height, width]) => [channels, height, width],
             (Some(frame), &[frames, height, width]) => {
-                let work = Work::Frame { frame: *frame, shape: [frames, height, width] };
+                let work = Operation::Frame { frame: *frame, shape: [frames, height, width] };
                 self.push(work, vec![1, height, width]);
                 [1, height, width]
             }
@@ -230,12 +230,12 @@ impl Compiled {
         };
         if *red && image[0] == 1 {
             image[0] = 3;
-            self.push(Work::Red, image.to_vec());
+            self.push(Operation::Red, image.to_vec());
         }
         if let Some(resize) = resize {
             let plan = resize.plan(image).map_err(|e| refused(&source, IMAGE, e))?;
             image = [image[0], resize.height, resize.width];
-            self.push(Work::Resize(Box::new(plan)), image.to_vec());
+            self.push(Operation::Resize(Box::new(plan)), image.to_vec());
         }
         Ok(self.push(scale(scaling, image[0]), image.to_vec()))
     }
@@ -247,51 +247,51 @@ impl Compiled {
             (Layout::Series | Layout::Image, &[channels, length]) => vec![channels, length],
             (Layout::Colour | Layout::Fingers, &[a, b, length]) => vec![a * b, length],
             (Layout::Sequence, &[frames, rows, columns]) => {
-                self.push(Work::Series { pixels: rows * columns }, vec![rows * columns, frames])
+                self.push(Operation::Series { pixels: rows * columns }, vec![rows * columns, frames])
             }
             _ => return None,
         })
     }
 }
 
-fn scale(scaling: &Scaling, channels: usize) -> Work {
-    Work::Scale { scaling: scaling.clone(), channels }
+fn scale(scaling: &Scaling, channels: usize) -> Operation {
+    Operation::Scale { scaling: scaling.clone(), channels }
 }
 
-impl Work {
+impl Operation {
     fn run(&mut self, from: &[f32], to: &mut [f32]) -> taxel_encodings::Result<()> {
         match self {
-            Work::Reduce(plan) => plan.apply(from, to)?,
-            Work::Baseline { readings, length } => {
+            Operation::Reduce(plan) => plan.apply(from, to)?,
+            Operation::Baseline { readings, length } => {
                 for (from, to) in from.chunks_exact(*length).zip(to.chunks_exact_mut(*length)) {
                     let sum: f64 = from.iter().take(*readings).map(|&v| f64::from(v)).sum();
                     let mean = (sum / *readings as f64) as f32;
                     to.iter_mut().zip(from).for_each(|(to, v)| *to = v - mean);
                 }
             }
-            Work::Series { pixels } => {
+            Operation::Series { pixels } => {
                 let frames = from.len() / *pixels;
                 for (t, frame) in from.chunks_exact(*pixels).enumerate() {
                     to[t..].iter_mut().step_by(frames).zip(frame).for_each(|(to, v)| *to = *v);
                 }
             }
-            Work::Scale { scaling, channels } => scaling.encode(*channels, from, to)?,
-            Work::Code(plan) => plan.encode(from, to)?,
-            Work::Rocket(plan) => plan.encode(from, to)?,
-            Work::Field(plan) => plan.encode(from, to)?,
-            Work::Frame { frame, shape } => {
+            Operation::Scale { scaling, channels } => scaling.encode(*channels, from, to)?,
+            Operation::Code(plan) => plan.encode(from, to)?,
+            Operation::Rocket(plan) => plan.encode(from, to)?,
+            Operation::Field(plan) => plan.encode(from, to)?,
+            Operation::Frame { frame, shape } => {
                 let at = frame.pick_of(*shape, from)?;
                 to.copy_from_slice(&from[at * to.len()..][..to.len()]);
             }
-            Work::Red => {
+            Operation::Red => {
                 let (red, rest) = to.split_at_mut(from.len());
                 red.copy_from_slice(from);
                 rest.fill(0.0);
             }
-            Work::Resize(plan) => plan.encode(from, to)?,
-            Work::Tensor { tensor, shape } => tensor.encode_into(*shape, from, to)?,
-            Work::Numatac { numatac, shape } => numatac.encode_into(*shape, from, to)?,
-            Work::Electrodes { image, shape } => image.encode_frames(*shape, from, to)?,
+            Operation::Resize(plan) => plan.encode(from, to)?,
+            Operation::Tensor { tensor, shape } => tensor.encode_into(*shape, from, to)?,
+            Operation::Numatac { numatac, shape } => numatac.encode_into(*shape, from, to)?,
+            Operation::Electrodes { image, shape } => image.encode_frames(*shape, from, to)?,
         }
         Ok(())
     }

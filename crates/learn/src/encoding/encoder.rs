@@ -11,9 +11,9 @@ use taxel_guard::Guard;
 
 use super::guarding::{fitted_guard, mended};
 use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
-use super::rocket::{Features, Rocket};
+use super::rocket::{Rocket, RocketSettings};
 use super::scale::{Scale, Scaled};
-use super::settings::{Electrodes, Encoding, Image, Picture, SqueezeFrame, reduction_problem};
+use super::settings::{Electrodes, Encoding, Image, PictureSettings, SqueezeFrame, reduction_problem};
 use super::signal::{Code, Signal};
 use super::transform::Transform;
 
@@ -84,10 +84,10 @@ pub struct Encoder<'a> {
     encoding: Encoding,
     dataset: &'a Dataset,
     source: String,
-    plans: Vec<Plan>,
+    plans: Vec<InputPlan>,
 }
 
-enum Plan {
+enum InputPlan {
     /// The same in every fold.
     Done(Input),
     /// Samples with the axes that the fit takes.
@@ -139,7 +139,7 @@ impl<'a> Encoder<'a> {
                 }
             }
         }
-        if let Some(Features { features }) = self.encoding.rocket.filter(|_| missing(self, ROCKET)) {
+        if let Some(RocketSettings { features }) = self.encoding.rocket.filter(|_| missing(self, ROCKET)) {
             let rocket = Transform::Rocket(Box::new(Rocket::new(features)));
             self.fit_later(ROCKET, flat(rocket.less(baseline)))?;
         }
@@ -163,10 +163,10 @@ impl<'a> Encoder<'a> {
 
     fn image(&mut self, image: &Image, baseline: Option<usize>) -> Result<()> {
         match *image {
-            Image::Raw(Picture { scale, resize: None, red: false }) => {
+            Image::Raw(PictureSettings { scale, resize: None, red: false }) => {
                 self.plan(scale, baseline, Transform::Image)
             }
-            Image::Raw(Picture { scale, resize, red }) => {
+            Image::Raw(PictureSettings { scale, resize, red }) => {
                 let resize = resize.map(bilinear);
                 self.plan(scale, baseline, |scaling| Transform::Picture { frame: None, red, resize, scaling })
             }
@@ -223,14 +223,14 @@ impl<'a> Encoder<'a> {
         let start = Instant::now();
         let x = transform.apply(&self.dataset.x, &self.source)?;
         let input = self.input(name, transform, x, start)?;
-        self.plans.push(Plan::Done(input));
+        self.plans.push(InputPlan::Done(input));
         Ok(())
     }
 
     fn fit_later(&mut self, name: &'static str, transform: Transform) -> Result<()> {
         let transform = self.reduced(transform)?;
         let x = transform.shape(&self.dataset.x, &self.source)?;
-        self.plans.push(Plan::Fit { name, transform, x });
+        self.plans.push(InputPlan::Fit { name, transform, x });
         Ok(())
     }
 
@@ -272,8 +272,8 @@ impl<'a> Encoder<'a> {
     /// Shape of one sample of input `name`, if the encoding makes it.
     pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
         self.plans.iter().find(|plan| plan.name() == name).map(|plan| match plan {
-            Plan::Done(input) => input.encoded.shape().to_vec(),
-            Plan::Fit { transform, x, .. } => transform.scaled_shape(&x.shape()[1..]),
+            InputPlan::Done(input) => input.encoded.shape().to_vec(),
+            InputPlan::Fit { transform, x, .. } => transform.scaled_shape(&x.shape()[1..]),
         })
     }
 
@@ -282,9 +282,9 @@ impl<'a> Encoder<'a> {
     /// # Errors
     /// Readings that are not finite.
     pub fn fit(&self, names: &[&str], train: &[usize]) -> Result<Vec<Input>> {
-        let fit = |plan: &Plan| match plan {
-            Plan::Done(input) => Ok(input.clone()),
-            Plan::Fit { name, transform, x } => {
+        let fit = |plan: &InputPlan| match plan {
+            InputPlan::Done(input) => Ok(input.clone()),
+            InputPlan::Fit { name, transform, x } => {
                 let transform = transform.fitted(x.select(Axis(0), train).view(), &self.source)?;
                 let start = Instant::now();
                 let x = transform.scale(x.clone(), &self.source)?;
@@ -323,11 +323,11 @@ impl<'a> Encoder<'a> {
     }
 }
 
-impl Plan {
+impl InputPlan {
     fn name(&self) -> &'static str {
         match self {
-            Plan::Done(input) => input.name,
-            Plan::Fit { name, .. } => name,
+            InputPlan::Done(input) => input.name,
+            InputPlan::Fit { name, .. } => name,
         }
     }
 }

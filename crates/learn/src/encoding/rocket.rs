@@ -2,7 +2,7 @@
 
 use ndarray::{ArrayD, ArrayView3};
 use serde::{Deserialize, Serialize};
-use taxel_baselines::{MiniRocket, RocketWork as Work, Series};
+use taxel_baselines::{MiniRocket, RocketMemory, Series};
 use taxel_encodings::Scaling;
 
 use super::axes::refused;
@@ -18,18 +18,18 @@ const LEAST_SD: f32 = 0.02;
 /// Settings of the `rocket` input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Features {
+pub struct RocketSettings {
     /// Number of features, rounded down to a multiple of 84: 84 to 100,000. Default 2000.
     pub features: usize,
 }
 
-impl Default for Features {
+impl Default for RocketSettings {
     fn default() -> Self {
-        Features { features: 2000 }
+        RocketSettings { features: 2000 }
     }
 }
 
-impl Features {
+impl RocketSettings {
     pub(super) fn check(self) -> Check {
         within("features", self.features, 84, 100_000)
     }
@@ -67,7 +67,7 @@ impl Rocket {
     /// A number of features out of range, recordings of fewer than 9 readings.
     pub(super) fn check(&self, length: usize) -> Result<()> {
         let Rocket { features, .. } = *self;
-        Features { features }.check().map_err(|problem| problem.below("encoding.rocket"))?;
+        RocketSettings { features }.check().map_err(|problem| problem.below("encoding.rocket"))?;
         MiniRocket::kernels(length, self.features).map(drop).map_err(refused_by_rocket)
     }
 
@@ -136,7 +136,7 @@ pub(super) struct RocketPlan {
     readings: Scaling,
     rocket: MiniRocket,
     shares: Scaling,
-    work: Work,
+    work: RocketMemory,
     scaled: Vec<f32>,
     features: Vec<f32>,
 }

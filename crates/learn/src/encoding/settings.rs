@@ -7,7 +7,7 @@ use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Method, Ord
 
 use super::names::{IMAGE, ROCKET, TENSOR};
 use super::range::Range;
-use super::rocket::Features;
+use super::rocket::RocketSettings;
 use super::scale::{Scale, Scaled, no_colours};
 use super::signal::Signal;
 use crate::problem::{Check, Problem, require, within};
@@ -32,10 +32,10 @@ pub struct Encoding {
     pub image: Option<Image>,
     /// `tensor` [N, 1, H, W, T], for 3D networks; no tensor without it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub tensor: Option<Tensor>,
+    pub tensor: Option<TensorSettings>,
     /// `rocket` [N, features], MiniRocket's features for networks that read them beside a signal; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rocket: Option<Features>,
+    pub rocket: Option<RocketSettings>,
     /// A guard before all inputs, networks and baselines alike: it is fitted on the training part of a fold, and
     /// replaces what broken channels and taxels read in all other samples, before anything is encoded. Default false.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
@@ -47,11 +47,11 @@ pub struct Encoding {
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Image {
     /// Gramian angular difference field of the raw readings, coloured: the choice of Kaewrakmuk and Srinonchat 2026.
-    Gadf(Field),
+    Gadf(GramianSettings),
     /// Gramian angular summation field of the raw readings, coloured.
-    Gasf(Field),
+    Gasf(GramianSettings),
     /// The samples are images: [N, H, W] becomes [N, 1, H, W], [N, C, H, W] stays.
-    Raw(Picture),
+    Raw(PictureSettings),
     /// One frame of each squeeze [N, T, H, W], for 2D networks (Gandarias et al. 2019b and Pastor et al. 2019).
     Frame(SqueezeFrame),
     /// Series [N, C, T] as one channel of C rows and T columns, each row scaled by itself.
@@ -66,7 +66,7 @@ pub enum Image {
 /// A field is always made from raw readings, whatever the `signal` input says.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Field {
+pub struct GramianSettings {
     /// Rows and columns. Default 50.
     pub size: usize,
     /// `"per-sample"` (default; amplitude is lost) or `{ low, high }` in the unit of the readings.
@@ -77,17 +77,17 @@ pub struct Field {
     pub constant: Constant,
 }
 
-impl Default for Field {
+impl Default for GramianSettings {
     fn default() -> Self {
         let (range, colormap) = (Range::default(), Colormap::default());
-        Field { size: 50, range, colormap, constant: Constant::default() }
+        GramianSettings { size: 50, range, colormap, constant: Constant::default() }
     }
 }
 
 /// Images as recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Picture {
+pub struct PictureSettings {
     /// Scale of the pixels. Default `full-scale`.
     pub scale: Scale,
     /// `[height, width]` in pixels to resample to, bilinear. Default as recorded.
@@ -97,9 +97,9 @@ pub struct Picture {
     pub red: bool,
 }
 
-impl Default for Picture {
+impl Default for PictureSettings {
     fn default() -> Self {
-        Picture { scale: Scale::FullScale, resize: None, red: false }
+        PictureSettings { scale: Scale::FullScale, resize: None, red: false }
     }
 }
 
@@ -109,18 +109,18 @@ impl Default for Picture {
 pub struct SqueezeFrame {
     /// `"peak"` (default), or `{ at = 5 }`.
     pub frame: Frame,
-    /// As of [`Picture`].
+    /// As of [`PictureSettings`].
     pub scale: Scale,
-    /// As of [`Picture`].
+    /// As of [`PictureSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<[usize; 2]>,
-    /// As of [`Picture`].
+    /// As of [`PictureSettings`].
     pub red: bool,
 }
 
 impl Default for SqueezeFrame {
     fn default() -> Self {
-        let Picture { scale, resize, red } = Picture::default();
+        let PictureSettings { scale, resize, red } = PictureSettings::default();
         SqueezeFrame { frame: Frame::default(), scale, resize, red }
     }
 }
@@ -145,20 +145,20 @@ impl Default for Bits {
 pub struct Electrodes {
     /// In which order values are read and written: `columns` (default), as in MATLAB, or `rows`.
     pub order: Order,
-    /// As of [`Picture`].
+    /// As of [`PictureSettings`].
     pub scale: Scale,
 }
 
 impl Default for Electrodes {
     fn default() -> Self {
-        Electrodes { order: Order::default(), scale: Picture::default().scale }
+        Electrodes { order: Order::default(), scale: PictureSettings::default().scale }
     }
 }
 
 /// Squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (Pastor et al. 2019).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Tensor {
+pub struct TensorSettings {
     /// Frames to resample to. Default as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
@@ -166,9 +166,9 @@ pub struct Tensor {
     pub scale: Scale,
 }
 
-impl Default for Tensor {
+impl Default for TensorSettings {
     fn default() -> Self {
-        Tensor { frames: None, scale: Scale::FullScale }
+        TensorSettings { frames: None, scale: Scale::FullScale }
     }
 }
 
@@ -179,17 +179,20 @@ impl Encoding {
     pub fn of(spec: &SampleSpec, inputs: &[&str]) -> Self {
         let scale = if spec.full_scale.is_some() { Scale::FullScale } else { Scale::ZScore };
         let image = match spec.layout {
-            Layout::Series => Some(Image::Gadf(Field::default())),
-            Layout::Image | Layout::Colour => Some(Image::Raw(Picture { scale, ..Picture::default() })),
+            Layout::Series => Some(Image::Gadf(GramianSettings::default())),
+            Layout::Image | Layout::Colour => {
+                Some(Image::Raw(PictureSettings { scale, ..PictureSettings::default() }))
+            }
             Layout::Sequence => Some(Image::Frame(SqueezeFrame { scale, ..SqueezeFrame::default() })),
             Layout::Fingers => Some(Image::Numatac(Bits::default())),
             Layout::Features => None,
         };
-        let tensor = (spec.layout == Layout::Sequence).then(|| Tensor { scale, ..Tensor::default() });
+        let tensor = (spec.layout == Layout::Sequence)
+            .then(|| TensorSettings { scale, ..TensorSettings::default() });
         Encoding {
             image: image.filter(|_| inputs.contains(&IMAGE)),
             tensor: tensor.filter(|_| inputs.contains(&TENSOR)),
-            rocket: inputs.contains(&ROCKET).then(Features::default),
+            rocket: inputs.contains(&ROCKET).then(RocketSettings::default),
             ..Encoding::default()
         }
     }
@@ -248,7 +251,7 @@ impl Image {
     fn check(&self) -> Check {
         match self {
             Image::Gadf(field) | Image::Gasf(field) => field.check(),
-            Image::Raw(Picture { resize, .. }) | Image::Frame(SqueezeFrame { resize, .. }) => {
+            Image::Raw(PictureSettings { resize, .. }) | Image::Frame(SqueezeFrame { resize, .. }) => {
                 resize.iter().flatten().try_for_each(|side| within("resize", *side, 1, 4096))
             }
             Image::Rows(rows) => no_colours("scale", rows.scale),
@@ -258,14 +261,14 @@ impl Image {
     }
 }
 
-impl Field {
+impl GramianSettings {
     /// Returns the encoder of the images.
     ///
     /// # Errors
     /// The first setting outside its range.
     pub fn image(self, method: Method) -> Result<HardnessImage, Problem> {
         self.check()?;
-        let Field { size, range, colormap, constant } = self;
+        let GramianSettings { size, range, colormap, constant } = self;
         Ok(HardnessImage { gaf: Gaf { size, method, range: range.into(), constant }, colormap })
     }
 
@@ -293,12 +296,15 @@ mod tests {
             let spec = SampleSpec { full_scale, ..SampleSpec::new(layout, &[4, 6]) };
             Encoding::of(&spec, &[IMAGE, TENSOR])
         };
-        assert_eq!(of(Layout::Series, None).image, Some(Image::Gadf(Field::default())));
-        assert_eq!(of(Layout::Image, Some(255.0)).image, Some(Image::Raw(Picture::default())));
-        let picture = Picture { scale: Scale::ZScore, ..Picture::default() };
+        assert_eq!(of(Layout::Series, None).image, Some(Image::Gadf(GramianSettings::default())));
+        assert_eq!(of(Layout::Image, Some(255.0)).image, Some(Image::Raw(PictureSettings::default())));
+        let picture = PictureSettings { scale: Scale::ZScore, ..PictureSettings::default() };
         assert_eq!(of(Layout::Colour, None).image, Some(Image::Raw(picture)));
         let squeezes = of(Layout::Sequence, None);
-        assert_eq!(squeezes.tensor, Some(Tensor { scale: Scale::ZScore, ..Tensor::default() }));
+        assert_eq!(
+            squeezes.tensor,
+            Some(TensorSettings { scale: Scale::ZScore, ..TensorSettings::default() })
+        );
         assert!(matches!(squeezes.image, Some(Image::Frame(frame)) if frame.scale == Scale::ZScore));
         assert_eq!(of(Layout::Features, None), Encoding::default());
         assert_eq!(Encoding::of(&SampleSpec::new(Layout::Series, &[4, 6]), &["signal"]), Encoding::default());

@@ -55,7 +55,7 @@ impl Signal {
 #[serde(deny_unknown_fields)]
 struct Keys {
     #[serde(skip_serializing_if = "Option::is_none")]
-    kind: Option<Kind>,
+    kind: Option<SignalKind>,
     #[serde(skip_serializing_if = "Option::is_none")]
     scale: Option<Scale>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,7 +66,7 @@ struct Keys {
 
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Kind {
+enum SignalKind {
     Scaled,
     QuantileCode,
 }
@@ -78,14 +78,14 @@ impl TryFrom<Keys> for Signal {
         let foreign = |key: &str, kind: &str, known: &str| {
             Err(format!("`{key}` is no key of a signal of kind \"{kind}\", which has {known}"))
         };
-        match (kind.unwrap_or(Kind::Scaled), scale, ramps, steps) {
-            (Kind::Scaled, scale, None, None) => {
+        match (kind.unwrap_or(SignalKind::Scaled), scale, ramps, steps) {
+            (SignalKind::Scaled, scale, None, None) => {
                 Ok(Signal::Scaled(Scaled { scale: scale.unwrap_or_default() }))
             }
-            (Kind::Scaled, _, Some(_), _) => foreign("ramps", "scaled", "scale"),
-            (Kind::Scaled, _, None, Some(_)) => foreign("steps", "scaled", "scale"),
-            (Kind::QuantileCode, Some(_), _, _) => foreign("scale", "quantile-code", "ramps and steps"),
-            (Kind::QuantileCode, None, ramps, steps) => {
+            (SignalKind::Scaled, _, Some(_), _) => foreign("ramps", "scaled", "scale"),
+            (SignalKind::Scaled, _, None, Some(_)) => foreign("steps", "scaled", "scale"),
+            (SignalKind::QuantileCode, Some(_), _, _) => foreign("scale", "quantile-code", "ramps and steps"),
+            (SignalKind::QuantileCode, None, ramps, steps) => {
                 let default = Code::default();
                 let (ramps, steps) = (ramps.unwrap_or(default.ramps), steps.unwrap_or(default.steps));
                 Ok(Signal::QuantileCode(Code { ramps, steps }))
@@ -100,9 +100,12 @@ impl From<Signal> for Keys {
             Signal::Scaled(Scaled { scale }) => {
                 Keys { kind: None, scale: Some(scale), ramps: None, steps: None }
             }
-            Signal::QuantileCode(Code { ramps, steps }) => {
-                Keys { kind: Some(Kind::QuantileCode), scale: None, ramps: Some(ramps), steps: Some(steps) }
-            }
+            Signal::QuantileCode(Code { ramps, steps }) => Keys {
+                kind: Some(SignalKind::QuantileCode),
+                scale: None,
+                ramps: Some(ramps),
+                steps: Some(steps),
+            },
         }
     }
 }

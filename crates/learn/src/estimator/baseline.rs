@@ -14,13 +14,13 @@ use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
 use crate::latency::Latency;
 use crate::metrics::Outcome;
-use crate::model::Kind;
+use crate::model::ModelKind;
 use crate::problem::{fault_problem, within};
 use crate::run::records::{Costs, FoldRecord};
 use crate::run::table_latency::of_prediction;
 use crate::training::breaker::Breaker;
 use crate::training::hooks::Hooks;
-use crate::training::part::{Part, pool};
+use crate::training::part::{TrainingKey, pool};
 
 /// A baseline with its settings.
 #[derive(Debug, Clone)]
@@ -181,7 +181,7 @@ impl FittedBaseline {
                 (vec![method.fit_values(&train, &values, outputs).map_err(refuse)?], vec![outputs])
             }
             Goal::Labels(labels, sizes) => {
-                let Part { seed, repetition, fold } = set.part;
+                let TrainingKey { seed, repetition, fold } = set.part;
                 let mut each = vec![];
                 for (i, &size) in sizes.iter().enumerate() {
                     let y: Vec<u32> = labels.iter().skip(i).step_by(sizes.len()).copied().collect();
@@ -275,8 +275,8 @@ impl FittedBaseline {
 }
 
 impl Fitted for FittedBaseline {
-    fn kind(&self) -> Kind {
-        Kind::Baseline { method: self.method, series: self.shape }
+    fn kind(&self) -> ModelKind {
+        ModelKind::Baseline { method: self.method, series: self.shape }
     }
 
     fn tensors(&self, task: &Task) -> Weights {

@@ -12,11 +12,11 @@ use crate::encoding::{Encoder, Input};
 use crate::error::Result;
 use crate::estimator::trainable::Trainable;
 use crate::latency::Latency;
-use crate::model::Kind;
+use crate::model::ModelKind;
 use crate::run::records::{Costs, FoldRecord};
 use crate::training::feature_cache::FeatureCache;
 use crate::training::hooks::Hooks;
-use crate::training::part::Part;
+use crate::training::part::TrainingKey;
 use crate::training::teacher::Teacher;
 
 /// A network or a baseline with its settings: everything that learns from samples.
@@ -104,7 +104,7 @@ pub struct TrainingSet<'a> {
     /// Groups that no two parts may share, one number per sample.
     pub units: Option<&'a [u32]>,
     /// Which training it is: every random choice is keyed by it.
-    pub part: Part,
+    pub part: TrainingKey,
     /// Worker threads; results do not depend on them.
     pub threads: usize,
     /// Whose predictions it learns from beside the targets; baselines do not listen.
@@ -132,7 +132,7 @@ pub struct Trained {
 /// An estimator that has learned.
 pub trait Fitted {
     /// Returns what kind of model it is, for the card.
-    fn kind(&self) -> Kind;
+    fn kind(&self) -> ModelKind;
 
     /// Returns its tensors under the names that a model file gives them.
     fn tensors(&self, task: &Task) -> Weights;

@@ -8,7 +8,7 @@ use taxel_data::{Dataset, Fold};
 use crate::encoding::{Encoder, Encoding};
 use crate::error::Result;
 use crate::estimator::candidate::Candidate;
-use crate::estimator::train_fold::{Job, train_fold};
+use crate::estimator::train_fold::{FoldJob, train_fold};
 use crate::model::Model;
 use crate::run::options::RunOptions;
 use crate::run::protocol::Protocol;
@@ -58,7 +58,7 @@ impl Fit<'_> {
         candidate.check_samples(encoder)?;
         candidate.estimator.drawn()?;
         let (fold, cache) = (everything(dataset), FeatureCache::default());
-        let job = Job {
+        let job = FoldJob {
             candidate,
             protocol: self.protocol,
             seed: self.seed,

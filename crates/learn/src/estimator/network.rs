@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
 use crate::estimator::trainable::Trainable;
 use crate::latency::Latency;
-use crate::model::{Kind, digest};
+use crate::model::{ModelKind, digest};
 use crate::problem::{Problem, require};
 use crate::run::records::{Change, Costs, FoldRecord};
 use crate::run::table_latency::of_network;
@@ -170,8 +170,8 @@ struct FittedNetwork {
 }
 
 impl Fitted for FittedNetwork {
-    fn kind(&self) -> Kind {
-        Kind::Network {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Network {
             graph: Box::new(self.graph.clone()),
             loss: self.trained.recipe.loss,
             batch: self.trained.batch,

@@ -7,7 +7,7 @@ use taxel_data::{Dataset, Fold};
 use crate::encoding::Encoder;
 use crate::error::Result;
 use crate::estimator::candidate::Candidate;
-use crate::estimator::train_fold::{Job, train_fold};
+use crate::estimator::train_fold::{FoldJob, train_fold};
 use crate::model::Model;
 use crate::run::protocol::Protocol;
 use crate::run::records::{FoldKey, FoldRecord};
@@ -58,8 +58,17 @@ impl OneFold<'_> {
         candidate.check_samples(encoder)?;
         let cache = FeatureCache::default();
         let place = Some((key.repetition, key.fold));
-        let job =
-            Job { candidate, protocol, seed, place, fold, threads, teacher, cache: &cache, is_timed: false };
+        let job = FoldJob {
+            candidate,
+            protocol,
+            seed,
+            place,
+            fold,
+            threads,
+            teacher,
+            cache: &cache,
+            is_timed: false,
+        };
         let mut saver = Saver::none();
         let trained = train_fold(&job, encoder, &mut Hooks { tick, cancel, saver: &mut saver })?;
         let Some(trained) = trained else { return Ok(None) };

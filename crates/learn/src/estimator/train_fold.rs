@@ -13,11 +13,11 @@ use crate::run::protocol::Protocol;
 use crate::run::records::{FoldKey, FoldRecord};
 use crate::training::feature_cache::FeatureCache;
 use crate::training::hooks::Hooks;
-use crate::training::part::Part;
+use crate::training::part::TrainingKey;
 use crate::training::teacher::Teacher;
 
 /// One candidate, one fold.
-pub(crate) struct Job<'a> {
+pub(crate) struct FoldJob<'a> {
     pub candidate: &'a Candidate,
     pub protocol: &'a Protocol,
     pub seed: u64,
@@ -45,15 +45,15 @@ pub(crate) struct TrainedFold {
 ///
 /// # Errors
 /// Samples that cannot be encoded or that the candidate does not take, training that diverges.
-pub(crate) fn train_fold(job: &Job, encoder: &Encoder, hooks: &mut Hooks) -> Result<Option<TrainedFold>> {
+pub(crate) fn train_fold(job: &FoldJob, encoder: &Encoder, hooks: &mut Hooks) -> Result<Option<TrainedFold>> {
     if hooks.is_cancelled() {
         return Ok(None);
     }
-    let Job { candidate, protocol, seed, place, fold, threads, teacher, cache, is_timed } = *job;
+    let FoldJob { candidate, protocol, seed, place, fold, threads, teacher, cache, is_timed } = *job;
     let dataset = encoder.dataset();
     let part = match place {
-        Some((repetition, fold)) => Part { seed, repetition, fold },
-        None => Part::everything(seed),
+        Some((repetition, fold)) => TrainingKey { seed, repetition, fold },
+        None => TrainingKey::everything(seed),
     };
     let inputs = encoder.fit(&candidate.inputs(), &fold.train)?;
     let set = TrainingSet {
@@ -100,7 +100,7 @@ impl TrainedFold {
 }
 
 /// Returns the model with all that it says about itself.
-fn model(job: &Job, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]) -> Model {
+fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]) -> Model {
     let candidate = job.candidate;
     let input = |input: &Input| ModelInput { name: input.name.into(), transform: input.transform.clone() };
     let task = dataset.task();

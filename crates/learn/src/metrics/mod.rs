@@ -30,7 +30,7 @@ pub use bootstrap::{Clusters, bootstrap, central, quantile};
 pub use levels::{LevelScores, Levels};
 pub use outcome::Outcome;
 pub use scores::Scores;
-pub use table::{Direction, Metric, Unit, metrics};
+pub use table::{Direction, Metric, MetricUnit, metrics};
 pub use taxel_baselines::softmax;
 
 pub use probabilities::{BINS, brier, calibration_error, log_loss, mean_log_loss};

@@ -9,7 +9,7 @@ use crate::metrics::{LevelScores, Levels, MacroScores, Outcome, mean_sd};
 
 /// The unit of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unit {
+pub enum MetricUnit {
     /// Percent; differences are percentage points.
     Percent,
     /// A number without a unit.
@@ -18,10 +18,10 @@ pub enum Unit {
     Quantity,
 }
 
-impl Unit {
+impl MetricUnit {
     /// Returns what a share is multiplied by: 100 for percent, 1 otherwise.
     pub fn scale(self) -> f64 {
-        if self == Unit::Percent { 100.0 } else { 1.0 }
+        if self == MetricUnit::Percent { 100.0 } else { 1.0 }
     }
 }
 
@@ -42,13 +42,13 @@ pub struct Metric {
     /// Name in tables and charts: `F1`.
     pub title: &'static str,
     /// Its unit.
-    pub unit: Unit,
+    pub unit: MetricUnit,
     /// Which of two values is the better one.
     pub direction: Direction,
     /// Whether it has a column in the table of a run.
     pub is_shown: bool,
     of: fn(&Task, &Outcome) -> Result<f64>,
-    /// The contribution of each sample, before [`Unit::scale`]. None where the metric is no mean over samples.
+    /// The contribution of each sample, before [`MetricUnit::scale`]. None where the metric is no mean over samples.
     terms: Option<fn(&Outcome, usize) -> Vec<f64>>,
 }
 
@@ -77,14 +77,14 @@ const OF_LABELS: &[Metric] = &[
         ..Metric::of_labels("balanced_accuracy", "balanced accuracy")
     },
     Metric {
-        unit: Unit::Number,
+        unit: MetricUnit::Number,
         direction: Direction::Lower,
         is_shown: false,
         of: |task, outcome| Ok(calibration(task, outcome)?.0),
         ..Metric::of_labels("calibration_error", "calibration error")
     },
     Metric {
-        unit: Unit::Number,
+        unit: MetricUnit::Number,
         direction: Direction::Lower,
         is_shown: false,
         of: |task, outcome| Ok(calibration(task, outcome)?.1),
@@ -99,15 +99,15 @@ const OF_VALUES: &[Metric] = &[
         terms: Some(|outcome, width| {
             errors(outcome, width).iter().map(|row| mean_sd(&absolute(row)).0).collect()
         }),
-        ..Metric::of_values("mae", "MAE", Unit::Quantity, Direction::Lower)
+        ..Metric::of_values("mae", "MAE", MetricUnit::Quantity, Direction::Lower)
     },
     Metric {
         of: |task, outcome| mean_over(task, outcome, |errors, _| mean_sd(&squares(errors)).0.sqrt()),
-        ..Metric::of_values("rmse", "RMSE", Unit::Quantity, Direction::Lower)
+        ..Metric::of_values("rmse", "RMSE", MetricUnit::Quantity, Direction::Lower)
     },
     Metric {
         of: |task, outcome| mean_over(task, outcome, r_squared),
-        ..Metric::of_values("r2", "R²", Unit::Number, Direction::Higher)
+        ..Metric::of_values("r2", "R²", MetricUnit::Number, Direction::Higher)
     },
 ];
 
@@ -121,11 +121,16 @@ pub fn metrics(task: &Task) -> &'static [Metric] {
 
 impl Metric {
     const fn of_labels(name: &'static str, title: &'static str) -> Self {
-        let (unit, direction) = (Unit::Percent, Direction::Higher);
+        let (unit, direction) = (MetricUnit::Percent, Direction::Higher);
         Metric { name, title, unit, direction, is_shown: true, of: |_, _| Ok(0.0), terms: None }
     }
 
-    const fn of_values(name: &'static str, title: &'static str, unit: Unit, direction: Direction) -> Self {
+    const fn of_values(
+        name: &'static str,
+        title: &'static str,
+        unit: MetricUnit,
+        direction: Direction,
+    ) -> Self {
         Metric { name, title, unit, direction, is_shown: true, of: |_, _| Ok(0.0), terms: None }
     }
 
@@ -147,7 +152,7 @@ impl Metric {
         (self.of)(task, outcome)
     }
 
-    /// Returns what each sample adds: the metric is their mean times [`Unit::scale`]. None where it is no mean over
+    /// Returns what each sample adds: the metric is their mean times [`MetricUnit::scale`]. None where it is no mean over
     /// samples.
     pub fn terms(&self, task: &Task, outcome: &Outcome) -> Option<Vec<f64>> {
         let width = match task {
@@ -169,9 +174,9 @@ impl Metric {
     /// Returns what its values are counted in: `%`, or the unit of the first quantity; none of a plain number.
     pub fn unit_of(&self, task: &Task) -> Option<String> {
         match self.unit {
-            Unit::Percent => Some("%".into()),
-            Unit::Number => None,
-            Unit::Quantity => task.quantities().first()?.unit.clone(),
+            MetricUnit::Percent => Some("%".into()),
+            MetricUnit::Number => None,
+            MetricUnit::Quantity => task.quantities().first()?.unit.clone(),
         }
     }
 

@@ -40,7 +40,7 @@ pub struct Card {
     pub paper: String,
     /// A network or a baseline.
     #[serde(rename = "estimator", alias = "anatomy")]
-    pub kind: Kind,
+    pub kind: ModelKind,
     /// One raw sample: layout, shape, unit, rate, full scale.
     #[serde(rename = "reading")]
     pub spec: SampleSpec,
@@ -66,7 +66,7 @@ pub struct Card {
 /// A network or a baseline, with all that opening it needs besides tensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
-pub enum Kind {
+pub enum ModelKind {
     /// A network.
     Network {
         /// The network itself.
@@ -170,16 +170,16 @@ impl Card {
     /// The network; none for a baseline.
     pub fn graph(&self) -> Option<&Graph> {
         match &self.kind {
-            Kind::Network { graph, .. } => Some(graph),
-            Kind::Baseline { .. } => None,
+            ModelKind::Network { graph, .. } => Some(graph),
+            ModelKind::Baseline { .. } => None,
         }
     }
 
     /// Samples that are answered at a time.
     pub fn batch(&self) -> usize {
         match self.kind {
-            Kind::Network { batch, .. } => batch,
-            Kind::Baseline { .. } => 64,
+            ModelKind::Network { batch, .. } => batch,
+            ModelKind::Baseline { .. } => 64,
         }
     }
 }
@@ -217,7 +217,7 @@ impl Card {
     fn write_kind(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let paper = if self.paper.is_empty() { String::new() } else { format!(" ({})", self.paper) };
         match &self.kind {
-            Kind::Network { graph, .. } => {
+            ModelKind::Network { graph, .. } => {
                 let cost = graph.cost();
                 let network =
                     if graph.name() == self.name { String::new() } else { format!(": {}", graph.name()) };
@@ -228,7 +228,7 @@ impl Card {
                     format!("{} parameters, {} MACs", thousands(cost.parameters), thousands(cost.macs)),
                 )
             }
-            Kind::Baseline { method, .. } => {
+            ModelKind::Baseline { method, .. } => {
                 line(f, "baseline", format!("{}{paper}", self.name))?;
                 let method = serde_json::to_value(method).map_err(|_| fmt::Error)?;
                 let settings = method.as_object().into_iter().flatten().filter(|(key, _)| *key != "name");

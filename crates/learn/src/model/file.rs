@@ -9,7 +9,7 @@ use taxel_checkpoint::Cause;
 use taxel_data::hash_words;
 use taxel_graph::{Graph, Weights};
 
-use super::card::{Card, FORMAT, Kind, Quantized, TrainedOn, TrainingPart};
+use super::card::{Card, FORMAT, ModelKind, Quantized, TrainedOn, TrainingPart};
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
@@ -210,8 +210,10 @@ fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
     let refuse = |reason: String| Error::damaged(path, reason);
     check_reading(card).map_err(refuse)?;
     match &card.kind {
-        Kind::Network { graph, batch, .. } => check_network(card, weights, graph, *batch).map_err(refuse)?,
-        Kind::Baseline { method, series } => {
+        ModelKind::Network { graph, batch, .. } => {
+            check_network(card, weights, graph, *batch).map_err(refuse)?
+        }
+        ModelKind::Baseline { method, series } => {
             check_baseline(card, weights, *method, *series).map_err(refuse)?;
         }
     }

@@ -10,7 +10,7 @@ mod ready;
 pub(crate) mod responder;
 mod workspace;
 
-pub use card::{Card, FORMAT, Kind, ModelInput, Quantized, Score, TrainedOn, TrainingPart};
+pub use card::{Card, FORMAT, ModelInput, ModelKind, Quantized, Score, TrainedOn, TrainingPart};
 pub use file::Model;
 pub(crate) use file::digest;
 pub use predictions::Predictions;

@@ -20,7 +20,7 @@ pub struct Predictions {
 
 /// One attribute of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer<'a> {
+pub struct Prediction<'a> {
     /// Name of the attribute.
     pub attribute: &'a str,
     /// The likeliest class or level.
@@ -65,8 +65,8 @@ impl Predictions {
     }
 
     /// Returns the answers to sample `i`, one per attribute; none of values.
-    pub fn answers(&self, i: usize) -> Vec<Answer<'_>> {
-        let class = Classes(&self.task);
+    pub fn answers(&self, i: usize) -> Vec<Prediction<'_>> {
+        let class = TaskAttributes(&self.task);
         let width = class.count();
         let labels = &self.labels[i * width..(i + 1) * width];
         let mut outputs = self.row(i);
@@ -74,7 +74,7 @@ impl Predictions {
         for (at, &label) in labels.iter().enumerate() {
             let (attribute, classes) = class.attribute(at);
             let probability = outputs[label as usize];
-            answers.push(Answer { attribute, class: &classes[label as usize], probability });
+            answers.push(Prediction { attribute, class: &classes[label as usize], probability });
             outputs = &outputs[classes.len()..];
         }
         answers
@@ -87,9 +87,9 @@ impl Predictions {
 }
 
 /// The attributes of a task without a copy of their names.
-struct Classes<'t>(&'t Task);
+struct TaskAttributes<'t>(&'t Task);
 
-impl<'t> Classes<'t> {
+impl<'t> TaskAttributes<'t> {
     fn count(&self) -> usize {
         match self.0 {
             Task::Classes(_) => 1,

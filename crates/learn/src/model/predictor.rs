@@ -14,7 +14,7 @@ use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
 
 /// Raw samples `[n, ..]`, whoever owns them.
-type Samples = ArrayRef<f32, IxDyn>;
+type RawSamples = ArrayRef<f32, IxDyn>;
 
 /// Raw values that are encoded together, about: 1 MiB of them.
 const PIECE: usize = 1 << 18;
@@ -63,7 +63,7 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Predictor::encode`], but that nothing is encoded.
-    pub fn found(&self, x: &Samples) -> Result<Vec<Vec<Found>>> {
+    pub fn found(&self, x: &RawSamples) -> Result<Vec<Vec<Found>>> {
         let x = &*self.kept(x);
         self.check(x)?;
         Ok(match &self.guard {
@@ -81,16 +81,16 @@ impl Predictor {
     ///
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
-    pub fn encode(&self, x: &Samples) -> Result<Vec<ArrayD<f32>>> {
+    pub fn encode(&self, x: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
         let kept = self.kept(x);
         self.check(&kept)?;
         self.encode_checked(&kept)
     }
 
     /// [`Predictor::encode`] of samples that are known to be of the model's shape, and finite.
-    fn encode_checked(&self, kept: &Samples) -> Result<Vec<ArrayD<f32>>> {
+    fn encode_checked(&self, kept: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
         let behind = self.guard.as_ref().map(|guard| mended(guard, kept).0);
-        let x: &Samples = behind.as_deref().unwrap_or(kept);
+        let x: &RawSamples = behind.as_deref().unwrap_or(kept);
         let inputs = self.card.inputs.iter();
         inputs
             .map(|ModelInput { transform, .. }| match encoded(transform, x, &self.card.name) {
@@ -159,7 +159,7 @@ impl Predictor {
     }
 
     /// Of whole recordings the channels that the model was trained on.
-    fn kept<'x>(&self, x: &'x Samples) -> CowArray<'x, f32, IxDyn> {
+    fn kept<'x>(&self, x: &'x RawSamples) -> CowArray<'x, f32, IxDyn> {
         let spec = &self.card.spec;
         match (&spec.channels, x.shape()) {
             (Some(channels), [_, given, ..])
@@ -177,7 +177,7 @@ impl Predictor {
         Error::Samples { model: self.card.name.clone(), expected, given }
     }
 
-    fn check(&self, x: &Samples) -> Result<()> {
+    fn check(&self, x: &RawSamples) -> Result<()> {
         let refuse = |given: String| Err(self.refuse(given));
         match x.shape() {
             [] | [0, ..] => return refuse("there are none".into()),
@@ -216,7 +216,7 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::answer`].
-    pub fn predict(&self, x: &Samples) -> Result<Predictions> {
+    pub fn predict(&self, x: &RawSamples) -> Result<Predictions> {
         let kept = self.kept(x);
         self.check(&kept)?;
         let n = kept.len_of(Axis(0));
@@ -238,7 +238,7 @@ impl Predictor {
 }
 
 /// Raw samples `[n, ..]` to one input, sample by sample.
-fn encoded(transform: &Transform, x: &Samples, source: &str) -> Result<ArrayD<f32>> {
+fn encoded(transform: &Transform, x: &RawSamples, source: &str) -> Result<ArrayD<f32>> {
     let mut encoder = transform.compile(x.shape().get(1..).unwrap_or_default(), source)?;
     let shape = [&[x.len_of(Axis(0))], encoder.shape()].concat();
     let each = encoder.shape().iter().product::<usize>().max(1);

@@ -2,9 +2,9 @@
 
 use taxel_graph::{Loss, Weights};
 
-use super::card::{Card, Kind};
+use super::card::{Card, ModelKind};
 use super::responder::Responder;
-use super::workspace::Memory;
+use super::workspace::ModelMemory;
 use crate::error::{Error, Result};
 use crate::estimator::baseline::FittedBaseline;
 use crate::training::objective::probabilities;
@@ -12,13 +12,14 @@ use crate::training::objective::probabilities;
 /// A frozen network or a fitted baseline.
 pub(crate) trait Ready: Send + Sync {
     /// Makes memory for one thread that asks sample by sample.
-    fn memory(&self) -> Memory;
+    fn memory(&self) -> ModelMemory;
 
     /// Predicts one encoded sample; false for the memory of another model. Nothing is allocated after the first.
     ///
     /// # Errors
     /// Inputs of another length, or that are not finite.
-    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut Memory, outputs: &mut [f32]) -> Result<bool>;
+    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, outputs: &mut [f32])
+    -> Result<bool>;
 
     /// Predicts `n` encoded samples: outputs `[n, outputs]`, row-major.
     ///
@@ -33,12 +34,12 @@ pub(crate) trait Ready: Send + Sync {
 /// Tensors that do not fit the card, threads that cannot be started.
 pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Box<dyn Ready>> {
     match &card.kind {
-        Kind::Network { graph, loss, .. } => {
+        ModelKind::Network { graph, loss, .. } => {
             let ranges = card.quantized.as_ref().map(|quantized| &quantized.ranges);
             let responder = Responder::new(graph, weights, ranges, batch, threads)?;
             Ok(Box::new(ReadyNetwork { responder, loss: *loss, outputs: card.task.outputs() }))
         }
-        Kind::Baseline { method, series } => {
+        ModelKind::Baseline { method, series } => {
             let fitted = FittedBaseline::read(*method, *series, &card.task, weights);
             let refuse = |source| Error::Baseline { baseline: card.name.clone(), source };
             Ok(Box::new(ReadyBaseline { fitted: fitted.map_err(refuse)?, name: card.name.clone() }))
@@ -53,12 +54,17 @@ struct ReadyNetwork {
 }
 
 impl Ready for ReadyNetwork {
-    fn memory(&self) -> Memory {
-        Memory::Network(Box::new(self.responder.frozen().workspace()))
+    fn memory(&self) -> ModelMemory {
+        ModelMemory::Network(Box::new(self.responder.frozen().workspace()))
     }
 
-    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut Memory, outputs: &mut [f32]) -> Result<bool> {
-        let Memory::Network(memory) = memory else { return Ok(false) };
+    fn predict_one(
+        &self,
+        inputs: &[Vec<f32>],
+        memory: &mut ModelMemory,
+        outputs: &mut [f32],
+    ) -> Result<bool> {
+        let ModelMemory::Network(memory) = memory else { return Ok(false) };
         let mut few: [&[f32]; 2] = [&[]; 2];
         let many: Vec<&[f32]>;
         let slices = match few.get_mut(..inputs.len()) {
@@ -89,12 +95,17 @@ struct ReadyBaseline {
 }
 
 impl Ready for ReadyBaseline {
-    fn memory(&self) -> Memory {
-        Memory::Baseline(self.fitted.workspaces())
+    fn memory(&self) -> ModelMemory {
+        ModelMemory::Baseline(self.fitted.workspaces())
     }
 
-    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut Memory, outputs: &mut [f32]) -> Result<bool> {
-        let (Memory::Baseline(memory), [series]) = (memory, inputs) else { return Ok(false) };
+    fn predict_one(
+        &self,
+        inputs: &[Vec<f32>],
+        memory: &mut ModelMemory,
+        outputs: &mut [f32],
+    ) -> Result<bool> {
+        let (ModelMemory::Baseline(memory), [series]) = (memory, inputs) else { return Ok(false) };
         self.fitted.predict_one(series, memory, outputs)?;
         Ok(true)
     }

@@ -12,7 +12,7 @@ pub struct Workspace {
     pub(super) encoders: Vec<Compiled>,
     /// Of the last reading.
     pub(super) inputs: Vec<Vec<f32>>,
-    pub(super) memory: Memory,
+    pub(super) memory: ModelMemory,
     /// Of the last answer.
     pub(super) probabilities: Vec<f32>,
 }
@@ -33,14 +33,19 @@ impl Mended {
 }
 
 /// Memory of a kind of model.
-pub(crate) enum Memory {
+pub(crate) enum ModelMemory {
     Network(Box<runtime::Workspace>),
     /// One of each attribute.
     Baseline(Vec<taxel_baselines::Workspace>),
 }
 
 impl Workspace {
-    pub(super) fn new(watch: Option<Watch>, encoders: Vec<Compiled>, memory: Memory, outputs: usize) -> Self {
+    pub(super) fn new(
+        watch: Option<Watch>,
+        encoders: Vec<Compiled>,
+        memory: ModelMemory,
+        outputs: usize,
+    ) -> Self {
         let input = |encoder: &Compiled| vec![0.0; encoder.shape().iter().product()];
         let inputs = encoders.iter().map(input).collect();
         let guard = watch.map(|watch| {

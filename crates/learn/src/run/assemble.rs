@@ -10,7 +10,7 @@ use crate::json_file::{write_atomic, write_json};
 use crate::metrics::{Metric, Outcome};
 use crate::run::folder::RunFolder;
 use crate::run::records::{FoldKey, FoldRecord, Timing};
-use crate::run::results::{Frame, Results};
+use crate::run::results::{Results, ScoringContext};
 
 /// Puts the finished folds, in the order of the run, into the results.
 ///
@@ -20,7 +20,7 @@ pub(crate) fn fill(
     results: &mut Results,
     all: &[FoldKey],
     records: &[FoldRecord],
-    frame: &Frame,
+    frame: &ScoringContext,
 ) -> Result<()> {
     for network in &mut results.networks {
         let of_row: Vec<&FoldRecord> = records.iter().filter(|r| r.key.network == network.network).collect();

@@ -14,11 +14,11 @@ use crate::problem::{Problem, require};
 use crate::progress::{Progress, Silent};
 use crate::run::folder::{Identity, RunFolder};
 use crate::run::options::RunOptions;
-use crate::run::plan::Plan;
+use crate::run::plan::RunPlan;
 use crate::run::protocol::Protocol;
 use crate::run::records::FoldKey;
 use crate::run::results::Results;
-use crate::run::run::Run;
+use crate::run::run::ActiveRun;
 
 /// Networks and baselines that are trained and tested on the same folds of one data set.
 ///
@@ -116,7 +116,7 @@ impl<'a> CrossValidation<'a> {
     /// As [`CrossValidation::run_in`].
     pub fn run(self) -> Result<Results> {
         let (plan, options) = (self.plan()?, RunOptions::default());
-        let mut run = Run::new(plan, &options, None);
+        let mut run = ActiveRun::new(plan, &options, None);
         run.all(&Silent, &AtomicBool::new(false))?;
         run.into_results()
     }
@@ -164,7 +164,7 @@ impl<'a> CrossValidation<'a> {
         }
         plan.say(progress);
         let (folder, lock) = RunFolder::prepare(out, identity, options.resume)?;
-        let mut run = Run::new(plan, options, Some(folder.clone()));
+        let mut run = ActiveRun::new(plan, options, Some(folder.clone()));
         run.begin(progress)?;
         let outcome = run.all(progress, cancel);
         progress.finish();
@@ -174,7 +174,7 @@ impl<'a> CrossValidation<'a> {
         outcome.map(|()| folder)
     }
 
-    fn plan(mut self) -> Result<Plan<'a>> {
+    fn plan(mut self) -> Result<RunPlan<'a>> {
         file_name("name", &self.name)?;
         self.protocol.check().map_err(|problem| problem.below("protocol"))?;
         self.encoding.check().map_err(|problem| problem.below("encoding"))?;
@@ -187,7 +187,7 @@ impl<'a> CrossValidation<'a> {
         }
         let names: Vec<&str> = self.candidates.iter().flat_map(Candidate::inputs).collect();
         self.encoder.prepare(&names)?;
-        let mut plan = Plan::new(
+        let mut plan = RunPlan::new(
             self.name,
             self.title,
             self.protocol,

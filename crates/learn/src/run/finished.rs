@@ -5,7 +5,7 @@ use taxel_data::Dataset;
 use crate::error::{Error, Result};
 use crate::run::folder::RunFolder;
 use crate::run::records::{FoldKey, FoldRecord};
-use crate::run::results::{Frame, NetworkResults, Results};
+use crate::run::results::{NetworkResults, Results, ScoringContext};
 use crate::run::run_models::older;
 
 impl RunFolder {
@@ -28,8 +28,8 @@ impl RunFolder {
         {
             return Err(refuse("names other samples or classes than the data have".into()));
         }
-        let frame =
-            Frame::of(dataset, &results.look_alikes, results.seed).map_err(|e| refuse(e.to_string()))?;
+        let frame = ScoringContext::of(dataset, &results.look_alikes, results.seed)
+            .map_err(|e| refuse(e.to_string()))?;
         let mut records = vec![];
         for network in &results.networks {
             let of_row = self.records_of(network, dataset)?;

@@ -11,10 +11,10 @@ use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::run::protocol::Protocol;
 use crate::run::records::FoldKey;
-use crate::run::results::{Frame, NetworkResults, Results};
+use crate::run::results::{NetworkResults, Results, ScoringContext};
 
 /// One row of the table: a candidate, in a learning curve with one number of samples.
-pub(crate) struct Row {
+pub(crate) struct PlannedRow {
     /// Name of the row.
     pub name: String,
     /// Position of the candidate.
@@ -24,25 +24,25 @@ pub(crate) struct Row {
 }
 
 /// Everything that a run needs to know before it begins.
-pub(crate) struct Plan<'a> {
+pub(crate) struct RunPlan<'a> {
     pub dataset: &'a Dataset,
     pub encoder: Encoder<'a>,
     pub protocol: Protocol,
     pub seed: u64,
     pub candidates: Vec<Candidate>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<PlannedRow>,
     /// Folds of each repetition.
     pub folds: Vec<Vec<Fold>>,
     /// Every fold of every row, in the order in which they are run.
     pub keys: Vec<FoldKey>,
     /// Facts about the samples that scores need.
-    pub frame: Frame,
+    pub frame: ScoringContext,
     /// Results without a score.
     pub results: Results,
     drawn: Vec<(String, Vec<String>)>,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> RunPlan<'a> {
     /// Divides the samples and checks that every candidate can be trained on them; baselines that cannot be
     /// are left out.
     ///
@@ -94,10 +94,10 @@ impl<'a> Plan<'a> {
             ..Results::empty(dataset, &protocol, seed)
         };
         let names = rows.iter().map(|row| row.name.as_str());
-        Ok(Plan {
+        Ok(RunPlan {
             dataset,
             keys: FoldKey::all(names, folds.len(), per_row),
-            frame: Frame::of(dataset, look_alikes, seed)?,
+            frame: ScoringContext::of(dataset, look_alikes, seed)?,
             encoder,
             protocol,
             seed,
@@ -118,7 +118,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The row of a fold.
-    pub fn row(&self, key: &FoldKey) -> Option<&Row> {
+    pub fn row(&self, key: &FoldKey) -> Option<&PlannedRow> {
         self.rows.iter().find(|row| row.name == key.network)
     }
 
@@ -130,12 +130,12 @@ impl<'a> Plan<'a> {
 }
 
 /// One row per candidate; of a learning curve one per number of samples. Rows name files: no two are alike.
-fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<Row>> {
-    let mut rows: Vec<Row> = vec![];
+fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<PlannedRow>> {
+    let mut rows: Vec<PlannedRow> = vec![];
     for (candidate, one) in candidates.iter().enumerate() {
         match protocol.per_class() {
-            None => rows.push(Row { name: one.name.clone(), candidate, few: None }),
-            Some(counts) => rows.extend(counts.iter().enumerate().map(|(fold, &count)| Row {
+            None => rows.push(PlannedRow { name: one.name.clone(), candidate, few: None }),
+            Some(counts) => rows.extend(counts.iter().enumerate().map(|(fold, &count)| PlannedRow {
                 name: few_name(&one.name, count),
                 candidate,
                 few: Some((count, fold)),
@@ -182,7 +182,7 @@ pub(crate) fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
 }
 
 /// How the row was trained under faults; in a learning curve its twin has as many samples.
-fn hardening(row: &Row, candidate: &Candidate) -> Option<Hardening> {
+fn hardening(row: &PlannedRow, candidate: &Candidate) -> Option<Hardening> {
     let of_twin = |clean: &String| match row.few {
         Some((count, _)) => few_name(clean, count),
         None => clean.clone(),
@@ -198,7 +198,7 @@ fn few_name(name: &str, count: usize) -> String {
     format!("{name}.n{count}")
 }
 
-fn empty_row(row: &Row, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {
+fn empty_row(row: &PlannedRow, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {
     NetworkResults {
         network: row.name.clone(),
         candidate: candidate.name.clone(),

@@ -13,7 +13,7 @@ use crate::model::{Model, TrainedOn};
 use crate::run::assemble::{assemble, fill};
 use crate::run::folder::RunFolder;
 use crate::run::records::{Costs, FoldKey, FoldRecord, Timing};
-use crate::run::results::{FoldScores, Frame, NetworkResults, Results};
+use crate::run::results::{FoldScores, NetworkResults, Results, ScoringContext};
 use crate::run::table_latency::of_model;
 
 /// Puts every network of a finished run beside itself in eight bits, as `<name>.int8`: each fold's model, calibrated on
@@ -33,7 +33,7 @@ pub fn quantize_run(folder: &RunFolder, dataset: &Dataset, say: &dyn Fn(&str)) -
     let folds: Vec<Vec<Fold>> = (0..results.protocol.repetitions())
         .map(|repetition| results.protocol.folds(dataset, results.seed, repetition))
         .collect::<Result<_>>()?;
-    let frame = Frame::of(dataset, &results.look_alikes, results.seed)?;
+    let frame = ScoringContext::of(dataset, &results.look_alikes, results.seed)?;
     let (mut rows, mut made, mut all) = (vec![], vec![], vec![]);
     for float in std::mem::take(&mut results.networks) {
         let of_row: Vec<FoldRecord> =

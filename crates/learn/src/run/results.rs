@@ -192,7 +192,7 @@ impl Results {
 
 /// Facts about the data that scores need besides the predictions.
 #[derive(Debug, Clone)]
-pub(crate) struct Frame {
+pub(crate) struct ScoringContext {
     /// The task.
     pub task: Task,
     /// The cluster of each sample, which the bootstrap draws as one.
@@ -203,7 +203,7 @@ pub(crate) struct Frame {
     pub seed: u64,
 }
 
-impl Frame {
+impl ScoringContext {
     /// Collects the facts about these samples.
     ///
     /// # Errors
@@ -230,7 +230,7 @@ impl Frame {
             let value = format!("{:?}", names[class]);
             return Err(Problem::new("data.look_alikes", value, reason).into());
         }
-        Ok(Frame { task, clusters: dataset.clusters(), look_alikes: groups, seed })
+        Ok(ScoringContext { task, clusters: dataset.clusters(), look_alikes: groups, seed })
     }
 }
 
@@ -253,7 +253,7 @@ fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
 
 impl NetworkResults {
     /// Puts the finished folds and all that follows from them in.
-    pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
+    pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<()> {
         self.tally(records, frame)?;
         self.diverged = self.folds.iter().filter(|fold| fold.diverged).count();
         self.interval = interval(&self.network, records, frame);
@@ -291,7 +291,7 @@ impl NetworkResults {
     }
 
     /// Whether the row is what follows from the records of its folds; the interval is not drawn again.
-    pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &Frame) -> Result<bool> {
+    pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<bool> {
         let mut again = self.clone();
         again.tally(records, frame)?;
         // A folder of an older version knows fewer metrics.
@@ -305,7 +305,7 @@ impl NetworkResults {
     }
 
     /// Everything but the interval and the count of diverged folds.
-    fn tally(&mut self, records: &[&FoldRecord], frame: &Frame) -> Result<()> {
+    fn tally(&mut self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<()> {
         self.folds.clear();
         let mut sums: Vec<Confusion> = vec![];
         for record in records {
@@ -351,7 +351,7 @@ impl NetworkResults {
 
 /// Returns the 95 % bootstrap interval of the primary metric over the folds' samples; none for a single cluster, or for
 /// a metric that is no mean over samples.
-fn interval(network: &str, records: &[&FoldRecord], frame: &Frame) -> Option<[f64; 2]> {
+fn interval(network: &str, records: &[&FoldRecord], frame: &ScoringContext) -> Option<[f64; 2]> {
     let primary = Metric::primary(&frame.task);
     let (mut terms, mut clusters) = (vec![], vec![]);
     for record in records {

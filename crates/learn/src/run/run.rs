@@ -7,7 +7,7 @@ use taxel_data::Dataset;
 
 use crate::error::{Error, Result};
 use crate::estimator::candidate::Candidate;
-use crate::estimator::train_fold::{Job, train_fold};
+use crate::estimator::train_fold::{FoldJob, train_fold};
 use crate::json_file::{write_atomic, write_json};
 use crate::model::Model;
 use crate::progress::Progress;
@@ -15,7 +15,7 @@ use crate::run::assemble::{assemble, fill};
 use crate::run::environment::Environment;
 use crate::run::folder::{ENVIRONMENT, RunFolder};
 use crate::run::options::RunOptions;
-use crate::run::plan::{Plan, shortcut};
+use crate::run::plan::{RunPlan, shortcut};
 use crate::run::quantized_run::kept;
 use crate::run::records::{FoldKey, FoldRecord, Timing};
 use crate::run::results::Results;
@@ -26,8 +26,8 @@ use crate::training::hooks::Hooks;
 use crate::training::session::Saver;
 
 /// A run that is under way.
-pub(crate) struct Run<'a> {
-    plan: Plan<'a>,
+pub(crate) struct ActiveRun<'a> {
+    plan: RunPlan<'a>,
     folder: Option<RunFolder>,
     options: &'a RunOptions,
     records: Vec<FoldRecord>,
@@ -43,11 +43,11 @@ struct Finished {
     timing: Timing,
 }
 
-impl<'a> Run<'a> {
+impl<'a> ActiveRun<'a> {
     /// A run that writes to `folder`, or keeps its records in memory.
-    pub fn new(mut plan: Plan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
+    pub fn new(mut plan: RunPlan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
         plan.results.shortcut = shortcut(plan.dataset);
-        Run {
+        ActiveRun {
             plan,
             folder,
             options,
@@ -112,7 +112,7 @@ impl<'a> Run<'a> {
     fn keep_eight_bits(&mut self, folder: &RunFolder, before: Results) -> Result<()> {
         let (dataset, again) = (self.plan.dataset, self.options.time_again);
         for (row, records) in kept(folder, before, &self.records, dataset)? {
-            let Plan { results, keys, .. } = &mut self.plan;
+            let RunPlan { results, keys, .. } = &mut self.plan;
             let float = row.quantized.as_deref();
             let beside = results.networks.iter().position(|row| Some(row.network.as_str()) == float);
             let after = keys.iter().rposition(|key| Some(key.network.as_str()) == float);
@@ -217,9 +217,9 @@ impl<'a> Run<'a> {
     fn one(&self, key: &FoldKey, progress: &dyn Progress, cancel: &AtomicBool) -> Result<Option<Finished>> {
         #[expect(clippy::expect_used, reason = "keys are made of the plan's rows")]
         let candidate = self.candidate(key).expect("a row of the plan");
-        let Plan { dataset, encoder, protocol, seed, .. } = &self.plan;
+        let RunPlan { dataset, encoder, protocol, seed, .. } = &self.plan;
         let fold = self.fold(key);
-        let job = Job {
+        let job = FoldJob {
             candidate,
             protocol,
             seed: *seed,

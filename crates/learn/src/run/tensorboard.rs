@@ -23,11 +23,11 @@ struct Event {
     #[prost(string, optional, tag = "3")]
     file_version: Option<String>,
     #[prost(message, optional, tag = "5")]
-    summary: Option<Summary>,
+    summary: Option<EventSummary>,
 }
 
 #[derive(Clone, PartialEq, Message)]
-struct Summary {
+struct EventSummary {
     #[prost(message, repeated, tag = "1")]
     values: Vec<Scalar>,
 }
@@ -66,7 +66,7 @@ fn event(epoch: usize, scalars: &[(&str, Option<f64>)]) -> Event {
     Event {
         wall_time: Some(epoch as f64),
         step: Some(epoch as i64),
-        summary: Some(Summary { values: scalars.iter().filter_map(scalar).collect() }),
+        summary: Some(EventSummary { values: scalars.iter().filter_map(scalar).collect() }),
         ..Event::default()
     }
 }

@@ -9,14 +9,14 @@ use crate::encoding::{Compiled, Input};
 use crate::error::Result;
 use crate::problem::fault_problem;
 use crate::sensor::sensor;
-use crate::training::part::Part;
+use crate::training::part::TrainingKey;
 
 /// Breaks the samples of one training and encodes them.
 pub(crate) struct Breaker<'a> {
     plan: Plan,
     sensor: Sensor,
     dataset: &'a Dataset,
-    part: Part,
+    part: TrainingKey,
     encoders: Vec<Compiled>,
     /// The guard, which stands before the network in training as in prediction.
     guard: Option<Watch>,
@@ -35,7 +35,7 @@ impl<'a> Breaker<'a> {
         dataset: &'a Dataset,
         rows: &[usize],
         inputs: &[&Input],
-        part: Part,
+        part: TrainingKey,
     ) -> Result<Option<Self>> {
         if faults.is_clean() {
             return Ok(None);

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use taxel_engine::{Evaluator, Options, Workspace};
+use taxel_engine::{EngineOptions, Evaluator, Workspace};
 use taxel_graph::{Graph, Halves, Node, Op, Weights};
 
 use crate::encoding::Encoded;
@@ -60,7 +60,7 @@ pub(crate) fn is_norm(node: &Node) -> bool {
 }
 
 /// Features by sample.
-type Features = HashMap<usize, Vec<f32>>;
+type FeaturesBySample = HashMap<usize, Vec<f32>>;
 
 /// The features that were made last, for trainings that begin with the same body and the same inputs.
 #[derive(Debug, Default)]
@@ -79,11 +79,16 @@ struct Made {
     body: Graph,
     weights: String,
     inputs: Vec<Arc<Encoded>>,
-    features: Arc<Mutex<Features>>,
+    features: Arc<Mutex<FeaturesBySample>>,
 }
 
 impl Last {
-    fn features(&self, body: &Graph, weights: &Weights, inputs: &[Arc<Encoded>]) -> Arc<Mutex<Features>> {
+    fn features(
+        &self,
+        body: &Graph,
+        weights: &Weights,
+        inputs: &[Arc<Encoded>],
+    ) -> Arc<Mutex<FeaturesBySample>> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let weights = digest(weights);
         let same = |made: &&Made| {
@@ -105,7 +110,7 @@ pub(crate) struct CachedFeatures {
     source: FeatureSource,
     batch: usize,
     inputs: Vec<Arc<Encoded>>,
-    features: Arc<Mutex<Features>>,
+    features: Arc<Mutex<FeaturesBySample>>,
     /// Features of the rows that were gathered last, one after the other.
     gathered: Vec<f32>,
 }
@@ -125,7 +130,7 @@ impl CachedFeatures {
         body: &Graph,
         weights: &Weights,
         inputs: Vec<Arc<Encoded>>,
-        options: Options,
+        options: EngineOptions,
         cache: &FeatureCache,
     ) -> Result<CachedFeatures> {
         let features = cache.learned.features(body, weights, &inputs);
@@ -166,7 +171,7 @@ impl CachedFeatures {
     }
 
     /// Makes those that are missing.
-    fn make(&mut self, rows: &[usize], features: &mut Features) -> Result<()> {
+    fn make(&mut self, rows: &[usize], features: &mut FeaturesBySample) -> Result<()> {
         let missing: Vec<usize> = rows.iter().copied().filter(|row| !features.contains_key(row)).collect();
         let mut values = vec![vec![]; self.inputs.len()];
         for rows in missing.chunks(self.batch) {
@@ -238,7 +243,7 @@ mod tests {
         };
         let (cache, x) = (FeatureCache::default(), encoded());
         let cached = |weights: &Weights, x: &Arc<Encoded>| {
-            let options = Options { batch: 2, ..Options::default() };
+            let options = EngineOptions { batch: 2, ..EngineOptions::default() };
             CachedFeatures::learned(&graph, weights, vec![Arc::clone(x)], options, &cache).unwrap()
         };
         let known = |cached: &CachedFeatures| cached.features.lock().unwrap().len();

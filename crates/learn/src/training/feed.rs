@@ -23,7 +23,7 @@ pub(crate) struct Feed<'a> {
 
 /// Changes to the samples of a training pass.
 #[derive(Clone, Copy)]
-pub(crate) struct Pass<'p> {
+pub(crate) struct TrainingPass<'p> {
     /// Names the pass to the generator of faults.
     pub occasion: &'p str,
     /// Random moves of images.
@@ -88,11 +88,16 @@ impl<'a> Feed<'a> {
     }
 
     /// A training pass over `rows`, or over what faults and augmentation make of them.
-    pub fn train<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], pass: Pass) -> Result<&'e [f32]> {
+    pub fn train<'e>(
+        &mut self,
+        engine: &'e mut Engine,
+        rows: &[usize],
+        pass: TrainingPass,
+    ) -> Result<&'e [f32]> {
         if self.features.is_some() {
             return self.forward(engine, rows, Mode::Train);
         }
-        let Pass { occasion, augment } = pass;
+        let TrainingPass { occasion, augment } = pass;
         self.gather(rows);
         if let Some(breaker) = &mut self.breaker {
             breaker.fill(rows, occasion, &mut self.batches)?;

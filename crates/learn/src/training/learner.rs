@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand::RngExt;
 use taxel_data::{Dataset, Key, Labels, Targets, Task};
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::{Graph, Halves, Op, Weights};
 
 use crate::encoding::{Encoded, Input};
@@ -16,10 +16,10 @@ use crate::training::epoch::Epoch;
 use crate::training::feature_cache::{
     CachedFeatures, FeatureCache, answer_alike, halves, is_norm, unchanged_nodes,
 };
-use crate::training::feed::{Feed, Pass, read_by};
+use crate::training::feed::{Feed, TrainingPass, read_by};
 use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
-use crate::training::part::Part;
+use crate::training::part::TrainingKey;
 use crate::training::recipe::{BatchNorm, Recipe};
 use crate::training::teacher::Teacher;
 
@@ -29,7 +29,7 @@ const AT_ONCE: usize = 64;
 /// An engine with what it learns.
 pub(crate) struct Learner<'d> {
     name: String,
-    part: Part,
+    part: TrainingKey,
     dropout: u64,
     recipe: Recipe,
     targets: &'d Targets,
@@ -58,12 +58,12 @@ pub(crate) struct Learner<'d> {
 }
 
 /// The settings of a learner.
-pub(crate) struct Work<'t> {
+pub(crate) struct LearnerSpec<'t> {
     pub name: &'t str,
     pub graph: &'t Graph,
     /// Tensors that it starts from; a head for another number of classes is drawn.
     pub start: Option<&'t Weights>,
-    pub part: Part,
+    pub part: TrainingKey,
     /// Worker threads; results do not depend on them.
     pub threads: usize,
     /// Whose answers it learns from beside the labels.
@@ -72,10 +72,10 @@ pub(crate) struct Work<'t> {
     pub cache: &'t FeatureCache,
 }
 
-impl Work<'_> {
+impl LearnerSpec<'_> {
     /// Returns the weights that training starts from.
     fn weights(&self, recipe: &Recipe) -> Result<Weights> {
-        let Work { graph, part, .. } = *self;
+        let LearnerSpec { graph, part, .. } = *self;
         let purpose = part.purpose(&format!("init/{}", graph.name()));
         let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
         if let Some(start) = self.start {
@@ -90,14 +90,14 @@ impl Work<'_> {
         &self,
         Halves { body, head }: &Halves,
         weights: &Weights,
-        options: Options,
+        options: EngineOptions,
         inputs: &[Input],
     ) -> Result<(Engine, CachedFeatures)> {
-        let answers = Options { frozen: vec![], ..options.clone() };
+        let answers = EngineOptions { frozen: vec![], ..options.clone() };
         let inputs = encoded(body, inputs);
         let features = CachedFeatures::learned(body, &weights.only(body), inputs, answers, self.cache)?;
         let frozen = left(head, self.graph, &options.frozen).map_err(taxel_engine::Error::from)?;
-        let options = Options { frozen, ..options };
+        let options = EngineOptions { frozen, ..options };
         Ok((Engine::new(head, &weights.only(head), options)?, features))
     }
 }
@@ -108,18 +108,18 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
     pub fn new(
-        work: &Work<'d>,
+        work: &LearnerSpec<'d>,
         recipe: &Recipe,
         dataset: &'d Dataset,
         inputs: &'d [Input],
         rows: &[usize],
         largest: usize,
     ) -> Result<Self> {
-        let Work { graph, part, .. } = *work;
+        let LearnerSpec { graph, part, .. } = *work;
         let labels = dataset.labels()?;
         let weights = work.weights(recipe)?;
         let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
-        let options = Options {
+        let options = EngineOptions {
             batch,
             threads: work.threads,
             frozen: recipe.frozen.clone(),
@@ -171,7 +171,7 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// [`Error::Diverged`] for a loss that is not finite.
     pub fn epoch(&mut self, epoch: usize, rows: &[usize], hooks: &mut Hooks) -> Result<Option<Epoch>> {
-        let Part { seed, repetition, fold } = self.part;
+        let TrainingKey { seed, repetition, fold } = self.part;
         let order = self.part.shuffled(rows, epoch);
         let lr = self.recipe.rate(epoch);
         let occasion = format!("e{epoch}");
@@ -184,7 +184,7 @@ impl<'d> Learner<'d> {
             self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
             let key = Key { seed, repetition, fold, epoch, sample: 0 };
             let augment = self.recipe.augment.as_ref().map(|augment| (augment, key));
-            let pass = Pass { occasion: &occasion, augment };
+            let pass = TrainingPass { occasion: &occasion, augment };
             let logits = self.feed.train(&mut self.engine, rows, pass)?;
             correct += self.objective.correct(logits, &labels);
             seen += labels.len();
@@ -240,7 +240,7 @@ impl<'d> Learner<'d> {
             if hooks.is_cancelled() {
                 return Ok(false);
             }
-            let pass = Pass { occasion: "population", augment: None };
+            let pass = TrainingPass { occasion: "population", augment: None };
             self.feed.train(&mut self.engine, rows, pass)?;
         }
         self.engine.end_population();
@@ -316,7 +316,7 @@ impl<'d> Learner<'d> {
     }
 
     fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {
-        let Part { repetition, fold, .. } = self.part;
+        let TrainingKey { repetition, fold, .. } = self.part;
         let network = self.name.clone();
         Error::Diverged { network, repetition, fold, epoch, batch, loss, lr: lr as f32 }
     }

@@ -15,8 +15,8 @@ use crate::run::records::OtherStatistics;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::halves;
 use crate::training::hooks::Hooks;
-use crate::training::learner::{Learner, Work};
-use crate::training::part::Part;
+use crate::training::learner::{Learner, LearnerSpec};
+use crate::training::part::TrainingKey;
 use crate::training::recipe::{BatchNorm, Recipe};
 use crate::training::session::{Best, Session};
 
@@ -88,7 +88,7 @@ impl Training<'_> {
     /// Digest of all that the weights depend on.
     fn digest(&self) -> String {
         let Trainable { graph, recipe, search, start } = self.network;
-        let Part { seed, repetition, fold } = self.set.part;
+        let TrainingKey { seed, repetition, fold } = self.set.part;
         let transforms: Vec<_> = self.set.inputs.iter().map(|input| (input.name, &input.transform)).collect();
         let mut settings = serde_json::json!({
             "graph": graph, "recipe": recipe, "search": search, "start": start.as_deref().map(digest),
@@ -231,7 +231,7 @@ impl Training<'_> {
         }
         let trials = session.state.trials.clone();
         let Some(best) = search.best(metric, &trials) else {
-            let Part { repetition, fold, .. } = self.set.part;
+            let TrainingKey { repetition, fold, .. } = self.set.part;
             return Err(Error::NothingChosen {
                 network: self.set.name.into(),
                 repetition,
@@ -254,7 +254,7 @@ impl Training<'_> {
         hooks: &mut Hooks,
     ) -> Result<Option<Learner<'_>>> {
         let recipe = &recipe.for_samples(rows.len());
-        let work = Work {
+        let work = LearnerSpec {
             name: self.set.name,
             graph: &self.network.graph,
             start: self.network.start.as_deref(),

@@ -147,7 +147,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use serde_json::Value;
-    use taxel_engine::{Engine, Mode, Options};
+    use taxel_engine::{Engine, EngineOptions, Mode};
     use taxel_graph::{Network, Scheme, Tensor, Weights};
 
     use super::*;
@@ -177,7 +177,7 @@ mod tests {
         weights.insert("fc.weight", Tensor { shape: vec![outputs, outputs], data: eye });
         weights.insert("fc.bias", Tensor { shape: vec![outputs], data: vec![0.0; outputs] });
         let n = logits.len() / outputs;
-        let options = Options { batch: n, ..Options::default() };
+        let options = EngineOptions { batch: n, ..EngineOptions::default() };
         let mut engine = Engine::new(&graph, &weights, options).unwrap();
         engine.forward(&[logits], n, Mode::Train).unwrap();
         let loss =
@@ -263,7 +263,8 @@ mod tests {
         let flow = net.input("features", &[1, features]).flatten().linear("fc", classes);
         let graph = net.finish(&[("logits", flow)]).unwrap();
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "machine");
-        let mut engine = Engine::new(&graph, &weights, Options { batch: n, ..Options::default() }).unwrap();
+        let mut engine =
+            Engine::new(&graph, &weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
         let weight_decay = case["l2"].as_f64().unwrap() as f32;
         let mut loss = 0.0;
         for step in 0..4000 {

@@ -6,7 +6,7 @@ use crate::error::Result;
 
 /// Which training of an experiment: every random choice depends on it and on nothing else.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
+pub struct TrainingKey {
     /// Seed of the experiment.
     pub seed: u64,
     /// Repetition, from 0.
@@ -15,10 +15,10 @@ pub struct Part {
     pub fold: usize,
 }
 
-impl Part {
+impl TrainingKey {
     /// The training on all samples: no fold has this number.
     pub fn everything(seed: u64) -> Self {
-        Part { seed, repetition: 0, fold: u32::MAX as usize }
+        TrainingKey { seed, repetition: 0, fold: u32::MAX as usize }
     }
 
     /// The keyed generator's word for a random choice of this training.
@@ -41,7 +41,7 @@ impl Part {
 
 /// The order in which an epoch visits the training samples: a function of its arguments alone.
 pub fn shuffled(train: &[usize], seed: u64, repetition: usize, fold: usize, epoch: usize) -> Vec<usize> {
-    Part { seed, repetition, fold }.shuffled(train, epoch)
+    TrainingKey { seed, repetition, fold }.shuffled(train, epoch)
 }
 
 /// Threads for what spreads over rayon's.

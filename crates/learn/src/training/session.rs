@@ -36,7 +36,7 @@ pub(crate) struct Stage {
 
 /// Where a fold stands.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct State {
+pub(crate) struct SessionState {
     /// Digest of the training that it belongs to.
     of: String,
     /// Combinations of settings that were tried.
@@ -50,7 +50,7 @@ pub(crate) struct State {
 /// A fold in training: its state, and the weights of the best epoch.
 #[derive(Debug, Default)]
 pub(crate) struct Session {
-    pub state: State,
+    pub state: SessionState,
     pub best: Option<Weights>,
     /// Tensors of the stage under way, until an engine takes them.
     tensors: Option<(Weights, OptimizerState)>,
@@ -114,7 +114,10 @@ impl Saver {
         let Some(path) = &self.path else { return Ok(Session::default()) };
         let of = of();
         if !path.is_file() {
-            return Ok(Session { state: State { of, ..State::default() }, ..Session::default() });
+            return Ok(Session {
+                state: SessionState { of, ..SessionState::default() },
+                ..Session::default()
+            });
         }
         let damaged = |why: String| {
             Error::damaged(
@@ -123,7 +126,7 @@ impl Saver {
             )
         };
         let (tensors, text) = checkpoint::read(path).map_err(|e| damaged(e.to_string()))?;
-        let state: State =
+        let state: SessionState =
             serde_json::from_str(&text.unwrap_or_default()).map_err(|e| damaged(e.to_string()))?;
         if state.of != of {
             return Err(damaged(

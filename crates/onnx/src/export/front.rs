@@ -5,16 +5,16 @@ use crate::error::Cause;
 
 /// How raw readings become an input of the network: the ONNX model then takes the readings themselves.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reading {
+pub struct Front {
     /// Shape of one raw reading, batch axis left out.
     pub shape: Vec<usize>,
     /// The steps, in order; the last one gives the shape of the network's input.
-    pub steps: Vec<Step>,
+    pub steps: Vec<FrontStep>,
 }
 
 /// One step from a raw reading to an input.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Step {
+pub enum FrontStep {
     /// The same values in another shape.
     Reshape(Vec<usize>),
     /// Axes in another order: new axis i is old axis `order[i]`, counted without the batch axis.
@@ -30,14 +30,14 @@ pub enum Step {
     },
 }
 
-impl Reading {
+impl Front {
     /// Writes the steps for the input called `name`; the value that comes out, of shape `wanted`.
     pub fn emit(&self, sink: &mut Sink, name: &str, wanted: &[usize]) -> Result<String, Cause> {
         let refuse = |reason: String| Err(Cause::Port { role: "input", name: name.into(), reason });
         let (mut value, mut shape) = (name.to_string(), self.shape.clone());
         for step in &self.steps {
             match step {
-                Step::Reshape(to) => {
+                FrontStep::Reshape(to) => {
                     if to.iter().product::<usize>() != shape.iter().product() {
                         return refuse(format!("{shape:?} cannot become {to:?}"));
                     }
@@ -47,7 +47,7 @@ impl Reading {
                     }
                     shape.clone_from(to);
                 }
-                Step::Transpose(order) => {
+                FrontStep::Transpose(order) => {
                     let Some(turned) = turned(order, &shape) else {
                         return refuse(format!("axes {order:?} of {shape:?} are none"));
                     };
@@ -56,13 +56,13 @@ impl Reading {
                     value = sink.step("Transpose", &[&value], &base, vec![ints("perm", perm)]);
                     shape = turned;
                 }
-                Step::LessBaseline(readings) => {
+                FrontStep::LessBaseline(readings) => {
                     if shape.len() != 2 || *readings == 0 || *readings > shape[1] {
                         return refuse(format!("{shape:?} has no first {readings} readings"));
                     }
                     value = less_baseline(sink, name, &value, *readings);
                 }
-                Step::Scale { offset, divisor } => {
+                FrontStep::Scale { offset, divisor } => {
                     let channels = shape.first().copied().unwrap_or(1);
                     if [offset, divisor].iter().any(|values| values.len() != 1 && values.len() != channels) {
                         return refuse(format!("{} scales for {channels} channels", offset.len()));

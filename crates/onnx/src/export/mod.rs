@@ -5,5 +5,5 @@ mod front;
 mod model;
 mod sink;
 
-pub use front::{Reading, Step};
+pub use front::{Front, FrontStep};
 pub use model::{Export, IR_VERSION, OPSET, PROBABILITIES, to_bytes, write};

@@ -7,7 +7,7 @@ use prost::Message;
 use taxel_graph::{Graph, Loss, Op, Weights};
 
 use super::emit::Emit;
-use super::front::Reading;
+use super::front::Front;
 use super::sink::{Sink, int};
 use crate::error::{Cause, Error, Result};
 use crate::proto::{self, Dimension, Entry, Opset, Shape, TensorType, Type, ValueInfo, dtype};
@@ -33,7 +33,7 @@ pub struct Export<'a> {
     /// The loss that its first output was trained for: a second one, `probabilities`, follows from it. Default none.
     pub loss: Option<Loss>,
     /// Of each input, how raw readings become it; none, and past the end, where it is taken as it is.
-    pub readings: Vec<Option<Reading>>,
+    pub readings: Vec<Option<Front>>,
     /// Text for people.
     pub about: String,
     /// Facts by key, for programs (`metadata_props`).

@@ -1,14 +1,14 @@
 //! Shape arithmetic: numbers that describe shapes, and constants.
 
 use super::attributes::Call;
-use super::stored::{MOST_AXES, Stored};
-use super::values::{Axis, Dim, Value, View};
-use super::work::{Work, position};
+use super::stored::{MOST_AXES, StoredTensors};
+use super::values::{AxisRole, AxisView, Dim, ImportedValue};
+use super::work::{Importer, position};
 use crate::error::Cause;
 use crate::proto::{Tensor, dtype};
 
 /// `Constant`.
-pub fn constant<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn constant<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if let Some(tensor) = call.tensor("value") {
         return Ok(stored(&mut work.stored, tensor.clone()));
     }
@@ -32,38 +32,38 @@ pub fn constant<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause>
 }
 
 /// Plain numbers.
-pub fn known(values: &[i64], scalar: bool) -> Value {
-    Value::Ints { values: values.iter().map(|&v| Dim::Known(v)).collect(), scalar }
+pub fn known(values: &[i64], scalar: bool) -> ImportedValue {
+    ImportedValue::Ints { values: values.iter().map(|&v| Dim::Known(v)).collect(), scalar }
 }
 
 /// A stored tensor as a value.
-pub fn stored(stored: &mut Stored, tensor: Tensor) -> Value {
+pub fn stored(stored: &mut StoredTensors, tensor: Tensor) -> ImportedValue {
     let index = stored.add(tensor);
     match stored.ints(index) {
         Some((values, scalar)) => known(&values, scalar),
-        None => Value::Stored { index, transposed: false },
+        None => ImportedValue::Stored { index, transposed: false },
     }
 }
 
 /// `ConstantOfShape` and `Expand`: one number everywhere.
-pub fn fill<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn fill<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if call.op() == "ConstantOfShape" {
         let value = match call.tensor("value") {
             None => 0.0,
             Some(tensor) => match stored(&mut work.stored, tensor.clone()) {
-                Value::Stored { index, .. } => match work.stored.floats(index)?.data[..] {
+                ImportedValue::Stored { index, .. } => match work.stored.floats(index)?.data[..] {
                     [value] => value,
                     _ => return Err(call.refuse("its value has to be one number")),
                 },
                 _ => return Err(call.refuse("makes integers")),
             },
         };
-        return Ok(Value::Fill(value));
+        return Ok(ImportedValue::Fill(value));
     }
     match work.value(call, 0)? {
-        Value::Fill(value) => Ok(Value::Fill(*value)),
-        Value::Stored { .. } => match work.number(call, 0)? {
-            Some(value) => Ok(Value::Fill(value)),
+        ImportedValue::Fill(value) => Ok(ImportedValue::Fill(*value)),
+        ImportedValue::Stored { .. } => match work.number(call, 0)? {
+            Some(value) => Ok(ImportedValue::Fill(value)),
             None => Err(call.refuse("expands nothing")),
         },
         _ => Err(call.refuse("expands what samples become")),
@@ -71,9 +71,9 @@ pub fn fill<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
 }
 
 /// `Shape` of what a node computes.
-pub fn shape<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn shape<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let sizes = match work.value(call, 0)? {
-        Value::Flow(view) => sizes(work, view),
+        ImportedValue::Flow(view) => sizes(work, view),
         _ => return Err(call.refuse("asks for the shape of a constant")),
     };
     let bound = |name, default: i64| {
@@ -82,31 +82,31 @@ pub fn shape<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
         at.clamp(0, sizes.len() as i64) as usize
     };
     let (start, end) = (bound("start", 0), bound("end", i64::MAX));
-    Ok(Value::Ints { values: sizes.get(start..end).unwrap_or_default().to_vec(), scalar: false })
+    Ok(ImportedValue::Ints { values: sizes.get(start..end).unwrap_or_default().to_vec(), scalar: false })
 }
 
 /// Sizes of a value's axes.
-pub fn sizes(work: &Work, view: &View) -> Vec<Dim> {
+pub fn sizes(work: &Importer, view: &AxisView) -> Vec<Dim> {
     let shape = work.shape(view.node);
-    let size = |axis: &Axis| match *axis {
-        Axis::Batch => Dim::Batch,
-        Axis::Sample(at) => {
+    let size = |axis: &AxisRole| match *axis {
+        AxisRole::Batch => Dim::Batch,
+        AxisRole::Sample(at) => {
             let pad = at.checked_sub(1).and_then(|at| view.pad.get(at)).map_or(0, |pad| pad.0 + pad.1);
             Dim::Known((shape[at] + pad) as i64)
         }
-        Axis::Unit => Dim::Known(1),
-        Axis::Step => Dim::Known(work.steps(view.node) as i64),
-        Axis::Group(size) | Axis::Member(size) => Dim::Known(size as i64),
+        AxisRole::Unit => Dim::Known(1),
+        AxisRole::Step => Dim::Known(work.steps(view.node) as i64),
+        AxisRole::Group(size) | AxisRole::Member(size) => Dim::Known(size as i64),
     };
     view.axes.iter().map(size).collect()
 }
 
 /// An operation on numbers of shapes.
-pub fn arithmetic<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn arithmetic<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let (values, scalar) = operand(work, call, 0)?;
     let known = |values: Vec<Dim>, scalar| {
         if values.len() <= MOST_AXES {
-            Ok(Value::Ints { values, scalar })
+            Ok(ImportedValue::Ints { values, scalar })
         } else {
             Err(call.refuse("makes a long list of integers"))
         }
@@ -169,9 +169,9 @@ pub fn range(start: i64, end: i64, len: usize) -> std::ops::Range<usize> {
     start..at(end).max(start)
 }
 
-fn operand<'a>(work: &Work<'a>, call: Call<'a>, at: usize) -> Result<(Vec<Dim>, bool), Cause> {
+fn operand<'a>(work: &Importer<'a>, call: Call<'a>, at: usize) -> Result<(Vec<Dim>, bool), Cause> {
     match work.value(call, at)? {
-        Value::Ints { values, scalar } => Ok((values.clone(), *scalar)),
+        ImportedValue::Ints { values, scalar } => Ok((values.clone(), *scalar)),
         _ => Err(call.refuse("mixes numbers of shapes with other values")),
     }
 }

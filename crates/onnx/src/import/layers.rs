@@ -4,15 +4,15 @@ use taxel_graph::{Op, Tensor};
 
 use super::attributes::Call;
 use super::pools::window;
-use super::values::{Value, View};
-use super::work::{Work, swapped};
+use super::values::{AxisView, ImportedValue};
+use super::work::{Importer, swapped};
 use crate::error::Cause;
 
 /// Endings of weights' names.
 const WEIGHT: [&str; 1] = [".weight"];
 
 /// `Conv`.
-pub fn conv<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn conv<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
     let weight = work.floats(call, 1)?;
     let bias = if call.input(2).is_some() { Some(work.floats(call, 2)?) } else { None };
@@ -31,7 +31,7 @@ pub fn conv<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     if multiplies_only && shape.len() == 1 && view.is_plain(1, kernel.len()) {
         let weight = Tensor { shape: vec![filters, inputs], data: weight.data };
         let node = linear_node(work, call, name, view.node, (weight, bias))?;
-        return Ok(Value::Flow(View { node, ..view }));
+        return Ok(ImportedValue::Flow(AxisView { node, ..view }));
     }
     work.refuse_order(call, &view, 0)?;
     if kernel.len() + 1 != shape.len() || groups == 0 || inputs.checked_mul(groups) != Some(shape[0]) {
@@ -45,7 +45,7 @@ pub fn conv<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     let op = Op::Conv { filters, window, dilation, groups, bias: bias.is_some() };
     let tensors = with_bias(weight, bias);
     let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
-    Ok(Value::Flow(View { node, pad: vec![], ..view }))
+    Ok(ImportedValue::Flow(AxisView { node, pad: vec![], ..view }))
 }
 
 fn with_bias(weight: Tensor, bias: Option<Tensor>) -> Vec<(&'static str, Tensor)> {
@@ -54,7 +54,7 @@ fn with_bias(weight: Tensor, bias: Option<Tensor>) -> Vec<(&'static str, Tensor)
 }
 
 /// `BatchNormalization`.
-pub fn batch_norm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn batch_norm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.flow(call, 0)?;
     work.refuse_order(call, &view, view.units())?;
     if call.int("training_mode", 0) != 0 {
@@ -72,11 +72,11 @@ pub fn batch_norm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Caus
     let momentum = ((momentum * 1e6).round() / 1e6) as f32;
     let op = Op::BatchNorm { eps: call.float("epsilon", 1e-5), momentum };
     let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
-    Ok(Value::Flow(View { node, ..view }))
+    Ok(ImportedValue::Flow(AxisView { node, ..view }))
 }
 
 /// `Gemm` and `MatMul` of features with a stored matrix.
-pub fn linear<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn linear<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if work.is_stored(call, 0) || !work.is_stored(call, 1) {
         return Err(call.refuse("multiplies something else than features by a stored matrix"));
     }
@@ -109,11 +109,11 @@ pub fn linear<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     }
     let name = work.name(call, 1, &WEIGHT, "linear");
     let node = linear_node(work, call, name, view.node, (weight, bias))?;
-    Ok(Value::Flow(View { node, ..view }))
+    Ok(ImportedValue::Flow(AxisView { node, ..view }))
 }
 
 fn linear_node<'a>(
-    work: &mut Work<'a>,
+    work: &mut Importer<'a>,
     call: Call<'a>,
     name: String,
     input: usize,
@@ -149,11 +149,11 @@ fn spread(call: Call, tensor: Tensor, outputs: usize) -> Result<Tensor, Cause> {
 }
 
 /// `Dropout`, which training keeps.
-pub fn dropout<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn dropout<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let probability = work.number(call, 1)?.unwrap_or_else(|| call.float("ratio", 0.5));
     match probability {
-        0.0 => Ok(Value::Flow(view)),
+        0.0 => Ok(ImportedValue::Flow(view)),
         probability => work.map(call, Op::Dropout { probability }, view),
     }
 }

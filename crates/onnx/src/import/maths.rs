@@ -3,12 +3,12 @@
 use taxel_graph::{Activation, Op, Tensor};
 
 use super::attributes::Call;
-use super::values::{Axis, Part, Value, View};
-use super::work::Work;
+use super::values::{AxisRole, AxisView, Fragment, ImportedValue};
+use super::work::Importer;
 use crate::error::Cause;
 
 /// Functions of one value.
-pub fn activation<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn activation<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let op = match call.op() {
         "Relu" => Op::Relu,
@@ -21,7 +21,7 @@ pub fn activation<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Caus
             if (alpha - 1.0 / 6.0).abs() > 1e-4 || beta != 0.5 {
                 return Err(call.refuse(format!("max(0, min(1, {alpha}·x + {beta})) is not PyTorch's")));
             }
-            return Ok(Value::Part(Part::HardSigmoid, view));
+            return Ok(ImportedValue::Part(Fragment::HardSigmoid, view));
         }
         _ => return clip(work, call, view),
     };
@@ -29,25 +29,25 @@ pub fn activation<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Caus
 }
 
 /// `Clip` between 0 and 6, or from 0 on; between 0 and 1 at the end.
-fn clip<'a>(work: &mut Work<'a>, call: Call<'a>, view: View) -> Result<Value, Cause> {
+fn clip<'a>(work: &mut Importer<'a>, call: Call<'a>, view: AxisView) -> Result<ImportedValue, Cause> {
     let low = work.number(call, 1)?.unwrap_or_else(|| call.float("min", f32::MIN));
     let high = work.number(call, 2)?.unwrap_or_else(|| call.float("max", f32::MAX));
     match (low, high) {
         (0.0, 6.0) => work.map(call, Op::Activation(Activation::Relu6), view),
-        (0.0, 1.0) => Ok(Value::Part(Part::Probabilities, view)),
+        (0.0, 1.0) => Ok(ImportedValue::Part(Fragment::Probabilities, view)),
         (0.0, f32::MAX..) => work.map(call, Op::Relu, view),
         _ => Err(call.refuse(format!("cuts at {low} and {high}; taxel knows 0 and 6 (ReLU6), and ReLU"))),
     }
 }
 
 /// `Softmax`, which is taxel's own at the end.
-pub fn softmax<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn softmax<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.flow(call, 0)?;
     work.refuse_order(call, &view, view.units())?;
     let features = work.shape(view.node).len() == 1;
     match (features, call.int("axis", 1)) {
-        (true, 1) => Ok(Value::Part(Part::Probabilities, view)),
-        (true, -1) if view.units() == 0 => Ok(Value::Part(Part::Probabilities, view)),
+        (true, 1) => Ok(ImportedValue::Part(Fragment::Probabilities, view)),
+        (true, -1) if view.units() == 0 => Ok(ImportedValue::Part(Fragment::Probabilities, view)),
         (_, axis) => {
             Err(call.refuse(format!("axis {axis}: taxel knows a softmax over classes, at the end, alone")))
         }
@@ -55,33 +55,33 @@ pub fn softmax<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> 
 }
 
 /// `Add`, `Sub`, `Mul` and `Div`.
-pub fn arithmetic<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn arithmetic<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let pair = [work.value(call, 0)?.clone(), work.value(call, 1)?.clone()];
     match (call.op(), pair) {
-        ("Add", [Value::Part(Part::Variance { eps, kept }, view), _]) => {
+        ("Add", [ImportedValue::Part(Fragment::Variance { eps, kept }, view), _]) => {
             let more = constant(work, call, 1)?;
-            Ok(Value::Part(Part::Variance { eps: eps + more, kept }, view))
+            Ok(ImportedValue::Part(Fragment::Variance { eps: eps + more, kept }, view))
         }
-        ("Add", [_, Value::Part(Part::Variance { eps, kept }, view)]) => {
+        ("Add", [_, ImportedValue::Part(Fragment::Variance { eps, kept }, view)]) => {
             let more = constant(work, call, 0)?;
-            Ok(Value::Part(Part::Variance { eps: eps + more, kept }, view))
+            Ok(ImportedValue::Part(Fragment::Variance { eps: eps + more, kept }, view))
         }
-        ("Add", [Value::Flow(_), Value::Flow(_)]) => sum(work, call),
-        ("Sub", [Value::Flow(x), Value::Flow(mean)]) => centred(work, call, x, &mean),
-        ("Mul", [Value::Part(Part::Centred, a), Value::Part(Part::Centred, b)]) if a == b => {
-            Ok(Value::Part(Part::Squared, a))
+        ("Add", [ImportedValue::Flow(_), ImportedValue::Flow(_)]) => sum(work, call),
+        ("Sub", [ImportedValue::Flow(x), ImportedValue::Flow(mean)]) => centred(work, call, x, &mean),
+        ("Mul", [ImportedValue::Part(Fragment::Centred, a), ImportedValue::Part(Fragment::Centred, b)]) if a == b => {
+            Ok(ImportedValue::Part(Fragment::Squared, a))
         }
-        ("Mul", [Value::Part(Part::HardSigmoid, gate), Value::Flow(x)])
-        | ("Mul", [Value::Flow(x), Value::Part(Part::HardSigmoid, gate)])
+        ("Mul", [ImportedValue::Part(Fragment::HardSigmoid, gate), ImportedValue::Flow(x)])
+        | ("Mul", [ImportedValue::Flow(x), ImportedValue::Part(Fragment::HardSigmoid, gate)])
             if gate == x =>
         {
             work.map(call, Op::Activation(Activation::HardSwish), x)
         }
-        (_, [Value::Flow(_), Value::Stored { .. } | Value::Ints { .. } | Value::Fill(_)]) => with_constant(work, call, 0),
-        ("Add" | "Mul", [Value::Stored { .. } | Value::Ints { .. } | Value::Fill(_), Value::Flow(_)]) => {
+        (_, [ImportedValue::Flow(_), ImportedValue::Stored { .. } | ImportedValue::Ints { .. } | ImportedValue::Fill(_)]) => with_constant(work, call, 0),
+        ("Add" | "Mul", [ImportedValue::Stored { .. } | ImportedValue::Ints { .. } | ImportedValue::Fill(_), ImportedValue::Flow(_)]) => {
             with_constant(work, call, 1)
         }
-        (op, [Value::Flow(_), Value::Flow(_)]) => Err(call.refuse(format!(
+        (op, [ImportedValue::Flow(_), ImportedValue::Flow(_)]) => Err(call.refuse(format!(
             "{} two values that both depend on the samples; taxel adds them (residual blocks), and does nothing else",
             match op {
                 "Mul" => "multiplies",
@@ -94,25 +94,30 @@ pub fn arithmetic<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Caus
 }
 
 /// One number.
-fn constant<'a>(work: &mut Work<'a>, call: Call<'a>, at: usize) -> Result<f32, Cause> {
+fn constant<'a>(work: &mut Importer<'a>, call: Call<'a>, at: usize) -> Result<f32, Cause> {
     work.number(call, at)?.ok_or_else(|| call.refuse("has nothing to add"))
 }
 
-fn sum<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+fn sum<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let (a, b) = (work.pointwise(call, 0)?, work.pointwise(call, 1)?);
     if a.axes != b.axes {
         return Err(call.refuse("adds values whose axes lie in another order"));
     }
     let node = work.draft.then(Op::Add, &[a.node, b.node]).map_err(|e| call.refuse(e))?;
-    Ok(Value::Flow(View { node, ..a }))
+    Ok(ImportedValue::Flow(AxisView { node, ..a }))
 }
 
 /// The difference from a mean over space, on the way to a standard deviation.
-fn centred<'a>(work: &Work<'a>, call: Call<'a>, x: View, mean: &View) -> Result<Value, Cause> {
+fn centred<'a>(
+    work: &Importer<'a>,
+    call: Call<'a>,
+    x: AxisView,
+    mean: &AxisView,
+) -> Result<ImportedValue, Cause> {
     let (rank, from) = (work.shape(x.node).len(), work.draft.node(mean.node));
     let is_mean_of_x = from.op == Op::GlobalAveragePool && from.inputs == [x.node] && x.pad.is_empty();
     if is_mean_of_x && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1) {
-        Ok(Value::Part(Part::Centred, x))
+        Ok(ImportedValue::Part(Fragment::Centred, x))
     } else {
         Err(call.refuse(
             "subtracts two values that both depend on the samples; taxel knows it in a standard deviation over space alone",
@@ -121,36 +126,38 @@ fn centred<'a>(work: &Work<'a>, call: Call<'a>, x: View, mean: &View) -> Result<
 }
 
 /// `Pow` of a difference from a mean.
-pub fn power<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn power<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let value = work.value(call, 0)?.clone();
     let exponent = match work.dims(call, 1) {
         Ok(Some(dims)) => (dims == [super::values::Dim::Known(2)]).then_some(2.0),
         _ => work.number(call, 1)?,
     };
     match (value, exponent) {
-        (Value::Part(Part::Centred, view), Some(2.0)) => Ok(Value::Part(Part::Squared, view)),
+        (ImportedValue::Part(Fragment::Centred, view), Some(2.0)) => {
+            Ok(ImportedValue::Part(Fragment::Squared, view))
+        }
         _ => Err(call.refuse("taxel knows the square of a difference from a mean alone")),
     }
 }
 
 /// `Sqrt` of a variance.
-pub fn root<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
-    let Value::Part(Part::Variance { eps, kept }, view) = work.value(call, 0)?.clone() else {
+pub fn root<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
+    let ImportedValue::Part(Fragment::Variance { eps, kept }, view) = work.value(call, 0)?.clone() else {
         return Err(call.refuse("taxel knows the root of a variance over space alone"));
     };
     let units = if kept { work.shape(view.node).len() - 1 } else { 0 };
     let op = Op::GlobalStandardDeviation { eps };
     let node = work.draft.then(op, &[view.node]).map_err(|e| call.refuse(e))?;
-    let mut root = View::plain(node, 1);
-    root.axes.extend(vec![Axis::Unit; units]);
-    Ok(Value::Flow(root))
+    let mut root = AxisView::plain(node, 1);
+    root.axes.extend(vec![AxisRole::Unit; units]);
+    Ok(ImportedValue::Flow(root))
 }
 
 /// A value per channel, or one for all, is added, taken off, multiplied or divided by.
-fn with_constant<'a>(work: &mut Work<'a>, call: Call<'a>, at: usize) -> Result<Value, Cause> {
+fn with_constant<'a>(work: &mut Importer<'a>, call: Call<'a>, at: usize) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, at)?;
     let given = match work.value(call, 1 - at)? {
-        Value::Fill(value) => Tensor { shape: vec![], data: vec![*value] },
+        ImportedValue::Fill(value) => Tensor { shape: vec![], data: vec![*value] },
         _ => work.floats(call, 1 - at)?,
     };
     let channels = work.shape(view.node)[0];
@@ -162,23 +169,23 @@ fn with_constant<'a>(work: &mut Work<'a>, call: Call<'a>, at: usize) -> Result<V
         // A bias that stands for itself.
         ("Add", Op::Linear { outputs, bias: false }) if sole => {
             work.draft.amend(node, Op::Linear { outputs, bias: true }, "bias", vector(values));
-            return Ok(Value::Flow(view));
+            return Ok(ImportedValue::Flow(view));
         }
         ("Add", Op::Conv { filters, window, dilation, groups, bias: false }) if sole => {
             let op = Op::Conv { filters, window, dilation, groups, bias: true };
             work.draft.amend(node, op, "bias", vector(values));
-            return Ok(Value::Flow(view));
+            return Ok(ImportedValue::Flow(view));
         }
         // The second half of a z-score.
         ("Div", op @ Op::Standardize { .. }) if sole && work.draft.divides_by_one(node) => {
             work.draft.amend(node, op, "std", vector(values));
-            return Ok(Value::Flow(view));
+            return Ok(ImportedValue::Flow(view));
         }
         ("Mul", _) if given.data.len() == 1 && work.is_named(call, 1 - at) => {
             let name = work.name(call, 1 - at, &[""], "scale");
             let tensors = vec![("", Tensor { shape: vec![1], data: given.data })];
             let node = work.draft.add(name, Op::Scale, &[node], tensors).map_err(|e| call.refuse(e))?;
-            return Ok(Value::Flow(View { node, ..view }));
+            return Ok(ImportedValue::Flow(AxisView { node, ..view }));
         }
         _ => {}
     }
@@ -197,16 +204,16 @@ fn with_constant<'a>(work: &mut Work<'a>, call: Call<'a>, at: usize) -> Result<V
     let op = Op::Standardize { mean: format!("{name}.mean"), std: format!("{name}.std") };
     let tensors = vec![("mean", vector(mean)), ("std", vector(std))];
     let node = work.draft.add(name, op, &[node], tensors).map_err(|e| call.refuse(e))?;
-    Ok(Value::Flow(View { node, ..view }))
+    Ok(ImportedValue::Flow(AxisView { node, ..view }))
 }
 
 /// A constant as one value per channel.
-fn per_channel(call: Call, view: &View, given: &Tensor, channels: usize) -> Result<Vec<f32>, Cause> {
+fn per_channel(call: Call, view: &AxisView, given: &Tensor, channels: usize) -> Result<Vec<f32>, Cause> {
     if let [one] = given.data[..] {
         return Ok(vec![one; channels]);
     }
     // ONNX aligns axes at their ends.
-    let at = view.axes.iter().position(|axis| *axis == Axis::Sample(0)).unwrap_or(0);
+    let at = view.axes.iter().position(|axis| *axis == AxisRole::Sample(0)).unwrap_or(0);
     let from_end = view.axes.len() - at;
     let meets = given.shape.len().checked_sub(from_end).and_then(|at| given.shape.get(at)) == Some(&channels);
     if meets && given.data.len() == channels {

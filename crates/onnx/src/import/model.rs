@@ -9,9 +9,9 @@ use taxel_graph::{Activation, Graph, Op, Weights};
 
 use super::attributes::Call;
 use super::draft::Draft;
-use super::stored::{Stored, type_name};
-use super::values::{Axis, Id, Part, Value, View};
-use super::work::Work;
+use super::stored::{StoredTensors, type_name};
+use super::values::{AxisRole, AxisView, Fragment, Id, ImportedValue};
+use super::work::Importer;
 use super::{ints, nodes};
 use crate::bounds;
 use crate::error::{Cause, Error, Result};
@@ -57,12 +57,13 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
         return Err(Cause::NotOnnx("it holds no graph".into()));
     };
     version(&model.opsets)?;
-    let mut stored = Stored::new(folder, length);
+    let mut stored = StoredTensors::new(folder, length);
     let tensors: Vec<proto::Tensor> = std::mem::take(&mut graph.initializers);
     let names: Vec<String> = tensors.iter().map(|tensor| tensor.name.clone().unwrap_or_default()).collect();
-    let constants: Vec<Value> = tensors.into_iter().map(|tensor| ints::stored(&mut stored, tensor)).collect();
+    let constants: Vec<ImportedValue> =
+        tensors.into_iter().map(|tensor| ints::stored(&mut stored, tensor)).collect();
     let (draft, values) = (Draft::new(), HashMap::new());
-    let mut work = Work { draft, stored, values, uses: HashMap::new(), batch: None, notes: vec![] };
+    let mut work = Importer { draft, stored, values, uses: HashMap::new(), batch: None, notes: vec![] };
     work.values.extend(names.iter().map(String::as_str).zip(constants));
     let reads = graph.nodes.iter().flat_map(|node| &node.inputs);
     for name in reads.chain(graph.outputs.iter().filter_map(|output| output.name.as_ref())) {
@@ -76,7 +77,7 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
         nodes::node(&mut work, Call { node })?;
     }
     let outputs = outputs(&mut work, &graph.outputs)?;
-    let Work { draft, notes, .. } = work;
+    let Importer { draft, notes, .. } = work;
     let (graph, weights) = draft.finish(name, &outputs)?;
     Ok(Imported { graph, weights, notes })
 }
@@ -96,7 +97,7 @@ fn version(opsets: &[proto::Opset]) -> std::result::Result<(), Cause> {
 }
 
 /// Adds the inputs that are no constants.
-fn inputs<'a>(work: &mut Work<'a>, given: &'a [ValueInfo]) -> std::result::Result<(), Cause> {
+fn inputs<'a>(work: &mut Importer<'a>, given: &'a [ValueInfo]) -> std::result::Result<(), Cause> {
     let mut open = vec![];
     for info in given {
         let name = info.name.as_deref().unwrap_or_default();
@@ -114,7 +115,7 @@ fn inputs<'a>(work: &mut Work<'a>, given: &'a [ValueInfo]) -> std::result::Resul
         }
         let rank = shape.len();
         let node = work.draft.input(&chosen, shape)?;
-        work.values.insert(name, Value::Flow(View::plain(node, rank)));
+        work.values.insert(name, ImportedValue::Flow(AxisView::plain(node, rank)));
     }
     Ok(())
 }
@@ -133,7 +134,7 @@ fn inputs_names(open: &[(&str, Vec<usize>)]) -> Vec<String> {
 }
 
 /// Shape of an input, the samples' axis left out.
-fn shape(work: &mut Work, name: &str, info: &ValueInfo) -> std::result::Result<Vec<usize>, Cause> {
+fn shape(work: &mut Importer, name: &str, info: &ValueInfo) -> std::result::Result<Vec<usize>, Cause> {
     let refuse = |reason: String| Cause::Port { role: "input", name: name.into(), reason };
     let tensor = info.kind.as_ref().and_then(|kind| kind.tensor.as_ref());
     let tensor = tensor.ok_or_else(|| refuse("is no tensor".into()))?;
@@ -165,22 +166,23 @@ fn shape(work: &mut Work, name: &str, info: &ValueInfo) -> std::result::Result<V
 }
 
 /// Outputs by name: logits, where the file gives probabilities beside them or alone.
-fn outputs(work: &mut Work, given: &[ValueInfo]) -> std::result::Result<Vec<(String, Id)>, Cause> {
+fn outputs(work: &mut Importer, given: &[ValueInfo]) -> std::result::Result<Vec<(String, Id)>, Cause> {
     let mut found: Vec<(String, Id)> = vec![];
     let mut softmaxes = vec![];
     for info in given {
         let name = info.name.as_deref().unwrap_or_default();
         let refuse = |reason: &str| Cause::Port { role: "output", name: name.into(), reason: reason.into() };
         match work.values.get(name) {
-            Some(Value::Flow(view)) => {
+            Some(ImportedValue::Flow(view)) => {
                 let rank = work.draft.node(view.node).shape.len();
                 let units = if rank == 1 { view.units() } else { 0 };
-                if !view.is_plain(rank, units) || !view.pad.is_empty() || view.axes.contains(&Axis::Step) {
+                if !view.is_plain(rank, units) || !view.pad.is_empty() || view.axes.contains(&AxisRole::Step)
+                {
                     return Err(refuse("has axes that are not samples, channels and space, in this order"));
                 }
                 found.push((name.into(), view.node));
             }
-            Some(Value::Part(Part::Probabilities, view)) => softmaxes.push((name, view.node)),
+            Some(ImportedValue::Part(Fragment::Probabilities, view)) => softmaxes.push((name, view.node)),
             Some(_) => return Err(refuse("is a constant, or of an operation that taxel does not have")),
             None => {
                 return Err(refuse("is given by no node, or is a second output that taxel does not have"));

@@ -1,8 +1,8 @@
 //! Which ONNX operation is read by whom.
 
 use super::attributes::Call;
-use super::values::{Dim, Value};
-use super::work::Work;
+use super::values::{Dim, ImportedValue};
+use super::work::Importer;
 use super::{ints, layers, maths, pools, recurrent, reshape, shapes};
 use crate::error::Cause;
 
@@ -13,7 +13,7 @@ const KNOWN: &str = "Add, AveragePool, BatchNormalization, Clip, Concat, Conv, D
                      Squeeze, Sub, Tanh, Transpose, Unsqueeze";
 
 /// Reads a node; its outputs have values then.
-pub fn node<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<(), Cause> {
+pub fn node<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<(), Cause> {
     let domain = call.node.domain.as_deref().unwrap_or_default();
     if !["", "ai.onnx"].contains(&domain) {
         return Err(call.refuse(format!("is of the domain {domain:?}; taxel reads ONNX's own operations")));
@@ -31,11 +31,11 @@ pub fn node<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<(), Cause> {
     Ok(())
 }
 
-fn value<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+fn value<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let first = call.input(0).and_then(|name| work.values.get(name));
     let second = call.input(1).and_then(|name| work.values.get(name));
-    let of_shapes = matches!(first, Some(Value::Ints { .. }));
-    let both = of_shapes && matches!(second, Some(Value::Ints { .. }));
+    let of_shapes = matches!(first, Some(ImportedValue::Ints { .. }));
+    let both = of_shapes && matches!(second, Some(ImportedValue::Ints { .. }));
     match call.op() {
         "Constant" => ints::constant(work, call),
         "ConstantOfShape" | "Expand" => ints::fill(work, call),
@@ -77,12 +77,12 @@ fn value<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
 }
 
 /// `Cast` between numbers of one kind.
-fn cast<'a>(work: &Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+fn cast<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     use crate::proto::dtype::{BFLOAT16, DOUBLE, FLOAT, FLOAT16, INT32, INT64};
     let (value, to) = (work.value(call, 0)?, call.int("to", 0));
     let to = i32::try_from(to).unwrap_or(0);
     let fits = match value {
-        Value::Ints { values, .. } => {
+        ImportedValue::Ints { values, .. } => {
             [INT32, INT64].contains(&to)
                 || values.iter().all(|dim| matches!(dim, Dim::Known(_))) && to == INT64
         }

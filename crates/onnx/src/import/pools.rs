@@ -3,8 +3,8 @@
 use taxel_graph::{Op, Window};
 
 use super::attributes::Call;
-use super::values::{Axis, Part, Value, View};
-use super::work::Work;
+use super::values::{AxisRole, AxisView, Fragment, ImportedValue};
+use super::work::Importer;
 use crate::error::Cause;
 
 /// How a kernel slides over `size`, `pad` zeros around it counted, and its dilation (empty: none).
@@ -69,7 +69,7 @@ fn round_up(window: &mut Window, size: &[usize]) {
 }
 
 /// `MaxPool` and `AveragePool`.
-pub fn pool<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
     work.refuse_order(call, &view, 0)?;
     let shape = work.shape(view.node).to_vec();
@@ -98,24 +98,29 @@ pub fn pool<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
         round_up(&mut window, size);
     }
     let op = if is_max { Op::MaxPool(window) } else { Op::AveragePool { window, counted } };
-    work.map(call, op, View { pad: vec![], ..view })
+    work.map(call, op, AxisView { pad: vec![], ..view })
 }
 
 /// `GlobalAveragePool` and `GlobalMaxPool`.
-pub fn global<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn global<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let rank = work.shape(view.node).len();
     if rank == 1 && view.is_plain(1, view.units()) {
-        return Ok(Value::Flow(view));
+        return Ok(ImportedValue::Flow(view));
     }
     work.refuse_order(call, &view, 0)?;
     let node = over_space(work, call, &view, call.op() == "GlobalAveragePool")?;
-    let mut pooled = View::plain(node, 1);
-    pooled.axes.extend(vec![Axis::Unit; rank - 1]);
-    Ok(Value::Flow(pooled))
+    let mut pooled = AxisView::plain(node, 1);
+    pooled.axes.extend(vec![AxisRole::Unit; rank - 1]);
+    Ok(ImportedValue::Flow(pooled))
 }
 
-fn over_space<'a>(work: &mut Work<'a>, call: Call<'a>, view: &View, mean: bool) -> Result<usize, Cause> {
+fn over_space<'a>(
+    work: &mut Importer<'a>,
+    call: Call<'a>,
+    view: &AxisView,
+    mean: bool,
+) -> Result<usize, Cause> {
     if mean {
         return work.draft.then(Op::GlobalAveragePool, &[view.node]).map_err(|e| call.refuse(e));
     }
@@ -126,10 +131,10 @@ fn over_space<'a>(work: &mut Work<'a>, call: Call<'a>, view: &View, mean: bool) 
 }
 
 /// `ReduceMean` and `ReduceMax` over all of space.
-pub fn reduce<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn reduce<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let kept = call.int("keepdims", 1) != 0;
     let squared = match work.value(call, 0)? {
-        Value::Part(Part::Squared, view) => Some(view.clone()),
+        ImportedValue::Part(Fragment::Squared, view) => Some(view.clone()),
         _ => None,
     };
     let view = match &squared {
@@ -141,32 +146,33 @@ pub fn reduce<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     };
     let rank = work.shape(view.node).len();
     let reduced = |at: &usize| axes.contains(at);
-    let over = |axis: Axis| view.axes.iter().position(|other| *other == axis).is_some_and(|at| reduced(&at));
-    let space: Vec<bool> = (1..rank).map(|axis| over(Axis::Sample(axis))).collect();
-    if over(Axis::Batch) || over(Axis::Sample(0)) || space.contains(&false) {
+    let over =
+        |axis: AxisRole| view.axes.iter().position(|other| *other == axis).is_some_and(|at| reduced(&at));
+    let space: Vec<bool> = (1..rank).map(|axis| over(AxisRole::Sample(axis))).collect();
+    if over(AxisRole::Batch) || over(AxisRole::Sample(0)) || space.contains(&false) {
         return Err(call.refuse(format!(
             "reduces the axes {axes:?}; taxel reduces all of space (every axis after samples and channels) or nothing"
         )));
     }
     if let Some(view) = squared {
-        return Ok(Value::Part(Part::Variance { eps: 0.0, kept }, view));
+        return Ok(ImportedValue::Part(Fragment::Variance { eps: 0.0, kept }, view));
     }
     let node = match rank {
         1 => view.node,
         _ => over_space(work, call, &view, call.op() == "ReduceMean")?,
     };
     // What is left of an axis is one value, or nothing.
-    let left = |(at, axis): (usize, &Axis)| match (reduced(&at), kept) {
+    let left = |(at, axis): (usize, &AxisRole)| match (reduced(&at), kept) {
         (false, _) => Some(*axis),
-        (true, true) => Some(Axis::Unit),
+        (true, true) => Some(AxisRole::Unit),
         (true, false) => None,
     };
     let axes = view.axes.iter().enumerate().filter_map(left).collect();
-    Ok(Value::Flow(View { node, axes, pad: vec![] }))
+    Ok(ImportedValue::Flow(AxisView { node, axes, pad: vec![] }))
 }
 
 /// `Pad` with zeros around space, which the next operation counts.
-pub fn pad<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn pad<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
     work.refuse_order(call, &view, 0)?;
     let value = work.number(call, 2)?.unwrap_or_else(|| call.float("value", 0.0));
@@ -202,5 +208,5 @@ pub fn pad<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     if all.iter().any(|pad| pad.0 > 1 << 24 || pad.1 > 1 << 24) {
         return Err(call.refuse("pads with more zeros than any network needs"));
     }
-    Ok(Value::Flow(View { pad: all, ..view }))
+    Ok(ImportedValue::Flow(AxisView { pad: all, ..view }))
 }

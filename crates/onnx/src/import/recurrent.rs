@@ -3,21 +3,21 @@
 use taxel_graph::{Op, Tensor};
 
 use super::attributes::Call;
-use super::values::{Axis, Value, View};
-use super::work::Work;
+use super::values::{AxisRole, AxisView, ImportedValue};
+use super::work::Importer;
 use crate::error::Cause;
 
 /// The hidden states of all steps, of which only the last is there, and the last.
-pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause> {
+pub fn lstm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<ImportedValue>, Cause> {
     let view = work.flow(call, 0)?;
-    if view.axes.contains(&Axis::Step) {
+    if view.axes.contains(&AxisRole::Step) {
         return Err(call.refuse("reads every step of another LSTM; taxel's LSTM answers its last step alone"));
     }
     let across = call.int("layout", 0) != 0;
     let wanted = if across {
-        [Axis::Batch, Axis::Sample(1), Axis::Sample(0)]
+        [AxisRole::Batch, AxisRole::Sample(1), AxisRole::Sample(0)]
     } else {
-        [Axis::Sample(1), Axis::Batch, Axis::Sample(0)]
+        [AxisRole::Sample(1), AxisRole::Batch, AxisRole::Sample(0)]
     };
     let shape = work.shape(view.node).to_vec();
     let &[channels, steps] = &shape[..] else {
@@ -53,13 +53,19 @@ pub fn lstm<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause
     ];
     let op = Op::Lstm { hidden, steps };
     let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
-    let hidden = Axis::Sample(0);
+    let hidden = AxisRole::Sample(0);
     let (all, last) = if across {
-        (vec![Axis::Batch, Axis::Step, Axis::Unit, hidden], vec![Axis::Batch, Axis::Unit, hidden])
+        (
+            vec![AxisRole::Batch, AxisRole::Step, AxisRole::Unit, hidden],
+            vec![AxisRole::Batch, AxisRole::Unit, hidden],
+        )
     } else {
-        (vec![Axis::Step, Axis::Unit, Axis::Batch, hidden], vec![Axis::Unit, Axis::Batch, hidden])
+        (
+            vec![AxisRole::Step, AxisRole::Unit, AxisRole::Batch, hidden],
+            vec![AxisRole::Unit, AxisRole::Batch, hidden],
+        )
     };
-    Ok([all, last].map(|axes| Value::Flow(View { node, axes, pad: vec![] })).into())
+    Ok([all, last].map(|axes| ImportedValue::Flow(AxisView { node, axes, pad: vec![] })).into())
 }
 
 /// Returns the number of hidden units, from the shapes of the weights of inputs and of states.
@@ -78,7 +84,7 @@ fn hidden_units(call: Call, input: &[usize], state: &[usize], channels: usize) -
 }
 
 /// Refuses variants that taxel's LSTM is not.
-fn check<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<(), Cause> {
+fn check<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<(), Cause> {
     let direction = call.text("direction").unwrap_or("forward");
     if direction != "forward" {
         return Err(call.refuse(format!("goes {direction}; taxel's LSTM goes forward")));
@@ -99,7 +105,7 @@ fn check<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<(), Cause> {
     }
     for at in [5, 6].into_iter().filter(|&at| call.input(at).is_some()) {
         let zero = match work.value(call, at)? {
-            Value::Fill(value) => *value == 0.0,
+            ImportedValue::Fill(value) => *value == 0.0,
             _ => work.floats(call, at)?.data.iter().all(|v| *v == 0.0),
         };
         if !zero {

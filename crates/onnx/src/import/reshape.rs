@@ -5,12 +5,12 @@ use taxel_graph::Op;
 use super::attributes::Call;
 use super::ints::sizes;
 use super::stored::MOST_AXES;
-use super::values::{Axis, Dim, Value, View};
-use super::work::Work;
+use super::values::{AxisRole, AxisView, Dim, ImportedValue};
+use super::work::Importer;
 use crate::error::Cause;
 
 /// `Reshape` of what a node computes.
-pub fn reshape<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn reshape<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.flow(call, 0)?;
     let to = match call.ints("shape") {
         Some(values) => values.iter().map(|&v| Dim::Known(v)).collect::<Vec<_>>(),
@@ -40,7 +40,7 @@ pub fn reshape<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> 
 }
 
 /// The new sizes with nothing left open.
-fn resolved(work: &Work, call: Call, from: &[Dim], mut to: Vec<Dim>) -> Option<Vec<Dim>> {
+fn resolved(work: &Importer, call: Call, from: &[Dim], mut to: Vec<Dim>) -> Option<Vec<Dim>> {
     let total = product(from)?;
     if call.int("allowzero", 0) == 0 {
         for (at, dim) in to.iter_mut().enumerate().filter(|(_, dim)| **dim == Dim::Known(0)) {
@@ -90,29 +90,29 @@ fn product(dims: &[Dim]) -> Option<i64> {
     sizes.into_iter().try_fold(1i64, |all, size| if size > 0 { all.checked_mul(size) } else { None })
 }
 
-/// Axes of the new shape; `Axis::Sample(usize::MAX)` where all of a sample has become one.
-fn matched(axes: &[Axis], from: &[Dim], to: &[Dim]) -> Option<Vec<Axis>> {
-    const ALL: Axis = Axis::Sample(usize::MAX);
+/// Axes of the new shape; `AxisRole::Sample(usize::MAX)` where all of a sample has become one.
+fn matched(axes: &[AxisRole], from: &[Dim], to: &[Dim]) -> Option<Vec<AxisRole>> {
+    const ALL: AxisRole = AxisRole::Sample(usize::MAX);
     let (mut out, mut i, mut j) = (vec![], 0, 0);
     while i < axes.len() || j < to.len() {
         match (axes.get(i).zip(from.get(i)), to.get(j)) {
-            (Some((Axis::Batch, _)), Some(Dim::Batch)) => {
-                out.push(Axis::Batch);
+            (Some((AxisRole::Batch, _)), Some(Dim::Batch)) => {
+                out.push(AxisRole::Batch);
                 (i, j) = (i + 1, j + 1);
             }
             (Some((axis, Dim::Known(a))), Some(Dim::Known(b))) if a == b => {
                 out.push(*axis);
                 (i, j) = (i + 1, j + 1);
             }
-            (Some((Axis::Unit, _)), _) => i += 1,
+            (Some((AxisRole::Unit, _)), _) => i += 1,
             (_, Some(Dim::Known(1))) => {
-                out.push(Axis::Unit);
+                out.push(AxisRole::Unit);
                 j += 1;
             }
             // What is left of the sample has one value per axis.
-            (Some((Axis::Sample(_), Dim::Known(1))), None) => {
+            (Some((AxisRole::Sample(_), Dim::Known(1))), None) => {
                 i += 1;
-                let flat = out.iter_mut().find(|axis| matches!(axis, Axis::Sample(_)))?;
+                let flat = out.iter_mut().find(|axis| matches!(axis, AxisRole::Sample(_)))?;
                 *flat = ALL;
             }
             (Some((_, Dim::Known(a))), Some(Dim::Known(b))) if a < b => {
@@ -129,13 +129,13 @@ fn matched(axes: &[Axis], from: &[Dim], to: &[Dim]) -> Option<Vec<Axis>> {
                 out.push(merged(&axes[first..i])?);
                 j += 1;
             }
-            (Some((Axis::Sample(0), Dim::Known(a))), Some(Dim::Known(groups))) => {
+            (Some((AxisRole::Sample(0), Dim::Known(a))), Some(Dim::Known(groups))) => {
                 let Some(Dim::Known(members)) = to.get(j + 1) else { return None };
                 if groups.checked_mul(*members) != Some(*a) {
                     return None;
                 }
-                out.push(Axis::Group(usize::try_from(*groups).ok()?));
-                out.push(Axis::Member(usize::try_from(*members).ok()?));
+                out.push(AxisRole::Group(usize::try_from(*groups).ok()?));
+                out.push(AxisRole::Member(usize::try_from(*members).ok()?));
                 (i, j) = (i + 1, j + 2);
             }
             _ => return None,
@@ -145,38 +145,38 @@ fn matched(axes: &[Axis], from: &[Dim], to: &[Dim]) -> Option<Vec<Axis>> {
 }
 
 /// Merges several axes into one.
-fn merged(axes: &[Axis]) -> Option<Axis> {
-    let real: Vec<Axis> = axes.iter().copied().filter(|axis| *axis != Axis::Unit).collect();
+fn merged(axes: &[AxisRole]) -> Option<AxisRole> {
+    let real: Vec<AxisRole> = axes.iter().copied().filter(|axis| *axis != AxisRole::Unit).collect();
     match real[..] {
         [one] => Some(one),
-        [Axis::Group(_), Axis::Member(_)] => Some(Axis::Sample(0)),
+        [AxisRole::Group(_), AxisRole::Member(_)] => Some(AxisRole::Sample(0)),
         // A shuffle, which `settled` finishes.
-        [Axis::Member(_), Axis::Group(groups)] => Some(Axis::Group(groups)),
+        [AxisRole::Member(_), AxisRole::Group(groups)] => Some(AxisRole::Group(groups)),
         _ => {
-            let in_order = real.iter().enumerate().all(|(at, axis)| *axis == Axis::Sample(at));
-            in_order.then_some(Axis::Sample(usize::MAX))
+            let in_order = real.iter().enumerate().all(|(at, axis)| *axis == AxisRole::Sample(at));
+            in_order.then_some(AxisRole::Sample(usize::MAX))
         }
     }
 }
 
 /// The value with the new axes, and the node that they ask for.
 fn settled<'a>(
-    work: &mut Work<'a>,
+    work: &mut Importer<'a>,
     call: Call<'a>,
-    view: View,
-    mut axes: Vec<Axis>,
-) -> Result<Option<Value>, Cause> {
+    view: AxisView,
+    mut axes: Vec<AxisRole>,
+) -> Result<Option<ImportedValue>, Cause> {
     let mut node = view.node;
     let rank = work.shape(node).len();
-    let members = axes.iter().any(|axis| matches!(axis, Axis::Member(_)));
-    let shuffled = axes.iter().position(|axis| matches!(axis, Axis::Group(_))).filter(|_| !members);
+    let members = axes.iter().any(|axis| matches!(axis, AxisRole::Member(_)));
+    let shuffled = axes.iter().position(|axis| matches!(axis, AxisRole::Group(_))).filter(|_| !members);
     if let Some(at) = shuffled {
-        let Axis::Group(groups) = axes[at] else { return Ok(None) };
+        let AxisRole::Group(groups) = axes[at] else { return Ok(None) };
         node = work.draft.then(Op::ChannelShuffle { groups }, &[node]).map_err(|e| call.refuse(e))?;
-        axes[at] = Axis::Sample(0);
+        axes[at] = AxisRole::Sample(0);
     }
-    let real = |axes: &[Axis]| axes.iter().filter(|axis| matches!(axis, Axis::Sample(_))).count();
-    if let Some(at) = axes.iter().position(|axis| *axis == Axis::Sample(usize::MAX)) {
+    let real = |axes: &[AxisRole]| axes.iter().filter(|axis| matches!(axis, AxisRole::Sample(_))).count();
+    if let Some(at) = axes.iter().position(|axis| *axis == AxisRole::Sample(usize::MAX)) {
         // All of the sample has to be in it, and in order.
         if shuffled.is_some() || real(&axes) != 1 || !ordered(&view.axes, rank) {
             return Ok(None);
@@ -184,21 +184,21 @@ fn settled<'a>(
         if rank > 1 {
             node = work.draft.then(Op::Flatten, &[node]).map_err(|e| call.refuse(e))?;
         }
-        axes[at] = Axis::Sample(0);
+        axes[at] = AxisRole::Sample(0);
     } else if !members && real(&axes) != rank {
         return Ok(None);
     }
-    Ok(Some(Value::Flow(View { node, axes, pad: vec![] })))
+    Ok(Some(ImportedValue::Flow(AxisView { node, axes, pad: vec![] })))
 }
 
 /// Whether the samples come first and the node's axes in their order.
-fn ordered(axes: &[Axis], rank: usize) -> bool {
-    let real = axes.iter().copied().filter(|axis| *axis != Axis::Unit);
-    real.eq(View::plain(0, rank).axes)
+fn ordered(axes: &[AxisRole], rank: usize) -> bool {
+    let real = axes.iter().copied().filter(|axis| *axis != AxisRole::Unit);
+    real.eq(AxisView::plain(0, rank).axes)
 }
 
 /// `Flatten`: all but the samples.
-pub fn flatten<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn flatten<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let rank = work.shape(view.node).len();
     let axis = super::work::position(call, call.int("axis", 1), view.axes.len() + 1)?;
@@ -211,5 +211,5 @@ pub fn flatten<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> 
         1 => view.node,
         _ => work.draft.then(Op::Flatten, &[view.node]).map_err(|e| call.refuse(e))?,
     };
-    Ok(Value::Flow(View::plain(node, 1)))
+    Ok(ImportedValue::Flow(AxisView::plain(node, 1)))
 }

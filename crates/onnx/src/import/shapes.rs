@@ -5,16 +5,16 @@ use taxel_graph::Op;
 use super::attributes::Call;
 use super::ints::{range, sizes};
 use super::stored::MOST_AXES;
-use super::values::{Axis, Dim, Value, View};
-use super::work::{Work, position};
+use super::values::{AxisRole, AxisView, Dim, ImportedValue};
+use super::work::{Importer, position};
 use crate::error::Cause;
 
 /// `Transpose` of what a node computes, or of a stored matrix.
-pub fn transpose<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn transpose<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let perm = call.ints("perm");
-    if let Value::Stored { index, transposed } = *work.value(call, 0)? {
+    if let ImportedValue::Stored { index, transposed } = *work.value(call, 0)? {
         return match perm {
-            None | Some([1, 0]) => Ok(Value::Stored { index, transposed: !transposed }),
+            None | Some([1, 0]) => Ok(ImportedValue::Stored { index, transposed: !transposed }),
             Some(perm) => Err(call.refuse(format!("turns a stored tensor by {perm:?}"))),
         };
     }
@@ -30,13 +30,13 @@ pub fn transpose<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause
         return Err(call.refuse(format!("{order:?} is no order of {count} axes")));
     }
     let axes = order.iter().map(|&axis| view.axes[axis]).collect();
-    Ok(Value::Flow(View { axes, ..view }))
+    Ok(ImportedValue::Flow(AxisView { axes, ..view }))
 }
 
 /// `Unsqueeze`: axes of one value.
-pub fn unsqueeze<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
-    if let Value::Fill(value) = *work.value(call, 0)? {
-        return Ok(Value::Fill(value));
+pub fn unsqueeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
+    if let ImportedValue::Fill(value) = *work.value(call, 0)? {
+        return Ok(ImportedValue::Fill(value));
     }
     let mut view = work.flow(call, 0)?;
     let given = work.ints(call, "axes", 1)?.unwrap_or_default();
@@ -51,15 +51,15 @@ pub fn unsqueeze<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause
         if axis > view.axes.len() {
             return Err(call.refuse("names an axis twice"));
         }
-        view.axes.insert(axis, Axis::Unit);
+        view.axes.insert(axis, AxisRole::Unit);
     }
-    Ok(Value::Flow(view))
+    Ok(ImportedValue::Flow(view))
 }
 
 /// `Squeeze`: axes of one value less.
-pub fn squeeze<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
-    if let Value::Fill(value) = *work.value(call, 0)? {
-        return Ok(Value::Fill(value));
+pub fn squeeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
+    if let ImportedValue::Fill(value) = *work.value(call, 0)? {
+        return Ok(ImportedValue::Fill(value));
     }
     let view = work.flow(call, 0)?;
     let sizes = sizes(work, &view);
@@ -71,26 +71,30 @@ pub fn squeeze<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> 
     if axes.iter().any(|&at| sizes[at] != Dim::Known(1)) {
         return Err(call.refuse("drops an axis of more than one value"));
     }
-    let real = axes.iter().filter(|&&at| view.axes[at] != Axis::Unit).count();
-    let left: Vec<Axis> =
+    let real = axes.iter().filter(|&&at| view.axes[at] != AxisRole::Unit).count();
+    let left: Vec<AxisRole> =
         view.axes.iter().enumerate().filter(|(at, _)| !axes.contains(at)).map(|(_, axis)| *axis).collect();
     if real == 0 {
-        return Ok(Value::Flow(View { axes: left, ..view }));
+        return Ok(ImportedValue::Flow(AxisView { axes: left, ..view }));
     }
     // Real axes may go if the channels are all that is left.
-    let flat = left.iter().copied().filter(|axis| *axis != Axis::Unit).eq([Axis::Batch, Axis::Sample(0)]);
+    let flat = left
+        .iter()
+        .copied()
+        .filter(|axis| *axis != AxisRole::Unit)
+        .eq([AxisRole::Batch, AxisRole::Sample(0)]);
     if !flat || rank == 1 {
         return Err(call.refuse("drops some axes of space; taxel keeps all of them, or flattens"));
     }
     let node = work.draft.then(Op::Flatten, &[view.node]).map_err(|e| call.refuse(e))?;
-    Ok(Value::Flow(View { node, axes: left, pad: vec![] }))
+    Ok(ImportedValue::Flow(AxisView { node, axes: left, pad: vec![] }))
 }
 
 /// `Gather` of one place: the last step of an LSTM, or the only place of an axis of one value.
-pub fn gather<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let mut view = work.flow(call, 0)?;
     let (index, scalar) = match work.value(call, 1)? {
-        Value::Ints { values, scalar } => match values[..] {
+        ImportedValue::Ints { values, scalar } => match values[..] {
             [Dim::Known(index)] => (index, *scalar),
             _ => return Err(call.refuse("picks several places")),
         },
@@ -98,8 +102,8 @@ pub fn gather<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     };
     let axis = position(call, call.int("axis", 0), view.axes.len())?;
     let last = match view.axes[axis] {
-        Axis::Step => work.steps(view.node) as i64 - 1,
-        Axis::Unit => 0,
+        AxisRole::Step => work.steps(view.node) as i64 - 1,
+        AxisRole::Unit => 0,
         _ => return Err(call.refuse("picks a place of channels or space; taxel slices channels alone")),
     };
     if index != last && index != -1 {
@@ -108,15 +112,15 @@ pub fn gather<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     if scalar {
         view.axes.remove(axis);
     } else {
-        view.axes[axis] = Axis::Unit;
+        view.axes[axis] = AxisRole::Unit;
     }
-    Ok(Value::Flow(view))
+    Ok(ImportedValue::Flow(view))
 }
 
 /// `Slice`: some channels, the last step of an LSTM, or everything.
-pub fn slice<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
-    if let Value::Fill(value) = *work.value(call, 0)? {
-        return Ok(Value::Fill(value));
+pub fn slice<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
+    if let ImportedValue::Fill(value) = *work.value(call, 0)? {
+        return Ok(ImportedValue::Fill(value));
     }
     let mut view = work.flow(call, 0)?;
     let starts = work.ints(call, "starts", 1)?.unwrap_or_default();
@@ -142,8 +146,8 @@ pub fn slice<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
         let part = range(starts[at], ends[at], size);
         match view.axes[axis] {
             _ if part == (0..size) => {}
-            Axis::Step if part == (size - 1..size) => view.axes[axis] = Axis::Unit,
-            Axis::Sample(0) => {
+            AxisRole::Step if part == (size - 1..size) => view.axes[axis] = AxisRole::Unit,
+            AxisRole::Sample(0) => {
                 let op = Op::Slice { start: part.start, len: part.len() };
                 view.node = work.draft.then(op, &[view.node]).map_err(|e| call.refuse(e))?;
             }
@@ -154,14 +158,14 @@ pub fn slice<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
             }
         }
     }
-    Ok(Value::Flow(view))
+    Ok(ImportedValue::Flow(view))
 }
 
 /// `Split` along channels.
-pub fn split<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Cause> {
+pub fn split<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<ImportedValue>, Cause> {
     let view = work.pointwise(call, 0)?;
     let axis = position(call, call.int("axis", 0), view.axes.len())?;
-    if view.axes[axis] != Axis::Sample(0) {
+    if view.axes[axis] != AxisRole::Sample(0) {
         return Err(call.refuse("splits another axis than channels"));
     }
     let (channels, parts) = (work.shape(view.node)[0], call.node.outputs.len());
@@ -178,7 +182,7 @@ pub fn split<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Caus
     let (mut start, mut values) = (0usize, vec![]);
     for len in lengths {
         let node = work.draft.then(Op::Slice { start, len }, &[view.node]).map_err(|e| call.refuse(e))?;
-        values.push(Value::Flow(View { node, ..view.clone() }));
+        values.push(ImportedValue::Flow(AxisView { node, ..view.clone() }));
         start = start.saturating_add(len);
     }
     if start == channels {
@@ -189,10 +193,10 @@ pub fn split<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Vec<Value>, Caus
 }
 
 /// `Concat` along channels.
-pub fn concat<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
+pub fn concat<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let first = work.pointwise(call, 0)?;
     let axis = position(call, call.int("axis", 0), first.axes.len())?;
-    if first.axes[axis] != Axis::Sample(0) {
+    if first.axes[axis] != AxisRole::Sample(0) {
         return Err(call.refuse("joins another axis than channels"));
     }
     let mut nodes = vec![];
@@ -205,5 +209,5 @@ pub fn concat<'a>(work: &mut Work<'a>, call: Call<'a>) -> Result<Value, Cause> {
     }
     let name = work.name(call, usize::MAX, &[], "concat");
     let node = work.draft.add(name, Op::Concat, &nodes, vec![]).map_err(|e| call.refuse(e))?;
-    Ok(Value::Flow(View { node, ..first }))
+    Ok(ImportedValue::Flow(AxisView { node, ..first }))
 }

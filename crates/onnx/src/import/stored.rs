@@ -18,7 +18,7 @@ pub const MOST_AXES: usize = 64;
 const SPARE: usize = 1 << 20;
 
 /// Every stored tensor of a model.
-pub struct Stored<'a> {
+pub struct StoredTensors<'a> {
     tensors: Vec<proto::Tensor>,
     /// Where files with values lie; none for a model that is not a file.
     folder: Option<&'a Path>,
@@ -28,10 +28,10 @@ pub struct Stored<'a> {
     left: usize,
 }
 
-impl<'a> Stored<'a> {
+impl<'a> StoredTensors<'a> {
     /// Of a file of `length` bytes.
     pub fn new(folder: Option<&'a Path>, length: usize) -> Self {
-        Stored { tensors: vec![], folder, files: HashMap::new(), left: length / 2 + SPARE }
+        StoredTensors { tensors: vec![], folder, files: HashMap::new(), left: length / 2 + SPARE }
     }
 
     /// Adds a tensor; its number.

@@ -5,9 +5,9 @@ pub type Id = usize;
 
 /// A value of an ONNX graph.
 #[derive(Debug, Clone)]
-pub enum Value {
+pub enum ImportedValue {
     /// The value of a node of the network.
-    Flow(View),
+    Flow(AxisView),
     /// A stored tensor.
     Stored {
         /// Which one.
@@ -25,12 +25,12 @@ pub enum Value {
     /// The same number everywhere, in whatever shape: initial states.
     Fill(f32),
     /// A value on the way to an operation of several ONNX nodes.
-    Part(Part, View),
+    Part(Fragment, AxisView),
 }
 
 /// Values that are no operation of their own; the view is that of the input.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Part {
+pub enum Fragment {
     /// The input less its mean over space.
     Centred,
     /// The square of that.
@@ -59,18 +59,18 @@ pub enum Dim {
 
 /// How the axes of a value lie on those of a node's output.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct AxisView {
     /// The node.
     pub node: Id,
     /// The value's axes.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<AxisRole>,
     /// Zeros around each spatial axis that no operation has counted yet.
     pub pad: Vec<(usize, usize)>,
 }
 
 /// The role of an axis of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
+pub enum AxisRole {
     /// The samples.
     Batch,
     /// That axis of the node's output, batch axis left out.
@@ -85,22 +85,22 @@ pub enum Axis {
     Member(usize),
 }
 
-impl View {
+impl AxisView {
     /// A node's output as it is.
-    pub fn plain(node: Id, rank: usize) -> View {
-        let axes = std::iter::once(Axis::Batch).chain((0..rank).map(Axis::Sample)).collect();
-        View { node, axes, pad: vec![] }
+    pub fn plain(node: Id, rank: usize) -> AxisView {
+        let axes = std::iter::once(AxisRole::Batch).chain((0..rank).map(AxisRole::Sample)).collect();
+        AxisView { node, axes, pad: vec![] }
     }
 
     /// Whether the axes are samples, then those of the node in their order, then `units` axes of one value.
     pub fn is_plain(&self, rank: usize, units: usize) -> bool {
-        let mut plain = View::plain(self.node, rank).axes;
-        plain.extend(vec![Axis::Unit; units]);
+        let mut plain = AxisView::plain(self.node, rank).axes;
+        plain.extend(vec![AxisRole::Unit; units]);
         self.axes == plain
     }
 
     /// Axes of one value at the end.
     pub fn units(&self) -> usize {
-        self.axes.iter().rev().take_while(|axis| **axis == Axis::Unit).count()
+        self.axes.iter().rev().take_while(|axis| **axis == AxisRole::Unit).count()
     }
 }

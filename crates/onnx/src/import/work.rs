@@ -6,16 +6,16 @@ use taxel_graph::{Op, Tensor};
 
 use super::attributes::Call;
 use super::draft::Draft;
-use super::stored::Stored;
-use super::values::{Axis, Dim, Id, Part, Value, View};
+use super::stored::StoredTensors;
+use super::values::{AxisRole, AxisView, Dim, Fragment, Id, ImportedValue};
 use crate::error::Cause;
 
 /// The reading of one file.
-pub struct Work<'a> {
+pub struct Importer<'a> {
     pub draft: Draft,
-    pub stored: Stored<'a>,
+    pub stored: StoredTensors<'a>,
     /// Values by their names.
-    pub values: HashMap<&'a str, Value>,
+    pub values: HashMap<&'a str, ImportedValue>,
     /// How many nodes and outputs read a value.
     pub uses: HashMap<&'a str, usize>,
     /// The number of samples, where the file fixes one.
@@ -24,9 +24,9 @@ pub struct Work<'a> {
     pub notes: Vec<String>,
 }
 
-impl<'a> Work<'a> {
+impl<'a> Importer<'a> {
     /// The value of input `at`.
-    pub fn value(&self, call: Call<'a>, at: usize) -> Result<&Value, Cause> {
+    pub fn value(&self, call: Call<'a>, at: usize) -> Result<&ImportedValue, Cause> {
         let Some(name) = call.input(at) else { return Err(call.refuse(format!("has no input {at}"))) };
         self.values.get(name).ok_or_else(|| {
             call.refuse(format!(
@@ -36,19 +36,19 @@ impl<'a> Work<'a> {
     }
 
     /// Input `at`, which a node computes; zeros around it may not be counted yet.
-    pub fn padded(&self, call: Call<'a>, at: usize) -> Result<View, Cause> {
+    pub fn padded(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let name = call.input(at).unwrap_or_default();
         match self.value(call, at)? {
-            Value::Flow(view) => Ok(view.clone()),
-            Value::Part(part, _) => Err(call.refuse(format!("reads {}", words(*part)))),
-            Value::Stored { .. } | Value::Ints { .. } | Value::Fill(_) => {
+            ImportedValue::Flow(view) => Ok(view.clone()),
+            ImportedValue::Part(part, _) => Err(call.refuse(format!("reads {}", words(*part)))),
+            ImportedValue::Stored { .. } | ImportedValue::Ints { .. } | ImportedValue::Fill(_) => {
                 Err(call.refuse(format!("reads the constant `{name}` where taxel reads what samples become")))
             }
         }
     }
 
     /// Input `at`, which a node computes.
-    pub fn flow(&self, call: Call<'a>, at: usize) -> Result<View, Cause> {
+    pub fn flow(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let view = self.padded(call, at)?;
         if view.pad.is_empty() {
             Ok(view)
@@ -60,7 +60,7 @@ impl<'a> Work<'a> {
     }
 
     /// Input `at`, of which every value can be taken for itself.
-    pub fn pointwise(&self, call: Call<'a>, at: usize) -> Result<View, Cause> {
+    pub fn pointwise(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let view = self.flow(call, at)?;
         self.refuse_steps(call, &view)?;
         Ok(view)
@@ -69,18 +69,18 @@ impl<'a> Work<'a> {
     /// Whether input `at` is stored under a name of its own.
     pub fn is_named(&self, call: Call<'a>, at: usize) -> bool {
         let value = call.input(at).and_then(|name| self.values.get(name));
-        matches!(value, Some(Value::Stored { index, .. }) if self.stored.name(*index).is_some())
+        matches!(value, Some(ImportedValue::Stored { index, .. }) if self.stored.name(*index).is_some())
     }
 
     /// Input `at` with samples, then the axes of its node in their order, then `units` axes of one value.
-    pub fn ordered(&self, call: Call<'a>, at: usize, units: usize) -> Result<View, Cause> {
+    pub fn ordered(&self, call: Call<'a>, at: usize, units: usize) -> Result<AxisView, Cause> {
         let view = self.flow(call, at)?;
         self.refuse_order(call, &view, units)?;
         Ok(view)
     }
 
     /// Refuses axes in another order than samples, then those of the node.
-    pub fn refuse_order(&self, call: Call<'a>, view: &View, units: usize) -> Result<(), Cause> {
+    pub fn refuse_order(&self, call: Call<'a>, view: &AxisView, units: usize) -> Result<(), Cause> {
         self.refuse_steps(call, view)?;
         if view.is_plain(self.shape(view.node).len(), units) {
             Ok(())
@@ -92,8 +92,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn refuse_steps(&self, call: Call<'a>, view: &View) -> Result<(), Cause> {
-        if view.axes.contains(&Axis::Step) {
+    fn refuse_steps(&self, call: Call<'a>, view: &AxisView) -> Result<(), Cause> {
+        if view.axes.contains(&AxisRole::Step) {
             Err(call.refuse("reads every step of an LSTM; taxel's LSTM answers its last step alone"))
         } else {
             Ok(())
@@ -117,13 +117,13 @@ impl<'a> Work<'a> {
     pub fn is_stored(&self, call: Call<'a>, at: usize) -> bool {
         call.input(at)
             .and_then(|name| self.values.get(name))
-            .is_some_and(|value| matches!(value, Value::Stored { .. }))
+            .is_some_and(|value| matches!(value, ImportedValue::Stored { .. }))
     }
 
     /// Input `at`, a stored tensor.
     pub fn floats(&mut self, call: Call<'a>, at: usize) -> Result<Tensor, Cause> {
         match *self.value(call, at)? {
-            Value::Stored { index, transposed } => {
+            ImportedValue::Stored { index, transposed } => {
                 let tensor = self.stored.floats(index)?;
                 Ok(if transposed { swapped(tensor) } else { tensor })
             }
@@ -151,7 +151,7 @@ impl<'a> Work<'a> {
             return Ok(None);
         }
         match self.value(call, at)? {
-            Value::Ints { values, .. } => Ok(Some(values.clone())),
+            ImportedValue::Ints { values, .. } => Ok(Some(values.clone())),
             _ => Err(call.refuse(format!("input {at} has to be a list of at most 64 integers"))),
         }
     }
@@ -181,16 +181,16 @@ impl<'a> Work<'a> {
     }
 
     /// Adds a node without tensors that reads `view` value by value.
-    pub fn map(&mut self, call: Call<'a>, op: Op, view: View) -> Result<Value, Cause> {
+    pub fn map(&mut self, call: Call<'a>, op: Op, view: AxisView) -> Result<ImportedValue, Cause> {
         let node = self.draft.then(op, &[view.node]).map_err(|e| call.refuse(e))?;
-        Ok(Value::Flow(View { node, ..view }))
+        Ok(ImportedValue::Flow(AxisView { node, ..view }))
     }
 
     /// A name for a node with tensors: that of its stored tensor `at` less one of `endings`, else its own in the file,
     /// else `kind`.
     pub fn name(&mut self, call: Call<'a>, at: usize, endings: &[&str], kind: &str) -> String {
         let stored = match call.input(at).and_then(|name| self.values.get(name)) {
-            Some(Value::Stored { index, .. }) => self.stored.name(*index),
+            Some(ImportedValue::Stored { index, .. }) => self.stored.name(*index),
             _ => None,
         };
         let named = stored.and_then(|name| endings.iter().find_map(|ending| name.strip_suffix(ending)));
@@ -236,12 +236,12 @@ pub fn swapped(tensor: Tensor) -> Tensor {
     Tensor { shape: vec![columns, rows], data }
 }
 
-fn words(part: Part) -> &'static str {
+fn words(part: Fragment) -> &'static str {
     match part {
-        Part::Centred => "the difference from a mean",
-        Part::Squared => "the square of a difference from a mean",
-        Part::Variance { .. } => "a variance, of which taxel knows the root alone (with some ε in it)",
-        Part::HardSigmoid => "a hard sigmoid, which taxel knows in a hard swish alone",
-        Part::Probabilities => "probabilities; taxel knows a softmax at the end alone",
+        Fragment::Centred => "the difference from a mean",
+        Fragment::Squared => "the square of a difference from a mean",
+        Fragment::Variance { .. } => "a variance, of which taxel knows the root alone (with some ε in it)",
+        Fragment::HardSigmoid => "a hard sigmoid, which taxel knows in a hard swish alone",
+        Fragment::Probabilities => "probabilities; taxel knows a softmax at the end alone",
     }
 }

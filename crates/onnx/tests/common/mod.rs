@@ -5,14 +5,14 @@
 #[path = "../../../../tests/support/twin.rs"]
 mod twin;
 
-use taxel_engine::{Evaluator, Options};
-use taxel_graph::{Graph, Init, Kind, Node, Scheme, Tensor, Weights};
+use taxel_engine::{EngineOptions, Evaluator};
+use taxel_graph::{Graph, Init, Node, Scheme, Tensor, TensorKind, Weights};
 
 /// Fresh weights with statistics and constants that are not those of a fresh network.
 pub fn weights(graph: &Graph) -> Weights {
     let mut weights = Weights::init(graph, Scheme::Pytorch, 1, "onnx");
     for param in graph.params() {
-        let statistic = param.kind == Kind::Buffer;
+        let statistic = param.kind == TensorKind::Buffer;
         if !statistic && !matches!(param.init, Init::Constant(_)) {
             continue;
         }
@@ -41,7 +41,8 @@ pub const SAMPLES: usize = 3;
 /// Every output for `n` samples.
 pub fn answers(graph: &Graph, weights: &Weights, inputs: &[Vec<f32>], n: usize) -> Vec<(String, Vec<f32>)> {
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-    let evaluator = Evaluator::new(graph, weights, Options { batch: n, ..Options::default() }).unwrap();
+    let evaluator =
+        Evaluator::new(graph, weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
     let mut memory = evaluator.workspace();
     evaluator.answer(&mut memory, &inputs, n).unwrap();
     memory.outputs().map(|(name, values)| (name.to_string(), values.to_vec())).collect()

@@ -3,14 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use taxel_engine::{Evaluator, Options};
-use taxel_graph::{Graph, Init, Kind, Scheme, Tensor, Weights};
+use taxel_graph::{Graph, Init, Scheme, Tensor, TensorKind, Weights};
 use taxel_runtime::Frozen;
 
 /// Fresh weights with running statistics that are not those of a fresh network.
 pub fn weights(graph: &Graph) -> Weights {
     let mut weights = Weights::init(graph, Scheme::Pytorch, 1, "agrees");
     for param in graph.params() {
-        let is_statistic = param.kind == Kind::Buffer;
+        let is_statistic = param.kind == TensorKind::Buffer;
         if !is_statistic && !matches!(param.init, Init::Constant(_)) {
             continue;
         }

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use ndarray::{ArrayD, IxDyn};
 #[cfg(feature = "candle")]
 use taxel_devices::{Device, Model};
-use taxel_engine::{Evaluator, Options};
+use taxel_engine::{EngineOptions, Evaluator};
 use taxel_graph::{Graph, Weights};
 
 use crate::CommandResult;
@@ -92,7 +92,7 @@ impl Forward {
         match self.backend {
             Backend::Native => {
                 let batch = CHUNK.min(samples);
-                let options = Options { batch, threads, ..Options::default() };
+                let options = EngineOptions { batch, threads, ..EngineOptions::default() };
                 let evaluator = Evaluator::new(&graph, &weights, options)?;
                 let mut workspace = evaluator.workspace();
                 for from in (0..samples).step_by(CHUNK) {

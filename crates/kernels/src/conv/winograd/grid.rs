@@ -11,7 +11,7 @@ const BLOCK: usize = 96 * 1024;
 
 /// The tiles of an image, row by row. A transformed block of them lies as [`TILE`] planes × tiles × channels.
 #[derive(Debug, Clone)]
-pub(crate) struct Grid {
+pub(crate) struct TileGrid {
     /// Rows and columns of the output.
     pub output: [usize; 2],
     /// Tiles from top to bottom and from left to right.
@@ -21,7 +21,7 @@ pub(crate) struct Grid {
 }
 
 /// Neighbouring tiles of one row.
-pub(crate) struct Run {
+pub(crate) struct TileRun {
     pub row: usize,
     pub column: usize,
     pub count: usize,
@@ -29,13 +29,13 @@ pub(crate) struct Run {
     pub number: usize,
 }
 
-impl Grid {
+impl TileGrid {
     pub fn new(output: [usize; 2], channels: usize, filters: usize) -> Self {
         let tiles = output.map(|size| size.div_ceil(2));
         // A multiple of the rows that a product holds in registers.
         let rows = wide_rows();
         let most = (BLOCK / (TILE * (channels + filters)) / rows).max(1) * rows;
-        Grid { output, tiles, block: even(tiles[0] * tiles[1], most) }
+        TileGrid { output, tiles, block: even(tiles[0] * tiles[1], most) }
     }
 
     /// Rows and columns of the input with the halo that the tiles cover.
@@ -65,7 +65,7 @@ impl Grid {
     }
 
     /// The tiles `first..first + count` of a block, row by row.
-    pub fn runs(&self, first: usize, count: usize) -> impl Iterator<Item = Run> + use<> {
+    pub fn runs(&self, first: usize, count: usize) -> impl Iterator<Item = TileRun> + use<> {
         assert!(
             count <= self.block && first + count <= self.tiles[0] * self.tiles[1],
             "a block of tiles inside the image is needed"
@@ -77,7 +77,7 @@ impl Grid {
             let run = (across - column).min(first + count - tile);
             let number = tile - first;
             tile += run;
-            (run > 0).then_some(Run { row, column, count: run, number })
+            (run > 0).then_some(TileRun { row, column, count: run, number })
         })
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::conv::begin::Begin;
 use crate::conv::direct::Direct;
-use crate::conv::sizes::Sizes;
+use crate::conv::sizes::ConvSizes;
 use crate::lengths::{at_least, exactly};
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
@@ -59,7 +59,7 @@ const OUTPUT_GRADIENT: Matrix = transposed(&OUTPUT);
 
 /// A convolution with stride 1 whose kernel is 3 long along `axis`, 0 or 1.
 #[derive(Debug, Clone)]
-pub(crate) struct Line {
+pub(crate) struct WinogradLine {
     axis: usize,
     /// Outputs along the axis.
     output: usize,
@@ -92,7 +92,7 @@ impl Runs {
     }
 }
 
-impl Line {
+impl WinogradLine {
     pub fn new(window: &Window3, axis: usize, channels: usize, filters: usize) -> Self {
         let flat = |size: [usize; 3], one: usize| {
             let mut size = size;
@@ -109,11 +109,11 @@ impl Line {
         };
         let mut padded: [usize; 3] = std::array::from_fn(|a| output[a] + kernel[a] - 1);
         padded[axis] = output[axis].div_ceil(OUTPUTS) * OUTPUTS + 2;
-        Line {
+        WinogradLine {
             axis,
             output: output[axis],
             filters,
-            inner: Direct::new(Sizes::new(inner, [1; 3], channels, filters, 1)),
+            inner: Direct::new(ConvSizes::new(inner, [1; 3], channels, filters, 1)),
             input_runs: Runs::new(padded, axis, channels),
             output_runs: Runs::new(output, axis, filters),
             weight_runs: Runs::new(kernel, axis, channels * filters),

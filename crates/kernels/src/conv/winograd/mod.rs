@@ -12,7 +12,7 @@ mod square;
 mod square_transforms;
 
 use crate::conv::begin::Begin;
-use crate::conv::sizes::Sizes;
+use crate::conv::sizes::ConvSizes;
 use crate::window::Window3;
 
 /// Channels and filters from which on squares pay.
@@ -24,7 +24,7 @@ const NARROW: usize = 8;
 #[derive(Debug, Clone)]
 pub(crate) enum Winograd {
     Square(square::Square),
-    Line(Box<line::Line>),
+    Line(Box<line::WinogradLine>),
 }
 
 macro_rules! either {
@@ -38,8 +38,8 @@ macro_rules! either {
 
 impl Winograd {
     /// The plan for an ungrouped convolution, where there is one.
-    pub fn new(sizes: &Sizes) -> Option<Self> {
-        let Sizes { window, dilation, channels, filters, .. } = *sizes;
+    pub fn new(sizes: &ConvSizes) -> Option<Self> {
+        let ConvSizes { window, dilation, channels, filters, .. } = *sizes;
         let Window3 { output, kernel, stride, .. } = window;
         if stride != [1; 3] || dilation != [1; 3] {
             return None;
@@ -48,12 +48,12 @@ impl Winograd {
             return Some(Winograd::Square(square::Square::new([output[1], output[2]], channels, filters)));
         }
         let axis = [1, 0].into_iter().find(|&axis| kernel[axis] == 3)?;
-        Some(Winograd::Line(Box::new(line::Line::new(&window, axis, channels, filters))))
+        Some(Winograd::Line(Box::new(line::WinogradLine::new(&window, axis, channels, filters))))
     }
 
     /// Whether its transforms cost less than the products that it saves.
-    pub fn pays(sizes: &Sizes) -> bool {
-        let Sizes { window, channels, filters, .. } = *sizes;
+    pub fn pays(sizes: &ConvSizes) -> bool {
+        let ConvSizes { window, channels, filters, .. } = *sizes;
         if window.kernel != [1, 3, 3] {
             return channels.min(filters) >= NARROW;
         }

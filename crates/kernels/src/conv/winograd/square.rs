@@ -7,20 +7,20 @@ use crate::lengths::at_least;
 use crate::tile::{Start, Tile, columns, even};
 use crate::view::Rectifier;
 
-use super::grid::{Grid, TILE};
+use super::grid::{TILE, TileGrid};
 use super::square_transforms::{gather_output, pack, spread_gradient, spread_input, unpack};
 
 /// Sizes of a 3×3 convolution with stride 1 whose input lies in a halo that its tiles fill.
 #[derive(Debug, Clone)]
 pub(crate) struct Square {
-    grid: Grid,
+    grid: TileGrid,
     channels: usize,
     filters: usize,
 }
 
 impl Square {
     pub fn new(output: [usize; 2], channels: usize, filters: usize) -> Self {
-        Square { grid: Grid::new(output, channels, filters), channels, filters }
+        Square { grid: TileGrid::new(output, channels, filters), channels, filters }
     }
 
     pub fn padded(&self, padded: [usize; 3]) -> [usize; 3] {

@@ -5,7 +5,7 @@ use crate::lengths::{at_least, exactly};
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
 
-use super::grid::{Grid, Run, TILE};
+use super::grid::{TILE, TileGrid, TileRun};
 
 /// `Bᵀ d` of one column.
 ///
@@ -30,7 +30,7 @@ unsafe fn gather<S: Simd>(m: [S::V; 4]) -> [S::V; 2] {
 at_level! {
     /// `v = Bᵀ d B` of a block of tiles, from the padded input `x`.
     pub(crate) fn spread_input(
-        grid: &Grid, width: usize, first: usize, count: usize, x: &[f32], v: &mut [f32],
+        grid: &TileGrid, width: usize, first: usize, count: usize, x: &[f32], v: &mut [f32],
     ) = spread_input_at
 }
 
@@ -38,7 +38,7 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn spread_input_at<S: Simd>(
-    grid: &Grid,
+    grid: &TileGrid,
     width: usize,
     first: usize,
     count: usize,
@@ -48,7 +48,7 @@ unsafe fn spread_input_at<S: Simd>(
     at_least("padded input of a convolution", x.len(), grid.halo_len() * width);
     at_least("a transformed block", v.len(), TILE * grid.plane(width));
     let (line, plane) = (grid.halo()[1] * width, grid.plane(width));
-    for Run { row, column, count, number } in grid.runs(first, count) {
+    for TileRun { row, column, count, number } in grid.runs(first, count) {
         let x = &x[2 * row * line + 2 * column * width..];
         let v = &mut v[number * width..];
         vectors!(S, width, c, n, {
@@ -87,7 +87,7 @@ unsafe fn spread_input_at<S: Simd>(
 at_level! {
     /// `w = A dy Aᵀ` of a block of tiles; outputs beyond the edge count as zero.
     pub(crate) fn spread_gradient(
-        grid: &Grid, width: usize, first: usize, count: usize, dy: &[f32], to: &mut [f32],
+        grid: &TileGrid, width: usize, first: usize, count: usize, dy: &[f32], to: &mut [f32],
     ) = spread_gradient_at
 }
 
@@ -95,7 +95,7 @@ at_level! {
 /// The CPU has the features of `S`.
 #[inline(always)]
 unsafe fn spread_gradient_at<S: Simd>(
-    grid: &Grid,
+    grid: &TileGrid,
     width: usize,
     first: usize,
     count: usize,
@@ -105,7 +105,7 @@ unsafe fn spread_gradient_at<S: Simd>(
     at_least("dy of a convolution", dy.len(), grid.output_len() * width);
     at_least("a transformed block", to.len(), TILE * grid.plane(width));
     let ([rows, columns], plane) = (grid.output, grid.plane(width));
-    for Run { row, column, count, number } in grid.runs(first, count) {
+    for TileRun { row, column, count, number } in grid.runs(first, count) {
         let dy = &dy[(2 * row * columns + 2 * column) * width..];
         let to = &mut to[number * width..];
         let below = 2 * row + 1 < rows;
@@ -140,7 +140,7 @@ unsafe fn spread_gradient_at<S: Simd>(
 at_level! {
     /// `y = Aᵀ m A` of a block of tiles.
     pub(crate) fn gather_output(
-        grid: &Grid, width: usize, first: usize, count: usize, m: &[f32], begin: Begin, y: &mut [f32],
+        grid: &TileGrid, width: usize, first: usize, count: usize, m: &[f32], begin: Begin, y: &mut [f32],
     ) = gather_output_at
 }
 
@@ -149,7 +149,7 @@ at_level! {
 #[allow(clippy::needless_range_loop)]
 #[inline(always)]
 unsafe fn gather_output_at<S: Simd>(
-    grid: &Grid,
+    grid: &TileGrid,
     width: usize,
     first: usize,
     count: usize,
@@ -163,7 +163,7 @@ unsafe fn gather_output_at<S: Simd>(
         exactly("bias of a convolution", bias.len(), width);
     }
     let ([rows, columns], plane) = (grid.output, grid.plane(width));
-    for Run { row, column, count, number } in grid.runs(first, count) {
+    for TileRun { row, column, count, number } in grid.runs(first, count) {
         let y = &mut y[(2 * row * columns + 2 * column) * width..];
         let m = &m[number * width..];
         let below = 2 * row + 1 < rows;

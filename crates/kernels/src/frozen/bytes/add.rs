@@ -1,20 +1,20 @@
 //! The sum of two values in bytes.
 
-use crate::frozen::place::Place;
+use crate::frozen::place::ImagePlace;
 use crate::lengths::at_least;
 use crate::rows::vectors;
 use crate::simd::{Simd, at_level};
 use crate::view::Rectifier;
 
-use super::Scale;
+use super::ByteScale;
 use super::map::store_at;
-use super::output::{Ending, Output, Target};
+use super::output::{ByteOutput, Ending, Target};
 
 /// `y = rectifier(a + b)` between places.
 pub struct Add {
-    from: [Place; 2],
-    to: Place,
-    output: Output,
+    from: [ImagePlace; 2],
+    to: ImagePlace,
+    output: ByteOutput,
     ending: Ending,
     /// Steps of the output in one of each input, and what is left of their zeros.
     factors: [f32; 2],
@@ -23,8 +23,12 @@ pub struct Add {
 
 impl Add {
     /// Both inputs with their scales.
-    pub fn new(inputs: [(Place, Scale); 2], (to, output): (Place, Output), rectifier: Rectifier) -> Self {
-        let same = |from: &Place| from.size == to.size && from.channels == to.channels;
+    pub fn new(
+        inputs: [(ImagePlace, ByteScale); 2],
+        (to, output): (ImagePlace, ByteOutput),
+        rectifier: Rectifier,
+    ) -> Self {
+        let same = |from: &ImagePlace| from.size == to.size && from.channels == to.channels;
         assert!(
             inputs.iter().all(|(from, _)| same(from)),
             "places of one shape are needed: {inputs:?} {to:?}"
@@ -59,7 +63,7 @@ unsafe fn run_at<S: Simd>(sum: &Add, a: &[u8], b: &[u8], y: &mut Target) {
     at_least("the second addend", b.len(), sum.from[1].end());
     at_least("room for sums", y.len(), sum.to.end());
     assert!(y.fits(sum.output), "memory for {:?} is needed", sum.output);
-    let Place { size: [_, _, columns], channels, pitch, .. } = sum.to;
+    let ImagePlace { size: [_, _, columns], channels, pitch, .. } = sum.to;
     let starts = sum.from[0].rows().zip(sum.from[1].rows()).zip(sum.to.rows());
     for ((first, second), to) in starts {
         for column in 0..columns {

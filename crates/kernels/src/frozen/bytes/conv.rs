@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use crate::frozen::conv::{Line, lines_of, taps_of};
-use crate::frozen::place::{Place, Route};
+use crate::frozen::conv::{ConvRow, lines_of, taps_of};
+use crate::frozen::place::{ImagePlace, Route};
 use crate::lengths::{at_least, exactly};
 use crate::tile::even;
 use crate::window::Window3;
 
 use super::dot::Width;
-use super::output::{Ending, Output, Target};
+use super::output::{ByteOutput, Ending, Target};
 use super::tile::{Kernels, Tile};
-use super::{Bytes, Scale};
+use super::{ByteScale, Bytes};
 
 /// Weights, and what becomes of the sums of products with them.
 #[derive(Debug, Clone, Copy)]
@@ -23,33 +23,33 @@ pub struct Sums<'a> {
     /// One per filter, in those units.
     pub bias: &'a [i32],
     /// How the inputs are written.
-    pub input: Scale,
+    pub input: ByteScale,
     /// How the addend is written, where the route has one.
-    pub addend: Option<Scale>,
+    pub addend: Option<ByteScale>,
     /// As what the outputs are stored.
-    pub output: Output,
+    pub output: ByteOutput,
 }
 
 /// A convolution with its weights.
 pub struct Conv {
     kernels: &'static Kernels,
-    to: Place,
-    addend: Option<(Place, f32, f32)>,
-    output: Output,
+    to: ImagePlace,
+    addend: Option<(ImagePlace, f32, f32)>,
+    output: ByteOutput,
     ending: Ending,
     /// Distance of the inputs of neighbouring outputs.
     step: usize,
     /// Fours of bytes in a stretch of inputs.
     fours: usize,
-    lines: Vec<Line>,
-    panels: Vec<Panel>,
+    lines: Vec<ConvRow>,
+    panels: Vec<BytePanel>,
     weights: Bytes,
     /// Bytes of the input that are read, at least.
     reach: usize,
 }
 
 /// Filters that one kernel computes.
-struct Panel {
+struct BytePanel {
     vectors: usize,
     /// Filters in the last vector.
     last: usize,
@@ -117,7 +117,7 @@ impl Conv {
         let step = window.stride[2] * from.pitch[2];
         let across = (to.size[2].max(1) - 1) * step;
         let fours = run.div_ceil(4);
-        let last = |line: &Line| {
+        let last = |line: &ConvRow| {
             let furthest = taps[line.taps].iter().map(|tap| tap.0 + 4 * fours).max();
             line.from + (groups - 1) * channels + across + furthest.unwrap_or(0)
         };
@@ -155,7 +155,7 @@ impl Conv {
     /// # Safety
     /// `x` holds `reach` bytes, `y` the outputs up to the end of `to`, `addend`, where there is one, those up to its
     /// end; the CPU has the width of the kernels.
-    unsafe fn run_panel(&self, panel: &Panel, x: &[u8], addend: &[u8], y: &mut Target) {
+    unsafe fn run_panel(&self, panel: &BytePanel, x: &[u8], addend: &[u8], y: &mut Target) {
         let columns = self.to.size[2];
         let most = even(columns, self.kernels.rows(panel.vectors));
         let weights = &self.weights[panel.weights..];
@@ -191,7 +191,7 @@ impl Conv {
 }
 
 /// Panels of all groups and their weights, one after the other: stretches × fours × vectors × lanes × 4.
-fn pack(kernels: &Kernels, packing: &Packing, sums: &Sums) -> (Vec<Panel>, Bytes) {
+fn pack(kernels: &Kernels, packing: &Packing, sums: &Sums) -> (Vec<BytePanel>, Bytes) {
     let &Packing { run, channels, filters, groups, volume, .. } = packing;
     let fours = run.div_ceil(4);
     let stretches = volume * channels / run.max(1);
@@ -232,7 +232,7 @@ fn panel(
     sums: &Sums,
     (group, first): (usize, usize),
     (vectors, last, weights): (usize, usize, usize),
-) -> Panel {
+) -> BytePanel {
     let &Packing { taps, run, channels, filters, volume, .. } = packing;
     let width = vectors * kernels.lanes;
     let fours = run.div_ceil(4);
@@ -259,7 +259,7 @@ fn panel(
             0.0
         }
     };
-    Panel {
+    BytePanel {
         vectors,
         last,
         filter: group * filters + first,

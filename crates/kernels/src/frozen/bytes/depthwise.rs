@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::frozen::conv::{Line, lines_of, taps_of};
-use crate::frozen::place::{Place, Route};
+use crate::frozen::conv::{ConvRow, lines_of, taps_of};
+use crate::frozen::place::{ImagePlace, Route};
 use crate::lengths::{at_least, exactly};
 use crate::rows::{load, vectors};
 use crate::simd::{Simd, at_level};
@@ -11,15 +11,15 @@ use crate::window::Window3;
 
 use super::conv::Sums;
 use super::map::store_at;
-use super::output::{Ending, Output, Target};
+use super::output::{ByteOutput, Ending, Target};
 
 /// Whole numbers below this one are exact in a float, and so are their sums.
 pub const EXACT: i32 = 1 << 24;
 
 /// A depthwise convolution with its weights.
 pub struct Depthwise {
-    to: Place,
-    output: Output,
+    to: ImagePlace,
+    output: ByteOutput,
     ending: Ending,
     /// Kernel columns, and distances of neighbouring taps and of the inputs of neighbouring outputs.
     columns: usize,
@@ -27,7 +27,7 @@ pub struct Depthwise {
     step: usize,
     /// The kernel and the stride, where loaded inputs serve several outputs.
     shared: Option<(usize, usize)>,
-    lines: Vec<Row>,
+    lines: Vec<DepthwiseRow>,
     weights: Vec<f32>,
     /// Of every list of rows: what sums start from.
     starts: Vec<Vec<f32>>,
@@ -36,7 +36,7 @@ pub struct Depthwise {
 }
 
 /// A row of outputs.
-struct Row {
+struct DepthwiseRow {
     to: usize,
     /// Number of what its sums start from.
     start: usize,
@@ -59,12 +59,12 @@ impl Depthwise {
         let (plain, cuts) = lines_of(window, dilation, &from, &to, None);
         let row_taps = |cut| taps_of(window, dilation, &from, cut, channels, 1);
         let taps: Vec<Vec<(usize, usize)>> = cuts.iter().map(row_taps).collect();
-        let row = |line: &Line| Row {
+        let row = |line: &ConvRow| DepthwiseRow {
             to: line.to,
             start: line.taps,
             rows: taps[line.taps].iter().map(|&(at, weight)| (line.from + at, weight)).collect(),
         };
-        let lines: Vec<Row> = plain.iter().map(row).collect();
+        let lines: Vec<DepthwiseRow> = plain.iter().map(row).collect();
         let starts = cuts.iter().map(|cut| starts(window, cut, sums)).collect();
         let (tap, step) = (dilation[2] * from.pitch[2], stride[2] * from.pitch[2]);
         let width = (output[2].max(1) - 1) * step + (kernel[2] - 1) * tap + channels;
@@ -125,7 +125,7 @@ unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[u8], y: &mut Target) {
     at_least("input of a frozen convolution", x.len(), conv.reach);
     at_least("output of a frozen convolution", y.len(), conv.to.end());
     assert!(y.fits(conv.output), "memory for {:?} is needed", conv.output);
-    let Place { size: [_, _, width], channels, .. } = conv.to;
+    let ImagePlace { size: [_, _, width], channels, .. } = conv.to;
     for line in &conv.lines {
         vectors!(S, channels, c, n, {
             let mut column = 0;
@@ -161,7 +161,7 @@ unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[u8], y: &mut Target) {
 #[inline(always)]
 unsafe fn block<S: Simd, const B: usize>(
     conv: &Depthwise,
-    line: &Row,
+    line: &DepthwiseRow,
     column: usize,
     (c, n): (usize, usize),
     x: &[u8],
@@ -193,7 +193,7 @@ unsafe fn block<S: Simd, const B: usize>(
 #[inline(always)]
 unsafe fn block_of_three<S: Simd, const B: usize, const X: usize, const T: usize>(
     conv: &Depthwise,
-    line: &Row,
+    line: &DepthwiseRow,
     column: usize,
     (c, n): (usize, usize),
     x: &[u8],
@@ -227,7 +227,7 @@ unsafe fn block_of_three<S: Simd, const B: usize, const X: usize, const T: usize
 #[inline(always)]
 unsafe fn end<S: Simd, const B: usize>(
     conv: &Depthwise,
-    line: &Row,
+    line: &DepthwiseRow,
     column: usize,
     (c, n): (usize, usize),
     sums: &[S::V; B],

@@ -1,41 +1,41 @@
 //! Values between bytes and floats, through a scale and shift per channel and a rectifier.
 
 use crate::fold::Fold;
-use crate::frozen::place::Place;
+use crate::frozen::place::ImagePlace;
 use crate::frozen::rows::columns;
 use crate::lengths::{at_least, exactly, reach};
 use crate::rows::{load, vectors};
 use crate::simd::{Simd, at_level};
 use crate::view::Rectifier;
 
-use super::Scale;
-use super::output::{Ending, Output, Target};
+use super::ByteScale;
+use super::output::{ByteOutput, Ending, Target};
 
 /// Memory that values come from.
 #[derive(Clone, Copy)]
-pub enum Source<'a> {
+pub enum SourceValues<'a> {
     /// Bytes.
     Bytes(&'a [u8]),
     /// Floats.
     Floats(&'a [f32]),
 }
 
-impl Source<'_> {
+impl SourceValues<'_> {
     pub(super) fn len(&self) -> usize {
         match self {
-            Source::Bytes(x) => x.len(),
-            Source::Floats(x) => x.len(),
+            SourceValues::Bytes(x) => x.len(),
+            SourceValues::Floats(x) => x.len(),
         }
     }
 }
 
 /// `y = rectifier(scale · x + shift)` between two places.
 pub struct Map {
-    from: Place,
-    to: Place,
+    from: ImagePlace,
+    to: ImagePlace,
     /// Whether bytes come in.
     reads_bytes: bool,
-    output: Output,
+    output: ByteOutput,
     ending: Ending,
     /// Of every channel, zeros and steps of both sides included.
     factors: Vec<f32>,
@@ -47,8 +47,8 @@ pub struct Map {
 impl Map {
     /// From values written in `input` (floats: none) to `output`; `affine` is scale and shift per channel.
     pub fn new(
-        (from, input): (Place, Option<Scale>),
-        (to, output): (Place, Output),
+        (from, input): (ImagePlace, Option<ByteScale>),
+        (to, output): (ImagePlace, ByteOutput),
         affine: Option<(&[f32], &[f32])>,
         rectifier: Rectifier,
     ) -> Self {
@@ -56,7 +56,7 @@ impl Map {
         assert!(from.size == to.size && channels == to.channels, "{from:?} and {to:?} are of two shapes");
         let is_copy = affine.is_none()
             && rectifier == Rectifier::None
-            && input.is_some_and(|input| output == Output::Bytes(input));
+            && input.is_some_and(|input| output == ByteOutput::Bytes(input));
         let (step, zero) = input.map_or((1.0, 0.0), |s| (f64::from(s.step), f64::from(s.zero)));
         let (mut factors, mut shifts) = (vec![], vec![]);
         if let Some((scale, shift)) = affine {
@@ -73,13 +73,16 @@ impl Map {
     }
 
     /// All values.
-    pub fn run(&self, x: Source, mut y: Target) {
+    pub fn run(&self, x: SourceValues, mut y: Target) {
         at_least("values to be moved", x.len(), self.from.end());
         at_least("room for values", y.len(), self.to.end());
         assert!(y.fits(self.output), "memory for {:?} is needed", self.output);
-        assert!(matches!(x, Source::Bytes(_)) == self.reads_bytes, "values of the other kind are needed");
+        assert!(
+            matches!(x, SourceValues::Bytes(_)) == self.reads_bytes,
+            "values of the other kind are needed"
+        );
         let channels = self.from.channels;
-        if let (true, Source::Bytes(x), Target::Bytes(y)) = (self.is_copy, x, &mut y) {
+        if let (true, SourceValues::Bytes(x), Target::Bytes(y)) = (self.is_copy, x, &mut y) {
             return columns(&self.from, &self.to, |[a, b], [from, to], count| {
                 // Few bytes are copied faster than a copy is called.
                 for column in 0..count {
@@ -112,7 +115,7 @@ struct PerChannel<'a> {
 
 at_level! {
     fn run(
-        scales: &PerChannel, ending: &Ending, starts: [usize; 2], pitches: [usize; 2], count: usize, x: Source,
+        scales: &PerChannel, ending: &Ending, starts: [usize; 2], pitches: [usize; 2], count: usize, x: SourceValues,
         y: &mut Target,
     ) = run_at
 }
@@ -126,7 +129,7 @@ unsafe fn run_at<S: Simd>(
     [from, to]: [usize; 2],
     pitches: [usize; 2],
     count: usize,
-    x: Source,
+    x: SourceValues,
     y: &mut Target,
 ) {
     let channels = scales.factors.len();
@@ -151,12 +154,12 @@ unsafe fn run_at<S: Simd>(
 /// # Safety
 /// The CPU has the features of `S`, and `x` holds `at + n` values.
 #[inline(always)]
-pub(super) unsafe fn load_at<S: Simd>(x: Source, at: usize, n: usize) -> S::V {
+pub(super) unsafe fn load_at<S: Simd>(x: SourceValues, at: usize, n: usize) -> S::V {
     // SAFETY: the caller's contract.
     unsafe {
         match x {
-            Source::Bytes(x) => S::load_bytes(x.as_ptr().add(at), n),
-            Source::Floats(x) => load::<S>(x, at, n),
+            SourceValues::Bytes(x) => S::load_bytes(x.as_ptr().add(at), n),
+            SourceValues::Floats(x) => load::<S>(x, at, n),
         }
     }
 }
@@ -186,8 +189,16 @@ mod tests {
     #[should_panic(expected = "no memory holds")]
     fn columns_that_lie_too_far_apart_are_refused() {
         let scales = PerChannel { factors: &[1.0], shifts: &[0.0] };
-        let ending = Output::Floats.ending(Rectifier::None);
+        let ending = ByteOutput::Floats.ending(Rectifier::None);
         let pitches = [usize::MAX / 2 + 1, 1];
-        run(&scales, &ending, [0, 0], pitches, 3, Source::Bytes(&[1]), &mut Target::Floats(&mut [0.0; 3]));
+        run(
+            &scales,
+            &ending,
+            [0, 0],
+            pitches,
+            3,
+            SourceValues::Bytes(&[1]),
+            &mut Target::Floats(&mut [0.0; 3]),
+        );
     }
 }

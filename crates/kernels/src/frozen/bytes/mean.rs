@@ -1,23 +1,23 @@
 //! Means over windows of bytes.
 
-use crate::frozen::place::Place;
+use crate::frozen::place::ImagePlace;
 use crate::frozen::pool::Reach;
 use crate::lengths::at_least;
 use crate::rows::vectors;
 use crate::simd::{Simd, at_level};
 use crate::view::Rectifier;
 
-use super::Scale;
+use super::ByteScale;
 use super::depthwise::EXACT;
 use super::map::store_at;
-use super::output::{Ending, Output, Target};
+use super::output::{ByteOutput, Ending, Target};
 
 /// A mean with its windows.
 pub struct Mean {
-    from: Place,
-    to: Place,
+    from: ImagePlace,
+    to: ImagePlace,
     axes: [Vec<Reach>; 3],
-    output: Output,
+    output: ByteOutput,
     ending: Ending,
     /// Steps of the output in one of the input, and the input's zero.
     factor: f64,
@@ -26,7 +26,11 @@ pub struct Mean {
 
 impl Mean {
     /// The means of what lies at `from` into `to`; `axes` hold a reach per output, over depth, rows, columns.
-    pub fn new(axes: [Vec<Reach>; 3], (from, scale): (Place, Scale), (to, output): (Place, Output)) -> Self {
+    pub fn new(
+        axes: [Vec<Reach>; 3],
+        (from, scale): (ImagePlace, ByteScale),
+        (to, output): (ImagePlace, ByteOutput),
+    ) -> Self {
         assert!(from.channels == to.channels, "{from:?} to {to:?}: the channels stay");
         for (axis, reaches) in axes.iter().enumerate() {
             assert!(reaches.len() == to.size[axis], "a reach per output is needed: {reaches:?}");

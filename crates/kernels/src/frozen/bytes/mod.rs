@@ -20,28 +20,28 @@ pub use buffer::Bytes;
 pub use conv::{Conv, Sums};
 pub use depthwise::{Depthwise, EXACT};
 pub use dot::Width;
-pub use map::{Map, Source};
+pub use map::{Map, SourceValues};
 pub use mean::Mean;
 pub use moved::{max, shuffle};
-pub use output::{Output, Target};
+pub use output::{ByteOutput, Target};
 
 /// How numbers are written in bytes: `step · (byte − zero)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scale {
+pub struct ByteScale {
     /// Distance of neighbouring numbers, above 0.
     pub step: f32,
     /// The byte that means 0.
     pub zero: u8,
 }
 
-impl Scale {
+impl ByteScale {
     /// The finest scale that reaches from `low` to `high`, and has 0.
     pub fn over(low: f32, high: f32) -> Self {
         let (low, high) = (low.min(0.0), high.max(0.0));
         let step = (high - low) / 255.0;
         if !step.is_normal() {
-            return Scale { step: 1.0, zero: 0 };
+            return ByteScale { step: 1.0, zero: 0 };
         }
-        Scale { step, zero: (-low / step).round_ties_even() as u8 }
+        ByteScale { step, zero: (-low / step).round_ties_even() as u8 }
     }
 }

@@ -1,10 +1,16 @@
 //! Bytes that stay in their scale: the largest of a window, shuffled channels.
 
-use crate::frozen::place::Place;
+use crate::frozen::place::ImagePlace;
 use crate::frozen::pool::Reach;
 
 /// The largest byte of every window; `axes` hold a reach per output, over depth, rows, columns, which has an input.
-pub fn max([depths, rows, columns]: &[Vec<Reach>; 3], from: &Place, x: &[u8], to: &Place, y: &mut [u8]) {
+pub fn max(
+    [depths, rows, columns]: &[Vec<Reach>; 3],
+    from: &ImagePlace,
+    x: &[u8],
+    to: &ImagePlace,
+    y: &mut [u8],
+) {
     let channels = to.channels;
     for (d, depth) in depths.iter().enumerate() {
         for (r, row) in rows.iter().enumerate() {
@@ -25,7 +31,7 @@ pub fn max([depths, rows, columns]: &[Vec<Reach>; 3], from: &Place, x: &[u8], to
 }
 
 /// Channel shuffle of so many groups.
-pub fn shuffle(groups: usize, from: &Place, x: &[u8], to: &Place, y: &mut [u8]) {
+pub fn shuffle(groups: usize, from: &ImagePlace, x: &[u8], to: &ImagePlace, y: &mut [u8]) {
     let (channels, each) = (to.channels, to.channels / groups);
     for (from_row, to_row) in from.rows().zip(to.rows()) {
         for column in 0..to.size[2] {

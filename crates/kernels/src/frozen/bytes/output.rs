@@ -2,13 +2,13 @@
 
 use crate::view::Rectifier;
 
-use super::Scale;
+use super::ByteScale;
 
 /// As what outputs are stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Output {
+pub enum ByteOutput {
     /// As bytes of a scale.
-    Bytes(Scale),
+    Bytes(ByteScale),
     /// As floats.
     Floats,
 }
@@ -29,19 +29,19 @@ pub(super) struct Ending {
     pub high: f32,
 }
 
-impl Output {
+impl ByteOutput {
     /// Steps of the output in one unit.
     pub(super) fn steps(&self) -> f64 {
         match self {
-            Output::Bytes(scale) => 1.0 / f64::from(scale.step),
-            Output::Floats => 1.0,
+            ByteOutput::Bytes(scale) => 1.0 / f64::from(scale.step),
+            ByteOutput::Floats => 1.0,
         }
     }
 
     pub(super) fn ending(&self, rectifier: Rectifier) -> Ending {
         let (zero, low, high) = match self {
-            Output::Bytes(scale) => (f32::from(scale.zero), 0.0, 255.0),
-            Output::Floats => (0.0, f32::NEG_INFINITY, f32::INFINITY),
+            ByteOutput::Bytes(scale) => (f32::from(scale.zero), 0.0, 255.0),
+            ByteOutput::Floats => (0.0, f32::NEG_INFINITY, f32::INFINITY),
         };
         let six = (zero + (6.0 * self.steps()) as f32).min(high);
         match rectifier {
@@ -62,8 +62,11 @@ impl Target<'_> {
     }
 
     /// Whether this is memory for `output`.
-    pub(super) fn fits(&self, output: Output) -> bool {
-        matches!((self, output), (Target::Bytes(_), Output::Bytes(_)) | (Target::Floats(_), Output::Floats))
+    pub(super) fn fits(&self, output: ByteOutput) -> bool {
+        matches!(
+            (self, output),
+            (Target::Bytes(_), ByteOutput::Bytes(_)) | (Target::Floats(_), ByteOutput::Floats)
+        )
     }
 
     /// Where the outputs from `at` on go; panics beyond the end.

@@ -99,14 +99,14 @@ unsafe fn tile<S: Dot, const M: usize, const N: usize>(t: &Tile) {
 }
 
 /// A compiled block of `rows` × `vectors`.
-pub(super) type Kernel = unsafe fn(&Tile);
+pub(super) type BlockKernel = unsafe fn(&Tile);
 
 /// Kernels of one width, of one, two and four vectors: `[..][rows - 1]`.
 pub(super) struct Kernels {
     pub lanes: usize,
     /// Where weight `k` of a lane lies.
     pub place: fn(usize, usize) -> usize,
-    table: [&'static [Kernel]; 3],
+    table: [&'static [BlockKernel]; 3],
 }
 
 macro_rules! kernels {
@@ -117,7 +117,7 @@ macro_rules! kernels {
                 // SAFETY: the caller of the kernel keeps the contract of `tile`.
                 unsafe { tile::<$simd, $rows, $vectors>(t) }
             }
-            kernel as Kernel
+            kernel as BlockKernel
         }),*]
     };
 }
@@ -182,7 +182,7 @@ impl Kernels {
         self.table[Self::column(vectors)].len()
     }
 
-    pub fn kernel(&self, vectors: usize, rows: usize) -> Kernel {
+    pub fn kernel(&self, vectors: usize, rows: usize) -> BlockKernel {
         self.table[Self::column(vectors)][rows - 1]
     }
 }
