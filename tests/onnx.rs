@@ -50,7 +50,7 @@ fn logits(graph: &Graph, weights: &Weights, x: &[f32], n: usize) -> Vec<f32> {
     let evaluator =
         Evaluator::new(graph, weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
     let mut memory = evaluator.workspace();
-    evaluator.answer(&mut memory, &[x], n).unwrap();
+    evaluator.predict(&mut memory, &[x], n).unwrap();
     memory.outputs().next().unwrap().1.to_vec()
 }
 

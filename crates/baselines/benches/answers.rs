@@ -26,7 +26,7 @@ fn bench(c: &mut Criterion, method: Method, sizes: [usize; 3], classes: usize) -
     let (mut workspace, mut scores) = (fitted.workspace(), vec![0.0; classes]);
     let name = format!("{} {channels}x{length}, {classes} classes, {samples} samples", method.name());
     c.bench_function(&name, |b| {
-        b.iter(|| fitted.answer(black_box(test.sample(0)), &mut workspace, &mut scores).is_ok());
+        b.iter(|| fitted.predict_one(black_box(test.sample(0)), &mut workspace, &mut scores).is_ok());
     });
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     c.bench_function(&format!("64 at a time: {name}"), |b| {

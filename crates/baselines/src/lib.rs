@@ -1,7 +1,7 @@
 //! Methods that cost almost nothing, and that a network has to beat.
 //!
 //! All take series `[n, channels, length]` with one class each and give a score per class, the largest
-//! for the predicted one: [`Method::fit`] learns from the training part, [`Fitted::scores`] answers.
+//! for the predicted one: [`Method::fit`] learns from the training part, [`Fitted::scores`] predicts.
 //!
 //! ```
 //! use taxel_baselines::{Method, Series};
@@ -94,7 +94,7 @@ impl<'a> Series<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "name", deny_unknown_fields)]
 pub enum Method {
-    /// The commonest class of the training part, whatever is asked.
+    /// The commonest class of the training part, for every sample.
     Majority,
     /// The commonest class among the `k` nearest training samples (Euclidean).
     #[serde(rename = "k-nn")]
@@ -301,7 +301,7 @@ impl Fitted {
         }
     }
 
-    /// Memory for one answer of [`Fitted::answer`] after the other.
+    /// Memory for one call of [`Fitted::predict_one`] after the other.
     pub fn workspace(&self) -> Workspace {
         Workspace(match self {
             Fitted::Majority(_) => MethodMemory::Majority,
@@ -315,12 +315,17 @@ impl Fitted {
         })
     }
 
-    /// [`Fitted::scores`] of one recording, channel after channel, bit for bit. After the first answer nothing is
+    /// [`Fitted::scores`] of one recording, channel after channel, bit for bit. After the first call nothing is
     /// allocated.
     ///
     /// # Errors
     /// Another shape, a value that is not finite, or a workspace of another kind of method.
-    pub fn answer(&self, recording: &[f32], workspace: &mut Workspace, scores: &mut [f32]) -> Result<()> {
+    pub fn predict_one(
+        &self,
+        recording: &[f32],
+        workspace: &mut Workspace,
+        scores: &mut [f32],
+    ) -> Result<()> {
         if let Some([channels, length]) = self.shape() {
             let x = Series::new(recording, channels, length)?;
             if x.len() != 1 {
@@ -335,7 +340,7 @@ impl Fitted {
             (Fitted::Nearest(nearest), MethodMemory::Nearest(distances, best))
                 if distances.len() == nearest.len() =>
             {
-                nearest.answer(recording, distances, best, scores);
+                nearest.predict_one(recording, distances, best, scores);
             }
             (Fitted::MiniRocket(rocket, ridge), MethodMemory::MiniRocket(work, features, products))
                 if features.len() == rocket.biases().len() && products.len() == ridge.classes() =>
@@ -345,7 +350,7 @@ impl Fitted {
                 softmax(scores, ridge.classes());
             }
             (Fitted::Svm(svm), MethodMemory::Svm(work)) => {
-                svm.answer(recording, work, scores);
+                svm.predict_one(recording, work, scores);
                 softmax(scores, svm.classes());
             }
             (Fitted::Ridge(_, ridge), MethodMemory::Ridge(products)) if products.len() == ridge.classes() => {

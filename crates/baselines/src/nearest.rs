@@ -16,7 +16,7 @@ pub struct Nearest {
     y: Vec<u32>,
 }
 
-/// Recordings that are answered together.
+/// Recordings that are predicted together.
 const TOGETHER: usize = 32;
 
 /// The nearest neighbours so far, the nearest first: squared distance and number.
@@ -37,7 +37,7 @@ impl Nearest {
         let each = self.shape[0] * self.shape[1];
         let mut votes = vec![0.0; x.len() * self.classes];
         let parts = x.values.par_chunks(TOGETHER * each).zip(votes.par_chunks_mut(TOGETHER * self.classes));
-        parts.for_each(|(samples, votes)| self.answers(samples, each, votes));
+        parts.for_each(|(samples, votes)| self.votes(samples, each, votes));
         Ok(votes)
     }
 
@@ -50,14 +50,20 @@ impl Nearest {
     }
 
     /// Votes of one recording, a share per class. `distances` has room for one per training sample.
-    pub(crate) fn answer(&self, sample: &[f32], distances: &mut [f64], best: &mut Best, votes: &mut [f32]) {
+    pub(crate) fn predict_one(
+        &self,
+        sample: &[f32],
+        distances: &mut [f64],
+        best: &mut Best,
+        votes: &mut [f32],
+    ) {
         // Differences of floats, as they were before they were squared.
         double::squares(sample.len(), &self.x, sample, true, distances);
         self.vote(distances, best, votes);
     }
 
-    /// [`Nearest::answer`] for neighbouring recordings.
-    fn answers(&self, samples: &[f32], each: usize, votes: &mut [f32]) {
+    /// [`Nearest::predict_one`] for neighbouring recordings.
+    fn votes(&self, samples: &[f32], each: usize, votes: &mut [f32]) {
         let n = self.y.len();
         let mut distances = vec![0.0; samples.len() / each * n];
         double::squares(each, &self.x, samples, true, &mut distances);

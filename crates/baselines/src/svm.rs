@@ -205,7 +205,7 @@ impl Svm {
     }
 
     /// [`Svm::votes`] of one recording.
-    pub(crate) fn answer(&self, sample: &[f32], work: &mut SvmMemory, votes: &mut [f32]) {
+    pub(crate) fn predict_one(&self, sample: &[f32], work: &mut SvmMemory, votes: &mut [f32]) {
         let mut decisions = std::mem::take(&mut work.decisions);
         decisions.resize(self.pairs.len(), 0.0);
         self.decide_some(sample, work, &mut decisions);

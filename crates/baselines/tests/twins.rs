@@ -157,14 +157,14 @@ fn one_recording_gets_the_scores_of_many_bit_for_bit() {
         let all = fitted.scores(&test).unwrap();
         let (mut workspace, mut scores) = (fitted.workspace(), vec![0.0; classes as usize]);
         for (i, want) in all.chunks(classes as usize).enumerate() {
-            fitted.answer(test.sample(i), &mut workspace, &mut scores).unwrap();
+            fitted.predict_one(test.sample(i), &mut workspace, &mut scores).unwrap();
             let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(&scores), bits(want), "{}, recording {i}", method.name());
         }
         if method != Method::Majority {
-            assert!(fitted.answer(&[0.0], &mut workspace, &mut scores).is_err(), "{}", method.name());
+            assert!(fitted.predict_one(&[0.0], &mut workspace, &mut scores).is_err(), "{}", method.name());
         }
-        assert!(fitted.answer(test.sample(0), &mut workspace, &mut [0.0]).is_err());
+        assert!(fitted.predict_one(test.sample(0), &mut workspace, &mut [0.0]).is_err());
     }
 }
 

@@ -1,4 +1,4 @@
-//! Damaged `.safetensors`: an answer or a refusal, never a panic.
+//! Damaged `.safetensors`: read or refused, never a panic.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

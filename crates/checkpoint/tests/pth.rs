@@ -40,7 +40,7 @@ fn what_cannot_be_read_says_the_way_out() {
     assert!(refusal(&folder.path().join("none.pth")).contains("No such file"));
 }
 
-/// Every byte of a file, changed in a few ways: an answer or a refusal that names the file, never a panic.
+/// Every byte of a file, changed in a few ways: read, or refused with the file's name, never a panic.
 #[test]
 fn damaged_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -171,7 +171,7 @@ fn on_the_engine_at_the_published_input() {
         engine.sgdm(&STEP);
         let after = engine.weights();
         case.check_moved(&after);
-        // What was saved answers as what was trained.
+        // The saved network predicts as the trained one.
         checkpoint::write(&file, &after, "").unwrap();
         let (read, _) = checkpoint::read(&file).unwrap();
         assert!(
@@ -194,13 +194,13 @@ fn on_candle() {
         let name = &entry.name;
         let model = |weights: &Weights| Model::new(&case.graph, weights, &Device::Cpu).unwrap();
         let net = model(&case.weights);
-        let answer = |model: &Model, train| {
+        let predict = |model: &Model, train| {
             let outputs = model.forward(&case.xs(), BATCH, train).unwrap();
             outputs.into_iter().flat_map(|(_, values)| values).collect::<Vec<f32>>()
         };
-        let eval = answer(&net, false);
+        let eval = predict(&net, false);
         assert_eq!(net.weights().unwrap(), case.weights, "{name}: evaluation moves nothing");
-        assert_eq!(eval != answer(&net, true), case.has_modes(), "{name}: training and evaluation");
+        assert_eq!(eval != predict(&net, true), case.has_modes(), "{name}: training and evaluation");
         let (loss, gradients) = net.loss_and_gradients(&case.xs(), &case.labels).unwrap();
         case.check_gradients(loss, &gradients);
         let mut after = net.weights().unwrap();
@@ -212,14 +212,14 @@ fn on_candle() {
         case.check_moved(&after);
         checkpoint::write(&file, &after, "").unwrap();
         let (read, _) = checkpoint::read(&file).unwrap();
-        let trained = bits(&answer(&model(&after), false));
-        assert_eq!(trained, bits(&answer(&model(&read), false)), "{name}");
+        let trained = bits(&predict(&model(&after), false));
+        assert_eq!(trained, bits(&predict(&model(&read), false)), "{name}");
         assert_ne!(trained, bits(&eval), "{name}");
         // Both executions of one description.
         let mut engine = engine(&case, &after).unwrap();
         engine.forward(&case.xs(), BATCH, Mode::Eval).unwrap();
         let ours: Vec<f32> = engine.outputs().flat_map(|(_, values)| values.to_vec()).collect();
-        let theirs = answer(&model(&after), false);
+        let theirs = predict(&model(&after), false);
         let scale = theirs.iter().fold(0.0f32, |a, v| a.max(v.abs()));
         for (a, b) in ours.iter().zip(&theirs) {
             assert!((a - b).abs() <= 1e-4 * scale, "{name}: engine {a}, candle {b}");

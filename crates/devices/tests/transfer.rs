@@ -25,7 +25,7 @@ fn values(count: usize, salt: u64) -> Vec<f32> {
     twin::hashed(count, salt).into_iter().map(|v| v as f32).collect()
 }
 
-fn answer(graph: &Graph, weights: &Weights, xs: &[&[f32]], n: usize) -> Vec<(String, Vec<f32>)> {
+fn predict(graph: &Graph, weights: &Weights, xs: &[&[f32]], n: usize) -> Vec<(String, Vec<f32>)> {
     let mut engine =
         Engine::new(graph, weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
     engine.forward(xs, n, Mode::Eval).unwrap();
@@ -116,9 +116,9 @@ fn a_part_computes_what_the_whole_does_there() {
         let xs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
         let kept = weights.only(&part);
         kept.check(&part).unwrap();
-        let features = answer(&part, &kept, &xs, 2).remove(0);
+        let features = predict(&part, &kept, &xs, 2).remove(0);
         assert_eq!(features.0, node);
-        let logits = answer(&whole, &weights, &xs, 2).remove(0).1;
+        let logits = predict(&whole, &weights, &xs, 2).remove(0).1;
         let tensor = |suffix: &str| weights.get(&format!("{head}.{suffix}")).unwrap();
         let (weight, bias) = (tensor("weight"), tensor("bias"));
         let width = weight.shape[1];
@@ -152,7 +152,7 @@ fn spatial_features_come_out_in_pytorchs_order() {
         assert_eq!((out.as_str(), part.nodes()[*id].shape.as_slice()), (node, shape), "{name}");
         let weights = fresh(&whole, 1).only(&part);
         let x = values(2 * whole.inputs().next().unwrap().shape.iter().product::<usize>(), 1);
-        let ours = answer(&part, &weights, &[&x], 2).remove(0).1;
+        let ours = predict(&part, &weights, &[&x], 2).remove(0).1;
         let model = Model::new(&part, &weights, &Device::Cpu).unwrap();
         let theirs = model.forward(&[&x], 2, false).unwrap().remove(0).1;
         assert_eq!(ours.len(), 2 * shape.iter().product::<usize>());
@@ -262,7 +262,7 @@ fn stitched_streams_answer_as_their_parents_bit_for_bit() {
     for (stream, (name, weights)) in parents.into_iter().enumerate() {
         let mut both = vec![0.0; 6 * plane];
         both[3 * stream * plane..][..3 * plane].copy_from_slice(&image);
-        let outputs = answer(&split, &stitched, &[&both], 1);
+        let outputs = predict(&split, &stitched, &[&both], 1);
         let standardised: Vec<f32> = (0..3 * plane)
             .map(|i| {
                 let channel = 3 * stream + i / plane;
@@ -270,7 +270,7 @@ fn stitched_streams_answer_as_their_parents_bit_for_bit() {
                     / others.get("std").unwrap().data[channel]
             })
             .collect();
-        let by_parent = answer(&parent, weights, &[&standardised], 1).remove(0).1;
+        let by_parent = predict(&parent, weights, &[&standardised], 1).remove(0).1;
         let here = &outputs.iter().find(|(output, _)| output == name).unwrap().1;
         assert_eq!(here, &by_parent, "{name}");
     }

@@ -1,4 +1,4 @@
-//! Training steps (forward, loss, backward, SGDM) and single answers; ids are network/phase/batch.
+//! Training steps (forward, loss, backward, SGDM) and single predictions; ids are network/phase/batch.
 
 use std::hint::black_box;
 

@@ -24,7 +24,7 @@ pub enum Mode {
     Train,
 }
 
-/// A graph ready to train and to answer. What only answers is an [`Evaluator`](crate::Evaluator).
+/// A graph ready to train and to predict. For prediction only, take an [`Evaluator`](crate::Evaluator).
 pub struct Engine {
     compiled: Arc<Compiled>,
     state: EngineState,
@@ -99,7 +99,7 @@ impl Engine {
         match mode {
             Mode::Eval => {
                 self.state.pack(&self.compiled);
-                forward::answer(&self.compiled, &self.state, &mut self.workspace, inputs, n);
+                forward::predict(&self.compiled, &self.state, &mut self.workspace, inputs, n);
             }
             Mode::Train => {
                 forward::train(&self.compiled, &mut self.state, &mut self.workspace, inputs, n);

@@ -1,4 +1,4 @@
-//! A network that only answers, shared by threads.
+//! A network for prediction only, shared by threads.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::options::EngineOptions;
 use crate::state::EngineState;
 use crate::workspace::Workspace;
 
-/// A graph with its weights, ready to answer in evaluation mode, bit for bit as
+/// A graph with its weights, ready to predict in evaluation mode, bit for bit as
 /// [`Engine::forward`](crate::Engine::forward) in [`Mode::Eval`](crate::Mode::Eval) does.
 ///
 /// It never changes: threads share one by reference, each with a [`Workspace`] of its own. Where there are
@@ -23,7 +23,7 @@ pub struct Evaluator {
 }
 
 impl Evaluator {
-    /// Compiles `graph` with `weights`; [`EngineOptions::frozen`] does not matter to answers.
+    /// Compiles `graph` with `weights`; [`EngineOptions::frozen`] does not matter to predictions.
     ///
     /// # Errors
     /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, or
@@ -40,7 +40,7 @@ impl Evaluator {
         &self.compiled.graph
     }
 
-    /// Memory for the answers of one caller, for batches of up to [`EngineOptions::batch`] samples.
+    /// Memory for the predictions of one caller, for batches of up to [`EngineOptions::batch`] samples.
     pub fn workspace(&self) -> Workspace {
         Workspace::new(&self.compiled, false)
     }
@@ -52,12 +52,17 @@ impl Evaluator {
     /// # Errors
     /// A workspace of another evaluator, an empty or too large batch, or inputs of another length than `n`
     /// samples have.
-    pub fn answer<'w>(&self, workspace: &'w mut Workspace, inputs: &[&[f32]], n: usize) -> Result<&'w [f32]> {
+    pub fn predict<'w>(
+        &self,
+        workspace: &'w mut Workspace,
+        inputs: &[&[f32]],
+        n: usize,
+    ) -> Result<&'w [f32]> {
         if !workspace.fits(&self.compiled) {
             return Err(Error::Workspace { model: self.compiled.graph.name().into() });
         }
         self.compiled.check_inputs(inputs, n)?;
-        forward::answer(&self.compiled, &self.state, workspace, inputs, n);
+        forward::predict(&self.compiled, &self.state, workspace, inputs, n);
         Ok(workspace.output(0))
     }
 }

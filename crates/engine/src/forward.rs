@@ -13,14 +13,14 @@ use crate::workspace::Workspace;
 /// Evaluation: running statistics, nothing dropped; `state` is packed, and only read.
 ///
 /// `inputs` are those of `n` samples ([`Compiled::check_inputs`]).
-pub(crate) fn answer(
+pub(crate) fn predict(
     compiled: &Compiled,
     state: &EngineState,
     workspace: &mut Workspace,
     inputs: &[&[f32]],
     n: usize,
 ) {
-    assert!(state.is_packed(), "a state is packed before it answers");
+    assert!(state.is_packed(), "a state is packed before it predicts");
     workspace.share(n);
     workspace.masks.fill(None);
     for (norm, layout) in workspace.norms.iter_mut().zip(&compiled.norms) {

@@ -24,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A network that only answers is an [`Evaluator`], which never changes: threads share one by reference, each
+//! A network for prediction only is an [`Evaluator`], which never changes: threads share one by reference, each
 //! with a [`Workspace`] of its own, which has no memory for gradients:
 //!
 //! ```
@@ -38,7 +38,7 @@
 //! let x = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 //! let caller = || -> taxel_engine::Result<Vec<f32>> {
 //!     let mut workspace = evaluator.workspace();
-//!     Ok(evaluator.answer(&mut workspace, &[&x], 2)?.to_vec())
+//!     Ok(evaluator.predict(&mut workspace, &[&x], 2)?.to_vec())
 //! };
 //! let [one, other] = std::thread::scope(|scope| {
 //!     [scope.spawn(caller), scope.spawn(caller)].map(|thread| thread.join().expect("a thread ends"))

@@ -10,7 +10,7 @@ use crate::layers::{read_tensor, write_tensor};
 use crate::norm::Moments;
 use crate::optimizer::{OptimizerMemory, OptimizerState, Sgdm};
 
-/// All that a training run changes and goes on from; answers only read it.
+/// All that a training run changes and goes on from; predictions only read it.
 pub(crate) struct EngineState {
     /// Frozen ones last.
     pub params: Buffer,

@@ -34,7 +34,7 @@ struct OutputValues {
 }
 
 impl Workspace {
-    /// Memory for answers, or with all that the backward pass and batch statistics need for passes that are
+    /// Memory for predictions, or with all that the backward pass and batch statistics need for passes that are
     /// trained on.
     pub(crate) fn new(compiled: &Arc<Compiled>, trains: bool) -> Self {
         let Compiled { graph, batch, capacity, .. } = compiled.as_ref();
@@ -115,11 +115,11 @@ mod tests {
             let options = EngineOptions { batch: 16, ..EngineOptions::default() };
             let compiled = Arc::new(Compiled::new(&graph, &options).unwrap());
             let saved = |part: &BatchPart| part.saved.iter().map(|values| values.len()).sum::<usize>();
-            let (answers, trains) = (Workspace::new(&compiled, false), Workspace::new(&compiled, true));
-            for (answers, trains) in answers.parts.iter().zip(&trains.parts) {
-                assert_eq!(saved(trains), compiled.capacity * saved(answers), "{name}: one sample's");
-                assert!(answers.moments.is_empty() && !trains.moments.is_empty(), "{name}");
-                assert!(answers.scratch.work.len() <= trains.scratch.work.len(), "{name}");
+            let (predicts, trains) = (Workspace::new(&compiled, false), Workspace::new(&compiled, true));
+            for (predicts, trains) in predicts.parts.iter().zip(&trains.parts) {
+                assert_eq!(saved(trains), compiled.capacity * saved(predicts), "{name}: one sample's");
+                assert!(predicts.moments.is_empty() && !trains.moments.is_empty(), "{name}");
+                assert!(predicts.scratch.work.len() <= trains.scratch.work.len(), "{name}");
             }
         }
     }

@@ -38,9 +38,9 @@ fn slices(inputs: &[Vec<f32>]) -> Vec<&[f32]> {
     inputs.iter().map(Vec::as_slice).collect()
 }
 
-fn answer(evaluator: &Evaluator, workspace: &mut Workspace, n: usize, salt: u64) -> Outputs {
+fn predict(evaluator: &Evaluator, workspace: &mut Workspace, n: usize, salt: u64) -> Outputs {
     let inputs = inputs(evaluator.graph(), n, salt);
-    let logits = evaluator.answer(workspace, &slices(&inputs), n).unwrap().to_vec();
+    let logits = evaluator.predict(workspace, &slices(&inputs), n).unwrap().to_vec();
     assert_eq!(workspace.outputs().next().unwrap().1, logits, "logits are the first output");
     bits(workspace.outputs())
 }
@@ -59,19 +59,19 @@ fn assert_shared(graph: &Graph, weights: &Weights, pool: usize) {
     };
     let orders = [[(BATCH, 1), (1, 2), (BATCH, 3), (2, 4)], [(1, 2), (BATCH, 3), (2, 4), (BATCH, 1)]];
     let wanted = orders.map(|order| order.map(|(n, salt)| expected(n, salt)));
-    assert_ne!(wanted[0][0], wanted[0][2], "{}: other samples, other answers", graph.name());
+    assert_ne!(wanted[0][0], wanted[0][2], "{}: other samples, other predictions", graph.name());
     let evaluator = Evaluator::new(graph, weights, options(BATCH, pool)).unwrap();
-    let answers = thread::scope(|scope| {
+    let predictions = thread::scope(|scope| {
         let caller = |order: [(usize, u64); 4]| {
             let evaluator = &evaluator;
             scope.spawn(move || {
                 let mut workspace = evaluator.workspace();
-                order.map(|(n, salt)| answer(evaluator, &mut workspace, n, salt))
+                order.map(|(n, salt)| predict(evaluator, &mut workspace, n, salt))
             })
         };
         orders.map(caller).map(|thread| thread.join().unwrap())
     });
-    assert_eq!(answers, wanted, "{}", graph.name());
+    assert_eq!(predictions, wanted, "{}", graph.name());
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_trained_network_answers_as_its_engine() {
         optimiser(&mut engine);
         let evaluator = Evaluator::new(&graph, &engine.weights(), options(3, 1)).unwrap();
         engine.forward(&slices(&xs), 3, Mode::Eval).unwrap();
-        assert_eq!(answer(&evaluator, &mut evaluator.workspace(), 3, 1), bits(engine.outputs()), "{name}");
+        assert_eq!(predict(&evaluator, &mut evaluator.workspace(), 3, 1), bits(engine.outputs()), "{name}");
     }
 }
 
@@ -132,7 +132,7 @@ fn outputs_with_spatial_axes_have_the_order_of_pytorch() {
     let graph = net.finish(&[("features", x.flatten()), ("maps", x)]).unwrap();
     for (batch, n) in [(1, 1), (9, 9), (9, 4)] {
         let evaluator = Evaluator::new(&graph, &common::weights(&graph), options(batch, 1)).unwrap();
-        let outputs = answer(&evaluator, &mut evaluator.workspace(), n, 1);
+        let outputs = predict(&evaluator, &mut evaluator.workspace(), n, 1);
         let [(first, features), (second, maps)] = outputs.as_slice() else { panic!("{outputs:?}") };
         assert_eq!([first, second], ["features", "maps"]);
         assert!(maps.len() == n * 4 * 5 * 3 && maps == features, "{n} of {batch}");
@@ -154,12 +154,12 @@ fn what_does_not_fit_is_refused_and_the_workspace_stays_usable() {
     let (evaluator, other) = (new(3).unwrap(), new(4).unwrap());
     assert_eq!(new(0).err().unwrap().to_string(), "mixed: a batch must hold at least one sample");
     let mut workspace = evaluator.workspace();
-    assert!(workspace.outputs().all(|(_, values)| values.is_empty()), "nothing before the first answer");
-    let before = answer(&evaluator, &mut workspace, 3, 1);
+    assert!(workspace.outputs().all(|(_, values)| values.is_empty()), "nothing before the first prediction");
+    let before = predict(&evaluator, &mut workspace, 3, 1);
     let inputs = inputs(&graph, 4, 1);
     let xs = slices(&inputs);
     let mut refusal = |evaluator: &Evaluator, xs: &[&[f32]], n| {
-        evaluator.answer(&mut workspace, xs, n).unwrap_err().to_string()
+        evaluator.predict(&mut workspace, xs, n).unwrap_err().to_string()
     };
     assert_eq!(
         refusal(&other, &xs, 4),
@@ -172,6 +172,6 @@ fn what_does_not_fit_is_refused_and_the_workspace_stays_usable() {
         refusal(&evaluator, &xs, 3),
         "mixed: input `image` holds 864 values; 3 samples of channels 3 × rows 9 × columns 8 have 648"
     );
-    assert_eq!(bits(workspace.outputs()), before, "a refusal leaves the last answer");
-    assert_eq!(answer(&evaluator, &mut workspace, 3, 1), before);
+    assert_eq!(bits(workspace.outputs()), before, "a refusal leaves the last prediction");
+    assert_eq!(predict(&evaluator, &mut workspace, 3, 1), before);
 }

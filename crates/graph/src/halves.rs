@@ -60,7 +60,7 @@ impl Graph {
         let closed = marked().filter(|(_, before)| !**before).all(|((_, node), _)| {
             node.op != Op::Input && node.inputs.iter().all(|&input| input == end || !before[input])
         });
-        let answers = self.outputs.iter().any(|&(_, id)| before[id]);
-        (is_deterministic && closed && !answers).then_some(before)
+        let has_output = self.outputs.iter().any(|&(_, id)| before[id]);
+        (is_deterministic && closed && !has_output).then_some(before)
     }
 }

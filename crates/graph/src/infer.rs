@@ -1,6 +1,6 @@
 //! Output shape and tensors of an operation, inferred from its inputs, or why they do not fit.
 //!
-//! The builder and the reader of files both ask here, so that neither can hold what the other refuses.
+//! The builder and the reader of files both infer here, so that neither accepts a network that the other refuses.
 
 use crate::error::{Error, Result};
 use crate::fill::Fill;

@@ -1,4 +1,4 @@
-//! Loops for networks that only answer, one sample at a time: weights lie in the order in which they are read,
+//! Loops for prediction, one sample at a time: weights lie in the order in which they are read,
 //! values where their readers want them.
 //!
 //! All that a network computes between two stored values is one call: a convolution adds its bias and an addend and cuts

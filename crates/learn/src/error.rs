@@ -21,7 +21,7 @@ pub enum Error {
     /// A setting outside its range, or one that the samples do not allow.
     #[error("{0}")]
     Setting(Problem),
-    /// Samples that cannot be used as asked.
+    /// Samples that cannot be read or divided.
     #[error(transparent)]
     Data(Box<taxel_data::Error>),
     /// A checkpoint cannot be read or written.
@@ -59,7 +59,7 @@ pub enum Error {
         /// The mismatch.
         reason: String,
     },
-    /// A network answers with more or fewer numbers than there are classes.
+    /// A network with more or fewer outputs than there are classes.
     #[error("{network} answers with {outputs} numbers, the samples have {classes} classes or levels")]
     Outputs {
         /// Name of the network.

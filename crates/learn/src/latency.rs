@@ -1,4 +1,4 @@
-//! How long one answer takes.
+//! How long one prediction takes.
 
 use std::time::Instant;
 

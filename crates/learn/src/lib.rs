@@ -23,8 +23,8 @@
 //! let path = std::env::temp_dir().join("taxel-learn-doc.safetensors");
 //! fit(&own, &presses, &Encoding::default())?.save(&path)?;
 //! let model = Model::open(&path)?;
-//! let answers = model.predict(&x)?;
-//! assert_eq!((answers.class(0), answers.class(1)), ("soft", "hard"));
+//! let predictions = model.predict(&x)?;
+//! assert_eq!((predictions.class(0), predictions.class(1)), ("soft", "hard"));
 //! # std::fs::remove_file(&path)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -1,4 +1,4 @@
-//! Models in eight bits: made, saved, opened, asked; and the rows of a run.
+//! Models in eight bits: made, saved, opened, predicting; and the rows of a run.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -27,7 +27,7 @@ fn images() -> (Dataset, Model) {
 }
 
 #[test]
-fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
+fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_predictions_alike() {
     let (images, floats) = images();
     let bytes = floats.quantized(&images.x, &images.digest).unwrap();
     let dir = tempfile::tempdir().unwrap();
@@ -45,8 +45,8 @@ fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
     assert!(opened.card().to_string().contains("8 per weight and value, ranges seen on 30 samples"));
     let (before, after) = (floats.predict(&images.x).unwrap(), opened.predict(&images.x).unwrap());
     let differ = before.labels.iter().zip(&after.labels).filter(|(a, b)| a != b).count();
-    assert!(differ <= 1, "{differ} of 30 answers differ");
-    assert_ne!(bits(&before.outputs), bits(&after.outputs), "it does answer in eight bits");
+    assert!(differ <= 1, "{differ} of 30 predictions differ");
+    assert_ne!(bits(&before.outputs), bits(&after.outputs), "it does predict in eight bits");
     let most = before.outputs.iter().zip(&after.outputs).map(|(a, b)| (a - b).abs());
     assert!(most.fold(0.0, f32::max) < 0.1);
     // One by one, and in batches of any size on any threads.
@@ -57,7 +57,11 @@ fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_answers_alike() {
         let each = after.width();
         for (i, want) in after.outputs.chunks(each).enumerate() {
             let reading: Vec<f32> = images.x.index_axis(Axis(0), i).iter().copied().collect();
-            assert_eq!(bits(predictor.ask(&mut workspace, &reading).unwrap()), bits(want), "sample {i}");
+            assert_eq!(
+                bits(predictor.predict_one(&mut workspace, &reading).unwrap()),
+                bits(want),
+                "sample {i}"
+            );
         }
     }
 }
@@ -121,8 +125,8 @@ fn a_run_shows_its_networks_in_eight_bits_beside_those_in_floats() {
     let model = folder.model(&record).unwrap();
     let quantized = model.card().quantized.as_ref().unwrap();
     assert_eq!((quantized.samples, record.train_samples), (30, 30));
-    let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-    assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()));
+    let predictions = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
+    assert_eq!(bits(&predictions.outputs), bits(record.outcome.outputs()));
     // Once more: the same bytes.
     let text = std::fs::read(folder.file("results.json")).unwrap();
     assert_eq!(quantize_run(&folder, &dataset, &|_| {}).unwrap(), made);

@@ -1,4 +1,4 @@
-//! The guard before a network: part of an experiment, of its model and of its answers.
+//! The guard before a network: part of an experiment, of its model and of its predictions.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -57,8 +57,8 @@ fn a_model_answers_broken_samples_as_its_guard_mends_them() {
     let mut workspace = with.workspace().unwrap();
     for (row, sample) in x.outer_iter().enumerate() {
         let sample: Vec<f32> = sample.iter().copied().collect();
-        let answer = bits(with.ask(&mut workspace, &sample).unwrap());
-        assert_eq!(answer, bits(&a[row * 3..][..3]));
+        let prediction = bits(with.predict_one(&mut workspace, &sample).unwrap());
+        assert_eq!(prediction, bits(&a[row * 3..][..3]));
         assert_eq!(workspace.found(), found[row]);
     }
     let other = fitted_guard(&imprints(9, 14), &[0, 1, 2]).unwrap();

@@ -99,9 +99,11 @@ fn a_baseline_learns_from_its_clean_samples_and_their_copies() {
         sample.index_axis_mut(Axis(0), 1).fill(0.0);
     }
     let right = |candidate: &Candidate, x: &ArrayD<f32>| {
-        let answers = fit(candidate, &dataset, &Encoding::default()).unwrap().predict(x).unwrap();
+        let predictions = fit(candidate, &dataset, &Encoding::default()).unwrap().predict(x).unwrap();
         (0..30)
-            .filter(|&i| answers.class(i) == dataset.output_names()[dataset.strata().to_vec()[i] as usize])
+            .filter(|&i| {
+                predictions.class(i) == dataset.output_names()[dataset.strata().to_vec()[i] as usize]
+            })
             .count()
     };
     assert!(right(&hardened, &dead) >= right(&clean, &dead));

@@ -1,4 +1,4 @@
-//! Neither encoding nor answering allocates.
+//! Neither encoding nor prediction allocates.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -33,12 +33,12 @@ fn neither_encoding_nor_answering_allocates() {
         let predictor = fit(&candidate, &dataset, &encoding).unwrap().predictor(8, 1).unwrap();
         let mut workspace = predictor.workspace().unwrap();
         allocates_nothing(&candidate.name, || {
-            predictor.ask(&mut workspace, &reading).unwrap();
+            predictor.predict_one(&mut workspace, &reading).unwrap();
         });
         let mut broken = reading.clone();
         broken[..40].fill(400.0);
         allocates_nothing(&format!("{} behind its guard", candidate.name), || {
-            predictor.ask(&mut workspace, &broken).unwrap();
+            predictor.predict_one(&mut workspace, &broken).unwrap();
         });
         assert_eq!(workspace.found().len(), 1);
     }

@@ -1,4 +1,4 @@
-//! Models answer from their files alone, bit for bit as in their folds.
+//! Models predict from their files alone, bit for bit as in their folds.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -13,7 +13,7 @@ use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_learn::{Candidate, CrossValidation, Encoding, FoldKey, Model, Protocol, RunFolder, fit};
 
-/// It sees through six planes, which no encoding makes, and answers twice: `taxel stitch` makes it.
+/// It sees through six planes, which no encoding makes, and has two outputs: `taxel stitch` makes it.
 const APART: &str = "mobilenet-v2-split";
 
 /// Their 4096 hidden units are 32 here.
@@ -98,14 +98,14 @@ fn every_network_and_baseline_answers_from_its_file_as_in_its_fold() {
             let test = dataset.x.select(Axis(0), &record.index);
             for threads in [1, 2] {
                 let predictor = model.predictor(model.card().batch(), threads).unwrap();
-                let answers = predictor.predict(&test).unwrap();
-                assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
-                assert_eq!(answers.labels, record.outcome.labels().1, "{key}");
+                let predictions = predictor.predict(&test).unwrap();
+                assert_eq!(bits(&predictions.outputs), bits(record.outcome.outputs()), "{key}");
+                assert_eq!(predictions.labels, record.outcome.labels().1, "{key}");
             }
-            let answers = model.predict(&test).unwrap();
-            assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
+            let predictions = model.predict(&test).unwrap();
+            assert_eq!(bits(&predictions.outputs), bits(record.outcome.outputs()), "{key}");
             for (i, &label) in record.outcome.labels().1.iter().enumerate() {
-                assert_eq!(answers.class(i), dataset.output_names()[label as usize]);
+                assert_eq!(predictions.class(i), dataset.output_names()[label as usize]);
             }
         }
     }
@@ -129,12 +129,12 @@ fn the_quantile_code_comes_back_from_the_file() {
     let folder = run_at(validation, &dir.path().join("run")).unwrap();
     for key in folder.keys().unwrap() {
         let (record, model) = (record(&folder, &key), opened_elsewhere(&folder, &key));
-        let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-        assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
+        let predictions = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
+        assert_eq!(bits(&predictions.outputs), bits(record.outcome.outputs()), "{key}");
     }
 }
 
-/// Whoever asks one sample at a time gets the answers of a batch, bit for bit.
+/// One sample at a time gives the predictions of a batch, bit for bit.
 #[test]
 fn an_answer_does_not_depend_on_the_company() {
     let mut seen = BTreeSet::new();
@@ -151,9 +151,9 @@ fn an_answer_does_not_depend_on_the_company() {
             let model = opened_elsewhere(&folder, &key);
             let all = model.predict(&dataset.x).unwrap();
             for batch in [1, 2, 15, 64] {
-                let answers = model.predictor(batch, 1).unwrap().predict(&dataset.x).unwrap();
-                assert_eq!(bits(&answers.outputs), bits(&all.outputs), "{key}, {batch}");
-                assert_eq!(answers.labels, all.labels, "{key} in batches of {batch}");
+                let predictions = model.predictor(batch, 1).unwrap().predict(&dataset.x).unwrap();
+                assert_eq!(bits(&predictions.outputs), bits(&all.outputs), "{key}, {batch}");
+                assert_eq!(predictions.labels, all.labels, "{key} in batches of {batch}");
             }
             for row in [0, 7, 14] {
                 let one = model.predict(&dataset.x.select(Axis(0), &[row])).unwrap();
@@ -165,7 +165,7 @@ fn an_answer_does_not_depend_on_the_company() {
     }
 }
 
-/// A model answers in batches of the fold's size, whatever comes at once.
+/// A model predicts in batches of the fold's size, whatever comes at once.
 #[test]
 fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
     let dataset = presses(60, 32);
@@ -181,8 +181,8 @@ fn a_model_remembers_how_many_samples_its_fold_answered_at_a_time() {
         let record = record(&folder, &key);
         let model = opened_elsewhere(&folder, &key);
         assert_eq!(model.card().batch(), if key.network == "four" { 4 } else { 30 });
-        let answers = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
-        assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{key}");
+        let predictions = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
+        assert_eq!(bits(&predictions.outputs), bits(record.outcome.outputs()), "{key}");
     }
 }
 

@@ -291,7 +291,7 @@ fn flipped_bits_are_refused() {
     }
 }
 
-/// Sizes that no encoding has are refused before memory is asked for.
+/// Sizes that no encoding has are refused before memory is allocated.
 #[test]
 fn a_card_with_impossible_numbers_never_panics() {
     let dir = tempfile::tempdir().unwrap();
@@ -382,7 +382,7 @@ fn a_model_comes_back_from_its_bytes() {
     }
 }
 
-/// More samples than stand encoded at a time: the same answers, whoever owns them, and messages that count from the
+/// More samples than stand encoded at a time: the same predictions, whoever owns them, and messages that count from the
 /// first.
 #[test]
 fn many_samples_are_answered_piece_by_piece() {
@@ -391,13 +391,13 @@ fn many_samples_are_answered_piece_by_piece() {
         let times = 1500usize.div_ceil(dataset.len());
         let all: Vec<usize> = (0..times).flat_map(|_| 0..dataset.len()).collect();
         let mut many = dataset.x.select(Axis(0), &all);
-        let answers = model.predict(&many.view()).unwrap().outputs;
-        assert_eq!(bits(&answers), bits(&expected.repeat(times)), "{}", model.card().name);
+        let predictions = model.predict(&many.view()).unwrap().outputs;
+        assert_eq!(bits(&predictions), bits(&expected.repeat(times)), "{}", model.card().name);
         let mut backwards = many.view();
         backwards.invert_axis(Axis(0));
         let turned = model.predict(&backwards).unwrap().outputs;
         let outputs = expected.len() / dataset.len();
-        let again: Vec<f32> = answers.chunks(outputs).rev().flatten().copied().collect();
+        let again: Vec<f32> = predictions.chunks(outputs).rev().flatten().copied().collect();
         assert_eq!(bits(&turned), bits(&again));
         many.index_axis_mut(Axis(0), 1234).fill(f32::NAN);
         let error = model.predict(&many).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! One raw reading after the other: the inputs and answers of many at once, bit for bit.
+//! One raw reading after the other: the inputs and predictions of many at once, bit for bit.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -56,10 +56,10 @@ fn one_reading_gets_the_answer_of_many_bit_for_bit() {
         let mut workspace = predictor.workspace().unwrap();
         for (row, want) in all.outputs.chunks(all.width()).enumerate() {
             let reading: Vec<f32> = dataset.x.index_axis(Axis(0), row).iter().copied().collect();
-            let answer = predictor.ask(&mut workspace, &reading).unwrap();
-            assert_eq!(bits(answer), bits(want), "{}, sample {row}", candidate.name);
+            let prediction = predictor.predict_one(&mut workspace, &reading).unwrap();
+            assert_eq!(bits(prediction), bits(want), "{}, sample {row}", candidate.name);
         }
-        let error = predictor.ask(&mut workspace, &[0.0]).unwrap_err().to_string();
+        let error = predictor.predict_one(&mut workspace, &[0.0]).unwrap_err().to_string();
         assert!(error.contains("this one has 1 values"), "{error}");
     }
 }

@@ -237,14 +237,14 @@ fn a_model_of_several_attributes_answers_each() {
     let (_keep, folder) = run(three_folds(&dataset, vec![levels_mlp(&dataset), svm]));
     for name in ["mlp", "svm-linear"] {
         let record = record(&folder, &key(name, 0, 1));
-        let answers = model(&folder, &key(name, 0, 1)).predict(&dataset.x.select(Axis(0), &record.index));
-        let answers = answers.unwrap();
-        assert_eq!(bits(&answers.outputs), bits(record.outcome.outputs()), "{name}");
-        assert_eq!((answers.len(), answers.width()), (20, 7));
-        assert_eq!(answers.labels, record.outcome.labels().1, "{name}");
+        let predictions = model(&folder, &key(name, 0, 1)).predict(&dataset.x.select(Axis(0), &record.index));
+        let predictions = predictions.unwrap();
+        assert_eq!(bits(&predictions.outputs), bits(record.outcome.outputs()), "{name}");
+        assert_eq!((predictions.len(), predictions.width()), (20, 7));
+        assert_eq!(predictions.labels, record.outcome.labels().1, "{name}");
         let mut right = 0;
         for (i, truth) in record.outcome.labels().0.chunks(2).enumerate() {
-            let [elasticity, hardness] = answers.answers(i)[..] else { panic!("two answers") };
+            let [elasticity, hardness] = predictions.predicted(i)[..] else { panic!("two predictions") };
             assert_eq!((elasticity.attribute, hardness.attribute), ("elasticity", "hardness"));
             right += usize::from(elasticity.class == truth[0].to_string());
             right += usize::from(hardness.class == truth[1].to_string());
@@ -299,7 +299,7 @@ fn augmentation_moves_training_images_alone() {
     let (plain, moved, again) = (go(json!({})), go(moves()), go(moves()));
     assert_ne!(plain.epochs[0].train_loss, moved.epochs[0].train_loss);
     assert_eq!(moved.epochs, again.epochs);
-    // Without training the test images are the same ones: a rate of almost 0 leaves the same answers.
+    // Without training the test images are the same ones: a rate of almost 0 leaves the same predictions.
     let tiny_steps = json!({ "name": "sgdm", "lr": 1e-30 });
     let turned = go(json!({ "optimizer": tiny_steps, "augment": augment, "batch_norm": "population" }));
     let unturned = go(json!({ "optimizer": tiny_steps }));
@@ -307,7 +307,7 @@ fn augmentation_moves_training_images_alone() {
     assert_eq!(unturned.outcome.outputs(), turned.outcome.outputs());
 }
 
-/// Kept or renewed as asked; weight and bias of frozen batch norms stay either way.
+/// Kept or renewed as the recipe says; weight and bias of frozen batch norms stay either way.
 #[test]
 fn frozen_statistics_are_kept_or_renewed() {
     let dataset = imprints(36, 14);

@@ -1,11 +1,11 @@
-//! Networks that PyTorch exported answer as they did in PyTorch; `scripts/fixtures/onnx_networks.py` writes them.
+//! Networks that PyTorch exported predict as they did in PyTorch; `scripts/fixtures/onnx_networks.py` writes them.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{SAMPLES, answers, inputs};
+use common::{SAMPLES, inputs, outputs};
 use serde_json::Value;
 use taxel_graph::Op;
 use taxel_onnx::{Imported, read};
@@ -27,7 +27,7 @@ fn off(file: &str) -> f64 {
     let read = imported(file);
     let fixture = &fixture()[file.split_once('.').unwrap().0];
     let want: Vec<f64> = fixture["logits"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
-    let got = answers(&read.graph, &read.weights, &inputs(&read.graph), SAMPLES);
+    let got = outputs(&read.graph, &read.weights, &inputs(&read.graph), SAMPLES);
     assert_eq!(got.len(), 1, "{file}");
     let (name, got) = &got[0];
     assert_eq!((name.as_str(), got.len()), ("logits", want.len()), "{file}");

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{SAMPLES, answers, inputs, off, weights};
+use common::{SAMPLES, inputs, off, outputs, weights};
 use taxel_onnx::{Export, from_bytes, to_bytes};
 use taxel_zoo::{Registry, Settings};
 
@@ -38,14 +38,14 @@ fn every_network_of_the_zoo_comes_back() {
         }
         let x = inputs(&graph);
         let (before, after) =
-            (answers(&graph, &weights, &x, SAMPLES), answers(&read.graph, &read.weights, &x, SAMPLES));
+            (outputs(&graph, &weights, &x, SAMPLES), outputs(&read.graph, &read.weights, &x, SAMPLES));
         let off = before.iter().zip(&after).map(|((_, a), (_, b))| off(a, b)).fold(0.0, f32::max);
         other.push(format!("{name} {off:e}"));
         if off > 1e-5 || before.len() != after.len() {
             wrong.push(format!("{name}: {off:e}"));
         }
     }
-    println!("{equal} networks are equal, the others' answers differ by {other:?}");
+    println!("{equal} networks are equal, the others' outputs differ by {other:?}");
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!(equal + other.len() >= 25, "{equal} and {}", other.len());
 }

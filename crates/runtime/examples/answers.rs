@@ -1,7 +1,7 @@
 //! Answers of one network on request, for `scripts/bench_answers.py`.
 //!
 //! `answers resnet8-lite-1d frozen` (or `engine`, or `int8`) prints a JSON line about itself; then each line `run N` on
-//! standard input is N answers to one sample, and a JSON line with the CPU time that they took.
+//! standard input is N predictions of one sample, and a JSON line with the CPU time that they took.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -18,17 +18,17 @@ fn cpu() -> Result<u64, Box<dyn Error>> {
 }
 
 /// Obeys orders until there are no more.
-fn obey(mut answer: impl FnMut() -> bool) -> Result<(), Box<dyn Error>> {
+fn obey(mut predict: impl FnMut() -> bool) -> Result<(), Box<dyn Error>> {
     for line in std::io::stdin().lock().lines() {
         let line = line?;
-        let answers: u32 = line.strip_prefix("run ").ok_or("orders are `run N`")?.parse()?;
+        let count: u32 = line.strip_prefix("run ").ok_or("orders are `run N`")?.parse()?;
         let from = cpu()?;
-        for _ in 0..answers {
-            if !black_box(answer()) {
-                return Err("no answer".into());
+        for _ in 0..count {
+            if !black_box(predict()) {
+                return Err("no prediction".into());
             }
         }
-        println!("{{\"answers\": {answers}, \"cpu_s\": {}}}", (cpu()? - from) as f64 / 1e9);
+        println!("{{\"answers\": {count}, \"cpu_s\": {}}}", (cpu()? - from) as f64 / 1e9);
     }
     Ok(())
 }
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "frozen" => {
             let frozen = Frozen::new(&graph, &weights)?;
             let mut workspace = frozen.workspace();
-            obey(|| frozen.answer(&mut workspace, &inputs).is_ok())
+            obey(|| frozen.predict(&mut workspace, &inputs).is_ok())
         }
         "int8" => {
             // Speed does not depend on what the ranges are.
@@ -58,13 +58,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             observer.see(&inputs)?;
             let frozen = Frozen::quantized(&graph, &weights, &observer.ranges())?;
             let mut workspace = frozen.workspace();
-            obey(|| frozen.answer(&mut workspace, &inputs).is_ok())
+            obey(|| frozen.predict(&mut workspace, &inputs).is_ok())
         }
         "engine" => {
             let options = Options { batch: 1, threads: 1, ..Options::default() };
             let evaluator = Evaluator::new(&graph, &weights, options)?;
             let mut workspace = evaluator.workspace();
-            obey(|| evaluator.answer(&mut workspace, &inputs, 1).is_ok())
+            obey(|| evaluator.predict(&mut workspace, &inputs, 1).is_ok())
         }
         other => Err(format!("`{other}` is neither `frozen` nor `int8` nor `engine`").into()),
     }

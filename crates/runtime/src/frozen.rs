@@ -1,4 +1,4 @@
-//! A network that only answers, and the memory of one who asks it.
+//! A network for prediction only, and the memory of one thread that runs it.
 
 use std::mem;
 use std::sync::Arc;
@@ -12,17 +12,17 @@ use crate::lower::{Purpose, lower};
 use crate::memory::ProgramBuffer;
 use crate::pair::pair;
 use crate::places::{Room, ValuePlaces};
-use crate::program::{Ask, Call, Scratch, ScratchLens, program};
+use crate::program::{Call, CallInputs, Scratch, ScratchLens, program};
 use crate::quantize::quantize;
 use crate::ranges::Ranges;
 use crate::step::{FrozenStep, StepId};
 
-/// Bytes of weights and values up to which an answer stays in the cache that a core has to itself.
+/// Bytes of weights and values up to which a prediction stays in the cache that a core has to itself.
 const CACHE: usize = 512 << 10;
 /// Samples that share what is read of larger weights.
 const TOGETHER: usize = 8;
 
-/// A network frozen for answering; see the crate's page.
+/// A network frozen for prediction; see the crate's page.
 pub struct Frozen {
     shared: Arc<FrozenNetwork>,
 }
@@ -36,7 +36,7 @@ struct FrozenNetwork {
     outputs: Vec<OutputPlace>,
     buffers: Vec<Room>,
     scratch: ScratchLens,
-    /// Samples that are best answered together.
+    /// Samples that are best predicted together.
     together: usize,
 }
 
@@ -50,7 +50,7 @@ struct OutputPlace {
 /// Memory of one thread that predicts with a [`Frozen`] network, which makes it: all values, allocated once.
 pub struct Workspace {
     shared: Arc<FrozenNetwork>,
-    /// Of every sample that is answered at a time.
+    /// Of every sample that is predicted at a time.
     samples: Vec<Vec<ProgramBuffer>>,
     scratch: Scratch,
 }
@@ -108,12 +108,12 @@ impl Frozen {
         }
     }
 
-    /// Memory for one thread that asks about one sample at a time.
+    /// Memory for one thread that predicts one sample at a time.
     pub fn workspace(&self) -> Workspace {
         self.workspace_for(1)
     }
 
-    /// Memory for one thread that asks about up to `batch` samples at a time: of large weights several samples share
+    /// Memory for one thread that predicts up to `batch` samples at a time: of large weights several samples share
     /// what is read.
     pub fn workspace_for(&self, batch: usize) -> Workspace {
         let ScratchLens { input, output, work } = self.shared.scratch;
@@ -126,7 +126,7 @@ impl Frozen {
         }
     }
 
-    /// As [`Frozen::answer`]; `see` is told of every node whose value is computed: its name, place and memory.
+    /// As [`Frozen::predict`]; `see` is told of every node whose value is computed: its name, place and memory.
     pub(crate) fn show(
         &self,
         workspace: &mut Workspace,
@@ -136,7 +136,7 @@ impl Frozen {
         self.check(workspace, inputs, 1)?;
         let Workspace { shared, samples, scratch } = workspace;
         for call in &shared.calls {
-            step(call, Ask { inputs, sample: 0, part: None }, &mut samples[0], scratch);
+            step(call, CallInputs { inputs, sample: 0, part: None }, &mut samples[0], scratch);
             let (buffer, place) = &call.to;
             see(&call.name, place, &samples[0][*buffer]);
         }
@@ -154,18 +154,23 @@ impl Frozen {
     ///
     /// # Errors
     /// A workspace of another network, or inputs of another number or length.
-    pub fn answer<'w>(&self, workspace: &'w mut Workspace, inputs: &[&[f32]]) -> Result<&'w [f32]> {
+    pub fn predict<'w>(&self, workspace: &'w mut Workspace, inputs: &[&[f32]]) -> Result<&'w [f32]> {
         self.check(workspace, inputs, 1)?;
         workspace.run(inputs, 0, 1);
         Ok(workspace.output(0, &self.shared.outputs[0]))
     }
 
-    /// [`Frozen::answer`] to samples one after the other: `inputs` are [n, …], `logits` [n, [`Frozen::logits`]]. An
-    /// answer does not depend on its neighbours.
+    /// [`Frozen::predict`] to samples one after the other: `inputs` are [n, …], `logits` [n, [`Frozen::logits`]]. An
+    /// prediction does not depend on its neighbours.
     ///
     /// # Errors
-    /// As [`Frozen::answer`], or logits that are no whole samples.
-    pub fn answers(&self, workspace: &mut Workspace, inputs: &[&[f32]], logits: &mut [f32]) -> Result<()> {
+    /// As [`Frozen::predict`], or logits that are no whole samples.
+    pub fn predict_many(
+        &self,
+        workspace: &mut Workspace,
+        inputs: &[&[f32]],
+        logits: &mut [f32],
+    ) -> Result<()> {
         let width = self.logits();
         let n = logits.len() / width;
         if n * width != logits.len() {
@@ -216,8 +221,9 @@ impl Workspace {
         for call in &shared.calls {
             for part in 0..call.parts(count) {
                 for (sample, buffers) in samples[..count].iter_mut().enumerate() {
-                    let ask = Ask { inputs, sample: first + sample, part: (count > 1).then_some(part) };
-                    step(call, ask, buffers, scratch);
+                    let given =
+                        CallInputs { inputs, sample: first + sample, part: (count > 1).then_some(part) };
+                    step(call, given, buffers, scratch);
                 }
             }
         }
@@ -227,21 +233,21 @@ impl Workspace {
         &self.samples[sample][output.buffer].floats()[output.place.start..][..output.place.channels]
     }
 
-    /// Names and values of all outputs of the last answer, in the graph's order, PyTorch's axis order.
+    /// Names and values of all outputs of the last prediction, in the graph's order, PyTorch's axis order.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
         self.shared.outputs.iter().map(|output| (output.name.as_str(), self.output(0, output)))
     }
 }
 
 /// One call on the values of one sample.
-fn step(call: &Call, ask: Ask, buffers: &mut [ProgramBuffer], scratch: &mut Scratch) {
+fn step(call: &Call, given: CallInputs, buffers: &mut [ProgramBuffer], scratch: &mut Scratch) {
     let (to, _) = call.to;
     // Nothing is written where it is read, so the output's buffer can be taken out.
     let mut y = mem::take(&mut buffers[to]);
     match call.from.as_slice() {
-        [] => call.run(ask, &[], &mut y, scratch),
-        [(a, _)] => call.run(ask, &[&buffers[*a]], &mut y, scratch),
-        [(a, _), (b, _), ..] => call.run(ask, &[&buffers[*a], &buffers[*b]], &mut y, scratch),
+        [] => call.run(given, &[], &mut y, scratch),
+        [(a, _)] => call.run(given, &[&buffers[*a]], &mut y, scratch),
+        [(a, _), (b, _), ..] => call.run(given, &[&buffers[*a], &buffers[*b]], &mut y, scratch),
     }
     buffers[to] = y;
 }

@@ -1,9 +1,9 @@
-//! Networks frozen for answering.
+//! Networks frozen for prediction.
 //!
-//! [`Frozen`] is a graph with its weights, changed into what answers fastest: batch norms are folded into the
+//! [`Frozen`] is a graph with its weights, changed into the form that predicts fastest: batch norms are folded into the
 //! convolutions before them, rectifiers and sums happen before outputs are stored, weights lie in the order in which they
 //! are read, and values lie where their readers want them, inside margins and among the channels of a
-//! concatenation. It never changes: threads share one, each with a [`Workspace`] of its own, and no answer allocates.
+//! concatenation. It never changes: threads share one, each with a [`Workspace`] of its own, and no prediction allocates.
 //!
 //! ```
 //! use taxel_reference_networks::MlpConfig;
@@ -14,7 +14,7 @@
 //! let weights = Weights::init(&graph, Scheme::Pytorch, 0, "doc");
 //! let frozen = Frozen::new(&graph, &weights)?;
 //! let mut workspace = frozen.workspace();
-//! let logits = frozen.answer(&mut workspace, &[&[1.0, 0.0, 0.0, 0.5]])?;
+//! let logits = frozen.predict(&mut workspace, &[&[1.0, 0.0, 0.0, 0.5]])?;
 //! assert_eq!(logits.len(), 2);
 //! # Ok::<(), taxel_runtime::Error>(())
 //! ```

@@ -24,7 +24,7 @@ impl Observer {
         Ok(Observer { workspace: frozen.workspace(), frozen, ranges: Ranges::new() })
     }
 
-    /// Looks at the values that one sample leads to; `inputs` are as those of [`Frozen::answer`]. Values that are not
+    /// Looks at the values that one sample leads to; `inputs` are as those of [`Frozen::predict`]. Values that are not
     /// finite are passed over.
     ///
     /// # Errors

@@ -23,10 +23,10 @@ pub(crate) struct Call {
 
 /// The inputs and outputs of a call.
 #[derive(Clone, Copy)]
-pub(crate) struct Ask<'a> {
+pub(crate) struct CallInputs<'a> {
     /// The network's inputs, each of all samples.
     pub inputs: &'a [&'a [f32]],
-    /// The sample that is answered.
+    /// The sample that is predicted.
     pub sample: usize,
     /// The one of [`Call::parts`] that is run; none for the whole call.
     pub part: Option<usize>,
@@ -242,24 +242,30 @@ impl Call {
     }
 
     /// Runs the call: `values` are the inputs' buffers, `y` is the output's.
-    pub fn run(&self, ask: Ask, values: &[&ProgramBuffer], y: &mut ProgramBuffer, scratch: &mut Scratch) {
+    pub fn run(
+        &self,
+        given: CallInputs,
+        values: &[&ProgramBuffer],
+        y: &mut ProgramBuffer,
+        scratch: &mut Scratch,
+    ) {
         if let CallKernel::Bytes(kernel) = &self.kernel {
             return kernel.run(values, y);
         }
         let ProgramBuffer::Floats(y) = y else { unreachable!("calls of floats write to floats") };
         match values {
-            [] => self.run_floats(ask, &[], y, scratch),
-            [a] => self.run_floats(ask, &[a.floats()], y, scratch),
-            [a, b, ..] => self.run_floats(ask, &[a.floats(), b.floats()], y, scratch),
+            [] => self.run_floats(given, &[], y, scratch),
+            [a] => self.run_floats(given, &[a.floats()], y, scratch),
+            [a, b, ..] => self.run_floats(given, &[a.floats(), b.floats()], y, scratch),
         }
     }
 
-    fn run_floats(&self, ask: Ask, values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
+    fn run_floats(&self, given: CallInputs, values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {
         let to = &self.to.1;
         let Scratch { input, output, work } = scratch;
         match &self.kernel {
             CallKernel::Input(number) => staged(to, y, output, |y| {
-                let x = &ask.inputs[*number][ask.sample * to.len()..][..to.len()];
+                let x = &given.inputs[*number][given.sample * to.len()..][..to.len()];
                 layout::transpose(to.channels, to.positions(), x, y, false);
             }),
             CallKernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
@@ -270,7 +276,7 @@ impl Call {
                 let from = &self.from[0].1;
                 let x = dense(from, values[0], input);
                 let y = &mut y[to.start..];
-                match ask.part {
+                match given.part {
                     Some(panel) if from.is_dense() => linear.run_panel(panel, x, bias, *rectifier, y),
                     _ => linear.run(x, bias, *rectifier, y),
                 }

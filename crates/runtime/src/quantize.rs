@@ -102,7 +102,7 @@ struct QuantizedSteps {
     steps: Vec<FrozenStep>,
     /// The value of every old step as it is stored.
     now: Vec<StepId>,
-    /// The same as floats, and as bytes of its own range, where somebody has asked for it.
+    /// The same as floats, and as bytes of its own range, where a reader needs it.
     floats: Vec<Option<StepId>>,
     bytes: Vec<Option<StepId>>,
 }

@@ -1,4 +1,4 @@
-//! Frozen networks answer as the engine does.
+//! Frozen networks predict as the engine does.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -149,7 +149,7 @@ fn means_count_what_they_should() {
     }
 }
 
-/// Samples that are answered together share what is read of the weights, and nothing else.
+/// Samples that are predicted together share what is read of the weights, and nothing else.
 #[test]
 fn an_answer_does_not_depend_on_its_neighbours() {
     for name in ["mlp", "lstm", "hybrid-resvgg", "multiscale-cnn", "shufflenet-v2", "alexnet"] {
@@ -164,15 +164,15 @@ fn an_answer_does_not_depend_on_its_neighbours() {
         let mut single = frozen.workspace();
         for batch in [1, 3, 64] {
             logits.fill(f32::NAN);
-            frozen.answers(&mut frozen.workspace_for(batch), &all, &mut logits).unwrap();
+            frozen.predict_many(&mut frozen.workspace_for(batch), &all, &mut logits).unwrap();
             for (sample, got) in logits.chunks(frozen.logits()).enumerate() {
                 let one = inputs.iter().zip(&lens).map(|(x, len)| &x[sample * len..(sample + 1) * len]);
-                let want = frozen.answer(&mut single, &one.collect::<Vec<_>>()).unwrap();
+                let want = frozen.predict(&mut single, &one.collect::<Vec<_>>()).unwrap();
                 let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(got), bits(want), "{name}, sample {sample} in batches of {batch}");
             }
         }
-        let error = frozen.answers(&mut single, &[], &mut logits).unwrap_err().to_string();
+        let error = frozen.predict_many(&mut single, &[], &mut logits).unwrap_err().to_string();
         assert!(error.contains("inputs given"), "{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Networks in eight bits answer nearly as those in floats, and the same however they are asked.
+//! Networks in eight bits predict nearly as those in floats, and the same in batches of any size.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -34,11 +34,12 @@ fn off(graph: &Graph) -> [f32; 2] {
     let weights = weights(graph);
     let inputs = samples(graph, 1);
     let ranges = ranges(graph, 1);
-    let answer = |frozen: Frozen| frozen.answer(&mut frozen.workspace(), &slices(&inputs)).unwrap().to_vec();
-    let want = answer(Frozen::new(graph, &weights).unwrap());
+    let predict =
+        |frozen: Frozen| frozen.predict(&mut frozen.workspace(), &slices(&inputs)).unwrap().to_vec();
+    let want = predict(Frozen::new(graph, &weights).unwrap());
     let largest = want.iter().fold(1e-3f32, |most, v| most.max(v.abs()));
     [ranges, Ranges::new()].map(|ranges| {
-        let got = answer(Frozen::quantized(graph, &weights, &ranges).unwrap());
+        let got = predict(Frozen::quantized(graph, &weights, &ranges).unwrap());
         want.iter().zip(&got).map(|(a, b)| (a - b).abs() / largest).fold(0.0, f32::max)
     })
 }
@@ -110,10 +111,10 @@ fn an_answer_does_not_depend_on_its_neighbours() {
         let frozen = Frozen::quantized(&graph, &weights(&graph), &ranges(&graph, 1)).unwrap();
         let all = samples(&graph, n);
         let mut logits = vec![f32::NAN; n * frozen.logits()];
-        frozen.answers(&mut frozen.workspace_for(64), &slices(&all), &mut logits).unwrap();
+        frozen.predict_many(&mut frozen.workspace_for(64), &slices(&all), &mut logits).unwrap();
         let mut single = frozen.workspace();
         for (sample, got) in logits.chunks(frozen.logits()).enumerate() {
-            let want = frozen.answer(&mut single, &slices(&one(&graph, &all, sample))).unwrap();
+            let want = frozen.predict(&mut single, &slices(&one(&graph, &all, sample))).unwrap();
             let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(got), bits(want), "{name}, sample {sample}");
         }

@@ -1,4 +1,4 @@
-//! An answer allocates nothing.
+//! A prediction allocates nothing.
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
@@ -22,9 +22,9 @@ fn no_answer_allocates() {
         for frozen in [floats, Frozen::quantized(&graph, &weights, &ranges).unwrap()] {
             let mut workspace = frozen.workspace();
             // What is looked up once per process (the width of the vectors) is looked up here.
-            frozen.answer(&mut workspace, &inputs).unwrap();
+            frozen.predict(&mut workspace, &inputs).unwrap();
             let again = measure(|| {
-                frozen.answer(&mut workspace, &inputs).unwrap();
+                frozen.predict(&mut workspace, &inputs).unwrap();
             });
             assert_eq!(again.count_total, 0, "{name}");
         }

@@ -70,9 +70,9 @@ fn answers_are_those_of_onnxruntime_to_half_a_step_of_its_logits() {
     {
         let x = &inputs[i * len..(i + 1) * len];
         let (mut of_floats, mut of_bytes) = (floats.workspace(), bytes.workspace());
-        let a = floats.answer(&mut of_floats, &[x]).unwrap();
+        let a = floats.predict(&mut of_floats, &[x]).unwrap();
         assert!(a.iter().zip(plain).all(|(a, b)| (a - b).abs() < 1e-4), "{a:?} and {plain:?}");
-        let b = bytes.answer(&mut of_bytes, &[x]).unwrap();
+        let b = bytes.predict(&mut of_bytes, &[x]).unwrap();
         for ((b, other), float) in b.iter().zip(&quantized).zip(plain) {
             // Its logits are bytes of a range of their own, too.
             let b = b.clamp(-159.0 * STEP, 96.0 * STEP);
@@ -80,5 +80,5 @@ fn answers_are_those_of_onnxruntime_to_half_a_step_of_its_logits() {
             others = others.max((float - other).abs());
         }
     }
-    assert!(others > 2.0 * STEP, "answers in floats would do as well: {others}");
+    assert!(others > 2.0 * STEP, "floats would do as well: {others}");
 }

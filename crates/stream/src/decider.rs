@@ -200,7 +200,7 @@ impl Decider {
     /// Predicts the window as it is; returns whether the model is confident enough to decide early.
     fn predict_window(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
-        self.probabilities.copy_from_slice(self.predictor.ask(&mut self.workspace, &self.sample)?);
+        self.probabilities.copy_from_slice(self.predictor.predict_one(&mut self.workspace, &self.sample)?);
         // Values have no probabilities to be sure of.
         let Some(least) = self.early.filter(|_| !self.sizes.is_empty()) else { return Ok(false) };
         let mut rest = self.probabilities.as_slice();

@@ -22,7 +22,7 @@ fn main() -> taxel::Result<()> {
     let predictor = model.predictor(1, 1)?;
     for i in 0..recordings.len().min(5) {
         let reading = recordings.select(&[i]).x;
-        for answer in predictor.predict(&reading)?.answers(0) {
+        for answer in predictor.predict(&reading)?.predicted(0) {
             let percent = 100.0 * answer.probability;
             println!("{}: {} {} ({percent:.0} %)", recordings.origins[i], answer.attribute, answer.class);
         }

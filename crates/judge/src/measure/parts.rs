@@ -253,7 +253,7 @@ pub(super) fn predict(
     broken: &ArrayD<f32>,
 ) -> Result<RawOutputs> {
     if let Ok(inputs) = predictor.encode(broken) {
-        return Ok((predictor.answer(&inputs)?, vec![]));
+        return Ok((predictor.predict_encoded(&inputs)?, vec![]));
     }
     let mut mended = broken.clone();
     let mut refused = vec![];

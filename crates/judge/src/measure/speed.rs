@@ -42,7 +42,7 @@ fn timed(model: &Model, x: &ArrayRef<f32, IxDyn>, budget: f64) -> Result<Speed> 
     let latency = |part: fn(&(f64, f64)) -> f64| Latency::of(times.iter().map(part).collect());
     let watch = Stopwatch { warm_up: 1, runs: RUNS, least: 1, budget: budget / 10.0 };
     let batches = watch.time(|_| {
-        let (ms, done) = milliseconds(|| many.answer(&inputs));
+        let (ms, done) = milliseconds(|| many.predict_encoded(&inputs));
         done.map(|_| ms)
     })?;
     let seconds = batches.iter().sum::<f64>() / 1e3;

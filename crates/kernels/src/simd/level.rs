@@ -30,14 +30,14 @@ pub fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| {
         let wanted = std::env::var_os("TAXEL_SIMD");
-        let asks = |name: &str| wanted.as_deref().is_some_and(|wanted| wanted == name);
-        if asks("portable") {
+        let is_wanted = |name: &str| wanted.as_deref().is_some_and(|wanted| wanted == name);
+        if is_wanted("portable") {
             return Level::Portable;
         }
         #[cfg(target_arch = "x86_64")]
         {
             let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-            if avx2 && is_x86_feature_detected!("avx512f") && !asks("avx2") {
+            if avx2 && is_x86_feature_detected!("avx512f") && !is_wanted("avx2") {
                 return Level::Avx512;
             }
             if avx2 {

@@ -187,8 +187,8 @@ impl Encoding {
             Layout::Fingers => Some(Image::Numatac(Bits::default())),
             Layout::Features => None,
         };
-        let tensor = (spec.layout == Layout::Sequence)
-            .then(|| TensorSettings { scale, ..TensorSettings::default() });
+        let tensor =
+            (spec.layout == Layout::Sequence).then(|| TensorSettings { scale, ..TensorSettings::default() });
         Encoding {
             image: image.filter(|_| inputs.contains(&IMAGE)),
             tensor: tensor.filter(|_| inputs.contains(&TENSOR)),

@@ -1,4 +1,4 @@
-//! Baselines as estimators: fitted on labelled series, asked, saved.
+//! Baselines as estimators: fitted on labelled series, saved, read again.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -236,7 +236,7 @@ impl FittedBaseline {
             let (to, rest) = outputs.split_at_mut(size);
             outputs = rest;
             fitted
-                .answer(recording, workspace, to)
+                .predict_one(recording, workspace, to)
                 .map_err(|source| Error::Baseline { baseline: self.method.name().into(), source })?;
         }
         Ok(())

@@ -28,7 +28,7 @@ pub struct OneFold<'a> {
     pub key: FoldKey,
     /// Samples to train on, to validate with, and to test; the last may be none.
     pub fold: &'a Fold,
-    /// Whose answers it learns from beside the labels; baselines do not listen.
+    /// Whose predictions it learns from beside the labels; baselines do not listen.
     pub teacher: Option<&'a Teacher>,
     /// Worker threads; results do not depend on them.
     pub threads: usize,
@@ -36,7 +36,7 @@ pub struct OneFold<'a> {
 
 /// A finished training.
 pub struct Tested {
-    /// Its answers to the test samples.
+    /// Its predictions for the test samples.
     pub record: FoldRecord,
     /// The trained model.
     pub model: Model,

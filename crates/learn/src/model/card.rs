@@ -73,7 +73,7 @@ pub enum ModelKind {
         graph: Box<Graph>,
         /// The loss that its outputs were trained for: it says how they become probabilities.
         loss: Loss,
-        /// Samples that are answered at a time at most.
+        /// Samples that are predicted at a time at most.
         batch: usize,
         /// How it was trained.
         recipe: Box<Recipe>,
@@ -97,7 +97,7 @@ pub struct ModelInput {
     pub transform: Transform,
 }
 
-/// How a network answers in eight bits: weights are signed bytes with a scale for each output, values between layers
+/// How a network predicts in eight bits: weights are signed bytes with a scale for each output, values between layers
 /// are bytes over the ranges that they had on samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -175,7 +175,7 @@ impl Card {
         }
     }
 
-    /// Samples that are answered at a time.
+    /// Samples that are predicted at a time.
     pub fn batch(&self) -> usize {
         match self.kind {
             ModelKind::Network { batch, .. } => batch,

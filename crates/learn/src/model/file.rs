@@ -125,7 +125,7 @@ impl Model {
         Model { card: Card { score, ..self.card }, ..self }
     }
 
-    /// The model ready to answer many samples, at most `batch` at a time on each of `threads` threads. Answers depend
+    /// Opens the model for many samples, at most `batch` at a time on each of `threads` threads. Predictions depend
     /// on neither; a network's are those of its own test, bit for bit.
     ///
     /// # Errors
@@ -249,9 +249,9 @@ fn check_network(
         return Err(format!("its tensors are not those of its network: {error}"));
     }
     let outputs = card.task.outputs();
-    let answered = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
-    if answered.iter().product::<usize>() != outputs {
-        return Err(format!("its network has outputs {answered:?}, its card names {outputs}"));
+    let shape = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
+    if shape.iter().product::<usize>() != outputs {
+        return Err(format!("its network has outputs {shape:?}, its card names {outputs}"));
     }
     if let Some(reason) = card.quantized.as_ref().and_then(nonsense) {
         return Err(format!("its card does not hold together: {reason}"));
@@ -301,7 +301,7 @@ fn nonsense(quantized: &Quantized) -> Option<String> {
     }
 }
 
-/// Whether an input of `shape` may end in axes of `sizes`: before memory is asked for.
+/// Whether an input of `shape` may end in axes of `sizes`: before memory is allocated.
 fn makes(sizes: &[usize], shape: &[usize]) -> bool {
     let values = sizes.iter().try_fold(1usize, |values, size| values.checked_mul(*size));
     // A whole sample as one row is a multiple of them.

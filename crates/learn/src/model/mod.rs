@@ -1,4 +1,4 @@
-//! A model in one file: what was trained, what it reads, what it answers, and how well.
+//! A model in one file: what was trained, what it reads, what it predicts, and how well.
 
 mod card;
 mod file;

@@ -64,25 +64,25 @@ impl Predictions {
         self.task.quantities().iter().zip(self.row(i).iter().copied()).collect()
     }
 
-    /// Returns the answers to sample `i`, one per attribute; none of values.
-    pub fn answers(&self, i: usize) -> Vec<Prediction<'_>> {
+    /// Returns the predictions for sample `i`, one per attribute; none of values.
+    pub fn predicted(&self, i: usize) -> Vec<Prediction<'_>> {
         let class = TaskAttributes(&self.task);
         let width = class.count();
         let labels = &self.labels[i * width..(i + 1) * width];
         let mut outputs = self.row(i);
-        let mut answers = vec![];
+        let mut predictions = vec![];
         for (at, &label) in labels.iter().enumerate() {
             let (attribute, classes) = class.attribute(at);
             let probability = outputs[label as usize];
-            answers.push(Prediction { attribute, class: &classes[label as usize], probability });
+            predictions.push(Prediction { attribute, class: &classes[label as usize], probability });
             outputs = &outputs[classes.len()..];
         }
-        answers
+        predictions
     }
 
     /// Returns the likeliest class of sample `i`, of several attributes the first one's; the empty text for values.
     pub fn class(&self, i: usize) -> &str {
-        self.answers(i).first().map_or("", |answer| answer.class)
+        self.predicted(i).first().map_or("", |first| first.class)
     }
 }
 

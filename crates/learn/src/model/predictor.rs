@@ -1,4 +1,4 @@
-//! A model ready to answer: raw samples in, probabilities out.
+//! A model opened for prediction: raw samples in, probabilities out.
 
 use std::sync::Arc;
 
@@ -21,9 +21,9 @@ const PIECE: usize = 1 << 18;
 /// Samples that are encoded together at least.
 const LEAST: usize = 256;
 
-/// A model with what it needs to answer many samples; threads share one.
+/// A model opened for prediction; threads share one.
 ///
-/// [`Predictor::encode`] and [`Predictor::answer`] are the two halves of [`Predictor::predict`].
+/// [`Predictor::encode`] and [`Predictor::predict_encoded`] are the two halves of [`Predictor::predict`].
 pub struct Predictor {
     card: Card,
     guard: Option<Arc<Guard>>,
@@ -101,7 +101,7 @@ impl Predictor {
             .collect()
     }
 
-    /// Memory for one thread that asks reading by reading.
+    /// Makes memory for one thread that predicts sample by sample.
     ///
     /// # Errors
     /// A model whose card says that it reads what its inputs cannot be made of.
@@ -114,16 +114,16 @@ impl Predictor {
     }
 
     /// Probabilities of one raw reading, row-major, of the shape that the card states: those of [`Predictor::predict`],
-    /// bit for bit. Nothing is allocated after a workspace's first answer.
+    /// bit for bit. Nothing is allocated after a workspace's first prediction.
     ///
     /// # Errors
     /// As [`Predictor::read`] and [`Predictor::decide`].
-    pub fn ask<'w>(&self, workspace: &'w mut Workspace, reading: &[f32]) -> Result<&'w [f32]> {
+    pub fn predict_one<'w>(&self, workspace: &'w mut Workspace, reading: &[f32]) -> Result<&'w [f32]> {
         self.read(workspace, reading)?;
         self.decide(workspace)
     }
 
-    /// The first half of [`Predictor::ask`]: one raw reading to the model's inputs.
+    /// The first half of [`Predictor::predict_one`]: one raw reading to the model's inputs.
     ///
     /// # Errors
     /// A reading of another length, that is not finite or cannot be encoded.
@@ -143,16 +143,16 @@ impl Predictor {
         Ok(())
     }
 
-    /// The second half of [`Predictor::ask`]: probabilities of the inputs of the last reading.
+    /// The second half of [`Predictor::predict_one`]: probabilities of the inputs of the last reading.
     ///
     /// # Errors
     /// A workspace of another model.
     pub fn decide<'w>(&self, workspace: &'w mut Workspace) -> Result<&'w [f32]> {
-        let Workspace { inputs, memory, probabilities: answer, .. } = workspace;
-        if answer.len() != self.outputs {
+        let Workspace { inputs, memory, probabilities, .. } = workspace;
+        if probabilities.len() != self.outputs {
             return Err(self.refuse("the workspace is of another model".into()));
         }
-        if !self.method.predict_one(inputs, memory, answer)? {
+        if !self.method.predict_one(inputs, memory, probabilities)? {
             return Err(self.refuse("the workspace is of another model".into()));
         }
         Ok(&workspace.probabilities)
@@ -199,7 +199,7 @@ impl Predictor {
     ///
     /// # Errors
     /// Inputs of another number or shape.
-    pub fn answer(&self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
+    pub fn predict_encoded(&self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
         let n = inputs.first().map_or(0, |x| x.len_of(Axis(0)));
         if let Some(x) = inputs.iter().find(|x| x.len_of(Axis(0)) != n) {
             let expected = "as many samples in every input".to_string();
@@ -215,7 +215,7 @@ impl Predictor {
     /// Predicts raw samples `[n, ..]`.
     ///
     /// # Errors
-    /// As [`Predictor::encode`] and [`Predictor::answer`].
+    /// As [`Predictor::encode`] and [`Predictor::predict_encoded`].
     pub fn predict(&self, x: &RawSamples) -> Result<Predictions> {
         let kept = self.kept(x);
         self.check(&kept)?;
@@ -231,7 +231,7 @@ impl Predictor {
                 // The message that numbers the samples from the first.
                 Err(error) => return Err(self.encode_checked(&kept).err().unwrap_or(error)),
             };
-            probabilities.extend(self.answer(&inputs)?);
+            probabilities.extend(self.predict_encoded(&inputs)?);
         }
         Ok(Predictions::new(self.card.task.clone(), probabilities))
     }

@@ -14,7 +14,7 @@ const MOST: usize = 512;
 const TOGETHER: usize = 32;
 
 impl Model {
-    /// The same network in eight bits. `x` are raw samples `[n, ..]` like those that it will be asked about, best some
+    /// The same network in eight bits. `x` are raw samples `[n, ..]` like those that it will predict, best some
     /// that it has learned from; at most 512 are looked at, evenly thinned out. `digest` says which they are.
     ///
     /// A value reaches from the least to the largest that was seen: clipping at a percentile saves steps, but cuts off

@@ -11,7 +11,7 @@ use crate::training::objective::probabilities;
 
 /// A frozen network or a fitted baseline.
 pub(crate) trait Ready: Send + Sync {
-    /// Makes memory for one thread that asks sample by sample.
+    /// Makes memory for one thread that predicts sample by sample.
     fn memory(&self) -> ModelMemory;
 
     /// Predicts one encoded sample; false for the memory of another model. Nothing is allocated after the first.
@@ -77,13 +77,13 @@ impl Ready for ReadyNetwork {
                 &many
             }
         };
-        outputs.copy_from_slice(self.responder.frozen().answer(memory, slices)?);
+        outputs.copy_from_slice(self.responder.frozen().predict(memory, slices)?);
         probabilities(self.loss, self.outputs, outputs);
         Ok(true)
     }
 
     fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
-        let mut outputs = self.responder.answer(inputs, n)?;
+        let mut outputs = self.responder.predict(inputs, n)?;
         probabilities(self.loss, self.outputs, &mut outputs);
         Ok(outputs)
     }

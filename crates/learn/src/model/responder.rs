@@ -1,4 +1,4 @@
-//! A trained network that answers: frozen, for many samples on several threads.
+//! A trained network for prediction: frozen, for many samples on several threads.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,7 +12,7 @@ use crate::training::part::pool;
 /// Samples that a thread takes at a time.
 const SHARE: usize = 16;
 
-/// A frozen network with what several threads need to ask it.
+/// A frozen network with the memory of several threads.
 pub(crate) struct Responder {
     frozen: Frozen,
     batch: usize,
@@ -23,7 +23,7 @@ pub(crate) struct Responder {
 }
 
 impl Responder {
-    /// Freezes `graph` with `weights`, in eight bits where there are `ranges`, to answer up to `batch` samples at a
+    /// Freezes `graph` with `weights`, in eight bits where there are `ranges`, to predict up to `batch` samples at a
     /// time on each of `threads` threads. Answers depend on neither.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ impl Responder {
     ///
     /// # Errors
     /// Inputs of another number or length.
-    pub fn answer(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
+    pub fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
         if n == 0 {
             return Ok(vec![]);
         }
@@ -63,9 +63,9 @@ impl Responder {
             let rows = |x: &&[f32]| first * (x.len() / n)..(first + count) * (x.len() / n);
             let parts: Vec<&[f32]> = inputs.iter().map(|x| &x[rows(x)]).collect();
             let mut workspace = self.borrow();
-            let answered = self.frozen.answers(&mut workspace, &parts, logits);
+            let predicted = self.frozen.predict_many(&mut workspace, &parts, logits);
             self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
-            answered
+            predicted
         };
         match &self.pool {
             Some(pool) if n > 1 => {

@@ -13,7 +13,7 @@ pub struct Workspace {
     /// Of the last reading.
     pub(super) inputs: Vec<Vec<f32>>,
     pub(super) memory: ModelMemory,
-    /// Of the last answer.
+    /// Of the last prediction.
     pub(super) probabilities: Vec<f32>,
 }
 

@@ -186,7 +186,7 @@ impl RunFolder {
         let (repetitions, folds) = (results.protocol.repetitions(), results.folds);
         let known = results.networks.iter().map(|n| n.folds.len()).sum::<usize>() + results.missing.len();
         let all = repetitions.checked_mul(folds).and_then(|each| each.checked_mul(results.networks.len()));
-        // Before memory is asked for.
+        // Before memory is allocated.
         if all != Some(known) {
             let reason = format!(
                 "names {known} folds, {} networks in {repetitions} repetitions of {folds} folds have others; \

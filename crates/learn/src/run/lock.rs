@@ -77,7 +77,7 @@ fn patiently(
     for _ in 0..10 {
         match lock() {
             Err(TryLockError::WouldBlock) => std::thread::sleep(std::time::Duration::from_millis(20)),
-            answer => return answer,
+            outcome => return outcome,
         }
     }
     lock()

@@ -15,7 +15,7 @@ pub struct RunOptions {
     /// Whether the folder may hold the same run already: its finished folds are kept, and a fold in training
     /// goes on where it was saved.
     pub resume: bool,
-    /// Whether the answers of what is finished are timed once more, on this machine as it is now, such as one that was
+    /// Whether the predictions of finished folds are timed once more, on this machine as it is now, such as one that was
     /// busy before.
     pub time_again: bool,
     /// Worker threads, at most one per core, however many are asked for. Default one per core.

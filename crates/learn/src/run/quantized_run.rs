@@ -158,7 +158,7 @@ fn one(
     let predictor = model.predictor(model.card().batch(), 1)?;
     let inputs = predictor.encode(&dataset.x.select(Axis(0), &float.index))?;
     let start = Instant::now();
-    let outputs = predictor.answer(&inputs)?;
+    let outputs = predictor.predict_encoded(&inputs)?;
     let test_seconds = start.elapsed().as_secs_f64();
     let outcome = Outcome::new(&dataset.targets, &float.index, outputs);
     let record = FoldRecord {

@@ -262,7 +262,7 @@ impl<'a> ActiveRun<'a> {
         self.plan.fold(key).expect("a fold of the plan")
     }
 
-    /// Whether this fold is the one of its row whose answers are timed.
+    /// Whether this fold is the one of its row whose predictions are timed.
     fn is_first(&self, key: &FoldKey) -> bool {
         self.plan.keys.iter().find(|other| other.network == key.network) == Some(key)
     }

@@ -20,7 +20,7 @@ pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row
     let mut workspace = frozen.workspace();
     let mut feed = Feed::new(graph, inputs)?;
     let sample = feed.rows(&[row]);
-    let run = |_| timed(|| Ok(frozen.answer(&mut workspace, &sample)?[0]));
+    let run = |_| timed(|| Ok(frozen.predict(&mut workspace, &sample)?[0]));
     Ok(Latency::of(TABLE.time(run)?))
 }
 

@@ -1,4 +1,4 @@
-//! The frozen part of a network that makes the same of a sample in every pass: asked once for every sample, by the
+//! The feature cache: a frozen part that gives the same features in every pass runs once for every sample, by the
 //! engine for what is learned from and by the runtime for what is tested.
 
 use std::collections::HashMap;
@@ -40,9 +40,9 @@ pub(crate) fn unchanged_nodes(graph: &Graph, recipe: &Recipe) -> taxel_graph::Re
     Ok(unchanged)
 }
 
-/// Whether the runtime answers halves one after the other as it answers the whole network, to the last digit: the
+/// Checks whether the runtime predicts with the halves, one after the other, to the last digit as with the whole: the
 /// head folds nothing into the body, and reads features in the order in which it has them alone.
-pub(crate) fn answer_alike(halves: &Halves) -> bool {
+pub(crate) fn predict_alike(halves: &Halves) -> bool {
     let folds_nothing = |node: &Node| {
         matches!(node.op, Op::Input | Op::Linear { .. } | Op::Relu | Op::Activation(_) | Op::Dropout { .. })
     };
@@ -105,7 +105,7 @@ impl Last {
     }
 }
 
-/// A body that is asked once for every sample.
+/// A frozen body whose features are made once for every sample.
 pub(crate) struct CachedFeatures {
     source: FeatureSource,
     batch: usize,
@@ -122,7 +122,7 @@ enum FeatureSource {
 }
 
 impl CachedFeatures {
-    /// `body` with its `weights` as training asks it, for the `inputs` of all samples in its order.
+    /// Features that training learns from: `body` with its `weights`, for the `inputs` of all samples in its order.
     ///
     /// # Errors
     /// Weights that do not fit, or threads that cannot be started.
@@ -141,7 +141,7 @@ impl CachedFeatures {
         Ok(CachedFeatures { source, batch, inputs, features, gathered: vec![] })
     }
 
-    /// The same as a model file answers: frozen.
+    /// Features that tests read: of the frozen body, as a model file predicts.
     ///
     /// # Errors
     /// As [`CachedFeatures::learned`].
@@ -177,14 +177,14 @@ impl CachedFeatures {
         for rows in missing.chunks(self.batch) {
             self.inputs.iter().zip(&mut values).for_each(|(input, values)| input.gather(rows, values));
             let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
-            let answered;
+            let predicted;
             let made = match &mut self.source {
                 FeatureSource::Engine(evaluator, workspace) => {
-                    evaluator.answer(workspace, &slices, rows.len())?
+                    evaluator.predict(workspace, &slices, rows.len())?
                 }
                 FeatureSource::Runtime(responder) => {
-                    answered = responder.answer(&slices, rows.len())?;
-                    &answered
+                    predicted = responder.predict(&slices, rows.len())?;
+                    &predicted
                 }
             };
             let each = made.chunks_exact(made.len() / rows.len());
@@ -277,7 +277,7 @@ mod tests {
     fn halves_that_answer_to_the_last_digit() {
         let at = |names: &[&str], graph: &Graph| {
             let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-            answer_alike(&graph.halves(&graph.covered(&names).unwrap()).unwrap())
+            predict_alike(&graph.halves(&graph.covered(&names).unwrap()).unwrap())
         };
         let net = |end: &str| {
             let net = Network::new("net");

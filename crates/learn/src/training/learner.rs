@@ -14,7 +14,7 @@ use crate::model::responder::Responder;
 use crate::training::breaker::Breaker;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::{
-    CachedFeatures, FeatureCache, answer_alike, halves, is_norm, unchanged_nodes,
+    CachedFeatures, FeatureCache, halves, is_norm, predict_alike, unchanged_nodes,
 };
 use crate::training::feed::{Feed, TrainingPass, read_by};
 use crate::training::hooks::Hooks;
@@ -47,7 +47,7 @@ pub(crate) struct Learner<'d> {
     pub engine: Engine,
     /// All tensors as they were at first, where the engine has not all of them.
     first: Option<Weights>,
-    /// The network in two, where tests may ask them one after the other.
+    /// The network in two, where tests may run one after the other.
     halves: Option<Halves>,
     cache: &'d FeatureCache,
     graph: &'d Graph,
@@ -66,7 +66,7 @@ pub(crate) struct LearnerSpec<'t> {
     pub part: TrainingKey,
     /// Worker threads; results do not depend on them.
     pub threads: usize,
-    /// Whose answers it learns from beside the labels.
+    /// Whose predictions it learns from beside the labels.
     pub teacher: Option<&'t Teacher>,
     /// Features of frozen parts.
     pub cache: &'t FeatureCache,
@@ -93,9 +93,9 @@ impl LearnerSpec<'_> {
         options: EngineOptions,
         inputs: &[Input],
     ) -> Result<(Engine, CachedFeatures)> {
-        let answers = EngineOptions { frozen: vec![], ..options.clone() };
+        let of_body = EngineOptions { frozen: vec![], ..options.clone() };
         let inputs = encoded(body, inputs);
-        let features = CachedFeatures::learned(body, &weights.only(body), inputs, answers, self.cache)?;
+        let features = CachedFeatures::learned(body, &weights.only(body), inputs, of_body, self.cache)?;
         let frozen = left(head, self.graph, &options.frozen).map_err(taxel_engine::Error::from)?;
         let options = EngineOptions { frozen, ..options };
         Ok((Engine::new(head, &weights.only(head), options)?, features))
@@ -159,7 +159,7 @@ impl<'d> Learner<'d> {
             objective: Objective::new(recipe, labels, rows),
             engine,
             first,
-            halves: halves.filter(answer_alike),
+            halves: halves.filter(predict_alike),
             cache: work.cache,
             inputs,
             feed: Feed::new(graph, inputs)?.under(breaker).behind(features),
@@ -255,7 +255,7 @@ impl<'d> Learner<'d> {
         weights
     }
 
-    /// Logits of `rows` and their mean loss, of the network as its file will answer: frozen, with `weights`.
+    /// Logits of `rows` and their mean loss, of the network as its file will predict: frozen, with `weights`.
     ///
     /// # Errors
     /// An error of the runtime.
@@ -273,8 +273,8 @@ impl<'d> Learner<'d> {
         let mut logits = vec![];
         for rows in rows.chunks(each) {
             logits.extend(match &mut features {
-                Some(features) => responder.answer(&[features.rows(rows)?], rows.len())?,
-                None => responder.answer(&self.feed.rows(rows), rows.len())?,
+                Some(features) => responder.predict(&[features.rows(rows)?], rows.len())?,
+                None => responder.predict(&self.feed.rows(rows), rows.len())?,
             });
         }
         let loss = self.objective.value(&logits, &self.labels.of(rows));
@@ -294,7 +294,7 @@ impl<'d> Learner<'d> {
         Ok((loss, self.score(metric, logits, rows)?))
     }
 
-    /// Returns the mean loss and the primary metric of the network as its file would answer now.
+    /// Returns the mean loss and the primary metric of the network as its file would predict now.
     ///
     /// # Errors
     /// An error of the runtime.

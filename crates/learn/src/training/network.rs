@@ -35,7 +35,7 @@ pub(crate) struct TrainedNetwork {
     pub weights: Weights,
     /// The recipe; where the fold has chosen one, that one.
     pub recipe: Recipe,
-    /// Samples that were answered at a time.
+    /// Samples that were predicted at a time.
     pub batch: usize,
     /// The epochs of the training.
     pub epochs: Vec<Epoch>,
@@ -79,8 +79,8 @@ impl Training<'_> {
         };
         let stage = session.state.stage;
         let best_epoch = stage.best.map(|best| best.epoch);
-        let answered = best_epoch.map_or(stage.epochs.last(), |best| stage.epochs.get(best));
-        let diverged = answered.is_some_and(|epoch| learner.objective.is_diverged(epoch.train_loss));
+        let tested = best_epoch.map_or(stage.epochs.last(), |best| stage.epochs.get(best));
+        let diverged = tested.is_some_and(|epoch| learner.objective.is_diverged(epoch.train_loss));
         let Some(tested) = self.test(learner, &recipe, &rows, hooks)? else { return Ok(None) };
         Ok(Some(TrainedNetwork { chosen, best_epoch, diverged, epochs: stage.epochs, ..tested }))
     }
@@ -215,7 +215,7 @@ impl Training<'_> {
                     }
                     Some(learner.validate(&validation, metric)?)
                 }
-                // A rate that is too high is an answer, not a failure.
+                // A rate that is too high loses the comparison; the others go on.
                 Err(Error::Diverged { .. }) => None,
                 Err(error) => return Err(error),
             };

@@ -44,7 +44,7 @@ impl Objective {
         }
     }
 
-    /// Loss of a batch's labels, and the gradients, by `backward`. Of a batch that is `taught` the answers of the
+    /// Loss of a batch's labels, and the gradients, by `backward`. Of a batch that is `taught` the predictions of the
     /// teacher to its rows are part of the targets.
     pub fn backward<T>(
         &self,

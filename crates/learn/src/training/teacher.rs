@@ -4,24 +4,24 @@
 //!
 //! Hinton, Vinyals, Dean, "Distilling the Knowledge in a Neural Network", 2015, at temperature 1.
 
-/// The answers of a better method to training samples, which it must not have learned from itself.
+/// The predictions of a better method for training samples, which it must not have learned from itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Teacher {
-    /// How much its answers count beside the labels, [0, 1].
+    /// How much its predictions count beside the labels, [0, 1].
     share: f32,
     outputs: usize,
-    /// Probabilities of each sample of the data set, `[samples, outputs]`; NaN where it was not asked.
-    answers: Vec<f32>,
+    /// Probabilities of each sample of the data set, `[samples, outputs]`; NaN where it has predicted nothing.
+    predictions: Vec<f32>,
 }
 
 impl Teacher {
-    /// A teacher that has not answered yet, of `samples` samples.
+    /// A teacher without predictions yet, for `samples` samples.
     ///
     /// # Panics
     /// For a share outside [0, 1].
     pub fn new(share: f32, samples: usize, outputs: usize) -> Self {
         assert!((0.0..=1.0).contains(&share), "a share of the targets");
-        Teacher { share, outputs, answers: vec![f32::NAN; samples * outputs] }
+        Teacher { share, outputs, predictions: vec![f32::NAN; samples * outputs] }
     }
 
     /// Takes its predictions for `rows`: probabilities `[rows, outputs]`.
@@ -31,17 +31,17 @@ impl Teacher {
     pub fn tell(&mut self, rows: &[usize], probabilities: &[f32]) {
         assert_eq!(rows.len() * self.outputs, probabilities.len(), "one probability per output");
         for (&row, given) in rows.iter().zip(probabilities.chunks_exact(self.outputs)) {
-            self.answers[row * self.outputs..][..self.outputs].copy_from_slice(given);
+            self.predictions[row * self.outputs..][..self.outputs].copy_from_slice(given);
         }
     }
 
-    /// Puts its answers to `rows` into their targets, as far as its share goes; a sample that it was not asked
-    /// about keeps its own.
+    /// Puts its predictions for `rows` into their targets, as far as its share goes; a sample that it has not
+    /// predicted keeps its target.
     pub(crate) fn teach(&self, rows: &[usize], targets: &mut [f32]) {
         for (&row, targets) in rows.iter().zip(targets.chunks_exact_mut(self.outputs)) {
-            let answers = &self.answers[row * self.outputs..][..self.outputs];
-            if answers.iter().all(|answer| answer.is_finite()) {
-                let both = targets.iter_mut().zip(answers);
+            let predictions = &self.predictions[row * self.outputs..][..self.outputs];
+            if predictions.iter().all(|value| value.is_finite()) {
+                let both = targets.iter_mut().zip(predictions);
                 both.for_each(|(to, predicted)| *to = (1.0 - self.share) * *to + self.share * predicted);
             }
         }
@@ -51,8 +51,8 @@ impl Teacher {
     pub fn digest(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.share.to_le_bytes());
-        self.answers.iter().for_each(|answer| {
-            hasher.update(&answer.to_le_bytes());
+        self.predictions.iter().for_each(|value| {
+            hasher.update(&value.to_le_bytes());
         });
         hasher.finalize().to_hex().to_string()
     }
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn answers_count_as_much_as_their_share() {
+    fn predictions_count_as_much_as_their_share() {
         let mut teacher = Teacher::new(0.25, 3, 2);
         teacher.tell(&[2, 0], &[0.8, 0.2, 0.5, 0.5]);
         let mut targets = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];

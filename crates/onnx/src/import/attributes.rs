@@ -1,4 +1,4 @@
-//! One ONNX node as its readers ask for it.
+//! Attributes and inputs of one ONNX node.
 
 use std::fmt::Display;
 

@@ -39,12 +39,12 @@ pub fn inputs(graph: &Graph) -> Vec<Vec<f32>> {
 pub const SAMPLES: usize = 3;
 
 /// Every output for `n` samples.
-pub fn answers(graph: &Graph, weights: &Weights, inputs: &[Vec<f32>], n: usize) -> Vec<(String, Vec<f32>)> {
+pub fn outputs(graph: &Graph, weights: &Weights, inputs: &[Vec<f32>], n: usize) -> Vec<(String, Vec<f32>)> {
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let evaluator =
         Evaluator::new(graph, weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
     let mut memory = evaluator.workspace();
-    evaluator.answer(&mut memory, &inputs, n).unwrap();
+    evaluator.predict(&mut memory, &inputs, n).unwrap();
     memory.outputs().map(|(name, values)| (name.to_string(), values.to_vec())).collect()
 }
 

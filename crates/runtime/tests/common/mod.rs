@@ -1,4 +1,4 @@
-//! A network frozen against the engine's answer.
+//! A network frozen against the engine's prediction.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -39,12 +39,12 @@ pub fn off(graph: &Graph) -> Vec<(String, f32)> {
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let evaluator = Evaluator::new(graph, &weights, Options { batch: 1, ..Options::default() }).unwrap();
     let mut memory = evaluator.workspace();
-    evaluator.answer(&mut memory, &inputs, 1).unwrap();
+    evaluator.predict(&mut memory, &inputs, 1).unwrap();
     let frozen = Frozen::new(graph, &weights).unwrap();
     let mut workspace = frozen.workspace();
-    // Twice: nothing of an answer may be left for the next.
+    // Twice: nothing of a prediction may be left for the next.
     for _ in 0..2 {
-        frozen.answer(&mut workspace, &inputs).unwrap();
+        frozen.predict(&mut workspace, &inputs).unwrap();
     }
     let mut offs = vec![];
     for ((name, expected), (_, got)) in memory.outputs().zip(workspace.outputs()) {

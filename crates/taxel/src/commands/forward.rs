@@ -97,7 +97,7 @@ impl Forward {
                 let mut workspace = evaluator.workspace();
                 for from in (0..samples).step_by(CHUNK) {
                     let n = CHUNK.min(samples - from);
-                    evaluator.answer(&mut workspace, &slices(from, n), n)?;
+                    evaluator.predict(&mut workspace, &slices(from, n), n)?;
                     workspace.outputs().for_each(|(name, values)| keep(name, values));
                 }
             }

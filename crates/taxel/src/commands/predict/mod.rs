@@ -160,7 +160,7 @@ impl SamplePredictions<'_> {
         let row = |i: usize| {
             let mut cells = vec![self.origins[i].clone()];
             cells.extend(self.starts.map(|starts| starts[i].to_string()));
-            for (at, predicted) in self.predictions.answers(i).into_iter().enumerate() {
+            for (at, predicted) in self.predictions.predicted(i).into_iter().enumerate() {
                 cells.extend([predicted.class.to_string(), format!("{:.3}", predicted.probability)]);
                 cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
             }
@@ -187,7 +187,7 @@ impl SamplePredictions<'_> {
         let columns = start.into_iter().chain(attributes).chain(outputs).chain(replaced);
         let mut grid = columns.fold(Grid::new().left("sample"), Grid::left);
         for i in 0..self.predictions.len() {
-            let predicted = self.predictions.answers(i);
+            let predicted = self.predictions.predicted(i);
             let outputs = self.predictions.row(i);
             let cells = predicted.iter().map(|one| one.class.to_string());
             let start = self.starts.map(|starts| starts[i].to_string());
@@ -205,7 +205,7 @@ impl SamplePredictions<'_> {
             let outputs = self.predictions.row(i).iter().map(|p| json!(p));
             let outputs: serde_json::Map<String, serde_json::Value> =
                 names.iter().cloned().zip(outputs).collect();
-            let predicted = self.predictions.answers(i);
+            let predicted = self.predictions.predicted(i);
             let classes: serde_json::Map<String, serde_json::Value> =
                 predicted.iter().map(|one| (one.attribute.to_string(), json!(one.class))).collect();
             let mut sample = if has_labels {
@@ -273,7 +273,7 @@ impl SamplePredictions<'_> {
         let attributes = self.predictions.task.attributes();
         for (i, names) in truth.iter().enumerate() {
             for ((predicted, attribute), name) in
-                self.predictions.answers(i).iter().zip(&attributes).zip(names)
+                self.predictions.predicted(i).iter().zip(&attributes).zip(names)
             {
                 of += usize::from(knows(attribute, name));
                 right += usize::from(knows(attribute, name) && predicted.class == name);
